@@ -1,0 +1,37 @@
+"""On an old Python only the brick-side tests are collected: those of what runs on the brick.
+
+They are found by what they import: `robot`, `shared` or `laptop.simulator`, and nothing else of
+the laptop's. Read line by line, because an old Python cannot parse the others.
+"""
+
+import re
+import sys
+from pathlib import Path
+
+IMPORT = re.compile(r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+\(?(\w+))?", re.MULTILINE)
+BRICK_SIDE = ("robot", "shared", "laptop.simulator")
+LAPTOP_SIDE = ("laptop", "click", "cv2", "matplotlib", "numpy", "parso", "rich", "vermin")
+
+
+def is_brick_side(source):
+    """Whether the text of a test module imports the brick's side and nothing of the laptop's."""
+
+    def is_below(module, packages):
+        return (module + ".").startswith(tuple(package + "." for package in packages))
+
+    modules = [".".join(filter(None, names)) for names in IMPORT.findall(source)]
+    brick_side = [module for module in modules if is_below(module, BRICK_SIDE)]
+    laptop_side = [module for module in modules if is_below(module, LAPTOP_SIDE)]
+    return bool(brick_side) and set(laptop_side) <= set(brick_side)
+
+
+collect_ignore = []
+if sys.version_info < (3, 10):
+    for path in sorted(Path(__file__).parent.glob("test_*.py")):
+        if not is_brick_side(path.read_text(encoding="utf-8")):
+            collect_ignore.append(path.name)
+
+
+def pytest_report_header():
+    """What was left out, so that a short run is not taken for the whole."""
+    return "without the laptop's " + ", ".join(collect_ignore) if collect_ignore else None

@@ -1,0 +1,171 @@
+"""Who may import whom, and what the checkout may hold.
+
+laptop.bench -> laptop.simulator -> robot -> shared <- the rest of laptop
+"""
+
+import ast
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGES = ("robot", "shared", "laptop")
+TOP_LEVEL = {*PACKAGES, "tests", ".ci", "README.md", "pyproject.toml", "LICENSE", ".gitignore"}
+
+# What a module may import besides the standard library; the longest matching name decides. A name
+# covers everything below it, one that begins with "-" forbids it again.
+LIBRARIES = ("numpy", "cv2", "matplotlib", "click", "rich")
+RULES = {
+    "shared": ("shared",),
+    "robot": ("robot", "shared", "ev3dev2.motor"),
+    "laptop.simulator": ("laptop.simulator", "robot", "shared", "ev3dev2"),
+    "laptop.bench": ("laptop", "robot", "shared", *LIBRARIES),
+    "laptop.demo": ("laptop", "-laptop.bench", "shared", *LIBRARIES),
+    "laptop.__main__": ("laptop", "shared", *LIBRARIES),
+    "laptop": ("laptop", "-laptop.bench", "-laptop.simulator", "shared", *LIBRARIES),
+}
+# The brick imports these only where they are used: each costs it a second at the start.
+LAZY = {"robot": ("ev3dev2.power", "ev3dev2.button")}
+# Time is an argument: only here is it read.
+CLOCK = "robot.clock"
+
+
+def is_below(module, packages):
+    """Whether `module` is one of `packages` or inside one."""
+    return any(module == package or module.startswith(package + ".") for package in packages)
+
+
+def is_module(name):
+    """Whether a dotted name is a module here (and not a function or class in one)."""
+    if name.split(".")[0] in PACKAGES:
+        path = ROOT.joinpath(*name.split("."))
+        return path.is_dir() or path.with_suffix(".py").is_file()
+    try:
+        return importlib.util.find_spec(name) is not None
+    except ModuleNotFoundError:
+        return False
+
+
+def imports(module, source):
+    """Each import as (line, dotted module name, whether it is inside a function).
+
+    `from package import name` gives package.name where that is a module.
+    """
+
+    def walk(node, lazy):
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, ast.Import):
+                for alias in child.names:
+                    yield child.lineno, alias.name, lazy
+            elif isinstance(child, ast.ImportFrom):
+                base = child.module or ""
+                if child.level:  # relative to the package that holds `module`
+                    parent = module.split(".")[: -child.level]
+                    base = ".".join([*parent, *filter(None, [base])])
+                for alias in child.names:
+                    inner = base + "." + alias.name
+                    yield child.lineno, inner if is_module(inner) else base, lazy
+            else:
+                function = isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda))
+                yield from walk(child, lazy or function)
+
+    return walk(ast.parse(source), False)
+
+
+def violations(module, source):
+    """The imports of `module` (its dotted name) that break a rule, one line of text each."""
+    rule = RULES[max((name for name in RULES if is_below(module, [name])), key=len)]
+    allowed = [name for name in rule if not name.startswith("-")]
+    forbidden = [name[1:] for name in rule if name.startswith("-")]
+    lazily = LAZY.get(module.split(".")[0], ())
+    found = []
+    for line, name, lazy in imports(module, source):
+        standard = name.split(".")[0] in sys.stdlib_module_names
+        if name == "time" and is_below(module, ["robot"]) and module != CLOCK:
+            found.append(f"{module}:{line} imports time; take the clock as an argument")
+        elif is_below(name, lazily):
+            if not lazy:
+                found.append(f"{module}:{line} imports {name} at the top, not where it is used")
+        elif is_below(name, forbidden) or not (standard or is_below(name, allowed)):
+            found.append(f"{module}:{line} imports {name}; allowed: {', '.join(rule)}")
+    return found
+
+
+def dotted(path):
+    """The module's name: robot/arm.py -> robot.arm, robot/__init__.py -> robot."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+SOURCES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=dotted)
+def test_imports_follow_the_direction(path):
+    # The dotted name of a package is its __init__'s too: relative imports start one level deeper.
+    module = dotted(path) + (".__init__" if path.name == "__init__.py" else "")
+    assert violations(module, path.read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize(
+    ("module", "source", "name"),
+    [
+        ("shared.link", "import robot", "robot"),
+        ("shared.link", "import ev3dev2.motor", "ev3dev2.motor"),
+        ("robot.arm", "from laptop.simulator import world", "laptop.simulator.world"),
+        ("robot.arm", "import numpy", "numpy"),
+        ("robot.arm", "def f():\n    import numpy as np", "numpy"),
+        ("robot.arm", "import time", "time"),
+        ("robot.arm", "def f():\n    from time import sleep", "time"),
+        ("robot.arm", "import ev3dev2.power", "ev3dev2.power"),
+        ("robot.arm", "from ev3dev2 import button", "ev3dev2.button"),
+        ("robot.arm", "from ev3dev2 import sound", "ev3dev2.sound"),
+        ("robot.arm", "if 1:\n    from ev3dev2.button import Button", "ev3dev2.button"),
+        ("laptop.tracker", "import robot.kinematics", "robot.kinematics"),
+        ("laptop.tracker", "from . import simulator", "laptop.simulator"),
+        ("laptop.tracker", "from .simulator.world import World", "laptop.simulator.world"),
+        ("laptop.tracker", "from laptop import bench", "laptop.bench"),
+        ("laptop.tracker", "import requests", "requests"),
+        ("laptop.__main__", "from robot.driver import Driver", "robot.driver"),
+        ("laptop.demo", "import laptop.bench.draw", "laptop.bench.draw"),
+        ("laptop.simulator.world", "from laptop.tracker import find", "laptop.tracker"),
+        ("laptop.simulator.world", "from .. import bench", "laptop.bench"),
+        ("laptop.simulator.world", "import cv2", "cv2"),
+        ("laptop.simulator.__init__", "from ..bench import NAMES", "laptop.bench"),
+    ],
+)
+def test_a_forbidden_import_is_caught(module, source, name):
+    (found,) = violations(module, source)
+    assert f" imports {name}" in found
+
+
+@pytest.mark.parametrize(
+    ("module", "source"),
+    [
+        ("shared.link", "import socket"),
+        ("robot.motors", "from ev3dev2.motor import LargeMotor"),
+        ("robot.driver", "def f():\n    from ev3dev2.button import Button"),
+        ("robot.clock", "import time"),
+        ("laptop.tracker", "import cv2, numpy\nfrom shared import messages"),
+        ("laptop.demo", "from laptop.simulator.world import World"),
+        ("laptop.__main__", "from laptop import bench, simulator"),
+        ("laptop.simulator.__init__", "from .world import World"),
+        ("laptop.simulator.runner", "import ev3dev2.sound, robot.arm, time"),
+        ("laptop.bench.draw", "import numpy\nfrom robot import arm\nfrom laptop import simulator"),
+    ],
+)
+def test_an_allowed_import_passes(module, source):
+    assert violations(module, source) == []
+
+
+def test_the_checkout_holds_only_the_agreed_entries():
+    try:
+        listed = subprocess.run(
+            ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
+        ).stdout
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("not a git checkout")
+    assert {name.split("/")[0] for name in listed.splitlines()} <= TOP_LEVEL

@@ -1,0 +1,91 @@
+"""The gate before the brick: what it runs must be Python 3.5, in syntax and in library.
+
+parso's grammar of 3.5 knows the syntax (also the comma after `*args`, which no other tool minds);
+vermin knows which names of the standard library came later.
+"""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import parso
+import pytest
+
+ROOT = Path(__file__).parent.parent
+BRICK_SIDE = [ROOT / "laptop" / "__init__.py"]  # the simulator's package
+for folder in ("robot", "shared", "laptop/simulator"):
+    BRICK_SIDE += sorted((ROOT / folder).rglob("*.py"))
+
+GRAMMAR = parso.load_grammar(version="3.5")
+
+
+def syntax_errors(source):
+    """What Python 3.5 would refuse to parse, one line of text each."""
+    errors = GRAMMAR.iter_errors(GRAMMAR.parse(source))
+    return [f"line {error.start_pos[0]}: {error.message}" for error in errors]
+
+
+def later_features(paths):
+    """vermin's report of what came after 3.5, empty if nothing did; comments cannot silence it."""
+    options = ["-t=3.5-", "--violations", "--quiet", "--eval-annotations", "--pessimistic"]
+    options += ["--no-config-file", "--no-parse-comments"]
+    program = [sys.executable, "-c", "import vermin; vermin.main()"]
+    run = subprocess.run([*program, *options, *map(str, paths)], capture_output=True, text=True)
+    assert run.stderr == ""
+    assert (run.returncode != 0) == bool(run.stdout.strip())
+    return run.stdout.strip()
+
+
+@pytest.mark.parametrize("path", BRICK_SIDE, ids=lambda path: str(path.relative_to(ROOT)))
+def test_brick_code_parses_under_the_grammar_of_3_5(path):
+    assert syntax_errors(path.read_text(encoding="utf-8")) == []
+
+
+def test_brick_code_uses_nothing_newer_than_3_5():
+    assert later_features(BRICK_SIDE) == ""
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        'f"{1}"\n',
+        "million = 1_000_000\n",
+        "x: int = 3\n",
+        "def f(a, *args,):\n    pass\n",
+        "def f(a, *, b,):\n    pass\n",
+        "def f(a, **options,):\n    pass\n",
+        "async def f():\n    yield 1\n",
+        "async def f():\n    return [x async for x in y]\n",
+        "if (n := 10) > 5:\n    pass\n",
+        "def f(a, /):\n    pass\n",
+        "with (open(a) as b, open(c) as d):\n    pass\n",
+    ],
+)
+def test_newer_syntax_is_caught(source):
+    assert syntax_errors(source)
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        'f"{1}"\n',
+        "from dataclasses import dataclass\n",
+        "import time\ntime.monotonic_ns()\n",
+        "import math\nmath.dist(p, q)\n",
+        "import subprocess\nsubprocess.run([], capture_output=True)\n",
+        "import secrets  # novermin\n",
+        "def f(x: 'int | None', y: list[int]):\n    pass\n",
+    ],
+)
+def test_newer_library_is_caught(source, tmp_path):
+    path = tmp_path / "planted.py"
+    path.write_text(source)
+    assert later_features([path])
+
+
+def test_plain_3_5_passes(tmp_path):
+    source = 'def f(a, *args):\n    return "{:.2f}".format(a, *args)\n'
+    path = tmp_path / "plain.py"
+    path.write_text(source)
+    assert syntax_errors(source) == []
+    assert later_features([path]) == ""
