@@ -1,0 +1,328 @@
+"""One arm's numbers: read from its INI file, checked once at the door, then frozen.
+
+This is the only place where a number about one machine enters the programs. Files hold degrees and
+centimetres; everything handed out is in radians, centimetres and seconds. A file that is wrong in
+any way is refused in one line that names the file, the section, the key, the value, what is allowed
+and the next step.
+"""
+
+import collections
+import configparser
+import math
+import os
+
+ARMS_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "arms")
+
+# The joints of each kinematic chain, from the base outwards: these are the names of their sections.
+CHAINS = {
+    "planar": ("shoulder", "elbow"),
+}
+
+# The speed in deg/s beyond which the motor's driver refuses a set-point.
+MOTOR_SPEEDS = {"large": 1050.0, "medium": 1560.0}
+
+FIND_HOME = ("both", "lower", "upper", "here")
+# The hard stops that each way of finding the zero touches.
+STOPS_TOUCHED = {
+    "both": ("stop_lower", "stop_upper"),
+    "lower": ("stop_lower",),
+    "upper": ("stop_upper",),
+    "here": (),
+}
+
+
+class ArmError(Exception):
+    """Base of every error that is shown to people as one line."""
+
+
+class BadArmFile(ArmError, ValueError):
+    """An arm file that is missing, unreadable or wrong."""
+
+
+Arm = collections.namedtuple("Arm", "name chain joints pen elbow speed file")
+Arm.__doc__ = """One arm.
+
+name    the file's name without its ending
+chain   name of the kinematic chain, a key of CHAINS
+joints  tuple of Joint, from the base outwards
+pen     Pen, or None for an arm without a pen motor
+elbow   "up" | "down": the branch preferred where both reach a point; up = positive elbow angle
+speed   of the tip while drawing, cm/s
+file    path of the file it was read from
+"""
+
+Joint = collections.namedtuple(
+    "Joint",
+    "name link port motor gear direction lower upper stop_lower stop_upper"
+    " backlash max_speed home find_home",
+)
+Joint.__doc__ = """One joint; angles are counter-clockwise, relative to the link before it.
+
+name        the section's name
+link        length of the link that it moves, cm
+port        "A" | "B" | "C" | "D"
+motor       "large" | "medium"
+gear        motor turns per joint turn, > 0
+direction   +1 | -1: sign of the joint angle when the motor's count rises
+lower       least angle allowed, rad
+upper       greatest angle allowed, rad
+stop_lower  angle of the hard stop on the lower side, rad, or None if there is none
+stop_upper  the same on the upper side
+backlash    total play seen at the joint, rad
+max_speed   greatest joint speed, rad/s
+home        angle of the home pose, rad
+find_home   how `home` finds the zero: "both" (touch both stops, take the middle), "lower" | "upper"
+            (touch that stop) or "here" (a person has placed the joint at `home`)
+"""
+
+Pen = collections.namedtuple("Pen", "port motor up down")
+Pen.__doc__ = """The pen's motor: port, "large" | "medium", its shaft's angles up and down, rad."""
+
+
+def find_arm(name_or_path):
+    """Path of an arm file, given as a path or as the bare name of an arm that comes along.
+
+    An existing file wins; otherwise `planar` and `planar.ini` both mean the one in shared/arms.
+    Raises BadArmFile, listing the arms that come along, when there is neither.
+    """
+    name_or_path = str(name_or_path)
+    if os.path.isfile(name_or_path):
+        return name_or_path
+    name = name_or_path[:-4] if name_or_path.endswith(".ini") else name_or_path
+    if name in _arms_that_come_along():
+        return os.path.join(ARMS_FOLDER, name + ".ini")
+    raise _no_such_file(name_or_path)
+
+
+def read_arm(path):
+    """The Arm described by the INI file at `path`; raises BadArmFile in one line."""
+    path = str(path)
+    parser = _parse(path)
+    for section in parser.sections():
+        if section != "arm" and section not in _known_sections(parser):
+            raise _bad(path, section, None, "is an unknown section; known here: {}".format(
+                ", ".join(_known_sections(parser))))
+    arm = _read_section(path, parser, "arm", ARM_KEYS)
+    names = CHAINS[arm["chain"]]
+    joints = tuple(_read_joint(path, parser, name) for name in names)
+    pen = _read_pen(path, parser) if parser.has_section("pen") else None
+    _check_ports(path, parser, names + (("pen",) if pen else ()))
+    name = os.path.splitext(os.path.basename(path))[0]
+    return Arm(name, arm["chain"], joints, pen, arm["elbow"], arm["speed"], path)
+
+
+# ---- the keys: each has a rule, text -> value, that raises ValueError saying what is allowed
+
+
+def _number(low, high, scale=1.0):
+    def read(text):
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not low <= value <= high:  # also refuses NaN
+            raise ValueError("must be a number from {:g} to {:g}".format(low, high))
+        return value * scale
+
+    return read
+
+
+def _one_of(words):
+    def read(text):
+        if text not in words:
+            raise ValueError("must be one of {}".format(", ".join(words)))
+        return text
+
+    return read
+
+
+def _angle_or_none(text):
+    if text == "none":
+        return None
+    try:
+        return _ANGLE(text)
+    except ValueError as error:
+        raise ValueError("{}, or none".format(error)) from None
+
+
+def _sign(text):
+    return int(_one_of(("1", "+1", "-1"))(text))
+
+
+_DEGREE = math.pi / 180
+_ANGLE = _number(-360, 360, _DEGREE)
+_PORT = _one_of(("A", "B", "C", "D"))
+_MOTOR = _one_of(tuple(sorted(MOTOR_SPEEDS)))
+
+# Pairs, not dicts: the order of the checks must be the same on every Python.
+ARM_KEYS = (
+    ("chain", _one_of(tuple(sorted(CHAINS)))),
+    ("elbow", _one_of(("up", "down"))),
+    ("speed", _number(0.1, 50)),
+)
+JOINT_KEYS = (
+    ("link", _number(1, 100)),
+    ("port", _PORT),
+    ("motor", _MOTOR),
+    ("gear", _number(0.1, 100)),
+    ("direction", _sign),
+    ("lower", _ANGLE),
+    ("upper", _ANGLE),
+    ("stop_lower", _angle_or_none),
+    ("stop_upper", _angle_or_none),
+    ("backlash", _number(0, 20, _DEGREE)),
+    ("max_speed", _number(1, max(MOTOR_SPEEDS.values()), _DEGREE)),
+    ("home", _ANGLE),
+    ("find_home", _one_of(FIND_HOME)),
+)
+PEN_KEYS = (
+    ("port", _PORT),
+    ("motor", _MOTOR),
+    ("up", _ANGLE),
+    ("down", _ANGLE),
+)
+
+
+# ---- reading
+
+
+def _parse(path):
+    parser = configparser.ConfigParser(
+        interpolation=None,
+        inline_comment_prefixes=(";", "#"),
+        default_section="",  # so that [DEFAULT] is an unknown section like any other
+    )
+    try:
+        with open(path, encoding="utf-8-sig") as file:
+            parser.read_file(file)
+    except FileNotFoundError:
+        raise _no_such_file(path) from None
+    except UnicodeDecodeError:
+        raise _bad(path, None, None, "is not a text file (UTF-8)") from None
+    except OSError as error:
+        raise BadArmFile("{}: cannot be read ({}); give the path of an arm file".format(
+            _shown_path(path), error.strerror)) from None
+    except configparser.DuplicateSectionError as error:
+        raise _bad(path, error.section, None, "is there twice (line {})".format(
+            error.lineno)) from None
+    except configparser.DuplicateOptionError as error:
+        raise _bad(path, error.section, error.option, "is there twice (line {})".format(
+            error.lineno)) from None
+    except configparser.MissingSectionHeaderError as error:
+        raise _bad(path, None, None, "line {} is outside any [section]".format(
+            error.lineno)) from None
+    except configparser.ParsingError as error:
+        raise _bad(path, None, None, "line {} is not of the form key = value".format(
+            error.errors[0][0])) from None
+    return parser
+
+
+def _known_sections(parser):
+    chain = parser.get("arm", "chain", fallback=None)
+    joints = CHAINS.get(chain) or sorted(set(sum(CHAINS.values(), ())))
+    return ("arm",) + tuple(joints) + ("pen",)
+
+
+def _read_section(path, parser, section, keys):
+    """Dict of the section's values, every key read by its rule."""
+    if not parser.has_section(section):
+        raise _bad(path, section, None, "is missing; needed are the keys {}".format(
+            ", ".join(key for key, _ in keys)))
+    known = [key for key, _ in keys]
+    for key in parser.options(section):
+        if key not in known:
+            raise _bad(path, section, key, "is an unknown key; known here: {}".format(
+                ", ".join(known)), parser)
+    values = {}
+    for key, rule in keys:
+        try:
+            values[key] = rule(parser.get(section, key, fallback=""))
+        except ValueError as error:
+            problem = str(error)
+            if not parser.has_option(section, key):
+                problem = "is missing; it " + problem
+            raise _bad(path, section, key, problem, parser) from None
+    return values
+
+
+def _read_joint(path, parser, name):
+    joint = Joint(name=name, **_read_section(path, parser, name, JOINT_KEYS))
+
+    def refuse(key, problem, *others):
+        texts = [parser.get(name, other) for other in others]
+        raise _bad(path, name, key, problem.format(*texts), parser)
+
+    if joint.lower >= joint.upper:
+        refuse("lower", "must be below upper = {}", "upper")
+    if joint.stop_lower is not None and joint.lower < joint.stop_lower:
+        refuse("lower", "must not be beyond the hard stop, stop_lower = {}", "stop_lower")
+    if joint.stop_upper is not None and joint.upper > joint.stop_upper:
+        refuse("upper", "must not be beyond the hard stop, stop_upper = {}", "stop_upper")
+    if not joint.lower <= joint.home <= joint.upper:
+        refuse("home", "must be within the limits, from {} to {}", "lower", "upper")
+    for stop in STOPS_TOUCHED[joint.find_home]:
+        if getattr(joint, stop) is None:
+            refuse("find_home", "touches a stop that is not there, {} = none; without it use {}"
+                   .format(stop, " or ".join(_ways_home(joint))))
+    fastest = MOTOR_SPEEDS[joint.motor] / joint.gear
+    if joint.max_speed > fastest * _DEGREE:
+        refuse("max_speed", "must be a number from 1 to {:g} for this motor with gear = {{}}"
+               .format(fastest), "gear")
+    return joint
+
+
+def _ways_home(joint):
+    return [way for way in FIND_HOME
+            if all(getattr(joint, stop) is not None for stop in STOPS_TOUCHED[way])]
+
+
+def _read_pen(path, parser):
+    pen = Pen(**_read_section(path, parser, "pen", PEN_KEYS))
+    if pen.up == pen.down:
+        raise _bad(path, "pen", "down", "must differ from up", parser)
+    return pen
+
+
+def _check_ports(path, parser, sections):
+    taken = {}
+    for section in sections:
+        port = parser.get(section, "port")
+        if port in taken:
+            raise _bad(path, section, "port", "is taken by [{}]; each motor needs a port of its"
+                       " own, A to D".format(taken[port]), parser)
+        taken[port] = section
+
+
+# ---- wording
+
+
+def _bad(path, section, key, problem, parser=None):
+    where = _shown_path(path) + ":"
+    if section is not None:
+        where += " [{}]".format(_one_line(section))
+    if key is not None:
+        where += " " + _one_line(key)
+        if parser is not None and parser.has_option(section, key):
+            where += " = " + _one_line(parser.get(section, key))
+        where += ":"
+    return BadArmFile("{} {}; correct the file".format(where, problem))
+
+
+def _no_such_file(path):
+    return BadArmFile("{}: there is no such arm file; give the path of one or a name that comes"
+                      " along: {}".format(_shown_path(path), ", ".join(_arms_that_come_along())))
+
+
+def _arms_that_come_along():
+    return sorted(entry[:-4] for entry in os.listdir(ARMS_FOLDER) if entry.endswith(".ini"))
+
+
+def _shown_path(path):
+    """Short where it can be: relative to the folder in which the program was started."""
+    here = os.getcwd() + os.sep
+    return _one_line(path[len(here):] if path.startswith(here) else path, 200)
+
+
+def _one_line(text, longest=60):
+    text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return text if len(text) <= longest else text[:longest] + "..."

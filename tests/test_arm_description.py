@@ -1,0 +1,258 @@
+"""The arm files that come along, and one line for every way in which a file can be wrong."""
+
+import math
+import os
+import re
+
+import pytest
+
+from shared.arm_description import ARMS_FOLDER, Arm, ArmError, BadArmFile, Pen, find_arm, read_arm
+
+GOOD = """\
+[arm]
+chain = planar
+elbow = up
+
+[shoulder]
+link = 11.3
+port = A
+motor = large
+gear = 1
+direction = 1
+lower = -90
+upper = 170
+stop_lower = -100
+stop_upper = 180
+backlash = 2
+max_speed = 180
+home = 0
+find_home = both
+
+[elbow]
+link = 9.5
+port = B
+motor = large
+gear = 1
+direction = 1
+lower = -150
+upper = 150
+stop_lower = -160
+stop_upper = 160
+backlash = 2
+max_speed = 180
+home = 0
+find_home = both
+
+[pen]
+port = C
+motor = medium
+up = 0
+down = 60
+"""
+
+
+def written(tmp_path, text):
+    path = tmp_path / "mine.ini"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode("utf-8"))
+    return str(path)
+
+
+def changed(section, key, line):
+    """GOOD with the line of this key replaced; line None takes it out."""
+    head, body = GOOD.split("[" + section + "]\n")
+    body = re.sub(rf"(?m)^{key} = .*\n", line + "\n" if line else "", body, count=1)
+    return head + "[" + section + "]\n" + body
+
+
+def test_planar_comes_along():
+    arm = read_arm(find_arm("planar"))
+    assert (arm.name, arm.chain, arm.elbow) == ("planar", "planar", "up")
+    shoulder, elbow = arm.joints
+    assert (shoulder.name, shoulder.link, shoulder.port, shoulder.motor) == (
+        "shoulder", 11.3, "A", "large")
+    assert (elbow.name, elbow.link, elbow.port, elbow.motor) == ("elbow", 9.5, "B", "large")
+    assert (shoulder.gear, shoulder.direction, shoulder.find_home) == (1, 1, "both")
+    in_degrees = [math.degrees(angle) for angle in (
+        shoulder.lower, shoulder.upper, shoulder.stop_lower, shoulder.stop_upper,
+        shoulder.backlash, shoulder.max_speed, shoulder.home)]
+    assert in_degrees == pytest.approx([-90, 170, -100, 180, 2, 180, 0])
+    assert [math.degrees(a) for a in (elbow.lower, elbow.upper, elbow.stop_lower,
+                                      elbow.stop_upper)] == pytest.approx([-150, 150, -160, 160])
+    assert arm.pen == Pen("C", "medium", 0.0, pytest.approx(math.radians(60)))
+
+
+def test_geared_is_planar_behind_a_reversing_gear():
+    planar, geared = read_arm(find_arm("planar")), read_arm(find_arm("geared"))
+    for direct, joint in zip(planar.joints, geared.joints):
+        assert (joint.gear, joint.direction) == (5, -1)
+        assert math.degrees(joint.max_speed) == pytest.approx(60)
+        assert joint._replace(gear=1, direction=1, max_speed=direct.max_speed) == direct
+    assert geared.pen == planar.pen
+
+
+@pytest.mark.parametrize("name", ["planar", "planar.ini"])
+def test_a_bare_name_is_an_arm_that_comes_along(name):
+    assert find_arm(name) == os.path.join(ARMS_FOLDER, "planar.ini")
+
+
+def test_an_existing_file_goes_before_an_arm_that_comes_along(tmp_path, monkeypatch):
+    (tmp_path / "planar.ini").write_text(GOOD)
+    monkeypatch.chdir(tmp_path)
+    assert find_arm("planar.ini") == "planar.ini"
+    assert find_arm(str(tmp_path / "planar.ini")) == str(tmp_path / "planar.ini")
+
+
+@pytest.mark.parametrize("find", [find_arm, read_arm])
+@pytest.mark.parametrize("name", ["nowhere", "no/planar.ini", ""])
+def test_a_missing_file_lists_the_arms_that_come_along(find, name):
+    with pytest.raises(BadArmFile, match="no such arm file.*geared, planar$") as caught:
+        find(name)
+    assert str(caught.value).startswith(name + ":")
+
+
+def test_everything_is_frozen(tmp_path):
+    arm = read_arm(written(tmp_path, GOOD))
+    assert isinstance(arm, Arm)
+    for value, field in ((arm, "joints"), (arm.joints[0], "link"), (arm.pen, "up")):
+        with pytest.raises(AttributeError):
+            setattr(value, field, 1)
+
+
+@pytest.mark.parametrize(("text", "check"), [
+    pytest.param(GOOD.split("[pen]")[0], lambda arm: arm.pen is None, id="no pen"),
+    pytest.param("\ufeff" + GOOD, lambda arm: arm.name == "mine", id="byte order mark"),
+    pytest.param(GOOD.replace("\n", "\r\n"), lambda arm: arm.elbow == "up", id="Windows lines"),
+    pytest.param(GOOD.replace("gear = 1", "gear = 3  ; = 24 : 8"),
+                 lambda arm: arm.joints[0].gear == 3, id="comment with ;"),
+    pytest.param(GOOD.replace("gear = 1", "gear = 3  # 50 % slower"),
+                 lambda arm: arm.joints[0].gear == 3, id="comment with #"),
+    pytest.param(changed("elbow", "direction", "direction = +1"),
+                 lambda arm: arm.joints[1].direction == 1, id="plus one"),
+    pytest.param(changed("elbow", "stop_upper", "stop_upper = none").replace(
+                     "find_home = both\n\n[pen]", "find_home = lower\n\n[pen]"),
+                 lambda arm: arm.joints[1].stop_upper is None, id="one stop"),
+    pytest.param(changed("shoulder", "max_speed", "max_speed = 1050"),
+                 lambda arm: True, id="as fast as the motor"),
+    pytest.param(changed("shoulder", "lower", "lower = -100"), lambda arm: True, id="up to a stop"),
+    pytest.param(changed("elbow", "backlash", "backlash = 0"),
+                 lambda arm: arm.joints[1].backlash == 0, id="least value"),
+    pytest.param(changed("elbow", "backlash", "backlash = 20"),
+                 lambda arm: arm.joints[1].backlash == math.radians(20), id="greatest value"),
+])
+def test_what_a_file_may_say(tmp_path, text, check):
+    assert check(read_arm(written(tmp_path, text)))
+
+
+SHOULDER = "[shoulder] "
+MALFORMED = [
+    ("not a number", changed("shoulder", "gear", "gear = five"),
+     SHOULDER + "gear = five: must be a number from 0.1 to 100"),
+    ("decimal comma", changed("shoulder", "link", "link = 11,3"),
+     SHOULDER + "link = 11,3: must be a number from 1 to 100"),
+    ("negative gear", changed("shoulder", "gear", "gear = -3"),
+     SHOULDER + "gear = -3: must be a number from 0.1 to 100"),
+    ("zero link", changed("elbow", "link", "link = 0"),
+     "[elbow] link = 0: must be a number from 1"),
+    ("NaN", changed("shoulder", "upper", "upper = nan"),
+     SHOULDER + "upper = nan: must be a number from -360 to 360"),
+    ("infinity", changed("shoulder", "max_speed", "max_speed = inf"),
+     SHOULDER + "max_speed = inf: must be a number from 1 to"),
+    ("no value", changed("shoulder", "gear", "gear ="), SHOULDER + "gear = : must be a number"),
+    ("only a comment", changed("shoulder", "gear", "gear = ; five"), "gear = : must be a number"),
+    ("negative backlash", changed("elbow", "backlash", "backlash = -1"),
+     "[elbow] backlash = -1: must be a number from 0 to 20"),
+    ("great backlash", changed("elbow", "backlash", "backlash = 21"),
+     "[elbow] backlash = 21: must be a number from 0 to 20"),
+    ("direction", changed("elbow", "direction", "direction = 2"),
+     "[elbow] direction = 2: must be one of 1, +1, -1"),
+    ("port letter", changed("elbow", "port", "port = E"),
+     "[elbow] port = E: must be one of A, B, C, D"),
+    ("port twice", changed("elbow", "port", "port = A"),
+     "[elbow] port = A: is taken by [shoulder]; each motor needs a port of its own, A to D"),
+    ("port of the pen", changed("pen", "port", "port = B"),
+     "[pen] port = B: is taken by [elbow]"),
+    ("motor", changed("elbow", "motor", "motor = huge"),
+     "[elbow] motor = huge: must be one of large, medium"),
+    ("find_home", changed("elbow", "find_home", "find_home = left"),
+     "[elbow] find_home = left: must be one of both, lower, upper, here"),
+    ("chain", changed("arm", "chain", "chain = snake"),
+     "[arm] chain = snake: must be one of planar"),
+    ("branch", changed("arm", "elbow", "elbow = left"),
+     "[arm] elbow = left: must be one of up, down"),
+    ("limits the wrong way round", changed("shoulder", "lower", "lower = 171"),
+     SHOULDER + "lower = 171: must be below upper = 170"),
+    ("limits equal", changed("shoulder", "lower", "lower = 170"), "must be below upper = 170"),
+    ("lower beyond its stop", changed("shoulder", "lower", "lower = -101"),
+     SHOULDER + "lower = -101: must not be beyond the hard stop, stop_lower = -100"),
+    ("upper beyond its stop", changed("shoulder", "upper", "upper = 181"),
+     SHOULDER + "upper = 181: must not be beyond the hard stop, stop_upper = 180"),
+    ("home below the limits", changed("shoulder", "home", "home = -91"),
+     SHOULDER + "home = -91: must be within the limits, from -90 to 170"),
+    ("home above the limits", changed("shoulder", "home", "home = 171"),
+     "home = 171: must be within"),
+    ("stop that is not there", changed("shoulder", "stop_upper", "stop_upper = none"),
+     SHOULDER + "find_home = both: touches a stop that is not there, stop_upper = none;"
+     " without it use lower or here"),
+    ("stop neither angle nor none", changed("shoulder", "stop_upper", "stop_upper = no"),
+     SHOULDER + "stop_upper = no: must be a number from -360 to 360, or none"),
+    ("faster than the motor", changed("shoulder", "gear", "gear = 10"),
+     SHOULDER + "max_speed = 180: must be a number from 1 to 105 for this motor with gear = 10"),
+    ("pen does not move", changed("pen", "down", "down = 0"),
+     "[pen] down = 0: must differ from up"),
+    ("missing key", changed("elbow", "backlash", None),
+     "[elbow] backlash: is missing; it must be a number from 0 to 20"),
+    ("missing key of the pen", changed("pen", "up", None), "[pen] up: is missing"),
+    ("missing section", GOOD.split("[elbow]")[0],
+     "[elbow] is missing; needed are the keys link, "),
+    ("empty file", "", "[arm] is missing; needed are the keys chain, elbow"),
+    ("unknown key", changed("elbow", "gear", "gear = 1\ngaer = 2"),
+     "[elbow] gaer = 2: is an unknown key; known here: link, port, motor, gear,"),
+    ("unknown section", GOOD.replace("[pen]", "[pan]"),
+     "[pan] is an unknown section; known here: arm, shoulder, elbow, pen"),
+    ("defaults", "[DEFAULT]\ngear = 2\n" + GOOD, "[DEFAULT] is an unknown section"),
+    ("key twice", changed("elbow", "gear", "gear = 1\ngear = 2"),
+     "[elbow] gear: is there twice (line 25)"),
+    ("section twice", GOOD + "[elbow]\n", "[elbow] is there twice (line 40)"),
+    ("value over two lines", changed("elbow", "gear", "gear = 1\n  2"),
+     "[elbow] gear = 1\\n2: must be a number"),
+    ("long value", changed("elbow", "gear", "gear = " + "9" * 5000), "[elbow] gear = 999"),
+    ("before any section", "gear = 1\n", "line 1 is outside any [section]"),
+    ("not INI", "[arm]\nhello\n", "line 2 is not of the form key = value"),
+    ("JSON", '{"link": 11.3}\n', "line 1 is outside any [section]"),
+    ("zero bytes", b"\0\0\0\0", "line 1 is outside any [section]"),
+    ("a picture", b"\x89PNG\r\n\x1a\n\xff\xd8", "is not a text file (UTF-8)"),
+    ("UTF-16", GOOD.encode("utf-16"), "is not a text file (UTF-8)"),
+]
+
+
+@pytest.mark.parametrize(("text", "expected"), [case[1:] for case in MALFORMED],
+                         ids=[case[0] for case in MALFORMED])
+def test_a_malformed_file_is_refused_in_one_line(tmp_path, monkeypatch, text, expected):
+    assert text != GOOD
+    written(tmp_path, text)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(BadArmFile) as caught:
+        read_arm("mine.ini")
+    message = str(caught.value)
+    assert expected in message
+    assert message.startswith("mine.ini: ")
+    assert message.endswith("; correct the file")
+    assert len(message.splitlines()) == 1
+    assert len(message) < 300
+
+
+def test_a_bad_file_is_an_arm_error_and_a_value_error():
+    assert issubclass(BadArmFile, ArmError)
+    assert issubclass(BadArmFile, ValueError)
+
+
+def test_a_folder_is_no_arm_file(tmp_path):
+    with pytest.raises(BadArmFile, match="cannot be read .*; give the path of an arm file"):
+        read_arm(str(tmp_path))
+
+
+def test_a_file_below_the_working_folder_is_named_from_there(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = written(tmp_path, "")
+    with pytest.raises(BadArmFile, match="^mine.ini: "):
+        read_arm(path)
