@@ -1,0 +1,416 @@
+"""Where the tip is, which joint angles bring it there, and how fast one changes with the other.
+
+Pure: numbers in, numbers out; no motor, no file, no clock. Plain Python, because on the brick a
+2 x 2 solve costs less without numpy than the way into it.
+
+    q   joint angles, rad, from the base outwards, one for each joint of the arm
+    p   position of the tip, cm, in the base frame: origin on the shoulder's axis, x forward, y left
+    J   Jacobian dp/dq, cm/rad, a tuple of rows: len(p) x len(q)
+    e   what is missing, p_wanted - p, cm
+
+A chain of joints is one entry in `_CHAINS`; everything else here works for any of them.
+"""
+
+import collections
+import itertools
+import math
+
+from shared.arm_description import ArmError
+
+TURN = 2 * math.pi
+
+# Rounding must not push a pose at full reach, or on a limit, out of it. Both are far below what an
+# encoder count (0.017 rad, about 0.3 cm at the tip) can show.
+REACH_SLACK = 1e-9  # cm
+LIMIT_SLACK = 1e-6  # rad: near full reach the elbow angle grows with the root of the rounding error
+
+LEAST_DAMPING = 1e-3  # cm/rad: keeps a singular J solvable, does not slow down a regular one
+RESTART = 0.1  # of the greatest step: with a smaller trust radius, J is computed, not learned
+
+SMALLEST_PIVOT = 1e-13  # relative to the greatest element of the matrix
+
+
+class Unreachable(ArmError, ValueError):
+    """A point that the arm cannot reach, or an iteration that did not find it."""
+
+
+class Singular(ArmError, ArithmeticError):
+    """A system of equations without exactly one solution, as at a singular pose."""
+
+
+Solution = collections.namedtuple("Solution", "q trace")
+Solution.__doc__ = "What an iteration found: q, rad, and its trace, a list of Iterate from q0 on."
+
+Iterate = collections.namedtuple("Iterate", "iteration q p error_cm")
+Iterate.__doc__ = "One pose of an iteration: number, q in rad, p in cm, distance to the goal in cm."
+
+
+# ---- for every chain
+
+
+def forward(arm, q):
+    """Position p of the tip, cm, at the joint angles q, rad."""
+    return joint_positions(arm, q)[-1]
+
+
+def joint_positions(arm, q):
+    """Positions, cm, of every joint from the base outwards and of the tip: len(q) + 1 points."""
+    return _chain(arm).positions(arm, q)
+
+
+def jacobian(arm, q):
+    """J = dp/dq at q, cm/rad, as a tuple of rows."""
+    return _chain(arm).jacobian(arm, q)
+
+
+def singularity(arm, q):
+    """How far q is from a singular pose, without unit: 0 at one, 1 at the best pose of the arm.
+
+    Manipulability |det J| (Yoshikawa 1985) over its greatest value, which for two links is
+    l1 l2, so that this is |sin q2|.
+    """
+    return _chain(arm).singularity(q)
+
+
+def branches(arm, p):
+    """Every q within the joint limits that brings the tip to p; the arm's preferred elbow first.
+
+    The list is empty where only the limits forbid p; raises Unreachable where the links do. Where
+    the tip would stand on the shoulder's axis, the shoulder's angle is arbitrary and one is given.
+    """
+    solutions = _solutions(arm, p)
+    found = []
+    for elbow in _elbows(arm):
+        found += (q for q in _within_limits(arm, solutions[elbow]) if q not in found)
+    return found
+
+
+def inverse(arm, p, elbow=None, near=None):
+    """The q within the joint limits that brings the tip to p (cm).
+
+    elbow  "up" | "down": only that branch. None: any
+    near   q, rad: the solution whose greatest joint travel from there is least. None: the arm's
+           preferred elbow goes first, and of solutions a turn apart the one nearest to home
+    Raises Unreachable where the links or the limits forbid p.
+    """
+    solutions = _solutions(arm, p)
+    if near is not None:
+        _check_pose(arm, near)
+    candidates = []
+    for branch in [elbow] if elbow else _elbows(arm):
+        if branch not in solutions:
+            raise ArmError("elbow = {}: must be one of {}".format(elbow, ", ".join(_elbows(arm))))
+        candidates += _within_limits(arm, solutions[branch])
+        if candidates and near is None:
+            break
+    if not candidates:
+        raise _forbidden(arm, p, [("elbow " + branch, solutions[branch])
+                                  for branch in ([elbow] if elbow else _elbows(arm))])
+    start = near if near is not None else [joint.home for joint in arm.joints]
+    return min(candidates, key=lambda q: _travel(start, q))
+
+
+# ---- inverse by iteration
+
+
+def newton_inverse(arm, p, q0, tolerance=1e-6, max_iterations=100, max_step=0.5):
+    """Newton's method from q0 to the pose whose tip is at p: Solution(q, trace).
+
+    Each step solves J dq = e with the Jacobian of the pose it starts from, damped where J is nearly
+    singular (Levenberg-Marquardt; Wampler 1986 for arms) and no longer than a trust radius.
+
+    tolerance       of the tip's position, cm
+    max_iterations  after which Unreachable is raised
+    max_step        greatest change of any joint in one step, rad
+    Limits do not bend the way there; raises Unreachable where its end is outside them.
+    """
+    def exact(J, q, dq, dp):
+        return jacobian(arm, q)
+
+    return _iterate(arm, p, q0, exact, tolerance, max_iterations, max_step)
+
+
+def broyden_inverse(arm, p, q0, tolerance=1e-6, max_iterations=100, max_step=0.5):
+    """Broyden's method: as `newton_inverse`, but the Jacobian is learned on the way, not computed.
+
+    J is computed at q0; from then on each step corrects it by the rank-one update that changes it
+    least while explaining what the step did (Broyden 1965). Rejected steps correct it, too: they
+    teach the most. Where only tiny steps help, if any, it is computed again.
+    From far off that may take more than 100 iterations, though for fewer than 1 start in 1000.
+    """
+    def learned(J, q, dq, dp):
+        return broyden_update(J, dq, dp)
+
+    return _iterate(arm, p, q0, learned, tolerance, max_iterations, max_step)
+
+
+def broyden_update(J, dq, dp):
+    """J + (dp - J dq) dq^T / (dq^T dq), as a tuple of rows; dq must not be zero."""
+    square = sum(d * d for d in dq)
+    return tuple(
+        tuple(a + (moved - _dot(row, dq)) * d / square for a, d in zip(row, dq))
+        for row, moved in zip(J, dp))
+
+
+def _iterate(arm, p, q0, update, tolerance, max_iterations, max_step):
+    _check_point(arm, p)
+    _check_pose(arm, q0)
+    q = tuple(q0)
+    here = forward(arm, q)
+    error = _distance(here, p)
+    J = jacobian(arm, q)
+    radius = max_step
+    trace = [Iterate(0, q, here, error)]
+    while error > tolerance:
+        if len(trace) > max_iterations:
+            raise Unreachable("{}: no solution after {} iterations from {} deg, still {:.3g} cm"
+                              " away; choose another start or point".format(
+                                  _shown(p), max_iterations, _degrees(q0), error))
+        e = [wanted - is_ for wanted, is_ in zip(p, here)]
+        # Damping that fades with the error keeps the end of the way quadratic
+        dq = _clamped(damped_solve(J, e, max(0.1 * error, LEAST_DAMPING)), radius)
+        if _sideways_only(J, e):
+            dq = min(_ways_out(arm, J, radius), key=lambda way: _distance(
+                forward(arm, _added(q, way)), p))
+        there = _added(q, dq)
+        reached = forward(arm, there)
+        dp = [after - before for after, before in zip(reached, here)]
+        if _distance(reached, p) < error:
+            q, here, error = there, reached, _distance(reached, p)
+            radius = min(2 * radius, max_step)
+        else:
+            radius /= 4
+        stuck = radius < RESTART * max_step
+        J = jacobian(arm, q) if stuck else update(J, q, dq, dp)
+        trace.append(Iterate(len(trace), q, here, error))
+    return Solution(_settled(arm, p, q), trace)
+
+
+def _sideways_only(J, e):
+    """Whether no joint moves the tip towards the goal: J^T e vanishes against |J| |e|."""
+    slope = sum(_dot(column, e) ** 2 for column in zip(*J))
+    return slope <= 1e-12 * sum(_dot(row, row) for row in J) * _dot(e, e)
+
+
+def _ways_out(arm, J, radius):
+    """Steps out of a tie: stretched out or folded, with the goal straight ahead or behind.
+
+    There every joint moves the tip sideways only, but two ways lead on in the second order: bending
+    the last joint while the others hold the tip (what is left of its motion where J sees none), and
+    turning the whole arm.
+    """
+    side = 1.0 if arm.elbow == "up" else -1.0
+    bend = [0.0] * (len(J[0]) - 1) + [side]
+    held = damped_solve(J, [_dot(row, bend) for row in J], LEAST_DAMPING)
+    bend = [b - h for b, h in zip(bend, held)]
+    greatest = max(map(abs, bend))
+    return [[b * radius / greatest for b in bend], [side * radius] + [0.0] * (len(J[0]) - 1)]
+
+
+def _added(q, dq):
+    return tuple(angle + d for angle, d in zip(q, dq))
+
+
+def _settled(arm, p, q):
+    """q, moved by full turns into the limits, to the nearest place where they allow it."""
+    candidates = _within_limits(arm, q)
+    if not candidates:
+        raise _forbidden(arm, p, [("the pose found", q)])
+    return min(candidates, key=lambda found: _travel(q, found))
+
+
+def _clamped(dq, radius):
+    greatest = max(map(abs, dq))
+    return [d * radius / greatest for d in dq] if greatest > radius else dq
+
+
+# ---- small dense systems
+
+
+def solve(J, b, damping=0.0):
+    """x with J x = b, for a square J; with damping > 0, and then for any shape, `damped_solve`.
+
+    Gaussian elimination with partial pivoting. Raises Singular when a pivot vanishes against the
+    greatest element of J.
+    """
+    if damping:
+        return damped_solve(J, b, damping)
+    n = len(b)
+    rows = [list(row) + [value] for row, value in zip(J, b)]
+    least = SMALLEST_PIVOT * max(abs(a) for row in J for a in row)
+    for k in range(n):
+        pivot = max(range(k, n), key=lambda i: abs(rows[i][k]))
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        if not abs(rows[k][k]) > least:  # worded so that NaN ends here, too
+            raise Singular("the equations are singular (pivot {:.3g}); move the arm away from its"
+                           " stretched or folded pose".format(rows[k][k]))
+        for i in range(k + 1, n):
+            factor = rows[i][k] / rows[k][k]
+            for j in range(k, n + 1):
+                rows[i][j] -= factor * rows[k][j]
+    x = [0.0] * n
+    for k in reversed(range(n)):
+        known = sum(rows[k][j] * x[j] for j in range(k + 1, n))
+        x[k] = (rows[k][n] - known) / rows[k][k]
+    return x
+
+
+def damped_solve(J, e, damping):
+    """x that makes |J x - e|^2 + damping^2 |x|^2 least, for a J of any shape.
+
+    x = (J^T J + damping^2 I)^-1 J^T e, or the same with J J^T where J has fewer rows than columns.
+    damping has the unit of J. With damping 0, this is the least-squares or the shortest solution,
+    and Singular is raised where J has not full rank.
+    """
+    columns = tuple(zip(*J))
+    wide = len(J) < len(columns)
+    vectors = J if wide else columns
+    square = [[_dot(a, b) for b in vectors] for a in vectors]
+    for i in range(len(square)):
+        square[i][i] += damping * damping
+    if wide:
+        y = solve(square, e)
+        return [_dot(column, y) for column in columns]
+    return solve(square, [_dot(column, e) for column in columns])
+
+
+def _dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
+# ---- the planar chain: every axis upright, the angles add up along the chain
+
+
+def _planar_positions(arm, q):
+    x = y = heading = 0.0
+    positions = [(x, y)]
+    for joint, angle in zip(arm.joints, q):
+        heading += angle
+        x += joint.link * math.cos(heading)
+        y += joint.link * math.sin(heading)
+        positions.append((x, y))
+    return positions
+
+
+def _planar_jacobian(arm, q):
+    """A turn about an upright axis moves the tip across its lever arm (geometric Jacobian)."""
+    positions = _planar_positions(arm, q)
+    x, y = positions.pop()
+    return (tuple(joint_y - y for _, joint_y in positions),
+            tuple(x - joint_x for joint_x, _ in positions))
+
+
+def _planar_solutions(arm, p):
+    """{"up": q, "down": q}, limits aside; by the cosine rule, with half angles.
+
+    The elbow's tangent form keeps its digits at full reach and at the hole, where acos loses half.
+    """
+    upper, fore = (joint.link for joint in arm.joints)
+    outer, hole = upper + fore, abs(upper - fore)
+    distance = math.hypot(*p)
+    if not hole - REACH_SLACK <= distance <= outer + REACH_SLACK:
+        where, advice = (("out of reach", "nearer") if distance > outer else
+                         ("in the hole in the middle", "farther out"))
+        raise Unreachable("{} is {:.6g} cm from the shoulder, {}: the links reach from {:.6g} to"
+                          " {:.6g} cm; choose a point {}".format(
+                              _shown(p), distance, where, hole, outer, advice))
+    bend = 2 * math.atan2(math.sqrt(max(0.0, (outer - distance) * (outer + distance))),
+                          math.sqrt(max(0.0, (distance - hole) * (distance + hole))))
+    heading = math.atan2(p[1], p[0])
+    inside = math.atan2(fore * math.sin(bend), upper + fore * math.cos(bend))
+    return {"up": (heading - inside, bend), "down": (heading + inside, -bend)}
+
+
+def _planar_singularity(q):
+    return abs(math.sin(q[1]))
+
+
+# A chain: positions(arm, q), jacobian(arm, q), solutions(arm, p) -> {branch: q} limits aside,
+# singularity(q), and the number of coordinates of p.
+_Chain = collections.namedtuple("_Chain", "positions jacobian solutions singularity coordinates")
+_CHAINS = {
+    "planar": _Chain(
+        _planar_positions, _planar_jacobian, _planar_solutions, _planar_singularity, 2),
+}
+
+
+def _chain(arm):
+    try:
+        return _CHAINS[arm.chain]
+    except KeyError:
+        raise ArmError("{}: no kinematics for chain = {}; use one of {}".format(
+            arm.file, arm.chain, ", ".join(sorted(_CHAINS)))) from None
+
+
+# ---- limits
+
+
+def _solutions(arm, p):
+    _check_point(arm, p)
+    return _chain(arm).solutions(arm, p)
+
+
+def _check_point(arm, p):
+    coordinates = _chain(arm).coordinates
+    # Squares must stay finite, too
+    if len(p) != coordinates or not all(abs(c) < 1e100 for c in p):
+        raise Unreachable("{}: a point is {} finite numbers, cm; give such a point".format(
+            _shown(p), coordinates))
+
+
+def _check_pose(arm, q):
+    if len(q) != len(arm.joints) or not all(map(math.isfinite, q)):
+        raise ArmError("{} deg: a pose is {} finite angles; give such a pose".format(
+            _degrees(q), len(arm.joints)))
+
+
+def _elbows(arm):
+    return ("up", "down") if arm.elbow == "up" else ("down", "up")
+
+
+def _within_limits(arm, q):
+    """Every q that differs from this one by full turns and is within the joint limits."""
+    return list(itertools.product(*(
+        _turned(joint, angle) for joint, angle in zip(arm.joints, q))))
+
+
+def _turned(joint, angle):
+    first = math.ceil((joint.lower - LIMIT_SLACK - angle) / TURN)
+    last = math.floor((joint.upper + LIMIT_SLACK - angle) / TURN)
+    return [min(max(angle + k * TURN, joint.lower), joint.upper) for k in range(first, last + 1)]
+
+
+def _forbidden(arm, p, poses):
+    """The Unreachable that says, for each (name, q), which joint would break which limit."""
+    reasons = []
+    for name, q in poses:
+        joint, angle = next((joint, angle) for joint, angle in zip(arm.joints, q)
+                            if not _turned(joint, angle))
+        # Of the turns, the one that comes nearest to what is allowed
+        middle = (joint.lower + joint.upper) / 2
+        angle -= TURN * round((angle - middle) / TURN)
+        side, limit = ("lower", joint.lower) if angle < middle else ("upper", joint.upper)
+        reasons.append("{} needs {} at {:.2f} deg, limit {} = {:.2f} deg".format(
+            name, joint.name, math.degrees(angle), side, math.degrees(limit)))
+    return Unreachable("{} is within reach of the links but not of the joint limits ({}); choose"
+                       " another point".format(_shown(p), "; ".join(reasons)))
+
+
+# ---- wording and distances
+
+
+def _distance(a, b):
+    return math.sqrt(sum((x - y) ** 2 for x, y in zip(a, b)))
+
+
+def _travel(q, to):
+    """The greatest way of any joint, which is what takes the time."""
+    return max(abs(a - b) for a, b in zip(q, to))
+
+
+def _shown(p):
+    return "({}) cm".format(", ".join("{:.6g}".format(c) for c in p))
+
+
+def _degrees(q):
+    return "({})".format(", ".join("{:.1f}".format(math.degrees(angle)) for angle in q))
