@@ -1,0 +1,104 @@
+"""The emulated brick: the plant, the motors' drivers and the sysfs they show, on one world's clock."""
+
+from collections import namedtuple
+
+from laptop.simulator import plant as plants
+from laptop.simulator.sysfs import Sysfs
+from laptop.simulator.tacho_motor import DRIVER, TICK, TachoMotor
+from robot import kinematics
+
+STEP = 0.001
+SAMPLE_EVERY = 5
+PORTS = "ABCD"
+
+Sample = namedtuple("Sample", "t q x y pen")
+"""One row of the record: s, true link angles (rad), true tip (cm), 0 or 1."""
+
+
+class EmulatedBrick(object):
+    """An arm on a brick, ready for python-ev3dev2.
+
+    Args:
+        world: the clock.
+        arm: Arm, what is plugged in where.
+        plant: constants from `plant.read_plant`; the honest LEGO arm if None.
+        start: joint angles at the start, rad; the home pose if None.  Encoders read 0 there.
+        extra: port -> "large" or "medium", motors that move nothing.
+
+    Attributes:
+        record: Samples, one per 5 ms.
+    """
+
+    def __init__(self, world, arm, plant=None, start=None, extra=None):
+        self.world = world
+        self.arm = arm
+        constants = plants.read_plant() if plant is None else plant
+        self.plant = plants.ArmPlant(arm, constants, start)
+        self.sysfs = Sysfs(world, constants["access"])
+        self.motors = {}
+        kinds = {joint.port: joint.motor for joint in arm.joints}
+        if arm.pen:
+            kinds[arm.pen.port] = arm.pen.motor
+        for port, kind in (extra or {}).items():
+            if port not in kinds:
+                kinds[port] = kind
+                self.plant.add_bare_motor(port, kind)
+        for port in sorted(kinds):
+            self._plug(port, kinds[port])
+        self.record = []
+        self._steps = 0
+        self._sample()
+        world.bodies.append(self.advance)
+
+    def _plug(self, port, kind):
+        motor = TachoMotor(port, kind, self.plant.drives[port], self.plant.plant["phase"])
+        self.motors[port] = motor
+        discovery = {"address": "ev3-ports:out" + port, "driver_name": DRIVER[kind]}
+        self.sysfs.add("tacho-motor", "motor{}".format(PORTS.index(port)), discovery, motor)
+
+    def advance(self, t):
+        """Bring physics and drivers up to time `t`, s."""
+        ticks = round(TICK / STEP)
+        while (self._steps + 1) * STEP <= t + 1e-9:
+            self.plant.step(STEP)
+            self._steps += 1
+            now = self._steps * STEP
+            regulate = self._steps % ticks == 0
+            for motor in self.motors.values():
+                motor.encoder.update(now, motor.drive.shaft)
+                if regulate:
+                    motor.tick(now)
+            if self._steps % SAMPLE_EVERY == 0:
+                self._sample()
+
+    def _sample(self):
+        q = self.plant.q
+        x, y = kinematics.forward(self.arm, q)
+        self.record.append(Sample(self._steps * STEP, q, x, y, int(self.plant.pen_down)))
+
+    def reset_motors(self):
+        """What brickrun does after the Back button: coast, encoders to zero."""
+        for motor in self.motors.values():
+            if not motor.unplugged:
+                motor.write("command", "reset")
+
+    def driven(self):
+        """Ports of the motors that a command is turning."""
+        return [port for port in sorted(self.motors) if self.motors[port].driven]
+
+    # Faults
+
+    def unplug(self, port):
+        """Pull the cable of the motor at `port`."""
+        self.motors[port].unplug()
+        self.sysfs.remove("tacho-motor", "motor{}".format(PORTS.index(port)))
+
+    def jam(self, port):
+        """Block what the motor at `port` moves."""
+        drive = self.plant.drives[port]
+        if drive.link is not None:
+            drive.link.jammed = True
+
+    def kill_encoder(self, port):
+        """The encoder at `port` counts no more."""
+        self.motors[port].encoder.dead = True

@@ -1,0 +1,300 @@
+"""What lies behind the encoders: rotors, gears, gaps, links, friction, stops and the pen.
+
+Per joint two masses, the rotor (seen through the gear) and the link, are separated by a real gap, the
+backlash; where the gap is closed they move as one (contact is rigid, impacts are inelastic).  All
+friction is Coulomb's, solved as an impulse per step, so that things at rest stay at rest.  The links'
+inertias are constants: the torques that one joint's acceleration puts on the other are left out.
+
+Constants of the EV3 motors: derived from the loaded and no-load points of published measurements, with
+the rotor inertia set so that the stopping distances of real motors come out (see the README).
+Units here are SI: rad, s, Nm, kg m2, V, N.
+"""
+
+import math
+import random
+from collections import namedtuple
+
+from robot import kinematics
+from shared.arm_description import ArmError
+
+MotorConstants = namedtuple("MotorConstants", "torque_constant emf_constant resistance friction inertia")
+"""Nm/A, V s/rad, ohm, Nm and kg m2 at the motor's output shaft."""
+
+MOTORS = {
+    "large": MotorConstants(0.275, 0.473, 5.50, 0.0165, 0.0014),
+    "medium": MotorConstants(0.246, 0.291, 10.7, 0.0246, 0.0005),
+}
+
+TOUCHES_AT = 0.8
+"""The share of the way from `up` to `down` at which the pen touches: `down` presses a little."""
+
+Constant = namedtuple("Constant", "default lower upper unit scatter meaning")
+"""`scatter`: whether a random plant draws this constant around its value."""
+
+CONSTANTS = {
+    "voltage": Constant(8.0, 4.5, 10.0, "V", True, "battery voltage at the motors"),
+    "torque_constant": Constant(1.0, 0.3, 3.0, "x", True, "motor torque per ampere, times nominal"),
+    "emf_constant": Constant(1.0, 0.3, 3.0, "x", True, "back-EMF per speed, times nominal"),
+    "resistance": Constant(1.0, 0.3, 3.0, "x", True, "winding resistance, times nominal"),
+    "rotor_inertia": Constant(1.0, 0.2, 5.0, "x", True, "rotor inertia, times nominal"),
+    "rotor_friction": Constant(1.0, 0.0, 5.0, "x", True, "friction in the motor, times nominal"),
+    "link_friction": Constant(0.01, 0.0, 0.2, "Nm", True, "friction of the bearing behind the gap"),
+    "shoulder_inertia": Constant(0.003, 1e-5, 0.1, "kg m2", True, "first link and all it carries"),
+    "elbow_inertia": Constant(0.0006, 1e-5, 0.1, "kg m2", True, "second link with the pen"),
+    "pen_drag": Constant(0.04, 0.0, 2.0, "N", True, "pen on paper; a pen of 10 g resting on it"),
+    "load": Constant(0.0, -0.4, 0.4, "Nm", False, "constant torque on every joint"),
+    "backlash": Constant(None, 0.0, 20.0, "deg", False, "play at every joint; as described if not given"),
+    "zero_error": Constant(0.0, -5.0, 5.0, "deg", False, "true joint angles where the zero is believed"),
+    "phase": Constant(0.25, 0.0, 0.5, "deg", False, "where between two encoder edges the shafts start"),
+    "access": Constant(0.001, 0.0, 0.1, "s", False, "time of one sysfs access"),
+    "spread": Constant(0.2, 0.0, 0.5, "", False, "half-width of the random draw, as a fraction"),
+    "seed": Constant(None, 0, 2 ** 31, "", False, "draw the scattered constants with this seed"),
+}
+
+
+class BadPlant(ArmError, ValueError):
+    """A plant constant that is unknown or out of range."""
+
+
+def read_plant(text=""):
+    """The plant constants of a text such as `backlash=3,voltage=7.2,load=-0.1..0.1,seed=4`.
+
+    `KEY=LOW..HIGH` draws uniformly; `seed` alone scatters the motor constants, the frictions, inertias
+    and the voltage by up to `spread` around their values.
+
+    Returns:
+        dict, name -> float or None (backlash only: as described).
+
+    Raises:
+        BadPlant: naming the key, the value and its range.
+    """
+    given = {}
+    for item in filter(None, (part.strip() for part in text.split(","))):
+        key, equals, value = item.partition("=")
+        key = key.strip()
+        if not equals or key not in CONSTANTS:
+            raise BadPlant(
+                "no plant constant '{}' in '{}'; known: {}".format(key, item, ", ".join(CONSTANTS))
+            )
+        bounds = [_number(key, part) for part in value.split("..")]
+        if len(bounds) > 2:
+            raise BadPlant("plant {}: '{}' is neither a value nor LOW..HIGH".format(key, value))
+        given[key] = bounds
+    seed = given.pop("seed", [None])[0]
+    draw = random.Random(seed)
+    spread = given.get("spread", [CONSTANTS["spread"].default])[0]
+    plant = {}
+    for key in sorted(CONSTANTS):
+        constant = CONSTANTS[key]
+        bounds = given.get(key, [constant.default])
+        luck = draw.uniform(-1, 1)
+        if len(bounds) == 2:
+            plant[key] = (bounds[0] + bounds[1]) / 2 + luck * (bounds[1] - bounds[0]) / 2
+        elif seed is not None and constant.scatter:
+            plant[key] = bounds[0] * (1 + spread * luck)
+        else:
+            plant[key] = bounds[0]
+    return plant
+
+
+def _number(key, text):
+    constant = CONSTANTS[key]
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not constant.lower <= value <= constant.upper:
+        raise BadPlant(
+            "plant {} = {}: must be a number from {} to {} {} ({})".format(
+                key, text, constant.lower, constant.upper, constant.unit, constant.meaning
+            ).replace("  ", " ")
+        )
+    return value
+
+
+def motor_constants(kind, plant):
+    """The constants of one motor of this plant."""
+    nominal = MOTORS[kind]
+    return MotorConstants(
+        nominal.torque_constant * plant["torque_constant"],
+        nominal.emf_constant * plant["emf_constant"],
+        nominal.resistance * plant["resistance"],
+        nominal.friction * plant["rotor_friction"],
+        nominal.inertia * plant["rotor_inertia"],
+    )
+
+
+def _slowed(speed, by):
+    """Coulomb friction: `speed` after an impulse that can take away at most `by`."""
+    if speed > by:
+        return speed - by
+    if speed < -by:
+        return speed + by
+    return 0.0
+
+
+class Drive(object):
+    """One motor's rotor and, behind gear and gap, the link it moves.
+
+    Args:
+        motor: MotorConstants.
+        voltage: battery, V.
+        ratio: motor turns per joint turn, negative where the gear train reverses.
+        link: None for a bare motor, else Link.
+        angle: where rotor and link start, rad at the joint; the encoder reads 0 there.
+    """
+
+    def __init__(self, motor, voltage, ratio=1.0, link=None, angle=0.0):
+        self.motor = motor
+        self.voltage = voltage
+        self.ratio = ratio
+        self.link = link
+        self.angle = angle
+        self.speed = 0.0
+        self._start = angle
+        self.duty = None
+        """-1 .. 1; 0 shorts the motor (brake), None leaves it open (coast)."""
+
+    @property
+    def shaft(self):
+        """Angle of the motor's shaft since the start, rad."""
+        return (self.angle - self._start) * self.ratio
+
+    def step(self, h):
+        """Advance by `h` seconds."""
+        motor = self.motor
+        ratio = self.ratio
+        torque = 0.0
+        if self.duty is not None:
+            current = self.duty * self.voltage - motor.emf_constant * self.speed * ratio
+            torque = motor.torque_constant * current / motor.resistance
+        inertia = motor.inertia * ratio * ratio
+        pushed = self.speed + h * ratio * torque / inertia
+        drag = h * abs(ratio) * motor.friction / inertia
+        link = self.link
+        if link is None:
+            self.speed = _slowed(pushed, drag)
+            self.angle += h * self.speed
+            return
+        link_pushed = link.speed + h * link.load / link.inertia
+        link_drag = h * link.friction / link.inertia
+        speed = _slowed(pushed, drag)
+        link_speed = 0.0 if link.jammed else _slowed(link_pushed, link_drag)
+        gap = self.angle - link.angle + h * (speed - link_speed)
+        touching = 0.0
+        if abs(gap) > link.play:
+            touching = math.copysign(link.play, gap)
+            both = inertia + link.inertia
+            together = (inertia * pushed + link.inertia * link_pushed) / both
+            speed = _slowed(together, (inertia * drag + link.inertia * link_drag) / both)
+            if link.jammed:
+                speed = 0.0
+            link_speed = speed
+        angle = link.angle + h * link_speed
+        if touching:
+            angle = self.angle + h * speed - touching
+            if link.jammed:
+                angle = link.angle
+        if not link.lower <= angle <= link.upper:
+            angle = min(max(angle, link.lower), link.upper)
+            link_speed = 0.0
+            if touching:
+                speed = 0.0
+        link.angle = angle
+        link.speed = link_speed
+        self.angle = angle + touching if touching else self.angle + h * speed
+        self.speed = speed
+
+
+class Link(object):
+    """What turns behind the gap: inertia, friction, stops and the torque on it."""
+
+    def __init__(self, angle, inertia, friction, backlash, lower, upper):
+        self.angle = angle
+        self.speed = 0.0
+        self.inertia = inertia
+        self.friction = friction
+        self.play = backlash / 2.0
+        self.lower = lower
+        self.upper = upper
+        self.load = 0.0
+        self.jammed = False
+
+
+class ArmPlant(object):
+    """The arm that the emulated brick moves.
+
+    Args:
+        arm: its description; the true backlash differs from it where the plant says so.
+        plant: constants, as `read_plant` returns them.
+        start: joint angles at the start, rad; the home pose if None.
+
+    Attributes:
+        drives: port letter -> Drive.
+    """
+
+    def __init__(self, arm, plant, start=None):
+        self.arm = arm
+        self.plant = plant
+        self.drives = {}
+        self.joints = []
+        start = [joint.home for joint in arm.joints] if start is None else start
+        error = math.radians(plant["zero_error"])
+        for number, (joint, angle) in enumerate(zip(arm.joints, start)):
+            described = plant["backlash"] is None
+            link = Link(
+                angle + error,
+                plant["shoulder_inertia" if number == 0 else "elbow_inertia"],
+                plant["link_friction"],
+                joint.backlash if described else math.radians(plant["backlash"]),
+                -math.inf if joint.stop_lower is None else joint.stop_lower,
+                math.inf if joint.stop_upper is None else joint.stop_upper,
+            )
+            drive = self._drive(joint.motor, joint.gear * joint.direction, link, angle + error)
+            self.drives[joint.port] = drive
+            self.joints.append(drive)
+        if arm.pen:
+            self.drives[arm.pen.port] = self._drive(arm.pen.motor, 1.0, None, arm.pen.up)
+
+    def _drive(self, kind, ratio, link, angle):
+        return Drive(motor_constants(kind, self.plant), self.plant["voltage"], ratio, link, angle)
+
+    def add_bare_motor(self, port, kind):
+        """Plug a motor that moves nothing into a free port."""
+        self.drives[port] = self._drive(kind, 1.0, None, 0.0)
+
+    @property
+    def q(self):
+        """The TRUE joint angles (of the links), rad."""
+        return tuple(drive.link.angle for drive in self.joints)
+
+    @property
+    def pen_down(self):
+        """Whether the pen touches the paper; a pen without a motor always does."""
+        pen = self.arm.pen
+        if not pen:
+            return True
+        return (self.drives[pen.port].angle - pen.up) / (pen.down - pen.up) > TOUCHES_AT
+
+    def step(self, h):
+        """Advance everything by `h` seconds."""
+        self._load_links()
+        for drive in self.drives.values():
+            if drive.duty or drive.speed or drive.link is not None:
+                drive.step(h)
+
+    def _load_links(self):
+        """Constant load, and the paper dragging at the pen against its motion."""
+        links = [drive.link for drive in self.joints]
+        for link in links:
+            link.load = self.plant["load"]
+        if not self.plant["pen_drag"] or not any(link.speed for link in links) or not self.pen_down:
+            return
+        rows = kinematics.jacobian(self.arm, self.q)
+        metres = [[0.01 * value for value in row] for row in rows]
+        velocity = [sum(a * link.speed for a, link in zip(row, links)) for row in metres]
+        # Below 5 mm/s the drag fades with speed: a stiff sign change would ring at this step.
+        force = -self.plant["pen_drag"] / max(math.sqrt(sum(v * v for v in velocity)), 0.005)
+        for row, v in zip(metres, velocity):
+            for a, link in zip(row, links):
+                link.load += a * force * v

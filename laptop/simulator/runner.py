@@ -1,0 +1,201 @@
+"""Runs an ev3dev2 script, unmodified, on an emulated brick, as `python3 SCRIPT ARGS` would there.
+
+Rule: what is asked of the brick is its clock, its sysfs and a way to reset its motors; what comes
+out is what a shell would see.  Exit statuses beyond the program's own:
+
+    2    there is no such script, as Python says it
+    124  it would never end: past the time limit, frozen, all threads waiting for each other, or
+         computing without end
+    130  an unhandled KeyboardInterrupt
+    137  killed: `kill_at`, or the Back button, after which every motor is reset
+    128 + n  ended by signal n
+"""
+
+import collections
+import os
+import signal
+import sys
+import threading
+import traceback
+import types
+
+from laptop.simulator.peripherals import Peripherals
+from laptop.simulator.shims import Shims
+from laptop.simulator.world import ENDLESS, Over, Verdict
+
+Outcome = collections.namedtuple("Outcome", ["status", "reason", "t", "accesses"])
+Outcome.__doc__ = """How a run ended.
+
+status    exit status
+reason    "ended" (by itself, whatever the status), or what ended it: "timeout", "frozen", "killed",
+          "back button", "deadlock", "stuck", a signal's name, "no script"
+t         virtual time at its end, s
+accesses  sysfs accesses it made
+"""
+
+_WHY = {
+    "timeout": "stopped after {limit:g} s of virtual time; allow more with a longer timeout",
+    "frozen": "frozen at {t:.3f} s, as ordered",
+    "killed": "killed at {t:.3f} s, as ordered",
+    "back button": "killed by the Back button at {t:.3f} s; every motor was reset",
+    "deadlock": "at {t:.3f} s every thread waits for ever, and no button press is due",
+    "stuck": "at {t:.3f} s it computed for {patience:g} s without looking at the clock",
+}
+_FORWARDED = ("SIGINT", "SIGTERM", "SIGHUP")
+
+
+def run_script(
+    brick,
+    script,
+    args=(),
+    peripherals=None,
+    presses=(),
+    signals=(),
+    freeze_at=None,
+    kill_at=None,
+    timeout=600.0,
+    aftermath=1.0,
+    patience=60.0
+):
+    """Run `script` on `brick` until it ends, and let the world go on a little.
+
+    Signals that reach this process meanwhile go to the script.
+
+    Args:
+        brick: has `world`, `sysfs` and `reset_motors()`.
+        script: path of a Python file.
+        args: its arguments, strings.
+        peripherals: Peripherals on the brick's sysfs; new ones if None.
+        presses: Press values, see `peripherals.read_press`.
+        signals: (s, signal number) pairs, to be delivered to the script.
+        freeze_at: the script never acts again from then on, s; the motors keep their last command.
+        kill_at: SIGKILL, s; brickrun is not there, so the motors keep their last command.
+        timeout: virtual seconds the script may take.
+        aftermath: virtual seconds the world goes on after its end.
+        patience: wall seconds it may compute without looking at the clock.
+
+    Returns:
+        Outcome
+    """
+    world, sysfs = brick.world, brick.sysfs
+    try:
+        with open(script, "rb") as file:
+            source = file.read()
+    except OSError as error:
+        _complain("can't open script {!r}: {}; give the path of a Python file", script, error.strerror)
+        return Outcome(2, "no script", world.now(), 0)
+    if peripherals is None:
+        peripherals = Peripherals(world, sysfs)
+    shims = Shims(world, peripherals)
+
+    def back():
+        world.halt(Verdict(128 + signal.SIGKILL, "back button"))
+        brick.reset_motors()
+
+    peripherals.on_back = back
+    start, accesses = world.now(), sysfs.accesses
+    for press in presses:
+        peripherals.press(press)
+    for t, number in signals:
+        world.at(t, _call(shims.signals.post, number))
+    if freeze_at is not None:
+        world.at(freeze_at, _call(world.halt, Verdict(ENDLESS, "frozen")))
+    if kill_at is not None:
+        world.at(kill_at, _call(world.halt, Verdict(128 + signal.SIGKILL, "killed")))
+    folder = os.path.dirname(os.path.realpath(script))
+    with shims.installed(folder), sysfs.installed(), _forwarding(world, shims.signals):
+        sys.excepthook = sys.__excepthook__
+        sys.argv = [script] + list(args)
+        sys.path.insert(0, folder)
+        verdict = world.run(lambda: _main(shims, script, source), start + timeout, patience)
+        sys.stdout.flush()
+        end = world.now()
+        if verdict.reason in _WHY:
+            why = _WHY[verdict.reason].format(t=end, limit=timeout, patience=patience)
+            _complain("{}: {}", os.path.basename(script), why)
+        outcome = Outcome(verdict.status, verdict.reason, end, sysfs.accesses - accesses)
+        peripherals.on_back = None
+        world.advance(end + aftermath)
+    return outcome
+
+
+def _call(function, argument):
+    return lambda: function(argument)
+
+
+def _complain(message, *values):
+    sys.stderr.write("simulate: " + message.format(*values) + "\n")
+
+
+def _main(shims, script, source):
+    """Be the interpreter: run `source` as `__main__`; the exit status."""
+    shims.threads.enter_main()
+    module = types.ModuleType("__main__")
+    module.__file__ = script
+    module.__builtins__ = __builtins__
+    module.__cached__ = None
+    sys.modules["__main__"] = module
+    try:
+        try:
+            exec(compile(source, script, "exec", dont_inherit=True), vars(module))
+            status = 0
+        except Over:
+            raise
+        except BaseException:
+            status = _status_of(*sys.exc_info())
+        try:
+            shims.finish()
+        except KeyboardInterrupt:
+            status = _status_of(*sys.exc_info())
+    finally:
+        sys.stdout.flush()
+    # As Python does at its end: objects let go of what they hold while the world still listens.
+    vars(module).clear()
+    return status
+
+
+def _status_of(kind, value, trace):
+    if issubclass(kind, SystemExit):
+        code = value.code
+        if code is None:
+            return 0
+        if isinstance(code, int):
+            return code & 0xFF
+        sys.stdout.flush()
+        sys.stderr.write("{}\n".format(code))
+        return 1
+    while trace is not None and trace.tb_frame.f_code is _main.__code__:
+        trace = trace.tb_next
+    sys.stdout.flush()
+    if sys.excepthook is sys.__excepthook__:
+        traceback.print_exception(kind, value, trace)
+    else:
+        sys.excepthook(kind, value, trace)
+    return 128 + signal.SIGINT if issubclass(kind, KeyboardInterrupt) else 1
+
+
+class _forwarding(object):
+    """Signals to this process go to the script; only the host's main thread can arrange that.
+
+    A second one that finds the first not yet looked at ends the run.
+    """
+
+    def __init__(self, world, signals):
+        self._world = world
+        self._signals = signals
+        self._before = {}
+
+    def __enter__(self):
+        if threading.current_thread() is threading.main_thread():
+            for name in _FORWARDED:
+                number = getattr(signal, name)
+                self._before[number] = signal.signal(number, self._forward)
+
+    def _forward(self, number, frame):
+        if number in self._signals.pending:
+            self._world.halt(Verdict(128 + number, signal.Signals(number).name))
+        self._signals.post(number)
+
+    def __exit__(self, *error):
+        for number, handler in self._before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,193 @@
+"""One script on one emulated arm, from the words of a command line to what came out.
+
+The brick wakes up as its user left it: the arm parked, its zero on file; or lost, never homed.
+"""
+
+import contextlib
+import json
+import math
+import os
+import random
+import re
+import shutil
+import signal
+import tempfile
+from collections import namedtuple
+
+from laptop.simulator.brick import EmulatedBrick
+from laptop.simulator.peripherals import Peripherals
+from laptop.simulator.runner import run_script
+from laptop.simulator.world import World
+from robot import kinematics
+from robot.zero import Zero
+from shared.arm_description import ArmError
+
+Fault = namedtuple("Fault", "kind what t")
+"""What goes wrong: its kind, a port or value (or None), and when (s)."""
+
+FAULTS = {
+    "unplug": "PORT",
+    "stall": "PORT",
+    "dead-encoder": "PORT",
+    "slow-sysfs": "SECONDS",
+    "freeze": None,
+    "kill": None,
+    "int": None,
+    "term": None,
+    "hup": None,
+}
+"""Kind -> what stands behind its colon."""
+
+Run = namedtuple("Run", "outcome record wanted motors skeleton")
+"""What came out: runner.Outcome, the brick's Samples, the paths (cm) that the script told it wanted,
+per port what its motor does at the end (dict: mode, driven, position), and where the arm's joints
+and its tip ended, cm."""
+
+
+class BadOrder(ArmError, ValueError):
+    """A fault, pose or plug that cannot be understood."""
+
+
+def read_fault(text):
+    """A Fault from `KIND[:WHAT]@SECONDS`, e.g. `unplug:A@1.5` or `term@2`."""
+    match = re.match(r"([a-z-]+)(?::([^@]+))?@([0-9.]+)$", text)
+    if not match or match.group(1) not in FAULTS:
+        raise BadOrder(
+            "'{}' is not a fault; write one of {} with a time, like unplug:A@1.5".format(
+                text,
+                ", ".join(kind + (":" + FAULTS[kind] if FAULTS[kind] else "") for kind in sorted(FAULTS)),
+            )
+        )
+    kind, what = match.group(1), match.group(2)
+    try:
+        t = float(match.group(3))
+        if FAULTS[kind] == "SECONDS":
+            what = float(what)
+        elif FAULTS[kind] == "PORT" and what not in ("A", "B", "C", "D"):
+            raise ValueError(what)
+        elif FAULTS[kind] is None and what is not None:
+            raise ValueError(what)
+    except (TypeError, ValueError):
+        raise BadOrder(
+            "fault '{}': {} takes {}, then @SECONDS".format(text, kind, FAULTS[kind] or "nothing")
+        ) from None
+    return Fault(kind, what, t)
+
+
+def read_start(text, arm):
+    """Joint angles (rad) and whether the zero is known, from `home`, `lost` or `DEG,DEG,...`."""
+    if text == "home":
+        return tuple(joint.home for joint in arm.joints), True
+    if text == "lost":
+        draw = random.Random(1)
+        return tuple(draw.uniform(joint.lower, joint.upper) / 2 for joint in arm.joints), False
+    try:
+        angles = tuple(math.radians(float(part)) for part in text.split(","))
+    except ValueError:
+        angles = ()
+    if len(angles) != len(arm.joints) or not all(
+        joint.lower <= angle <= joint.upper for joint, angle in zip(arm.joints, angles)
+    ):
+        raise BadOrder(
+            "start '{}': write home, lost, or one angle in deg per joint within {}".format(
+                text,
+                " and ".join(
+                    "{:g}..{:g}".format(math.degrees(j.lower), math.degrees(j.upper)) for j in arm.joints
+                ),
+            )
+        )
+    return angles, True
+
+
+def run(arm, script, args, plant=None, start="home", faults=(), presses=(), extra=None,
+        realtime=False, timeout=600.0):
+    """Run `script` on an emulated brick that carries `arm`.
+
+    Args:
+        arm: shared.arm_description.Arm.
+        plant: constants from plant.read_plant.
+        start: "home", "lost" or angles, see read_start.
+        faults: Faults.
+        presses: peripherals.Press values.
+        extra: port -> motor kind, motors beside the arm's.
+        realtime, timeout: see World and run_script.
+
+    Returns:
+        Run.
+
+    Raises:
+        BadOrder: a fault for a port without a motor, or an impossible start.
+    """
+    q, homed = read_start(start, arm)
+    world = World(realtime)
+    brick = EmulatedBrick(world, arm, plant, q, extra)
+    orders = {"signals": []}
+    for fault in faults:
+        if FAULTS[fault.kind] == "PORT" and fault.what not in brick.motors:
+            raise BadOrder("fault {}: no motor at port {}; there are {}".format(
+                fault.kind, fault.what, ", ".join(sorted(brick.motors))))
+        _order(brick, fault, orders)
+    with _home_folder(brick, q, homed) as folder:
+        outcome = run_script(
+            brick, script, args, Peripherals(world, brick.sysfs, voltage=lambda: brick.plant.plant["voltage"]), presses, timeout=timeout, **orders
+        )
+        wanted = _wanted(os.path.join(folder, "plan"))
+    motors = {
+        port: {"mode": motor.mode, "driven": motor.driven, "position": motor.position}
+        for port, motor in brick.motors.items()
+    }
+    skeleton = kinematics.joint_positions(arm, brick.plant.q)
+    return Run(outcome, brick.record, wanted, motors, skeleton)
+
+
+def _order(brick, fault, orders):
+    at = brick.world.at
+    if fault.kind == "unplug":
+        at(fault.t, lambda: brick.unplug(fault.what))
+    elif fault.kind == "stall":
+        at(fault.t, lambda: brick.jam(fault.what))
+    elif fault.kind == "dead-encoder":
+        at(fault.t, lambda: brick.kill_encoder(fault.what))
+    elif fault.kind == "slow-sysfs":
+        at(fault.t, lambda: setattr(brick.sysfs, "access_cost", fault.what))
+    elif fault.kind in ("freeze", "kill"):
+        orders[fault.kind + "_at"] = fault.t
+    else:
+        orders["signals"].append((fault.t, getattr(signal, "SIG" + fault.kind.upper())))
+
+
+@contextlib.contextmanager
+def _home_folder(brick, q, homed):
+    """The brick's home for the length of a run: its state, its arm, and room for the wanted paths."""
+    folder = tempfile.mkdtemp(prefix="emulated-home-")
+    arm = brick.arm
+    told = {
+        "BRICKSERVO_STATE": folder,
+        "BRICKSERVO_PLAN": os.path.join(folder, "plan"),
+        "BRICKSERVO_ARM": os.path.abspath(arm.file),
+    }
+    before = {key: os.environ.get(key) for key in told}
+    try:
+        if homed:
+            turns = {j.port: -a * j.gear * j.direction for j, a in zip(arm.joints, q)}
+            if arm.pen:
+                turns[arm.pen.port] = -arm.pen.up
+            zero = {port: math.degrees(angle) for port, angle in turns.items()}
+            Zero(arm.name, folder).save(zero, {port: 0 for port in zero})
+        os.environ.update(told)
+        yield folder
+    finally:
+        for key, value in before.items():
+            if value is None:
+                os.environ.pop(key, None)
+            else:
+                os.environ[key] = value
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _wanted(file):
+    """The paths in the file that a script appended to, one JSON line each; [] if there is none."""
+    if not os.path.exists(file):
+        return []
+    with open(file) as lines:
+        return [[tuple(p) for p in json.loads(line)["path"]] for line in lines]

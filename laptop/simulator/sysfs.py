@@ -1,0 +1,154 @@
+"""The seams under the unmodified python-ev3dev2: its device files lead to emulated devices.
+
+A temporary folder holds only what discovery reads; every attribute the library opens is a file-like
+object bound to an emulated device.  Each access costs virtual time and is counted.
+"""
+
+import contextlib
+import importlib
+import os
+import select as real_select
+import shutil
+import tempfile
+import types
+
+
+class Attribute(object):
+    """What the library takes for the open file of one attribute."""
+
+    def __init__(self, sysfs, device, name):
+        self.sysfs = sysfs
+        self.device = device
+        self.name = name
+
+    def seek(self, offset):
+        """Rewind, as before every access; costs nothing."""
+
+    def flush(self):
+        """Nothing is buffered."""
+
+    def read(self, size=-1):
+        self.sysfs.touch()
+        data = (self.device.read(self.name) + "\n").encode()
+        return data if size < 0 else data[:size]
+
+    def write(self, value):
+        self.sysfs.touch()
+        self.device.write(self.name, value.decode().strip())
+        return len(value)
+
+
+class Poll(object):
+    """Stands for `select.poll()` on attributes: returns when one was notified or time is up."""
+
+    TICK = 0.002
+
+    def __init__(self, world):
+        self.world = world
+        self._watched = []
+
+    def register(self, attribute, events=0):
+        self._watched.append([attribute, attribute.device.notifications])
+
+    def poll(self, timeout=None):
+        """Wait at most `timeout` ms; the attributes notified since the last call."""
+        deadline = None if timeout is None else self.world.now() + timeout / 1000.0
+        while True:
+            ready = []
+            for watch in self._watched:
+                if watch[0].device.notifications != watch[1]:
+                    watch[1] = watch[0].device.notifications
+                    ready.append((watch[0], real_select.POLLPRI))
+            left = self.TICK if deadline is None else deadline - self.world.now()
+            if ready or left <= 0:
+                return ready
+            self.world.sleep(min(left, self.TICK))
+
+
+class Sysfs(object):
+    """An emulated /sys/class.
+
+    Args:
+        world: whose clock the accesses take time on.
+        access_cost: virtual seconds each access takes.
+    """
+
+    def __init__(self, world, access_cost=0.001):
+        self.world = world
+        self.access_cost = access_cost
+        self.accesses = 0
+        self._devices = {}
+        self._discovery = {}
+        self._root = None
+
+    def add(self, class_name, device_name, discovery, device):
+        """Make `device` found as /sys/class/`class_name`/`device_name`.
+
+        Args:
+            discovery: file name -> text, what the library's search reads.
+            device: has `read(attribute) -> str` and `write(attribute, str)`, both raising OSError,
+                and `notifications`, an int that rises whenever poll() should wake.
+        """
+        self._devices[(class_name, device_name)] = device
+        self._discovery[(class_name, device_name)] = discovery
+        if self._root:
+            self._lay_out(class_name, device_name)
+
+    def remove(self, class_name, device_name):
+        """Take the device away from discovery; open attributes keep leading to it."""
+        del self._discovery[(class_name, device_name)]
+        if self._root:
+            shutil.rmtree(os.path.join(self._root, class_name, device_name))
+
+    def touch(self):
+        """Count one access and let it take its time."""
+        self.accesses += 1
+        self.world.touch(self.access_cost)
+
+    def open(self, device_path, attribute):
+        """The file-like object of one attribute of the device at `device_path`."""
+        key = tuple(device_path.split(os.sep)[-2:])
+        return Attribute(self, self._devices[key], attribute)
+
+    def has(self, device_path):
+        """True when there is a device at `device_path`, a class and a name."""
+        return tuple(device_path.split(os.sep)[-2:]) in self._discovery
+
+    def _lay_out(self, class_name, device_name):
+        folder = os.path.join(self._root, class_name, device_name)
+        os.makedirs(folder)
+        for name, text in self._discovery[(class_name, device_name)].items():
+            path = os.path.join(folder, name)
+            with open(path, "w") as file:
+                file.write(text + "\n")
+            os.chmod(path, 0o664)
+
+    @contextlib.contextmanager
+    def installed(self):
+        """Put the library on this sysfs for the length of a `with` block.
+
+        The library is the copy that a program would import now.
+        """
+        ev3dev2 = importlib.import_module("ev3dev2")
+        importlib.import_module("ev3dev2.motor")
+        device = ev3dev2.Device
+        before = (device.DEVICE_ROOT_PATH, device._attribute_file_open)
+        before_motor = (ev3dev2.motor.select, ev3dev2.motor.time)
+        self._root = tempfile.mkdtemp(prefix="emulated-brick-")
+        try:
+            for key in self._discovery:
+                self._lay_out(*key)
+            device.DEVICE_ROOT_PATH = self._root
+            device._attribute_file_open = lambda dev, name: self.open(dev._path, name)
+            ev3dev2.motor.select = types.SimpleNamespace(
+                POLLPRI=real_select.POLLPRI, poll=lambda: Poll(self.world)
+            )
+            ev3dev2.motor.time = types.SimpleNamespace(
+                time=self.world.now, sleep=self.world.sleep
+            )
+            yield self
+        finally:
+            device.DEVICE_ROOT_PATH, device._attribute_file_open = before
+            ev3dev2.motor.select, ev3dev2.motor.time = before_motor
+            shutil.rmtree(self._root, ignore_errors=True)
+            self._root = None

@@ -1,0 +1,390 @@
+"""The emulated EV3 tacho motor: encoder, speed and position regulation, commands, states, attributes.
+
+Behaves as the list of observed driver behaviour says: a 500 Hz tick, integer PI speed regulation on a
+speed taken from encoder edges, P-only hold, set-points that take effect with a command.
+"""
+
+import errno
+import math
+from collections import deque
+
+TICK = 0.002
+COUNTS_PER_TURN = 360
+MAX_SPEED = {"large": 1050, "medium": 1560}
+HOLD_KP = {"large": 80000, "medium": 160000}
+DRIVER = {"large": "lego-ev3-l-motor", "medium": "lego-ev3-m-motor"}
+COMMANDS = "run-forever run-to-abs-pos run-to-rel-pos run-timed run-direct stop reset".split()
+STOP_ACTIONS = "coast brake hold".split()
+NOTIFY_PERIOD = 0.05
+STALL_TIME = 0.1
+RAMP_PERIOD = 0.1
+_INT32 = 2 ** 31 - 1
+
+
+class Encoder(object):
+    """Edges of the shaft's encoder, with the driver's estimate of speed from their times."""
+
+    EDGES_PER_COUNT = 2
+    SPAN = 0.02
+    IDLE = 0.05
+    FEWEST, MOST = 4, 64
+
+    def __init__(self, phase=0.0):
+        self.phase = phase
+        self.edges = 0
+        self.dead = False
+        self._times = deque([(0.0, 0)])
+
+    def update(self, t, shaft):
+        """Take in the shaft's angle (rad) at time `t`."""
+        edges = math.floor((math.degrees(shaft) + self.phase) * self.EDGES_PER_COUNT)
+        if edges != self.edges and not self.dead:
+            step = 1 if edges > self.edges else -1
+            for edge in range(self.edges + step, edges + step, step):
+                self._note(t, edge)
+            self.edges = edges
+        elif t - self._times[-1][0] >= self.IDLE:
+            self._note(t, self.edges)
+
+    def _note(self, t, edge):
+        times = self._times
+        times.append((t, edge))
+        while len(times) > self.MOST + 1 or (
+            len(times) > self.FEWEST + 1 and t - times[1][0] >= self.SPAN
+        ):
+            times.popleft()
+
+    @property
+    def speed(self):
+        """Counts per second over the last 4 to 64 edges that span 20 ms; whole numbers."""
+        (t0, first), (t1, last) = self._times[0], self._times[-1]
+        if len(self._times) <= self.FEWEST or t1 <= t0:
+            return 0
+        return int((last - first) / self.EDGES_PER_COUNT / (t1 - t0))
+
+
+def _truncated(a, b):
+    """Integer division as in C: towards zero."""
+    return -(-a // b) if (a < 0) != (b < 0) else a // b
+
+
+class TachoMotor(object):
+    """One motor's driver; a device for `Sysfs`.
+
+    Args:
+        port: letter of the output port.
+        kind: "large" or "medium".
+        drive: the plant's Drive; its `duty` is set, its `shaft` is read.
+        phase: where between two encoder edges the shaft starts, deg.
+    """
+
+    def __init__(self, port, kind, drive, phase=0.25):
+        self.port = port
+        self.kind = kind
+        self.drive = drive
+        self.encoder = Encoder(phase)
+        self.notifications = 0
+        self.unplugged = False
+        self.t = 0.0
+        self._notified = ""
+        self._next_notify = NOTIFY_PERIOD
+        self._defaults()
+        self._offset = 0
+        self._shared_state_defaults()
+
+    def _defaults(self):
+        """Set-points and constants as after `reset`."""
+        self._set = {
+            "speed_sp": 0,
+            "position_sp": 0,
+            "duty_cycle_sp": 0,
+            "time_sp": 0,
+            "ramp_up_sp": 0,
+            "ramp_down_sp": 0,
+            "speed_pid/Kp": 1000,
+            "speed_pid/Ki": 60,
+            "speed_pid/Kd": 0,
+            "hold_pid/Kp": HOLD_KP[self.kind],
+            "hold_pid/Ki": 0,
+            "hold_pid/Kd": 0,
+            "stop_action": "coast",
+            "polarity": "normal",
+        }
+
+    def _shared_state_defaults(self):
+        self._active = {}
+        self._command = "stop"
+        self._mode = "coast"
+        """coast, brake, hold, speed or direct."""
+        self._target = 0
+        self._direction = 1
+        self._deadline = None
+        self._goal_speed = 0
+        self._ramped = 0.0
+        self._next_ramp = 0.0
+        self._integral = 0
+        self._last_error = 0
+        self._overloaded = False
+        self._still_since = None
+        self._duty = 0
+
+    # What a program sees
+
+    def read(self, attribute):
+        """The text of one attribute.
+
+        Raises:
+            OSError: ENODEV when unplugged, ENOENT for an attribute there is not.
+        """
+        self._plugged()
+        fixed = {
+            "address": "ev3-ports:out" + self.port,
+            "driver_name": DRIVER[self.kind],
+            "commands": " ".join(COMMANDS),
+            "stop_actions": " ".join(STOP_ACTIONS),
+            "count_per_rot": COUNTS_PER_TURN,
+            "max_speed": MAX_SPEED[self.kind],
+        }
+        sign = self._sign
+        if attribute in fixed:
+            value = fixed[attribute]
+        elif attribute == "position":
+            value = sign * self.position
+        elif attribute == "speed":
+            value = sign * self.encoder.speed
+        elif attribute == "duty_cycle":
+            value = sign * self._duty
+        elif attribute == "state":
+            value = self.state
+        elif attribute in self._set:
+            value = self._set[attribute]
+        else:
+            raise OSError(errno.ENOENT, "no such attribute", attribute)
+        return str(value)
+
+    def write(self, attribute, text):
+        """Store one attribute.
+
+        Raises:
+            OSError: EINVAL for a value out of range, ENODEV when unplugged.
+        """
+        self._plugged()
+        limits = {
+            "speed_sp": (-MAX_SPEED[self.kind], MAX_SPEED[self.kind]),
+            "duty_cycle_sp": (-100, 100),
+            "ramp_up_sp": (0, 60000),
+            "ramp_down_sp": (0, 60000),
+            "time_sp": (0, _INT32),
+        }
+        words = {"stop_action": STOP_ACTIONS, "polarity": ("normal", "inversed"), "command": COMMANDS}
+        if attribute in words:
+            if text not in words[attribute]:
+                raise OSError(errno.EINVAL, "invalid argument", attribute)
+            if attribute == "command":
+                self._start(text)
+            else:
+                self._set[attribute] = text
+            return
+        if attribute not in self._set and attribute != "position":
+            raise OSError(errno.EACCES, "not writable", attribute)
+        try:
+            value = int(text)
+        except ValueError:
+            value = None
+        lower, upper = limits.get(attribute, (-_INT32 - 1, _INT32))
+        if value is None or not lower <= value <= upper:
+            raise OSError(errno.EINVAL, "invalid argument", attribute)
+        if attribute == "position":
+            # The hold set-point stays where it was: a held motor jumps.
+            self._offset += self._sign * value - self.position
+        else:
+            self._set[attribute] = value
+            if attribute == "duty_cycle_sp" and self._mode == "direct":
+                self._active["duty_cycle_sp"] = value
+
+    @property
+    def position(self):
+        """Counts, truncated towards zero."""
+        return _truncated(self.encoder.edges, Encoder.EDGES_PER_COUNT) + self._offset
+
+    @property
+    def state(self):
+        """The state words, in the driver's order."""
+        running = self._mode in ("speed", "direct")
+        flags = (
+            ("running", running),
+            ("ramping", self._mode == "speed" and self._ramped != self._goal_speed),
+            ("holding", self._mode == "hold"),
+            ("overloaded", self._overloaded),
+            ("stalled", running and self._stalled),
+        )
+        return " ".join(word for word, on in flags if on)
+
+    @property
+    def mode(self):
+        """coast, brake, hold, speed or direct."""
+        return self._mode
+
+    @property
+    def driven(self):
+        """Whether a command is turning the motor (held and braked motors are stopped)."""
+        return self._mode in ("speed", "direct") and not self.unplugged
+
+    def unplug(self):
+        """Pull the cable: the motor coasts, every access fails."""
+        self.unplugged = True
+        self._mode = "coast"
+        self.drive.duty = None
+
+    def _plugged(self):
+        if self.unplugged:
+            raise OSError(errno.ENODEV, "no such device")
+
+    @property
+    def _sign(self):
+        return -1 if self._set["polarity"] == "inversed" else 1
+
+    @property
+    def _stalled(self):
+        return self._still_since is not None and self.t - self._still_since >= STALL_TIME
+
+    # Commands
+
+    def _start(self, command):
+        if command == "reset":
+            self._defaults()
+            self._shared_state_defaults()
+            self._offset -= self.position
+            self.drive.duty = None
+            return
+        previous, previous_target = self._command, self._target
+        was_running = self._mode == "speed"
+        self._active = dict(self._set)
+        self._command = command
+        self._deadline = None
+        self._still_since = None
+        if command == "stop":
+            self._stop(self.position)
+            return
+        if command == "run-direct":
+            self._mode = "direct"
+            self._overloaded = False
+            return
+        speed = self._sign * self._active["speed_sp"]
+        if command == "run-timed":
+            self._deadline = self.t + self._active["time_sp"] / 1000.0
+        elif command != "run-forever":
+            target = self._sign * self._active["position_sp"]
+            if command == "run-to-rel-pos":
+                target += previous_target if previous == command else self.position
+            self._target = target
+            self._direction = 1 if target >= self.position else -1
+            speed = self._direction * abs(speed)
+            if target == self.position:
+                self._stop(target)
+                return
+        if not was_running:
+            self._clear_pid()
+            self._ramped = 0.0
+        self._mode = "speed"
+        self._goal_speed = speed
+        self._next_ramp = self.t
+        if not self._active["ramp_up_sp"] and not self._active["ramp_down_sp"]:
+            self._ramped = speed
+
+    def _stop(self, position):
+        """End a command with its stop action; hold keeps `position`."""
+        self._mode = self._active["stop_action"]
+        self._target = position
+        self._overloaded = False
+        self._clear_pid()
+
+    def _clear_pid(self):
+        self._integral = 0
+        self._last_error = 0
+
+    # The driver's 500 Hz tick
+
+    def tick(self, t):
+        """Regulate once; `t` is the time, s."""
+        self.t = t
+        if not self.unplugged:
+            self._finish_if_due()
+            self._watch_for_stall()
+            self._regulate()
+        if t >= self._next_notify:
+            self._next_notify += NOTIFY_PERIOD
+            if self.state != self._notified:
+                self._notified = self.state
+                self.notifications += 1
+
+    def _finish_if_due(self):
+        if self._mode != "speed":
+            return
+        if self._deadline is not None and self.t >= self._deadline:
+            self._stop(self.position)
+        elif self._command.endswith("-pos") and self._goal_speed:
+            if self._direction * (self.position - self._target) >= 0:
+                self._stop(self._target)
+
+    def _watch_for_stall(self):
+        if self.encoder.speed or self._mode not in ("speed", "direct"):
+            self._still_since = None
+        elif self._still_since is None:
+            self._still_since = self.t
+
+    def _regulate(self):
+        mode = self._mode
+        if mode == "coast" or mode == "brake":
+            self._duty = 0
+            self.drive.duty = None if mode == "coast" else 0.0
+            return
+        if mode == "direct":
+            self._duty = self._sign * self._active["duty_cycle_sp"]
+        elif mode == "hold":
+            self._duty = self._pid("hold_pid", self._target - self.position)
+        else:
+            self._ramp()
+            if self._ramped == 0:
+                self._duty = 0
+                self._clear_pid()
+                self._overloaded = False
+            else:
+                self._duty = self._pid("speed_pid", int(self._ramped) - self.encoder.speed)
+        self.drive.duty = self._duty / 100.0
+
+    def _pid(self, group, error):
+        active = self._active
+        self._integral += active[group + "/Ki"] * error
+        change = error - self._last_error
+        self._last_error = error
+        total = active[group + "/Kp"] * error + self._integral + active[group + "/Kd"] * change
+        duty = _truncated(total, 10000)
+        self._overloaded = abs(duty) > 100
+        if self._overloaded:
+            self._integral -= active[group + "/Ki"] * error
+        return max(-100, min(100, duty))
+
+    def _ramp(self):
+        """Move the regulated speed towards the goal, in steps of 100 ms."""
+        if self._ramped == self._goal_speed and not self._active["ramp_down_sp"]:
+            return
+        if self.t < self._next_ramp:
+            return
+        self._next_ramp += RAMP_PERIOD
+        goal = self._goal_speed
+        down = self._active["ramp_down_sp"]
+        top = float(MAX_SPEED[self.kind])
+        if down:
+            deceleration = top / (down / 1000.0)
+            left = abs(self._target - self.position)
+            if self._deadline is not None:
+                goal = min(abs(goal), deceleration * (self._deadline - self.t))
+            elif self._command.endswith("-pos"):
+                goal = min(abs(goal), math.sqrt(2 * deceleration * left))
+            goal = math.copysign(max(abs(goal), 20), self._goal_speed)
+        up = self._active["ramp_up_sp"]
+        rising = abs(goal) > abs(self._ramped)
+        time = (up if rising else down) / 1000.0
+        step = top * RAMP_PERIOD / time if time else top * 2
+        self._ramped += max(-step, min(step, goal - self._ramped))

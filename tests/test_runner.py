@@ -1,0 +1,638 @@
+"""Scripts run on the emulated brick: clocks, threads, signals and exit statuses as on a real one."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from laptop.simulator.brick import EmulatedBrick
+from laptop.simulator.peripherals import read_press
+from laptop.simulator.runner import run_script
+from laptop.simulator.world import World
+from shared.arm_description import find_arm, read_arm
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+SCRIPTS = os.path.join(HERE, "scripts")
+EPOCH = 1586476800.0
+
+
+@pytest.fixture
+def brick():
+    """The planar arm, and a motor at D that moves nothing."""
+    return EmulatedBrick(World(), read_arm(find_arm("planar")), extra={"D": "large"})
+
+
+@pytest.fixture
+def run(tmp_path, brick, capsys):
+    """Run source text on the emulated brick: (outcome, lines on stdout, text on stderr)."""
+
+    def run(source, args=(), **options):
+        script = tmp_path / "script.py"
+        script.write_text(source)
+        outcome = run_script(brick, str(script), args, **options)
+        out, err = capsys.readouterr()
+        return outcome, out.splitlines(), err
+
+    return run
+
+
+# Exit statuses, as `python3 script.py; echo $?` gives them
+
+
+@pytest.mark.parametrize(
+    ("source", "status", "last_error"),
+    [
+        ("", 0, ""),
+        ("import sys; sys.exit()", 0, ""),
+        ("import sys; sys.exit(7)", 7, ""),
+        ("import sys; sys.exit(256 + 3)", 3, ""),
+        ("import sys; sys.exit(-1)", 255, ""),
+        ("import sys; sys.exit(True)", 1, ""),
+        ("import sys; sys.exit('no pen')", 1, "no pen"),
+        ("exit(4)", 4, ""),
+        ("raise SystemExit", 0, ""),
+        ("raise ValueError('bad angle')", 1, "ValueError: bad angle"),
+        ("def f(:", 1, "SyntaxError: invalid syntax"),
+        ("raise KeyboardInterrupt", 130, "KeyboardInterrupt"),
+        ("import os; os._exit(9)", 9, ""),
+        ("import os\ntry: os._exit(9)\nfinally: print('never')", 9, ""),
+        ("import argparse; argparse.ArgumentParser().parse_args(['--nonsense'])", 2, "--nonsense"),
+        ("import threading, sys; threading.Thread(target=sys.exit, args=(5,)).start()", 0, ""),
+        ("import threading; threading.Thread(target=lambda: 1 / 0).start()", 0, "ZeroDivisionError"),
+        ("import _thread; _thread.start_new_thread(lambda: 1 / 0, ())", 0, "ZeroDivisionError"),
+        ("import sys; sys.excepthook = lambda *e: print('mine'); 1 / 0", 1, ""),
+    ],
+)
+def test_exit_status(run, source, status, last_error):
+    outcome, out, err = run(source)
+    assert (outcome.status, outcome.reason) == (status, "ended")
+    assert "never" not in out
+    assert last_error in (err.strip().splitlines() or [""])[-1]
+    assert bool(err) == bool(last_error)
+
+
+def test_traceback_shows_the_script_only(run, tmp_path):
+    _, _, err = run("def f():\n    return 1 / 0\n\nf()\n")
+    assert err.splitlines()[:2] == [
+        "Traceback (most recent call last):",
+        '  File "{}", line 4, in <module>'.format(tmp_path / "script.py"),
+    ]
+    assert "laptop" not in err
+
+
+@pytest.mark.parametrize("name", ["missing.py", "."])
+def test_a_script_that_is_not_there_is_refused_in_one_line(brick, tmp_path, capsys, name):
+    outcome = run_script(brick, str(tmp_path / name))
+    err = capsys.readouterr().err
+    assert (outcome.status, outcome.reason) == (2, "no script")
+    assert err.count("\n") == 1
+    assert str(tmp_path) in err
+
+
+def test_the_script_sees_what_python3_would_show_it(run, tmp_path):
+    (tmp_path / "helper.py").write_text("import time\nNAME = __name__\nnow = time.time\n")
+    (tmp_path / "package").mkdir()
+    (tmp_path / "package" / "__init__.py").write_text("from .inner import VALUE\n")
+    (tmp_path / "package" / "inner.py").write_text("VALUE = 5\n")
+    before = os.getcwd()
+    outcome, out, _ = run(
+        "import helper, os, package, sys, __main__\n"
+        "print(__name__, sys.argv, sys.path[0], os.getcwd())\n"
+        "print(os.path.basename(__file__), __main__.x if hasattr(__main__, 'x') else '-')\n"
+        "print(helper.NAME, round(helper.now()), package.VALUE)\n",
+        ["a", "--b"],
+    )
+    script = str(tmp_path / "script.py")
+    assert out == [
+        "__main__ {} {} {}".format([script, "a", "--b"], os.path.realpath(str(tmp_path)), before),
+        "script.py -",
+        "helper {} 5".format(int(EPOCH)),
+    ]
+    assert outcome.status == 0
+
+
+def test_nothing_of_a_run_is_left_in_the_host(run, tmp_path):
+    (tmp_path / "wave_helper.py").write_text("import threading\n")
+    names = ("time", "threading", "_thread", "signal", "select", "subprocess", "datetime", "logging")
+    before = {name: sys.modules.get(name) for name in names}
+    seen = (list(sys.path), list(sys.argv), os.getcwd(), dict(os.environ), open, print, os.kill)
+    handler = signal.getsignal(signal.SIGINT)
+    dice = random.getstate()
+    run(
+        "import os, sys, signal, random, atexit, wave_helper, queue, ev3dev2.motor, robot.motors\n"
+        "sys.path.append('x'); sys.argv.append('y'); os.chdir('/'); os.environ['ARM'] = '1'\n"
+        "import io; sys.stdout = sys.stderr = io.StringIO()\n"
+        "signal.signal(signal.SIGINT, signal.SIG_IGN); random.random()\n"
+        "import builtins; builtins.hello = 1\n"
+    )
+    assert {name: sys.modules.get(name) for name in names} == before
+    assert seen == (list(sys.path), list(sys.argv), os.getcwd(), dict(os.environ), open, print, os.kill)
+    assert signal.getsignal(signal.SIGINT) is handler
+    assert random.getstate() == dice
+    assert "wave_helper" not in sys.modules
+    with pytest.raises(NameError):
+        hello  # noqa: B018, F821
+    assert time.time() > EPOCH + 1e7
+
+
+def test_sibling_modules_of_two_scripts_do_not_mix(brick, tmp_path, capsys):
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "config.py").write_text("NAME = {!r}\n".format(name))
+        (tmp_path / name / "main.py").write_text("import config; print(config.NAME)\n")
+        run_script(brick, str(tmp_path / name / "main.py"))
+    assert capsys.readouterr().out.split() == ["one", "two"]
+
+
+# Time
+
+
+@pytest.mark.parametrize(
+    ("source", "seconds"),
+    [
+        ("from time import sleep\nsleep(1.5)", 1.5),
+        ("import time\nend = time.time() + 2\nwhile time.time() < end: pass", 2.0),
+        ("import time\nend = time.monotonic() + 2\nwhile time.monotonic() < end: pass", 2.0),
+        ("import time\nend = time.perf_counter() + 2\nwhile time.perf_counter() < end: pass", 2.0),
+        ("from datetime import datetime, timedelta\nend = datetime.now() + timedelta(seconds=2)\n"
+         "while datetime.now() < end: pass", 2.0),
+        ("from ev3dev2.stopwatch import StopWatch\ns = StopWatch(); s.start()\n"
+         "while not s.is_elapsed_ms(2000): pass", 2.0),
+        ("import threading\nthreading.Event().wait(1.25)", 1.25),
+        ("import threading\nt = threading.Timer(1.25, print); t.start(); t.join()", 1.25),
+        ("import threading\nthreading.Timer(1.25, print).start()", 1.25),
+        ("import threading\nt = threading.Timer(9, print); t.start(); t.cancel(); t.join()", 0),
+        ("import threading\nl = threading.Lock(); l.acquire(); l.acquire(timeout=0.75)", 0.75),
+        ("import threading\nc = threading.Condition()\nwith c: c.wait(0.75)", 0.75),
+        ("import threading\ns = threading.Semaphore(0); s.acquire(timeout=0.75)", 0.75),
+        ("import queue\ntry: queue.Queue().get(timeout=0.75)\nexcept queue.Empty: pass", 0.75),
+        ("import queue\ntry: queue.SimpleQueue().get(timeout=0.75)\nexcept queue.Empty: pass"
+         if sys.version_info >= (3, 7) else "import time; time.sleep(0.75)", 0.75),
+        ("import select\nselect.select([], [], [], 0.75)", 0.75),
+        ("import select\nselect.poll().poll(750)", 0.75),
+        ("import sched, time\ns = sched.scheduler(); s.enter(0.75, 1, print); s.run()", 0.75),
+        ("import signal\nsignal.signal(signal.SIGALRM, lambda *a: None); signal.alarm(3); signal.pause()",
+         3.0),
+        ("import subprocess\nsubprocess.call(['beep', '-l', '750'])", 0.75),
+        ("import os\nos.system('sleep 0.75')", 0.75),
+        ("from concurrent.futures import ThreadPoolExecutor\nimport time\n"
+         "with ThreadPoolExecutor(2) as pool: list(pool.map(time.sleep, [0.75, 0.75, 0.75]))", 1.5),
+        ("import asyncio\nloop = asyncio.new_event_loop()\n"
+         "loop.run_until_complete(asyncio.sleep(0.75)); loop.close()", 0.75),
+    ],
+)  # fmt: skip
+def test_what_waits_waits_in_virtual_time(run, source, seconds):
+    start = time.monotonic()
+    outcome, _, err = run(source, aftermath=0)
+    assert (outcome.status, err) == (0, "")
+    assert seconds <= outcome.t < seconds + 0.1
+    assert time.monotonic() - start < 3
+
+
+def test_clocks_agree(run):
+    _, out, _ = run(
+        "import time, datetime\n"
+        "a = time.time(), time.monotonic(), time.perf_counter(), datetime.datetime.now()\n"
+        "time.sleep(100)\n"
+        "b = time.time(), time.monotonic(), time.perf_counter(), datetime.datetime.now()\n"
+        "print(*(round(y - x) for x, y in zip(a[:3], b)), (b[3] - a[3]).seconds)\n"
+        "print(round(time.mktime(time.localtime()) - time.time()), time.gmtime().tm_year)\n"
+        "print(datetime.datetime.now().timestamp() - time.time() < 1e-3, datetime.date.today().year)\n"
+        "print(isinstance(b[3] + datetime.timedelta(1), datetime.datetime), time.strftime('%Y'))\n"
+        "print(time.process_time() < 1)\n"
+    )
+    assert out == ["100 100 100 100", "0 2020", "True 2020", "True 2020", "True"]
+
+
+# Threads
+
+
+def test_threads_share_the_clock(run):
+    _, out, _ = run(
+        "import threading, time, queue\n"
+        "t0 = time.time()\n"
+        "def at(): return round(time.time() - t0, 2)\n"
+        "q = queue.Queue(maxsize=2)\n"
+        "class Producer(threading.Thread):\n"
+        "    def __init__(self):\n"
+        "        super().__init__(name='producer')\n"
+        "    def run(self):\n"
+        "        for i in range(4):\n"
+        "            time.sleep(0.5); q.put(i)\n"
+        "        q.put(None)\n"
+        "p = Producer(); p.start()\n"
+        "print(p.is_alive(), p.name, threading.active_count(), [t.name for t in threading.enumerate()])\n"
+        "while True:\n"
+        "    item = q.get()\n"
+        "    if item is None: break\n"
+        "    print(item, at())\n"
+        "p.join()\n"
+        "print(p.is_alive(), threading.active_count(), threading.current_thread().name)\n"
+        "print(threading.current_thread() is threading.main_thread())\n"
+    )
+    assert out == [
+        "True producer 2 ['MainThread', 'producer']",
+        "0 0.5", "1 1.0", "2 1.5", "3 2.0",
+        "False 1 MainThread", "True",
+    ]  # fmt: skip
+
+
+def test_python_waits_for_threads_but_not_for_daemons_then_runs_exit_calls(run):
+    outcome, out, _ = run(
+        "import atexit, threading, time\n"
+        "atexit.register(print, 'first registered')\n"
+        "atexit.register(lambda: print('last registered', time.monotonic() > 101.5))\n"
+        "def work(name, seconds):\n"
+        "    time.sleep(seconds); print(name)\n"
+        "threading.Thread(target=work, args=('worker', 2)).start()\n"
+        "threading.Thread(target=work, args=('daemon', 1), daemon=True).start()\n"
+        "threading.Thread(target=work, args=('late daemon', 3), daemon=True).start()\n"
+        "print('main')\n",
+        aftermath=5,
+    )
+    assert out == ["main", "daemon", "worker", "last registered True", "first registered"]
+    assert outcome.t == pytest.approx(2, abs=0.01)
+
+
+def test_lock_barrier_and_condition_among_threads(run):
+    _, out, _ = run(
+        "import threading, time\n"
+        "lock, barrier, log = threading.RLock(), threading.Barrier(3), []\n"
+        "def work(n):\n"
+        "    for _ in range(2):\n"
+        "        with lock:\n"
+        "            with lock: log.append(n); time.sleep(0.1); log.append(n)\n"
+        "    barrier.wait(); log.append('b')\n"
+        "ts = [threading.Thread(target=work, args=(n,)) for n in range(3)]\n"
+        "for t in ts: t.start()\n"
+        "for t in ts: t.join()\n"
+        "print(*log)\n"
+    )
+    words = out[0].split()
+    assert words[-3:] == ["b"] * 3
+    pairs = list(zip(words[:-3:2], words[1:-3:2]))
+    # Nobody gets between two entries of one, and nobody is kept out by another's hurry.
+    assert all(a == b for a, b in pairs)
+    assert [a for a, _ in pairs] == ["0", "1", "2", "0", "1", "2"]
+
+
+def test_library_thread_and_spinning_main(run):
+    # `while not flag: pass` touches nothing: the valve lets the thread get on.
+    outcome, out, _ = run(
+        "import threading, time\nfound = []\n"
+        "def look():\n    time.sleep(1); found.append(time.monotonic())\n"
+        "threading.Thread(target=look).start()\n"
+        "while not found: pass\n"
+        "print(round(found[0] - 100, 1))\n"
+    )
+    assert (outcome.status, out) == (0, ["1.0"])
+
+
+@pytest.mark.parametrize(
+    "wait",
+    ["while not e.is_set(): pass", "while t.is_alive(): pass", "while q.empty(): pass",
+     "while not l.acquire(False): pass", "while not found: print('.', end='')"],
+)  # fmt: skip
+def test_loops_that_ask_threads_cost_time_and_repeat(run, wait):
+    source = (
+        "import threading, time, queue\nfound, e, q, l = [], threading.Event(), queue.Queue(), threading.Lock()\n"
+        "l.acquire()\n"
+        "def look():\n    time.sleep(1); found.append(1); e.set(); q.put(1); l.release()\n"
+        "t = threading.Thread(target=look); t.start()\n" + wait
+    )
+    start = time.monotonic()
+    outcome, _, _ = run(source, aftermath=0)
+    assert outcome.t == pytest.approx(1, abs=0.02)
+    assert time.monotonic() - start < 3
+
+
+def test_deadlock_is_an_error_in_one_line(run):
+    outcome, _, err = run("import threading\nl = threading.Lock()\nl.acquire()\nl.acquire()\n")
+    assert (outcome.status, outcome.reason) == (124, "deadlock")
+    assert err.count("\n") == 1
+
+
+def test_uncaught_error_in_a_thread_keeps_its_lines(run):
+    _, _, err = run(
+        "import threading\ndef f():\n    raise ValueError('x')\n"
+        "t = threading.Thread(target=f, name='pump'); t.start(); t.join()\n"
+    )
+    assert err.startswith("Exception in thread pump:\nTraceback")
+    assert "script.py" in err
+    assert "laptop" not in err
+
+
+# Ends that the program did not choose
+
+MOVE = (
+    "import signal, sys, time\nfrom ev3dev2.motor import LargeMotor, OUTPUT_D\n"
+    "m = LargeMotor(OUTPUT_D)\nm.run_forever(speed_sp=100)\n"
+)
+CAREFUL = (
+    MOVE + "try:\n    while True: time.sleep(0.01)\n"
+    "finally:\n    m.stop(); open(sys.argv[1], 'w').close(); print('cleaned up')\n"
+)
+
+
+def number(name):
+    return int(getattr(signal, name))
+
+
+@pytest.mark.parametrize(
+    ("options", "status", "reason", "end"),
+    [
+        ({"freeze_at": 2.0}, 124, "frozen", 2.0),
+        ({"kill_at": 2.0}, 137, "killed", 2.0),
+        ({"timeout": 2.0}, 124, "timeout", 2.0),
+        ({"signals": [(2.0, number("SIGTERM"))]}, 143, "SIGTERM", 2.0),
+        ({"signals": [(2.0, number("SIGHUP"))]}, 129, "SIGHUP", 2.0),
+        ({"signals": [(2.0, number("SIGKILL"))]}, 137, "SIGKILL", 2.0),
+        ({"signals": [(2.0, number("SIGSTOP"))]}, 124, "frozen", 2.0),
+        ({"presses": [read_press("back@2")]}, 137, "back button", 2.0),
+    ],
+)
+def test_a_program_that_is_ended_from_outside_never_acts_again(
+    run, brick, tmp_path, options, status, reason, end
+):
+    marker = tmp_path / "marker"
+    outcome, out, err = run(CAREFUL, [str(marker)], aftermath=3.0, **options)
+    assert (outcome.status, outcome.reason) == (status, reason)
+    assert outcome.t == end
+    assert out == []
+    assert err.count("\n") <= 1
+    assert not marker.exists()
+    # The world went on alone, with the motor as the program left it or as brickrun did.
+    assert brick.world.now() == end + 3.0
+    position = int(brick.motors["D"].read("position"))
+    if reason == "back button":
+        assert brick.driven() == []
+        assert position < 20
+    else:
+        assert brick.driven() == ["D"]
+        assert position == pytest.approx(500, abs=10)
+
+
+@pytest.mark.parametrize(
+    ("handling", "options", "status", "last"),
+    [
+        ("", {"signals": [(2.0, number("SIGINT"))]}, 130, "cleaned up"),
+        ("signal.signal(signal.SIGTERM, lambda n, f: sys.exit(5))\n",
+         {"signals": [(2.0, number("SIGTERM"))]}, 5, "cleaned up"),
+        ("signal.signal(signal.SIGHUP, lambda n, f: print(n) or sys.exit(6))\n",
+         {"signals": [(2.0, number("SIGHUP"))]}, 6, "cleaned up"),
+        ("signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
+         "signal.signal(signal.SIGTERM, lambda n, f: sys.exit(7))\n",
+         {"signals": [(1.0, number("SIGINT")), (2.0, number("SIGTERM"))]}, 7, "cleaned up"),
+        ("signal.signal(signal.SIGALRM, lambda n, f: sys.exit(8))\nsignal.setitimer(0, 2.0)\n", {}, 8,
+         "cleaned up"),
+    ],
+)  # fmt: skip
+def test_signals_reach_the_handlers_of_the_program(
+    run, brick, tmp_path, handling, options, status, last
+):
+    source = CAREFUL.replace("try:", handling + "try:", 1)
+    outcome, out, _ = run(source, [str(tmp_path / "marker")], **options)
+    assert (outcome.status, outcome.reason) == (status, "ended")
+    assert out[-1] == last
+    assert outcome.t == pytest.approx(2.0, abs=0.05)
+    assert brick.driven() == []
+
+
+@pytest.mark.parametrize(
+    "wait",
+    ["time.sleep(60)", "threading.Event().wait()", "t.join()", "q.get()", "m.wait(lambda s: False)",
+     "signal.pause()"],
+)  # fmt: skip
+def test_a_signal_gets_through_every_wait(run, wait):
+    outcome, _, _ = run(
+        MOVE + "import queue, threading\nq = queue.Queue()\n"
+        "t = threading.Thread(target=time.sleep, args=(60,), daemon=True); t.start()\n"
+        "try:\n    " + wait + "\nexcept KeyboardInterrupt:\n    sys.exit(9)\n",
+        signals=[(2.0, number("SIGINT"))],
+    )
+    assert outcome.status == 9
+    assert outcome.t == pytest.approx(2.0, abs=0.02)
+
+
+def test_a_handler_that_returns_lets_the_sleep_go_on(run):
+    _, out, _ = run(
+        MOVE + "signal.signal(signal.SIGTERM, lambda n, f: print('term'))\n"
+        "t0 = time.time()\ntime.sleep(5)\nprint(round(time.time() - t0, 2))\n",
+        signals=[(2.0, number("SIGTERM"))],
+    )
+    assert out == ["term", "5.0"]
+
+
+def test_the_program_can_signal_itself_and_nobody_else(run):
+    outcome, out, _ = run(
+        "import os, signal, subprocess\n"
+        "signal.signal(signal.SIGUSR1, lambda n, f: print('usr1'))\n"
+        "os.kill(os.getpid(), signal.SIGUSR1)\n"
+        "try: os.kill(1, signal.SIGTERM)\nexcept ProcessLookupError: print('nobody')\n"
+        "os.kill(os.getpid(), signal.SIGTERM)\nprint('never')\n"
+    )
+    assert out == ["usr1", "nobody"]
+    assert outcome.status == 143
+
+
+def test_frozen_stays_frozen_with_all_its_threads(run, brick):
+    outcome, out, _ = run(
+        MOVE + "import threading\n"
+        "def watchdog():\n"
+        "    while True:\n        time.sleep(0.1); m.speed_sp\n"
+        "        if time.monotonic() > 103: m.stop()\n"
+        "threading.Thread(target=watchdog).start()\n"
+        "while True:\n"
+        "    try: time.sleep(0.05)\n    except BaseException: print('never')\n",
+        freeze_at=1.0,
+        aftermath=10,
+    )
+    assert out == []
+    assert brick.driven() == ["D"]
+    accesses = brick.sysfs.accesses
+    time.sleep(0.02)
+    assert brick.sysfs.accesses == accesses
+
+
+def test_accesses_of_a_run_are_its_own(run, brick):
+    first, _, _ = run(MOVE + "m.stop()\n")
+    second, _, _ = run(MOVE + "m.stop()\n")
+    assert first.accesses == second.accesses
+    assert brick.sysfs.accesses == 2 * first.accesses
+
+
+def test_motor_waits_end_by_their_timeout(run):
+    _, out, _ = run(
+        MOVE + "t0 = time.time()\nprint(m.wait_while('running', timeout=3000))\n"
+        "print(round(time.time() - t0, 2))\n"
+        "print(m.wait_until('running'), m.is_running, m.position > 280)\n"
+    )
+    assert out[::2] == ["False", "True True True"]
+    # It looks at the clock every 100 ms at most.
+    assert 3.0 <= float(out[1]) < 3.11
+
+
+def test_everything_of_auto_has_the_names_of_the_ev3(run):
+    pytest.importorskip("PIL.Image")
+    _, out, _ = run(
+        "from ev3dev2.auto import *\nprint(OUTPUT_A, INPUT_1, sorted(LEDS), get_current_platform())\n"
+        "print(LargeMotor(OUTPUT_D).address, Button().any(), Leds().leds.keys() == LEDS.keys())\n"
+    )
+    assert out == [
+        "ev3-ports:outA ev3-ports:in1 ['green_left', 'green_right', 'red_left', 'red_right'] ev3",
+        "ev3-ports:outD False True",
+    ]
+
+
+def test_input_is_read_from_the_host(run, monkeypatch):
+    import io
+
+    monkeypatch.setattr(sys, "stdin", io.StringIO("3.5\n"))
+    outcome, out, err = run("x = float(input('x? '))\nprint(x)\ninput()\n")
+    assert out == ["x? 3.5"]
+    assert outcome.status == 1
+    assert "EOFError" in err
+
+
+def test_unseeded_dice_repeat(run):
+    results = [run("import random; print(random.random())")[1] for _ in range(2)]
+    assert results[0] == results[1]
+
+
+# Real time and real signals
+
+
+def test_a_real_signal_reaches_the_script(tmp_path):
+    script = tmp_path / "careful.py"
+    script.write_text(CAREFUL.replace("try:", "print('ready', flush=True)\ntry:", 1))
+    program = (
+        "import sys; sys.path.insert(0, {!r})\n"
+        "from laptop.simulator.runner import run_script\n"
+        "from laptop.simulator.brick import EmulatedBrick\n"
+        "from laptop.simulator.world import World\n"
+        "from shared.arm_description import find_arm, read_arm\n"
+        "arm = read_arm(find_arm('planar'))\n"
+        "brick = EmulatedBrick(World(realtime=True), arm, extra={{'D': 'large'}})\n"
+        "outcome = run_script(brick, {!r}, [{!r}], aftermath=0.1)\n"
+        "print(brick.driven())\n"
+        "sys.exit(outcome.status)\n"
+    ).format(os.path.dirname(HERE), str(script), str(tmp_path / "marker"))
+    process = subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    try:
+        assert process.stdout.readline().split() == [b"ready"]
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=20)
+    finally:
+        process.kill()
+    assert process.returncode == 130
+    assert out.split() == [b"cleaned", b"up", b"[]"]
+    assert err.strip().endswith(b"KeyboardInterrupt")
+
+
+def test_runs_from_any_thread_of_the_host(run):
+    results = []
+    thread = threading.Thread(target=lambda: results.append(run("import time; time.sleep(1)")[0]))
+    thread.start()
+    thread.join(10)
+    assert results[0].status == 0
+
+
+# Scripts in the style of course repositories, on the emulated arm
+
+
+@pytest.fixture
+def course(capsys):
+    """Run one of the scripts beside the tests on the emulated planar arm."""
+
+    def course(name, *args, **options):
+        brick = EmulatedBrick(World(), read_arm(find_arm("planar")))
+        presses = [read_press(press) for press in options.pop("presses", ())]
+        outcome = run_script(
+            brick, os.path.join(SCRIPTS, name), args, presses=presses, aftermath=1.0, **options
+        )
+        out, err = capsys.readouterr()
+        return outcome, out.splitlines(), err, brick
+
+    return course
+
+
+COURSE = [
+    ("lab1_moves.py", (), {}),
+    ("lab2_points.py", ("--speed", "12"), {}),
+    ("lab3_menu.py", (), {"presses": ["down@1", "enter@2", "up@4", "up@5", "enter@6", "left@8"]}),
+    ("lab4_touch_thread.py", (), {"presses": ["touch@4"]}),
+    ("lab5_homing.py", (), {}),
+    ("lab6_pd_loop.py", (), {}),
+    ("lab6_pd_loop.py", (), {"signals": [(1.5, number("SIGTERM"))]}),
+]
+
+
+@pytest.mark.parametrize(("name", "args", "options"), COURSE)
+def test_course_script_repeats_exactly_and_leaves_no_motor_driven(course, name, args, options):
+    if name.startswith("lab5"):
+        pytest.importorskip("PIL.Image")
+    first = course(name, *args, **dict(options))
+    second = course(name, *args, **dict(options))
+    assert first[:3] == second[:3]
+    assert first[3].record == second[3].record
+    assert first[0].reason == "ended"
+    assert first[3].driven() == []
+
+
+def test_moves_lab_gets_where_it_says(course):
+    outcome, out, err, _ = course("lab1_moves.py")
+    assert (outcome.status, err) == (0, "")
+    values = [[float(word) for word in line.split() if word.lstrip("-").replace(".", "").isdigit()]
+              for line in out[:3]]  # fmt: skip
+    for got, wanted in zip(values, ([45], [-30], [0, 0])):
+        assert got == pytest.approx(wanted, abs=3)
+    assert out[3] == "stopped True"
+
+
+def test_points_lab_reads_its_file_and_moves_both_joints(course):
+    outcome, out, _, brick = course("lab2_points.py", "--speed", "12")
+    assert outcome.status == 0
+    assert [line.partition(":")[0] for line in out[:3]] == ["(15.0, 5.0)", "(14.0, 7.0)", "(12.0, 9.0)"]
+    assert course("lab2_points.py", "--file", "no.txt")[0].status == 1
+
+
+def test_menu_lab_follows_the_buttons(course):
+    outcome, out, _, _ = course(
+        "lab3_menu.py", presses=["down@1", "enter@2", "up@4", "up@5", "enter@6", "left@8"]
+    )
+    assert outcome.status == 3
+    text = "\n".join(out)
+    assert "pen down done" in text
+    assert " V" in text
+    assert outcome.t == pytest.approx(8.0, abs=0.2)
+
+
+def test_touch_lab_notices_the_press_in_its_thread(course):
+    outcome, out, _, _ = course("lab4_touch_thread.py", presses=["touch@4"])
+    assert outcome.status == 0
+    assert float(out[-1].split()[-1]) == pytest.approx(4.0, abs=0.1)
+
+
+def test_homing_lab_finds_both_stops(course):
+    pytest.importorskip("PIL.Image")
+    outcome, out, err, _ = course("lab5_homing.py")
+    assert (outcome.status, err) == (0, "")
+    assert out[0].startswith("range ")
+    assert "stalled" in out[1]
+
+
+def test_pd_lab_stops_when_told(course):
+    whole = course("lab6_pd_loop.py")
+    cut = course("lab6_pd_loop.py", signals=[(1.5, number("SIGTERM"))])
+    assert whole[0].t == pytest.approx(3.2, abs=0.1)
+    # The producer is not a daemon: Python waits for it.
+    assert cut[0].status == 0
+    assert cut[1][-1] == "INFO stopped after {} ticks".format(int(cut[1][-1].split()[-2]))
+    assert 70 <= int(cut[1][-1].split()[-2]) <= 76
