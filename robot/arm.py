@@ -1,0 +1,366 @@
+"""An arm built from its description and its motors: where it is, go there, follow this, stop.
+
+The only place that clamps to limits.  Every wait here has a deadline, every way out stops the motors.
+"""
+
+import math
+
+from robot import homing, kinematics
+from robot.follower import GAINS, Follower
+from robot.motors import JointMotor
+from robot.trajectory import JOINT_ACCELERATION, JointMove, TakingUpBacklash
+from robot.zero import Zero
+from shared.arm_description import ArmError
+
+TICK = 0.02
+"""Period of the control loop, s."""
+
+SLOWEST_TICK = 0.12
+"""A loop slower than this controls nothing, s."""
+
+IDLE_CHECK = 20
+"""Every so many ticks the motors that are not being driven are checked to be there."""
+
+ASTRAY = math.radians(5)
+"""A joint this far from where it should be is blocked or blind, rad."""
+
+SETTLE, UNHURRIED = 0.2, 0.8
+"""Longest correction after the end of a path with the pen down, and of a move, s."""
+
+FINE, COARSE = 0.4, 3.0
+"""A joint has settled within this many counts; the pen."""
+
+STEP_SPEED = math.radians(100)
+"""The speed of the report's joint steps, rad/s."""
+
+GENTLE = math.radians(60)
+"""Acceleration at which links do not leave the side of the play they are pushed by, rad/s^2."""
+
+PEN_ASTRAY = math.radians(25)
+PEN_SPEED, PEN_ACCELERATION = math.radians(400), math.radians(3000)
+"""Greatest of the pen's motor, rad/s and rad/s^2."""
+
+SETTLED_FOR = 0.06
+SETTLE_DEADLINE = 1.5
+
+
+class Stalled(ArmError):
+    """A joint that does not move as it should."""
+
+
+class TooSlow(ArmError):
+    """The brick does not keep up with the control loop."""
+
+
+class RobotArm(object):
+    """The arm on this brick.
+
+    Args:
+        description: shared.arm_description.Arm.
+        clock: has `now()` and `sleep(seconds)`.
+        zero: robot.zero.Zero, where the zero is remembered; the arm's own file if None.
+        gains: robot.follower.Gains.
+
+    Attributes:
+        sides: per joint, on which side its play lies: +1 pushed in the positive direction last,
+            -1 in the negative, 0 unknown.
+
+    Raises:
+        MotorNotFound: a motor of the description is not there.
+    """
+
+    def __init__(self, description, clock, zero=None, gains=GAINS):
+        self.description = description
+        self.clock = clock
+        self.zero = zero or Zero(description.name)
+        self._gains = gains
+        self.joints = [
+            JointMotor(joint.name, joint.port, joint.motor, joint.gear, joint.direction)
+            for joint in description.joints
+        ]
+        pen = description.pen
+        self.pen = JointMotor("pen", pen.port, pen.motor, 1.0, 1) if pen else None
+        self._motors = self.joints + ([self.pen] if pen else [])
+        self._followers = {
+            motor: Follower(joint.gear, gains)
+            for motor, joint in zip(self.joints, description.joints)
+        }
+        if pen:
+            self._followers[self.pen] = Follower(1.0, gains)
+        self.sides = (0,) * len(self.joints)
+        self._engaged = False
+        self._homed = False
+
+    # Where it is
+
+    def counts(self):
+        """The encoders' readings by port."""
+        return {motor.port: motor.counts() for motor in self._motors}
+
+    def wake(self):
+        """Believe the remembered zero; from now on the arm is on record as moving.
+
+        Raises:
+            NotHomed: there is none, or the encoders contradict it.
+        """
+        zero = self.zero.confirmed(self.counts())
+        for motor in self._motors:
+            motor.zero = zero[motor.port]
+        self._homed = True
+
+    def angles(self):
+        """Joint angles, rad, as the encoders have them, the play allowed for as far as it is known."""
+        return tuple(
+            motor.angle() - side * joint.backlash / 2
+            for motor, side, joint in zip(self.joints, self.sides, self.description.joints)
+        )
+
+    def position(self):
+        """The tip, cm, as the encoders have it."""
+        return kinematics.forward(self.description, self.angles())
+
+    # Motion
+
+    def _engage(self):
+        """The arm is about to move: on record, and its motors ready to follow."""
+        if self._engaged:
+            return
+        self._engaged = True
+        if self._homed:
+            self.zero.save(self._zeros(), None)
+
+    def _zeros(self):
+        return {motor.port: motor.zero for motor in self._motors}
+
+    def go_to(self, q, speed=1.0, acceleration=JOINT_ACCELERATION):
+        """Move all joints together to `q` (rad), each at most at `speed` times its greatest.
+
+        `acceleration` is the greatest of any joint, rad/s^2.
+
+        Raises:
+            kinematics.Unreachable: a joint angle past its limit; nothing has moved.
+        """
+        self.check(q)
+        fastest = [speed * joint.max_speed for joint in self.description.joints]
+        self.follow([JointMove(self.angles(), q, fastest, acceleration)], UNHURRIED)
+
+    def check(self, q):
+        """Refuse joint angles (rad) past the limits.
+
+        Raises:
+            kinematics.Unreachable: naming the joint, its angle and the limit.
+        """
+        for joint, angle in zip(self.description.joints, q):
+            if not joint.lower - 1e-9 <= angle <= joint.upper + 1e-9:
+                raise kinematics.Unreachable(
+                    "the {} cannot go to {:.1f} deg: its limits are {:.1f} and {:.1f} deg; "
+                    "choose another pose".format(
+                        joint.name, *(math.degrees(a) for a in (angle, joint.lower, joint.upper))
+                    )
+                )
+
+    def approach(self, motion):
+        """Go to the start of `motion` from behind, so that all play is taken up in its direction."""
+        behind = []
+        for joint, start, direction in zip(
+            self.description.joints, motion.start, motion.directions
+        ):
+            back = start - direction * (joint.backlash + math.radians(2))
+            behind.append(min(max(back, joint.lower), joint.upper))
+        self.go_to(behind)
+        self.go_to(motion.start, 0.3, GENTLE)
+
+    def follow(self, motions, settle=SETTLE):
+        """Let the links follow Trajectories or JointMoves, one after the other; end at rest, held.
+
+        Args:
+            settle: longest correction after each, s.
+
+        Raises:
+            Stalled, TooSlow, MotorNotFound: after stopping.
+        """
+        self._engage()
+        for motion in motions:
+            plan = TakingUpBacklash(self.description.joints, motion, self.sides)
+            self._track(self.joints, plan, settle, FINE)
+            self.sides = plan.sides
+        self._hold(self.joints)
+
+    def _track(self, motors, plan, settle, tolerance, astray=ASTRAY):
+        """The control loop: 50 Hz, two accesses to set and one to read per motor and tick."""
+        clock = self.clock
+        followers = [self._followers[motor] for motor in motors]
+        for motor in motors:
+            motor.engage(self._gains.stiffness)
+        now = clock.now()
+        start = now + plan.before
+        due = now
+        ticks = 0
+        while True:
+            for motor, follower in zip(motors, followers):
+                follower.observe(clock.now(), motor.bounds())
+            now = clock.now()
+            wanted = plan.at(now - start)
+            errors = [angle - f.angle for angle, f in zip(wanted.q, followers)]
+            self._watch(motors, errors, astray)
+            ticks += 1
+            if ticks % IDLE_CHECK == 0:
+                for motor in self._motors:
+                    motor.check_plugged_in()
+            overtime = now - start - plan.duration
+            if overtime > settle or overtime > TICK and all(
+                abs(error) < tolerance * motor.resolution
+                and abs(follower.speed) < 10 * tolerance * motor.resolution
+                for motor, follower, error in zip(motors, followers, errors)
+            ):
+                return
+            ahead = plan.at(now - start + self._gains.lead)
+            sooner = plan.at(now - start + self._gains.lead - TICK)
+            errors = self._across(wanted, sooner, ahead, errors)
+            for k, (motor, follower) in enumerate(zip(motors, followers)):
+                acceleration = (ahead.q_dot[k] - sooner.q_dot[k]) / TICK
+                motor.drive(follower.command(errors[k], ahead.q_dot[k], acceleration))
+            due += TICK
+            late = clock.now() - due
+            if late > SLOWEST_TICK:
+                raise TooSlow(
+                    "a control tick took {:.2f} s, at most {:.2f} s will do; end other programs on the "
+                    "brick".format(late + TICK, SLOWEST_TICK)
+                )
+            clock.sleep(-late)
+
+    def _across(self, wanted, sooner, ahead, errors):
+        """The errors with what lies along the path weighted less: straightness before timing."""
+        weight = self._gains.along
+        if wanted.p is None or weight == 1.0:
+            return errors
+        J = kinematics.jacobian(self.description, wanted.q)
+        velocity = [sum(a * b for a, b in zip(row, ahead.q_dot)) for row in J]
+        fast = math.sqrt(sum(v * v for v in velocity))
+        if fast < 0.5 or kinematics.singularity(self.description, wanted.q) < 0.1:
+            return errors
+        e = [sum(a * b for a, b in zip(row, errors)) for row in J]
+        along = (1 - weight) * sum(a * v for a, v in zip(e, velocity)) / (fast * fast)
+        return kinematics.solve(J, [a - along * v for a, v in zip(e, velocity)])
+
+    def _watch(self, motors, errors, astray):
+        for motor, error in zip(motors, errors):
+            if abs(error) > max(astray, 5 * motor.resolution):
+                raise Stalled(
+                    "the {} (port {}) is {:.0f} deg from where it should be: it is blocked or its "
+                    "encoder is dead; free it, check the cable, then home".format(
+                        motor.name, motor.port, abs(math.degrees(error))
+                    )
+                )
+
+    def _hold(self, motors):
+        for motor in motors:
+            motor.hold()
+
+    def move_pen(self, angle):
+        """Turn the pen's motor to `angle`, rad.
+
+        Raises:
+            Stalled: it does not get there.
+        """
+        self._engage()
+        move = JointMove([self.pen.angle()], [angle], [PEN_SPEED], PEN_ACCELERATION)
+        self._track([self.pen], move, SETTLE, COARSE, PEN_ASTRAY)
+        self.pen.hold()
+
+    def move_motor(self, k, move):
+        """Let one joint's motor alone follow a JointMove of one angle, without limits; then hold.
+
+        For homing, when angles are not known yet.
+        """
+        self._engage()
+        self._track([self.joints[k]], move, SETTLE, COARSE)
+        self.joints[k].hold()
+
+    def speed_for_push(self, force, gear):
+        """The set-point (rad/s at the joint) with which a standing motor pushes with `force` %."""
+        return math.radians(force / self._gains.stiffness) / gear
+
+    def home(self, here=False, say=print):
+        """Find the zero, or with `here` take the joints as they stand for the home pose; remember it.
+
+        The pen is taken to be up.
+
+        Returns:
+            One homing.Found per joint; empty with `here`.
+
+        Raises:
+            homing.Blocked, Stalled, MotorNotFound: after stopping.
+        """
+        self._homed = False
+        if self.pen:
+            homing.take_as_it_stands(self.pen, self.description.pen.up)
+        found = []
+        if here:
+            for motor, joint in zip(self.joints, self.description.joints):
+                homing.take_as_it_stands(motor, joint.home)
+        else:
+            self._engage()
+            self._hold(self.joints)
+            found = homing.find_zero(self, say)
+        self._homed = True
+        self.sides = (0,) * len(self.joints)
+        self.zero.save(self._zeros(), self.counts())
+        return found
+
+    def step_to(self, q):
+        """The report's move: both joints commanded together, then settled to a count for 60 ms.
+
+        Raises:
+            Stalled: a joint does not get there in time.
+        """
+        self.check(q)
+        self._engage()
+        clock = self.clock
+        here = self.angles()
+        targets = [motor.go(angle, STEP_SPEED) for motor, angle in zip(self.joints, q)]
+        longest = max(abs(a - b) for a, b in zip(q, here)) / STEP_SPEED
+        deadline = clock.now() + longest + SETTLE_DEADLINE
+        settled = None
+        while settled is None or clock.now() - settled < SETTLED_FOR:
+            off = [motor.counts() - target for motor, target in zip(self.joints, targets)]
+            if all(abs(counts) <= 1 for counts in off):
+                settled = clock.now() if settled is None else settled
+            else:
+                settled = None
+                if clock.now() > deadline:
+                    worst = max(range(len(off)), key=lambda k: abs(off[k]))
+                    motor = self.joints[worst]
+                    raise Stalled(
+                        "the {} (port {}) stays {:.0f} counts short of its target: blocked, or its "
+                        "encoder is dead; free it, check the cable, then home".format(
+                            motor.name, motor.port, abs(off[worst])
+                        )
+                    )
+            clock.sleep(TICK)
+        self.sides = (0,) * len(self.joints)
+
+    # Ending
+
+    def stop(self):
+        """Stop and hold every motor that still answers; the first that does not is told afterwards."""
+        lost = None
+        # All stand before anything is tidied up: an access may be slow.
+        for act in (JointMotor.hold, JointMotor.disengage):
+            for motor in self._motors:
+                try:
+                    act(motor)
+                except ArmError as error:
+                    lost = lost or error
+        self._engaged = False
+        if lost:
+            raise lost
+
+    def park(self):
+        """Stop for good, and put on record where; nothing if nothing was moved."""
+        if not self._engaged:
+            return
+        self.stop()
+        if self._homed:
+            self.clock.sleep(0.1)
+            self.zero.save(self._zeros(), self.counts())

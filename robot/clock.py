@@ -1,0 +1,16 @@
+"""The brick's clock: the only place in `robot/` that asks what time it is."""
+
+import time
+
+
+class Clock(object):
+    """Monotonic time: the image's wall clock jumps when it finds a time server."""
+
+    def now(self):
+        """Seconds since some moment in the past."""
+        return time.monotonic()
+
+    def sleep(self, seconds):
+        """Wait; returns at once for times that have passed."""
+        if seconds > 0:
+            time.sleep(seconds)

@@ -1,0 +1,332 @@
+#!/usr/bin/env python3
+"""Draw with the arm: lines, arcs, circles, rectangles, by joint motions worked out on the brick.
+
+    driver.py home                      find the zero against the hard stops (--here: as it stands)
+    driver.py line 10,0 5,10            centimetres: x forward, y left, from the shoulder
+    driver.py                           home if need be, then the three lines of the first report
+
+From Brickman start it by its name; from a shell also as `python3 -m robot.driver`.
+"""
+
+import argparse
+import json
+import math
+import os
+import re
+import signal
+import sys
+
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+from robot import kinematics, trajectory  # noqa: E402
+from robot.arm import RobotArm  # noqa: E402
+from robot.clock import Clock  # noqa: E402
+from robot.zero import NotHomed  # noqa: E402
+from shared.arm_description import ArmError, find_arm, read_arm  # noqa: E402
+
+REPORT_LINES = (((10, 0), (5, 10)), ((15, 0), (0, 15)), ((12, 15), (0, 15)))
+"""The lines of the report that the methods come from, cm."""
+
+MOST_STEPS = 200
+"""The report's steps end somewhere; this many would go round the base several times."""
+
+
+class Stopped(ArmError):
+    """A signal asked the program to end."""
+
+    def __init__(self, number):
+        super(Stopped, self).__init__("stopped by {}".format(signal.Signals(number).name))
+        self.status = 128 + number
+
+
+class Driver(object):
+    """A drawing arm.
+
+    Args:
+        arm: robot.arm.RobotArm.
+        speed: of the tip, cm/s; the arm's own if None.
+        elbow: "up" | "down" | None: the arm's own where it can.
+        say: called with each line of progress.
+    """
+
+    def __init__(self, arm, speed=None, elbow=None, say=print):
+        self.arm = arm
+        self.speed = speed or arm.description.speed
+        self.elbow = elbow
+        self.say = say
+        self._pen_is_down = None
+
+    def home(self, here=False):
+        """Find the zero, or take the arm as it stands for its home pose, then go to the home pose.
+
+        Raises:
+            ArmError: after stopping; the zero is then unknown.
+        """
+        for found in self.arm.home(here, self.say):
+            play = "" if found.play is None else ", play {:.1f} deg".format(math.degrees(found.play))
+            self.say(
+                "{}: zero at {:.1f} counts, touches within {:.0f}{}".format(
+                    found.joint, found.zero, found.spread, play
+                )
+            )
+        if not here:
+            self.arm.go_to([joint.home for joint in self.arm.description.joints], speed=0.5)
+
+    def position(self):
+        """The tip (x, y), cm, as the encoders have it."""
+        return self.arm.position()
+
+    def pen_up(self):
+        """Lift the pen; nothing where the arm has no pen motor."""
+        self._move_pen(False)
+
+    def pen_down(self):
+        """Lower the pen."""
+        self._move_pen(True)
+
+    def _move_pen(self, down):
+        pen = self.arm.description.pen
+        if pen and self._pen_is_down is not down:
+            self.arm.move_pen(pen.down if down else pen.up)
+            self._pen_is_down = down
+
+    def move_to(self, p):
+        """Move to `p` (cm) with the pen up, not necessarily straight.
+
+        Raises:
+            kinematics.Unreachable: nothing has moved.
+        """
+        q = kinematics.inverse(self.arm.description, p, self.elbow, near=self.arm.angles())
+        self.pen_up()
+        self.arm.go_to(q)
+
+    def draw_line(self, start, end, method="smooth"):
+        """Draw the straight line from `start` to `end`, cm.
+
+        Args:
+            method: "smooth" or the report's "steps".
+
+        Raises:
+            kinematics.Unreachable: some point of it cannot be had; nothing has moved.
+        """
+        self.draw(trajectory.polyline([start, end]), method)
+
+    def draw(self, strokes, method="smooth"):
+        """Draw strokes (see robot.trajectory), each beginning where the one before ends.
+
+        Raises:
+            kinematics.Unreachable: some point cannot be had; nothing has moved.
+        """
+        self.play(strokes, self.plan(strokes), method)
+
+    def plan(self, strokes):
+        """The Trajectories of the strokes, checked against reach and limits; nothing moves."""
+        return trajectory.plan(self.arm.description, strokes, self.speed, self.elbow)
+
+    def play(self, strokes, plans, method="smooth"):
+        """Draw strokes with their Trajectories."""
+        announce(strokes)
+        self.pen_up()
+        if method == "steps":
+            self._draw_in_steps(strokes, plans)
+        else:
+            self.arm.approach(plans[0])
+            self.pen_down()
+            self.arm.follow(plans)
+        self.pen_up()
+
+    def _draw_in_steps(self, strokes, plans):
+        self.arm.step_to(plans[0].start)
+        self.pen_down()
+        for stroke in strokes:
+            for start, goal in zip(stroke, stroke[1:]):
+                self._steps(start, goal)
+
+    def _steps(self, start, goal):
+        """The report's method: dy fixed, dx = J^-1 dy here, cut to 5 degrees, moved by, repeated."""
+        description = self.arm.description
+        dy = (goal[0] - start[0], goal[1] - start[1])
+        for _ in range(MOST_STEPS):
+            q = self.arm.angles()
+            if trajectory.has_arrived(start, goal, kinematics.forward(description, q)):
+                return
+            dq = trajectory.jacobian_step(description, q, dy)
+            self.arm.step_to([a + d for a, d in zip(q, dq)])
+        raise ArmError(
+            "the steps did not get from ({:g}, {:g}) to ({:g}, {:g}) cm in {}; use --method smooth".format(
+                start[0], start[1], goal[0], goal[1], MOST_STEPS
+            )
+        )
+
+
+def announce(strokes):
+    """Append the wanted path to the file $BRICKSERVO_PLAN, for whoever watches; one JSON line."""
+    file = os.environ.get("BRICKSERVO_PLAN")
+    if file:
+        points = [strokes[0][0]] + [p for stroke in strokes for p in stroke[1:]]
+        with open(file, "a") as out:
+            out.write(json.dumps({"path": points}) + "\n")
+
+
+# The command line
+
+
+def _point(text):
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError("'{}' is not a point; write X,Y in cm, like 10,0".format(text)) from None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise argparse.ArgumentTypeError("'{}' is not a place; give finite numbers".format(text))
+    return x, y
+
+
+def _number_in(lower, upper, unit):
+    def read(text):
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not lower <= value <= upper:
+            raise argparse.ArgumentTypeError(
+                "'{}' must be a number from {:g} to {:g} {}".format(text, lower, upper, unit)
+            )
+        return value
+
+    return read
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message):
+        """One line, and nothing has moved."""
+        self.exit(2, "{}: {}; see {} --help\n".format(self.prog, message, self.prog))
+
+
+def _options(**defaults):
+    """The options of every command, accepted before and after its name."""
+    options = _Parser(add_help=False, argument_default=argparse.SUPPRESS)
+    options.add_argument(
+        "--arm", metavar="FILE", help="arm file (default: $BRICKSERVO_ARM, else planar)"
+    )
+    options.add_argument("--method", choices=("smooth", "steps"))
+    options.add_argument(
+        "--speed", type=_number_in(0.1, 50, "cm/s"), metavar="CM_PER_S", help="(default: the arm's)"
+    )
+    options.add_argument("--elbow", choices=("up", "down"), help="(default: the arm's, if it can)")
+    options.set_defaults(**defaults)
+    return options
+
+
+def _parser():
+    first = _options(
+        arm=os.environ.get("BRICKSERVO_ARM", "planar"), method="smooth", speed=None, elbow=None
+    )
+    parser = _Parser(prog="driver.py", description="Draw with the arm; all lengths in cm.", parents=[first])
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+
+    def add(name, text):
+        return commands.add_parser(name, help=text, parents=[_options()])
+
+    add("where", "where the tip is")
+    home = add("home", "find the zero against the hard stops")
+    home.add_argument("--here", action="store_true", help="the arm stands in its home pose")
+    move = add("move", "go there, pen up")
+    move.add_argument("point", type=_point, metavar="X,Y")
+    line = add("line", "a straight line")
+    line.add_argument("points", type=_point, nargs="+", metavar="X,Y")
+    line.add_argument("--angle", type=_number_in(-360, 360, "deg"), metavar="DEG")
+    line.add_argument("--length", type=_number_in(0.1, 100, "cm"), metavar="CM")
+    for name, text in (("polyline", "straight from point to point"), ("arc", "smoothly through n points")):
+        add(name, text).add_argument("points", type=_point, nargs="+", metavar="X,Y")
+    circle = add("circle", "a circle round X,Y")
+    circle.add_argument("point", type=_point, metavar="X,Y")
+    circle.add_argument("--radius", type=_number_in(0.1, 100, "cm"), metavar="CM", required=True)
+    rectangle = add("rectangle", "an upright rectangle between two corners")
+    rectangle.add_argument("points", type=_point, nargs=2, metavar="X,Y")
+    add("lines", "the three lines of the report (default)")
+    return parser
+
+
+def _strokes(parser, args):
+    """What to draw: a list of drawings, each a list of strokes."""
+    if args.command in ("where", "home", "move"):
+        return []
+    if args.command == "line":
+        if args.angle is None and args.length is None and len(args.points) == 2:
+            return [trajectory.polyline(args.points)]
+        if args.angle is not None and args.length is not None and len(args.points) == 1:
+            return [trajectory.line_from(args.points[0], math.radians(args.angle), args.length)]
+        parser.error("a line takes two points, or one with --angle and --length")
+    if args.command == "polyline":
+        return [trajectory.polyline(args.points)]
+    if args.command == "arc":
+        return [trajectory.arc(args.points)]
+    if args.command == "circle":
+        return [trajectory.circle(args.point, args.radius)]
+    if args.command == "rectangle":
+        return [trajectory.rectangle(*args.points)]
+    return [trajectory.polyline(line) for line in REPORT_LINES]
+
+
+def _run(parser, args, arm_of):
+    description = read_arm(find_arm(args.arm))
+    driver = Driver(arm_of(description), args.speed, args.elbow)
+    arm = driver.arm
+    drawings = _strokes(parser, args)
+    plans = [driver.plan(strokes) for strokes in drawings]
+    try:
+        if args.command == "home":
+            driver.home(args.here)
+        else:
+            try:
+                arm.wake()
+            except NotHomed as problem:
+                if args.command:
+                    raise
+                print("{}".format(problem).split(";")[0] + ": homing")
+                driver.home()
+        if args.command == "move":
+            driver.move_to(args.point)
+        for number, strokes in enumerate(drawings, 1):
+            length = sum(math.hypot(b[0] - a[0], b[1] - a[1]) for s in strokes for a, b in zip(s, s[1:]))
+            print("drawing {} of {}: {:.1f} cm".format(number, len(drawings), length))
+            driver.play(strokes, plans[number - 1], args.method)
+        x, y = driver.position()
+        angles = ", ".join("{:.1f}".format(math.degrees(a)) for a in arm.angles())
+        print("tip at {:.2f},{:.2f} cm, joints at {} deg, as the encoders have it".format(x, y, angles))
+    finally:
+        _ignore_signals()
+        arm.park()
+
+
+def _ignore_signals():
+    for number in _SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+def _raise_stopped(number, frame):
+    raise Stopped(number)
+
+
+def main(argv=None):
+    """Run one command; the exit status."""
+    argv = sys.argv[1:] if argv is None else argv
+    # A leading space tells argparse that "-5,10" is a point and not an option.
+    argv = [" " + word if re.match(r"-(\d|\.|inf|nan)", word) else word for word in argv]
+    parser = _parser()
+    args = parser.parse_args(argv)
+    for number in _SIGNALS:
+        signal.signal(number, _raise_stopped)
+    try:
+        _run(parser, args, lambda description: RobotArm(description, Clock()))
+    except ArmError as error:
+        print("driver.py: {}".format(error), file=sys.stderr)
+        return getattr(error, "status", 1)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,132 @@
+"""Finding the zero: gently against the hard stops, several times, from both sides where that is possible.
+
+A motor pushed against a stop stands on the far side of the play; from both sides, the play cancels and
+is measured on the way.
+"""
+
+import math
+from collections import namedtuple
+
+from robot.motors import DEAD_MAN
+from robot.trajectory import JointMove
+from shared.arm_description import ArmError
+
+TOUCHES = 3
+FIRST_PUSH, SECOND_PUSH = 20.0, 14.0
+"""Greatest force on the stop, % of duty: to find it, and to measure it."""
+
+BACK_OFF = math.radians(6)
+STILL_FOR = 0.16
+"""A pushed joint that has not moved for this time stands at its stop, s."""
+
+AGREE = 3
+"""Counts within which the touches of one stop must lie."""
+
+Found = namedtuple("Found", "joint zero play spread")
+"""Joint's name, counts at angle zero, measured play (rad; None from one side) and spread (counts)."""
+
+
+class Blocked(ArmError):
+    """Homing found no stop, not the same one twice, or stops that are not those of the arm file."""
+
+
+def find_zero(arm, say):
+    """Touch the stops of every joint as its `find_home` says; set the motors' zeros.
+
+    Args:
+        arm: robot.arm.RobotArm.
+        say: called with one line of progress at a time.
+
+    Returns:
+        One Found per joint.
+
+    Raises:
+        Blocked: with what was found and what was expected.
+    """
+    out = []
+    for k in reversed(range(len(arm.joints))):
+        motor, joint = arm.joints[k], arm.description.joints[k]
+        if joint.find_home == "here":
+            take_as_it_stands(motor, joint.home)
+            out.append(Found(joint.name, motor.zero, None, 0))
+            continue
+        ends, spread = {}, 0
+        for side in ("lower", "upper"):
+            if joint.find_home in (side, "both"):
+                say("homing: {}, {} stop".format(joint.name, side))
+                touches = _touches(arm, k, 1 if side == "upper" else -1)
+                spread = max(spread, max(touches) - min(touches))
+                ends[side] = sum(touches) / float(len(touches))
+        if spread > AGREE:
+            raise Blocked(
+                "the {}'s stop was found at places {:.0f} counts apart, at most {} will do; "
+                "clear its way and home again".format(joint.name, spread, AGREE)
+            )
+        out.append(_set_zero(motor, joint, ends, spread))
+    return out[::-1]
+
+
+def take_as_it_stands(motor, angle):
+    """Declare that the motor stands at `angle` (rad) now."""
+    motor.zero += motor.in_counts(motor.angle() - angle)
+
+
+def _set_zero(motor, joint, ends, spread):
+    zeros = []
+    for side, counts in ends.items():
+        stop = joint.stop_lower if side == "lower" else joint.stop_upper
+        push = -joint.backlash / 2 if side == "lower" else joint.backlash / 2
+        zeros.append(counts - motor.in_counts(stop + push))
+    motor.zero = sum(zeros) / len(zeros)
+    play = None
+    if len(ends) == 2:
+        span = abs(ends["upper"] - ends["lower"]) * motor.resolution
+        play = span - (joint.stop_upper - joint.stop_lower)
+        if not -math.radians(2) < play < math.radians(20):
+            raise Blocked(
+                "the {}'s stops are {:.1f} deg apart, the arm file says {:.1f} and up to 20 of play; "
+                "clear its way or measure the stops".format(
+                    joint.name,
+                    math.degrees(span),
+                    math.degrees(joint.stop_upper - joint.stop_lower),
+                )
+            )
+    return Found(joint.name, motor.zero, play, spread)
+
+
+def _touches(arm, k, sign):
+    """Counts at which the joint stands against a stop, TOUCHES times."""
+    motor, joint = arm.joints[k], arm.description.joints[k]
+    _push(arm, motor, joint, sign, FIRST_PUSH)
+    out = []
+    for _ in range(TOUCHES):
+        here = motor.angle()
+        arm.move_motor(k, JointMove([here], [here - sign * BACK_OFF], [math.radians(60)]))
+        out.append(_push(arm, motor, joint, sign, SECOND_PUSH))
+    here = motor.angle()
+    arm.move_motor(k, JointMove([here], [here - sign * BACK_OFF], [math.radians(60)]))
+    return out
+
+
+def _push(arm, motor, joint, sign, force):
+    """Push until the joint stands; the middle of what the encoder then allows, counts."""
+    clock = arm.clock
+    speed = sign * arm.speed_for_push(force, joint.gear)
+    # Free, the motor turns at about a third of the set-point; no joint turns more than once round.
+    deadline = clock.now() + 2 * math.pi / abs(speed) * 6 + 2
+    last, since = motor.bounds(), clock.now()
+    while True:
+        motor.drive(speed)
+        clock.sleep(DEAD_MAN / 10)
+        here, now = motor.bounds(), clock.now()
+        if here != last:
+            last, since = here, now
+        elif now - since > STILL_FOR:
+            motor.hold()
+            return motor.zero + motor.in_counts(sum(here) / 2)
+        if now > deadline:
+            raise Blocked(
+                "the {} found no stop within {:.0f} s; check its find_home in the arm file".format(
+                    joint.name, deadline - since
+                )
+            )

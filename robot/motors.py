@@ -1,0 +1,190 @@
+"""python-ev3dev2 and nothing above it: radians at the joint <-> motor counts.
+
+The only place that knows counts.  While a joint is followed, its motor runs `run-timed` with a speed
+set-point renewed every tick: should the program freeze or die, the motor's driver itself stops and
+holds it after DEAD_MAN.  The driver's integral action is switched off meanwhile, so that the set-point
+acts like a force with damping and our own loop has the only integrator.
+"""
+
+import math
+import os
+
+import ev3dev2.motor
+
+from shared.arm_description import ArmError
+
+DEAD_MAN = 0.2
+"""A motor whose set-point is not renewed stops after this time, s."""
+
+SPEED_P, SPEED_I = 1000, 60
+"""The driver's own constants of speed regulation."""
+
+_KINDS = {"large": ev3dev2.motor.LargeMotor, "medium": ev3dev2.motor.MediumMotor}
+
+
+class MotorNotFound(ArmError, OSError):
+    """A motor that is not there, or no longer."""
+
+
+def _folder():
+    return os.path.join(ev3dev2.motor.Device.DEVICE_ROOT_PATH, "tacho-motor")
+
+
+def _what_is_plugged_in():
+    folder = _folder()
+    found = []
+    for name in sorted(ev3dev2.motor.list_device_names(folder, "*")):
+        words = []
+        for attribute in ("address", "driver_name"):
+            with open(os.path.join(folder, name, attribute)) as file:
+                words.append(file.read().strip().replace("ev3-ports:", ""))
+        found.append("{} ({})".format(*words))
+    return found
+
+
+class JointMotor(object):
+    """One motor and the gear behind it.
+
+    Args:
+        name: for messages, e.g. "shoulder".
+        port: "A" .. "D".
+        kind: "large" | "medium".
+        gear: motor turns per joint turn.
+        direction: +1 | -1, sign of the joint angle when the count rises.
+
+    Attributes:
+        zero: counts at joint angle 0.
+        resolution: rad at the joint per count.
+
+    Raises:
+        MotorNotFound: there is no such motor at the port; the message lists what there is.
+    """
+
+    def __init__(self, name, port, kind, gear, direction):
+        self.name = name
+        self.port = port
+        try:
+            self._motor = _KINDS[kind]("out" + port)
+        except ev3dev2.DeviceNotFound:
+            found = _what_is_plugged_in()
+            raise MotorNotFound(
+                "no {} motor at port {} for the {}; {}".format(
+                    kind,
+                    port,
+                    name,
+                    "found {}: check the cable or the arm file".format(", ".join(found))
+                    if found
+                    else "no motor found at all: check the cables, or run this on the brick",
+                )
+            ) from None
+        self._per_radian = direction * gear * self._motor.count_per_rot / (2 * math.pi)
+        self.resolution = 1 / abs(self._per_radian)
+        self.zero = 0.0
+        self._max_speed = self._motor.max_speed
+        self._carry = 0.0
+        self._engaged = False
+
+    def counts(self):
+        """The encoder's reading."""
+        return self._get("position")
+
+    def bounds(self):
+        """Least and greatest angle that the encoder's reading allows, rad, ascending.
+
+        Counts are truncated towards zero from half counts, whose edges lie anywhere in the half count
+        on average in its middle: a positive reading n means n - 1/4 .. n + 3/4.
+        """
+        n = self.counts()
+        low, high = (n - 0.25, n + 0.75) if n > 0 else (n - 0.75, n + 0.25)
+        if n == 0:
+            high = 0.75
+        ends = ((low - self.zero) / self._per_radian, (high - self.zero) / self._per_radian)
+        return min(ends), max(ends)
+
+    def angle(self):
+        """The middle of `bounds`, rad."""
+        return sum(self.bounds()) / 2
+
+    def in_counts(self, radians):
+        """A difference of angles at the joint as counts."""
+        return radians * self._per_radian
+
+    def engage(self, stiffness):
+        """Make the motor ready for `drive`.
+
+        Args:
+            stiffness: the driver's force on the difference between set and seen speed, % per deg/s.
+        """
+        if self._engaged:
+            return
+        self._engaged = True
+        self._set("speed_p", int(round(stiffness * 10000)))
+        self._set("speed_i", 0)
+        self._set("time_sp", int(DEAD_MAN * 1000))
+        self._set("stop_action", "hold")
+        self._carry = 0.0
+
+    def drive(self, speed):
+        """Set the speed, rad/s at the joint, for at most DEAD_MAN; rounding is carried over."""
+        wanted = speed * self._per_radian + self._carry
+        rounded = int(round(max(-self._max_speed, min(self._max_speed, wanted))))
+        self._carry = max(-1.0, min(1.0, wanted - rounded))
+        self._set("speed_sp", rounded)
+        self._set("command", "run-timed")
+
+    def go(self, angle, speed):
+        """Start towards `angle` (rad) at `speed` (rad/s at the joint); then hold there.
+
+        Returns:
+            The target, counts.
+        """
+        self.disengage()
+        target = int(round(self.zero + angle * self._per_radian))
+        fastest = min(abs(speed * self._per_radian), self._max_speed)
+        self._set("speed_sp", int(round(fastest)))
+        self._set("position_sp", target)
+        self._set("stop_action", "hold")
+        self._set("command", "run-to-abs-pos")
+        return target
+
+    def disengage(self):
+        """Give the driver its own speed constants back, as after a reset."""
+        if self._engaged:
+            self._engaged = False
+            self._set("speed_p", SPEED_P)
+            self._set("speed_i", SPEED_I)
+
+    def hold(self):
+        """Stop here and hold."""
+        if not self._engaged:
+            self._set("stop_action", "hold")
+        self._set("command", "stop")
+
+    def check_plugged_in(self):
+        """Notice a pulled cable without an access.
+
+        Raises:
+            MotorNotFound: the motor is gone.
+        """
+        name = "motor{}".format(self._motor.device_index)
+        if not os.path.isdir(os.path.join(_folder(), name)):
+            raise self._lost("it is not connected")
+
+    def _get(self, attribute):
+        try:
+            return getattr(self._motor, attribute)
+        except (ev3dev2.DeviceNotFound, OSError) as error:
+            raise self._lost(error) from None
+
+    def _set(self, attribute, value):
+        try:
+            setattr(self._motor, attribute, value)
+        except (ev3dev2.DeviceNotFound, OSError) as error:
+            raise self._lost(error) from None
+
+    def _lost(self, error):
+        return MotorNotFound(
+            "the {} motor at port {} no longer answers ({}); plug it in again, then home".format(
+                self.name, self.port, str(error).strip().rstrip(".")
+            )
+        )

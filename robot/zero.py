@@ -1,0 +1,86 @@
+"""Where the joints' zero is: remembered in a small file, believed only while the encoders agree.
+
+The encoders forget when the brick is switched off, and are reset after the Back button.  So the file
+holds, beside the counts at joint angle zero, the counts at which the arm was parked; while it moves,
+it is on record as not parked.
+"""
+
+import json
+import os
+
+from shared.arm_description import ArmError
+
+AGREES = 3
+"""Counts by which a parked motor may have settled since."""
+
+
+class NotHomed(ArmError):
+    """The zero is unknown, or the encoders contradict it."""
+
+
+class StateNotSaved(ArmError, OSError):
+    """The state file cannot be written."""
+
+
+class Zero(object):
+    """The zero of one arm on file.
+
+    Args:
+        name: of the arm; each has its own file.
+        folder: None takes $BRICKSERVO_STATE, or ~/.brickservo.
+    """
+
+    def __init__(self, name, folder=None):
+        folder = folder or os.environ.get("BRICKSERVO_STATE") or os.path.expanduser("~/.brickservo")
+        self.file = os.path.join(folder, name + ".json")
+
+    def confirmed(self, counts):
+        """Counts at joint angle zero, by port.
+
+        Args:
+            counts: what the encoders read now, by port.
+
+        Raises:
+            NotHomed: the arm was never homed, was not parked, or the encoders say otherwise.
+        """
+        advice = "; home it first: driver.py home (or home --here)"
+        try:
+            with open(self.file) as file:
+                state = json.loads(file.read())
+            zero = {port: float(state["zero"][port]) for port in counts}
+            parked = state["parked"]
+            parked = parked and {port: float(parked[port]) for port in counts}
+        except FileNotFoundError:
+            raise NotHomed("the arm has not been homed, so its zero is unknown" + advice) from None
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            raise NotHomed("{} cannot be read, so the zero is unknown{}".format(self.file, advice)) from None
+        if not parked:
+            raise NotHomed("the last program ended without parking the arm, its zero is in doubt" + advice)
+        for port in sorted(counts):
+            if abs(counts[port] - parked[port]) > AGREES:
+                raise NotHomed(
+                    "motor {} reads {:.0f} but was parked at {:.0f}: switched off or turned since{}".format(
+                        port, counts[port], parked[port], advice
+                    )
+                )
+        return zero
+
+    def save(self, zero, parked):
+        """Remember the zero; `parked` is the counts by port, or None while the arm moves.
+
+        Raises:
+            StateNotSaved: naming the file and why.
+        """
+        text = json.dumps({"zero": zero, "parked": parked}, sort_keys=True)
+        draft = self.file + ".new"
+        try:
+            os.makedirs(os.path.dirname(self.file), exist_ok=True)
+            with open(draft, "w") as file:
+                file.write(text + "\n")
+            os.rename(draft, self.file)
+        except OSError as error:
+            raise StateNotSaved(
+                "cannot write {}: {}; make room or set BRICKSERVO_STATE to another folder".format(
+                    self.file, error.strerror
+                )
+            ) from None
