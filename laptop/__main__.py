@@ -1,0 +1,276 @@
+"""The laptop's commands: `python -m laptop simulate ...`, `python -m laptop bench ...`."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import click
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+from rich.table import Table
+
+from laptop import drawing, picture
+from laptop.bench import draw as bench_draw
+from laptop.simulator import peripherals, session
+from laptop.simulator.plant import CONSTANTS, read_plant
+from shared.arm_description import Arm, ArmError, find_arm, read_arm
+
+
+class _Failed(click.ClickException):
+    """One line on stderr and status 1; click's own errors keep status 2."""
+
+    def show(self, file=None) -> None:
+        click.echo(f"laptop: {self.message}", err=True)
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+def laptop() -> None:
+    """Everything that runs beside the brick."""
+
+
+def _plants() -> str:
+    return "; ".join(
+        f"{key} ({constant.default if constant.default is not None else 'as described'}"
+        f"{' ' + constant.unit if constant.unit else ''}): {constant.meaning}"
+        for key, constant in CONSTANTS.items()
+    )
+
+
+@laptop.command(
+    context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
+    epilog=f"Plant constants: {_plants()}.",
+)
+@click.option("--arm", "arm_file", default="planar", metavar="FILE", help="Arm on the brick.")
+@click.option("--plant", "plant_text", default="", metavar="KEY=VALUE,...", help="See below.")
+@click.option(
+    "--out", default="out", metavar="DIR", type=click.Path(path_type=Path), show_default=True
+)
+@click.option("--realtime", is_flag=True, help="Keep pace with the clock on the wall.")
+@click.option(
+    "--press",
+    "presses",
+    multiple=True,
+    metavar="BUTTON@S",
+    help="Press a brick button (or touch) at a time, e.g. enter@2.0; several times if needed.",
+)
+@click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    metavar="KIND[:WHAT]@S",
+    help="Let something go wrong: " + ", ".join(
+        kind + (f":{what}" if what else "") for kind, what in session.FAULTS.items()
+    ),
+)
+@click.option(
+    "--start",
+    default="home",
+    show_default=True,
+    metavar="POSE",
+    help="home: parked there, zero known; lost: never homed; or one angle per joint in degrees.",
+)
+@click.option(
+    "--plug",
+    multiple=True,
+    metavar="PORT=KIND",
+    default=("D=large",),
+    show_default=True,
+    help="A motor (large or medium) that moves nothing, at a port the arm leaves free.",
+)
+@click.option("--timeout", default=600.0, show_default=True, help="Virtual seconds allowed.")
+@click.argument("script")
+@click.argument("args", nargs=-1, type=click.UNPROCESSED)
+def simulate(
+    arm_file: str,
+    plant_text: str,
+    out: Path,
+    realtime: bool,
+    presses: tuple[str, ...],
+    faults: tuple[str, ...],
+    start: str,
+    plug: tuple[str, ...],
+    timeout: float,
+    script: str,
+    args: tuple[str, ...],
+) -> None:
+    """Run any ev3dev2 SCRIPT, unmodified, on an emulated brick; its exit status is the script's.
+
+    Leaves trace.csv, picture.png and summary.json in the folder given by --out.
+    """
+    try:
+        arm = read_arm(find_arm(arm_file))
+        orders = {
+            "plant": read_plant(plant_text),
+            "faults": [session.read_fault(text) for text in faults],
+            "presses": [peripherals.read_press(text) for text in presses],
+            "extra": dict(_plugged(text) for text in plug),
+            "start": start,
+            "realtime": realtime,
+            "timeout": timeout,
+        }
+        _check_room(out)
+        began = time.perf_counter()
+        run = session.run(arm, script, args, **orders)
+        took = time.perf_counter() - began
+        measures = drawing.measure(run.record, run.wanted)
+    except ArmError as error:
+        raise _Failed(str(error)) from None
+    summary = _summary(script, args, arm, plant_text, run, measures)
+    click.echo(_report(summary, took))
+    try:
+        _write(out, arm, run, measures, summary)
+    except OSError as error:
+        raise _no_room(out, error) from None
+    click.echo(f"{out}/picture.png, trace.csv, summary.json")
+    sys.exit(run.outcome.status)
+
+
+def _plugged(text: str) -> tuple[str, str]:
+    port, _, kind = text.partition("=")
+    if port not in tuple("ABCD") or kind not in ("large", "medium"):
+        raise session.BadOrder(f"plug '{text}': write PORT=KIND, like D=medium")
+    return port, kind
+
+
+def _check_room(out: Path) -> None:
+    """Refuse a folder that cannot take the results before anything runs."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=out) as file:
+            file.write(bytes(1 << 20))
+            file.flush()
+    except OSError as error:
+        raise _no_room(out, error) from None
+
+
+def _no_room(out: Path, error: OSError) -> _Failed:
+    return _Failed(
+        f"cannot write to {out}: {error.strerror}; make room or choose another folder with --out"
+    )
+
+
+def _write(
+    out: Path, arm: Arm, run: session.Run, measures: list[drawing.Measure | None], summary: dict
+) -> None:
+    """All three files, each whole or not at all."""
+    title = " ".join([summary["script"], *summary["args"]])
+    notes = f"{arm.name} arm, true tip of the emulated arm"
+    reach = (
+        abs(arm.joints[0].link - arm.joints[1].link),
+        sum(joint.link for joint in arm.joints),
+    )
+
+    def draw(file: str) -> None:
+        picture.draw_picture(
+            file, run.record, run.wanted, measures, [run.skeleton], reach, title, notes
+        )
+
+    for name, write in (
+        ("trace.csv", lambda file: drawing.write_trace(file, run.record)),
+        ("summary.json", lambda file: Path(file).write_text(json.dumps(summary, indent=1) + "\n")),
+        ("picture.png", draw),
+    ):
+        draft = out / f".{name}.part"
+        try:
+            write(str(draft))
+            os.replace(draft, out / name)
+        finally:
+            draft.unlink(missing_ok=True)
+
+
+def _summary(
+    script: str,
+    args: tuple[str, ...],
+    arm: Arm,
+    plant: str,
+    run: session.Run,
+    measures: list[drawing.Measure | None],
+) -> dict:
+    return {
+        "script": script,
+        "args": list(args),
+        "arm": arm.name,
+        "plant": plant,
+        "status": run.outcome.status,
+        "reason": run.outcome.reason,
+        "seconds": round(run.outcome.t, 6),
+        "accesses": run.outcome.accesses,
+        "motors": run.motors,
+        "paths": [measure and measure.as_dict() for measure in measures],
+    }
+
+
+def _report(summary: dict, took: float) -> str:
+    """A short summary for people."""
+    lines = [
+        f"{summary['reason']}, status {summary['status']}, after {summary['seconds']:.2f} s on the "
+        f"emulated brick ({summary['accesses']} accesses; {summary['seconds'] / took:.0f} x real time)"
+    ]
+    for number, path in enumerate(summary["paths"], 1):
+        lines.append(
+            f"path {number}: not drawn"
+            if path is None
+            else f"path {number}: {path['length_cm']:.1f} cm in {path['seconds']:.1f} s, off by "
+            f"{path['greatest_mm']:.2f} mm at most and {path['rms_mm']:.2f} mm rms, "
+            f"{path['end_mm']:.2f} mm at its end"
+        )
+    driven = [port for port, motor in summary["motors"].items() if motor["driven"]]
+    modes = ", ".join(f"{port} {motor['mode']}" for port, motor in summary["motors"].items())
+    lines.append(f"STILL DRIVEN: {', '.join(driven)} ({modes})" if driven else f"motors: {modes}")
+    return "\n".join(lines)
+
+
+@laptop.group()
+def bench() -> None:
+    """Measure against the reference method and the physical limit, on the emulated brick."""
+
+
+class _Seeds(click.ParamType):
+    name = "A:B"
+
+    def convert(self, value, param, ctx):
+        if isinstance(value, range):
+            return value
+        try:
+            first, last = (int(part) for part in value.split(":"))
+        except ValueError:
+            self.fail(f"'{value}' is not A:B, two whole numbers like 1000:1020")
+        if not 0 <= first < last:
+            self.fail(f"'{value}' holds no seed: A must be from 0 and below B")
+        return range(first, last)
+
+
+@bench.command("draw")
+@click.option("--seeds", type=_Seeds(), default=bench_draw.ACCEPTANCE_SEEDS, help="[default: 1000:1020]")
+@click.option("--json", "as_json", is_flag=True, help="Every line's figures instead of the table.")
+def bench_draw_command(seeds: range, as_json: bool) -> None:
+    """Straightness of lines: smooth and steps, both arms, beside the encoders' floor."""
+    results = []
+    with Progress(
+        "drawing", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
+        console=Console(stderr=True), transient=True,
+    ) as progress:  # fmt: skip
+        task = progress.add_task("drawing", total=bench_draw.count(seeds))
+        for result in bench_draw.run(seeds):
+            results.append(result)
+            progress.advance(task)
+    if as_json:
+        click.echo(json.dumps(bench_draw.as_json(results), indent=1))
+        return
+    rows = bench_draw.table(results)
+    shown = Table(*bench_draw.HEADINGS, title=f"seeds {seeds.start}:{seeds.stop}; lengths in mm")
+    for before, row in zip([None, *rows], rows, strict=False):
+        if before and before[:3] != row[:3]:
+            shown.add_section()
+        shown.add_row(*row)
+    Console(width=None if sys.stdout.isatty() else 160).print(shown)
+
+
+if __name__ == "__main__":
+    laptop(prog_name="python -m laptop")

@@ -1,0 +1,245 @@
+"""Drawing, measured: our smooth lines beside the report's steps and the floor that the encoders set.
+
+The *floor* of a line is the deviation of a perfect controller that knows each joint to half an encoder
+count: half a count at every joint in the worst signs, mapped through the Jacobian onto the line's
+normal, at its largest along the line.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import random
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from laptop import drawing
+from laptop.simulator.brick import EmulatedBrick
+from laptop.simulator.plant import read_plant
+from laptop.simulator.world import World
+from robot import kinematics, trajectory
+from robot.arm import RobotArm
+from robot.driver import REPORT_LINES, Driver
+from robot.zero import Zero
+from shared.arm_description import Arm, find_arm, read_arm
+
+Point = tuple[float, float]
+Line = tuple[Point, Point]
+
+ARMS = ("planar", "geared")
+METHODS = ("smooth", "steps")
+CONDITIONS = (
+    ("backlash 0", "backlash=0", 0.0),
+    ("backlash 2", "backlash=2", 2.0),
+    ("backlash 3", "backlash=3", 3.0),
+    ("3, described as 2", "backlash=3", 2.0),
+)
+"""Name, true plant, and the backlash (deg) that the arm's description says."""
+
+ACCEPTANCE_SEEDS = range(1000, 1020)
+"""Never used for tuning: that used 100 to 105, and 300 to 311 to look at the outcome."""
+
+
+@dataclass(frozen=True)
+class Case:
+    arm: str
+    method: str
+    condition: str
+    plant: str
+    described: float
+    line: Line
+    name: str
+
+
+@dataclass(frozen=True)
+class Result:
+    """One line drawn: mm, s; `error` says why it was not."""
+
+    arm: str
+    method: str
+    condition: str
+    line: str
+    floor: float
+    greatest: float
+    rms: float
+    end: float
+    seconds: float
+    accesses: int
+    error: str
+
+
+def described(name: str, backlash: float) -> Arm:
+    """The arm of that name whose description says `backlash` degrees at every joint."""
+    arm = read_arm(find_arm(name))
+    joints = tuple(joint._replace(backlash=math.radians(backlash)) for joint in arm.joints)
+    return arm._replace(joints=joints)
+
+
+def floor(arm: Arm, line: Line) -> float:
+    """The line's floor, mm (see the module's docstring)."""
+    (x0, y0), (x1, y1) = line
+    normal = np.array([y0 - y1, x1 - x0]) / math.hypot(x1 - x0, y1 - y0)
+    counts = np.array([math.radians(0.5) / joint.gear for joint in arm.joints])
+    joints = trajectory.joint_path(arm, trajectory.spread(line), arm.elbow)
+    worst = max(np.abs(normal @ np.array(kinematics.jacobian(arm, q))) @ counts for q in joints)
+    return 10 * float(worst)
+
+
+def random_line(arm: Arm, seed: int) -> Line:
+    """A reachable line of at least 4 cm."""
+    draw = random.Random(seed)
+    reach = sum(joint.link for joint in arm.joints)
+    while True:
+        a, b = (
+            (draw.uniform(-reach, reach), draw.uniform(-reach, reach)) for _ in range(2)
+        )
+        if math.dist(a, b) < 4:
+            continue
+        try:
+            trajectory.joint_path(arm, trajectory.spread((a, b)), arm.elbow)
+        except kinematics.Unreachable:
+            continue
+        return a, b
+
+
+def cases(seeds: range) -> Iterator[Case]:
+    """Every line under every condition; each random line also on the random plant of its seed."""
+    for arm_name in ARMS:
+        arm = read_arm(find_arm(arm_name))
+        lines = [(f"line {n}", line) for n, line in enumerate(REPORT_LINES, 1)]
+        luck = [("random", random_line(arm, seed)) for seed in seeds]
+        for method in METHODS:
+            for condition, plant, play in CONDITIONS:
+                for name, line in lines + luck:
+                    yield Case(arm_name, method, condition, plant, play, line, name)
+            for k, seed in enumerate(seeds):
+                for name, line in [*lines, luck[k]]:
+                    yield Case(
+                        arm_name, method, "random plants", f"backlash=2,seed={seed}", 2.0, line, name
+                    )
+
+
+class _CountingClock:
+    """The world's clock, remembering how many accesses each control tick made."""
+
+    def __init__(self, brick: EmulatedBrick) -> None:
+        self._brick = brick
+        self._last = 0
+        self.most = 0
+        self.now = brick.world.now
+
+    def sleep(self, seconds: float) -> None:
+        made = self._brick.sysfs.accesses
+        self.most = max(self.most, made - self._last)
+        self._brick.world.sleep(seconds)
+        self._last = made
+
+    def start(self) -> None:
+        self._last = self._brick.sysfs.accesses
+        self.most = 0
+
+
+def draw(case: Case) -> Result:
+    """Draw one line with the real driver on the emulated brick, and measure the true ink."""
+    arm = described(case.arm, case.described)
+    brick = EmulatedBrick(World(), arm, read_plant(case.plant))
+    clock = _CountingClock(brick)
+    error = ""
+    with tempfile.TemporaryDirectory() as folder, brick.sysfs.installed():
+        zero = Zero(arm.name, folder)
+        home = {j.port: -math.degrees(j.home) * j.gear * j.direction for j in arm.joints}
+        if arm.pen:
+            home[arm.pen.port] = -math.degrees(arm.pen.up)
+        zero.save(home, dict.fromkeys(home, 0))
+        robot = RobotArm(arm, clock, zero)
+        try:
+            robot.wake()
+            _Counted(robot, clock, elbow=arm.elbow).draw_line(*case.line, method=case.method)
+            robot.park()
+        except Exception as problem:  # a crash is a result here, and must not end the bench
+            error = f"{type(problem).__name__}: {problem}"
+    measure = drawing.measure(brick.record, [case.line])[0]
+    return Result(
+        case.arm,
+        case.method,
+        case.condition,
+        case.name,
+        floor(arm, case.line),
+        measure.greatest_mm if measure else math.nan,
+        measure.rms_mm if measure else math.nan,
+        measure.end_mm if measure else math.nan,
+        measure.seconds if measure else math.nan,
+        clock.most,
+        error,
+    )
+
+
+class _Counted(Driver):
+    """Counts accesses from when the pen is down, where only the control loop runs."""
+
+    def __init__(self, arm: RobotArm, clock: _CountingClock, elbow: str) -> None:
+        super().__init__(arm, elbow=elbow, say=lambda line: None)
+        self._clock = clock
+
+    def pen_down(self) -> None:
+        super().pen_down()
+        self._clock.start()
+
+
+def run(seeds: range) -> Iterator[Result]:
+    """The results of all cases in their order, on all cores."""
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        yield from pool.map(draw, cases(seeds), chunksize=4)
+
+
+Row = tuple[str, ...]
+
+HEADINGS: Row = (
+    "arm", "method", "plant", "line", "floor mm", "greatest mm", "x floor", "rms mm", "x floor",
+    "end mm", "x floor", "time s", "accesses/tick", "failed",
+)  # fmt: skip
+
+
+def table(results: list[Result]) -> list[Row]:
+    """One row per arm, method, plant and line; many lines as their median and their p95."""
+    groups: dict[tuple[str, ...], list[Result]] = {}
+    for r in results:
+        groups.setdefault((r.arm, r.method, r.condition, r.line), []).append(r)
+    rows = []
+    for key, group in groups.items():
+        drawn = [r for r in group if not r.error]
+        quantiles = [("", 50)] if len(group) == 1 else [(" p50", 50), (" p95", 95)]
+        for suffix, q in quantiles:
+            name = f"{len(group)} x {key[3]}{suffix}" if suffix else key[3]
+            rows.append((*key[:3], name, *_figures(drawn, q), f"{len(group) - len(drawn)}"))
+    return rows
+
+
+def _figures(drawn: list[Result], q: int) -> Row:
+    if not drawn:
+        return ("-",) * 9
+
+    def at(values: list[float]) -> float:
+        return float(np.percentile(values, q))
+
+    out = [f"{at([r.floor for r in drawn]):.2f}"]
+    for field in ("greatest", "rms", "end"):
+        values = [getattr(r, field) for r in drawn]
+        ratios = [value / r.floor for value, r in zip(values, drawn, strict=True)]
+        out += [f"{at(values):.2f}", f"{at(ratios):.2f}"]
+    seconds = f"{at([r.seconds for r in drawn]):.1f}"
+    return (*out, seconds, f"{at([r.accesses for r in drawn]):.0f}")
+
+
+def as_json(results: list[Result]) -> list[dict]:
+    """The results as plain data."""
+    return [asdict(result) for result in results]
+
+
+def count(seeds: range) -> int:
+    """How many lines `run` draws."""
+    return sum(1 for _ in cases(seeds))

@@ -1,0 +1,246 @@
+"""What a drawing is worth: the ink against the paths that were wanted.
+
+Pure but for `write_trace`.  Rows of a record are anything with the attributes `t` (s), `q` (tuple
+of rad), `x`, `y` (cm) and `pen` (0 or 1); a wanted path is a sequence of points (x, y), cm, straight
+from each to the next and dense where it bends.  Lengths are cm, deviations mm.
+"""
+
+import itertools
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from shared.arm_description import ArmError
+
+Points = Sequence[Sequence[float]]
+
+SPACING = 0.02
+"""Ink is looked at this densely, cm, however fast the pen went."""
+
+MATCH_POINTS = 24
+"""Points along path and ink that stand for them when they are matched."""
+
+JUMP_COST = 0.05
+"""cm of distance per cm between a point's place along the path and where it should have got to:
+keeps the place from jumping to another branch where a path crosses or touches itself."""
+
+
+class BadPath(ArmError, ValueError):
+    """A wanted path that is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measure:
+    """One wanted path against the ink drawn for it.
+
+    Attributes:
+        greatest_mm: greatest distance of the ink from the path, from its segments: ink that cuts a
+            corner or runs on past the end counts.
+        rms_mm: the same as root mean square over the ink's length, not over time, so that resting
+            at the ends does not dilute it.
+        start_mm: from where the path starts to where the ink does.
+        end_mm: from where the path ends to where the ink does.
+        missed_mm: greatest distance of the path from the ink: what was left out.
+        seconds: time with the pen down.
+        length_cm: length of the path.
+        ink_cm: length of the ink.
+        lateral: rows (cm along the path, mm of deviation), in the order of drawing; positive to the
+            left of the path's direction; places before the start are negative.
+        floor_mm: what the arm's encoders allow at best, where the caller knows it.
+    """
+
+    greatest_mm: float
+    rms_mm: float
+    start_mm: float
+    end_mm: float
+    missed_mm: float
+    seconds: float
+    length_cm: float
+    ink_cm: float
+    lateral: np.ndarray
+    floor_mm: float | None = None
+
+    def as_dict(self) -> dict[str, float | None]:
+        """Every number but the profile, for JSON, to a micrometre."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        del values["lateral"]
+        return {name: None if v is None else round(float(v), 4) for name, v in values.items()}
+
+
+def pen_down_runs(rows: Iterable[Any]) -> list[list[Any]]:
+    """The rows with the pen down, split where it was up, in order of time."""
+    return [list(run) for down, run in itertools.groupby(rows, lambda row: bool(row.pen)) if down]
+
+
+def measure(rows: Iterable[Any], wanted: Sequence[Points]) -> list[Measure | None]:
+    """What the ink in `rows` is worth for each wanted path; None for a path that was not drawn.
+
+    Raises:
+        BadPath: a wanted path without points, or with one that is not two finite numbers.
+    """
+    paths = [_checked(number, path) for number, path in enumerate(wanted, 1)]
+    runs = pen_down_runs(rows)
+    inks = [np.array([(row.x, row.y) for row in run], dtype=float) for run in runs]
+    return [
+        None if k is None else _measured(path, inks[k], runs[k][-1].t - runs[k][0].t)
+        for path, k in zip(paths, match(paths, inks), strict=True)
+    ]
+
+
+def match(paths: Sequence[np.ndarray], inks: Sequence[np.ndarray]) -> list[int | None]:
+    """For each path the index of the ink that was drawn for it, or None; no ink serves two paths.
+
+    They belong together in order of time, exchanged as long as that brings paths and their inks
+    nearer to each other on the whole: a stroke left out, one too many or another order do no harm,
+    and a path wanted twice keeps its order.  Near is the mean distance, both ways.
+    """
+    n = max(len(paths), len(inks))
+    table = np.zeros((n, n))  # what is missing on either side costs nothing
+    if len(paths) and len(inks):
+        thin_paths = [_resampled(path) for path in paths]
+        thin_inks = [_resampled(ink) for ink in inks]
+        to_path = [_distances(np.concatenate(thin_inks), path) for path in thin_paths]
+        to_ink = [_distances(np.concatenate(thin_paths), ink) for ink in thin_inks]
+        table[: len(paths), : len(inks)] = (
+            np.reshape(to_path, (len(paths), len(inks), -1)).mean(axis=2)
+            + np.reshape(to_ink, (len(inks), len(paths), -1)).mean(axis=2).T
+        ) / 2
+    distances = table.tolist()
+    order = list(range(n))
+    exchanged = True
+    while exchanged:
+        exchanged = False
+        for i, j in itertools.combinations(range(n), 2):
+            now = distances[i][order[i]] + distances[j][order[j]]
+            if distances[i][order[j]] + distances[j][order[i]] < now - 1e-9:
+                order[i], order[j] = order[j], order[i]
+                exchanged = True
+    return [k if k < len(inks) else None for k in order[: len(paths)]]
+
+
+def write_trace(file: str | os.PathLike[str], rows: Sequence[Any]) -> None:
+    """Write the record as CSV: `t,q1,..,qn,x,y,pen` in s, rad, cm and 0 or 1.
+
+    Equal records give equal bytes.  An empty one gives the header of a two-joint arm.
+
+    Raises:
+        OSError: as the system says it; the file may then be there in part.
+    """
+    joints = len(rows[0].q) if rows else 2
+    names = ["t", *(f"q{number}" for number in range(1, joints + 1)), "x", "y", "pen"]
+    with open(file, "w", encoding="ascii", newline="\n") as out:
+        out.write(",".join(names) + "\n")
+        for row in rows:
+            angles = "".join(f"{angle:.6f}," for angle in row.q)
+            out.write(f"{row.t:.4f},{angles}{row.x:.5f},{row.y:.5f},{int(row.pen)}\n")
+
+
+def _checked(number: int, path: Points) -> np.ndarray:
+    try:
+        points = np.array(path, dtype=float)
+    except (TypeError, ValueError):
+        points = np.empty(0)
+    if points.ndim != 2 or points.shape[1] != 2 or not len(points) or not np.isfinite(points).all():
+        raise BadPath(
+            f"wanted path {number} is not a list of points of two finite numbers each;"
+            " give [[x, y], ...] in cm"
+        )
+    return points
+
+
+def _measured(path: np.ndarray, ink: np.ndarray, seconds: float) -> Measure:
+    points = _refined(ink)
+    steps = _steps(points)
+    along, deviation = _profile(points, path)
+    weights = (np.append(steps, 0.0) + np.insert(steps, 0, 0.0)) / 2
+    mean_square = np.average(deviation**2, weights=weights if len(steps) else None)
+    return Measure(
+        greatest_mm=10 * float(np.abs(deviation).max()),
+        rms_mm=10 * float(np.sqrt(mean_square)),
+        start_mm=10 * float(np.hypot(*(ink[0] - path[0]))),
+        end_mm=10 * float(np.hypot(*(ink[-1] - path[-1]))),
+        missed_mm=10 * float(_distances(_refined(path), points).max()),
+        seconds=float(seconds),
+        length_cm=float(_steps(path).sum()),
+        ink_cm=float(steps.sum()),
+        lateral=np.column_stack([along, 10 * deviation]),
+    )
+
+
+def _profile(points: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Place along the path and signed distance from it of every point of an ink, cm."""
+    if len(path) == 1:
+        path = np.repeat(path, 2, axis=0)
+    lengths = _steps(path)
+    starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
+    expected = 0.0
+    along, deviation = np.empty(len(points)), np.empty(len(points))
+    strides = np.concatenate([[0.0], _steps(points)])
+    for chunk in _chunks(len(points), len(lengths)):
+        distance, share, side = _segments(points[chunk], path)
+        nearest = distance.min(axis=1)
+        places = starts + np.clip(share, 0, 1) * lengths
+        for k, i in enumerate(range(chunk.start, chunk.stop)):
+            expected += strides[i]
+            j = int(np.argmin(distance[k] + JUMP_COST * np.abs(places[k] - expected)))
+            along[i] = expected = places[k, j]
+            if (j == 0 and share[k, j] < 0) or (j == len(lengths) - 1 and share[k, j] > 1):
+                along[i] = starts[j] + share[k, j] * lengths[j]  # before the start, past the end
+            deviation[i] = np.copysign(nearest[k], side[k, j])
+    return along, deviation
+
+
+def _segments(points: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Each point against each segment of `path`.
+
+    Returns:
+        Three arrays, points x segments: distance, cm; the foot's place as a share of the segment,
+        below 0 and above 1 beyond its ends; the side, positive on the left.
+    """
+    a = path[:-1]
+    way = np.diff(path, axis=0)
+    offset = points[:, None, :] - a
+    square = np.maximum((way**2).sum(axis=1), 1e-18)
+    share = (offset * way).sum(axis=2) / square
+    miss = offset - np.clip(share, 0, 1)[:, :, None] * way
+    side = way[:, 0] * offset[:, :, 1] - way[:, 1] * offset[:, :, 0]
+    return np.hypot(miss[..., 0], miss[..., 1]), share, side
+
+
+def _distances(points: np.ndarray, path: np.ndarray) -> np.ndarray:
+    """Distance of each point from a polyline, cm."""
+    if len(path) == 1:
+        return np.hypot(*(points - path[0]).T)
+    chunks = _chunks(len(points), len(path))
+    return np.concatenate([_segments(points[chunk], path)[0].min(axis=1) for chunk in chunks])
+
+
+def _chunks(rows: int, columns: int) -> list[slice]:
+    """Slices of `rows` so short that a table with that many columns stays small."""
+    size = max(1, 250_000 // columns)
+    return [slice(k, min(k + size, rows)) for k in range(0, rows, size)]
+
+
+def _steps(points: np.ndarray) -> np.ndarray:
+    """Distance from each point to the next, cm."""
+    return np.hypot(*np.diff(points, axis=0).T)
+
+
+def _refined(points: np.ndarray) -> np.ndarray:
+    """The same polyline with points at most SPACING apart, without repeated ones."""
+    points = points[np.concatenate([[True], _steps(points) > 1e-9])]
+    counts = np.maximum(1, np.ceil(_steps(points) / SPACING)).astype(int)
+    first = np.cumsum(counts) - counts
+    share = (np.arange(counts.sum()) - np.repeat(first, counts)) / np.repeat(counts, counts)
+    places = np.append(np.repeat(np.arange(len(counts)), counts) + share, len(counts))
+    return np.column_stack([np.interp(places, np.arange(len(points)), c) for c in points.T])
+
+
+def _resampled(points: np.ndarray) -> np.ndarray:
+    """The same polyline with MATCH_POINTS points evenly along it."""
+    places = np.concatenate([[0.0], np.cumsum(_steps(points))])
+    even = np.linspace(0.0, places[-1], MATCH_POINTS)
+    return np.column_stack([np.interp(even, places, c) for c in points.T])
