@@ -37,21 +37,21 @@ along               1: weight of the error along the path beside that across it
 """
 
 GAINS = Gains(
-    stiffness=0.0754,
-    speed_per_duty=9.11,
-    lag=0.0957,
-    friction=3.94,
-    lead=0.0537,
-    position=17.4,
-    velocity=0.219,
-    observe_position=0.0741,
-    observe_velocity=0.63,
-    learn_push=0.141,
-    learn_friction=0.222,
-    deadband=0.0162,
-    turning=2.26,
-    moving=5.96,
-    along=0.629,
+    stiffness=0.14,
+    speed_per_duty=11.0,
+    lag=0.1,
+    friction=6.9,
+    lead=0.037,
+    position=25.0,
+    velocity=0.51,
+    observe_position=0.11,
+    observe_velocity=1.1,
+    learn_push=0.046,
+    learn_friction=0.18,
+    deadband=0.011,
+    turning=1.8,
+    moving=3.3,
+    along=0.61,
 )
 
 

@@ -20,10 +20,10 @@ SPEED_UP = 0.2
 JOINT_ACCELERATION = math.radians(200)
 """Greatest acceleration of a joint, rad/s^2: a link slowed harder would run ahead through its play."""
 
-TAKE_UP = 0.12
+TAKE_UP = 0.19
 """Least time to cross a joint's play, s."""
 
-TAKE_UP_SPEED = math.radians(50)
+TAKE_UP_SPEED = math.radians(68)
 """Mean speed of a motor's shaft crossing the play, rad/s: faster, it would knock the link away."""
 
 STEP_SIZE = math.radians(5)
