@@ -7,26 +7,15 @@ import os
 import sys
 import tempfile
 import time
+from dataclasses import asdict
 from pathlib import Path
 
 import click
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
-from rich.table import Table
-
 from laptop import drawing, picture
-from laptop.bench import draw as bench_draw
 from laptop.simulator import peripherals, session
 from laptop.simulator.plant import CONSTANTS, read_plant
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
-
-
-class _Failed(click.ClickException):
-    """One line on stderr and status 1; click's own errors keep status 2."""
-
-    def show(self, file=None) -> None:
-        click.echo(f"laptop: {self.message}", err=True)
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -84,7 +73,7 @@ def _plants() -> str:
     help="A motor (large or medium) that moves nothing, at a port the arm leaves free.",
 )
 @click.option("--timeout", default=600.0, show_default=True, help="Virtual seconds allowed.")
-@click.argument("script")
+@click.argument("script", type=click.Path(exists=True, dir_okay=False))
 @click.argument("args", nargs=-1, type=click.UNPROCESSED)
 def simulate(
     arm_file: str,
@@ -120,7 +109,7 @@ def simulate(
         took = time.perf_counter() - began
         measures = drawing.measure(run.record, run.wanted)
     except ArmError as error:
-        raise _Failed(str(error)) from None
+        raise click.ClickException(str(error)) from None
     summary = _summary(script, args, arm, plant_text, run, measures)
     click.echo(_report(summary, took))
     try:
@@ -149,8 +138,8 @@ def _check_room(out: Path) -> None:
         raise _no_room(out, error) from None
 
 
-def _no_room(out: Path, error: OSError) -> _Failed:
-    return _Failed(
+def _no_room(out: Path, error: OSError) -> click.ClickException:
+    return click.ClickException(
         f"cannot write to {out}: {error.strerror}; make room or choose another folder with --out"
     )
 
@@ -234,9 +223,9 @@ def bench() -> None:
 class _Seeds(click.ParamType):
     name = "A:B"
 
-    def convert(self, value, param, ctx):
-        if isinstance(value, range):
-            return value
+    def convert(
+        self, value: str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> range:
         try:
             first, last = (int(part) for part in value.split(":"))
         except ValueError:
@@ -247,30 +236,41 @@ class _Seeds(click.ParamType):
 
 
 @bench.command("draw")
-@click.option("--seeds", type=_Seeds(), default=bench_draw.ACCEPTANCE_SEEDS, help="[default: 1000:1020]")
+@click.option(
+    "--seeds", type=_Seeds(), default="1000:1020", show_default=True, help="Random plants and lines."
+)
 @click.option("--json", "as_json", is_flag=True, help="Every line's figures instead of the table.")
-def bench_draw_command(seeds: range, as_json: bool) -> None:
+def bench_draw(seeds: range, as_json: bool) -> None:
     """Straightness of lines: smooth and steps, both arms, beside the encoders' floor."""
-    results = []
-    with Progress(
-        "drawing", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
-        console=Console(stderr=True), transient=True,
-    ) as progress:  # fmt: skip
-        task = progress.add_task("drawing", total=bench_draw.count(seeds))
-        for result in bench_draw.run(seeds):
-            results.append(result)
-            progress.advance(task)
+    from laptop.bench import draw, show  # what else a command needs is slow to import
+
+    results = list(show.progress(draw.run(seeds), draw.count(seeds), "drawing"))
     if as_json:
-        click.echo(json.dumps(bench_draw.as_json(results), indent=1))
-        return
-    rows = bench_draw.table(results)
-    shown = Table(*bench_draw.HEADINGS, title=f"seeds {seeds.start}:{seeds.stop}; lengths in mm")
-    for before, row in zip([None, *rows], rows, strict=False):
-        if before and before[:3] != row[:3]:
-            shown.add_section()
-        shown.add_row(*row)
-    Console(width=None if sys.stdout.isatty() else 160).print(shown)
+        click.echo(json.dumps([asdict(result) for result in results], indent=1))
+    else:
+        title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator, lengths in mm"
+        show.table(title, draw.HEADINGS, draw.table(results), sections=3)
+
+
+def main() -> int:
+    """Run a command; every failure is one line on stderr and a status of its own."""
+    try:
+        laptop(prog_name="python -m laptop", standalone_mode=False)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        return error.exit_code
+    except click.UsageError as error:
+        where = error.ctx.command_path if error.ctx else "python -m laptop"
+        click.echo(f"laptop: {error.format_message()} See {where} --help.", err=True)
+        return error.exit_code
+    except click.ClickException as error:
+        click.echo(f"laptop: {error.format_message()}", err=True)
+        return error.exit_code
+    except click.Abort:
+        click.echo("laptop: stopped", err=True)
+        return 130
+    return 0
 
 
 if __name__ == "__main__":
-    laptop(prog_name="python -m laptop")
+    sys.exit(main())

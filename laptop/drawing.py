@@ -1,8 +1,8 @@
 """What a drawing is worth: the ink against the paths that were wanted.
 
 Pure but for `write_trace`.  Rows of a record are anything with the attributes `t` (s), `q` (tuple
-of rad), `x`, `y` (cm) and `pen` (0 or 1); a wanted path is a sequence of points (x, y), cm, straight
-from each to the next and dense where it bends.  Lengths are cm, deviations mm.
+of rad), `x`, `y` (cm) and `pen` (0 or 1); a wanted path is a sequence of points (x, y), cm, that
+are joined by straight lines and dense where it bends.  Lengths are cm, deviations mm.
 """
 
 import itertools
@@ -16,6 +16,9 @@ import numpy as np
 from shared.arm_description import ArmError
 
 Points = Sequence[Sequence[float]]
+
+BOUNCE = 0.05
+"""A pen that is off the paper for no longer than this, s, has bounced; lifting it takes longer."""
 
 SPACING = 0.02
 """Ink is looked at this densely, cm, however fast the pen went."""
@@ -71,8 +74,14 @@ class Measure:
 
 
 def pen_down_runs(rows: Iterable[Any]) -> list[list[Any]]:
-    """The rows with the pen down, split where it was up, in order of time."""
-    return [list(run) for down, run in itertools.groupby(rows, lambda row: bool(row.pen)) if down]
+    """The rows with the pen down, split where it was lifted, in order of time."""
+    runs: list[list[Any]] = []
+    for row in rows:
+        if row.pen:
+            if not runs or row.t - runs[-1][-1].t > BOUNCE + 1e-9:
+                runs.append([])
+            runs[-1].append(row)
+    return runs
 
 
 def measure(rows: Iterable[Any], wanted: Sequence[Points]) -> list[Measure | None]:
@@ -162,7 +171,7 @@ def _measured(path: np.ndarray, ink: np.ndarray, seconds: float) -> Measure:
         rms_mm=10 * float(np.sqrt(mean_square)),
         start_mm=10 * float(np.hypot(*(ink[0] - path[0]))),
         end_mm=10 * float(np.hypot(*(ink[-1] - path[-1]))),
-        missed_mm=10 * float(_distances(_refined(path), points).max()),
+        missed_mm=10 * float(_distances(_refined(path), ink).max()),
         seconds=float(seconds),
         length_cm=float(_steps(path).sum()),
         ink_cm=float(steps.sum()),

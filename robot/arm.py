@@ -6,7 +6,7 @@ The only place that clamps to limits.  Every wait here has a deadline, every way
 import math
 
 from robot import homing, kinematics
-from robot.follower import GAINS, Follower
+from robot.follower import ALONG, GAINS, LEAD, STIFFNESS, Follower
 from robot.motors import JointMotor
 from robot.trajectory import JOINT_ACCELERATION, JointMove, TakingUpBacklash
 from robot.zero import Zero
@@ -21,19 +21,22 @@ SLOWEST_TICK = 0.12
 IDLE_CHECK = 20
 """Every so many ticks the motors that are not being driven are checked to be there."""
 
-ASTRAY = math.radians(5)
+ASTRAY = math.radians(3)
 """A joint this far from where it should be is blocked or blind, rad."""
 
 SETTLE, UNHURRIED = 0.2, 0.8
 """Longest correction after the end of a path with the pen down, and of a move, s."""
 
-FINE, COARSE = 0.4, 3.0
+FINE, COARSE = 0.4, 6.0
 """A joint has settled within this many counts; the pen."""
+
+ARRIVED = 4
+"""Times as far off after the settling time, it has not arrived."""
 
 STEP_SPEED = math.radians(100)
 """The speed of the report's joint steps, rad/s."""
 
-GENTLE = math.radians(60)
+GENTLE = math.radians(15)
 """Acceleration at which links do not leave the side of the play they are pushed by, rad/s^2."""
 
 PEN_ASTRAY = math.radians(25)
@@ -41,7 +44,7 @@ PEN_SPEED, PEN_ACCELERATION = math.radians(400), math.radians(3000)
 """Greatest of the pen's motor, rad/s and rad/s^2."""
 
 SETTLED_FOR = 0.06
-SETTLE_DEADLINE = 1.5
+SETTLE_DEADLINE = 0.4
 
 
 class Stalled(ArmError):
@@ -59,7 +62,7 @@ class RobotArm(object):
         description: shared.arm_description.Arm.
         clock: has `now()` and `sleep(seconds)`.
         zero: robot.zero.Zero, where the zero is remembered; the arm's own file if None.
-        gains: robot.follower.Gains.
+        gains: robot.follower.Gains by kind of motor.
 
     Attributes:
         sides: per joint, on which side its play lies: +1 pushed in the positive direction last,
@@ -73,7 +76,6 @@ class RobotArm(object):
         self.description = description
         self.clock = clock
         self.zero = zero or Zero(description.name)
-        self._gains = gains
         self.joints = [
             JointMotor(joint.name, joint.port, joint.motor, joint.gear, joint.direction)
             for joint in description.joints
@@ -82,11 +84,11 @@ class RobotArm(object):
         self.pen = JointMotor("pen", pen.port, pen.motor, 1.0, 1) if pen else None
         self._motors = self.joints + ([self.pen] if pen else [])
         self._followers = {
-            motor: Follower(joint.gear, gains)
+            motor: Follower(joint.gear, gains[joint.motor])
             for motor, joint in zip(self.joints, description.joints)
         }
         if pen:
-            self._followers[self.pen] = Follower(1.0, gains)
+            self._followers[self.pen] = Follower(1.0, gains[pen.motor])
         self.sides = (0,) * len(self.joints)
         self._engaged = False
         self._homed = False
@@ -191,7 +193,7 @@ class RobotArm(object):
         clock = self.clock
         followers = [self._followers[motor] for motor in motors]
         for motor in motors:
-            motor.engage(self._gains.stiffness)
+            motor.engage(STIFFNESS)
         now = clock.now()
         start = now + plan.before
         due = now
@@ -202,20 +204,22 @@ class RobotArm(object):
             now = clock.now()
             wanted = plan.at(now - start)
             errors = [angle - f.angle for angle, f in zip(wanted.q, followers)]
-            self._watch(motors, errors, astray)
+            self._watch(motors, errors, max(astray, 5 * motors[0].resolution))
             ticks += 1
             if ticks % IDLE_CHECK == 0:
-                for motor in self._motors:
-                    motor.check_plugged_in()
+                self.check_plugged_in()
             overtime = now - start - plan.duration
-            if overtime > settle or overtime > TICK and all(
+            if overtime > settle:
+                self._watch(motors, errors, ARRIVED * tolerance * motors[0].resolution)
+                return
+            if overtime > TICK and all(
                 abs(error) < tolerance * motor.resolution
                 and abs(follower.speed) < 10 * tolerance * motor.resolution
                 for motor, follower, error in zip(motors, followers, errors)
             ):
                 return
-            ahead = plan.at(now - start + self._gains.lead)
-            sooner = plan.at(now - start + self._gains.lead - TICK)
+            ahead = plan.at(now - start + LEAD)
+            sooner = plan.at(now - start + LEAD - TICK)
             errors = self._across(wanted, sooner, ahead, errors)
             for k, (motor, follower) in enumerate(zip(motors, followers)):
                 acceleration = (ahead.q_dot[k] - sooner.q_dot[k]) / TICK
@@ -231,8 +235,7 @@ class RobotArm(object):
 
     def _across(self, wanted, sooner, ahead, errors):
         """The errors with what lies along the path weighted less: straightness before timing."""
-        weight = self._gains.along
-        if wanted.p is None or weight == 1.0:
+        if wanted.p is None:
             return errors
         J = kinematics.jacobian(self.description, wanted.q)
         velocity = [sum(a * b for a, b in zip(row, ahead.q_dot)) for row in J]
@@ -240,18 +243,27 @@ class RobotArm(object):
         if fast < 0.5 or kinematics.singularity(self.description, wanted.q) < 0.1:
             return errors
         e = [sum(a * b for a, b in zip(row, errors)) for row in J]
-        along = (1 - weight) * sum(a * v for a, v in zip(e, velocity)) / (fast * fast)
+        along = (1 - ALONG) * sum(a * v for a, v in zip(e, velocity)) / (fast * fast)
         return kinematics.solve(J, [a - along * v for a, v in zip(e, velocity)])
 
     def _watch(self, motors, errors, astray):
         for motor, error in zip(motors, errors):
-            if abs(error) > max(astray, 5 * motor.resolution):
+            if abs(error) > astray or self._followers[motor].blind:
                 raise Stalled(
-                    "the {} (port {}) is {:.0f} deg from where it should be: it is blocked or its "
-                    "encoder is dead; free it, check the cable, then home".format(
+                    "the {} (port {}) does not turn as it is driven, {:.1f} deg are missing: it is "
+                    "blocked or its encoder is dead; free it, check the cable, then home".format(
                         motor.name, motor.port, abs(math.degrees(error))
                     )
                 )
+
+    def check_plugged_in(self):
+        """Notice a pulled cable, also of a motor that is idle; costs no access.
+
+        Raises:
+            MotorNotFound: naming the motor.
+        """
+        for motor in self._motors:
+            motor.check_plugged_in()
 
     def _hold(self, motors):
         for motor in motors:
@@ -277,10 +289,6 @@ class RobotArm(object):
         self._track([self.joints[k]], move, SETTLE, COARSE)
         self.joints[k].hold()
 
-    def speed_for_push(self, force, gear):
-        """The set-point (rad/s at the joint) with which a standing motor pushes with `force` %."""
-        return math.radians(force / self._gains.stiffness) / gear
-
     def home(self, here=False, say=print):
         """Find the zero, or with `here` take the joints as they stand for the home pose; remember it.
 
@@ -293,6 +301,7 @@ class RobotArm(object):
             homing.Blocked, Stalled, MotorNotFound: after stopping.
         """
         self._homed = False
+        self.zero.forget()
         if self.pen:
             homing.take_as_it_stands(self.pen, self.description.pen.up)
         found = []
@@ -322,6 +331,7 @@ class RobotArm(object):
         longest = max(abs(a - b) for a, b in zip(q, here)) / STEP_SPEED
         deadline = clock.now() + longest + SETTLE_DEADLINE
         settled = None
+        self.check_plugged_in()
         while settled is None or clock.now() - settled < SETTLED_FOR:
             off = [motor.counts() - target for motor, target in zip(self.joints, targets)]
             if all(abs(counts) <= 1 for counts in off):

@@ -39,6 +39,10 @@ class Stopped(ArmError):
         self.status = 128 + number
 
 
+class NotAnnounced(ArmError, OSError):
+    """The file for whoever watches cannot be written."""
+
+
 class Driver(object):
     """A drawing arm.
 
@@ -136,7 +140,7 @@ class Driver(object):
         self.pen_up()
 
     def _draw_in_steps(self, strokes, plans):
-        self.arm.step_to(plans[0].start)
+        self.arm.go_to(plans[0].start)
         self.pen_down()
         for stroke in strokes:
             for start, goal in zip(stroke, stroke[1:]):
@@ -164,8 +168,13 @@ def announce(strokes):
     file = os.environ.get("BRICKSERVO_PLAN")
     if file:
         points = [strokes[0][0]] + [p for stroke in strokes for p in stroke[1:]]
-        with open(file, "a") as out:
-            out.write(json.dumps({"path": points}) + "\n")
+        try:
+            with open(file, "a") as out:
+                out.write(json.dumps({"path": points}) + "\n")
+        except OSError as error:
+            raise NotAnnounced(
+                "cannot write {}: {}; make room or unset BRICKSERVO_PLAN".format(file, error.strerror)
+            ) from None
 
 
 # The command line

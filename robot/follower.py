@@ -14,18 +14,25 @@ need be known.  All angles are those of the motor's side of the joint, in rad at
 import math
 from collections import namedtuple
 
+STIFFNESS = 0.14
+"""The push with which the motor's driver answers a difference of speeds, % per deg/s."""
+
+LEAD = 0.037
+"""Speed and acceleration are fed forward so much early, s."""
+
+ALONG = 0.61
+"""Weight of the error along a path beside that across it."""
+
 Gains = namedtuple(
     "Gains",
-    "stiffness speed_per_duty lag friction lead position velocity "
-    "observe_position observe_velocity learn_push learn_friction deadband turning moving along",
+    "speed_per_duty lag friction position velocity "
+    "observe_position observe_velocity learn_push learn_friction deadband turning moving most_error",
 )
 """Tuned on emulated plants (see README: which seeds); motor's degrees and percent of duty.
 
-stiffness           % per deg/s, the motor driver's push on the difference of speeds
 speed_per_duty      deg/s per %, no load
 lag                 s, of the motor alone
 friction            %, first guess
-lead                s, by which speed and acceleration are fed forward early
 position, velocity  % per deg, % per deg/s: feedback
 observe_position    1: share of the encoder's surprise that corrects the position
 observe_velocity    1/s: the same for the speed
@@ -33,15 +40,13 @@ learn_push          % per deg: the same for the constant push
 learn_friction      % per deg: the same for the friction
 deadband            deg: surprise below this corrects nothing
 turning, moving     deg/s: below these speeds, wanted and seen, friction fades with speed
-along               1: weight of the error along the path beside that across it
+most_error          deg: the feedback acts on no larger error, so that a blind joint does not race
 """
 
-GAINS = Gains(
-    stiffness=0.14,
+_LARGE = Gains(
     speed_per_duty=11.0,
     lag=0.1,
     friction=6.9,
-    lead=0.037,
     position=25.0,
     velocity=0.51,
     observe_position=0.11,
@@ -51,12 +56,26 @@ GAINS = Gains(
     deadband=0.011,
     turning=1.8,
     moving=3.3,
-    along=0.61,
+    most_error=0.8,
 )
 
+GAINS = {
+    "large": _LARGE,
+    "medium": _LARGE._replace(
+        speed_per_duty=16.0, lag=0.075, friction=13.0, position=8.0, velocity=0.1, most_error=5.0
+    ),
+}
+"""By kind of motor.  The medium one moves the pen, is faster, and so takes only a softer hand."""
 
 FORGOTTEN = 0.1
 """After this time without a reading the joint is taken to be at rest, s."""
+
+BLIND, KEEP = 4.0, 0.9
+"""A still encoder is blind or blocked after this much motion (motor's deg) that should have been, of
+which each tick keeps this share: what friction holds back adds up to half of it."""
+
+FRICTION, PUSH = (3.0, 25.0), 8.0
+"""Bounds of what is learned, % of duty: in one steady motion the two cannot be told apart and drift."""
 
 
 def _faded(speed, threshold):
@@ -65,31 +84,32 @@ def _faded(speed, threshold):
 
 
 class Follower(object):
-    """One joint; what it has learned of friction and push stays, where it is does not.
+    """One joint; what it has learned of friction stays, where it is and what pushes it does not.
 
     Args:
         gear: motor turns per joint turn; the gains count at the motor.
-        gains: Gains.
+        gains: Gains of its kind of motor.
 
     Attributes:
         angle, speed: as observed, rad and rad/s; None until the first reading.
     """
 
-    def __init__(self, gear, gains=GAINS):
-        loop = gains.stiffness * gains.speed_per_duty
+    def __init__(self, gear, gains):
+        loop = STIFFNESS * gains.speed_per_duty
         self._share = loop / (1 + loop)
         self._lag = gains.lag / (1 + loop)
         self._gains = gains
         # From the motor's degrees and percent of duty to rad and rad/s of set-point at the joint.
         degree = math.radians(1) / gear
         self._degree = degree
-        self._per_duty = degree / gains.stiffness
+        self._per_duty = degree / STIFFNESS
         self._friction = gains.friction * self._per_duty
-        self._most_friction = 25 * self._per_duty
         self._push = 0.0
         self._turning = 0.0
         self._w = 0.0
         self._t = None
+        self._bounds = None
+        self._missed = 0.0
         self.angle = None
         self.speed = 0.0
 
@@ -97,12 +117,21 @@ class Follower(object):
         """Take in that at time `t` (s) the angle lies within `bounds` (rad)."""
         low, high = bounds
         if self._t is None or t - self._t > FORGOTTEN:
-            self.angle, self.speed = (low + high) / 2, 0.0
+            self.angle, self.speed, self._push = (low + high) / 2, 0.0, 0.0
+            self._missed = 0.0
         else:
             self._predict(t - self._t)
             self._correct((low + high) / 2 - self.angle)
-            self.angle = min(max(self.angle, low), high)
-        self._t = t
+            allowed = min(max(self.angle, low), high)
+            missed = 0.0 if bounds != self._bounds else KEEP * self._missed
+            self._missed = missed + abs(self.angle - allowed)
+            self.angle = allowed
+        self._t, self._bounds = t, bounds
+
+    @property
+    def blind(self):
+        """Whether by all that was pushed the encoder should have counted long ago."""
+        return self._missed > BLIND * self._degree
 
     def _predict(self, dt):
         push = self._w - self._push
@@ -122,9 +151,12 @@ class Follower(object):
         self.angle += gains.observe_position * surprise
         self.speed += gains.observe_velocity * surprise
         per_degree = self._per_duty / self._degree
-        self._push -= gains.learn_push * per_degree * surprise
+        least, most = (duty * self._per_duty for duty in FRICTION)
         learned = self._friction - gains.learn_friction * per_degree * surprise * self._turning
-        self._friction = max(0.0, min(self._most_friction, learned))
+        self._friction = max(least, min(most, learned))
+        most = PUSH * self._per_duty
+        learned = self._push - gains.learn_push * per_degree * surprise
+        self._push = max(-most, min(most, learned))
 
     def command(self, error, speed, acceleration):
         """The speed set-point, rad/s.
@@ -136,6 +168,8 @@ class Follower(object):
         gains = self._gains
         per_degree = self._per_duty / self._degree
         self._turning = _faded(speed, gains.turning * self._degree)
+        most = gains.most_error * self._degree
+        error = max(-most, min(most, error))
         self._w = (
             (speed + acceleration * self._lag) / self._share
             + self._friction * self._turning

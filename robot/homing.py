@@ -15,6 +15,9 @@ TOUCHES = 3
 FIRST_PUSH, SECOND_PUSH = 20.0, 14.0
 """Greatest force on the stop, % of duty: to find it, and to measure it."""
 
+SOFTNESS = 0.02
+"""Stiffness (% per deg/s) at which that force is approached: the softer, the faster the free run."""
+
 BACK_OFF = math.radians(6)
 STILL_FOR = 0.16
 """A pushed joint that has not moved for this time stands at its stop, s."""
@@ -111,11 +114,15 @@ def _touches(arm, k, sign):
 def _push(arm, motor, joint, sign, force):
     """Push until the joint stands; the middle of what the encoder then allows, counts."""
     clock = arm.clock
-    speed = sign * arm.speed_for_push(force, joint.gear)
-    # Free, the motor turns at about a third of the set-point; no joint turns more than once round.
-    deadline = clock.now() + 2 * math.pi / abs(speed) * 6 + 2
+    # What a standing motor pushes with is the stiffness times the speed set-point.
+    speed = sign * math.radians(force / SOFTNESS) / joint.gear
+    # Free, it turns at more than a thirtieth of that; no joint turns more than once round.
+    deadline = clock.now() + 2 * math.pi / abs(speed) * 30 + 2
+    motor.disengage()
+    motor.engage(SOFTNESS)
     last, since = motor.bounds(), clock.now()
     while True:
+        arm.check_plugged_in()
         motor.drive(speed)
         clock.sleep(DEAD_MAN / 10)
         here, now = motor.bounds(), clock.now()
@@ -123,6 +130,7 @@ def _push(arm, motor, joint, sign, force):
             last, since = here, now
         elif now - since > STILL_FOR:
             motor.hold()
+            motor.disengage()
             return motor.zero + motor.in_counts(sum(here) / 2)
         if now > deadline:
             raise Blocked(

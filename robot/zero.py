@@ -6,6 +6,7 @@ it is on record as not parked.
 """
 
 import json
+import math
 import os
 
 from shared.arm_description import ArmError
@@ -50,6 +51,8 @@ class Zero(object):
             zero = {port: float(state["zero"][port]) for port in counts}
             parked = state["parked"]
             parked = parked and {port: float(parked[port]) for port in counts}
+            if not all(math.isfinite(n) for n in list(zero.values()) + list((parked or {}).values())):
+                raise ValueError("not a number of counts")
         except FileNotFoundError:
             raise NotHomed("the arm has not been homed, so its zero is unknown" + advice) from None
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
@@ -65,6 +68,19 @@ class Zero(object):
                 )
         return zero
 
+    def forget(self):
+        """Remember no zero: it is about to be found anew.
+
+        Raises:
+            StateNotSaved: the old file cannot be removed.
+        """
+        try:
+            os.remove(self.file)
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            raise self._not_saved(error) from None
+
     def save(self, zero, parked):
         """Remember the zero; `parked` is the counts by port, or None while the arm moves.
 
@@ -79,8 +95,11 @@ class Zero(object):
                 file.write(text + "\n")
             os.rename(draft, self.file)
         except OSError as error:
-            raise StateNotSaved(
-                "cannot write {}: {}; make room or set BRICKSERVO_STATE to another folder".format(
-                    self.file, error.strerror
-                )
-            ) from None
+            raise self._not_saved(error) from None
+
+    def _not_saved(self, error):
+        return StateNotSaved(
+            "cannot write {}: {}; make room or set BRICKSERVO_STATE to another folder".format(
+                self.file, error.strerror
+            )
+        )

@@ -12,6 +12,7 @@ GOOD = """\
 [arm]
 chain = planar
 elbow = up
+speed = 11
 
 [shoulder]
 link = 11.3
@@ -177,6 +178,8 @@ MALFORMED = [
      "[elbow] find_home = left: must be one of both, lower, upper, here"),
     ("chain", changed("arm", "chain", "chain = snake"),
      "[arm] chain = snake: must be one of planar"),
+    ("speed", changed("arm", "speed", "speed = 0"),
+     "[arm] speed = 0: must be a number from 0.1 to 50"),
     ("branch", changed("arm", "elbow", "elbow = left"),
      "[arm] elbow = left: must be one of up, down"),
     ("limits the wrong way round", changed("shoulder", "lower", "lower = 171"),
@@ -211,8 +214,8 @@ MALFORMED = [
      "[pan] is an unknown section; known here: arm, shoulder, elbow, pen"),
     ("defaults", "[DEFAULT]\ngear = 2\n" + GOOD, "[DEFAULT] is an unknown section"),
     ("key twice", changed("elbow", "gear", "gear = 1\ngear = 2"),
-     "[elbow] gear: is there twice (line 25)"),
-    ("section twice", GOOD + "[elbow]\n", "[elbow] is there twice (line 40)"),
+     "[elbow] gear: is there twice (line 26)"),
+    ("section twice", GOOD + "[elbow]\n", "[elbow] is there twice (line 41)"),
     ("value over two lines", changed("elbow", "gear", "gear = 1\n  2"),
      "[elbow] gear = 1\\n2: must be a number"),
     ("long value", changed("elbow", "gear", "gear = " + "9" * 5000), "[elbow] gear = 999"),

@@ -1,5 +1,6 @@
 """The world's clock and its scheduler, in virtual time, against times worked out by hand."""
 
+import threading
 import time as wall
 
 import pytest
@@ -21,7 +22,7 @@ def play(world, *programs, **options):
 
     def main():
         for number, program in enumerate(programs[1:], 2):
-            world.spawn(lambda program=program: program(say), "thread {}".format(number))
+            world.spawn(lambda program=program: program(say), f"thread {number}")
         programs[0](say)
         return 0
 
@@ -323,8 +324,39 @@ def test_valve_lets_time_pass_beside_a_thread_that_spins(world):
     start = wall.monotonic()
     _, log = play(world, main, other)
     assert wall.monotonic() - start < 5
-    # The spinner sees the flag soon: not at the end of the other thread's 20 s.
+    # The spinner sees the flag at once; a slow machine is given some of the other thread's steps.
     assert 2 <= log[0][0] <= 8
+
+
+def test_a_thread_that_lost_the_baton_does_not_act_after_the_verdict(world):
+    world.at(3, lambda: world.halt(Verdict(137, "killed")))
+
+    def main(say):
+        while world.verdict is None:
+            pass
+        world.touch(1)
+        say("acted")
+
+    verdict, log = play(world, main, lambda say: world.sleep(5))
+    assert verdict.reason == "killed"
+    assert log == []
+    assert world.now() == 3
+
+
+def test_a_thread_that_lost_the_baton_may_end_without_it(world):
+    line = WaitingLine(world)
+    until = wall.monotonic() + 0.4
+
+    def main(say):
+        world.sleep(1)
+        line.wait()
+
+    def spinner(say):
+        while wall.monotonic() < until:
+            pass
+
+    # Only when the world knows that the spinner is gone can it tell a deadlock.
+    assert play(world, main, spinner, patience=5)[0].reason == "deadlock"
 
 
 def test_a_program_that_computes_for_ever_is_stopped(world):
@@ -332,8 +364,10 @@ def test_a_program_that_computes_for_ever_is_stopped(world):
         while True:
             pass
 
+    before = threading.active_count()
     verdict, _ = play(world, main, patience=0.3)
     assert verdict == Verdict(124, "stuck")
+    assert threading.active_count() == before
 
 
 def test_realtime_keeps_pace_with_the_wall():
@@ -342,6 +376,20 @@ def test_realtime_keeps_pace_with_the_wall():
     _, log = play(world, lambda say: (world.sleep(0.2), say("slept")))
     assert 0.19 < wall.monotonic() - start < 1.0
     assert log[0][0] == pytest.approx(0.2, abs=0.05)
+
+
+def test_in_realtime_an_event_asked_for_meanwhile_happens_first():
+    world = World(realtime=True)
+    seen = []
+    world.at(0.3, lambda: seen.append("late"))
+    timer = threading.Timer(0.05, lambda: world.at(0.2, lambda: seen.append("early")))
+
+    def main(say):
+        timer.start()
+        world.sleep(0.4)
+
+    play(world, main)
+    assert seen == ["early", "late"]
 
 
 def test_in_realtime_computing_takes_time():

@@ -13,7 +13,7 @@ import random
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,13 +36,9 @@ CONDITIONS = (
     ("backlash 0", "backlash=0", 0.0),
     ("backlash 2", "backlash=2", 2.0),
     ("backlash 3", "backlash=3", 3.0),
-    ("3, described as 2", "backlash=3", 2.0),
+    ("3 described as 2", "backlash=3", 2.0),
 )
 """Name, true plant, and the backlash (deg) that the arm's description says."""
-
-ACCEPTANCE_SEEDS = range(1000, 1020)
-"""Never used for tuning: that used 100 to 105, and 300 to 311 to look at the outcome."""
-
 
 @dataclass(frozen=True)
 class Case:
@@ -124,23 +120,25 @@ def cases(seeds: range) -> Iterator[Case]:
 
 
 class _CountingClock:
-    """The world's clock, remembering how many accesses each control tick made."""
+    """The world's clock, remembering how many accesses each control tick made, and when."""
 
     def __init__(self, brick: EmulatedBrick) -> None:
         self._brick = brick
         self._last = 0
-        self.most = 0
+        self._made: list[tuple[float, int]] = []
         self.now = brick.world.now
 
     def sleep(self, seconds: float) -> None:
         made = self._brick.sysfs.accesses
-        self.most = max(self.most, made - self._last)
+        self._made.append((self.now(), made - self._last))
         self._brick.world.sleep(seconds)
         self._last = made
 
-    def start(self) -> None:
-        self._last = self._brick.sysfs.accesses
-        self.most = 0
+    def usual(self) -> int:
+        """Accesses of the median tick with the pen down."""
+        inked = [sample.t for sample in self._brick.record if sample.pen]
+        ticks = [made for t, made in self._made if inked and inked[0] <= t <= inked[-1]]
+        return int(np.median(ticks)) if ticks else 0
 
 
 def draw(case: Case) -> Result:
@@ -158,7 +156,8 @@ def draw(case: Case) -> Result:
         robot = RobotArm(arm, clock, zero)
         try:
             robot.wake()
-            _Counted(robot, clock, elbow=arm.elbow).draw_line(*case.line, method=case.method)
+            driver = Driver(robot, elbow=arm.elbow, say=lambda line: None)
+            driver.draw_line(*case.line, method=case.method)
             robot.park()
         except Exception as problem:  # a crash is a result here, and must not end the bench
             error = f"{type(problem).__name__}: {problem}"
@@ -173,21 +172,9 @@ def draw(case: Case) -> Result:
         measure.rms_mm if measure else math.nan,
         measure.end_mm if measure else math.nan,
         measure.seconds if measure else math.nan,
-        clock.most,
+        clock.usual(),
         error,
     )
-
-
-class _Counted(Driver):
-    """Counts accesses from when the pen is down, where only the control loop runs."""
-
-    def __init__(self, arm: RobotArm, clock: _CountingClock, elbow: str) -> None:
-        super().__init__(arm, elbow=elbow, say=lambda line: None)
-        self._clock = clock
-
-    def pen_down(self) -> None:
-        super().pen_down()
-        self._clock.start()
 
 
 def run(seeds: range) -> Iterator[Result]:
@@ -233,11 +220,6 @@ def _figures(drawn: list[Result], q: int) -> Row:
         out += [f"{at(values):.2f}", f"{at(ratios):.2f}"]
     seconds = f"{at([r.seconds for r in drawn]):.1f}"
     return (*out, seconds, f"{at([r.accesses for r in drawn]):.0f}")
-
-
-def as_json(results: list[Result]) -> list[dict]:
-    """The results as plain data."""
-    return [asdict(result) for result in results]
 
 
 def count(seeds: range) -> int:

@@ -89,15 +89,16 @@ class EmulatedBrick(object):
     # Faults
 
     def unplug(self, port):
-        """Pull the cable of the motor at `port`."""
+        """Pull the cable of the motor at `port`; pulling it again does nothing."""
+        if self.motors[port].unplugged:
+            return
         self.motors[port].unplug()
         self.sysfs.remove("tacho-motor", "motor{}".format(PORTS.index(port)))
 
     def jam(self, port):
-        """Block what the motor at `port` moves."""
+        """Block what the motor at `port` moves: its link, or the rotor of a bare motor."""
         drive = self.plant.drives[port]
-        if drive.link is not None:
-            drive.link.jammed = True
+        (drive.link or drive).jammed = True
 
     def kill_encoder(self, port):
         """The encoder at `port` counts no more."""

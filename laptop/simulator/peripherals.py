@@ -1,8 +1,8 @@
 """What sits on the brick besides its motors: buttons, touch sensors, LEDs, battery, sound, screen.
 
-Rule: everything here is driven by the world's clock and keeps a memory that can be asked afterwards;
-no sound is played and no program of the laptop is started.  Every read or write of a device costs
-one sysfs access.
+Rule: everything here is driven by the world's clock and keeps a memory that can be asked
+afterwards; no sound is played and no program of the laptop is started.  Every read or write of a
+device costs one sysfs access.
 
 Simplifications: a touch sensor is plugged into each of the four inputs; an LED's `delay_on` and
 `delay_off` files are always there; the LCD console is known by its font size only.
@@ -71,11 +71,13 @@ class _Device(object):
         self.constants = constants
 
     def read(self, attribute):
+        """The attribute's text."""
         if attribute not in self.constants:
             raise OSError(errno.ENOENT, os.strerror(errno.ENOENT), attribute)
         return self.constants[attribute]
 
     def write(self, attribute, value):
+        """Set the attribute."""
         raise OSError(errno.EACCES, os.strerror(errno.EACCES), attribute)
 
 
@@ -98,6 +100,7 @@ class TouchSensor(_Device):
         self.pressed = False
 
     def read(self, attribute):
+        """The attribute's text."""
         if attribute == "value0":
             return str(int(self.pressed))
         if attribute == "bin_data":
@@ -105,6 +108,7 @@ class TouchSensor(_Device):
         return super(TouchSensor, self).read(attribute)
 
     def write(self, attribute, value):
+        """Set the attribute."""
         if attribute != "mode":
             super(TouchSensor, self).write(attribute, value)
         if value != "TOUCH":
@@ -125,9 +129,11 @@ class Led(_Device):
 
     @property
     def brightness(self):
+        """0 to 255."""
         return self.history[-1][1]
 
     def read(self, attribute):
+        """The attribute's text."""
         if attribute == "brightness":
             return str(self.brightness)
         if attribute == "trigger":
@@ -138,6 +144,7 @@ class Led(_Device):
         return super(Led, self).read(attribute)
 
     def write(self, attribute, value):
+        """Set the attribute."""
         if attribute == "trigger":
             if value not in self.TRIGGERS:
                 raise _invalid()
@@ -175,6 +182,7 @@ class Battery(_Device):
         self._now = {"voltage_now": voltage, "current_now": current}
 
     def read(self, attribute):
+        """The attribute's text."""
         if attribute in self._now:
             return str(int(round(self._now[attribute]() * 1e6)))
         return super(Battery, self).read(attribute)
@@ -229,7 +237,9 @@ class Sound(bytes):
 
 
 Finished = collections.namedtuple("Finished", ["status", "output", "errors", "seconds"])
-Finished.__doc__ = """What a program of the brick did: exit status, bytes, bytes, how long it took (s)."""
+Finished.__doc__ = (
+    """What a program of the brick did: exit status, bytes, bytes, and how long, s."""
+)
 
 
 class Peripherals(object):
@@ -304,7 +314,7 @@ class Peripherals(object):
     def open_screen(self):
         """A descriptor of the framebuffer, to be mapped; the caller closes it."""
         if self._screen is None:
-            self._screen = tempfile.TemporaryFile()
+            self._screen = tempfile.TemporaryFile()  # noqa: SIM115 close_screen closes it
             self._screen.truncate(4 * WIDTH * HEIGHT)
         return os.dup(self._screen.fileno())
 
@@ -557,4 +567,3 @@ def split_line(line):
         else:
             words.extend(shlex.split(part))
     return commands
-

@@ -33,9 +33,9 @@ Constant = namedtuple("Constant", "default lower upper unit scatter meaning")
 
 CONSTANTS = {
     "voltage": Constant(8.0, 4.5, 10.0, "V", True, "battery voltage at the motors"),
-    "torque_constant": Constant(1.0, 0.3, 3.0, "x", True, "motor torque per ampere, times nominal"),
-    "emf_constant": Constant(1.0, 0.3, 3.0, "x", True, "back-EMF per speed, times nominal"),
-    "resistance": Constant(1.0, 0.3, 3.0, "x", True, "winding resistance, times nominal"),
+    "torque_constant": Constant(1.0, 0.5, 2.0, "x", True, "motor torque per ampere, times nominal"),
+    "emf_constant": Constant(1.0, 0.5, 2.0, "x", True, "back-EMF per speed, times nominal"),
+    "resistance": Constant(1.0, 0.5, 2.0, "x", True, "winding resistance, times nominal"),
     "rotor_inertia": Constant(1.0, 0.2, 5.0, "x", True, "rotor inertia, times nominal"),
     "rotor_friction": Constant(1.0, 0.0, 5.0, "x", True, "friction in the motor, times nominal"),
     "link_friction": Constant(0.01, 0.0, 0.2, "Nm", True, "friction of the bearing behind the gap"),
@@ -59,8 +59,8 @@ class BadPlant(ArmError, ValueError):
 def read_plant(text=""):
     """The plant constants of a text such as `backlash=3,voltage=7.2,load=-0.1..0.1,seed=4`.
 
-    `KEY=LOW..HIGH` draws uniformly; `seed` alone scatters the motor constants, the frictions, inertias
-    and the voltage by up to `spread` around their values.
+    `KEY=LOW..HIGH` draws uniformly; `seed` scatters the motor constants, the frictions, inertias
+    and the voltage by up to `spread` around their values.  The same text draws the same plant.
 
     Returns:
         dict, name -> float or None (backlash only: as described).
@@ -77,11 +77,15 @@ def read_plant(text=""):
                 "no plant constant '{}' in '{}'; known: {}".format(key, item, ", ".join(CONSTANTS))
             )
         bounds = [_number(key, part) for part in value.split("..")]
-        if len(bounds) > 2:
-            raise BadPlant("plant {}: '{}' is neither a value nor LOW..HIGH".format(key, value))
+        if len(bounds) > (1 if key in ("seed", "spread") else 2):
+            raise BadPlant(
+                "plant {}: '{}' is not a single value{}".format(
+                    key, value, "" if key in ("seed", "spread") else " or LOW..HIGH"
+                )
+            )
         given[key] = bounds
     seed = given.pop("seed", [None])[0]
-    draw = random.Random(seed)
+    draw = random.Random(int(seed or 0))
     spread = given.get("spread", [CONSTANTS["spread"].default])[0]
     plant = {}
     for key in sorted(CONSTANTS):
@@ -154,6 +158,8 @@ class Drive(object):
         self._start = angle
         self.duty = None
         """-1 .. 1; 0 shorts the motor (brake), None leaves it open (coast)."""
+        self.jammed = False
+        """Of a bare motor; behind a gear it is the link that jams, and the gap stays."""
 
     @property
     def shaft(self):
@@ -173,36 +179,43 @@ class Drive(object):
         drag = h * abs(ratio) * motor.friction / inertia
         link = self.link
         if link is None:
-            self.speed = _slowed(pushed, drag)
+            self.speed = 0.0 if self.jammed else _slowed(pushed, drag)
             self.angle += h * self.speed
             return
         link_pushed = link.speed + h * link.load / link.inertia
         link_drag = h * link.friction / link.inertia
         speed = _slowed(pushed, drag)
         link_speed = 0.0 if link.jammed else _slowed(link_pushed, link_drag)
-        gap = self.angle - link.angle + h * (speed - link_speed)
-        touching = 0.0
-        if abs(gap) > link.play:
-            touching = math.copysign(link.play, gap)
+        gap = self.angle - link.angle
+        after = gap + h * (speed - link_speed)
+        if abs(after) <= link.play:
+            link_angle = link.angle + h * link_speed
+            angle = self.angle + h * speed
+        else:
+            # Apart until they meet (at once where they touched already), from there on together.
+            touching = math.copysign(link.play, after)
+            closing = speed - link_speed
+            alone = min(max(0.0, (touching - gap) / closing), h) if closing else 0.0
+            link_angle = link.angle + alone * link_speed
             both = inertia + link.inertia
             together = (inertia * pushed + link.inertia * link_pushed) / both
             speed = _slowed(together, (inertia * drag + link.inertia * link_drag) / both)
             if link.jammed:
                 speed = 0.0
             link_speed = speed
-        angle = link.angle + h * link_speed
-        if touching:
-            angle = self.angle + h * speed - touching
-            if link.jammed:
-                angle = link.angle
-        if not link.lower <= angle <= link.upper:
-            angle = min(max(angle, link.lower), link.upper)
+            link_angle += (h - alone) * speed
+            angle = link_angle + touching
+        if not link.lower <= link_angle <= link.upper:
+            stop = link.lower if link_angle < link.lower else link.upper
+            side = math.copysign(1.0, link_angle - stop)
+            link_angle = stop
             link_speed = 0.0
-            if touching:
+            if side * (angle - stop) >= link.play:
+                angle = stop + side * link.play
                 speed = 0.0
-        link.angle = angle
+        link.angle = link_angle
         link.speed = link_speed
-        self.angle = angle + touching if touching else self.angle + h * speed
+        self.angle = angle
         self.speed = speed
 
 

@@ -55,7 +55,7 @@ def run_script(
     kill_at=None,
     timeout=600.0,
     aftermath=1.0,
-    patience=60.0
+    patience=60.0,
 ):
     """Run `script` on `brick` until it ends, and let the world go on a little.
 
@@ -82,7 +82,9 @@ def run_script(
         with open(script, "rb") as file:
             source = file.read()
     except OSError as error:
-        _complain("can't open script {!r}: {}; give the path of a Python file", script, error.strerror)
+        _complain(
+            "can't open script {!r}: {}; give the path of a Python file", script, error.strerror
+        )
         return Outcome(2, "no script", world.now(), 0)
     if peripherals is None:
         peripherals = Peripherals(world, sysfs)
@@ -103,7 +105,7 @@ def run_script(
     if kill_at is not None:
         world.at(kill_at, _call(world.halt, Verdict(128 + signal.SIGKILL, "killed")))
     folder = os.path.dirname(os.path.realpath(script))
-    with shims.installed(folder), sysfs.installed(), _forwarding(world, shims.signals):
+    with shims.installed(folder), sysfs.installed(), _Forwarding(world, shims.signals):
         sys.excepthook = sys.__excepthook__
         sys.argv = [script] + list(args)
         sys.path.insert(0, folder)
@@ -149,9 +151,16 @@ def _main(shims, script, source):
             status = _status_of(*sys.exc_info())
     finally:
         sys.stdout.flush()
-    # As Python does at its end: objects let go of what they hold while the world still listens.
-    vars(module).clear()
+    _let_go(vars(module))
     return status
+
+
+def _let_go(names):
+    """Delete objects while the world still listens, as Python does at its end for `__del__`."""
+    kept = (type, types.ModuleType, types.FunctionType)
+    for name in [name for name in names if not isinstance(names[name], kept)]:
+        if not name.startswith("__"):
+            del names[name]
 
 
 def _status_of(kind, value, trace):
@@ -174,7 +183,7 @@ def _status_of(kind, value, trace):
     return 128 + signal.SIGINT if issubclass(kind, KeyboardInterrupt) else 1
 
 
-class _forwarding(object):
+class _Forwarding(object):
     """Signals to this process go to the script; only the host's main thread can arrange that.
 
     A second one that finds the first not yet looked at ends the run.

@@ -20,6 +20,8 @@ class Attribute(object):
         self.sysfs = sysfs
         self.device = device
         self.name = name
+        self.seen = None
+        """The device's notifications when this was last read."""
 
     def seek(self, offset):
         """Rewind, as before every access; costs nothing."""
@@ -29,6 +31,7 @@ class Attribute(object):
 
     def read(self, size=-1):
         self.sysfs.touch()
+        self.seen = getattr(self.device, "notifications", 0)
         data = (self.device.read(self.name) + "\n").encode()
         return data if size < 0 else data[:size]
 
@@ -39,7 +42,7 @@ class Attribute(object):
 
 
 class Poll(object):
-    """Stands for `select.poll()` on attributes: returns when one was notified or time is up."""
+    """Stands for `select.poll()` on attributes; ready are those notified since their last read."""
 
     TICK = 0.002
 
@@ -48,17 +51,17 @@ class Poll(object):
         self._watched = []
 
     def register(self, attribute, events=0):
-        self._watched.append([attribute, attribute.device.notifications])
+        self._watched.append(attribute)
 
     def poll(self, timeout=None):
-        """Wait at most `timeout` ms; the attributes notified since the last call."""
+        """Wait at most `timeout` ms; the attributes that want to be read again."""
         deadline = None if timeout is None else self.world.now() + timeout / 1000.0
         while True:
-            ready = []
-            for watch in self._watched:
-                if watch[0].device.notifications != watch[1]:
-                    watch[1] = watch[0].device.notifications
-                    ready.append((watch[0], real_select.POLLPRI))
+            ready = [
+                (attribute, real_select.POLLPRI)
+                for attribute in self._watched
+                if attribute.device.notifications != attribute.seen
+            ]
             left = self.TICK if deadline is None else deadline - self.world.now()
             if ready or left <= 0:
                 return ready

@@ -18,6 +18,8 @@ STOP_ACTIONS = "coast brake hold".split()
 NOTIFY_PERIOD = 0.05
 STALL_TIME = 0.1
 RAMP_PERIOD = 0.1
+SIGNED = ("position", "speed", "duty_cycle", "speed_sp", "position_sp", "duty_cycle_sp")
+"""Attributes whose sign polarity flips where they are shown and stored, and only there."""
 _INT32 = 2 ** 31 - 1
 
 
@@ -33,7 +35,8 @@ class Encoder(object):
         self.phase = phase
         self.edges = 0
         self.dead = False
-        self._times = deque([(0.0, 0)])
+        # It has stood still for as long as it takes to know that.
+        self._times = deque((-k * self.IDLE, 0) for k in range(self.FEWEST, -1, -1))
 
     def update(self, t, shaft):
         """Take in the shaft's angle (rad) at time `t`."""
@@ -58,7 +61,7 @@ class Encoder(object):
     def speed(self):
         """Counts per second over the last 4 to 64 edges that span 20 ms; whole numbers."""
         (t0, first), (t1, last) = self._times[0], self._times[-1]
-        if len(self._times) <= self.FEWEST or t1 <= t0:
+        if t1 <= t0:
             return 0
         return int((last - first) / self.EDGES_PER_COUNT / (t1 - t0))
 
@@ -89,7 +92,7 @@ class TachoMotor(object):
         self._notified = ""
         self._next_notify = NOTIFY_PERIOD
         self._defaults()
-        self._offset = 0
+        self._zero = 0
         self._shared_state_defaults()
 
     def _defaults(self):
@@ -145,22 +148,21 @@ class TachoMotor(object):
             "count_per_rot": COUNTS_PER_TURN,
             "max_speed": MAX_SPEED[self.kind],
         }
-        sign = self._sign
         if attribute in fixed:
             value = fixed[attribute]
         elif attribute == "position":
-            value = sign * self.position
+            value = self.position
         elif attribute == "speed":
-            value = sign * self.encoder.speed
+            value = self.encoder.speed
         elif attribute == "duty_cycle":
-            value = sign * self._duty
+            value = self._duty
         elif attribute == "state":
             value = self.state
         elif attribute in self._set:
             value = self._set[attribute]
         else:
             raise OSError(errno.ENOENT, "no such attribute", attribute)
-        return str(value)
+        return str(self._sign * value if attribute in SIGNED else value)
 
     def write(self, attribute, text):
         """Store one attribute.
@@ -191,12 +193,15 @@ class TachoMotor(object):
             value = int(text)
         except ValueError:
             value = None
-        lower, upper = limits.get(attribute, (-_INT32 - 1, _INT32))
+        any_number = (0 if "_pid/" in attribute else -_INT32, _INT32)
+        lower, upper = limits.get(attribute, any_number)
         if value is None or not lower <= value <= upper:
             raise OSError(errno.EINVAL, "invalid argument", attribute)
+        if attribute in SIGNED:
+            value *= self._sign
         if attribute == "position":
             # The hold set-point stays where it was: a held motor jumps.
-            self._offset += self._sign * value - self.position
+            self._show_position(value)
         else:
             self._set[attribute] = value
             if attribute == "duty_cycle_sp" and self._mode == "direct":
@@ -205,7 +210,11 @@ class TachoMotor(object):
     @property
     def position(self):
         """Counts, truncated towards zero."""
-        return _truncated(self.encoder.edges, Encoder.EDGES_PER_COUNT) + self._offset
+        return _truncated(self.encoder.edges - self._zero, Encoder.EDGES_PER_COUNT)
+
+    def _show_position(self, counts):
+        """Count on from here as if this were `counts`."""
+        self._zero = self.encoder.edges - counts * Encoder.EDGES_PER_COUNT
 
     @property
     def state(self):
@@ -254,7 +263,7 @@ class TachoMotor(object):
         if command == "reset":
             self._defaults()
             self._shared_state_defaults()
-            self._offset -= self.position
+            self._show_position(0)
             self.drive.duty = None
             return
         previous, previous_target = self._command, self._target
@@ -270,12 +279,15 @@ class TachoMotor(object):
             self._mode = "direct"
             self._overloaded = False
             return
-        speed = self._sign * self._active["speed_sp"]
+        speed = self._active["speed_sp"]
         if command == "run-timed":
             self._deadline = self.t + self._active["time_sp"] / 1000.0
         elif command != "run-forever":
-            target = self._sign * self._active["position_sp"]
+            target = self._active["position_sp"]
             if command == "run-to-rel-pos":
+                if not target:
+                    self._stop(self.position)
+                    return
                 target += previous_target if previous == command else self.position
             self._target = target
             self._direction = 1 if target >= self.position else -1
@@ -340,7 +352,7 @@ class TachoMotor(object):
             self.drive.duty = None if mode == "coast" else 0.0
             return
         if mode == "direct":
-            self._duty = self._sign * self._active["duty_cycle_sp"]
+            self._duty = self._active["duty_cycle_sp"]
         elif mode == "hold":
             self._duty = self._pid("hold_pid", self._target - self.position)
         else:
@@ -382,7 +394,8 @@ class TachoMotor(object):
                 goal = min(abs(goal), deceleration * (self._deadline - self.t))
             elif self._command.endswith("-pos"):
                 goal = min(abs(goal), math.sqrt(2 * deceleration * left))
-            goal = math.copysign(max(abs(goal), 20), self._goal_speed)
+            floor = min(20, abs(self._goal_speed))
+            goal = math.copysign(max(abs(goal), floor), self._goal_speed)
         up = self._active["ramp_up_sp"]
         rising = abs(goal) > abs(self._ramped)
         time = (up if rising else down) / 1000.0

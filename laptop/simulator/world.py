@@ -60,9 +60,9 @@ class World(object):
 
     VALVE = 0.25
     VALVE_REALTIME = 0.02
-    # How long, in wall seconds, the others stand still after each step beside a thread that lost
-    # the baton, so that it sees what they did before they are far ahead.
-    COURTESY = 0.0005
+    # How long, in wall seconds, the others stand still before each step beside a thread that lost
+    # the baton, so that it sees what they did before time goes on.
+    COURTESY = 0.001
 
     def __init__(self, realtime=False):
         self.t = 0.0
@@ -114,6 +114,8 @@ class World(object):
 
         The brick has one core: nobody else computes meanwhile.
         """
+        if self._loose:
+            wall.sleep(self.COURTESY)
         with self._mutex:
             me = self._enter()
             self.busy += cost
@@ -127,11 +129,8 @@ class World(object):
                 self._park(me)
             if self._sleepers and self._sleepers[0][0] <= self.t:
                 self._switch(me, self.t)
-            loose = self._loose
         if self._interrupts:
             self._attend(me)
-        if loose:
-            wall.sleep(self.COURTESY)
 
     def at(self, t, action):
         """Call `action()` when time passes `t` (s); it must not wait.
@@ -331,6 +330,8 @@ class World(object):
     def _wait(self, me, deadline, ticket=None):
         """Until `ticket` is called (True) or the deadline has passed (False; None: never)."""
         while True:
+            if self._loose:
+                wall.sleep(self.COURTESY)
             with self._mutex:
                 self._enter()
                 if ticket is None or not ticket.called:
@@ -339,9 +340,6 @@ class World(object):
                     me.ticket = ticket
                     self._switch(me, deadline)
                     me.ticket = None
-                loose = self._loose
-            if loose:
-                wall.sleep(self.COURTESY)
             if ticket is not None and ticket.called:
                 return True
             self._attend(me)

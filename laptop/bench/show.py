@@ -1,0 +1,35 @@
+"""How benches show themselves: a progress bar while they work, a table at the end."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TypeVar
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+from rich.table import Table
+
+T = TypeVar("T")
+
+WIDE = 170
+"""Columns of a table that goes into a file or a pipe."""
+
+
+def progress(results: Iterable[T], total: int, what: str) -> Iterator[T]:
+    """Pass the results on, with a bar on stderr."""
+    columns = (what, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        yield from bar.track(results, total)
+
+
+def table(
+    title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], sections: int
+) -> None:
+    """Print rows, a rule wherever one of the first `sections` columns changes."""
+    shown = Table(*headings, title=title)
+    for before, row in zip([None, *rows], rows, strict=False):
+        if before and before[:sections] != row[:sections]:
+            shown.add_section()
+        shown.add_row(*row)
+    Console(width=None if sys.stdout.isatty() else WIDE).print(shown)

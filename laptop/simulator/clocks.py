@@ -1,0 +1,150 @@
+"""What a program reads the time from: `time` and `datetime` on the world's clock.
+
+Rule: whoever looks at the clock spends a moment, so that loops that poll come to an end; who is not
+of the program pays nothing.
+"""
+
+import datetime as real_datetime
+import time as real_time
+import types
+
+#: What it costs, s, to read a clock, take a lock or ask a thread's state.
+CLOCK_COST = 20e-6
+#: When the emulated brick is switched on, s since 1970, and how long it had been up at t = 0.
+EPOCH = 1586476800.0
+UPTIME = 100.0
+
+
+def copy_module(module):
+    """A new module with the same names."""
+    shim = types.ModuleType(module.__name__)
+    vars(shim).update(vars(module))
+    return shim
+
+
+class Clock(object):
+    """Readings of the world's clock by a program.  Who is not of the program pays nothing."""
+
+    def __init__(self, world):
+        self._world = world
+
+    def step(self, cost=CLOCK_COST):
+        """Spend a moment, s."""
+        if self._world.current() is not None:
+            self._world.touch(cost)
+
+    def sleep(self, seconds):
+        """Wait, s."""
+        self._world.sleep(seconds)
+
+    def time(self):
+        """Seconds since 1970."""
+        self.step()
+        return EPOCH + self._world.now()
+
+    def monotonic(self):
+        """Seconds since the brick was switched on."""
+        self.step()
+        return UPTIME + self._world.now()
+
+    def busy(self):
+        """Seconds the program has computed."""
+        self.step()
+        return self._world.busy
+
+
+def _in_nanoseconds(read):
+    def read_ns():
+        return int(round(read() * 1e9))
+
+    return read_ns
+
+
+def time_module(clock):
+    """A `time` module."""
+    shim = copy_module(real_time)
+
+    def sleep(secs):
+        """Wait `secs` of virtual time."""
+        if secs < 0:
+            raise ValueError("sleep length must be non-negative")
+        clock.step()
+        clock.sleep(secs)
+
+    def clock_gettime(clk_id):
+        """Time of one of the system's clocks, s."""
+        return clock.time() if clk_id == real_time.CLOCK_REALTIME else clock.monotonic()
+
+    def since_epoch(convert):
+        def converted(secs=None):
+            return convert(clock.time() if secs is None else secs)
+
+        return converted
+
+    def formatted(write):
+        def written(t=None):
+            return write(shim.localtime() if t is None else t)
+
+        return written
+
+    shim.sleep = sleep
+    shim.time = clock.time
+    shim.monotonic = shim.perf_counter = clock.monotonic
+    shim.process_time = shim.thread_time = clock.busy
+    shim.clock_gettime = clock_gettime
+    for name in ("time", "monotonic", "perf_counter", "process_time", "thread_time"):
+        setattr(shim, name + "_ns", _in_nanoseconds(getattr(shim, name)))
+    shim.clock_gettime_ns = lambda clk_id: int(round(clock_gettime(clk_id) * 1e9))
+    if hasattr(real_time, "clock"):
+        shim.clock = clock.busy
+    for name in ("localtime", "gmtime", "ctime"):
+        setattr(shim, name, since_epoch(getattr(real_time, name)))
+    shim.asctime = formatted(real_time.asctime)
+    shim.strftime = lambda format, t=None: real_time.strftime(
+        format, shim.localtime() if t is None else t
+    )
+    return shim
+
+
+def datetime_module(clock):
+    """A `datetime` module."""
+    shim = copy_module(real_datetime)
+
+    class AnyDatetime(type):
+        def __instancecheck__(cls, value):
+            return isinstance(value, real_datetime.datetime)
+
+        def __subclasscheck__(cls, other):
+            return issubclass(other, real_datetime.datetime)
+
+    class datetime(real_datetime.datetime, metaclass=AnyDatetime):  # noqa: N801 its name
+        """datetime.datetime on virtual time."""
+
+        @classmethod
+        def now(cls, tz=None):
+            return cls.fromtimestamp(clock.time(), tz)
+
+        @classmethod
+        def utcnow(cls):
+            return cls.fromtimestamp(clock.time(), real_datetime.timezone.utc).replace(tzinfo=None)
+
+        @classmethod
+        def today(cls):
+            return cls.now()
+
+    class AnyDate(type):
+        def __instancecheck__(cls, value):
+            return isinstance(value, real_datetime.date)
+
+        def __subclasscheck__(cls, other):
+            return issubclass(other, real_datetime.date)
+
+    class date(real_datetime.date, metaclass=AnyDate):  # noqa: N801 its name
+        """datetime.date on virtual time."""
+
+        @classmethod
+        def today(cls):
+            return cls.fromtimestamp(clock.time())
+
+    shim.datetime, shim.date = datetime, date
+    return shim

@@ -1,0 +1,200 @@
+"""An arm on an emulated brick with the driver above it, and what really happened.
+
+The oracles here are the true angles of the emulated links and the true ink, never what the driver
+believes.
+"""
+
+import contextlib
+import json
+import math
+import os
+from collections import namedtuple
+
+from laptop.simulator.brick import EmulatedBrick
+from laptop.simulator.plant import read_plant
+from laptop.simulator.runner import run_script
+from laptop.simulator.world import World
+from robot.arm import RobotArm
+from robot.driver import Driver
+from robot.zero import Zero
+from shared.arm_description import find_arm, read_arm
+
+DRIVER = os.path.join(
+    os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "robot", "driver.py"
+)
+REPORT_LINES = [((10, 0), (5, 10)), ((15, 0), (0, 15)), ((12, 15), (0, 15))]
+
+
+def degrees(*angles):
+    """The angles given in degrees as a tuple of rad."""
+    return tuple(math.radians(angle) for angle in angles)
+
+
+def described(name, backlash=None, **changes):
+    """The arm of that name, with other play (deg) or other fields at every joint."""
+    arm = read_arm(find_arm(name))
+    if backlash is not None:
+        changes["backlash"] = math.radians(backlash)
+    return arm._replace(joints=tuple(joint._replace(**changes) for joint in arm.joints))
+
+
+def zero_of(arm, q):
+    """Counts at joint angle 0, by port, of encoders that read 0 with the joints at `q` (rad)."""
+    zero = {
+        joint.port: -math.degrees(angle) * joint.gear * joint.direction
+        for joint, angle in zip(arm.joints, q)
+    }
+    if arm.pen:
+        zero[arm.pen.port] = -math.degrees(arm.pen.up)
+    return zero
+
+
+def from_line(p, line):
+    """Distance of a point from the straight line through two others, cm."""
+    (ax, ay), (bx, by) = line
+    return abs((p[0] - ax) * (by - ay) - (p[1] - ay) * (bx - ax)) / math.hypot(bx - ax, by - ay)
+
+
+class Rig(object):
+    """A brick that wakes up parked, and a Driver on it.
+
+    Args:
+        folder: of the state file.
+        arm: a name or an Arm.
+        plant: text for `read_plant`.
+        start: joint angles, rad; home if None.
+        homed: whether the zero is on file.
+
+    Attributes:
+        writes: every write to a motor, as (t, port, attribute, text).
+    """
+
+    def __init__(self, folder, arm="planar", plant="", start=None, homed=True):
+        self.arm = read_arm(find_arm(arm)) if isinstance(arm, str) else arm
+        start = tuple(joint.home for joint in self.arm.joints) if start is None else start
+        self.world = World()
+        self.brick = EmulatedBrick(self.world, self.arm, read_plant(plant), start)
+        self.state = Zero(self.arm.name, str(folder))
+        self.writes = []
+        for motor in self.brick.motors.values():
+            self._listen(motor)
+        if homed:
+            zero = zero_of(self.arm, start)
+            self.state.save(zero, {port: 0 for port in zero})
+
+    def _listen(self, motor):
+        write = motor.write
+
+        def heard(attribute, text):
+            self.writes.append((self.world.now(), motor.port, attribute, text))
+            write(attribute, text)
+
+        motor.write = heard
+
+    def robot(self, awake=True):
+        """A RobotArm of a program that starts now."""
+        robot = RobotArm(self.arm, self.world, self.state)
+        if awake:
+            robot.wake()
+        return robot
+
+    def driver(self, awake=True, **options):
+        """A Driver of a program that starts now."""
+        return Driver(self.robot(awake), say=lambda line: None, **options)
+
+    @property
+    def q(self):
+        """The TRUE joint angles, rad."""
+        return self.brick.plant.q
+
+    @property
+    def tip(self):
+        """The TRUE tip, cm."""
+        (a, b), (first, second) = self.q, (joint.link for joint in self.arm.joints)
+        return (
+            first * math.cos(a) + second * math.cos(a + b),
+            first * math.sin(a) + second * math.sin(a + b),
+        )
+
+    def ink(self):
+        """The TRUE strokes: lists of Samples with the pen down."""
+        strokes, before = [], 0
+        for sample in self.brick.record:
+            if sample.pen and not before:
+                strokes.append([])
+            if sample.pen:
+                strokes[-1].append(sample)
+            before = sample.pen
+        return strokes
+
+    def on_file(self):
+        """What the state file holds."""
+        with open(self.state.file) as file:
+            return json.loads(file.read())
+
+
+@contextlib.contextmanager
+def switched_on(folder, *args, **options):
+    """A Rig with the library on its sysfs, for programs in this process."""
+    rig = Rig(folder, *args, **options)
+    with rig.brick.sysfs.installed():
+        yield rig
+
+
+Shown = namedtuple("Shown", "status reason t accesses out err")
+"""What a shell would see of a run, and when it ended (s)."""
+
+
+class Shell(Rig):
+    """A Rig on which driver.py runs as a program of its own.
+
+    Args:
+        folder: of the state file.
+        monkeypatch, capsys: pytest's.
+        others: as Rig.
+
+    Attributes:
+        busy: per port, the last time (s) at which the motor was driven.
+    """
+
+    def __init__(self, folder, monkeypatch, capsys, **others):
+        Rig.__init__(self, folder, **others)
+        self._capsys = capsys
+        monkeypatch.setenv("BRICKSERVO_STATE", str(folder))
+        monkeypatch.setenv("BRICKSERVO_ARM", self.arm.file)
+        monkeypatch.delenv("BRICKSERVO_PLAN", raising=False)
+        self.busy = {}
+        self.world.bodies.append(self._note_driven)
+
+    def _note_driven(self, t):
+        for port in self.brick.driven():
+            self.busy[port] = t
+
+    def run(self, *words, **options):
+        """Run `driver.py WORDS`, then 2 s more of the world; Shown."""
+        self._capsys.readouterr()
+        options.setdefault("aftermath", 2.0)
+        outcome = run_script(self.brick, DRIVER, words, **options)
+        out, err = self._capsys.readouterr()
+        return Shown(outcome.status, outcome.reason, outcome.t, outcome.accesses, out, err)
+
+    def when(self, part, share):
+        """The time (s) of this very run, once it is over, at a share of one of its parts.
+
+        Args:
+            part: "ink" from the pen's touching to its lifting, "way" from the start to there,
+                "run" all of it, "drop" 0.2 s before the pen touches.
+        """
+        ink = self.ink()
+        begin, end = {
+            "ink": lambda: (ink[0][0].t, ink[0][-1].t),
+            "way": lambda: (0.0, ink[0][0].t),
+            "drop": lambda: (ink[0][0].t - 0.2, ink[0][0].t),
+            "run": lambda: (0.0, self.brick.record[-1].t - 2.0),
+        }[part]()
+        return begin + share * (end - begin)
+
+    def motion(self, since):
+        """The greatest angle (deg) any joint really turned after time `since` (s)."""
+        late = [sample.q for sample in self.brick.record if sample.t >= since]
+        return max(math.degrees(max(angles) - min(angles)) for angles in zip(*late))

@@ -1,0 +1,488 @@
+"""Whatever goes wrong ends with every motor stopped, one clear line and a status that is not 0.
+
+Each case runs driver.py as a program on the emulated brick; what stopped and what moved is read from
+the emulated plant.
+"""
+
+import math
+import os
+import signal
+from collections import namedtuple
+
+import pytest
+
+from laptop.simulator.session import Fault, run
+from shared.arm_description import find_arm, read_arm
+from rig import DRIVER, Shell, from_line
+
+LINE = ("line", "15,0", "0,15")
+HOME = ("home",)
+GEARED = ("--arm", "geared")
+STEPS = ("--method", "steps")
+
+
+@pytest.fixture
+def shell(tmp_path, monkeypatch, capsys):
+    """Build a Shell; its arm is looked up in the words of the command line."""
+
+    def build(words=(), **options):
+        options.setdefault("arm", "geared" if "geared" in words else "planar")
+        return Shell(tmp_path, monkeypatch, capsys, **options)
+
+    return build
+
+
+UNDISTURBED = {}
+
+
+@pytest.fixture
+def moment(tmp_path_factory, monkeypatch, capsys):
+    """Seconds after the start at which a run that nothing disturbs has got somewhere, see when()."""
+
+    def look_up(words, part, share=0.5):
+        if words not in UNDISTURBED:
+            folder = tmp_path_factory.mktemp("undisturbed")
+            arm = "geared" if "geared" in words else "planar"
+            UNDISTURBED[words] = Shell(folder, monkeypatch, capsys, arm=arm)
+            assert UNDISTURBED[words].run(*words).status == 0
+        return UNDISTURBED[words].when(part, share)
+
+    return look_up
+
+
+# What goes wrong: brick -> None, to happen at a time
+
+
+def unplug(port):
+    return lambda brick: brick.unplug(port)
+
+
+def jam(port):
+    return lambda brick: brick.jam(port)
+
+
+def kill_encoder(port):
+    return lambda brick: brick.kill_encoder(port)
+
+
+def slow(cost):
+    return lambda brick: setattr(brick.sysfs, "access_cost", cost)
+
+
+# A row: words, what happens, at what share of which part, what the line on stderr says.
+Case = namedtuple("Case", "words fault part share says")
+
+
+def case(name, *row):
+    return pytest.param(Case(*row), id=name)
+
+
+JOINTS = (("A", "the shoulder"), ("B", "the elbow"))
+FAULTS = (
+    ("unplugged", unplug, "{} motor at port {} no longer answers"),
+    ("stalled", jam, "{} (port {})"),
+    ("dead encoder", kill_encoder, "{} (port {})"),
+)
+PEN_GONE = "the pen motor at port C no longer answers"
+
+WHILE_IT_RUNS = [
+    case(
+        "{} {}, {}".format(what, port, how),
+        LINE + more,
+        fault(port),
+        "ink",
+        share,
+        says.format(name, port),
+    )
+    for how, more, share in (
+        ("smooth", (), 0.4),
+        ("steps", STEPS, 0.4),
+        ("geared", GEARED, 0.3),
+    )
+    for port, name in JOINTS
+    for what, fault, says in FAULTS
+] + [
+    case(
+        "unplugged A on the way",
+        LINE,
+        unplug("A"),
+        "way",
+        0.3,
+        FAULTS[0][2].format(*JOINTS[0][::-1]),
+    ),
+    case(
+        "unplugged B on the way",
+        LINE,
+        unplug("B"),
+        "way",
+        0.3,
+        FAULTS[0][2].format(*JOINTS[1][::-1]),
+    ),
+    case("unplugged pen on the way", LINE, unplug("C"), "way", 0.3, PEN_GONE),
+    case("unplugged pen in mid-line", LINE, unplug("C"), "ink", 0.4, PEN_GONE),
+    case("unplugged pen, steps", LINE + STEPS, unplug("C"), "ink", 0.4, PEN_GONE),
+    case("unplugged pen as it drops", LINE, unplug("C"), "drop", 0.3, PEN_GONE),
+    case("jammed pen", LINE, jam("C"), "drop", 0.0, "the pen (port C)"),
+    case("dead encoder of the pen", LINE, kill_encoder("C"), "drop", 0.0, "the pen (port C)"),
+    case("stalled on the way", LINE, jam("B"), "way", 0.15, "the elbow (port B)"),
+    case("dead encoder on the way", LINE, kill_encoder("B"), "way", 0.15, "the elbow (port B)"),
+    case("unplugged in homing", HOME, unplug("B"), "run", 0.1, "the elbow motor at port B"),
+    case("idle one unplugged in homing", HOME, unplug("A"), "run", 0.1, "port A"),
+    case("slow brick, 20 ms", LINE, slow(0.02), "ink", 0.4, "a control tick took"),
+    case("slow brick, 50 ms", LINE, slow(0.05), "ink", 0.4, "a control tick took"),
+]
+
+
+def stopped(brick, port):
+    """Held or braked; a motor that is unplugged coasts, whatever it was."""
+    return brick.motors[port].mode in (
+        ("coast",) if brick.motors[port].unplugged else ("hold", "brake")
+    )
+
+
+def in_one_line(err, *words):
+    """Whether stderr is one line that holds all the words; never a traceback."""
+    assert "Traceback" not in err, err
+    assert err.count("\n") == 1 and err.endswith("\n"), err
+    assert all(word in err for word in words), err
+    return True
+
+
+@pytest.mark.parametrize("it", WHILE_IT_RUNS)
+def test_a_fault_while_it_runs(shell, moment, it):
+    t = moment(it.words, it.part, it.share)
+    sh = shell(it.words)
+    sh.world.at(t, lambda: it.fault(sh.brick))
+    shown = sh.run(*it.words)
+    assert (shown.status, shown.reason) == (1, "ended")
+    assert in_one_line(shown.err, it.says)
+    assert max(sh.busy.values()) <= t + 1.0, "still driven"
+    assert shown.t <= t + 1.3, "the motors stood, but the program went on"
+    assert all(stopped(sh.brick, joint.port) for joint in sh.arm.joints if joint.port in sh.busy)
+    assert sh.motion(t + 1.0) < 1.0
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "part"),
+    [
+        ("SIGINT", LINE, "ink"),
+        ("SIGTERM", LINE, "ink"),
+        ("SIGHUP", LINE, "ink"),
+        ("SIGINT", LINE, "way"),
+        ("SIGHUP", LINE + STEPS, "ink"),
+        ("SIGTERM", LINE + GEARED, "ink"),
+        ("SIGINT", HOME, "run"),
+    ],
+    ids=["SIGINT", "SIGTERM", "SIGHUP", "on the way", "steps", "geared", "homing"],
+)
+def test_a_signal_stops_at_once(shell, moment, name, words, part):
+    number = getattr(signal, name)
+    t = moment(words, part, 0.3)
+    sh = shell(words)
+    shown = sh.run(*words, signals=[(t, number)])
+    assert (shown.status, shown.reason) == (128 + number, "ended")
+    assert in_one_line(shown.err, "stopped by " + name)
+    assert max(sh.busy.values()) <= t + 0.1
+    assert all(stopped(sh.brick, port) for port in sh.busy)
+    assert sh.motion(t + 0.3) < 1.0
+
+
+def test_after_a_signal_the_arm_is_parked_and_the_next_program_goes_on(shell, moment):
+    sh = shell()
+    sh.run(*LINE, signals=[(moment(LINE, "ink"), signal.SIGTERM)])
+    assert sh.on_file()["parked"] is not None
+    assert sh.run("line", "10,0", "5,10").status == 0
+
+
+def test_a_second_signal_does_not_disturb_the_stopping(shell, moment):
+    t = moment(LINE, "ink")
+    sh = shell()
+    shown = sh.run(*LINE, signals=[(t, signal.SIGINT), (t + 0.004, signal.SIGINT)])
+    assert shown.status == 130
+    assert in_one_line(shown.err, "SIGINT")
+    assert all(stopped(sh.brick, port) for port in "AB")
+
+
+@pytest.mark.parametrize("how", ["freeze_at", "kill_at"])
+@pytest.mark.parametrize(
+    ("words", "part", "share"),
+    [
+        (LINE, "ink", 0.4),
+        (LINE, "way", 0.15),
+        (LINE + GEARED, "ink", 0.4),
+        (HOME, "run", 0.1),
+        (LINE + STEPS, "ink", 0.4),
+        (("line", "5,10", "10,0") + STEPS, "way", 0.1),
+        (("line", "5,10", "10,0") + GEARED + STEPS, "way", 0.1),
+    ],
+    ids=[
+        "in mid-line",
+        "on the way",
+        "geared",
+        "homing",
+        "steps",
+        "steps, on the way",
+        "geared steps, on the way",
+    ],
+)
+def test_a_frozen_or_killed_program_leaves_no_joint_driven(shell, moment, words, part, share, how):
+    t = moment(words, part, share)
+    sh = shell(words)
+    shown = sh.run(*words, **{how: t})
+    assert (shown.status, shown.reason) == {
+        "freeze_at": (124, "frozen"),
+        "kill_at": (137, "killed"),
+    }[how]
+    assert in_one_line(shown.err, "as ordered")
+    assert max(sh.busy.values()) <= t + 0.3, "still driven"
+    assert sh.motion(t + 0.6) < 1.0
+    assert all(stopped(sh.brick, port) for port in sh.busy)
+
+
+def test_after_a_kill_the_arm_does_not_draw_until_homed(shell, moment):
+    sh = shell()
+    sh.run(*LINE, kill_at=moment(LINE, "ink"))
+    before = len(sh.writes)
+    shown = sh.run(*LINE)
+    assert shown.status == 1
+    assert in_one_line(shown.err, "without parking", "home")
+    assert len(sh.writes) == before
+
+
+@pytest.mark.parametrize(
+    "end",
+    [
+        lambda sh, t: sh.run(*HOME, signals=[(t, signal.SIGINT)]),
+        lambda sh, t: sh.run(*HOME, kill_at=t),
+        lambda sh, t: sh.world.at(t, lambda: sh.brick.unplug("B")) and sh.run(*HOME),
+    ],
+    ids=["interrupted", "killed", "unplugged"],
+)
+def test_after_an_unfinished_homing_no_older_zero_is_believed(shell, moment, end):
+    """A motor plugged in again counts from 0, where it may just have been parked."""
+    sh = shell()
+    end(sh, moment(HOME, "run", 0.5))
+    assert not os.path.exists(sh.state.file) or sh.on_file()["parked"] is None
+
+
+# A line that went wrong is never reported as drawn
+
+
+@pytest.mark.parametrize("share", [0.4, 0.75, 0.9])
+@pytest.mark.parametrize("port", "AB")
+@pytest.mark.parametrize("fault", [jam, kill_encoder], ids=["stalled", "dead encoder"])
+def test_status_0_means_that_the_line_was_drawn(shell, moment, fault, port, share):
+    """And as soon as it can be seen that something is wrong, all stops."""
+    line = ((10, 0), (5, 10))
+    words = ("line", "10,0", "5,10")
+    t = moment(words, "ink", share)
+    sh = shell()
+    sh.world.at(t, lambda: fault(port)(sh.brick))
+    shown = sh.run(*words)
+    ink = sh.ink()[0]
+    missed = math.hypot(ink[-1].x - line[1][0], ink[-1].y - line[1][1])
+    off = [sample.t for sample in ink if from_line((sample.x, sample.y), line) > 0.3]
+    assert shown.status == 1 or (not off and missed < 0.3)
+    if off:
+        assert max(sh.busy.values()) <= off[0] + 1.0
+
+
+@pytest.mark.parametrize("share", [0.5, 0.7, 0.9])
+@pytest.mark.parametrize("port", "AB")
+def test_a_joint_with_a_dead_encoder_does_not_run_away(shell, moment, port, share):
+    """Also between two motions, where the joint is only kept in its place or turns a little."""
+    words = ("line", "10,0", "5,10")
+    sh = shell()
+    sh.world.at(moment(words, "way", share), lambda: sh.brick.kill_encoder(port))
+    shown = sh.run(*words)
+    wanted = [angles["AB".index(port)] for angles in (s.q for s in UNDISTURBED[words].brick.record)]
+    really = [angles["AB".index(port)] for angles in (s.q for s in sh.brick.record)]
+    beyond = max(max(really) - max(wanted), min(wanted) - min(really))
+    assert shown.status == 1
+    assert math.degrees(beyond) < 45
+
+
+# Refused before anything moves
+
+
+def _edited(old, new):
+    return lambda text: text.replace(old, new, 1)
+
+
+REFUSED = [
+    ("out of reach", ("line", "10,0", "30,0"), "out of reach"),
+    ("through the hole", ("line", "5,10", "-5,-9"), "limit"),  # the elbow's limits are met first
+    ("out of the hole", ("line", "1,0", "5,10"), "in the hole in the middle"),
+    ("past a limit", ("line", "0,-15", "-10,-15"), "limit"),
+    ("past a limit, one elbow", ("line", "5,-15", "12,-14", "--elbow", "up"), "shoulder"),
+    ("a leap", ("line", "-10,12", "-15,5", "--elbow", "down"), "swing"),
+    ("NaN", ("line", "nan,0", "5,10"), "finite"),
+    ("infinite", ("line", "10,0", "inf,1"), "finite"),
+    ("a move out of reach", ("move", "0,30"), "out of reach"),
+    ("a circle out of reach", ("circle", "15,0", "--radius", "8"), "out of reach"),
+    ("an arc out of reach", ("arc", "10,0", "15,10", "25,0"), "out of reach"),
+    ("a polyline's last corner", ("polyline", "10,0", "12,4", "2,2", "0,1"), "limit"),
+    ("steps out of reach", ("line", "10,0", "30,0", "--method", "steps"), "out of reach"),
+]
+
+
+@pytest.mark.parametrize(
+    ("words", "says"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED]
+)
+def test_what_cannot_be_drawn_is_refused_before_anything_moves(shell, words, says):
+    sh = shell()
+    shown = sh.run(*words)
+    assert shown.status in (1, 2)
+    assert in_one_line(shown.err, says)
+    assert sh.writes == []
+    assert sh.brick.driven() == []
+
+
+ARM_FILES = [
+    ("no number", _edited("link = 11.3", "link = eleven"), ("[shoulder]", "link")),
+    ("NaN", _edited("link = 11.3", "link = nan"), ("[shoulder]", "link")),
+    ("negative gear", _edited("gear = 1", "gear = -1"), ("[shoulder]", "gear")),
+    ("limits exchanged", _edited("lower = -90", "lower = 175"), ("[shoulder]", "lower")),
+    ("no section", _edited("[elbow]", "[ellbow]"), ("[ellbow]",)),
+    ("not an INI file", lambda text: "this is a poem\n", ("line 1",)),
+    ("empty", lambda text: "", ("[arm]",)),
+]
+
+
+@pytest.mark.parametrize(
+    ("edit", "says"), [row[1:] for row in ARM_FILES], ids=[row[0] for row in ARM_FILES]
+)
+def test_a_malformed_arm_file_is_refused(shell, tmp_path, edit, says):
+    with open(find_arm("planar")) as file:
+        text = file.read()
+    path = str(tmp_path / "mine.ini")
+    with open(path, "w") as file:
+        file.write(edit(text))
+    sh = shell()
+    shown = sh.run(*LINE + ("--arm", path))
+    assert shown.status == 1
+    assert in_one_line(shown.err, "mine.ini", *says)
+    assert sh.writes == []
+
+
+def test_an_arm_file_that_is_not_there_is_refused(shell):
+    sh = shell()
+    shown = sh.run(*LINE + ("--arm", "triangular"))
+    assert shown.status == 1
+    assert in_one_line(shown.err, "triangular", "planar", "geared")
+
+
+@pytest.mark.parametrize("port", "ABC")
+def test_a_missing_motor_is_named_with_what_there_is(shell, port):
+    sh = shell()
+    sh.brick.unplug(port)
+    shown = sh.run(*LINE)
+    assert shown.status == 1
+    others = ["out" + other for other in "ABC" if other != port]
+    assert in_one_line(shown.err, "port " + port, *others)
+    assert sh.writes == []
+
+
+def test_a_brick_without_motors(shell):
+    sh = shell()
+    for port in "ABC":
+        sh.brick.unplug(port)
+    shown = sh.run(*LINE)
+    assert shown.status == 1
+    assert in_one_line(shown.err, "no motor found", "brick")
+
+
+def test_a_motor_of_the_wrong_kind(shell):
+    arm = read_arm(find_arm("planar"))
+    swapped = arm._replace(
+        pen=arm.pen._replace(port="A"), joints=(arm.joints[0]._replace(port="C"), arm.joints[1])
+    )
+    sh = shell(arm=swapped)
+    shown = sh.run(*LINE)
+    assert shown.status == 1
+    assert in_one_line(shown.err, "no large motor at port A", "outA (lego-ev3-m-motor)")
+
+
+@pytest.mark.parametrize(
+    "words", [LINE, ("where",), ("move", "10,5"), ("circle", "12,0", "--radius", "2")]
+)
+def test_an_unhomed_arm_does_not_move(shell, words):
+    sh = shell(homed=False)
+    shown = sh.run(*words)
+    assert shown.status == 1
+    assert in_one_line(shown.err, "home")
+    assert sh.writes == []
+
+
+def test_an_arm_turned_by_hand_does_not_draw(shell):
+    sh = shell()
+    drive = sh.brick.plant.drives["B"]
+    drive.angle = drive.link.angle = math.radians(20)
+    shown = sh.run(*LINE)
+    assert shown.status == 1
+    assert in_one_line(shown.err, "motor B", "home")
+    assert sh.writes == []
+
+
+# The disk
+
+
+def test_a_full_disk_before_the_start_moves_nothing(shell, tmp_path):
+    sh = shell()
+    os.symlink("/dev/full", str(tmp_path / "planar.json.new"))
+    shown = sh.run(*LINE)
+    assert shown.status == 1
+    assert in_one_line(shown.err, "planar.json", "No space left", "BRICKSERVO_STATE")
+    assert sh.brick.driven() == []
+    assert sh.busy == {} or set(sh.busy) == {"C"}
+    assert sh.motion(0.0) < 0.5
+    assert sh.on_file()["parked"] is not None, "the old file is not the worse for it"
+
+
+def test_a_disk_that_fills_up_in_mid_line(shell, moment, tmp_path):
+    sh = shell()
+    sh.world.at(
+        moment(LINE, "ink"), lambda: os.symlink("/dev/full", str(tmp_path / "planar.json.new"))
+    )
+    shown = sh.run(*LINE)
+    assert shown.status == 1
+    assert in_one_line(shown.err, "planar.json", "No space left")
+    assert all(stopped(sh.brick, port) for port in "AB")
+    assert sh.on_file()["parked"] is None
+    assert sh.run(*LINE).status == 1, "where it stands is not on record"
+
+
+def test_a_full_disk_for_the_announcement_of_the_path(shell, monkeypatch):
+    sh = shell()
+    monkeypatch.setenv("BRICKSERVO_PLAN", "/dev/full")
+    shown = sh.run(*LINE)
+    assert shown.status != 0
+    assert in_one_line(shown.err, "/dev/full")
+    assert all(not motor.driven for motor in sh.brick.motors.values())
+
+
+# The same faults as people order them
+
+
+@pytest.mark.parametrize(
+    ("fault", "status"),
+    [
+        (("unplug", "B"), 1),
+        (("stall", "A"), 1),
+        (("dead-encoder", "B"), 1),
+        (("slow-sysfs", 0.05), 1),
+        (("freeze", None), 124),
+        (("kill", None), 137),
+        (("int", None), 130),
+        (("term", None), 143),
+        (("hup", None), 129),
+    ],
+    ids=lambda value: value[0] if isinstance(value, tuple) else "",
+)
+def test_ordered_with_a_session(moment, fault, status, capsys):
+    t = moment(LINE, "ink", 0.4)
+    out = run(read_arm(find_arm("planar")), DRIVER, LINE, faults=[Fault(fault[0], fault[1], t)])
+    assert out.outcome.status == status
+    assert out.outcome.t <= t + 1.3
+    assert in_one_line(capsys.readouterr().err)
+    assert not any(motor["driven"] for motor in out.motors.values())

@@ -1,0 +1,185 @@
+"""The follower of one joint, on a motor written down in ten lines: first order, with friction."""
+
+import math
+
+import pytest
+
+from robot.follower import FORGOTTEN, GAINS, LEAD, STIFFNESS, Follower
+
+TICK = 0.02
+SPEED_PER_DUTY, LAG = 9.1, 0.096  # deg/s per %, s: an EV3 large motor at 8 V, roughly
+COUNT = 1.0  # deg
+
+
+class Motor(object):
+    """Duty of the driver's speed regulation turns it; friction and a load act against it.
+
+    Args:
+        friction, load: % of duty.
+    """
+
+    def __init__(self, friction=4.0, load=0.0, speed_per_duty=SPEED_PER_DUTY, lag=LAG):
+        self.friction = friction
+        self.load = load
+        self.speed_per_duty = speed_per_duty
+        self.lag = lag
+        self.angle = 0.3
+        self.speed = 0.0
+
+    def run(self, w, seconds):
+        """Let it turn at the set-point w, deg/s."""
+        for _ in range(int(round(seconds / 0.001))):
+            duty = max(-100, min(100, STIFFNESS * (w - self.speed))) - self.load
+            still = abs(self.speed) < 1e-9
+            if still and abs(duty) <= self.friction:
+                continue
+            against = math.copysign(self.friction, duty if still else self.speed)
+            after = (
+                self.speed
+                + 0.001 * (self.speed_per_duty * (duty - against) - self.speed) / self.lag
+            )
+            if self.speed * after < 0:
+                after = 0.0
+            self.speed = after
+            self.angle += 0.001 * after
+
+    def bounds(self):
+        """What an encoder of whole counts allows, deg."""
+        n = math.floor(self.angle / COUNT)
+        return n * COUNT, (n + 1) * COUNT
+
+
+def follow(motor, path, seconds, gear=1.0, watch=lambda t, follower: None):
+    """Control at 50 Hz as the arm does; the true errors, deg, tick by tick."""
+    unit = math.radians(1) / gear
+    follower = Follower(gear, GAINS["large"])
+    errors = []
+    for k in range(int(seconds / TICK)):
+        t = k * TICK
+        follower.observe(t, [angle * unit for angle in motor.bounds()])
+        watch(t, follower)
+        here = path(t)
+        ahead, sooner = path(t + LEAD), path(t + LEAD - TICK)
+        error = here[0] * unit - follower.angle
+        acceleration = (ahead[1] - sooner[1]) / TICK * unit
+        w = follower.command(error, ahead[1] * unit, acceleration)
+        errors.append(here[0] - motor.angle)
+        motor.run(w / unit, TICK)
+    return errors
+
+
+def steady(speed, start=0.3):
+    """A path that speeds up within 0.3 s and then keeps its speed, deg/s."""
+
+    def path(t):
+        if t < 0.3:
+            x = t / 0.3
+            return start + speed * 0.3 * (x**3 - x**4 / 2), speed * (3 * x * x - 2 * x**3)
+        return start + speed * (t - 0.15), speed
+
+    return path
+
+
+def swing(amplitude, period):
+    """To and fro, from rest."""
+    rate = 2 * math.pi / period
+    return lambda t: (
+        0.3 + amplitude * (1 - math.cos(rate * t)),
+        amplitude * rate * math.sin(rate * t),
+    )
+
+
+@pytest.mark.parametrize("friction", [1.0, 4.0, 8.0, 12.0])
+@pytest.mark.parametrize("speed", [15, 60, -60, 150])
+def test_it_learns_a_friction_that_is_not_the_one_it_guessed(friction, speed):
+    errors = follow(Motor(friction), steady(speed), 3.0)
+    late = errors[-50:]
+    assert abs(sum(late) / len(late)) < 0.5 * COUNT
+    assert max(map(abs, late)) < COUNT
+
+
+@pytest.mark.parametrize("load", [-8.0, 5.0, 10.0])
+def test_it_learns_a_constant_load(load):
+    late = follow(Motor(load=load), steady(40), 4.0)[-50:]
+    assert abs(sum(late) / len(late)) < 0.6 * COUNT
+
+
+@pytest.mark.parametrize("changes", [(7.3, 0.077), (10.9, 0.115), (7.3, 0.115), (10.9, 0.077)])
+def test_a_motor_20_percent_off_is_followed(changes):
+    motor = Motor(5.0, 0.0, *changes)
+    late = follow(motor, swing(30, 3.0), 9.0)[150:]
+    assert max(map(abs, late)) < 2 * COUNT
+
+
+def test_at_the_end_it_rests_within_a_count():
+    def path(t):
+        x = min(t / 1.0, 1.0)
+        return 0.3 + 40 * x * x * (3 - 2 * x), 240 * x * (1 - x)
+
+    motor = Motor(7.0)
+    errors = follow(motor, path, 2.0)
+    assert max(map(abs, errors[-20:])) < COUNT
+    assert abs(motor.speed) < 10
+
+
+@pytest.mark.parametrize("friction", [1.0, 10.0])
+def test_what_it_observes_is_what_the_encoder_allows(friction):
+    motor = Motor(friction)
+    seen = []
+
+    def watch(t, follower):
+        low, high = (math.radians(angle) for angle in motor.bounds())
+        assert low - 1e-12 <= follower.angle <= high + 1e-12
+        seen.append(math.degrees(follower.angle) - motor.angle)
+
+    follow(motor, swing(20, 2.0), 6.0, watch=watch)
+    late = seen[150:]
+    rms = math.sqrt(sum(e * e for e in late) / len(late))
+    assert rms < 0.4 * COUNT
+
+
+def test_between_two_counts_it_goes_on_with_the_motor():
+    """At 10 deg/s a count lasts 0.1 s; the observed angle moves meanwhile."""
+    seen = []
+    follow(Motor(), steady(10), 3.0, watch=lambda t, f: seen.append(math.degrees(f.angle)))
+    late = [b - a for a, b in zip(seen[-100:], seen[-99:])]
+    assert sum(step > 0.05 for step in late) > 60
+
+
+@pytest.mark.parametrize("gear", [0.2, 3.0, 5.0, 40.0])
+def test_behind_a_gear_everything_is_smaller_by_the_gear(gear):
+    plain = follow(Motor(6.0), swing(20, 2.0), 2.0)
+    geared = follow(Motor(6.0), swing(20, 2.0), 2.0, gear=gear)
+    assert geared == pytest.approx(plain, abs=1e-6)
+
+
+def test_the_mirror_image_of_a_motion_gets_the_mirror_image_of_the_commands():
+    here, there = Follower(1.0, GAINS["large"]), Follower(1.0, GAINS["large"])
+    for k in range(100):
+        t = k * TICK
+        angle = 0.5 * math.sin(3 * t)
+        here.observe(t, (angle, angle + 0.017))
+        there.observe(t, (-angle - 0.017, -angle))
+        assert there.angle == pytest.approx(-here.angle)
+        wanted = (0.01, 1.5 * math.cos(3 * t), -4.5 * math.sin(3 * t))
+        assert there.command(*(-x for x in wanted)) == pytest.approx(-here.command(*wanted))
+
+
+def test_without_a_reading_for_a_while_it_starts_anew_at_rest():
+    follower = Follower(1.0, GAINS["large"])
+    for k in range(20):
+        follower.observe(k * TICK, (0.1 * k, 0.1 * k + 0.017))
+        follower.command(0.0, 5.0, 0.0)
+    assert follower.speed > 1
+    follower.observe(20 * TICK + FORGOTTEN, (7.0, 7.1))
+    assert follower.angle == pytest.approx(7.05)
+    assert follower.speed == 0.0
+
+
+def test_friction_is_pushed_against_in_the_direction_of_the_motion_only():
+    """At rest there is none to overcome: no feed-forward that would make a standing joint tremble."""
+    follower = Follower(1.0, GAINS["large"])
+    follower.observe(0.0, (0.0, 0.0))
+    assert follower.command(0.0, 0.0, 0.0) == 0.0
+    slow, slower = (follower.command(0.0, math.radians(speed), 0.0) for speed in (1.0, 0.01))
+    assert slow > slower > 0

@@ -1,0 +1,271 @@
+"""Radians at the joint and counts of the emulated motor, through the unmodified library."""
+
+import math
+
+import pytest
+
+from robot.motors import DEAD_MAN, JointMotor, MotorNotFound
+from shared.arm_description import ArmError
+from rig import Rig, described
+
+# Both signs and both gears; the emulated joint is built to match.
+TRAINS = [(1, 1), (1, -1), (5, 1), (5, -1), (0.5, -1)]
+TRAIN = pytest.mark.parametrize(("gear", "direction"), TRAINS)
+
+
+@pytest.fixture
+def rig(tmp_path):
+    rig = Rig(tmp_path)
+    with rig.brick.sysfs.installed():
+        yield rig
+
+
+@pytest.fixture
+def shoulder(tmp_path):
+    """Build a shoulder without play: (rig, its motor)."""
+    installed = []
+
+    def build(gear=1, direction=1, plant=""):
+        arm = described("planar", 0, gear=float(gear), direction=direction)
+        rig = Rig(tmp_path, arm, plant)
+        installed.append(rig.brick.sysfs.installed())
+        installed[-1].__enter__()
+        return rig, JointMotor("shoulder", "A", "large", float(gear), direction)
+
+    yield build
+    for context in installed:
+        context.__exit__(None, None, None)
+
+
+def turn_by_hand(rig, port, angle):
+    """Put the rotor (and its link) at `angle`, rad at the joint."""
+    drive = rig.brick.plant.drives[port]
+    drive.angle = drive.link.angle = angle
+    rig.brick.motors[port].encoder.update(rig.world.now(), drive.shaft)
+
+
+def written(rig, attribute, port="A"):
+    return [text for _, at, what, text in rig.writes if (at, what) == (port, attribute)]
+
+
+@TRAIN
+def test_a_difference_in_counts(shoulder, gear, direction):
+    rig, motor = shoulder(gear, direction)
+    assert motor.in_counts(2 * math.pi) == pytest.approx(360 * gear * direction)
+    assert motor.resolution == pytest.approx(math.radians(1) / gear)
+
+
+@TRAIN
+def test_the_angle_is_known_to_half_a_count_wherever_the_rotor_stands(shoulder, gear, direction):
+    rig, motor = shoulder(gear, direction)
+    for k in range(-60, 61):
+        true = math.radians(0.37 * k) / gear
+        turn_by_hand(rig, "A", true)
+        low, high = motor.bounds()
+        assert low - 1e-9 <= true <= high + 1e-9
+        assert motor.angle() == pytest.approx((low + high) / 2)
+        # Around 0 the driver's truncation makes one reading of two half counts more.
+        width = 1.5 if motor.counts() == 0 else 1.0
+        assert high - low == pytest.approx(width * motor.resolution)
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.1, 0.4, 0.5])
+def test_wherever_the_edges_lie_the_bounds_are_off_by_a_quarter_count_at_most(shoulder, phase):
+    rig, motor = shoulder(plant="phase={}".format(phase))
+    for k in range(-50, 51):
+        true = math.radians(0.23 * k)
+        turn_by_hand(rig, "A", true)
+        low, high = motor.bounds()
+        quarter = 0.2501 * motor.resolution
+        assert low - quarter <= true <= high + quarter
+
+
+@TRAIN
+def test_it_goes_where_it_is_sent(shoulder, gear, direction):
+    rig, motor = shoulder(gear, direction)
+    motor.zero = 30.0 * gear  # where the encoder would read at joint angle 0
+    target = motor.go(math.radians(25), math.radians(60))
+    assert target == int(round(30 * gear + 25 * gear * direction))
+    rig.world.sleep(1.5)
+    turned = math.degrees(rig.q[0])
+    assert turned == pytest.approx(25 + 30 * direction, abs=2.0 / gear + 0.5)
+    assert motor.angle() == pytest.approx(math.radians(25), abs=math.radians(2.0 / gear))
+    assert rig.brick.motors["A"].mode == "hold"
+
+
+@TRAIN
+def test_a_positive_speed_turns_the_joint_in_the_positive_direction(shoulder, gear, direction):
+    rig, motor = shoulder(gear, direction)
+    motor.engage(0.14)
+    for _ in range(50):
+        motor.drive(4.0)
+        rig.world.sleep(0.02)
+    assert rig.q[0] > math.radians(10)
+
+
+@TRAIN
+@pytest.mark.parametrize("speed", [0.0112, -0.333, 1.2345])
+def test_what_rounding_takes_away_is_carried_over(shoulder, gear, direction, speed):
+    """Whole counts per second only: their mean is the speed wanted."""
+    rig, motor = shoulder(gear, direction)
+    motor.engage(0.14)
+    for _ in range(200):
+        motor.drive(speed)
+    set_points = [int(text) for text in written(rig, "speed_sp")]
+    assert len(set_points) == 200
+    mean = sum(set_points) / 200.0
+    assert mean == pytest.approx(motor.in_counts(speed), abs=1.01 / 200)
+    assert max(set_points) - min(set_points) <= 1
+
+
+@TRAIN
+def test_no_speed_is_too_much_for_the_driver(shoulder, gear, direction):
+    rig, motor = shoulder(gear, direction)
+    motor.engage(0.14)
+    for speed in (1e3, -1e3, 1050 / 57.29577 / gear, 1e9):
+        motor.drive(speed)
+        motor.go(0.3, speed)
+    assert max(abs(int(text)) for text in written(rig, "speed_sp")) == 1050
+    # What could not be had is not owed later.
+    motor.engage(0.14)
+    motor.drive(1e9)
+    motor.drive(0.0)
+    assert abs(int(written(rig, "speed_sp")[-1])) <= 1
+
+
+def test_a_set_point_that_is_not_renewed_ends_by_itself(shoulder):
+    rig, motor = shoulder()
+    motor.engage(0.14)
+    for _ in range(10):
+        motor.drive(2.0)
+        rig.world.sleep(0.02)
+    assert rig.brick.driven() == ["A"]
+    rig.world.sleep(DEAD_MAN)
+    assert DEAD_MAN <= 0.3
+    assert rig.brick.motors["A"].mode == "hold"
+
+
+def test_engaged_the_driver_has_no_integrator_and_disengaged_its_own_again(shoulder):
+    rig, motor = shoulder()
+    read = rig.brick.motors["A"].read
+    before = {name: read(name) for name in ("speed_pid/Kp", "speed_pid/Ki", "hold_pid/Kp")}
+    motor.engage(0.14)
+    assert (read("speed_pid/Kp"), read("speed_pid/Ki")) == ("1400", "0")
+    assert (read("stop_action"), read("time_sp")) == ("hold", "200")
+    motor.disengage()
+    assert {name: read(name) for name in before} == before
+    assert before["speed_pid/Kp"] == "1000"
+    assert before["speed_pid/Ki"] == "60"
+
+
+def test_engaged_twice_costs_nothing(shoulder):
+    rig, motor = shoulder()
+    motor.disengage()
+    motor.engage(0.14)
+    accesses = rig.brick.sysfs.accesses
+    motor.engage(0.14)
+    assert rig.brick.sysfs.accesses == accesses
+
+
+def test_going_somewhere_is_the_drivers_own_regulation(shoulder):
+    rig, motor = shoulder()
+    motor.engage(0.14)
+    motor.go(1.0, 1.0)
+    assert rig.brick.motors["A"].read("speed_pid/Ki") == "60"
+
+
+@pytest.mark.parametrize("engaged", [False, True])
+def test_held_it_resists(shoulder, engaged):
+    rig, motor = shoulder()
+    if engaged:
+        motor.engage(0.14)
+        motor.drive(1.0)
+        rig.world.sleep(0.1)
+    motor.hold()
+    assert rig.brick.motors["A"].mode == "hold"
+    assert rig.brick.driven() == []
+
+
+def test_a_tick_takes_three_accesses(shoulder):
+    """Two to set and one to read; fewer do not keep the dead-man alive."""
+    rig, motor = shoulder()
+    motor.counts()
+    motor.engage(0.14)
+    motor.drive(1.0)
+    accesses = rig.brick.sysfs.accesses
+    motor.bounds()
+    motor.drive(0.7)
+    assert rig.brick.sysfs.accesses - accesses <= 3
+
+
+# Motors that are not there
+
+
+def refused(error, *words):
+    text = str(error.value)
+    assert isinstance(error.value, ArmError)
+    assert "\n" not in text
+    assert all(word in text for word in words), text
+    return True
+
+
+def test_a_motor_that_is_missing_is_told_with_all_that_is_there(rig):
+    with pytest.raises(MotorNotFound) as error:
+        JointMotor("third", "D", "large", 1.0, 1)
+    assert refused(
+        error,
+        "no large motor at port D for the third",
+        "outA (lego-ev3-l-motor), outB (lego-ev3-l-motor), outC (lego-ev3-m-motor)",
+    )
+
+
+def test_a_motor_of_the_other_kind_is_not_taken(rig):
+    with pytest.raises(MotorNotFound) as error:
+        JointMotor("shoulder", "C", "large", 1.0, 1)
+    assert refused(error, "no large motor at port C", "outC (lego-ev3-m-motor)")
+
+
+def test_a_brick_without_motors(rig):
+    for port in "ABC":
+        rig.brick.unplug(port)
+    with pytest.raises(MotorNotFound) as error:
+        JointMotor("shoulder", "A", "large", 1.0, 1)
+    assert refused(error, "no motor found at all", "on the brick")
+
+
+def test_a_laptop_without_a_brick():
+    """Without the emulation there is no such folder either."""
+    with pytest.raises(MotorNotFound) as error:
+        JointMotor("shoulder", "A", "large", 1.0, 1)
+    assert refused(error, "no motor found at all", "on the brick")
+
+
+@pytest.mark.parametrize(
+    "act",
+    [
+        lambda motor: motor.counts(),
+        lambda motor: motor.bounds(),
+        lambda motor: motor.angle(),
+        lambda motor: motor.drive(1.0),
+        lambda motor: motor.go(1.0, 1.0),
+        lambda motor: motor.hold(),
+        lambda motor: motor.disengage(),
+        lambda motor: motor.check_plugged_in(),
+    ],
+    ids="counts bounds angle drive go hold disengage check".split(),
+)
+def test_a_pulled_cable_is_told_whatever_is_asked(shoulder, act):
+    rig, motor = shoulder()
+    motor.engage(0.14)
+    motor.drive(1.0)
+    rig.brick.unplug("A")
+    with pytest.raises(MotorNotFound) as error:
+        act(motor)
+    assert refused(error, "shoulder motor at port A", "plug it in")
+
+
+def test_a_pulled_cable_is_noticed_without_an_access(shoulder):
+    rig, motor = shoulder()
+    accesses = rig.brick.sysfs.accesses
+    motor.check_plugged_in()
+    assert rig.brick.sysfs.accesses == accesses

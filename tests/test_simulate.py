@@ -1,0 +1,409 @@
+"""`python -m laptop simulate`: what it leaves, what it passes on, and what it refuses."""
+
+import csv
+import json
+import math
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from laptop.__main__ import laptop
+from laptop.drawing import measure
+
+ROOT = Path(__file__).parent.parent
+DRIVER = str(ROOT / "robot" / "driver.py")
+LINE = ["line", "10,0", "5,10"]
+
+
+@pytest.fixture
+def simulate(tmp_path):
+    """Run `simulate WORDS`; the result of click, with the folder of the output."""
+
+    def run(*words, out=tmp_path / "out"):
+        result = CliRunner().invoke(laptop, ["simulate", "--out", str(out), *map(str, words)])
+        assert result.exception is None or isinstance(result.exception, SystemExit), (
+            result.exception
+        )
+        result.out = out
+        return result
+
+    return run
+
+
+@pytest.fixture
+def script(tmp_path):
+    def write(source):
+        path = tmp_path / "mine.py"
+        path.write_text(source)
+        return path
+
+    return write
+
+
+def rows(out):
+    with open(out / "trace.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def process(*words, **options):
+    """The same as a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "laptop", "simulate", *map(str, words)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        **options,
+    )
+
+
+def in_one_line(text, *words):
+    assert "Traceback" not in text, text
+    assert text.count("\n") == 1, text
+    assert all(word in text for word in words), text
+    return True
+
+
+# What it leaves
+
+
+def test_a_line_leaves_trace_picture_and_summary(simulate):
+    result = simulate(DRIVER, *LINE)
+    assert result.exit_code == 0, result.output
+    assert sorted(os.listdir(result.out)) == ["picture.png", "summary.json", "trace.csv"]
+
+    header = (result.out / "trace.csv").read_bytes().split(b"\n")[0]
+    assert header == b"t,q1,q2,x,y,pen"
+    trace = rows(result.out)
+    times = [float(row["t"]) for row in trace]
+    assert times == sorted(times)
+    assert times[0] == 0
+    assert len(times) >= 100 * (times[-1] - times[0])
+    assert max(b - a for a, b in zip(times, times[1:])) <= 0.0101
+    assert {row["pen"] for row in trace} == {"0", "1"}
+    for row in trace[::50]:  # the true tip belongs to the true angles
+        a, b = float(row["q1"]), float(row["q2"])
+        assert float(row["x"]) == pytest.approx(
+            11.3 * math.cos(a) + 9.5 * math.cos(a + b), abs=1e-4
+        )
+        assert float(row["y"]) == pytest.approx(
+            11.3 * math.sin(a) + 9.5 * math.sin(a + b), abs=1e-4
+        )
+
+    png = (result.out / "picture.png").read_bytes()
+    assert png[:8] == b"\x89PNG\r\n\x1a\n"
+    width, height = (int.from_bytes(png[k : k + 4], "big") for k in (16, 20))
+    assert min(width, height) >= 400
+
+    summary = json.loads((result.out / "summary.json").read_text())
+    assert summary["script"] == DRIVER
+    assert summary["args"] == LINE
+    assert summary["arm"] == "planar"
+    assert summary["status"] == 0
+    assert summary["reason"] == "ended"
+    assert summary["accesses"] > 500
+    assert 2 < summary["seconds"] < times[-1] + 0.01
+    assert set(summary["motors"]) == {"A", "B", "C", "D"}
+    assert not any(motor["driven"] for motor in summary["motors"].values())
+
+    (path,) = summary["paths"]
+    down = [row for row in trace if row["pen"] == "1"]
+    ink = [(float(row["x"]), float(row["y"])) for row in down]
+    assert path["length_cm"] == pytest.approx(math.hypot(5, 10), abs=1e-3)
+    assert path["end_mm"] == pytest.approx(10 * math.dist(ink[-1], (5, 10)), abs=0.01)
+    off = max(abs((x - 10) * 10 + y * 5) / math.hypot(5, 10) for x, y in ink)
+    assert path["greatest_mm"] == pytest.approx(10 * off, abs=0.3)
+    assert path["seconds"] == pytest.approx(float(down[-1]["t"]) - float(down[0]["t"]), abs=0.02)
+    for figure in (f"{path['greatest_mm']:.2f} mm", "path 1", "status 0", "picture.png"):
+        assert figure in result.output
+
+
+def test_the_geared_arm_and_a_plant_are_what_was_asked_for(simulate):
+    result = simulate("--arm", "geared", "--plant", "backlash=1,seed=7", DRIVER, *LINE)
+    summary = json.loads((result.out / "summary.json").read_text())
+    assert (summary["arm"], summary["plant"]) == ("geared", "backlash=1,seed=7")
+    assert summary["paths"][0]["greatest_mm"] < 1.5
+    assert summary["seconds"] > 5
+
+
+def test_the_plant_makes_a_difference(simulate, tmp_path):
+    traces = [
+        (
+            simulate("--plant", plant, DRIVER, "home", out=tmp_path / plant).out / "trace.csv"
+        ).read_bytes()
+        for plant in ("seed=1", "seed=2")
+    ]
+    assert traces[0] != traces[1]
+
+
+def test_two_processes_give_the_same_bytes(tmp_path):
+    words = ["--plant", "seed=11,load=-0.01..0.01", DRIVER, "polyline", "10,0", "12,5", "6,9"]
+    out = []
+    for seed in ("1", "4242"):
+        env = dict(os.environ, PYTHONHASHSEED=seed)
+        done = process("--out", tmp_path / seed, *words, env=env)
+        assert done.returncode == 0, done.stderr
+        out.append(done.stdout.splitlines())
+    assert (tmp_path / "1/trace.csv").read_bytes() == (tmp_path / "4242/trace.csv").read_bytes()
+    summaries = [
+        json.loads((tmp_path / seed / "summary.json").read_text()) for seed in ("1", "4242")
+    ]
+    assert summaries[0] == summaries[1]
+
+
+def test_ten_times_faster_than_real_time(simulate):
+    """Generously counted: the machine may have other things to do."""
+    line = simulate(DRIVER, *LINE).output.split("x real time")[0]
+    assert float(line.split()[-1]) > 10
+
+
+def test_a_second_run_replaces_the_first(simulate):
+    first = simulate(DRIVER, *LINE)
+    before = {name: (first.out / name).read_bytes() for name in os.listdir(first.out)}
+    simulate(DRIVER, "line", "12,0", "9,9")
+    after = {name: (first.out / name).read_bytes() for name in os.listdir(first.out)}
+    assert set(after) == set(before)
+    assert all(before[name] != after[name] for name in before)
+
+
+def test_a_script_that_does_not_draw(simulate, script):
+    result = simulate(script("print('hello', __name__)"))
+    assert result.exit_code == 0
+    assert "hello __main__" in result.output
+    summary = json.loads((result.out / "summary.json").read_text())
+    assert summary["paths"] == []
+    assert (result.out / "picture.png").exists()
+
+
+# The script's own status and arguments
+
+
+@pytest.mark.parametrize(
+    ("source", "status"),
+    [
+        ("raise SystemExit(7)", 7),
+        ("1 / 0", 1),
+        ("import sys; sys.exit(0 if sys.argv[1:] == ['-5,10', '--arm', 'x'] else 9)", 0),
+    ],
+)
+def test_the_exit_status_is_the_scripts(simulate, script, source, status):
+    result = simulate(script(source), "-5,10", "--arm", "x")
+    assert result.exit_code == status
+    assert json.loads((result.out / "summary.json").read_text())["status"] == status
+    assert (result.out / "trace.csv").exists(), "what happened until then is shown all the same"
+
+
+def test_a_script_that_is_not_there(simulate):
+    result = simulate("nowhere.py")
+    assert result.exit_code == 2
+    assert "nowhere.py" in result.output
+
+
+def test_a_script_that_never_ends(simulate, script):
+    result = simulate("--timeout", "3", script("import time\nwhile True: time.sleep(0.1)"))
+    assert result.exit_code == 124
+    assert "3 s of virtual time" in result.output
+
+
+def test_a_button_press(simulate, script):
+    source = """
+from time import monotonic
+from ev3dev2.button import Button
+start, button = monotonic(), Button()
+while not button.enter:
+    if monotonic() - start > 9:
+        raise SystemExit("nobody pressed")
+print("pressed after %.1f s" % (monotonic() - start))
+"""
+    result = simulate("--press", "enter@2.0", script(source))
+    assert result.exit_code == 0, result.output
+    assert "pressed after 2.0 s" in result.output
+
+
+def test_a_motor_plugged_in_beside_the_arms(simulate, script):
+    source = """
+from ev3dev2.motor import MediumMotor, OUTPUT_D, SpeedPercent
+motor = MediumMotor(OUTPUT_D)
+motor.on_for_rotations(SpeedPercent(30), 1)
+print("turned", 350 < motor.position < 380)
+"""
+    result = simulate("--plug", "D=medium", script(source))
+    assert "turned True" in result.output, result.output
+
+
+# The arm's zero
+
+
+def test_a_lost_arm_draws_only_when_homed(simulate):
+    refused = simulate("--start", "lost", DRIVER, *LINE)
+    assert refused.exit_code == 1
+    assert "has not been homed" in refused.output
+    trace = rows(refused.out)
+    assert trace[0]["q1"] == trace[-1]["q1"] != "0.000000"
+    homed = simulate("--start", "lost", DRIVER, "home")
+    assert homed.exit_code == 0, homed.output
+    last = rows(homed.out)[-1]
+    assert max(abs(float(last["q1"])), abs(float(last["q2"]))) < math.radians(2.5)
+
+
+def test_a_lost_arm_that_is_told_nothing_homes_and_draws(simulate):
+    result = simulate("--start", "lost", DRIVER)
+    assert result.exit_code == 0, result.output
+    summary = json.loads((result.out / "summary.json").read_text())
+    assert len(summary["paths"]) == 3
+    assert all(path["greatest_mm"] < 8 for path in summary["paths"])
+
+
+def test_a_start_by_angles(simulate):
+    result = simulate("--start", "30,-45", DRIVER, "where")
+    assert result.exit_code == 0, result.output
+    first = rows(result.out)[0]
+    assert (float(first["q1"]), float(first["q2"])) == pytest.approx(
+        (math.radians(30), math.radians(-45)), abs=1e-5
+    )
+    assert "30." in result.output or "29." in result.output
+
+
+# Faults
+
+
+@pytest.mark.parametrize(
+    ("fault", "status", "says"),
+    [
+        ("unplug:B@3.5", 1, "elbow motor at port B no longer answers"),
+        ("term@3.5", 143, "stopped by SIGTERM"),
+        ("freeze@3.5", 124, "frozen at 3.500 s"),
+        ("kill@3.5", 137, "killed at 3.500 s"),
+    ],
+)
+def test_a_fault_to_order(simulate, fault, status, says):
+    result = simulate("--fault", fault, DRIVER, *LINE)
+    assert result.exit_code == status, result.output
+    assert says in result.output
+    assert "STILL DRIVEN" not in result.output
+    summary = json.loads((result.out / "summary.json").read_text())
+    assert not any(motor["driven"] for motor in summary["motors"].values())
+
+
+def test_what_is_still_driven_is_said(simulate, script):
+    source = """
+from ev3dev2.motor import LargeMotor, OUTPUT_D
+LargeMotor(OUTPUT_D).run_forever(speed_sp=300)
+"""
+    assert "STILL DRIVEN: D" in simulate(script(source)).output
+
+
+# What it refuses, before anything runs
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--plant", "springs=3"], ["springs", "backlash"]),
+        (["--plant", "backlash"], ["backlash"]),
+        (["--plant", "backlash=wide"], ["backlash", "wide"]),
+        (["--plant", "backlash=99"], ["backlash", "99", "20"]),
+        (["--plant", "backlash=nan"], ["backlash", "nan"]),
+        (["--plant", "backlash=1..2..3"], ["backlash"]),
+        (["--fault", "earthquake@2"], ["earthquake", "unplug"]),
+        (["--fault", "unplug:A"], ["unplug:A", "@"]),
+        (["--fault", "unplug@2"], ["PORT"]),
+        (["--fault", "unplug:E@2"], ["PORT"]),
+        (["--fault", "freeze:A@2"], ["nothing"]),
+        (["--fault", "slow-sysfs:very@2"], ["SECONDS"]),
+        (["--fault", "unplug:A@1.2.3"], ["unplug"]),
+        (["--plug", "E=large"], ["E=large"]),
+        (["--plug", "D=huge"], ["D=huge"]),
+        (["--press", "trigger@2"], ["trigger"]),
+        (["--press", "enter"], ["enter"]),
+        (["--start", "upside-down"], ["upside-down", "home", "lost"]),
+        (["--start", "10"], ["10", "joint"]),
+        (["--start", "10,200"], ["10,200", "150"]),
+        (["--start", "nan,0"], ["nan"]),
+        (["--arm", "triangular"], ["triangular", "planar", "geared"]),
+    ],
+    ids=lambda value: " ".join(value),
+)
+def test_a_bad_order_is_refused_in_one_line(simulate, script, words, says):
+    result = simulate(*words, script("print('it ran')"))
+    assert result.exit_code in (1, 2)
+    assert "it ran" not in result.output
+    assert in_one_line(result.output, *says)
+    assert not result.out.exists() or os.listdir(result.out) == []
+
+
+def test_a_fault_at_a_port_without_a_motor(simulate, script, tmp_path):
+    arm = tmp_path / "penless.ini"
+    text = (ROOT / "shared/arms/planar.ini").read_text()
+    arm.write_text(text[: text.index("# An arm without a pen")])
+    result = simulate("--arm", arm, "--fault", "unplug:C@1", script("print('it ran')"))
+    assert in_one_line(result.output, "port C", "A, B, D")
+    assert result.exit_code == 1
+
+
+# Disks
+
+
+def test_a_folder_that_cannot_be_made(simulate, tmp_path, script):
+    (tmp_path / "file").write_text("in the way")
+    result = simulate(script("print('it ran')"), out=tmp_path / "file" / "out")
+    assert result.exit_code == 1
+    assert in_one_line(result.output, "cannot write", "--out")
+
+
+def test_a_full_disk_is_refused_before_anything_runs(tmp_path, script):
+    """A limit on the size of files stands for it: the first megabyte does not fit."""
+    done = process(
+        "--out",
+        tmp_path / "out",
+        script("print('it ran')"),
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)),
+    )
+    assert done.returncode == 1
+    assert in_one_line(done.stderr, "cannot write", "--out")
+    assert "it ran" not in done.stdout
+    assert os.listdir(tmp_path / "out") == []
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full to stand for a full disk")
+@pytest.mark.parametrize("name", ["trace.csv", "summary.json", "picture.png"])
+def test_a_disk_that_fills_up_during_the_run(simulate, name, script):
+    source = script("print('it ran')")
+    out = simulate(source).out
+    before = {name: (out / name).read_bytes() for name in os.listdir(out)}
+    os.symlink("/dev/full", out / f".{name}.part")
+    result = simulate(source)
+    assert result.exit_code == 1
+    last = result.stderr if hasattr(result, "stderr") else result.output
+    assert in_one_line(last.splitlines()[-1] + "\n", "cannot write", "No space left", "--out")
+    assert "Traceback" not in result.output
+    assert (out / name).read_bytes() == before[name], "the old file is whole"
+    assert sorted(os.listdir(out)) == sorted(before)
+
+
+# The trace is what is measured
+
+
+def test_the_figures_can_be_worked_out_from_the_trace(simulate):
+    result = simulate(DRIVER, *LINE)
+
+    class Row:
+        def __init__(self, row):
+            self.t, self.x, self.y = (float(row[key]) for key in ("t", "x", "y"))
+            self.pen = int(row["pen"])
+
+    (again,) = measure([Row(row) for row in rows(result.out)], [[(10, 0), (5, 10)]])
+    told = json.loads((result.out / "summary.json").read_text())["paths"][0]
+    assert again.greatest_mm == pytest.approx(told["greatest_mm"], abs=0.01)
+    assert again.rms_mm == pytest.approx(told["rms_mm"], abs=0.01)
+
+
+def test_as_a_process_like_in_the_readme(tmp_path):
+    done = process("--out", tmp_path, "robot/driver.py", "line", "10,0", "5,10")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "path 1: 11.2 cm" in done.stdout
+    assert (tmp_path / "picture.png").exists()
