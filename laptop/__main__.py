@@ -12,7 +12,7 @@ from pathlib import Path
 
 import click
 
-from laptop import drawing, picture
+from laptop import drawing
 from laptop.simulator import peripherals, session
 from laptop.simulator.plant import CONSTANTS, read_plant
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
@@ -53,9 +53,8 @@ def _plants() -> str:
     "faults",
     multiple=True,
     metavar="KIND[:WHAT]@S",
-    help="Let something go wrong: " + ", ".join(
-        kind + (f":{what}" if what else "") for kind, what in session.FAULTS.items()
-    ),
+    help="Let something go wrong: "
+    + ", ".join(kind + (f":{what}" if what else "") for kind, what in session.FAULTS.items()),
 )
 @click.option(
     "--start",
@@ -156,8 +155,10 @@ def _write(
     )
 
     def draw(file: str) -> None:
+        from laptop import picture  # matplotlib is slow to import; every other answer is quicker
+
         picture.draw_picture(
-            file, run.record, run.wanted, measures, [run.skeleton], reach, title, notes
+            file, run.record, run.wanted, measures, run.skeleton, reach, title, notes
         )
 
     for name, write in (
@@ -199,7 +200,8 @@ def _report(summary: dict, took: float) -> str:
     """A short summary for people."""
     lines = [
         f"{summary['reason']}, status {summary['status']}, after {summary['seconds']:.2f} s on the "
-        f"emulated brick ({summary['accesses']} accesses; {summary['seconds'] / took:.0f} x real time)"
+        f"emulated brick ({summary['accesses']} accesses; "
+        f"{summary['seconds'] / took:.0f} x real time)"
     ]
     for number, path in enumerate(summary["paths"], 1):
         lines.append(
@@ -237,7 +239,11 @@ class _Seeds(click.ParamType):
 
 @bench.command("draw")
 @click.option(
-    "--seeds", type=_Seeds(), default="1000:1020", show_default=True, help="Random plants and lines."
+    "--seeds",
+    type=_Seeds(),
+    default="1000:1020",
+    show_default=True,
+    help="Random plants and lines.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Every line's figures instead of the table.")
 def bench_draw(seeds: range, as_json: bool) -> None:

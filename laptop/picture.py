@@ -158,9 +158,9 @@ def _draw_sheet(
         travel = np.where(pen[:, None], np.nan, tip)
         (line,) = axes.plot(*travel.T, color=TRAVEL, lw=0.9, ls=(0, (1, 2)), zorder=4)
         handles.append((line, "pen up"))
-    handles.append(
-        (axes.plot([], [], color=ARM, lw=6, solid_capstyle="round")[0], "arm at the end")
-    )
+    if len(arm):
+        (line,) = axes.plot([], [], color=ARM, lw=6, solid_capstyle="round")
+        handles.append((line, "arm at the end"))
     handles.append((axes.plot([], [], color=REACH_EDGE, lw=6)[0], "reach of the links"))
     for number, place in enumerate(badges, 1):
         _badge(axes, place, number, small=len(badges) > 9)
@@ -194,7 +194,6 @@ def _frame(axes: Axes, points: np.ndarray, reach: tuple[float, float]) -> float:
     axes.set(
         xlim=(middle[0] - span[0] / 2, middle[0] + span[0] / 2),
         ylim=(middle[1] - span[1] / 2, middle[1] + span[1] / 2),
-        aspect="equal",
     )
     axes.set_xlabel("x  cm")
     axes.set_ylabel("y  cm")
@@ -332,7 +331,7 @@ def _draw_deviations(
     _heading(figure, heading)
     axes = None
     for (k, m), box in zip(shown, boxes, strict=False):
-        axes = figure.add_axes(box, sharex=axes)
+        axes = figure.add_axes(box)
         axes.set_xlim(*_widened(ends[:, 0], 0.03))
         axes.set_ylim(*_widened(across, 0.08))
         axes.locator_params(axis="x", nbins=6, steps=TICKS)

@@ -1,6 +1,7 @@
 """An arm built from its description and its motors: where it is, go there, follow this, stop.
 
-The only place that clamps to limits.  Every wait here has a deadline, every way out stops the motors.
+The only place that clamps to limits.  Every wait here has a deadline, every way out stops the
+motors.
 """
 
 import math
@@ -29,6 +30,9 @@ SETTLE, UNHURRIED = 0.2, 0.8
 
 FINE, COARSE = 0.4, 6.0
 """A joint has settled within this many counts; the pen."""
+
+RESTED = 3
+"""Ticks for which it must have."""
 
 ARRIVED = 4
 """Times as far off after the settling time, it has not arrived."""
@@ -111,7 +115,7 @@ class RobotArm(object):
         self._homed = True
 
     def angles(self):
-        """Joint angles, rad, as the encoders have them, the play allowed for as far as it is known."""
+        """Joint angles, rad, as the encoders have them, allowing for play as far as known."""
         return tuple(
             motor.angle() - side * joint.backlash / 2
             for motor, side, joint in zip(self.joints, self.sides, self.description.joints)
@@ -162,7 +166,7 @@ class RobotArm(object):
                 )
 
     def approach(self, motion):
-        """Go to the start of `motion` from behind, so that all play is taken up in its direction."""
+        """Go to the start of `motion` from behind, so that all play is taken up its way."""
         behind = []
         for joint, start, direction in zip(
             self.description.joints, motion.start, motion.directions
@@ -197,7 +201,7 @@ class RobotArm(object):
         now = clock.now()
         start = now + plan.before
         due = now
-        ticks = 0
+        ticks = resting = 0
         while True:
             for motor, follower in zip(motors, followers):
                 follower.observe(clock.now(), motor.bounds())
@@ -212,11 +216,9 @@ class RobotArm(object):
             if overtime > settle:
                 self._watch(motors, errors, ARRIVED * tolerance * motors[0].resolution)
                 return
-            if overtime > TICK and all(
-                abs(error) < tolerance * motor.resolution
-                and abs(follower.speed) < 10 * tolerance * motor.resolution
-                for motor, follower, error in zip(motors, followers, errors)
-            ):
+            near = all(abs(e) < tolerance * m.resolution for e, m in zip(errors, motors))
+            resting = resting + 1 if near and overtime > 0 else 0
+            if resting == RESTED:
                 return
             ahead = plan.at(now - start + LEAD)
             sooner = plan.at(now - start + LEAD - TICK)
@@ -228,8 +230,8 @@ class RobotArm(object):
             late = clock.now() - due
             if late > SLOWEST_TICK:
                 raise TooSlow(
-                    "a control tick took {:.2f} s, at most {:.2f} s will do; end other programs on the "
-                    "brick".format(late + TICK, SLOWEST_TICK)
+                    "a control tick took {:.2f} s, at most {:.2f} s will do; "
+                    "end other programs on the brick".format(late + TICK, SLOWEST_TICK)
                 )
             clock.sleep(-late)
 
@@ -268,6 +270,7 @@ class RobotArm(object):
     def _hold(self, motors):
         for motor in motors:
             motor.hold()
+            self._followers[motor].rest()
 
     def move_pen(self, angle):
         """Turn the pen's motor to `angle`, rad.
@@ -278,7 +281,7 @@ class RobotArm(object):
         self._engage()
         move = JointMove([self.pen.angle()], [angle], [PEN_SPEED], PEN_ACCELERATION)
         self._track([self.pen], move, SETTLE, COARSE, PEN_ASTRAY)
-        self.pen.hold()
+        self._hold([self.pen])
 
     def move_motor(self, k, move):
         """Let one joint's motor alone follow a JointMove of one angle, without limits; then hold.
@@ -287,10 +290,10 @@ class RobotArm(object):
         """
         self._engage()
         self._track([self.joints[k]], move, SETTLE, COARSE)
-        self.joints[k].hold()
+        self._hold([self.joints[k]])
 
     def home(self, here=False, say=print):
-        """Find the zero, or with `here` take the joints as they stand for the home pose; remember it.
+        """Find the zero, or with `here` take the joints to be at the home pose; remember it.
 
         The pen is taken to be up.
 
@@ -353,7 +356,7 @@ class RobotArm(object):
     # Ending
 
     def stop(self):
-        """Stop and hold every motor that still answers; the first that does not is told afterwards."""
+        """Stop and hold every motor that still answers; then tell of the first that does not."""
         lost = None
         # All stand before anything is tidied up: an access may be slow.
         for act in (JointMotor.hold, JointMotor.disengage):

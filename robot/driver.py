@@ -67,7 +67,9 @@ class Driver(object):
             ArmError: after stopping; the zero is then unknown.
         """
         for found in self.arm.home(here, self.say):
-            play = "" if found.play is None else ", play {:.1f} deg".format(math.degrees(found.play))
+            play = (
+                "" if found.play is None else ", play {:.1f} deg".format(math.degrees(found.play))
+            )
             self.say(
                 "{}: zero at {:.1f} counts, touches within {:.0f}{}".format(
                     found.joint, found.zero, found.spread, play
@@ -147,7 +149,7 @@ class Driver(object):
                 self._steps(start, goal)
 
     def _steps(self, start, goal):
-        """The report's method: dy fixed, dx = J^-1 dy here, cut to 5 degrees, moved by, repeated."""
+        """The report's method: dy fixed, dx = J^-1 dy here, cut to 5 degrees, repeated."""
         description = self.arm.description
         dy = (goal[0] - start[0], goal[1] - start[1])
         for _ in range(MOST_STEPS):
@@ -157,8 +159,8 @@ class Driver(object):
             dq = trajectory.jacobian_step(description, q, dy)
             self.arm.step_to([a + d for a, d in zip(q, dq)])
         raise ArmError(
-            "the steps did not get from ({:g}, {:g}) to ({:g}, {:g}) cm in {}; use --method smooth".format(
-                start[0], start[1], goal[0], goal[1], MOST_STEPS
+            "{} steps did not get from ({:g}, {:g}) to ({:g}, {:g}) cm; use --method smooth".format(
+                MOST_STEPS, start[0], start[1], goal[0], goal[1]
             )
         )
 
@@ -173,7 +175,9 @@ def announce(strokes):
                 out.write(json.dumps({"path": points}) + "\n")
         except OSError as error:
             raise NotAnnounced(
-                "cannot write {}: {}; make room or unset BRICKSERVO_PLAN".format(file, error.strerror)
+                "cannot write {}: {}; make room or unset BRICKSERVO_PLAN".format(
+                    file, error.strerror
+                )
             ) from None
 
 
@@ -184,7 +188,9 @@ def _point(text):
     try:
         x, y = (float(part) for part in text.split(","))
     except ValueError:
-        raise argparse.ArgumentTypeError("'{}' is not a point; write X,Y in cm, like 10,0".format(text)) from None
+        raise argparse.ArgumentTypeError(
+            "'{}' is not a point; write X,Y in cm, like 10,0".format(text)
+        ) from None
     if not (math.isfinite(x) and math.isfinite(y)):
         raise argparse.ArgumentTypeError("'{}' is not a place; give finite numbers".format(text))
     return x, y
@@ -230,7 +236,9 @@ def _parser():
     first = _options(
         arm=os.environ.get("BRICKSERVO_ARM", "planar"), method="smooth", speed=None, elbow=None
     )
-    parser = _Parser(prog="driver.py", description="Draw with the arm; all lengths in cm.", parents=[first])
+    parser = _Parser(
+        prog="driver.py", description="Draw with the arm; all lengths in cm.", parents=[first]
+    )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
 
     def add(name, text):
@@ -245,7 +253,10 @@ def _parser():
     line.add_argument("points", type=_point, nargs="+", metavar="X,Y")
     line.add_argument("--angle", type=_number_in(-360, 360, "deg"), metavar="DEG")
     line.add_argument("--length", type=_number_in(0.1, 100, "cm"), metavar="CM")
-    for name, text in (("polyline", "straight from point to point"), ("arc", "smoothly through n points")):
+    for name, text in (
+        ("polyline", "straight from point to point"),
+        ("arc", "smoothly through n points"),
+    ):
         add(name, text).add_argument("points", type=_point, nargs="+", metavar="X,Y")
     circle = add("circle", "a circle round X,Y")
     circle.add_argument("point", type=_point, metavar="X,Y")
@@ -297,12 +308,18 @@ def _run(parser, args, arm_of):
         if args.command == "move":
             driver.move_to(args.point)
         for number, strokes in enumerate(drawings, 1):
-            length = sum(math.hypot(b[0] - a[0], b[1] - a[1]) for s in strokes for a, b in zip(s, s[1:]))
+            length = sum(
+                math.hypot(b[0] - a[0], b[1] - a[1]) for s in strokes for a, b in zip(s, s[1:])
+            )
             print("drawing {} of {}: {:.1f} cm".format(number, len(drawings), length))
             driver.play(strokes, plans[number - 1], args.method)
         x, y = driver.position()
         angles = ", ".join("{:.1f}".format(math.degrees(a)) for a in arm.angles())
-        print("tip at {:.2f},{:.2f} cm, joints at {} deg, as the encoders have it".format(x, y, angles))
+        print(
+            "tip at {:.2f},{:.2f} cm, joints at {} deg, as the encoders have it".format(
+                x, y, angles
+            )
+        )
     finally:
         _ignore_signals()
         arm.park()

@@ -1,14 +1,15 @@
 """Following a moving set-point with one joint: an observer of what the motor does, and the law.
 
-Pure: readings and times in, a speed set-point out.  The motor takes a speed set-point w and pushes in
-proportion to w - v; so behind the gear it behaves, to first order, like
+Pure: readings and times in, a speed set-point out.  The motor takes a speed set-point w and pushes
+in proportion to w - v; so behind the gear it behaves, to first order, like
 
     dv/dt = (SHARE (w - f) - v) / LAG
 
-with f the friction (as a set-point, with the sign of the motion).  The encoder says only between which
-two angles the motor is.  The observer predicts with this model, moves towards the middle of what the
-encoder allows, and learns f and a constant push `d` on the way, so that neither battery nor friction
-need be known.  All angles are those of the motor's side of the joint, in rad at the joint.
+with f the friction (as a set-point, with the sign of the motion).  The encoder says only between
+which two angles the motor is.  The observer predicts with this model, moves towards the middle of
+what the encoder allows, and learns f and a constant push `d` on the way, so that neither battery
+nor friction need be known.  All angles are those of the motor's side of the joint, in rad at the
+joint.
 """
 
 import math
@@ -26,7 +27,8 @@ ALONG = 0.61
 Gains = namedtuple(
     "Gains",
     "speed_per_duty lag friction position velocity "
-    "observe_position observe_velocity learn_push learn_friction deadband turning moving most_error",
+    "observe_position observe_velocity learn_push learn_friction deadband "
+    "turning moving most_error",
 )
 """Tuned on emulated plants (see README: which seeds); motor's degrees and percent of duty.
 
@@ -67,15 +69,14 @@ GAINS = {
 }
 """By kind of motor.  The medium one moves the pen, is faster, and so takes only a softer hand."""
 
-FORGOTTEN = 0.1
-"""After this time without a reading the joint is taken to be at rest, s."""
-
 BLIND, KEEP = 4.0, 0.9
-"""A still encoder is blind or blocked after this much motion (motor's deg) that should have been, of
+"""A still encoder is blind or blocked after this much motion (motor's deg) that should have been,
+of
 which each tick keeps this share: what friction holds back adds up to half of it."""
 
 FRICTION, PUSH = (3.0, 25.0), 8.0
-"""Bounds of what is learned, % of duty: in one steady motion the two cannot be told apart and drift."""
+"""Bounds of what is learned, % of duty: in one steady motion the two cannot be told apart and
+drift."""
 
 
 def _faded(speed, threshold):
@@ -116,7 +117,7 @@ class Follower(object):
     def observe(self, t, bounds):
         """Take in that at time `t` (s) the angle lies within `bounds` (rad)."""
         low, high = bounds
-        if self._t is None or t - self._t > FORGOTTEN:
+        if self._t is None:
             self.angle, self.speed, self._push = (low + high) / 2, 0.0, 0.0
             self._missed = 0.0
         else:
@@ -127,6 +128,10 @@ class Follower(object):
             self._missed = missed + abs(self.angle - allowed)
             self.angle = allowed
         self._t, self._bounds = t, bounds
+
+    def rest(self):
+        """The joint is held now; begin anew with the next reading."""
+        self._t = None
 
     @property
     def blind(self):

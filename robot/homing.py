@@ -1,7 +1,7 @@
-"""Finding the zero: gently against the hard stops, several times, from both sides where that is possible.
+"""Finding the zero: gently against the hard stops, several times, from both sides.
 
-A motor pushed against a stop stands on the far side of the play; from both sides, the play cancels and
-is measured on the way.
+A motor pushed against a stop stands on the far side of the play; from both sides, the play cancels
+and is measured on the way.
 """
 
 import math
@@ -16,7 +16,8 @@ FIRST_PUSH, SECOND_PUSH = 20.0, 14.0
 """Greatest force on the stop, % of duty: to find it, and to measure it."""
 
 SOFTNESS = 0.02
-"""Stiffness (% per deg/s) at which that force is approached: the softer, the faster the free run."""
+"""Stiffness (% per deg/s) at which that force is approached: the softer, the faster the free
+run."""
 
 BACK_OFF = math.radians(6)
 STILL_FOR = 0.16
@@ -26,7 +27,8 @@ AGREE = 3
 """Counts within which the touches of one stop must lie."""
 
 Found = namedtuple("Found", "joint zero play spread")
-"""Joint's name, counts at angle zero, measured play (rad; None from one side) and spread (counts)."""
+"""Joint's name, counts at angle zero, measured play (rad; None from one side) and spread
+(counts)."""
 
 
 class Blocked(ArmError):
@@ -87,8 +89,8 @@ def _set_zero(motor, joint, ends, spread):
         play = span - (joint.stop_upper - joint.stop_lower)
         if not -math.radians(2) < play < math.radians(20):
             raise Blocked(
-                "the {}'s stops are {:.1f} deg apart, the arm file says {:.1f} and up to 20 of play; "
-                "clear its way or measure the stops".format(
+                "the {}'s stops are {:.1f} deg apart, the arm file says {:.1f} and up to 20 of "
+                "play; clear its way or measure the stops".format(
                     joint.name,
                     math.degrees(span),
                     math.degrees(joint.stop_upper - joint.stop_lower),

@@ -104,8 +104,14 @@ def inverse(arm, p, elbow=None, near=None):
         if candidates and near is None:
             break
     if not candidates:
-        raise _forbidden(arm, p, [("elbow " + branch, solutions[branch])
-                                  for branch in ([elbow] if elbow else _elbows(arm))])
+        raise _forbidden(
+            arm,
+            p,
+            [
+                ("elbow " + branch, solutions[branch])
+                for branch in ([elbow] if elbow else _elbows(arm))
+            ],
+        )
     start = near if near is not None else [joint.home for joint in arm.joints]
     return min(candidates, key=lambda q: _travel(start, q))
 
@@ -124,6 +130,7 @@ def newton_inverse(arm, p, q0, tolerance=1e-6, max_iterations=100, max_step=0.5)
     max_step        greatest change of any joint in one step, rad
     Limits do not bend the way there; raises Unreachable where its end is outside them.
     """
+
     def exact(J, q, dq, dp):
         return jacobian(arm, q)
 
@@ -138,6 +145,7 @@ def broyden_inverse(arm, p, q0, tolerance=1e-6, max_iterations=100, max_step=0.5
     teach the most. Where only tiny steps help, if any, it is computed again.
     From far off that may take more than 100 iterations, though for fewer than 1 start in 1000.
     """
+
     def learned(J, q, dq, dp):
         return broyden_update(J, dq, dp)
 
@@ -149,7 +157,8 @@ def broyden_update(J, dq, dp):
     square = sum(d * d for d in dq)
     return tuple(
         tuple(a + (moved - _dot(row, dq)) * d / square for a, d in zip(row, dq))
-        for row, moved in zip(J, dp))
+        for row, moved in zip(J, dp)
+    )
 
 
 def _iterate(arm, p, q0, update, tolerance, max_iterations, max_step):
@@ -163,15 +172,20 @@ def _iterate(arm, p, q0, update, tolerance, max_iterations, max_step):
     trace = [Iterate(0, q, here, error)]
     while error > tolerance:
         if len(trace) > max_iterations:
-            raise Unreachable("{}: no solution after {} iterations from {} deg, still {:.3g} cm"
-                              " away; choose another start or point".format(
-                                  _shown(p), max_iterations, _degrees(q0), error))
+            raise Unreachable(
+                "{}: no solution after {} iterations from {} deg, still {:.3g} cm"
+                " away; choose another start or point".format(
+                    _shown(p), max_iterations, _degrees(q0), error
+                )
+            )
         e = [wanted - is_ for wanted, is_ in zip(p, here)]
         # Damping that fades with the error keeps the end of the way quadratic
         dq = _clamped(damped_solve(J, e, max(0.1 * error, LEAST_DAMPING)), radius)
         if _sideways_only(J, e):
-            dq = min(_ways_out(arm, J, radius), key=lambda way: _distance(
-                forward(arm, _added(q, way)), p))
+            dq = min(
+                _ways_out(arm, J, radius),
+                key=lambda way: _distance(forward(arm, _added(q, way)), p),
+            )
         there = _added(q, dq)
         reached = forward(arm, there)
         dp = [after - before for after, before in zip(reached, here)]
@@ -242,8 +256,10 @@ def solve(J, b, damping=0.0):
         pivot = max(range(k, n), key=lambda i: abs(rows[i][k]))
         rows[k], rows[pivot] = rows[pivot], rows[k]
         if not abs(rows[k][k]) > least:  # worded so that NaN ends here, too
-            raise Singular("the equations are singular (pivot {:.3g}); move the arm away from its"
-                           " stretched or folded pose".format(rows[k][k]))
+            raise Singular(
+                "the equations are singular (pivot {:.3g}); move the arm away from its"
+                " stretched or folded pose".format(rows[k][k])
+            )
         for i in range(k + 1, n):
             factor = rows[i][k] / rows[k][k]
             for j in range(k, n + 1):
@@ -296,8 +312,10 @@ def _planar_jacobian(arm, q):
     """A turn about an upright axis moves the tip across its lever arm (geometric Jacobian)."""
     positions = _planar_positions(arm, q)
     x, y = positions.pop()
-    return (tuple(joint_y - y for _, joint_y in positions),
-            tuple(x - joint_x for joint_x, _ in positions))
+    return (
+        tuple(joint_y - y for _, joint_y in positions),
+        tuple(x - joint_x for joint_x, _ in positions),
+    )
 
 
 def _planar_solutions(arm, p):
@@ -309,13 +327,19 @@ def _planar_solutions(arm, p):
     outer, hole = upper + fore, abs(upper - fore)
     distance = math.hypot(*p)
     if not hole - REACH_SLACK <= distance <= outer + REACH_SLACK:
-        where, advice = (("out of reach", "nearer") if distance > outer else
-                         ("in the hole in the middle", "farther out"))
-        raise Unreachable("{} is {:.6g} cm from the shoulder, {}: the links reach from {:.6g} to"
-                          " {:.6g} cm; choose a point {}".format(
-                              _shown(p), distance, where, hole, outer, advice))
-    bend = 2 * math.atan2(math.sqrt(max(0.0, (outer - distance) * (outer + distance))),
-                          math.sqrt(max(0.0, (distance - hole) * (distance + hole))))
+        where, advice = (
+            ("out of reach", "nearer")
+            if distance > outer
+            else ("in the hole in the middle", "farther out")
+        )
+        raise Unreachable(
+            "{} is {:.6g} cm from the shoulder, {}: the links reach from {:.6g} to"
+            " {:.6g} cm; choose a point {}".format(_shown(p), distance, where, hole, outer, advice)
+        )
+    bend = 2 * math.atan2(
+        math.sqrt(max(0.0, (outer - distance) * (outer + distance))),
+        math.sqrt(max(0.0, (distance - hole) * (distance + hole))),
+    )
     heading = math.atan2(p[1], p[0])
     inside = math.atan2(fore * math.sin(bend), upper + fore * math.cos(bend))
     return {"up": (heading - inside, bend), "down": (heading + inside, -bend)}
@@ -330,7 +354,8 @@ def _planar_singularity(q):
 _Chain = collections.namedtuple("_Chain", "positions jacobian solutions singularity coordinates")
 _CHAINS = {
     "planar": _Chain(
-        _planar_positions, _planar_jacobian, _planar_solutions, _planar_singularity, 2),
+        _planar_positions, _planar_jacobian, _planar_solutions, _planar_singularity, 2
+    ),
 }
 
 
@@ -338,8 +363,11 @@ def _chain(arm):
     try:
         return _CHAINS[arm.chain]
     except KeyError:
-        raise ArmError("{}: no kinematics for chain = {}; use one of {}".format(
-            arm.file, arm.chain, ", ".join(sorted(_CHAINS)))) from None
+        raise ArmError(
+            "{}: no kinematics for chain = {}; use one of {}".format(
+                arm.file, arm.chain, ", ".join(sorted(_CHAINS))
+            )
+        ) from None
 
 
 # ---- limits
@@ -354,14 +382,18 @@ def _check_point(arm, p):
     coordinates = _chain(arm).coordinates
     # Squares must stay finite, too
     if len(p) != coordinates or not all(abs(c) < 1e100 for c in p):
-        raise Unreachable("{}: a point is {} finite numbers, cm; give such a point".format(
-            _shown(p), coordinates))
+        raise Unreachable(
+            "{}: a point is {} finite numbers, cm; give such a point".format(_shown(p), coordinates)
+        )
 
 
 def _check_pose(arm, q):
     if len(q) != len(arm.joints) or not all(map(math.isfinite, q)):
-        raise ArmError("{} deg: a pose is {} finite angles; give such a pose".format(
-            _degrees(q), len(arm.joints)))
+        raise ArmError(
+            "{} deg: a pose is {} finite angles; give such a pose".format(
+                _degrees(q), len(arm.joints)
+            )
+        )
 
 
 def _elbows(arm):
@@ -370,8 +402,7 @@ def _elbows(arm):
 
 def _within_limits(arm, q):
     """Every q that differs from this one by full turns and is within the joint limits."""
-    return list(itertools.product(*(
-        _turned(joint, angle) for joint, angle in zip(arm.joints, q))))
+    return list(itertools.product(*(_turned(joint, angle) for joint, angle in zip(arm.joints, q))))
 
 
 def _turned(joint, angle):
@@ -384,16 +415,22 @@ def _forbidden(arm, p, poses):
     """The Unreachable that says, for each (name, q), which joint would break which limit."""
     reasons = []
     for name, q in poses:
-        joint, angle = next((joint, angle) for joint, angle in zip(arm.joints, q)
-                            if not _turned(joint, angle))
+        joint, angle = next(
+            (joint, angle) for joint, angle in zip(arm.joints, q) if not _turned(joint, angle)
+        )
         # Of the turns, the one that comes nearest to what is allowed
         middle = (joint.lower + joint.upper) / 2
         angle -= TURN * round((angle - middle) / TURN)
         side, limit = ("lower", joint.lower) if angle < middle else ("upper", joint.upper)
-        reasons.append("{} needs {} at {:.2f} deg, limit {} = {:.2f} deg".format(
-            name, joint.name, math.degrees(angle), side, math.degrees(limit)))
-    return Unreachable("{} is within reach of the links but not of the joint limits ({}); choose"
-                       " another point".format(_shown(p), "; ".join(reasons)))
+        reasons.append(
+            "{} needs {} at {:.2f} deg, limit {} = {:.2f} deg".format(
+                name, joint.name, math.degrees(angle), side, math.degrees(limit)
+            )
+        )
+    return Unreachable(
+        "{} is within reach of the links but not of the joint limits ({}); choose"
+        " another point".format(_shown(p), "; ".join(reasons))
+    )
 
 
 # ---- wording and distances

@@ -1,9 +1,9 @@
 """python-ev3dev2 and nothing above it: radians at the joint <-> motor counts.
 
-The only place that knows counts.  While a joint is followed, its motor runs `run-timed` with a speed
-set-point renewed every tick: should the program freeze or die, the motor's driver itself stops and
-holds it after DEAD_MAN.  The driver's integral action is switched off meanwhile, so that the set-point
-acts like a force with damping and our own loop has the only integrator.
+The only place that knows counts.  While a joint is followed, its motor runs `run-timed` with a
+speed set-point renewed every tick: should the program freeze or die, the motor's driver itself
+stops and holds it after DEAD_MAN.  The driver's integral action is switched off meanwhile, so that
+the set-point acts like a force with damping and our own loop has the only integrator.
 """
 
 import math
@@ -91,7 +91,8 @@ class JointMotor(object):
     def bounds(self):
         """Least and greatest angle that the encoder's reading allows, rad, ascending.
 
-        Counts are truncated towards zero from half counts, whose edges lie anywhere in the half count
+        Counts are truncated towards zero from half counts, whose edges lie anywhere in the half
+        count
         on average in its middle: a positive reading n means n - 1/4 .. n + 3/4.
         """
         n = self.counts()

@@ -1,8 +1,9 @@
 """A path in the plane becomes joint set-points in time; and the report's Jacobian steps.
 
-Pure: no I/O, no clock.  A *stroke* is a tuple of points (x, y), cm, so close together where it bends
-that straight lines between them will do; the tip moves along it without stopping.  Corners lie between
-strokes.  Letters: `q` joint angles rad, `dq` a step, `p` a tip position cm, `J` the Jacobian cm/rad.
+Pure: no I/O, no clock.  A *stroke* is a tuple of points (x, y), cm, so close together where it
+bends that straight lines between them will do; the tip moves along it without stopping.  Corners
+lie between strokes.  Letters: `q` joint angles rad, `dq` a step, `p` a tip position cm, `J` the
+Jacobian cm/rad.
 """
 
 import math
@@ -18,7 +19,8 @@ SPEED_UP = 0.2
 """Time in which the tip reaches its speed at the least, s."""
 
 JOINT_ACCELERATION = math.radians(200)
-"""Greatest acceleration of a joint, rad/s^2: a link slowed harder would run ahead through its play."""
+"""Greatest acceleration of a joint, rad/s^2: a link slowed harder would run ahead through its
+play."""
 
 TAKE_UP = 0.19
 """Least time to cross a joint's play, s."""
@@ -51,7 +53,9 @@ def _checked(points, fewest, what):
     for a, b in zip(points, points[1:]):
         if math.hypot(b[0] - a[0], b[1] - a[1]) < 1e-6:
             raise BadPath(
-                "{} has the point ({:g}, {:g}) twice in a row; leave one out".format(what, a[0], a[1])
+                "{} has the point ({:g}, {:g}) twice in a row; leave one out".format(
+                    what, a[0], a[1]
+                )
             )
     return points
 
@@ -97,8 +101,9 @@ def circle(centre, radius):
 def arc(points):
     """The smooth stroke through n >= 3 points.
 
-    Between two points it fades from the circle through them and the point before to the circle through
-    them and the point after; so points of one circle give that circle, points of a line that line.
+    Between two points it fades from the circle through them and the point before to the circle
+    through them and the point after; so points of one circle give that circle, points of a line
+    that line.
     """
     points = _checked(points, 3, "an arc")
     out = [points[0]]
@@ -228,7 +233,8 @@ class Trajectory(object):
 class JointMove(object):
     """A move of all joints together from rest to rest, wherever that takes the tip.
 
-    Each joint's way is the quintic with speed and acceleration 0 at both ends.  A Trajectory otherwise.
+    Each joint's way is the quintic with speed and acceleration 0 at both ends.  A Trajectory
+    otherwise.
 
     Args:
         start, end: joint angles, rad.
@@ -261,11 +267,11 @@ class JointMove(object):
 
 
 class TakingUpBacklash(object):
-    """What the motors must do for the links to follow a trajectory: the play is taken up as they turn.
+    """What the motors must do for the links to follow a trajectory in spite of play.
 
-    A link pushed in the positive direction lags its motor by half the play, in the negative direction
-    it leads.  The play is crossed before the start where the first direction differs from where the
-    play lies, and around every reversal, where the link all but stands.
+    A link pushed in the positive direction lags its motor by half the play, in the negative
+    direction it leads.  The play is crossed before the start where the first direction differs from
+    where the play lies, and around every reversal, where the link all but stands.
 
     Args:
         joints: the arm's shared.arm_description.Joints.
@@ -305,9 +311,7 @@ class TakingUpBacklash(object):
         """The Setpoint of the motors' side at time `t` (s); its `p` is the tip's."""
         set_point = self._motion.at(t)
         q, q_dot = [], []
-        for angle, speed, (offset, crossings) in zip(
-            set_point.q, set_point.q_dot, self._crossings
-        ):
+        for angle, speed, (offset, crossings) in zip(set_point.q, set_point.q_dot, self._crossings):
             for begin, time, step in crossings:
                 x = min(max((t - begin) / time, 0.0), 1.0)
                 offset += step * x * x * (3 - 2 * x)
@@ -387,13 +391,11 @@ def plan(arm, strokes, speed, elbow=None):
 def _timed(arm, points, joints, speed):
     """Trapezoidal speed, slowed where a joint would be too fast.
 
-    Forward and backward pass over the greatest admissible speed along the path, after Bobrow, Dubowsky
-    and Gibson 1985, with the limits taken as constants.
+    Forward and backward pass over the greatest admissible speed along the path, after Bobrow,
+    Dubowsky and Gibson 1985, with the limits taken as constants.
     """
     ds = [math.hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(points, points[1:])]
-    slopes = [
-        [(b - a) / d for a, b in zip(q0, q1)] for q0, q1, d in zip(joints, joints[1:], ds)
-    ]
+    slopes = [[(b - a) / d for a, b in zip(q0, q1)] for q0, q1, d in zip(joints, joints[1:], ds)]
     fastest = [joint.max_speed for joint in arm.joints]
     caps = [
         min([speed] + [top / abs(s) for top, s in zip(fastest, slope) if s]) for slope in slopes
@@ -446,7 +448,7 @@ def jacobian_step(arm, q, dy):
 
 
 def has_arrived(start, goal, p):
-    """Whether the report's steps are over: within ARRIVED of the goal, or past it along the line."""
+    """Whether the report's steps are over: within ARRIVED of the goal, or past it."""
     dx, dy = goal[0] - start[0], goal[1] - start[1]
     if math.hypot(goal[0] - p[0], goal[1] - p[1]) <= ARRIVED:
         return True

@@ -1,8 +1,8 @@
 """Where the joints' zero is: remembered in a small file, believed only while the encoders agree.
 
-The encoders forget when the brick is switched off, and are reset after the Back button.  So the file
-holds, beside the counts at joint angle zero, the counts at which the arm was parked; while it moves,
-it is on record as not parked.
+The encoders forget when the brick is switched off, and are reset after the Back button.  So the
+file holds, beside the counts at joint angle zero, the counts at which the arm was parked; while it
+moves, it is on record as not parked.
 """
 
 import json
@@ -51,20 +51,25 @@ class Zero(object):
             zero = {port: float(state["zero"][port]) for port in counts}
             parked = state["parked"]
             parked = parked and {port: float(parked[port]) for port in counts}
-            if not all(math.isfinite(n) for n in list(zero.values()) + list((parked or {}).values())):
+            if not all(
+                math.isfinite(n) for n in list(zero.values()) + list((parked or {}).values())
+            ):
                 raise ValueError("not a number of counts")
         except FileNotFoundError:
             raise NotHomed("the arm has not been homed, so its zero is unknown" + advice) from None
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
-            raise NotHomed("{} cannot be read, so the zero is unknown{}".format(self.file, advice)) from None
+            raise NotHomed(
+                "{} cannot be read, so the zero is unknown{}".format(self.file, advice)
+            ) from None
         if not parked:
-            raise NotHomed("the last program ended without parking the arm, its zero is in doubt" + advice)
+            raise NotHomed(
+                "the last program ended without parking the arm, its zero is in doubt" + advice
+            )
         for port in sorted(counts):
             if abs(counts[port] - parked[port]) > AGREES:
                 raise NotHomed(
-                    "motor {} reads {:.0f} but was parked at {:.0f}: switched off or turned since{}".format(
-                        port, counts[port], parked[port], advice
-                    )
+                    "motor {} reads {:.0f} but was parked at {:.0f}: switched off or turned "
+                    "since{}".format(port, counts[port], parked[port], advice)
                 )
         return zero
 

@@ -1,0 +1,1 @@
+"""Used by both sides: the arm's description, and what goes between laptop and brick."""

@@ -100,8 +100,12 @@ def read_arm(path):
     parser = _parse(path)
     for section in parser.sections():
         if section != "arm" and section not in _known_sections(parser):
-            raise _bad(path, section, None, "is an unknown section; known here: {}".format(
-                ", ".join(_known_sections(parser))))
+            raise _bad(
+                path,
+                section,
+                None,
+                "is an unknown section; known here: {}".format(", ".join(_known_sections(parser))),
+            )
     arm = _read_section(path, parser, "arm", ARM_KEYS)
     names = CHAINS[arm["chain"]]
     joints = tuple(_read_joint(path, parser, name) for name in names)
@@ -200,20 +204,27 @@ def _parse(path):
     except UnicodeDecodeError:
         raise _bad(path, None, None, "is not a text file (UTF-8)") from None
     except OSError as error:
-        raise BadArmFile("{}: cannot be read ({}); give the path of an arm file".format(
-            _shown_path(path), error.strerror)) from None
+        raise BadArmFile(
+            "{}: cannot be read ({}); give the path of an arm file".format(
+                _shown_path(path), error.strerror
+            )
+        ) from None
     except configparser.DuplicateSectionError as error:
-        raise _bad(path, error.section, None, "is there twice (line {})".format(
-            error.lineno)) from None
+        raise _bad(
+            path, error.section, None, "is there twice (line {})".format(error.lineno)
+        ) from None
     except configparser.DuplicateOptionError as error:
-        raise _bad(path, error.section, error.option, "is there twice (line {})".format(
-            error.lineno)) from None
+        raise _bad(
+            path, error.section, error.option, "is there twice (line {})".format(error.lineno)
+        ) from None
     except configparser.MissingSectionHeaderError as error:
-        raise _bad(path, None, None, "line {} is outside any [section]".format(
-            error.lineno)) from None
+        raise _bad(
+            path, None, None, "line {} is outside any [section]".format(error.lineno)
+        ) from None
     except configparser.ParsingError as error:
-        raise _bad(path, None, None, "line {} is not of the form key = value".format(
-            error.errors[0][0])) from None
+        raise _bad(
+            path, None, None, "line {} is not of the form key = value".format(error.errors[0][0])
+        ) from None
     return parser
 
 
@@ -226,13 +237,22 @@ def _known_sections(parser):
 def _read_section(path, parser, section, keys):
     """Dict of the section's values, every key read by its rule."""
     if not parser.has_section(section):
-        raise _bad(path, section, None, "is missing; needed are the keys {}".format(
-            ", ".join(key for key, _ in keys)))
+        raise _bad(
+            path,
+            section,
+            None,
+            "is missing; needed are the keys {}".format(", ".join(key for key, _ in keys)),
+        )
     known = [key for key, _ in keys]
     for key in parser.options(section):
         if key not in known:
-            raise _bad(path, section, key, "is an unknown key; known here: {}".format(
-                ", ".join(known)), parser)
+            raise _bad(
+                path,
+                section,
+                key,
+                "is an unknown key; known here: {}".format(", ".join(known)),
+                parser,
+            )
     values = {}
     for key, rule in keys:
         try:
@@ -262,18 +282,28 @@ def _read_joint(path, parser, name):
         refuse("home", "must be within the limits, from {} to {}", "lower", "upper")
     for stop in STOPS_TOUCHED[joint.find_home]:
         if getattr(joint, stop) is None:
-            refuse("find_home", "touches a stop that is not there, {} = none; without it use {}"
-                   .format(stop, " or ".join(_ways_home(joint))))
+            refuse(
+                "find_home",
+                "touches a stop that is not there, {} = none; without it use {}".format(
+                    stop, " or ".join(_ways_home(joint))
+                ),
+            )
     fastest = MOTOR_SPEEDS[joint.motor] / joint.gear
     if joint.max_speed > fastest * _DEGREE:
-        refuse("max_speed", "must be a number from 1 to {:g} for this motor with gear = {{}}"
-               .format(fastest), "gear")
+        refuse(
+            "max_speed",
+            "must be a number from 1 to {:g} for this motor with gear = {{}}".format(fastest),
+            "gear",
+        )
     return joint
 
 
 def _ways_home(joint):
-    return [way for way in FIND_HOME
-            if all(getattr(joint, stop) is not None for stop in STOPS_TOUCHED[way])]
+    return [
+        way
+        for way in FIND_HOME
+        if all(getattr(joint, stop) is not None for stop in STOPS_TOUCHED[way])
+    ]
 
 
 def _read_pen(path, parser):
@@ -288,8 +318,13 @@ def _check_ports(path, parser, sections):
     for section in sections:
         port = parser.get(section, "port")
         if port in taken:
-            raise _bad(path, section, "port", "is taken by [{}]; each motor needs a port of its"
-                       " own, A to D".format(taken[port]), parser)
+            raise _bad(
+                path,
+                section,
+                "port",
+                "is taken by [{}]; each motor needs a port of its own, A to D".format(taken[port]),
+                parser,
+            )
         taken[port] = section
 
 
@@ -309,8 +344,11 @@ def _bad(path, section, key, problem, parser=None):
 
 
 def _no_such_file(path):
-    return BadArmFile("{}: there is no such arm file; give the path of one or a name that comes"
-                      " along: {}".format(_shown_path(path), ", ".join(_arms_that_come_along())))
+    return BadArmFile(
+        "{}: there is no such arm file; give the path of one or a name that comes along: {}".format(
+            _shown_path(path), ", ".join(_arms_that_come_along())
+        )
+    )
 
 
 def _arms_that_come_along():
@@ -320,7 +358,7 @@ def _arms_that_come_along():
 def _shown_path(path):
     """Short where it can be: relative to the folder in which the program was started."""
     here = os.getcwd() + os.sep
-    return _one_line(path[len(here):] if path.startswith(here) else path, 200)
+    return _one_line(path[len(here) :] if path.startswith(here) else path, 200)
 
 
 def _one_line(text, longest=60):

@@ -55,7 +55,7 @@ def from_line(p, line):
     return abs((p[0] - ax) * (by - ay) - (p[1] - ay) * (bx - ax)) / math.hypot(bx - ax, by - ay)
 
 
-class Rig(object):
+class Rig:
     """A brick that wakes up parked, and a Driver on it.
 
     Args:
@@ -80,7 +80,7 @@ class Rig(object):
             self._listen(motor)
         if homed:
             zero = zero_of(self.arm, start)
-            self.state.save(zero, {port: 0 for port in zero})
+            self.state.save(zero, dict.fromkeys(zero, 0))
 
     def _listen(self, motor):
         write = motor.write

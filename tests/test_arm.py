@@ -3,13 +3,13 @@
 import math
 
 import pytest
+from rig import REPORT_LINES, degrees, described, switched_on, zero_of
 
 from robot.arm import RobotArm, Stalled, TooSlow
 from robot.kinematics import Unreachable, forward
 from robot.motors import MotorNotFound
 from robot.trajectory import JointMove, plan, polyline
 from robot.zero import NotHomed, StateNotSaved
-from rig import REPORT_LINES, degrees, described, switched_on, zero_of
 
 ARMS = pytest.mark.parametrize("name", ["planar", "geared"])
 
@@ -19,7 +19,7 @@ def far(a, b):
     return max(abs(math.degrees(x - y)) for x, y in zip(a, b))
 
 
-class CountingClock(object):
+class CountingClock:
     """The world's clock; remembers how many accesses were made between two sleeps, and when."""
 
     def __init__(self, rig):

@@ -70,15 +70,29 @@ def test_planar_comes_along():
     assert (arm.name, arm.chain, arm.elbow) == ("planar", "planar", "up")
     shoulder, elbow = arm.joints
     assert (shoulder.name, shoulder.link, shoulder.port, shoulder.motor) == (
-        "shoulder", 11.3, "A", "large")
+        "shoulder",
+        11.3,
+        "A",
+        "large",
+    )
     assert (elbow.name, elbow.link, elbow.port, elbow.motor) == ("elbow", 9.5, "B", "large")
     assert (shoulder.gear, shoulder.direction, shoulder.find_home) == (1, 1, "both")
-    in_degrees = [math.degrees(angle) for angle in (
-        shoulder.lower, shoulder.upper, shoulder.stop_lower, shoulder.stop_upper,
-        shoulder.backlash, shoulder.max_speed, shoulder.home)]
+    in_degrees = [
+        math.degrees(angle)
+        for angle in (
+            shoulder.lower,
+            shoulder.upper,
+            shoulder.stop_lower,
+            shoulder.stop_upper,
+            shoulder.backlash,
+            shoulder.max_speed,
+            shoulder.home,
+        )
+    ]
     assert in_degrees == pytest.approx([-90, 170, -100, 180, 2, 180, 0])
-    assert [math.degrees(a) for a in (elbow.lower, elbow.upper, elbow.stop_lower,
-                                      elbow.stop_upper)] == pytest.approx([-150, 150, -160, 160])
+    assert [
+        math.degrees(a) for a in (elbow.lower, elbow.upper, elbow.stop_lower, elbow.stop_upper)
+    ] == pytest.approx([-150, 150, -160, 160])
     assert arm.pen == Pen("C", "medium", 0.0, pytest.approx(math.radians(60)))
 
 
@@ -119,105 +133,220 @@ def test_everything_is_frozen(tmp_path):
             setattr(value, field, 1)
 
 
-@pytest.mark.parametrize(("text", "check"), [
-    pytest.param(GOOD.split("[pen]")[0], lambda arm: arm.pen is None, id="no pen"),
-    pytest.param("\ufeff" + GOOD, lambda arm: arm.name == "mine", id="byte order mark"),
-    pytest.param(GOOD.replace("\n", "\r\n"), lambda arm: arm.elbow == "up", id="Windows lines"),
-    pytest.param(GOOD.replace("gear = 1", "gear = 3  ; = 24 : 8"),
-                 lambda arm: arm.joints[0].gear == 3, id="comment with ;"),
-    pytest.param(GOOD.replace("gear = 1", "gear = 3  # 50 % slower"),
-                 lambda arm: arm.joints[0].gear == 3, id="comment with #"),
-    pytest.param(changed("elbow", "direction", "direction = +1"),
-                 lambda arm: arm.joints[1].direction == 1, id="plus one"),
-    pytest.param(changed("elbow", "stop_upper", "stop_upper = none").replace(
-                     "find_home = both\n\n[pen]", "find_home = lower\n\n[pen]"),
-                 lambda arm: arm.joints[1].stop_upper is None, id="one stop"),
-    pytest.param(changed("shoulder", "max_speed", "max_speed = 1050"),
-                 lambda arm: True, id="as fast as the motor"),
-    pytest.param(changed("shoulder", "lower", "lower = -100"), lambda arm: True, id="up to a stop"),
-    pytest.param(changed("elbow", "backlash", "backlash = 0"),
-                 lambda arm: arm.joints[1].backlash == 0, id="least value"),
-    pytest.param(changed("elbow", "backlash", "backlash = 20"),
-                 lambda arm: arm.joints[1].backlash == math.radians(20), id="greatest value"),
-])
+@pytest.mark.parametrize(
+    ("text", "check"),
+    [
+        pytest.param(GOOD.split("[pen]")[0], lambda arm: arm.pen is None, id="no pen"),
+        pytest.param("\ufeff" + GOOD, lambda arm: arm.name == "mine", id="byte order mark"),
+        pytest.param(GOOD.replace("\n", "\r\n"), lambda arm: arm.elbow == "up", id="Windows lines"),
+        pytest.param(
+            GOOD.replace("gear = 1", "gear = 3  ; = 24 : 8"),
+            lambda arm: arm.joints[0].gear == 3,
+            id="comment with ;",
+        ),
+        pytest.param(
+            GOOD.replace("gear = 1", "gear = 3  # 50 % slower"),
+            lambda arm: arm.joints[0].gear == 3,
+            id="comment with #",
+        ),
+        pytest.param(
+            changed("elbow", "direction", "direction = +1"),
+            lambda arm: arm.joints[1].direction == 1,
+            id="plus one",
+        ),
+        pytest.param(
+            changed("elbow", "stop_upper", "stop_upper = none").replace(
+                "find_home = both\n\n[pen]", "find_home = lower\n\n[pen]"
+            ),
+            lambda arm: arm.joints[1].stop_upper is None,
+            id="one stop",
+        ),
+        pytest.param(
+            changed("shoulder", "max_speed", "max_speed = 1050"),
+            lambda arm: True,
+            id="as fast as the motor",
+        ),
+        pytest.param(
+            changed("shoulder", "lower", "lower = -100"), lambda arm: True, id="up to a stop"
+        ),
+        pytest.param(
+            changed("elbow", "backlash", "backlash = 0"),
+            lambda arm: arm.joints[1].backlash == 0,
+            id="least value",
+        ),
+        pytest.param(
+            changed("elbow", "backlash", "backlash = 20"),
+            lambda arm: arm.joints[1].backlash == math.radians(20),
+            id="greatest value",
+        ),
+    ],
+)
 def test_what_a_file_may_say(tmp_path, text, check):
     assert check(read_arm(written(tmp_path, text)))
 
 
 SHOULDER = "[shoulder] "
 MALFORMED = [
-    ("not a number", changed("shoulder", "gear", "gear = five"),
-     SHOULDER + "gear = five: must be a number from 0.1 to 100"),
-    ("decimal comma", changed("shoulder", "link", "link = 11,3"),
-     SHOULDER + "link = 11,3: must be a number from 1 to 100"),
-    ("negative gear", changed("shoulder", "gear", "gear = -3"),
-     SHOULDER + "gear = -3: must be a number from 0.1 to 100"),
-    ("zero link", changed("elbow", "link", "link = 0"),
-     "[elbow] link = 0: must be a number from 1"),
-    ("NaN", changed("shoulder", "upper", "upper = nan"),
-     SHOULDER + "upper = nan: must be a number from -360 to 360"),
-    ("infinity", changed("shoulder", "max_speed", "max_speed = inf"),
-     SHOULDER + "max_speed = inf: must be a number from 1 to"),
+    (
+        "not a number",
+        changed("shoulder", "gear", "gear = five"),
+        SHOULDER + "gear = five: must be a number from 0.1 to 100",
+    ),
+    (
+        "decimal comma",
+        changed("shoulder", "link", "link = 11,3"),
+        SHOULDER + "link = 11,3: must be a number from 1 to 100",
+    ),
+    (
+        "negative gear",
+        changed("shoulder", "gear", "gear = -3"),
+        SHOULDER + "gear = -3: must be a number from 0.1 to 100",
+    ),
+    (
+        "zero link",
+        changed("elbow", "link", "link = 0"),
+        "[elbow] link = 0: must be a number from 1",
+    ),
+    (
+        "NaN",
+        changed("shoulder", "upper", "upper = nan"),
+        SHOULDER + "upper = nan: must be a number from -360 to 360",
+    ),
+    (
+        "infinity",
+        changed("shoulder", "max_speed", "max_speed = inf"),
+        SHOULDER + "max_speed = inf: must be a number from 1 to",
+    ),
     ("no value", changed("shoulder", "gear", "gear ="), SHOULDER + "gear = : must be a number"),
     ("only a comment", changed("shoulder", "gear", "gear = ; five"), "gear = : must be a number"),
-    ("negative backlash", changed("elbow", "backlash", "backlash = -1"),
-     "[elbow] backlash = -1: must be a number from 0 to 20"),
-    ("great backlash", changed("elbow", "backlash", "backlash = 21"),
-     "[elbow] backlash = 21: must be a number from 0 to 20"),
-    ("direction", changed("elbow", "direction", "direction = 2"),
-     "[elbow] direction = 2: must be one of 1, +1, -1"),
-    ("port letter", changed("elbow", "port", "port = E"),
-     "[elbow] port = E: must be one of A, B, C, D"),
-    ("port twice", changed("elbow", "port", "port = A"),
-     "[elbow] port = A: is taken by [shoulder]; each motor needs a port of its own, A to D"),
-    ("port of the pen", changed("pen", "port", "port = B"),
-     "[pen] port = B: is taken by [elbow]"),
-    ("motor", changed("elbow", "motor", "motor = huge"),
-     "[elbow] motor = huge: must be one of large, medium"),
-    ("find_home", changed("elbow", "find_home", "find_home = left"),
-     "[elbow] find_home = left: must be one of both, lower, upper, here"),
-    ("chain", changed("arm", "chain", "chain = snake"),
-     "[arm] chain = snake: must be one of planar"),
-    ("speed", changed("arm", "speed", "speed = 0"),
-     "[arm] speed = 0: must be a number from 0.1 to 50"),
-    ("branch", changed("arm", "elbow", "elbow = left"),
-     "[arm] elbow = left: must be one of up, down"),
-    ("limits the wrong way round", changed("shoulder", "lower", "lower = 171"),
-     SHOULDER + "lower = 171: must be below upper = 170"),
+    (
+        "negative backlash",
+        changed("elbow", "backlash", "backlash = -1"),
+        "[elbow] backlash = -1: must be a number from 0 to 20",
+    ),
+    (
+        "great backlash",
+        changed("elbow", "backlash", "backlash = 21"),
+        "[elbow] backlash = 21: must be a number from 0 to 20",
+    ),
+    (
+        "direction",
+        changed("elbow", "direction", "direction = 2"),
+        "[elbow] direction = 2: must be one of 1, +1, -1",
+    ),
+    (
+        "port letter",
+        changed("elbow", "port", "port = E"),
+        "[elbow] port = E: must be one of A, B, C, D",
+    ),
+    (
+        "port twice",
+        changed("elbow", "port", "port = A"),
+        "[elbow] port = A: is taken by [shoulder]; each motor needs a port of its own, A to D",
+    ),
+    ("port of the pen", changed("pen", "port", "port = B"), "[pen] port = B: is taken by [elbow]"),
+    (
+        "motor",
+        changed("elbow", "motor", "motor = huge"),
+        "[elbow] motor = huge: must be one of large, medium",
+    ),
+    (
+        "find_home",
+        changed("elbow", "find_home", "find_home = left"),
+        "[elbow] find_home = left: must be one of both, lower, upper, here",
+    ),
+    (
+        "chain",
+        changed("arm", "chain", "chain = snake"),
+        "[arm] chain = snake: must be one of planar",
+    ),
+    (
+        "speed",
+        changed("arm", "speed", "speed = 0"),
+        "[arm] speed = 0: must be a number from 0.1 to 50",
+    ),
+    (
+        "branch",
+        changed("arm", "elbow", "elbow = left"),
+        "[arm] elbow = left: must be one of up, down",
+    ),
+    (
+        "limits the wrong way round",
+        changed("shoulder", "lower", "lower = 171"),
+        SHOULDER + "lower = 171: must be below upper = 170",
+    ),
     ("limits equal", changed("shoulder", "lower", "lower = 170"), "must be below upper = 170"),
-    ("lower beyond its stop", changed("shoulder", "lower", "lower = -101"),
-     SHOULDER + "lower = -101: must not be beyond the hard stop, stop_lower = -100"),
-    ("upper beyond its stop", changed("shoulder", "upper", "upper = 181"),
-     SHOULDER + "upper = 181: must not be beyond the hard stop, stop_upper = 180"),
-    ("home below the limits", changed("shoulder", "home", "home = -91"),
-     SHOULDER + "home = -91: must be within the limits, from -90 to 170"),
-    ("home above the limits", changed("shoulder", "home", "home = 171"),
-     "home = 171: must be within"),
-    ("stop that is not there", changed("shoulder", "stop_upper", "stop_upper = none"),
-     SHOULDER + "find_home = both: touches a stop that is not there, stop_upper = none;"
-     " without it use lower or here"),
-    ("stop neither angle nor none", changed("shoulder", "stop_upper", "stop_upper = no"),
-     SHOULDER + "stop_upper = no: must be a number from -360 to 360, or none"),
-    ("faster than the motor", changed("shoulder", "gear", "gear = 10"),
-     SHOULDER + "max_speed = 180: must be a number from 1 to 105 for this motor with gear = 10"),
-    ("pen does not move", changed("pen", "down", "down = 0"),
-     "[pen] down = 0: must differ from up"),
-    ("missing key", changed("elbow", "backlash", None),
-     "[elbow] backlash: is missing; it must be a number from 0 to 20"),
+    (
+        "lower beyond its stop",
+        changed("shoulder", "lower", "lower = -101"),
+        SHOULDER + "lower = -101: must not be beyond the hard stop, stop_lower = -100",
+    ),
+    (
+        "upper beyond its stop",
+        changed("shoulder", "upper", "upper = 181"),
+        SHOULDER + "upper = 181: must not be beyond the hard stop, stop_upper = 180",
+    ),
+    (
+        "home below the limits",
+        changed("shoulder", "home", "home = -91"),
+        SHOULDER + "home = -91: must be within the limits, from -90 to 170",
+    ),
+    (
+        "home above the limits",
+        changed("shoulder", "home", "home = 171"),
+        "home = 171: must be within",
+    ),
+    (
+        "stop that is not there",
+        changed("shoulder", "stop_upper", "stop_upper = none"),
+        SHOULDER + "find_home = both: touches a stop that is not there, stop_upper = none;"
+        " without it use lower or here",
+    ),
+    (
+        "stop neither angle nor none",
+        changed("shoulder", "stop_upper", "stop_upper = no"),
+        SHOULDER + "stop_upper = no: must be a number from -360 to 360, or none",
+    ),
+    (
+        "faster than the motor",
+        changed("shoulder", "gear", "gear = 10"),
+        SHOULDER + "max_speed = 180: must be a number from 1 to 105 for this motor with gear = 10",
+    ),
+    (
+        "pen does not move",
+        changed("pen", "down", "down = 0"),
+        "[pen] down = 0: must differ from up",
+    ),
+    (
+        "missing key",
+        changed("elbow", "backlash", None),
+        "[elbow] backlash: is missing; it must be a number from 0 to 20",
+    ),
     ("missing key of the pen", changed("pen", "up", None), "[pen] up: is missing"),
-    ("missing section", GOOD.split("[elbow]")[0],
-     "[elbow] is missing; needed are the keys link, "),
+    ("missing section", GOOD.split("[elbow]")[0], "[elbow] is missing; needed are the keys link, "),
     ("empty file", "", "[arm] is missing; needed are the keys chain, elbow"),
-    ("unknown key", changed("elbow", "gear", "gear = 1\ngaer = 2"),
-     "[elbow] gaer = 2: is an unknown key; known here: link, port, motor, gear,"),
-    ("unknown section", GOOD.replace("[pen]", "[pan]"),
-     "[pan] is an unknown section; known here: arm, shoulder, elbow, pen"),
+    (
+        "unknown key",
+        changed("elbow", "gear", "gear = 1\ngaer = 2"),
+        "[elbow] gaer = 2: is an unknown key; known here: link, port, motor, gear,",
+    ),
+    (
+        "unknown section",
+        GOOD.replace("[pen]", "[pan]"),
+        "[pan] is an unknown section; known here: arm, shoulder, elbow, pen",
+    ),
     ("defaults", "[DEFAULT]\ngear = 2\n" + GOOD, "[DEFAULT] is an unknown section"),
-    ("key twice", changed("elbow", "gear", "gear = 1\ngear = 2"),
-     "[elbow] gear: is there twice (line 26)"),
+    (
+        "key twice",
+        changed("elbow", "gear", "gear = 1\ngear = 2"),
+        "[elbow] gear: is there twice (line 26)",
+    ),
     ("section twice", GOOD + "[elbow]\n", "[elbow] is there twice (line 41)"),
-    ("value over two lines", changed("elbow", "gear", "gear = 1\n  2"),
-     "[elbow] gear = 1\\n2: must be a number"),
+    (
+        "value over two lines",
+        changed("elbow", "gear", "gear = 1\n  2"),
+        "[elbow] gear = 1\\n2: must be a number",
+    ),
     ("long value", changed("elbow", "gear", "gear = " + "9" * 5000), "[elbow] gear = 999"),
     ("before any section", "gear = 1\n", "line 1 is outside any [section]"),
     ("not INI", "[arm]\nhello\n", "line 2 is not of the form key = value"),
@@ -228,8 +357,9 @@ MALFORMED = [
 ]
 
 
-@pytest.mark.parametrize(("text", "expected"), [case[1:] for case in MALFORMED],
-                         ids=[case[0] for case in MALFORMED])
+@pytest.mark.parametrize(
+    ("text", "expected"), [case[1:] for case in MALFORMED], ids=[case[0] for case in MALFORMED]
+)
 def test_a_malformed_file_is_refused_in_one_line(tmp_path, monkeypatch, text, expected):
     assert text != GOOD
     written(tmp_path, text)

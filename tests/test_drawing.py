@@ -67,6 +67,11 @@ def test_resting_does_not_dilute_the_rms():
     assert rested.seconds == pytest.approx(31.0)
 
 
+def test_creeping_counts_as_much_as_hurrying():
+    m = the_measure([*along((0, 0), (5, 0), 20), *along((5, 0.2), (10, 0.2), 5000)], LINE)
+    assert m.rms_mm == pytest.approx(2 / math.sqrt(2), rel=0.03)
+
+
 def test_ink_past_the_end_counts():
     m = the_measure(along((-0.2, 0), (10.4, 0)), LINE)
     assert m.greatest_mm == pytest.approx(4)
@@ -79,6 +84,12 @@ def test_what_was_left_out_is_missed():
     m = the_measure(along((0, 0), (7, 0)), LINE)
     assert m.greatest_mm == pytest.approx(0)
     assert (m.end_mm, m.missed_mm) == pytest.approx((30, 30))
+
+
+def test_what_a_detour_left_out_is_missed():
+    m = the_measure([(0, 0), (5, 3), (10, 0)], LINE)
+    assert m.missed_mm == pytest.approx(10 * 5 * math.sin(math.atan2(3, 5)), abs=0.1)
+    assert m.greatest_mm == pytest.approx(30)
 
 
 def test_a_cut_corner_is_as_far_from_both_sides():
@@ -162,9 +173,9 @@ def test_hatching_that_is_off_by_more_than_half_its_pitch_is_not_shifted():
     assert [m.greatest_mm for m in measure(record(*inks), HATCH)] == pytest.approx([2] * 6)
 
 
-def test_a_stroke_across_is_not_taken_for_the_path_it_touches():
-    across = along((7.4, 4.6), (7.6, 5.4))  # lies on A and B, and is neither
-    found = measure(record(across, drawn(B), drawn(A)), [A, B])
+def test_a_dab_is_not_taken_for_the_path_it_lies_on():
+    dab = along((7.6, 4.8), (7.4, 5.2))  # nearer to A than the ink that was drawn for it
+    found = measure(record(dab, drawn(B), drawn(A)), [A, B])
     assert [m.missed_mm < 3 for m in found] == [True, True]
 
 

@@ -5,12 +5,12 @@ import os
 import re
 
 import pytest
+from rig import DRIVER, REPORT_LINES, Shell, degrees, described, from_line, switched_on
 
 from robot.arm import RobotArm
 from robot.driver import Driver
 from robot.kinematics import Unreachable
 from robot.trajectory import arc, circle, polyline, rectangle
-from rig import DRIVER, REPORT_LINES, Shell, degrees, described, from_line, switched_on
 
 ARMS = pytest.mark.parametrize("name", ["planar", "geared"])
 THREE = pytest.mark.parametrize("line", REPORT_LINES, ids=["line 1", "line 2", "line 3"])
@@ -41,8 +41,8 @@ def apart(sample, p):
 def floor(arm, line, elbow="up"):
     """Half a count at each joint in the worst sign, across the line, at its largest; mm.
 
-    Written down from the geometry: the shoulder moves the tip across its distance from the base, the
-    elbow across the forearm.
+    Written down from the geometry: the shoulder moves the tip across its distance from the base,
+    the elbow across the forearm.
     """
     (ax, ay), (bx, by) = line
     length = math.hypot(bx - ax, by - ay)
@@ -112,7 +112,7 @@ def test_both_elbows_draw_the_same_line(tmp_path, name, elbow):
 @pytest.mark.parametrize("seed", [21, 22, 23])
 def test_on_plants_that_are_not_the_nominal_one(tmp_path, seed):
     line = REPORT_LINES[0]
-    with switched_on(tmp_path, "planar", "seed={}".format(seed)) as rig:
+    with switched_on(tmp_path, "planar", f"seed={seed}") as rig:
         rig.driver().draw_line(*line)
     (ink,) = rig.ink()
     assert greatest(ink, line) < 2.5 * floor(rig.arm, line)
@@ -196,6 +196,19 @@ def test_a_pen_where_it_should_be_is_not_moved_again(tmp_path):
         before = len(rig.writes)
         driver.pen_up()
         assert len(rig.writes) == before
+
+
+def test_a_pen_left_on_the_paper_is_lifted_before_anything_moves(tmp_path):
+    """The program before was stopped in mid-line."""
+    line = REPORT_LINES[0]
+    with switched_on(tmp_path) as rig:
+        first = rig.driver()
+        first.pen_down()
+        first.arm.park()
+        rig.driver().draw_line(*line)
+    blot, ink = rig.ink()
+    assert max(apart(sample, (20.8, 0)) for sample in blot) < 1.0
+    assert greatest(ink, line) < 4.0
 
 
 def test_an_arm_without_a_pen_motor_draws_all_the_same(tmp_path):
@@ -381,9 +394,20 @@ def test_bad_arguments_are_refused_in_one_line(shell, words, says):
 def test_help_is_for_people(shell):
     shown = shell.run("--help")
     assert shown.status == 0
-    for (
-        word
-    ) in "where home move line polyline arc circle rectangle --method --speed --elbow cm".split():
+    for word in [
+        "where",
+        "home",
+        "move",
+        "line",
+        "polyline",
+        "arc",
+        "circle",
+        "rectangle",
+        "--method",
+        "--speed",
+        "--elbow",
+        "cm",
+    ]:
         assert word in shown.out
     assert shown.err == ""
     assert shown.accesses == 0

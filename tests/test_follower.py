@@ -4,14 +4,14 @@ import math
 
 import pytest
 
-from robot.follower import FORGOTTEN, GAINS, LEAD, STIFFNESS, Follower
+from robot.follower import GAINS, LEAD, STIFFNESS, Follower
 
 TICK = 0.02
 SPEED_PER_DUTY, LAG = 9.1, 0.096  # deg/s per %, s: an EV3 large motor at 8 V, roughly
 COUNT = 1.0  # deg
 
 
-class Motor(object):
+class Motor:
     """Duty of the driver's speed regulation turns it; friction and a load act against it.
 
     Args:
@@ -165,19 +165,22 @@ def test_the_mirror_image_of_a_motion_gets_the_mirror_image_of_the_commands():
         assert there.command(*(-x for x in wanted)) == pytest.approx(-here.command(*wanted))
 
 
-def test_without_a_reading_for_a_while_it_starts_anew_at_rest():
+def test_after_a_rest_it_starts_anew_wherever_the_joint_is():
+    """Held meanwhile, turned by hand, or given another zero."""
     follower = Follower(1.0, GAINS["large"])
     for k in range(20):
         follower.observe(k * TICK, (0.1 * k, 0.1 * k + 0.017))
         follower.command(0.0, 5.0, 0.0)
     assert follower.speed > 1
-    follower.observe(20 * TICK + FORGOTTEN, (7.0, 7.1))
+    follower.rest()
+    follower.observe(20 * TICK, (7.0, 7.1))
     assert follower.angle == pytest.approx(7.05)
     assert follower.speed == 0.0
+    assert not follower.blind
 
 
 def test_friction_is_pushed_against_in_the_direction_of_the_motion_only():
-    """At rest there is none to overcome: no feed-forward that would make a standing joint tremble."""
+    """At rest there is none to overcome: a standing joint must not tremble."""
     follower = Follower(1.0, GAINS["large"])
     follower.observe(0.0, (0.0, 0.0))
     assert follower.command(0.0, 0.0, 0.0) == 0.0

@@ -3,12 +3,12 @@
 import math
 
 import pytest
+from rig import degrees, described, switched_on, zero_of
 
 from robot.arm import RobotArm
 from robot.driver import Driver
-from robot.homing import AGREE, FIRST_PUSH, Blocked
+from robot.homing import AGREE, Blocked
 from robot.zero import NotHomed
-from rig import degrees, described, switched_on, zero_of
 
 
 def quiet(line):
@@ -38,7 +38,7 @@ def test_from_both_stops_the_play_cancels_even_if_it_is_not_the_described(
     tmp_path, name, start, play
 ):
     start = degrees(*start)
-    plant = "backlash={}".format(play)
+    plant = f"backlash={play}"
     with switched_on(tmp_path, name, plant, start=start, homed=False) as rig:
         found = rig.robot(awake=False).home(say=quiet)
         assert max(off(found, rig, start).values()) < 1.0
@@ -81,7 +81,7 @@ def test_the_push_is_gentle(tmp_path):
         rig.world.bodies.append(watch)
         rig.robot(awake=False).home(say=quiet)
         assert len(pushes) > 100
-        assert max(pushes) <= FIRST_PUSH / 100.0 + 0.06
+        assert max(pushes) <= 0.30  # of the duty: what is called gentle
 
 
 def test_afterwards_the_zero_is_on_file_and_the_arm_draws(tmp_path):

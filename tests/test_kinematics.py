@@ -30,8 +30,10 @@ METHODS = [newton_inverse, broyden_inverse]
 
 def with_limits(*limits, **changes):
     """The planar arm with other limits, deg, and other fields."""
-    joints = tuple(joint._replace(lower=math.radians(lower), upper=math.radians(upper))
-                   for joint, (lower, upper) in zip(ARM.joints, limits))
+    joints = tuple(
+        joint._replace(lower=math.radians(lower), upper=math.radians(upper))
+        for joint, (lower, upper) in zip(ARM.joints, limits)
+    )
     return ARM._replace(joints=joints, **changes)
 
 
@@ -152,12 +154,16 @@ def test_without_elbow_the_other_one_is_taken_where_limits_demand():
     assert inverse(with_limits((-90, 170), (-150, 0)), (10, 0))[1] < 0
 
 
-@pytest.mark.parametrize(("near", "expected"), [
-    ((52, -123), "down"),
-    ((-52, 123), "up"),
-    ((0, 1), "up"),
-    ((-80, -10), "down"),  # 132.5 deg at most, up 133.3; by the sum it were up
-], ids=["at down", "at up", "just up", "greatest travel decides"])
+@pytest.mark.parametrize(
+    ("near", "expected"),
+    [
+        ((52, -123), "down"),
+        ((-52, 123), "up"),
+        ((0, 1), "up"),
+        ((-80, -10), "down"),  # 132.5 deg at most, up 133.3; by the sum it were up
+    ],
+    ids=["at down", "at up", "just up", "greatest travel decides"],
+)
 @pytest.mark.parametrize("preferred", ["up", "down"])
 def test_near_takes_the_least_joint_travel(near, expected, preferred):
     q = inverse(ARM._replace(elbow=preferred), (10, 0), near=radians(*near))
@@ -181,8 +187,11 @@ def test_of_two_turns_the_one_nearest_to_home_or_near():
     assert math.degrees(near[0]) == pytest.approx(307.4552, abs=1e-4)
 
 
-@pytest.mark.parametrize(("elbow", "near"), [("left", None), (None, (0,)), (None, (0, math.nan))],
-                         ids=["elbow", "angles too few", "NaN"])
+@pytest.mark.parametrize(
+    ("elbow", "near"),
+    [("left", None), (None, (0,)), (None, (0, math.nan))],
+    ids=["elbow", "angles too few", "NaN"],
+)
 def test_inverse_refuses_what_it_does_not_understand(elbow, near):
     with pytest.raises(ArmError):
         inverse(ARM, (10, 0), elbow=elbow, near=near)
@@ -191,19 +200,40 @@ def test_inverse_refuses_what_it_does_not_understand(elbow, near):
 # ---- what cannot be reached
 
 UNREACHABLE = [
-    ("too far", (25, 0), None,
-     "(25, 0) cm is 25 cm from the shoulder, out of reach: the links reach from 1.8 to 20.8 cm;"
-     " choose a point nearer"),
-    ("in the hole", (0, 1), None,
-     "(0, 1) cm is 1 cm from the shoulder, in the hole in the middle: the links reach from 1.8 to"
-     " 20.8 cm; choose a point farther out"),
+    (
+        "too far",
+        (25, 0),
+        None,
+        "(25, 0) cm is 25 cm from the shoulder, out of reach: the links reach from 1.8 to 20.8 cm;"
+        " choose a point nearer",
+    ),
+    (
+        "in the hole",
+        (0, 1),
+        None,
+        "(0, 1) cm is 1 cm from the shoulder, in the hole in the middle: the links reach from 1.8"
+        " to 20.8 cm; choose a point farther out",
+    ),
     ("at the shoulder", (0, 0), None, "is 0 cm from the shoulder, in the hole in the middle"),
-    ("elbow limit", (3, 3), None, "elbow up needs elbow at 158.63 deg, limit upper = 150.00 deg;"
-     " elbow down needs elbow at -158.63 deg, limit lower = -150.00 deg); choose another point"),
-    ("only the elbow asked for", (-15, -8), "down",
-     "limits (elbow down needs shoulder at -120.10 deg, limit lower = -90.00 deg); choose"),
-    ("shoulder limit, a turn on", (-15, -8), "up",
-     "limits (elbow up needs shoulder at 176.25 deg, limit upper = 170.00 deg); choose"),
+    (
+        "elbow limit",
+        (3, 3),
+        None,
+        "elbow up needs elbow at 158.63 deg, limit upper = 150.00 deg;"
+        " elbow down needs elbow at -158.63 deg, limit lower = -150.00 deg); choose another point",
+    ),
+    (
+        "only the elbow asked for",
+        (-15, -8),
+        "down",
+        "limits (elbow down needs shoulder at -120.10 deg, limit lower = -90.00 deg); choose",
+    ),
+    (
+        "shoulder limit, a turn on",
+        (-15, -8),
+        "up",
+        "limits (elbow up needs shoulder at 176.25 deg, limit upper = 170.00 deg); choose",
+    ),
     ("NaN", (math.nan, 0), None, "(nan, 0) cm: a point is 2 finite numbers"),
     ("infinity", (0, math.inf), None, "(0, inf) cm: a point is 2 finite numbers"),
     ("minus infinity", (0, -math.inf), None, "a point is 2 finite numbers"),
@@ -211,8 +241,11 @@ UNREACHABLE = [
 ]
 
 
-@pytest.mark.parametrize(("point", "elbow", "expected"), [case[1:] for case in UNREACHABLE],
-                         ids=[case[0] for case in UNREACHABLE])
+@pytest.mark.parametrize(
+    ("point", "elbow", "expected"),
+    [case[1:] for case in UNREACHABLE],
+    ids=[case[0] for case in UNREACHABLE],
+)
 def test_unreachable_names_the_value_the_bounds_and_the_next_step(point, elbow, expected):
     with pytest.raises(Unreachable) as caught:
         inverse(ARM, point, elbow=elbow)
@@ -222,11 +255,17 @@ def test_unreachable_names_the_value_the_bounds_and_the_next_step(point, elbow, 
     assert isinstance(caught.value, ValueError)
 
 
-@pytest.mark.parametrize("call", [
-    lambda arm: forward(arm, (0, 0)), lambda arm: jacobian(arm, (0, 0)),
-    lambda arm: inverse(arm, (10, 0)), lambda arm: singularity(arm, (0, 0)),
-    lambda arm: newton_inverse(arm, (10, 0), (0, 0)),
-], ids=["forward", "jacobian", "inverse", "singularity", "newton"])
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda arm: forward(arm, (0, 0)),
+        lambda arm: jacobian(arm, (0, 0)),
+        lambda arm: inverse(arm, (10, 0)),
+        lambda arm: singularity(arm, (0, 0)),
+        lambda arm: newton_inverse(arm, (10, 0), (0, 0)),
+    ],
+    ids=["forward", "jacobian", "inverse", "singularity", "newton"],
+)
 def test_an_unknown_chain_is_refused(call):
     with pytest.raises(ArmError, match="no kinematics for chain = snake; use one of planar"):
         call(ARM._replace(chain="snake"))
@@ -269,12 +308,15 @@ def tasks(count):
     draw = random.Random(7)
     for _ in range(count):
         distance, heading = draw.uniform(2, 20.7), draw.uniform(-math.pi, math.pi)
-        yield ((distance * math.cos(heading), distance * math.sin(heading)),
-               (draw.uniform(-3, 3), draw.uniform(-2.6, 2.6)))
+        yield (
+            (distance * math.cos(heading), distance * math.sin(heading)),
+            (draw.uniform(-3, 3), draw.uniform(-2.6, 2.6)),
+        )
 
 
-@pytest.mark.parametrize(("method", "least"), [(newton_inverse, 300), (broyden_inverse, 300)],
-                         ids=["newton", "broyden"])
+@pytest.mark.parametrize(
+    ("method", "least"), [(newton_inverse, 300), (broyden_inverse, 300)], ids=["newton", "broyden"]
+)
 def test_iterations_find_an_analytic_branch(method, least):
     found = 0
     for point, q0 in tasks(300):
@@ -283,8 +325,10 @@ def test_iterations_find_an_analytic_branch(method, least):
         except Unreachable:
             continue
         found += 1
-        assert min(max(abs(a - b) for a, b in zip(q, branch))
-                   for branch in branches(FREE, point)) < 1e-5
+        assert (
+            min(max(abs(a - b) for a, b in zip(q, branch)) for branch in branches(FREE, point))
+            < 1e-5
+        )
         assert trace[0].q == q0
     assert found >= least
 
@@ -337,12 +381,31 @@ def test_broyden_update_explains_the_step_and_nothing_else():
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize(("point", "q0"), [
-    ((10, 0), (0, 0)), ((19, 0), (0, 0)), ((20.79, 0), (0, 0)), ((-10, 0), (0, 0)),
-    ((10, 0), (0, math.pi)), ((-10, 0), (0, math.pi)), ((0, 12), (0, 0)), ((20.8, 0), (1, 1)),
-    ((20.8 - 2e-6, 0), (0, 0)),
-], ids=["inward", "near", "very near", "behind", "folded", "folded, behind", "sideways",
-        "to full reach", "a hair inward"])
+@pytest.mark.parametrize(
+    ("point", "q0"),
+    [
+        ((10, 0), (0, 0)),
+        ((19, 0), (0, 0)),
+        ((20.79, 0), (0, 0)),
+        ((-10, 0), (0, 0)),
+        ((10, 0), (0, math.pi)),
+        ((-10, 0), (0, math.pi)),
+        ((0, 12), (0, 0)),
+        ((20.8, 0), (1, 1)),
+        ((20.8 - 2e-6, 0), (0, 0)),
+    ],
+    ids=[
+        "inward",
+        "near",
+        "very near",
+        "behind",
+        "folded",
+        "folded, behind",
+        "sideways",
+        "to full reach",
+        "a hair inward",
+    ],
+)
 def test_singular_poses_are_no_obstacle(method, point, q0):
     q, _ = method(FREE, point, q0)
     assert forward(FREE, q) == pytest.approx(point, abs=1e-5)
@@ -362,13 +425,21 @@ def test_a_pose_a_turn_away_comes_back_within_the_limits(method):
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize(("point", "q0", "expected"), [
-    ((25, 0), (0.1, 1), r"\(25, 0\) cm: no solution after 100 iterations from \(5.7, 57.3\) deg,"
-                        r" still 4.2 cm away; choose another start or point"),
-    ((0.5, 0), (0.1, 1), r"still 1.3\d* cm away"),
-    ((-15, -8), (-2, 1), "within reach of the links but not of the joint limits"),
-    ((math.nan, 0), (0, 1), "2 finite numbers"),
-], ids=["too far", "in the hole", "limits", "NaN"])
+@pytest.mark.parametrize(
+    ("point", "q0", "expected"),
+    [
+        (
+            (25, 0),
+            (0.1, 1),
+            r"\(25, 0\) cm: no solution after 100 iterations from \(5.7, 57.3\) deg,"
+            r" still 4.2 cm away; choose another start or point",
+        ),
+        ((0.5, 0), (0.1, 1), r"still 1.3\d* cm away"),
+        ((-15, -8), (-2, 1), "within reach of the links but not of the joint limits"),
+        ((math.nan, 0), (0, 1), "2 finite numbers"),
+    ],
+    ids=["too far", "in the hole", "limits", "NaN"],
+)
 def test_iterations_say_when_there_is_no_solution(method, point, q0, expected):
     arm = ARM if point != (0.5, 0) else FREE
     with pytest.raises(Unreachable, match=expected):
@@ -402,13 +473,17 @@ def test_solve_leaves_its_arguments_alone():
     assert (rows, b) == ([[0.0, 2.0], [3.0, 0.0]], [2.0, 6.0])
 
 
-@pytest.mark.parametrize("rows", [
-    [[0, 0], [0, 0]],
-    [[1, 2], [2, 4]],
-    [[0.1, 0.7], [0.3, 2.1]],  # leaves a pivot of 1e-16
-    jacobian(ARM, (0.7, 0)),
-    [[math.nan, 1], [1, 1]],
-], ids=["zeros", "dependent", "dependent but for rounding", "stretched arm", "NaN"])
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [[0, 0], [0, 0]],
+        [[1, 2], [2, 4]],
+        [[0.1, 0.7], [0.3, 2.1]],  # leaves a pivot of 1e-16
+        jacobian(ARM, (0.7, 0)),
+        [[math.nan, 1], [1, 1]],
+    ],
+    ids=["zeros", "dependent", "dependent but for rounding", "stretched arm", "NaN"],
+)
 def test_solve_refuses_a_singular_system(rows):
     with pytest.raises(Singular, match="singular") as caught:
         solve(rows, [1, 2])

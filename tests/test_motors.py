@@ -3,10 +3,10 @@
 import math
 
 import pytest
+from rig import Rig, described
 
 from robot.motors import DEAD_MAN, JointMotor, MotorNotFound
 from shared.arm_description import ArmError
-from rig import Rig, described
 
 # Both signs and both gears; the emulated joint is built to match.
 TRAINS = [(1, 1), (1, -1), (5, 1), (5, -1), (0.5, -1)]
@@ -71,7 +71,7 @@ def test_the_angle_is_known_to_half_a_count_wherever_the_rotor_stands(shoulder, 
 
 @pytest.mark.parametrize("phase", [0.0, 0.1, 0.4, 0.5])
 def test_wherever_the_edges_lie_the_bounds_are_off_by_a_quarter_count_at_most(shoulder, phase):
-    rig, motor = shoulder(plant="phase={}".format(phase))
+    rig, motor = shoulder(plant=f"phase={phase}")
     for k in range(-50, 51):
         true = math.radians(0.23 * k)
         turn_by_hand(rig, "A", true)
@@ -252,7 +252,7 @@ def test_a_laptop_without_a_brick():
         lambda motor: motor.disengage(),
         lambda motor: motor.check_plugged_in(),
     ],
-    ids="counts bounds angle drive go hold disengage check".split(),
+    ids=["counts", "bounds", "angle", "drive", "go", "hold", "disengage", "check"],
 )
 def test_a_pulled_cable_is_told_whatever_is_asked(shoulder, act):
     rig, motor = shoulder()

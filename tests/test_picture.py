@@ -12,7 +12,7 @@ from matplotlib.image import imread
 from matplotlib.text import Text
 
 from laptop.drawing import measure
-from laptop.picture import COLUMN, HEIGHT, INK, SHEET, WANTED, WIDTH, draw_picture
+from laptop.picture import ARM, COLUMN, HEIGHT, INK, SHEET, WANTED, WIDTH, draw_picture
 
 Row = namedtuple("Row", "t q x y pen")
 
@@ -137,11 +137,11 @@ def test_the_worst_paths_are_shown_in_the_order_of_drawing(tmp_path, monkeypatch
 
 def test_the_deviations_share_their_scales_and_the_floor_is_a_band(tmp_path, monkeypatch):
     rows, wanted, *_ = CASES["three lines"]
-    figure, words = words_of(monkeypatch, tmp_path / "picture.png", rows, wanted, floor=1.39)
+    figure, words = words_of(monkeypatch, tmp_path / "picture.png", rows, wanted, floor=9)
     panels = figure.axes[1:]
     assert len({(axes.get_xlim(), axes.get_ylim()) for axes in panels}) == 1
-    assert words.count("floor 1.39") == 3
-    assert all(axes.get_ylim()[0] < -1.39 for axes in panels)
+    assert words.count("floor 9.00") == 3
+    assert all(axes.get_ylim()[0] < -9 for axes in panels)
 
 
 def test_a_centimetre_is_as_long_in_x_as_in_y_and_all_ink_is_in_sight(tmp_path, monkeypatch):
@@ -153,6 +153,31 @@ def test_a_centimetre_is_as_long_in_x_as_in_y_and_all_ink_is_in_sight(tmp_path, 
         for x, y in path:
             assert sheet.get_xlim()[0] < x < sheet.get_xlim()[1]
             assert sheet.get_ylim()[0] < y < sheet.get_ylim()[1]
+
+
+def test_without_ink_the_way_of_the_tip_is_in_sight(tmp_path, monkeypatch):
+    figure, _ = words_of(monkeypatch, tmp_path / "picture.png", *CASES["no ink"][:2])
+    assert figure.axes[0].get_xlim()[1] > 20.8
+
+
+def test_a_pen_that_is_always_down_has_no_way_with_the_pen_up(tmp_path, monkeypatch):
+    _, words = words_of(monkeypatch, tmp_path / "picture.png", *CASES["always down"][:2])
+    assert "pen up" not in words
+
+
+def test_a_picture_without_an_arm(tmp_path):
+    draw_picture(tmp_path / "picture.png", record(LINES), [], [], [], (0, 20.8), "no arm")
+    assert inked(imread(tmp_path / "picture.png"), SHEET, ARM) == 0
+
+
+def test_a_dot_of_ink_is_seen(tmp_path):
+    def seen(rows):
+        draw(tmp_path / "picture.png", rows, [])
+        return inked(imread(tmp_path / "picture.png"), SHEET, INK)
+
+    rows = record(LINES)
+    dot = Row(rows[-1].t + 1, (0, 0), 3, 13, 1)
+    assert seen([*rows, dot]) > seen(rows) + 10
 
 
 def test_the_same_run_gives_the_same_bytes_whatever_the_users_style(tmp_path):
@@ -168,7 +193,7 @@ def test_the_same_run_gives_the_same_bytes_whatever_the_users_style(tmp_path):
 TITLES = {
     "long": "a title of many words " * 12,
     "one long word": "x" * 400,
-    "formula": r"$\frac{1}{2 and no more",
+    "formula": r"$\frac{1}{2$ and no more",
     "unknown signs": "robot \U0001f916 \u6f22\u5b57 \udc80",
     "none": "",
     "lines": "one\ntwo\nthree\nfour",

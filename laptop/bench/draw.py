@@ -1,8 +1,8 @@
-"""Drawing, measured: our smooth lines beside the report's steps and the floor that the encoders set.
+"""Drawing, measured: smooth lines beside the report's steps and the encoders' floor.
 
-The *floor* of a line is the deviation of a perfect controller that knows each joint to half an encoder
-count: half a count at every joint in the worst signs, mapped through the Jacobian onto the line's
-normal, at its largest along the line.
+The *floor* of a line is the deviation of a perfect controller that knows each joint to half an
+encoder count: half a count at every joint in the worst signs, mapped through the Jacobian onto the
+line's normal, at its largest along the line.
 """
 
 from __future__ import annotations
@@ -40,8 +40,11 @@ CONDITIONS = (
 )
 """Name, true plant, and the backlash (deg) that the arm's description says."""
 
+
 @dataclass(frozen=True)
 class Case:
+    """One line to draw: which arm, how, on which plant, and the backlash (deg) described."""
+
     arm: str
     method: str
     condition: str
@@ -90,9 +93,7 @@ def random_line(arm: Arm, seed: int) -> Line:
     draw = random.Random(seed)
     reach = sum(joint.link for joint in arm.joints)
     while True:
-        a, b = (
-            (draw.uniform(-reach, reach), draw.uniform(-reach, reach)) for _ in range(2)
-        )
+        a, b = ((draw.uniform(-reach, reach), draw.uniform(-reach, reach)) for _ in range(2))
         if math.dist(a, b) < 4:
             continue
         try:
@@ -115,7 +116,13 @@ def cases(seeds: range) -> Iterator[Case]:
             for k, seed in enumerate(seeds):
                 for name, line in [*lines, luck[k]]:
                     yield Case(
-                        arm_name, method, "random plants", f"backlash=2,seed={seed}", 2.0, line, name
+                        arm_name,
+                        method,
+                        "random plants",
+                        f"backlash=2,seed={seed}",
+                        2.0,
+                        line,
+                        name,
                     )
 
 

@@ -1,4 +1,4 @@
-"""The emulated brick: the plant, the motors' drivers and the sysfs they show, on one world's clock."""
+"""The emulated brick: plant, motor drivers and the sysfs they show, on one world's clock."""
 
 from collections import namedtuple
 

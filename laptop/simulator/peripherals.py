@@ -188,8 +188,14 @@ class Battery(_Device):
         return super(Battery, self).read(attribute)
 
 
-InputEvent = collections.namedtuple("InputEvent", ["sec", "usec", "type", "code", "value"])
-InputEvent.timestamp = lambda self: self.sec + self.usec / 1e6
+class InputEvent(collections.namedtuple("InputEvent", "sec usec type code value")):
+    """As python-evdev's."""
+
+    __slots__ = ()
+
+    def timestamp(self):
+        """When it happened, s."""
+        return self.sec + self.usec / 1e6
 
 
 class ButtonPanel(object):

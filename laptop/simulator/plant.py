@@ -1,12 +1,13 @@
 """What lies behind the encoders: rotors, gears, gaps, links, friction, stops and the pen.
 
-Per joint two masses, the rotor (seen through the gear) and the link, are separated by a real gap, the
-backlash; where the gap is closed they move as one (contact is rigid, impacts are inelastic).  All
-friction is Coulomb's, solved as an impulse per step, so that things at rest stay at rest.  The links'
+Per joint two masses, the rotor (seen through the gear) and the link, are separated by a real gap,
+the backlash; where the gap is closed they move as one (contact is rigid, impacts are inelastic).
+All friction is Coulomb's, solved as an impulse per step, so that things at rest stay at rest.  The
+links'
 inertias are constants: the torques that one joint's acceleration puts on the other are left out.
 
-Constants of the EV3 motors: derived from the loaded and no-load points of published measurements, with
-the rotor inertia set so that the stopping distances of real motors come out (see the README).
+Constants of the EV3 motors: derived from the loaded and no-load points of published measurements,
+with the rotor inertia set so that the stopping distances of real motors come out (see the README).
 Units here are SI: rad, s, Nm, kg m2, V, N.
 """
 
@@ -17,7 +18,9 @@ from collections import namedtuple
 from robot import kinematics
 from shared.arm_description import ArmError
 
-MotorConstants = namedtuple("MotorConstants", "torque_constant emf_constant resistance friction inertia")
+MotorConstants = namedtuple(
+    "MotorConstants", "torque_constant emf_constant resistance friction inertia"
+)
 """Nm/A, V s/rad, ohm, Nm and kg m2 at the motor's output shaft."""
 
 MOTORS = {
@@ -25,8 +28,10 @@ MOTORS = {
     "medium": MotorConstants(0.246, 0.291, 10.7, 0.0246, 0.0005),
 }
 
-TOUCHES_AT = 0.8
-"""The share of the way from `up` to `down` at which the pen touches: `down` presses a little."""
+TOUCHES_AT, LEAVES_AT = 0.8, 0.7
+"""Shares of the way from `up` to `down` at which the pen meets the paper and leaves it: `down`
+presses
+the tip a little, which follows for as long."""
 
 Constant = namedtuple("Constant", "default lower upper unit scatter meaning")
 """`scatter`: whether a random plant draws this constant around its value."""
@@ -43,12 +48,18 @@ CONSTANTS = {
     "elbow_inertia": Constant(0.0006, 1e-5, 0.1, "kg m2", True, "second link with the pen"),
     "pen_drag": Constant(0.04, 0.0, 2.0, "N", True, "pen on paper; a pen of 10 g resting on it"),
     "load": Constant(0.0, -0.4, 0.4, "Nm", False, "constant torque on every joint"),
-    "backlash": Constant(None, 0.0, 20.0, "deg", False, "play at every joint; as described if not given"),
-    "zero_error": Constant(0.0, -5.0, 5.0, "deg", False, "true joint angles where the zero is believed"),
-    "phase": Constant(0.25, 0.0, 0.5, "deg", False, "where between two encoder edges the shafts start"),
+    "backlash": Constant(
+        None, 0.0, 20.0, "deg", False, "play at every joint; as described if not given"
+    ),
+    "zero_error": Constant(
+        0.0, -5.0, 5.0, "deg", False, "true joint angles where the zero is believed"
+    ),
+    "phase": Constant(
+        0.25, 0.0, 0.5, "deg", False, "where between two encoder edges the shafts start"
+    ),
     "access": Constant(0.001, 0.0, 0.1, "s", False, "time of one sysfs access"),
     "spread": Constant(0.2, 0.0, 0.5, "", False, "half-width of the random draw, as a fraction"),
-    "seed": Constant(None, 0, 2 ** 31, "", False, "draw the scattered constants with this seed"),
+    "seed": Constant(None, 0, 2**31, "", False, "draw the scattered constants with this seed"),
 }
 
 
@@ -244,6 +255,7 @@ class ArmPlant(object):
 
     Attributes:
         drives: port letter -> Drive.
+        pen_down: whether the pen is on the paper.
     """
 
     def __init__(self, arm, plant, start=None):
@@ -268,6 +280,8 @@ class ArmPlant(object):
             self.joints.append(drive)
         if arm.pen:
             self.drives[arm.pen.port] = self._drive(arm.pen.motor, 1.0, None, arm.pen.up)
+        self.pen_down = False
+        self.pen_down = self._pen_touches()
 
     def _drive(self, kind, ratio, link, angle):
         return Drive(motor_constants(kind, self.plant), self.plant["voltage"], ratio, link, angle)
@@ -281,16 +295,17 @@ class ArmPlant(object):
         """The TRUE joint angles (of the links), rad."""
         return tuple(drive.link.angle for drive in self.joints)
 
-    @property
-    def pen_down(self):
-        """Whether the pen touches the paper; a pen without a motor always does."""
+    def _pen_touches(self):
+        """Whether the pen is on the paper; one without a motor always is."""
         pen = self.arm.pen
         if not pen:
             return True
-        return (self.drives[pen.port].angle - pen.up) / (pen.down - pen.up) > TOUCHES_AT
+        way = (self.drives[pen.port].angle - pen.up) / (pen.down - pen.up)
+        return way > (LEAVES_AT if self.pen_down else TOUCHES_AT)
 
     def step(self, h):
         """Advance everything by `h` seconds."""
+        self.pen_down = self._pen_touches()
         self._load_links()
         for drive in self.drives.values():
             if drive.duty or drive.speed or drive.link is not None:

@@ -39,8 +39,9 @@ FAULTS = {
 """Kind -> what stands behind its colon."""
 
 Run = namedtuple("Run", "outcome record wanted motors skeleton")
-"""What came out: runner.Outcome, the brick's Samples, the paths (cm) that the script told it wanted,
-per port what its motor does at the end (dict: mode, driven, position), and where the arm's joints
+"""What came out: runner.Outcome, the brick's Samples, the paths (cm) that the script told it
+wanted, per port what its motor does at the end (dict: mode, driven, position), and where the arm's
+joints
 and its tip ended, cm."""
 
 
@@ -55,7 +56,9 @@ def read_fault(text):
         raise BadOrder(
             "'{}' is not a fault; write one of {} with a time, like unplug:A@1.5".format(
                 text,
-                ", ".join(kind + (":" + FAULTS[kind] if FAULTS[kind] else "") for kind in sorted(FAULTS)),
+                ", ".join(
+                    kind + (":" + FAULTS[kind] if FAULTS[kind] else "") for kind in sorted(FAULTS)
+                ),
             )
         )
     kind, what = match.group(1), match.group(2)
@@ -63,9 +66,7 @@ def read_fault(text):
         t = float(match.group(3))
         if FAULTS[kind] == "SECONDS":
             what = float(what)
-        elif FAULTS[kind] == "PORT" and what not in ("A", "B", "C", "D"):
-            raise ValueError(what)
-        elif FAULTS[kind] is None and what is not None:
+        elif what not in (tuple("ABCD") if FAULTS[kind] == "PORT" else (None,)):
             raise ValueError(what)
     except (TypeError, ValueError):
         raise BadOrder(
@@ -92,15 +93,26 @@ def read_start(text, arm):
             "start '{}': write home, lost, or one angle in deg per joint within {}".format(
                 text,
                 " and ".join(
-                    "{:g}..{:g}".format(math.degrees(j.lower), math.degrees(j.upper)) for j in arm.joints
+                    "{:g}..{:g}".format(math.degrees(j.lower), math.degrees(j.upper))
+                    for j in arm.joints
                 ),
             )
         )
     return angles, True
 
 
-def run(arm, script, args, plant=None, start="home", faults=(), presses=(), extra=None,
-        realtime=False, timeout=600.0):
+def run(
+    arm,
+    script,
+    args,
+    plant=None,
+    start="home",
+    faults=(),
+    presses=(),
+    extra=None,
+    realtime=False,
+    timeout=600.0,
+):
     """Run `script` on an emulated brick that carries `arm`.
 
     Args:
@@ -124,12 +136,21 @@ def run(arm, script, args, plant=None, start="home", faults=(), presses=(), extr
     orders = {"signals": []}
     for fault in faults:
         if FAULTS[fault.kind] == "PORT" and fault.what not in brick.motors:
-            raise BadOrder("fault {}: no motor at port {}; there are {}".format(
-                fault.kind, fault.what, ", ".join(sorted(brick.motors))))
+            raise BadOrder(
+                "fault {}: no motor at port {}; there are {}".format(
+                    fault.kind, fault.what, ", ".join(sorted(brick.motors))
+                )
+            )
         _order(brick, fault, orders)
     with _home_folder(brick, q, homed) as folder:
         outcome = run_script(
-            brick, script, args, Peripherals(world, brick.sysfs, voltage=lambda: brick.plant.plant["voltage"]), presses, timeout=timeout, **orders
+            brick,
+            script,
+            args,
+            Peripherals(world, brick.sysfs, voltage=lambda: brick.plant.plant["voltage"]),
+            presses,
+            timeout=timeout,
+            **orders,
         )
         wanted = _wanted(os.path.join(folder, "plan"))
     motors = {
@@ -158,7 +179,7 @@ def _order(brick, fault, orders):
 
 @contextlib.contextmanager
 def _home_folder(brick, q, homed):
-    """The brick's home for the length of a run: its state, its arm, and room for the wanted paths."""
+    """The brick's home for one run: its state, its arm, and room for the wanted paths."""
     folder = tempfile.mkdtemp(prefix="emulated-home-")
     arm = brick.arm
     told = {
@@ -173,7 +194,7 @@ def _home_folder(brick, q, homed):
             if arm.pen:
                 turns[arm.pen.port] = -arm.pen.up
             zero = {port: math.degrees(angle) for port, angle in turns.items()}
-            Zero(arm.name, folder).save(zero, {port: 0 for port in zero})
+            Zero(arm.name, folder).save(zero, dict.fromkeys(zero, 0))
         os.environ.update(told)
         yield folder
     finally:

@@ -30,12 +30,14 @@ class Attribute(object):
         """Nothing is buffered."""
 
     def read(self, size=-1):
+        """One access: the attribute's text and a newline, bytes."""
         self.sysfs.touch()
         self.seen = getattr(self.device, "notifications", 0)
         data = (self.device.read(self.name) + "\n").encode()
         return data if size < 0 else data[:size]
 
     def write(self, value):
+        """One access: store the text, bytes."""
         self.sysfs.touch()
         self.device.write(self.name, value.decode().strip())
         return len(value)
@@ -51,6 +53,7 @@ class Poll(object):
         self._watched = []
 
     def register(self, attribute, events=0):
+        """Watch one attribute."""
         self._watched.append(attribute)
 
     def poll(self, timeout=None):
@@ -146,9 +149,7 @@ class Sysfs(object):
             ev3dev2.motor.select = types.SimpleNamespace(
                 POLLPRI=real_select.POLLPRI, poll=lambda: Poll(self.world)
             )
-            ev3dev2.motor.time = types.SimpleNamespace(
-                time=self.world.now, sleep=self.world.sleep
-            )
+            ev3dev2.motor.time = types.SimpleNamespace(time=self.world.now, sleep=self.world.sleep)
             yield self
         finally:
             device.DEVICE_ROOT_PATH, device._attribute_file_open = before

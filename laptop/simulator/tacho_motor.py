@@ -1,7 +1,7 @@
-"""The emulated EV3 tacho motor: encoder, speed and position regulation, commands, states, attributes.
+"""The emulated EV3 tacho motor: encoder, regulation, commands, states, attributes.
 
-Behaves as the list of observed driver behaviour says: a 500 Hz tick, integer PI speed regulation on a
-speed taken from encoder edges, P-only hold, set-points that take effect with a command.
+Behaves as the list of observed driver behaviour says: a 500 Hz tick, integer PI speed regulation on
+a speed taken from encoder edges, P-only hold, set-points that take effect with a command.
 """
 
 import errno
@@ -13,14 +13,22 @@ COUNTS_PER_TURN = 360
 MAX_SPEED = {"large": 1050, "medium": 1560}
 HOLD_KP = {"large": 80000, "medium": 160000}
 DRIVER = {"large": "lego-ev3-l-motor", "medium": "lego-ev3-m-motor"}
-COMMANDS = "run-forever run-to-abs-pos run-to-rel-pos run-timed run-direct stop reset".split()
-STOP_ACTIONS = "coast brake hold".split()
+COMMANDS = (
+    "run-forever",
+    "run-to-abs-pos",
+    "run-to-rel-pos",
+    "run-timed",
+    "run-direct",
+    "stop",
+    "reset",
+)
+STOP_ACTIONS = ("coast", "brake", "hold")
 NOTIFY_PERIOD = 0.05
 STALL_TIME = 0.1
 RAMP_PERIOD = 0.1
 SIGNED = ("position", "speed", "duty_cycle", "speed_sp", "position_sp", "duty_cycle_sp")
 """Attributes whose sign polarity flips where they are shown and stored, and only there."""
-_INT32 = 2 ** 31 - 1
+_INT32 = 2**31 - 1
 
 
 class Encoder(object):
@@ -178,7 +186,11 @@ class TachoMotor(object):
             "ramp_down_sp": (0, 60000),
             "time_sp": (0, _INT32),
         }
-        words = {"stop_action": STOP_ACTIONS, "polarity": ("normal", "inversed"), "command": COMMANDS}
+        words = {
+            "stop_action": STOP_ACTIONS,
+            "polarity": ("normal", "inversed"),
+            "command": COMMANDS,
+        }
         if attribute in words:
             if text not in words[attribute]:
                 raise OSError(errno.EINVAL, "invalid argument", attribute)
@@ -335,9 +347,11 @@ class TachoMotor(object):
             return
         if self._deadline is not None and self.t >= self._deadline:
             self._stop(self.position)
-        elif self._command.endswith("-pos") and self._goal_speed:
-            if self._direction * (self.position - self._target) >= 0:
-                self._stop(self._target)
+        elif self._command.endswith("-pos") and self._goal_speed and self._has_crossed():
+            self._stop(self._target)
+
+    def _has_crossed(self):
+        return self._direction * (self.position - self._target) >= 0
 
     def _watch_for_stall(self):
         if self.encoder.speed or self._mode not in ("speed", "direct"):

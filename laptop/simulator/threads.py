@@ -278,11 +278,11 @@ class _Thread(object):
 
 
 # The names from before Python 2.6, as scripts still write them.
-_Thread.isAlive = _Thread.is_alive
-_Thread.getName = lambda self: self.name
-_Thread.setName = lambda self, name: setattr(self, "name", name)
-_Thread.isDaemon = lambda self: self.daemon
-_Thread.setDaemon = lambda self, daemonic: setattr(self, "daemon", daemonic)
+_Thread.isAlive = _Thread.is_alive  # type: ignore[attr-defined]
+_Thread.getName = lambda self: self.name  # type: ignore[attr-defined]
+_Thread.setName = lambda self, name: setattr(self, "name", name)  # type: ignore[attr-defined]
+_Thread.isDaemon = lambda self: self.daemon  # type: ignore[attr-defined]
+_Thread.setDaemon = lambda self, daemonic: setattr(self, "daemon", daemonic)  # type: ignore[attr-defined]
 
 
 class _ThreadState(object):
