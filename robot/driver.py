@@ -27,6 +27,9 @@ from shared.arm_description import ArmError, find_arm, read_arm  # noqa: E402
 REPORT_LINES = (((10, 0), (5, 10)), ((15, 0), (0, 15)), ((12, 15), (0, 15)))
 """The lines of the report that the methods come from, cm."""
 
+PLAY_DIFFERS = math.radians(1.5)
+"""Measured and described play may differ by this much before a word is said, rad."""
+
 MOST_STEPS = 200
 """The report's steps end somewhere; this many would go round the base several times."""
 
@@ -55,7 +58,7 @@ class Driver(object):
 
     def __init__(self, arm, speed=None, elbow=None, say=print):
         self.arm = arm
-        self.speed = speed or arm.description.speed
+        self.speed = speed
         self.elbow = elbow
         self.say = say
         self._pen_is_down = None
@@ -66,7 +69,7 @@ class Driver(object):
         Raises:
             ArmError: after stopping; the zero is then unknown.
         """
-        for found in self.arm.home(here, self.say):
+        for found, joint in zip(self.arm.home(here, self.say), self.arm.description.joints):
             play = (
                 "" if found.play is None else ", play {:.1f} deg".format(math.degrees(found.play))
             )
@@ -75,6 +78,12 @@ class Driver(object):
                     found.joint, found.zero, found.spread, play
                 )
             )
+            if found.play is not None and abs(found.play - joint.backlash) > PLAY_DIFFERS:
+                self.say(
+                    "{}: the arm file says {:.1f} deg of play; correct it, or the stops".format(
+                        joint.name, math.degrees(joint.backlash)
+                    )
+                )
         if not here:
             self.arm.go_to([joint.home for joint in self.arm.description.joints], speed=0.5)
 
@@ -123,14 +132,11 @@ class Driver(object):
         Raises:
             kinematics.Unreachable: some point cannot be had; nothing has moved.
         """
-        self.play(strokes, self.plan(strokes), method)
-
-    def plan(self, strokes):
-        """The Trajectories of the strokes, checked against reach and limits; nothing moves."""
-        return trajectory.plan(self.arm.description, strokes, self.speed, self.elbow)
+        plans = trajectory.plan(self.arm.description, strokes, self.speed, self.elbow)
+        self.play(strokes, plans, method)
 
     def play(self, strokes, plans, method="smooth"):
-        """Draw strokes with their Trajectories."""
+        """Draw strokes whose Trajectories (trajectory.plan) are known."""
         announce(strokes)
         self.pen_up()
         if method == "steps":
@@ -288,12 +294,12 @@ def _strokes(parser, args):
     return [trajectory.polyline(line) for line in REPORT_LINES]
 
 
-def _run(parser, args, arm_of):
+def _run(parser, args):
     description = read_arm(find_arm(args.arm))
-    driver = Driver(arm_of(description), args.speed, args.elbow)
-    arm = driver.arm
     drawings = _strokes(parser, args)
-    plans = [driver.plan(strokes) for strokes in drawings]
+    plans = [trajectory.plan(description, s, args.speed, args.elbow) for s in drawings]
+    arm = RobotArm(description, Clock())
+    driver = Driver(arm, args.speed, args.elbow)
     try:
         if args.command == "home":
             driver.home(args.here)
@@ -347,7 +353,7 @@ def main(argv=None):
     for number in _SIGNALS:
         signal.signal(number, _raise_stopped)
     try:
-        _run(parser, args, lambda description: RobotArm(description, Clock()))
+        _run(parser, args)
     except ArmError as error:
         print("driver.py: {}".format(error), file=sys.stderr)
         return getattr(error, "status", 1)

@@ -74,6 +74,9 @@ BLIND, KEEP = 4.0, 0.9
 of
 which each tick keeps this share: what friction holds back adds up to half of it."""
 
+FORGETS = 0.01
+"""The share of what was learned of friction that each tick takes back towards the first guess."""
+
 FRICTION, PUSH = (3.0, 25.0), 8.0
 """Bounds of what is learned, % of duty: in one steady motion the two cannot be told apart and
 drift."""
@@ -158,6 +161,7 @@ class Follower(object):
         per_degree = self._per_duty / self._degree
         least, most = (duty * self._per_duty for duty in FRICTION)
         learned = self._friction - gains.learn_friction * per_degree * surprise * self._turning
+        learned += FORGETS * (gains.friction * self._per_duty - learned)
         self._friction = max(least, min(most, learned))
         most = PUSH * self._per_duty
         learned = self._push - gains.learn_push * per_degree * surprise

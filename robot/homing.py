@@ -26,6 +26,9 @@ STILL_FOR = 0.16
 AGREE = 3
 """Counts within which the touches of one stop must lie."""
 
+PLAUSIBLE = math.radians(5)
+"""Stops that are farther than this from where they should be are others, rad."""
+
 Found = namedtuple("Found", "joint zero play spread")
 """Joint's name, counts at angle zero, measured play (rad; None from one side) and spread
 (counts)."""
@@ -87,13 +90,14 @@ def _set_zero(motor, joint, ends, spread):
     if len(ends) == 2:
         span = abs(ends["upper"] - ends["lower"]) * motor.resolution
         play = span - (joint.stop_upper - joint.stop_lower)
-        if not -math.radians(2) < play < math.radians(20):
+        if abs(play - joint.backlash) > PLAUSIBLE:
             raise Blocked(
-                "the {}'s stops are {:.1f} deg apart, the arm file says {:.1f} and up to 20 of "
-                "play; clear its way or measure the stops".format(
+                "the {}'s stops are {:.1f} deg apart, by the arm file {:.1f} and {:.1f} of play; "
+                "clear its way or measure them".format(
                     joint.name,
                     math.degrees(span),
                     math.degrees(joint.stop_upper - joint.stop_lower),
+                    math.degrees(joint.backlash),
                 )
             )
     return Found(joint.name, motor.zero, play, spread)

@@ -368,12 +368,12 @@ def _follow_branch(arm, points, q):
     return joints
 
 
-def plan(arm, strokes, speed, elbow=None):
+def plan(arm, strokes, speed=None, elbow=None):
     """The timed Trajectories along the strokes of one drawing, on one branch throughout.
 
     Args:
         strokes: each begins where the one before ends; points in cm.
-        speed: greatest speed of the tip, cm/s.
+        speed: greatest speed of the tip, cm/s; the arm's own if None.
         elbow: "up" | "down" | None, see joint_path.
 
     Raises:
@@ -383,7 +383,7 @@ def plan(arm, strokes, speed, elbow=None):
     joints = joint_path(arm, [p for points in spaced for p in points], elbow)
     out = []
     for points in spaced:
-        out.append(_timed(arm, points, joints[: len(points)], speed))
+        out.append(_timed(arm, points, joints[: len(points)], speed or arm.speed))
         joints = joints[len(points) :]
     return out
 

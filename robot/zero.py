@@ -1,8 +1,8 @@
 """Where the joints' zero is: remembered in a small file, believed only while the encoders agree.
 
 The encoders forget when the brick is switched off, and are reset after the Back button.  So the
-file holds, beside the counts at joint angle zero, the counts at which the arm was parked; while it
-moves, it is on record as not parked.
+file holds, beside the counts at joint angle zero, the counts at which the arm was parked, and since
+which start of the brick; while it moves, it is on record as not parked.
 """
 
 import json
@@ -13,6 +13,10 @@ from shared.arm_description import ArmError
 
 AGREES = 3
 """Counts by which a parked motor may have settled since."""
+
+
+BOOT_ID = "/proc/sys/kernel/random/boot_id"
+"""Another text after every start of the system."""
 
 
 class NotHomed(ArmError):
@@ -65,6 +69,10 @@ class Zero(object):
             raise NotHomed(
                 "the last program ended without parking the arm, its zero is in doubt" + advice
             )
+        if state.get("boot") != _boot():
+            raise NotHomed(
+                "the brick was switched off since the arm was parked, it may have been moved" + advice
+            )
         for port in sorted(counts):
             if abs(counts[port] - parked[port]) > AGREES:
                 raise NotHomed(
@@ -92,7 +100,7 @@ class Zero(object):
         Raises:
             StateNotSaved: naming the file and why.
         """
-        text = json.dumps({"zero": zero, "parked": parked}, sort_keys=True)
+        text = json.dumps({"boot": _boot(), "parked": parked, "zero": zero}, sort_keys=True)
         draft = self.file + ".new"
         try:
             os.makedirs(os.path.dirname(self.file), exist_ok=True)
@@ -108,3 +116,11 @@ class Zero(object):
                 self.file, error.strerror
             )
         )
+
+
+def _boot():
+    try:
+        with open(BOOT_ID) as file:
+            return file.read().strip()
+    except OSError:
+        return ""

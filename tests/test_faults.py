@@ -270,7 +270,7 @@ def test_after_an_unfinished_homing_no_older_zero_is_believed(shell, moment, end
 # A line that went wrong is never reported as drawn
 
 
-@pytest.mark.parametrize("share", [0.4, 0.75, 0.9])
+@pytest.mark.parametrize("share", [0.4, 0.75, 0.8, 0.9])
 @pytest.mark.parametrize("port", "AB")
 @pytest.mark.parametrize("fault", [jam, kill_encoder], ids=["stalled", "dead encoder"])
 def test_status_0_means_that_the_line_was_drawn(shell, moment, fault, port, share):

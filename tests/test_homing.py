@@ -154,7 +154,7 @@ def test_stops_that_are_not_those_of_the_arm_file(tmp_path, stop):
     with switched_on(tmp_path, homed=False) as rig:
         with pytest.raises(Blocked) as error:
             homed_as(rig, stop_upper=math.radians(stop), upper=math.radians(120))
-        assert refused(rig, error, "elbow", "measure the stops")
+        assert refused(rig, error, "elbow", "measure them")
 
 
 def test_a_stop_that_is_not_there(tmp_path):
@@ -189,3 +189,17 @@ def test_an_arm_that_had_a_zero_loses_it_when_homing_fails(tmp_path):
         with pytest.raises(Blocked) as error:
             homed_as(rig, stop_upper=math.radians(200))
         assert refused(rig, error, "stops")
+
+
+@pytest.mark.parametrize(("play", "told"), [(2, False), (3, False), (5, True)])
+def test_play_that_is_not_the_described_is_told(tmp_path, play, told):
+    with switched_on(tmp_path, "planar", f"backlash={play}", homed=False) as rig:
+        said = []
+        driver = rig.driver(awake=False)
+        driver.say = said.append
+        driver.home()
+    assert [line for line in said if "says 2.0 deg of play" in line] == [
+        f"{name}: the arm file says 2.0 deg of play; correct it, or the stops"
+        for name in ("shoulder", "elbow")
+        if told
+    ]

@@ -5,6 +5,7 @@ import os
 
 import pytest
 
+import robot.zero
 from robot.zero import AGREES, NotHomed, StateNotSaved, Zero
 from shared.arm_description import ArmError
 
@@ -54,6 +55,17 @@ def test_an_arm_that_was_not_parked(zero):
     with pytest.raises(NotHomed) as error:
         zero.confirmed(PARKED)
     assert in_one_line(error, "without parking", "driver.py home")
+
+
+def test_an_arm_that_may_have_been_moved_while_the_brick_was_off(zero, monkeypatch, tmp_path):
+    """Parked at counts near 0 and switched off, the encoders alone could not tell."""
+    other = tmp_path / "boot_id"
+    other.write_text("another start\n")
+    zero.save(ZERO, PARKED)
+    monkeypatch.setattr(robot.zero, "BOOT_ID", str(other))
+    with pytest.raises(NotHomed) as error:
+        zero.confirmed(PARKED)
+    assert in_one_line(error, "switched off", "driver.py home")
 
 
 def test_each_arm_has_its_own(zero):
@@ -170,4 +182,6 @@ def test_where_the_file_is(monkeypatch, tmp_path):
 def test_the_file_is_plain_json(zero):
     zero.save(ZERO, PARKED)
     with open(zero.file) as file:
-        assert json.loads(file.read()) == {"zero": ZERO, "parked": PARKED}
+        state = json.loads(file.read())
+    assert state.pop("boot") == robot.zero._boot()
+    assert state == {"zero": ZERO, "parked": PARKED}
