@@ -256,6 +256,10 @@ def bench_draw(seeds: range, as_json: bool) -> None:
     else:
         title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator, lengths in mm"
         show.table(title, draw.HEADINGS, draw.table(results), sections=3)
+        for result in results:
+            if result.error:
+                where = f"{result.arm}, {result.method}, {result.condition}, {result.line}"
+                click.echo(f"{where}: {result.error}")
 
 
 def main() -> int:

@@ -453,14 +453,3 @@ def has_arrived(start, goal, p):
     if math.hypot(goal[0] - p[0], goal[1] - p[1]) <= ARRIVED:
         return True
     return (p[0] - goal[0]) * dx + (p[1] - goal[1]) * dy >= 0
-
-
-def deviation(stroke, p):
-    """Distance of a point from a stroke, cm."""
-    best = math.inf
-    for (ax, ay), (bx, by) in zip(stroke, stroke[1:]):
-        ux, uy = bx - ax, by - ay
-        length = ux * ux + uy * uy
-        f = max(0.0, min(1.0, ((p[0] - ax) * ux + (p[1] - ay) * uy) / length)) if length else 0.0
-        best = min(best, math.hypot(p[0] - ax - f * ux, p[1] - ay - f * uy))
-    return best

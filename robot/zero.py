@@ -71,7 +71,8 @@ class Zero(object):
             )
         if state.get("boot") != _boot():
             raise NotHomed(
-                "the brick was switched off since the arm was parked, it may have been moved" + advice
+                "the brick was switched off since the arm was parked, it may have been moved"
+                + advice
             )
         for port in sorted(counts):
             if abs(counts[port] - parked[port]) > AGREES:

@@ -20,11 +20,11 @@ import numpy as np
 from laptop import drawing
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
+from laptop.simulator.session import park_on_file
 from laptop.simulator.world import World
 from robot import kinematics, trajectory
 from robot.arm import RobotArm
 from robot.driver import REPORT_LINES, Driver
-from robot.zero import Zero
 from shared.arm_description import Arm, find_arm, read_arm
 
 Point = tuple[float, float]
@@ -155,11 +155,7 @@ def draw(case: Case) -> Result:
     clock = _CountingClock(brick)
     error = ""
     with tempfile.TemporaryDirectory() as folder, brick.sysfs.installed():
-        zero = Zero(arm.name, folder)
-        home = {j.port: -math.degrees(j.home) * j.gear * j.direction for j in arm.joints}
-        if arm.pen:
-            home[arm.pen.port] = -math.degrees(arm.pen.up)
-        zero.save(home, dict.fromkeys(home, 0))
+        zero = park_on_file(arm, [joint.home for joint in arm.joints], folder)
         robot = RobotArm(arm, clock, zero)
         try:
             robot.wake()

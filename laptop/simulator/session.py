@@ -177,6 +177,20 @@ def _order(brick, fault, orders):
         orders["signals"].append((fault.t, getattr(signal, "SIG" + fault.kind.upper())))
 
 
+def park_on_file(arm, q, folder):
+    """Leave the state in `folder` of an arm parked at `q` (rad), pen up, where its encoders read 0.
+
+    Returns:
+        The robot.zero.Zero.
+    """
+    turns = {j.port: -a * j.gear * j.direction for j, a in zip(arm.joints, q)}
+    if arm.pen:
+        turns[arm.pen.port] = -arm.pen.up
+    state = Zero(arm.name, folder)
+    state.save({p: math.degrees(turn) for p, turn in turns.items()}, dict.fromkeys(turns, 0))
+    return state
+
+
 @contextlib.contextmanager
 def _home_folder(brick, q, homed):
     """The brick's home for one run: its state, its arm, and room for the wanted paths."""
@@ -190,11 +204,7 @@ def _home_folder(brick, q, homed):
     before = {key: os.environ.get(key) for key in told}
     try:
         if homed:
-            turns = {j.port: -a * j.gear * j.direction for j, a in zip(arm.joints, q)}
-            if arm.pen:
-                turns[arm.pen.port] = -arm.pen.up
-            zero = {port: math.degrees(angle) for port, angle in turns.items()}
-            Zero(arm.name, folder).save(zero, dict.fromkeys(zero, 0))
+            park_on_file(arm, q, folder)
         os.environ.update(told)
         yield folder
     finally:
