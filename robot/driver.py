@@ -9,6 +9,7 @@ From Brickman start it by its name; from a shell also as `python3 -m robot.drive
 """
 
 import argparse
+import contextlib
 import json
 import math
 import os
@@ -27,6 +28,8 @@ from shared.arm_description import ArmError, find_arm, read_arm  # noqa: E402
 REPORT_LINES = (((10, 0), (5, 10)), ((15, 0), (0, 15)), ((12, 15), (0, 15)))
 """The lines of the report that the methods come from, cm."""
 
+METHODS = ("smooth", "steps")
+
 PLAY_DIFFERS = math.radians(1.5)
 """Measured and described play may differ by this much before a word is said, rad."""
 
@@ -34,8 +37,8 @@ MOST_STEPS = 200
 """The report's steps end somewhere; this many would go round the base several times."""
 
 
-class Stopped(ArmError):
-    """A signal asked the program to end."""
+class Stopped(BaseException):
+    """A signal asked the program to end; no `except Exception` of a library may swallow that."""
 
     def __init__(self, number):
         super(Stopped, self).__init__("stopped by {}".format(signal.Signals(number).name))
@@ -137,6 +140,10 @@ class Driver(object):
 
     def play(self, strokes, plans, method="smooth"):
         """Draw strokes whose Trajectories (trajectory.plan) are known."""
+        if method not in METHODS:
+            raise ArmError(
+                "there is no method '{}'; take one of {}".format(method, ", ".join(METHODS))
+            )
         announce(strokes)
         self.pen_up()
         if method == "steps":
@@ -229,7 +236,7 @@ def _options(**defaults):
     options.add_argument(
         "--arm", metavar="FILE", help="arm file (default: $BRICKSERVO_ARM, else planar)"
     )
-    options.add_argument("--method", choices=("smooth", "steps"))
+    options.add_argument("--method", choices=METHODS)
     options.add_argument(
         "--speed", type=_number_in(0.1, 50, "cm/s"), metavar="CM_PER_S", help="(default: the arm's)"
     )
@@ -326,9 +333,13 @@ def _run(parser, args):
                 x, y, angles
             )
         )
-    finally:
+    except BaseException:
         _ignore_signals()
-        arm.park()
+        with contextlib.suppress(ArmError):  # the first trouble is the one to tell
+            arm.park()
+        raise
+    _ignore_signals()
+    arm.park()
 
 
 def _ignore_signals():
@@ -340,6 +351,7 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def _raise_stopped(number, frame):
+    _ignore_signals()  # a second one must not keep the first from being obeyed
     raise Stopped(number)
 
 
@@ -354,7 +366,7 @@ def main(argv=None):
         signal.signal(number, _raise_stopped)
     try:
         _run(parser, args)
-    except ArmError as error:
+    except (ArmError, OSError, Stopped) as error:
         print("driver.py: {}".format(error), file=sys.stderr)
         return getattr(error, "status", 1)
     return 0

@@ -15,13 +15,13 @@ joint.
 import math
 from collections import namedtuple
 
-STIFFNESS = 0.14
+STIFFNESS = 0.1
 """The push with which the motor's driver answers a difference of speeds, % per deg/s."""
 
-LEAD = 0.037
+LEAD = 0.035
 """Speed and acceleration are fed forward so much early, s."""
 
-ALONG = 0.61
+ALONG = 0.8
 """Weight of the error along a path beside that across it."""
 
 Gains = namedtuple(
@@ -46,19 +46,19 @@ most_error          deg: the feedback acts on no larger error, so that a blind j
 """
 
 _LARGE = Gains(
-    speed_per_duty=11.0,
-    lag=0.1,
-    friction=6.9,
-    position=25.0,
-    velocity=0.51,
-    observe_position=0.11,
-    observe_velocity=1.1,
-    learn_push=0.046,
-    learn_friction=0.18,
-    deadband=0.011,
-    turning=1.8,
-    moving=3.3,
-    most_error=0.8,
+    speed_per_duty=8.6,
+    lag=0.07,
+    friction=6.7,
+    position=7.7,
+    velocity=0.091,
+    observe_position=0.46,
+    observe_velocity=2.2,
+    learn_push=0.044,
+    learn_friction=0.19,
+    deadband=0.022,
+    turning=1.3,
+    moving=3.7,
+    most_error=1.5,
 )
 
 GAINS = {
@@ -74,10 +74,10 @@ BLIND, KEEP = 4.0, 0.9
 of
 which each tick keeps this share: what friction holds back adds up to half of it."""
 
-FORGETS = 0.01
+FORGETS = 0.0029
 """The share of what was learned of friction that each tick takes back towards the first guess."""
 
-FRICTION, PUSH = (3.0, 25.0), 8.0
+FRICTION, PUSH = (3.0, 20.0), 8.0
 """Bounds of what is learned, % of duty: in one steady motion the two cannot be told apart and
 drift."""
 

@@ -20,6 +20,9 @@ SOFTNESS = 0.02
 run."""
 
 BACK_OFF = math.radians(6)
+LONGEST = 60.0
+"""No joint takes longer to its stop, s."""
+
 STILL_FOR = 0.16
 """A pushed joint that has not moved for this time stands at its stop, s."""
 
@@ -122,11 +125,10 @@ def _push(arm, motor, joint, sign, force):
     clock = arm.clock
     # What a standing motor pushes with is the stiffness times the speed set-point.
     speed = sign * math.radians(force / SOFTNESS) / joint.gear
-    # Free, it turns at more than a thirtieth of that; no joint turns more than once round.
-    deadline = clock.now() + 2 * math.pi / abs(speed) * 30 + 2
     motor.disengage()
     motor.engage(SOFTNESS)
     last, since = motor.bounds(), clock.now()
+    start, begun = last, since
     while True:
         arm.check_plugged_in()
         motor.drive(speed)
@@ -138,9 +140,17 @@ def _push(arm, motor, joint, sign, force):
             motor.hold()
             motor.disengage()
             return motor.zero + motor.in_counts(sum(here) / 2)
-        if now > deadline:
+        if abs(here[0] - start[0]) > _farthest(joint) or now - begun > LONGEST:
             raise Blocked(
-                "the {} found no stop within {:.0f} s; check its find_home in the arm file".format(
-                    joint.name, deadline - since
+                "the {} found no stop in {:.0f} deg and {:.0f} s; check its stops and find_home in "
+                "the arm file".format(
+                    joint.name, math.degrees(abs(here[0] - start[0])), now - begun
                 )
             )
+
+
+def _farthest(joint):
+    """How far a joint may have to turn to a stop that is there, rad."""
+    if joint.stop_lower is None or joint.stop_upper is None:
+        return 2 * math.pi
+    return joint.stop_upper - joint.stop_lower + joint.backlash + PLAUSIBLE

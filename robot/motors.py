@@ -26,20 +26,16 @@ class MotorNotFound(ArmError, OSError):
     """A motor that is not there, or no longer."""
 
 
-def _folder():
-    return os.path.join(ev3dev2.motor.Device.DEVICE_ROOT_PATH, "tacho-motor")
-
-
 def _what_is_plugged_in():
-    folder = _folder()
+    folder = os.path.join(ev3dev2.motor.Device.DEVICE_ROOT_PATH, "tacho-motor")
     found = []
-    for name in sorted(ev3dev2.motor.list_device_names(folder, "*")):
+    for name in ev3dev2.motor.list_device_names(folder, "*"):
         words = []
         for attribute in ("address", "driver_name"):
             with open(os.path.join(folder, name, attribute)) as file:
                 words.append(file.read().strip().replace("ev3-ports:", ""))
         found.append("{} ({})".format(*words))
-    return found
+    return sorted(found)
 
 
 class JointMotor(object):
@@ -82,7 +78,8 @@ class JointMotor(object):
         self.zero = 0.0
         self._max_speed = self._motor.max_speed
         self._carry = 0.0
-        self._engaged = False
+        self._engaged = None
+        """None: a program that was killed may have left it so."""
 
     def counts(self):
         """The encoder's reading."""
@@ -150,10 +147,10 @@ class JointMotor(object):
 
     def disengage(self):
         """Give the driver its own speed constants back, as after a reset."""
-        if self._engaged:
-            self._engaged = False
+        if self._engaged is not False:
             self._set("speed_p", SPEED_P)
             self._set("speed_i", SPEED_I)
+            self._engaged = False
 
     def hold(self):
         """Stop here and hold."""
@@ -167,8 +164,8 @@ class JointMotor(object):
         Raises:
             MotorNotFound: the motor is gone.
         """
-        name = "motor{}".format(self._motor.device_index)
-        if not os.path.isdir(os.path.join(_folder(), name)):
+        # Not by device_index: the library takes only the last digit of "motor12" for it.
+        if not os.path.isdir(self._motor._path):
             raise self._lost("it is not connected")
 
     def _get(self, attribute):

@@ -6,6 +6,7 @@ lie between strokes.  Letters: `q` joint angles rad, `dq` a step, `p` a tip posi
 Jacobian cm/rad.
 """
 
+import bisect
 import math
 from collections import namedtuple
 
@@ -22,10 +23,13 @@ JOINT_ACCELERATION = math.radians(200)
 """Greatest acceleration of a joint, rad/s^2: a link slowed harder would run ahead through its
 play."""
 
-TAKE_UP = 0.19
+LONGEST_ARC = 200.0
+"""Between two points, cm."""
+
+TAKE_UP = 0.14
 """Least time to cross a joint's play, s."""
 
-TAKE_UP_SPEED = math.radians(68)
+TAKE_UP_SPEED = math.radians(109)
 """Mean speed of a motor's shaft crossing the play, rad/s: faster, it would knock the link away."""
 
 STEP_SIZE = math.radians(5)
@@ -112,7 +116,13 @@ def arc(points):
         a, b = points[i], points[i + 1]
         before = _Circle(points[i - 1], a, b) if i > 0 else None
         after = _Circle(a, b, points[i + 2], first=True) if i < last else None
-        n = max(2, int(math.ceil(max(c.length for c in (before, after) if c) / SPACING)))
+        length = max(c.length for c in (before, after) if c)
+        if length > LONGEST_ARC:
+            raise BadPath(
+                "the arc near ({:g}, {:g}) would be {:.0f} cm long, more than {:g} is no drawing; "
+                "give its points in order".format(a[0], a[1], length, LONGEST_ARC)
+            )
+        n = max(2, int(math.ceil(length / SPACING)))
         for k in range(1, n + 1):
             t = k / float(n)
             if before and after:
@@ -180,7 +190,6 @@ class Trajectory(object):
         self._q = joints
         self._t = times
         self._v = speeds
-        self._at = 0
         self.duration = times[-1]
         self.start, self.end = joints[0], joints[-1]
         self.directions, self.reversals = self._turns()
@@ -211,11 +220,7 @@ class Trajectory(object):
             return Setpoint(self.end, (0.0,) * len(self.end), self._p[-1])
         if t <= 0:
             return Setpoint(self.start, (0.0,) * len(self.end), self._p[0])
-        if times[self._at] > t:
-            self._at = 0
-        while times[self._at + 1] < t:
-            self._at += 1
-        i = self._at
+        i = bisect.bisect_left(times, t) - 1
         span = times[i + 1] - times[i]
         # Constant acceleration between set-points: the fraction of the way, and its rate.
         dt = t - times[i]
@@ -322,10 +327,11 @@ class TakingUpBacklash(object):
 
 
 def spread(stroke):
-    """The stroke's points at most SPACING apart, ends and given points included."""
+    """The stroke's points at most SPACING apart, ends and given points included, at least three."""
     out = [tuple(stroke[0])]
     for a, b in zip(stroke, stroke[1:]):
-        n = max(1, int(math.ceil(math.hypot(b[0] - a[0], b[1] - a[1]) / SPACING)))
+        n = int(math.ceil(math.hypot(b[0] - a[0], b[1] - a[1]) / SPACING))
+        n = max(n, 2 if len(stroke) == 2 else 1)
         for k in range(1, n + 1):
             out.append(tuple(u + (v - u) * k / float(n) for u, v in zip(a, b)))
     return out
@@ -379,6 +385,10 @@ def plan(arm, strokes, speed=None, elbow=None):
     Raises:
         kinematics.Unreachable: a point is out of reach or past a limit; nothing has moved.
     """
+    for stroke in strokes:
+        # Before a line to the moon is cut into set-points.
+        kinematics.inverse(arm, stroke[0])
+        kinematics.inverse(arm, stroke[-1])
     spaced = [spread(stroke) for stroke in strokes]
     joints = joint_path(arm, [p for points in spaced for p in points], elbow)
     out = []

@@ -11,7 +11,7 @@ import os
 
 from shared.arm_description import ArmError
 
-AGREES = 3
+AGREES = 2
 """Counts by which a parked motor may have settled since."""
 
 
@@ -48,7 +48,7 @@ class Zero(object):
         Raises:
             NotHomed: the arm was never homed, was not parked, or the encoders say otherwise.
         """
-        advice = "; home it first: driver.py home (or home --here)"
+        advice = "; lift the pen and home it first: driver.py home (or home --here)"
         try:
             with open(self.file) as file:
                 state = json.loads(file.read())

@@ -250,7 +250,7 @@ def test_a_blocked_joint_is_noticed_by_the_arm_itself(tmp_path):
 
 
 def test_a_brick_that_is_too_slow_is_noticed(tmp_path):
-    with switched_on(tmp_path, plant="access=0.03") as rig:
+    with switched_on(tmp_path, plant="access=0.05") as rig:
         robot = rig.robot()
         with pytest.raises(TooSlow, match="tick"):
             robot.go_to(degrees(0, 90))

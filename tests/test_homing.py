@@ -154,7 +154,7 @@ def test_stops_that_are_not_those_of_the_arm_file(tmp_path, stop):
     with switched_on(tmp_path, homed=False) as rig:
         with pytest.raises(Blocked) as error:
             homed_as(rig, stop_upper=math.radians(stop), upper=math.radians(120))
-        assert refused(rig, error, "elbow", "measure them")
+        assert refused(rig, error, "elbow", "stops")
 
 
 def test_a_stop_that_is_not_there(tmp_path):

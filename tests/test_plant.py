@@ -14,6 +14,7 @@ from laptop.simulator.plant import (
     Drive,
     Link,
     MotorConstants,
+    at_port,
     motor_constants,
     read_plant,
 )
@@ -415,7 +416,8 @@ def test_a_seed_scatters_within_the_spread_and_fills_it(spread):
         constant = CONSTANTS[key]
         if key == "seed" or constant.default is None:
             continue
-        values = [read_plant(f"seed={n},spread={spread}")[key] for n in range(200)]
+        plants = [read_plant(f"seed={n},spread={spread}") for n in range(200)]
+        values = [at_port(plant, "A")[key] for plant in plants]
         if not constant.scatter:
             assert set(values) == {spread if key == "spread" else constant.default}
             continue
@@ -425,13 +427,29 @@ def test_a_seed_scatters_within_the_spread_and_fills_it(spread):
 
 
 def test_constants_scatter_independently_of_one_another_and_of_what_else_is_given():
-    plain, more = read_plant("seed=7"), read_plant("seed=7,load=0.1,backlash=3")
-    ratios = [plain[k] / CONSTANTS[k].default for k in CONSTANTS if CONSTANTS[k].scatter]
+    plain, more = (at_port(read_plant(t), "B") for t in ("seed=7", "seed=7,load=0.1,backlash=3"))
+    drawn = [k for k in CONSTANTS if CONSTANTS[k].scatter and CONSTANTS[k].default]
+    ratios = [plain[k] / CONSTANTS[k].default for k in drawn]
     assert len(set(ratios)) == len(ratios)
     assert {k: more[k] for k in more if k not in ("load", "backlash")} == {
         k: plain[k] for k in plain if k not in ("load", "backlash")
     }
     assert (more["load"], more["backlash"]) == (0.1, 3.0)
+
+
+def test_no_two_motors_of_a_random_plant_are_alike():
+    """Equal errors at all joints would bend a line less than unequal ones."""
+    arm = read_arm(find_arm("planar"))
+    a, b, c = (ArmPlant(arm, read_plant("seed=3")).drives[port].motor for port in "ABC")
+    assert all(x != y for x, y in zip(a, b))
+    ratio = a.torque_constant / b.torque_constant
+    assert 0.8 / 1.2 <= ratio <= 1.2 / 0.8
+    brick = EmulatedBrick(World(), arm, read_plant("seed=3"))
+    phases = [motor.encoder.phase for motor in brick.motors.values()]
+    assert len(set(phases)) == 3
+    assert all(0 <= phase <= 0.5 for phase in phases)
+    same = ArmPlant(arm, read_plant()).drives
+    assert same["A"].motor == same["B"].motor
 
 
 def test_a_range_is_drawn_within_its_bounds_anew_for_each_seed():

@@ -11,8 +11,15 @@ STEP = 0.001
 SAMPLE_EVERY = 5
 PORTS = "ABCD"
 
+FIRST = 9
+"""Number of the device at port A: after some plugging the system counts on from there."""
+
 Sample = namedtuple("Sample", "t q x y pen")
 """One row of the record: s, true link angles (rad), true tip (cm), 0 or 1."""
+
+
+def _name(port):
+    return "motor{}".format(FIRST + PORTS.index(port))
 
 
 class EmulatedBrick(object):
@@ -51,10 +58,12 @@ class EmulatedBrick(object):
         world.bodies.append(self.advance)
 
     def _plug(self, port, kind):
-        motor = TachoMotor(port, kind, self.plant.drives[port], self.plant.plant["phase"])
+        motor = TachoMotor(
+            port, kind, self.plant.drives[port], plants.at_port(self.plant.plant, port)["phase"]
+        )
         self.motors[port] = motor
         discovery = {"address": "ev3-ports:out" + port, "driver_name": DRIVER[kind]}
-        self.sysfs.add("tacho-motor", "motor{}".format(PORTS.index(port)), discovery, motor)
+        self.sysfs.add("tacho-motor", _name(port), discovery, motor)
 
     def advance(self, t):
         """Bring physics and drivers up to time `t`, s."""
@@ -93,7 +102,7 @@ class EmulatedBrick(object):
         if self.motors[port].unplugged:
             return
         self.motors[port].unplug()
-        self.sysfs.remove("tacho-motor", "motor{}".format(PORTS.index(port)))
+        self.sysfs.remove("tacho-motor", _name(port))
 
     def jam(self, port):
         """Block what the motor at `port` moves: its link, or the rotor of a bare motor."""

@@ -29,37 +29,49 @@ MOTORS = {
 }
 
 TOUCHES_AT, LEAVES_AT = 0.8, 0.7
-"""Shares of the way from `up` to `down` at which the pen meets the paper and leaves it: `down`
-presses
-the tip a little, which follows for as long."""
+"""Shares of the way from `up` to `down` at which the pen meets the paper and leaves it.
+
+`down` presses the tip a little, which follows for as long."""
 
 Constant = namedtuple("Constant", "default lower upper unit scatter meaning")
-"""`scatter`: whether a random plant draws this constant around its value."""
+"""`scatter`: whether a random plant draws this constant around its value: once ("plant"), for every
+motor by itself ("port"), or not (None)."""
 
 CONSTANTS = {
-    "voltage": Constant(8.0, 4.5, 10.0, "V", True, "battery voltage at the motors"),
-    "torque_constant": Constant(1.0, 0.5, 2.0, "x", True, "motor torque per ampere, times nominal"),
-    "emf_constant": Constant(1.0, 0.5, 2.0, "x", True, "back-EMF per speed, times nominal"),
-    "resistance": Constant(1.0, 0.5, 2.0, "x", True, "winding resistance, times nominal"),
-    "rotor_inertia": Constant(1.0, 0.2, 5.0, "x", True, "rotor inertia, times nominal"),
-    "rotor_friction": Constant(1.0, 0.0, 5.0, "x", True, "friction in the motor, times nominal"),
-    "link_friction": Constant(0.01, 0.0, 0.2, "Nm", True, "friction of the bearing behind the gap"),
-    "shoulder_inertia": Constant(0.003, 1e-5, 0.1, "kg m2", True, "first link and all it carries"),
-    "elbow_inertia": Constant(0.0006, 1e-5, 0.1, "kg m2", True, "second link with the pen"),
-    "pen_drag": Constant(0.04, 0.0, 2.0, "N", True, "pen on paper; a pen of 10 g resting on it"),
-    "load": Constant(0.0, -0.4, 0.4, "Nm", False, "constant torque on every joint"),
+    "voltage": Constant(8.0, 4.5, 10.0, "V", "plant", "battery voltage at the motors"),
+    "torque_constant": Constant(
+        1.0, 0.5, 2.0, "x", "port", "motor torque per ampere, times nominal"
+    ),
+    "emf_constant": Constant(1.0, 0.5, 2.0, "x", "port", "back-EMF per speed, times nominal"),
+    "resistance": Constant(1.0, 0.5, 2.0, "x", "port", "winding resistance, times nominal"),
+    "rotor_inertia": Constant(1.0, 0.2, 5.0, "x", "port", "rotor inertia, times nominal"),
+    "rotor_friction": Constant(1.0, 0.0, 5.0, "x", "port", "friction in the motor, times nominal"),
+    "link_friction": Constant(
+        0.01, 0.0, 0.2, "Nm", "port", "friction of the bearing behind the gap"
+    ),
+    "shoulder_inertia": Constant(
+        0.003, 1e-5, 0.1, "kg m2", "plant", "first link and all it carries"
+    ),
+    "elbow_inertia": Constant(0.0006, 1e-5, 0.1, "kg m2", "plant", "second link with the pen"),
+    "pen_drag": Constant(0.04, 0.0, 2.0, "N", "plant", "pen on paper; a pen of 10 g resting on it"),
+    "load": Constant(0.0, -0.4, 0.4, "Nm", None, "constant torque on every joint"),
     "backlash": Constant(
-        None, 0.0, 20.0, "deg", False, "play at every joint; as described if not given"
+        None, 0.0, 20.0, "deg", None, "play at every joint; as described if not given"
     ),
     "zero_error": Constant(
-        0.0, -5.0, 5.0, "deg", False, "true joint angles where the zero is believed"
+        0.0, -5.0, 5.0, "deg", None, "true joint angles where the zero is believed"
     ),
     "phase": Constant(
-        0.25, 0.0, 0.5, "deg", False, "where between two encoder edges the shafts start"
+        None,
+        0.0,
+        0.5,
+        "deg",
+        "port",
+        "where between two encoder edges a shaft starts; 0.25 if not given, anywhere with a seed",
     ),
-    "access": Constant(0.001, 0.0, 0.1, "s", False, "time of one sysfs access"),
-    "spread": Constant(0.2, 0.0, 0.5, "", False, "half-width of the random draw, as a fraction"),
-    "seed": Constant(None, 0, 2**31, "", False, "draw the scattered constants with this seed"),
+    "access": Constant(0.001, 0.0, 0.1, "s", None, "time of one sysfs access"),
+    "spread": Constant(0.2, 0.0, 0.5, "", None, "half-width of the random draw, as a fraction"),
+    "seed": Constant(None, 0, 2**31, "", None, "draw the scattered constants with this seed"),
 }
 
 
@@ -70,11 +82,12 @@ class BadPlant(ArmError, ValueError):
 def read_plant(text=""):
     """The plant constants of a text such as `backlash=3,voltage=7.2,load=-0.1..0.1,seed=4`.
 
-    `KEY=LOW..HIGH` draws uniformly; `seed` scatters the motor constants, the frictions, inertias
-    and the voltage by up to `spread` around their values.  The same text draws the same plant.
+    `KEY=LOW..HIGH` draws uniformly; `seed` scatters the frictions, inertias and the voltage by up
+    to `spread` around their values, and (see `at_port`) every motor's own constants.  The same text
+    draws the same plant.
 
     Returns:
-        dict, name -> float or None (backlash only: as described).
+        dict, name -> float or None (not given and without a default).
 
     Raises:
         BadPlant: naming the key, the value and its range.
@@ -95,7 +108,7 @@ def read_plant(text=""):
                 )
             )
         given[key] = bounds
-    seed = given.pop("seed", [None])[0]
+    seed = given.get("seed", [None])[0]
     draw = random.Random(int(seed or 0))
     spread = given.get("spread", [CONSTANTS["spread"].default])[0]
     plant = {}
@@ -105,11 +118,24 @@ def read_plant(text=""):
         luck = draw.uniform(-1, 1)
         if len(bounds) == 2:
             plant[key] = (bounds[0] + bounds[1]) / 2 + luck * (bounds[1] - bounds[0]) / 2
-        elif seed is not None and constant.scatter:
+        elif seed is not None and constant.scatter == "plant":
             plant[key] = bounds[0] * (1 + spread * luck)
         else:
             plant[key] = bounds[0]
     return plant
+
+
+def at_port(plant, port):
+    """The plant's constants as they are at one port: no two motors are alike where it is random."""
+    own = dict(plant)
+    draw = random.Random("{}/{}".format(plant["seed"], port))
+    for key in sorted(CONSTANTS):
+        luck = draw.uniform(-1, 1)
+        if plant["seed"] is not None and CONSTANTS[key].scatter == "port" and key != "phase":
+            own[key] *= 1 + plant["spread"] * luck
+        elif key == "phase" and plant[key] is None:
+            own[key] = 0.25 if plant["seed"] is None else 0.25 * (1 + luck)
+    return own
 
 
 def _number(key, text):
@@ -270,25 +296,30 @@ class ArmPlant(object):
             link = Link(
                 angle + error,
                 plant["shoulder_inertia" if number == 0 else "elbow_inertia"],
-                plant["link_friction"],
+                at_port(plant, joint.port)["link_friction"],
                 joint.backlash if described else math.radians(plant["backlash"]),
                 -math.inf if joint.stop_lower is None else joint.stop_lower,
                 math.inf if joint.stop_upper is None else joint.stop_upper,
             )
-            drive = self._drive(joint.motor, joint.gear * joint.direction, link, angle + error)
+            drive = self._drive(
+                joint.port, joint.motor, joint.gear * joint.direction, link, angle + error
+            )
             self.drives[joint.port] = drive
             self.joints.append(drive)
         if arm.pen:
-            self.drives[arm.pen.port] = self._drive(arm.pen.motor, 1.0, None, arm.pen.up)
+            self.drives[arm.pen.port] = self._drive(
+                arm.pen.port, arm.pen.motor, 1.0, None, arm.pen.up
+            )
         self.pen_down = False
         self.pen_down = self._pen_touches()
 
-    def _drive(self, kind, ratio, link, angle):
-        return Drive(motor_constants(kind, self.plant), self.plant["voltage"], ratio, link, angle)
+    def _drive(self, port, kind, ratio, link, angle):
+        motor = motor_constants(kind, at_port(self.plant, port))
+        return Drive(motor, self.plant["voltage"], ratio, link, angle)
 
     def add_bare_motor(self, port, kind):
         """Plug a motor that moves nothing into a free port."""
-        self.drives[port] = self._drive(kind, 1.0, None, 0.0)
+        self.drives[port] = self._drive(port, kind, 1.0, None, 0.0)
 
     @property
     def q(self):
