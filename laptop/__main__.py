@@ -109,6 +109,8 @@ def simulate(
         measures = drawing.measure(run.record, run.wanted)
     except ArmError as error:
         raise click.ClickException(str(error)) from None
+    except OSError as error:
+        raise click.ClickException(f"{error.strerror}: {error.filename}; make room there") from None
     summary = _summary(script, args, arm, plant_text, run, measures)
     click.echo(_report(summary, took))
     try:
@@ -149,16 +151,12 @@ def _write(
     """All three files, each whole or not at all."""
     title = " ".join([summary["script"], *summary["args"]])
     notes = f"{arm.name} arm, true tip of the emulated arm"
-    reach = (
-        abs(arm.joints[0].link - arm.joints[1].link),
-        sum(joint.link for joint in arm.joints),
-    )
 
     def draw(file: str) -> None:
         from laptop import picture  # matplotlib is slow to import; every other answer is quicker
 
         picture.draw_picture(
-            file, run.record, run.wanted, measures, run.skeleton, reach, title, notes
+            file, run.record, run.wanted, measures, run.skeleton, run.reach, title, notes
         )
 
     for name, write in (

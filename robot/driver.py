@@ -19,8 +19,21 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+if __name__ == "__main__":
+    # The imports take seconds on the brick, and nothing turns yet: a signal may just end them.
+    for _number in _SIGNALS:
+        signal.signal(_number, signal.SIG_DFL)
+
 from robot import kinematics, trajectory  # noqa: E402
-from robot.arm import RobotArm  # noqa: E402
+
+try:
+    from robot.arm import RobotArm
+except ImportError as _error:
+    if getattr(_error, "name", "") != "ev3dev2":
+        raise
+    sys.exit("driver.py: there is no python-ev3dev2 here; run this on the brick, or emulated")
 from robot.clock import Clock  # noqa: E402
 from robot.zero import NotHomed  # noqa: E402
 from shared.arm_description import ArmError, find_arm, read_arm  # noqa: E402
@@ -258,6 +271,8 @@ def _parser():
         return commands.add_parser(name, help=text, parents=[_options()])
 
     add("where", "where the tip is")
+    inverse = add("inverse", "the joint angles for X,Y, found in three ways; moves nothing")
+    inverse.add_argument("point", type=_point, metavar="X,Y")
     home = add("home", "find the zero against the hard stops")
     home.add_argument("--here", action="store_true", help="the arm stands in its home pose")
     move = add("move", "go there, pen up")
@@ -280,9 +295,30 @@ def _parser():
     return parser
 
 
+def _compare_inverses(description, p):
+    """Print the analytic poses for `p`, and the ways of Newton and Broyden from the home pose."""
+
+    def degrees(q):
+        return ", ".join("{:8.3f}".format(math.degrees(angle)) for angle in q)
+
+    for q in kinematics.branches(description, p):
+        print("analytic     {} deg".format(degrees(q)))
+    home = [joint.home for joint in description.joints]
+    for name, method in (
+        ("newton", kinematics.newton_inverse),
+        ("broyden", kinematics.broyden_inverse),
+    ):
+        for step in method(description, p, home).trace:
+            print(
+                "{:7} {:3}  {} deg, {:.6f} cm off".format(
+                    name, step.iteration, degrees(step.q), step.error_cm
+                )
+            )
+
+
 def _strokes(parser, args):
     """What to draw: a list of drawings, each a list of strokes."""
-    if args.command in ("where", "home", "move"):
+    if args.command in ("where", "inverse", "home", "move"):
         return []
     if args.command == "line":
         if args.angle is None and args.length is None and len(args.points) == 2:
@@ -303,6 +339,9 @@ def _strokes(parser, args):
 
 def _run(parser, args):
     description = read_arm(find_arm(args.arm))
+    if args.command == "inverse":
+        _compare_inverses(description, args.point)
+        return
     drawings = _strokes(parser, args)
     plans = [trajectory.plan(description, s, args.speed, args.elbow) for s in drawings]
     arm = RobotArm(description, Clock())
@@ -343,11 +382,13 @@ def _run(parser, args):
 
 
 def _ignore_signals():
+    # Not SIG_IGN: Python 3.5 would try to call that for a signal that has just come in.
     for number in _SIGNALS:
-        signal.signal(number, signal.SIG_IGN)
+        signal.signal(number, _do_nothing)
 
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+def _do_nothing(number, frame):
+    pass
 
 
 def _raise_stopped(number, frame):

@@ -72,6 +72,12 @@ def singularity(arm, q):
     return _chain(arm).singularity(q)
 
 
+def reach(arm):
+    """Least and greatest distance of the tip from the base that the links allow, cm."""
+    links = sorted(joint.link for joint in arm.joints)
+    return max(0.0, links[-1] - sum(links[:-1])), sum(links)
+
+
 def branches(arm, p):
     """Every q within the joint limits that brings the tip to p; the arm's preferred elbow first.
 
@@ -324,7 +330,7 @@ def _planar_solutions(arm, p):
     The elbow's tangent form keeps its digits at full reach and at the hole, where acos loses half.
     """
     upper, fore = (joint.link for joint in arm.joints)
-    outer, hole = upper + fore, abs(upper - fore)
+    hole, outer = reach(arm)
     distance = math.hypot(*p)
     if not hole - REACH_SLACK <= distance <= outer + REACH_SLACK:
         where, advice = (

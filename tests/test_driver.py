@@ -3,6 +3,8 @@
 import math
 import os
 import re
+import subprocess
+import sys
 
 import pytest
 from rig import DRIVER, REPORT_LINES, Shell, degrees, described, from_line, switched_on
@@ -549,3 +551,74 @@ def test_a_line_almost_through_the_base(tmp_path):
         rig.driver().draw_line(*line)
     (ink,) = rig.ink()
     assert 10 * max(from_line((s.x, s.y), line) for s in ink) < 3.0
+
+
+def test_two_signals_at_once_do_not_get_past_the_stop():
+    """In a real process: emulated signals never arrive between two instructions."""
+    code = """
+import os, signal
+from robot import driver
+for number in driver._SIGNALS:
+    signal.signal(number, driver._raise_stopped)
+both = {signal.SIGINT, signal.SIGTERM}
+signal.pthread_sigmask(signal.SIG_BLOCK, both)
+for number in both:
+    os.kill(os.getpid(), number)
+try:
+    try:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, both)
+        sum(range(100000))
+    except BaseException:
+        driver._ignore_signals()
+        os.kill(os.getpid(), signal.SIGHUP)
+        print("stopped the motors")
+        raise
+except driver.Stopped as error:
+    print(error)
+"""
+    shown = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=os.path.dirname(os.path.dirname(DRIVER)),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        universal_newlines=True,  # noqa: UP021 - `text` came with 3.7
+        timeout=60,
+    )
+    assert shown.stdout.splitlines()[0] == "stopped the motors"
+    assert shown.stdout.splitlines()[1].startswith("stopped by SIG")
+    assert shown.returncode == 0
+
+
+def test_inverse_shows_three_ways_to_the_same_pose(shell):
+    shown = shell.run("inverse", "10,0")
+    lines = shown.out.splitlines()
+    assert shown.status == 0
+    assert [line for line in lines if line.startswith("analytic")] == [
+        "analytic      -52.545,  123.321 deg",
+        "analytic       52.545, -123.321 deg",
+    ]
+    for name in ("newton", "broyden"):
+        trace = [line for line in lines if line.startswith(name)]
+        assert "0.000,    0.000 deg, 10.800000 cm off" in trace[0]
+        assert "-52.545,  123.321 deg, 0.000000 cm off" in trace[-1]
+
+
+@pytest.mark.parametrize("words", [("line", "10,0", "10.02,0"), ("rectangle", "8,4", "8.02,9")])
+def test_a_line_shorter_than_its_set_points_are_apart(shell, words):
+    shown = shell.run(*words)
+    assert (shown.status, shown.err) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("line", "10,0", "1e8,0"), "out of reach"),
+        (("arc", "10,0", "12,0.000001", "11,0"), "points in order"),
+    ],
+    ids=["to the moon", "an arc all but straight, the wrong way round"],
+)
+def test_what_would_not_fit_the_bricks_memory_is_refused_first(shell, words, told):
+    shown = shell.run(*words)
+    assert shown.status == 1
+    assert told in shown.err
+    assert "Traceback" not in shown.err

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from rig import Rig, described
+from rig import Rig, described, switched_on
 
 from robot.motors import DEAD_MAN, JointMotor, MotorNotFound
 from shared.arm_description import ArmError
@@ -269,3 +269,15 @@ def test_a_pulled_cable_is_noticed_without_an_access(shoulder):
     accesses = rig.brick.sysfs.accesses
     motor.check_plugged_in()
     assert rig.brick.sysfs.accesses == accesses
+
+
+def test_a_motor_whose_device_has_a_number_of_two_digits_is_there(tmp_path):
+    """The library's device_index would be its last digit."""
+    with switched_on(tmp_path) as rig:
+        joints = rig.robot().joints
+        assert any(motor._motor._path.endswith("motor10") for motor in joints)
+        for motor in joints:
+            motor.check_plugged_in()
+        rig.brick.unplug("B")
+        with pytest.raises(MotorNotFound):
+            joints[1].check_plugged_in()

@@ -407,3 +407,14 @@ def test_as_a_process_like_in_the_readme(tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
     assert "path 1: 11.2 cm" in done.stdout
     assert (tmp_path / "picture.png").exists()
+
+
+def test_a_path_told_the_wrong_way_is_one_line(simulate, script):
+    told = script(
+        "import os\n"
+        "with open(os.environ['BRICKSERVO_PLAN'], 'a') as plan:\n"
+        "    plan.write('10,0')\n"
+    )
+    shown = simulate(str(told))
+    assert shown.exit_code == 1
+    assert in_one_line(shown.stderr, "line 1 of $BRICKSERVO_PLAN")

@@ -201,28 +201,27 @@ def table(results: list[Result]) -> list[Row]:
         groups.setdefault((r.arm, r.method, r.condition, r.line), []).append(r)
     rows = []
     for key, group in groups.items():
-        drawn = [r for r in group if not r.error]
         quantiles = [("", 50)] if len(group) == 1 else [(" p50", 50), (" p95", 95)]
         for suffix, q in quantiles:
             name = f"{len(group)} x {key[3]}{suffix}" if suffix else key[3]
-            rows.append((*key[:3], name, *_figures(drawn, q), f"{len(group) - len(drawn)}"))
+            failed = sum(1 for r in group if r.error)
+            rows.append((*key[:3], name, *_figures(group, q), f"{failed}"))
     return rows
 
 
-def _figures(drawn: list[Result], q: int) -> Row:
-    if not drawn:
-        return ("-",) * 9
+def _figures(group: list[Result], q: int) -> Row:
+    """The group's percentiles; what was not drawn is infinitely far off."""
 
     def at(values: list[float]) -> float:
-        return float(np.percentile(values, q))
+        return float(np.percentile(values, q, method="higher"))
 
-    out = [f"{at([r.floor for r in drawn]):.2f}"]
+    out = [f"{at([r.floor for r in group]):.2f}"]
     for field in ("greatest", "rms", "end"):
-        values = [getattr(r, field) for r in drawn]
-        ratios = [value / r.floor for value, r in zip(values, drawn, strict=True)]
+        values = [math.inf if r.error else getattr(r, field) for r in group]
+        ratios = [value / r.floor for value, r in zip(values, group, strict=True)]
         out += [f"{at(values):.2f}", f"{at(ratios):.2f}"]
-    seconds = f"{at([r.seconds for r in drawn]):.1f}"
-    return (*out, seconds, f"{at([r.accesses for r in drawn]):.0f}")
+    seconds = f"{at([r.seconds for r in group]):.1f}"
+    return (*out, seconds, f"{at([r.accesses for r in group]):.0f}")
 
 
 def count(seeds: range) -> int:

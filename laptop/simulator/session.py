@@ -38,11 +38,16 @@ FAULTS = {
 }
 """Kind -> what stands behind its colon."""
 
-Run = namedtuple("Run", "outcome record wanted motors skeleton")
-"""What came out: runner.Outcome, the brick's Samples, the paths (cm) that the script told it
-wanted, per port what its motor does at the end (dict: mode, driven, position), and where the arm's
-joints
-and its tip ended, cm."""
+Run = namedtuple("Run", "outcome record wanted motors skeleton reach")
+"""What came out.
+
+outcome   runner.Outcome
+record    the brick's Samples
+wanted    the paths (cm) that the script told it wanted
+motors    per port what its motor does at the end: dict(mode, driven, position)
+skeleton  where the arm's joints and its tip ended, cm
+reach     least and greatest distance of the tip from the base, cm
+"""
 
 
 class BadOrder(ArmError, ValueError):
@@ -158,7 +163,7 @@ def run(
         for port, motor in brick.motors.items()
     }
     skeleton = kinematics.joint_positions(arm, brick.plant.q)
-    return Run(outcome, brick.record, wanted, motors, skeleton)
+    return Run(outcome, brick.record, wanted, motors, skeleton, kinematics.reach(arm))
 
 
 def _order(brick, fault, orders):
@@ -221,4 +226,13 @@ def _wanted(file):
     if not os.path.exists(file):
         return []
     with open(file) as lines:
-        return [[tuple(p) for p in json.loads(line)["path"]] for line in lines]
+        paths = []
+        for number, line in enumerate(lines, 1):
+            try:
+                paths.append([(float(x), float(y)) for x, y in json.loads(line)["path"]])
+            except (ValueError, KeyError, TypeError):
+                raise BadOrder(
+                    'line {} of $BRICKSERVO_PLAN is not {{"path": [[x, y], ...]}}; '
+                    "correct the script that wrote it".format(number)
+                ) from None
+    return paths
