@@ -8,47 +8,20 @@ import contextlib
 import math
 
 from robot import homing, kinematics
-from robot.follower import ALONG, GAINS, LEAD, STIFFNESS, Follower
-from robot.motors import DEAD_MAN, JointMotor
+from robot.control_loop import COARSE, SETTLE, TICK, ControlLoop, Stalled
+from robot.follower import GAINS, Follower
+from robot.motors import JointMotor
 from robot.trajectory import JOINT_ACCELERATION, JointMove, TakingUpBacklash
 from robot.zero import Zero
-from shared.arm_description import ArmError
 
-TICK = 0.02
-"""Period of the control loop, s."""
-
-SLOW_TICK, SLOW_TICKS = 0.06, 4
-"""A tick longer than this (s) is slow; so many slow ones in a row control nothing."""
-
-IDLE_CHECK = 20
-"""Every so many ticks the motors that are not being driven are checked to be there."""
-
-ASTRAY, ASTRAY_COUNTS = math.radians(3), 5
-"""A joint this far (rad, and counts) from where it should be is blocked or blind."""
-
-CRAWLING, NEARLY_SINGULAR = 0.5, 0.1
-"""Below this speed of the tip (cm/s) or this singularity measure, across the path means nothing."""
-
-SETTLE, UNHURRIED = 0.2, 0.8
-"""Longest correction after the end of a path with the pen down, and of a move, s."""
-
-FINE, COARSE = 0.4, 6.0
-"""A joint has settled within this many counts; the pen."""
-
-CREEP = 4.0
-"""Speed towards the end of a path, per distance that is left, 1/s."""
-
-RESTED = 3
-"""Ticks for which it must have."""
-
-STILL = 10
-"""Ticks without a count after the end: what is left is held by friction, or the joint is blind."""
-
-ARRIVED = 3
-"""Times as far off after the settling time, it has not arrived."""
+UNHURRIED = 0.8
+"""Longest correction after a move with the pen up, s."""
 
 STEP_SPEED = math.radians(100)
 """The speed of the report's joint steps, rad/s."""
+
+SETTLED_FOR, SETTLE_DEADLINE = 0.06, 0.4
+"""A step has settled when it has been within a count for so long; it has so long for that, s."""
 
 BEHIND, SLOWLY = math.radians(2), 0.3
 """A start is approached from the play and so much more (rad), at this share of full speed."""
@@ -56,20 +29,8 @@ BEHIND, SLOWLY = math.radians(2), 0.3
 GENTLE = math.radians(15)
 """Acceleration at which links do not leave the side of the play they are pushed by, rad/s^2."""
 
-PEN_ASTRAY = math.radians(25)
-PEN_SPEED, PEN_ACCELERATION = math.radians(400), math.radians(3000)
-"""Greatest of the pen's motor, rad/s and rad/s^2."""
-
-SETTLED_FOR = 0.06
-SETTLE_DEADLINE = 0.4
-
-
-class Stalled(ArmError):
-    """A joint that does not move as it should."""
-
-
-class TooSlow(ArmError):
-    """The brick does not keep up with the control loop."""
+PEN_SPEED, PEN_ACCELERATION, PEN_ASTRAY = (math.radians(x) for x in (400, 3000, 25))
+"""Of the pen's motor: greatest speed and acceleration, rad/s and rad/s^2, and error, rad."""
 
 
 class RobotArm(object):
@@ -100,12 +61,13 @@ class RobotArm(object):
         pen = description.pen
         self.pen = JointMotor("pen", pen.port, pen.motor, 1.0, 1) if pen else None
         self._motors = self.joints + ([self.pen] if pen else [])
-        self._followers = {
+        followers = {
             motor: Follower(joint.gear, gains[joint.motor])
             for motor, joint in zip(self.joints, description.joints)
         }
         if pen:
-            self._followers[self.pen] = Follower(1.0, gains[pen.motor])
+            followers[self.pen] = Follower(1.0, gains[pen.motor])
+        self._loop = ControlLoop(description, clock, followers, self.check_plugged_in)
         self.sides = (0,) * len(self.joints)
         self._engaged = False
         self._standing = True
@@ -204,101 +166,20 @@ class RobotArm(object):
         with self._stopping_on_error():
             for motion in motions:
                 plan = TakingUpBacklash(self.description.joints, motion, self.sides)
-                self._track(self.joints, plan, settle, FINE)
+                self._loop.run(self.joints, plan, settle)
                 self.sides = plan.sides
             self._hold(self.joints)
-
-    def _track(self, motors, plan, settle, tolerance, astray=ASTRAY):
-        """The control loop: 50 Hz, two accesses to set and one to read per motor and tick."""
-        clock = self.clock
-        followers = [self._followers[motor] for motor in motors]
-        lost = [max(astray, ASTRAY_COUNTS * motor.resolution) for motor in motors]
-        fine = [tolerance * motor.resolution for motor in motors]
-        for motor in motors:
-            motor.engage(STIFFNESS)
-        due = now = clock.now()
-        start = now + plan.before
-        last = plan.at(LEAD - plan.before).q_dot
-        before = None
-        ticks = resting = slow = still = 0
-        while True:
-            began = now
-            seen = []
-            for motor, follower in zip(motors, followers):
-                seen.append(motor.bounds())
-                follower.observe(clock.now(), seen[-1])
-            now = clock.now()
-            wanted = plan.at(now - start)
-            errors = [angle - f.angle for angle, f in zip(wanted.q, followers)]
-            self._watch(motors, errors, lost)
-            overtime = now - start - plan.duration
-            still = still + 1 if seen == before and overtime > 0 else 0
-            before = seen
-            if overtime > settle or still == STILL:
-                self._watch(motors, errors, [ARRIVED * limit for limit in fine])
-                return
-            near = all(abs(error) < limit for error, limit in zip(errors, fine))
-            resting = resting + 1 if near and overtime > 0 else 0
-            if resting == RESTED:
-                return
-            ahead = plan.at(now - start + LEAD)
-            errors = self._across(wanted, ahead, errors)
-            for k, (motor, follower) in enumerate(zip(motors, followers)):
-                acceleration = (ahead.q_dot[k] - last[k]) / TICK
-                # At rest the last bit is crept: position alone would be held up by friction.
-                creep = CREEP * errors[k] if overtime > 0 else 0.0
-                motor.drive(follower.command(errors[k], ahead.q_dot[k] + creep, acceleration))
-            last = ahead.q_dot
-            ticks += 1
-            if ticks % IDLE_CHECK == 0:
-                self.check_plugged_in()
-            # The plan goes by the clock, so that a late tick costs accuracy only.
-            due = max(due + TICK, clock.now())
-            slow = slow + 1 if due - began > SLOW_TICK else 0
-            if slow == SLOW_TICKS or due - began > DEAD_MAN:
-                raise TooSlow(
-                    "a control tick took {:.2f} s, more than {:.2f} s will not do; end other "
-                    "programs on the brick".format(due - began, SLOW_TICK)
-                )
-            clock.sleep(due - clock.now())
-            now = clock.now()
-
-    def _across(self, wanted, ahead, errors):
-        """The errors with what lies along the path weighted less: straightness before timing."""
-        if wanted.p is None:
-            return errors
-        J = kinematics.jacobian(self.description, wanted.q)
-        velocity = [sum(a * b for a, b in zip(row, ahead.q_dot)) for row in J]
-        fast = math.sqrt(sum(v * v for v in velocity))
-        singularity = kinematics.singularity(self.description, wanted.q)
-        if fast < CRAWLING or singularity < NEARLY_SINGULAR:
-            return errors
-        e = [sum(a * b for a, b in zip(row, errors)) for row in J]
-        along = (1 - ALONG) * sum(a * v for a, v in zip(e, velocity)) / (fast * fast)
-        return kinematics.solve(J, [a - along * v for a, v in zip(e, velocity)])
-
-    def _watch(self, motors, errors, limits):
-        for motor, error, limit in zip(motors, errors, limits):
-            if abs(error) > limit or self._followers[motor].blind:
-                raise self._stalled(
-                    motor, "{:.1f} deg are missing".format(abs(math.degrees(error)))
-                )
-
-    def _stalled(self, motor, missing):
-        # Blocked or blind looks the same; blind, its counts are worth nothing from now on.
-        self._homed = False
-        return Stalled(
-            "the {} (port {}) does not turn as it is driven, {}: it is blocked, overloaded or its "
-            "encoder is dead; free it, check the cable, then home".format(
-                motor.name, motor.port, missing
-            )
-        )
 
     @contextlib.contextmanager
     def _stopping_on_error(self):
         """Whatever goes wrong, every motor is stopped before anybody hears of it."""
         try:
             yield
+        except Stalled:
+            # Blocked or blind looks the same; blind, its counts are worth nothing from now on.
+            self._homed = False
+            self._halt()
+            raise
         except BaseException:
             self._halt()
             raise
@@ -315,7 +196,7 @@ class RobotArm(object):
     def _hold(self, motors):
         for motor in motors:
             motor.hold()
-            self._followers[motor].rest()
+        self._loop.rest(motors)
 
     def move_pen(self, angle):
         """Turn the pen's motor to `angle`, rad.
@@ -326,7 +207,7 @@ class RobotArm(object):
         self._engage()
         move = JointMove([self.pen.angle()], [angle], [PEN_SPEED], PEN_ACCELERATION)
         with self._stopping_on_error():
-            self._track([self.pen], move, SETTLE, COARSE, PEN_ASTRAY)
+            self._loop.run([self.pen], move, SETTLE, COARSE, PEN_ASTRAY)
             self._hold([self.pen])
 
     def move_motor(self, k, move):
@@ -336,7 +217,7 @@ class RobotArm(object):
         """
         self._engage()
         with self._stopping_on_error():
-            self._track([self.joints[k]], move, SETTLE, COARSE)
+            self._loop.run([self.joints[k]], move, SETTLE, COARSE)
             self._hold([self.joints[k]])
 
     def home(self, here=False, say=print):
@@ -395,7 +276,7 @@ class RobotArm(object):
                 settled = None
                 if clock.now() > deadline:
                     worst = max(range(len(off)), key=lambda k: abs(off[k]))
-                    raise self._stalled(
+                    raise Stalled(
                         self.joints[worst], "{:.0f} counts are missing".format(abs(off[worst]))
                     )
             clock.sleep(TICK)
@@ -422,8 +303,7 @@ class RobotArm(object):
                     act(motor)
                 except Exception as error:  # one motor's trouble must not keep the next one running
                     lost = lost or error
-        for follower in self._followers.values():
-            follower.rest()
+        self._loop.rest(self._motors)
         self._standing = True
         return lost
 

@@ -70,16 +70,15 @@ GAINS = {
 """By kind of motor.  The medium one moves the pen, is faster, and so takes only a softer hand."""
 
 BLIND, KEEP = 4.0, 0.9
-"""A still encoder is blind or blocked after this much motion (motor's deg) that should have been,
-of
-which each tick keeps this share: what friction holds back adds up to half of it."""
+"""A still encoder is blind, or its motor blocked, after so much missing motion (motor's deg).
+
+Each tick keeps this share of the sum, so that what friction holds back does not add up."""
 
 FORGETS = 0.0029
 """The share of what was learned of friction that each tick takes back towards the first guess."""
 
 FRICTION, PUSH = (3.0, 20.0), 8.0
-"""Bounds of what is learned, % of duty: in one steady motion the two cannot be told apart and
-drift."""
+"""Bounds of what is learned, % of duty: in steady motion the two cannot be told apart."""
 
 
 def _faded(speed, threshold):

@@ -20,8 +20,7 @@ SPEED_UP = 0.2
 """Time in which the tip reaches its speed at the least, s."""
 
 JOINT_ACCELERATION = math.radians(200)
-"""Greatest acceleration of a joint, rad/s^2: a link slowed harder would run ahead through its
-play."""
+"""Greatest of a joint, rad/s^2: a link slowed harder would run ahead through its play."""
 
 LONGEST_ARC = 200.0
 """Between two points, cm."""

@@ -5,7 +5,8 @@ import math
 import pytest
 from rig import REPORT_LINES, degrees, described, switched_on, zero_of
 
-from robot.arm import RobotArm, Stalled, TooSlow
+from robot.arm import RobotArm
+from robot.control_loop import Stalled, TooSlow
 from robot.kinematics import Unreachable, forward
 from robot.motors import MotorNotFound
 from robot.trajectory import JointMove, plan, polyline
