@@ -161,5 +161,5 @@ class ControlLoop(object):
 
     def _watch(self, motors, errors, limits):
         for motor, error, limit in zip(motors, errors, limits):
-            if abs(error) > limit or self._followers[motor].blind:
+            if abs(error) > limit:
                 raise Stalled(motor, "{:.1f} deg are missing".format(abs(math.degrees(error))))

@@ -69,11 +69,6 @@ GAINS = {
 }
 """By kind of motor.  The medium one moves the pen, is faster, and so takes only a softer hand."""
 
-BLIND, KEEP = 4.0, 0.9
-"""A still encoder is blind, or its motor blocked, after so much missing motion (motor's deg).
-
-Each tick keeps this share of the sum, so that what friction holds back does not add up."""
-
 FORGETS = 0.0029
 """The share of what was learned of friction that each tick takes back towards the first guess."""
 
@@ -111,8 +106,6 @@ class Follower(object):
         self._turning = 0.0
         self._w = 0.0
         self._t = None
-        self._bounds = None
-        self._missed = 0.0
         self.angle = None
         self.speed = 0.0
 
@@ -121,24 +114,15 @@ class Follower(object):
         low, high = bounds
         if self._t is None:
             self.angle, self.speed, self._push = (low + high) / 2, 0.0, 0.0
-            self._missed = 0.0
         else:
             self._predict(t - self._t)
             self._correct((low + high) / 2 - self.angle)
-            allowed = min(max(self.angle, low), high)
-            missed = 0.0 if bounds != self._bounds else KEEP * self._missed
-            self._missed = missed + abs(self.angle - allowed)
-            self.angle = allowed
-        self._t, self._bounds = t, bounds
+            self.angle = min(max(self.angle, low), high)
+        self._t = t
 
     def rest(self):
         """The joint is held now; begin anew with the next reading."""
         self._t = None
-
-    @property
-    def blind(self):
-        """Whether by all that was pushed the encoder should have counted long ago."""
-        return self._missed > BLIND * self._degree
 
     def _predict(self, dt):
         push = self._w - self._push

@@ -7,6 +7,7 @@ from the emulated plant.
 import math
 import os
 import signal
+import sys
 from collections import namedtuple
 
 import pytest
@@ -508,3 +509,19 @@ def test_while_it_homes_and_draws_the_arm_is_not_on_record_as_parked(shell):
     assert outcome.status == 137
     assert seen == [False]
     assert sh.on_file()["parked"] is None
+
+
+@pytest.mark.parametrize("share", [0.2, 0.8])
+def test_a_reader_that_went_away_ends_in_one_line(shell, moment, share, monkeypatch):
+    """As `ssh` without a terminal that was closed: the next print fails."""
+    sh = shell()
+
+    def gone(text):
+        raise BrokenPipeError(32, "Broken pipe")
+
+    sh.world.at(moment(LINE, "way", share), lambda: monkeypatch.setattr(sys.stdout, "write", gone))
+    shown = sh.run(*LINE)
+    monkeypatch.undo()
+    assert shown.status != 0
+    assert "Traceback" not in shown.err
+    assert sh.brick.driven() == []

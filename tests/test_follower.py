@@ -176,7 +176,6 @@ def test_after_a_rest_it_starts_anew_wherever_the_joint_is():
     follower.observe(20 * TICK, (7.0, 7.1))
     assert follower.angle == pytest.approx(7.05)
     assert follower.speed == 0.0
-    assert not follower.blind
 
 
 def test_friction_is_pushed_against_in_the_direction_of_the_motion_only():
