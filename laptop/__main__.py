@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import sys
@@ -10,12 +11,19 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-import click
+try:
+    import click
 
-from laptop import drawing
-from laptop.simulator import peripherals, session
-from laptop.simulator.plant import CONSTANTS, read_plant
-from shared.arm_description import Arm, ArmError, find_arm, read_arm
+    from laptop import drawing
+    from laptop.simulator import peripherals, session
+    from laptop.simulator.plant import CONSTANTS, read_plant
+    from shared.arm_description import Arm, ArmError, find_arm, read_arm
+except ImportError as missing:
+    sys.exit(f"laptop: {missing.name} is not installed here; run .uv/bin/uv run python -m laptop")
+
+
+FREE_MOTOR = ("D=large",)
+"""What is plugged in beside the arm if nothing is said, where the arm leaves the port free."""
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -35,7 +43,16 @@ def _plants() -> str:
     context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
     epilog=f"Plant constants: {_plants()}.",
 )
-@click.option("--arm", "arm_file", default="planar", metavar="FILE", help="Arm on the brick.")
+@click.option(
+    "--arm",
+    "arm_file",
+    default="planar",
+    envvar="BRICKSERVO_ARM",
+    show_default=True,
+    show_envvar=True,
+    metavar="FILE",
+    help="Arm on the brick; a script that draws is told.",
+)
 @click.option("--plant", "plant_text", default="", metavar="KEY=VALUE,...", help="See below.")
 @click.option(
     "--out", default="out", metavar="DIR", type=click.Path(path_type=Path), show_default=True
@@ -67,9 +84,9 @@ def _plants() -> str:
     "--plug",
     multiple=True,
     metavar="PORT=KIND",
-    default=("D=large",),
+    default=FREE_MOTOR,
     show_default=True,
-    help="A motor (large or medium) that moves nothing, at a port the arm leaves free.",
+    help="A motor (large or medium) that moves nothing; at the pen's port it replaces the pen.",
 )
 @click.option("--timeout", default=600.0, show_default=True, help="Virtual seconds allowed.")
 @click.argument("script", type=click.Path(exists=True, dir_okay=False))
@@ -89,7 +106,8 @@ def simulate(
 ) -> None:
     """Run any ev3dev2 SCRIPT, unmodified, on an emulated brick; its exit status is the script's.
 
-    Leaves trace.csv, picture.png and summary.json in the folder given by --out.
+    Leaves trace.csv, picture.png and summary.json in the folder given by --out.  Options go before
+    SCRIPT.  Every run is a brick of its own: what one run homes, the next does not know.
     """
     try:
         arm = read_arm(find_arm(arm_file))
@@ -97,7 +115,7 @@ def simulate(
             "plant": read_plant(plant_text),
             "faults": [session.read_fault(text) for text in faults],
             "presses": [peripherals.read_press(text) for text in presses],
-            "extra": dict(_plugged(text) for text in plug),
+            "extra": _plugged(arm, plug),
             "start": start,
             "realtime": realtime,
             "timeout": timeout,
@@ -106,7 +124,9 @@ def simulate(
         began = time.perf_counter()
         run = session.run(arm, script, args, **orders)
         took = time.perf_counter() - began
-        measures = drawing.measure(run.record, run.wanted)
+        # Without a pen motor all of the motion is ink, and none of it belongs to one path.
+        wanted = run.wanted if arm.pen else []
+        measures = drawing.measure(run.record, wanted)
     except ArmError as error:
         raise click.ClickException(str(error)) from None
     except OSError as error:
@@ -114,18 +134,32 @@ def simulate(
     summary = _summary(script, args, arm, plant_text, run, measures)
     click.echo(_report(summary, took))
     try:
-        _write(out, arm, run, measures, summary)
+        _write(out, arm, run, wanted, measures, summary)
     except OSError as error:
         raise _no_room(out, error) from None
     click.echo(f"{out}/picture.png, trace.csv, summary.json")
     sys.exit(run.outcome.status)
 
 
-def _plugged(text: str) -> tuple[str, str]:
-    port, _, kind = text.partition("=")
-    if port not in tuple("ABCD") or kind not in ("large", "medium"):
-        raise session.BadOrder(f"plug '{text}': write PORT=KIND, like D=medium")
-    return port, kind
+def _plugged(arm: Arm, plugs: tuple[str, ...]) -> dict[str, str]:
+    """Port -> kind of the motors beside the arm's."""
+    joints = {joint.port for joint in arm.joints}
+    extra: dict[str, str] = {}
+    for text in plugs:
+        port, _, kind = text.partition("=")
+        if port not in tuple("ABCD") or kind not in ("large", "medium"):
+            raise session.BadOrder(
+                f"plug '{text}': write PORT=KIND with a port from A to D and large or medium"
+            )
+        if plugs == FREE_MOTOR:
+            # Ordered by nobody, it gives way to whatever the arm has there.
+            if port not in joints | ({arm.pen.port} if arm.pen else set()):
+                extra[port] = kind
+        elif port in joints or port in extra:
+            raise session.BadOrder(f"plug '{text}': port {port} is taken; choose another one")
+        else:
+            extra[port] = kind
+    return extra
 
 
 def _check_room(out: Path) -> None:
@@ -140,13 +174,19 @@ def _check_room(out: Path) -> None:
 
 
 def _no_room(out: Path, error: OSError) -> click.ClickException:
+    advice = "make room or " if error.errno == errno.ENOSPC else ""
     return click.ClickException(
-        f"cannot write to {out}: {error.strerror}; make room or choose another folder with --out"
+        f"cannot write to {out}: {error.strerror}; {advice}choose another folder with --out"
     )
 
 
 def _write(
-    out: Path, arm: Arm, run: session.Run, measures: list[drawing.Measure | None], summary: dict
+    out: Path,
+    arm: Arm,
+    run: session.Run,
+    wanted: list,
+    measures: list[drawing.Measure | None],
+    summary: dict,
 ) -> None:
     """All three files, each whole or not at all."""
     title = " ".join([summary["script"], *summary["args"]])
@@ -156,7 +196,7 @@ def _write(
         from laptop import picture  # matplotlib is slow to import; every other answer is quicker
 
         picture.draw_picture(
-            file, run.record, run.wanted, measures, run.skeleton, run.reach, title, notes
+            file, run.record, wanted, measures, run.skeleton, run.reach, title, notes
         )
 
     for name, write in (
@@ -191,6 +231,7 @@ def _summary(
         "accesses": run.outcome.accesses,
         "motors": run.motors,
         "paths": [measure and measure.as_dict() for measure in measures],
+        "unmeasured": len(run.wanted) - len(measures),
     }
 
 
@@ -208,6 +249,10 @@ def _report(summary: dict, took: float) -> str:
             else f"path {number}: {path['length_cm']:.1f} cm in {path['seconds']:.1f} s, off by "
             f"{path['greatest_mm']:.2f} mm at most and {path['rms_mm']:.2f} mm rms, "
             f"{path['end_mm']:.2f} mm at its end"
+        )
+    if summary["unmeasured"]:
+        lines.append(
+            "the arm has no pen motor: all of its motion is ink, the paths are not measured"
         )
     driven = [port for port, motor in summary["motors"].items() if motor["driven"]]
     modes = ", ".join(f"{port} {motor['mode']}" for port, motor in summary["motors"].items())
@@ -254,10 +299,18 @@ def bench_draw(seeds: range, as_json: bool) -> None:
     else:
         title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator, lengths in mm"
         show.table(title, draw.HEADINGS, draw.table(results), sections=3)
-        for result in results:
-            if result.error:
-                where = f"{result.arm}, {result.method}, {result.condition}, {result.line}"
-                click.echo(f"{where}: {result.error}")
+        for reason, count in draw.failures(results).items():
+            click.echo(f"{count} x {reason}")
+
+
+@bench.command("limits")
+def bench_limits() -> None:
+    """Where straightness ends: the planar arm's three lines on plants farther and farther off."""
+    from laptop.bench import draw, show
+
+    results = list(show.progress(draw.limits(), draw.count_limits(), "drawing"))
+    title = "planar arm, smooth, greatest deviation in floors; figures from the emulator"
+    show.table(title, draw.LIMIT_HEADINGS, draw.limit_table(results), sections=0)
 
 
 def main() -> int:
@@ -274,6 +327,13 @@ def main() -> int:
     except click.ClickException as error:
         click.echo(f"laptop: {error.format_message()}", err=True)
         return error.exit_code
+    except BrokenPipeError:
+        # Whoever read along has seen enough; the interpreter must not try to flush the rest.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except OSError as error:
+        click.echo(f"laptop: {error.strerror}: {error.filename or 'the output'}", err=True)
+        return 1
     except click.Abort:
         click.echo("laptop: stopped", err=True)
         return 130

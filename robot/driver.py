@@ -27,13 +27,6 @@ if __name__ == "__main__":
         signal.signal(_number, signal.SIG_DFL)
 
 from robot import kinematics, trajectory  # noqa: E402
-
-try:
-    from robot.arm import RobotArm
-except ImportError as _error:
-    if getattr(_error, "name", "") != "ev3dev2":
-        raise
-    sys.exit("driver.py: there is no python-ev3dev2 here; run this on the brick, or emulated")
 from robot.clock import Clock  # noqa: E402
 from robot.zero import NotHomed  # noqa: E402
 from shared.arm_description import ArmError, find_arm, read_arm  # noqa: E402
@@ -56,6 +49,10 @@ class Stopped(BaseException):
     def __init__(self, number):
         super(Stopped, self).__init__("stopped by {}".format(signal.Signals(number).name))
         self.status = 128 + number
+
+
+class NoLibrary(ArmError, ImportError):
+    """This is not the brick, nor an emulated one."""
 
 
 class NotAnnounced(ArmError, OSError):
@@ -157,6 +154,9 @@ class Driver(object):
             raise ArmError(
                 "there is no method '{}'; take one of {}".format(method, ", ".join(METHODS))
             )
+        if method == "steps":
+            for stroke, plan in zip(strokes, plans):
+                trajectory.jacobian_step(self.arm.description, plan.start, _way(stroke))
         announce(strokes)
         self.pen_up()
         if method == "steps":
@@ -177,7 +177,7 @@ class Driver(object):
     def _steps(self, start, goal):
         """The report's method: dy fixed, dx = J^-1 dy here, cut to 5 degrees, repeated."""
         description = self.arm.description
-        dy = (goal[0] - start[0], goal[1] - start[1])
+        dy = _way((start, goal))
         for _ in range(MOST_STEPS):
             q = self.arm.angles()
             if trajectory.has_arrived(start, goal, kinematics.forward(description, q)):
@@ -189,6 +189,11 @@ class Driver(object):
                 MOST_STEPS, start[0], start[1], goal[0], goal[1]
             )
         )
+
+
+def _way(stroke):
+    """From the first point of a stroke towards the second, cm."""
+    return stroke[1][0] - stroke[0][0], stroke[1][1] - stroke[0][1]
 
 
 def announce(strokes):
@@ -215,10 +220,12 @@ def _point(text):
         x, y = (float(part) for part in text.split(","))
     except ValueError:
         raise argparse.ArgumentTypeError(
-            "'{}' is not a point; write X,Y in cm, like 10,0".format(text)
+            "'{}' is not a point; write X,Y in cm, like 10,0".format(text.strip())
         ) from None
     if not (math.isfinite(x) and math.isfinite(y)):
-        raise argparse.ArgumentTypeError("'{}' is not a place; give finite numbers".format(text))
+        raise argparse.ArgumentTypeError(
+            "'{}' is not a place; give finite numbers".format(text.strip())
+        )
     return x, y
 
 
@@ -230,7 +237,9 @@ def _number_in(lower, upper, unit):
             value = math.nan
         if not lower <= value <= upper:
             raise argparse.ArgumentTypeError(
-                "'{}' must be a number from {:g} to {:g} {}".format(text, lower, upper, unit)
+                "'{}' must be a number from {:g} to {:g} {}".format(
+                    text.strip(), lower, upper, unit
+                )
             )
         return value
 
@@ -337,6 +346,20 @@ def _strokes(parser, args):
     return [trajectory.polyline(line) for line in REPORT_LINES]
 
 
+def _connect(description):
+    """The RobotArm; only here, because python-ev3dev2 is slow to import and not everywhere."""
+    try:
+        from robot.arm import RobotArm
+    except ImportError as error:
+        if getattr(error, "name", "") != "ev3dev2":
+            raise
+        raise NoLibrary(
+            "there is no python-ev3dev2 here; run this on the brick, or emulated: "
+            "python -m laptop simulate robot/driver.py ..."
+        ) from None
+    return RobotArm(description, Clock())
+
+
 def _run(parser, args):
     description = read_arm(find_arm(args.arm))
     if args.command == "inverse":
@@ -344,7 +367,7 @@ def _run(parser, args):
         return
     drawings = _strokes(parser, args)
     plans = [trajectory.plan(description, s, args.speed, args.elbow) for s in drawings]
-    arm = RobotArm(description, Clock())
+    arm = _connect(description)
     driver = Driver(arm, args.speed, args.elbow)
     try:
         if args.command == "home":

@@ -80,6 +80,12 @@ def line_from(start, angle, length):
 def rectangle(corner, opposite):
     """The four strokes of an upright rectangle, from `corner` round to it again."""
     (x0, y0), (x1, y1) = corner, opposite
+    if x0 == x1 or y0 == y1:
+        raise BadPath(
+            "a rectangle from ({:g}, {:g}) to ({:g}, {:g}) is none; give opposite corners".format(
+                x0, y0, x1, y1
+            )
+        )
     return polyline([(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)])
 
 

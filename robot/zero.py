@@ -37,6 +37,7 @@ class Zero(object):
 
     def __init__(self, name, folder=None):
         folder = folder or os.environ.get("BRICKSERVO_STATE") or os.path.expanduser("~/.brickservo")
+        self.name = name
         self.file = os.path.join(folder, name + ".json")
 
     def confirmed(self, counts):
@@ -60,7 +61,9 @@ class Zero(object):
             ):
                 raise ValueError("not a number of counts")
         except FileNotFoundError:
-            raise NotHomed("the arm has not been homed, so its zero is unknown" + advice) from None
+            raise NotHomed(
+                "the {} arm has not been homed, so its zero is unknown{}".format(self.name, advice)
+            ) from None
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             raise NotHomed(
                 "{} cannot be read, so the zero is unknown{}".format(self.file, advice)

@@ -362,7 +362,7 @@ BAD = [
     ("circle 10,0 --radius -2", "0.1"),
     ("circle 10,0 11,0 --radius 2", "11,0"),
     ("rectangle 8,3", "X,Y"),
-    ("rectangle 8,3 8,9", "twice"),
+    ("rectangle 8,3 8,9", "opposite corners"),
     ("rectangle 8,3 9,9 10,10", "10,10"),
     ("move", "X,Y"),
     ("move 8", "'8' is not a point"),

@@ -482,7 +482,7 @@ def test_the_step_is_fine_enough_at_the_ends_of_every_range(kind, key):
     ("text", "named"),
     [
         ("volts=7", ["'volts'", "voltage"]),
-        ("voltage", ["'voltage'", "known"]),
+        ("voltage", ["'voltage'", "voltage=NUMBER"]),
         ("voltage=", ["voltage", "4.5", "10"]),
         ("voltage=x", ["voltage = x", "4.5", "10"]),
         ("voltage=12", ["voltage = 12", "4.5", "10", " V "]),

@@ -616,12 +616,12 @@ def test_unseeded_dice_repeat(run):
 
 
 def test_folders_are_listed_in_one_order(run, tmp_path):
-    names = sorted(f"{7**n % 1009:x}" for n in range(40))
+    names = [f"motor{n}" for n in range(40)]
     (tmp_path / "many").mkdir()
     for name in reversed(names):
         (tmp_path / "many" / name).write_text("")
     _, out, _ = run("import os, sys; print(*os.listdir(sys.argv[1]))", [str(tmp_path / "many")])
-    assert out[0].split() == sorted(set(names))
+    assert out[0].split() == names, "motor9 before motor10: port A comes first"
 
 
 # Real time and real signals
@@ -760,3 +760,63 @@ def test_pd_lab_stops_when_told(course):
     assert cut[0].status == 0
     assert cut[1][-1] == f"INFO stopped after {int(cut[1][-1].split()[-2])} ticks"
     assert 70 <= int(cut[1][-1].split()[-2]) <= 76
+
+
+# What `import *` from the library hands on
+
+
+STAR = """
+import time, logging
+from ev3dev2.motor import *
+logging.basicConfig(format="%(asctime)s %(message)s", stream=sys.stdout)
+logging.warning("said")
+print(time.strftime("%Y"), time.time() > 1e9)
+begun = time.time()
+while time.time() - begun < 1.5:
+    pass
+print(time.monotonic() > 1.4, callable(time.clock))
+"""
+
+
+def test_a_star_import_from_the_library_leaves_a_whole_time_module(run):
+    outcome, out, err = run("import sys\n" + STAR)
+    assert (outcome.status, err) == (0, "")
+    assert out[0].startswith("2020-04-10")
+    assert out[1:] == ["2020 True", "True True"]
+
+
+SPIN = """
+import threading
+from ev3dev2.button import Button
+stop = False
+def wait():
+    global stop
+    Button().wait_for_bump("enter")
+    stop = True
+threading.Thread(target=wait).start()
+while not stop:
+    pass
+print("stopped")
+"""
+
+
+def test_a_spinning_thread_lets_another_wait_for_a_button(run):
+    outcome, out, _ = run(SPIN, presses=[read_press("enter@2.0")])
+    assert (outcome.status, out) == (0, ["stopped"])
+    assert 2.0 < outcome.t < 3.0
+
+
+def test_a_socket_times_out_in_virtual_time(run):
+    source = """
+import socket, time
+s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+s.bind(("127.0.0.1", 0))
+s.settimeout(30.0)
+try:
+    s.recvfrom(10)
+except socket.timeout:
+    print(round(time.monotonic()) >= 30)
+s.close()
+"""
+    outcome, out, _ = run(source)
+    assert (outcome.status, out) == (0, ["True"])

@@ -13,7 +13,9 @@ import pytest
 from click.testing import CliRunner
 
 from laptop.__main__ import laptop
+from laptop.bench import draw
 from laptop.drawing import measure
+from shared.arm_description import find_arm
 
 ROOT = Path(__file__).parent.parent
 DRIVER = str(ROOT / "robot" / "driver.py")
@@ -311,8 +313,8 @@ LargeMotor(OUTPUT_D).run_forever(speed_sp=300)
         (["--plant", "backlash=1..2..3"], ["backlash"]),
         (["--fault", "earthquake@2"], ["earthquake", "unplug"]),
         (["--fault", "unplug:A"], ["unplug:A", "@"]),
-        (["--fault", "unplug@2"], ["PORT"]),
-        (["--fault", "unplug:E@2"], ["PORT"]),
+        (["--fault", "unplug@2"], ["a port from A to D"]),
+        (["--fault", "unplug:E@2"], ["a port from A to D"]),
         (["--fault", "freeze:A@2"], ["nothing"]),
         (["--fault", "slow-sysfs:very@2"], ["SECONDS"]),
         (["--fault", "unplug:A@1.2.3"], ["unplug"]),
@@ -418,3 +420,32 @@ def test_a_path_told_the_wrong_way_is_one_line(simulate, script):
     shown = simulate(str(told))
     assert shown.exit_code == 1
     assert in_one_line(shown.stderr, "line 1 of $BRICKSERVO_PLAN")
+
+
+def test_another_motor_in_the_pens_place(simulate, script):
+    """Tank scripts on B and C; the arm then draws nothing."""
+    turn = script(
+        "from ev3dev2.motor import LargeMotor\nLargeMotor('outC').on_for_degrees(30, 360)\n"
+    )
+    assert simulate(str(turn)).exit_code == 1
+    result = simulate("--plug", "C=large", str(turn))
+    assert result.exit_code == 0
+    assert {row["pen"] for row in rows(result.out)} == {"0"}
+
+
+def test_an_arm_without_a_pen_motor_is_not_measured(simulate, tmp_path):
+    text = Path(find_arm("planar")).read_text()
+    arm = tmp_path / "penless.ini"
+    arm.write_text(text[: text.index("# An arm without")])
+    result = simulate("--arm", arm, DRIVER, *LINE)
+    assert result.exit_code == 0
+    assert "not measured" in result.output
+    assert json.loads((result.out / "summary.json").read_text())["paths"] == []
+
+
+def test_bench_limits(monkeypatch):
+    monkeypatch.setattr(draw, "LIMITS", draw.LIMITS[:1])
+    result = CliRunner().invoke(laptop, ["bench", "limits"])
+    assert result.exit_code == 0, result.output
+    (row,) = [line for line in result.output.splitlines() if "as described" in line]
+    assert all(0.1 < float(cell) < 1.5 for cell in row.split("\u2502")[2:5])

@@ -310,7 +310,7 @@ def test_the_strokes_of_a_drawing_join_without_a_gap():
         (lambda: line_from((1, 2), 0, -3), "length -3"),
         (lambda: line_from((1, 2), 0, math.nan), "length nan"),
         (lambda: line_from((1, 2), math.nan, 3), "nan"),
-        (lambda: rectangle((1, 2), (1, 5)), "twice"),
+        (lambda: rectangle((1, 2), (1, 5)), "opposite corners"),
         (lambda: rectangle((1, 2), (math.inf, 5)), "inf"),
     ],
 )

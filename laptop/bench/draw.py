@@ -10,7 +10,9 @@ from __future__ import annotations
 import math
 import os
 import random
+import re
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -220,8 +222,65 @@ def _figures(group: list[Result], q: int) -> Row:
         values = [math.inf if r.error else getattr(r, field) for r in group]
         ratios = [value / r.floor for value, r in zip(values, group, strict=True)]
         out += [f"{at(values):.2f}", f"{at(ratios):.2f}"]
+    out = ["failed" if figure == "inf" else figure for figure in out]
     seconds = f"{at([r.seconds for r in group]):.1f}"
     return (*out, seconds, f"{at([r.accesses for r in group]):.0f}")
+
+
+def failures(results: list[Result]) -> dict[str, int]:
+    """Why lines were not drawn, numbers aside, and how often."""
+    reasons = (
+        f"{r.arm}, {r.method}, {r.condition}: {re.sub('-?[0-9.]+ ', 'N ', r.error)}"
+        for r in results
+        if r.error
+    )
+    return dict(Counter(reasons))
+
+
+LIMITS = (
+    ("as described", "backlash=2", 2.0),
+    ("6.5 V", "backlash=2,voltage=6.5", 2.0),
+    ("9 V", "backlash=2,voltage=9", 2.0),
+    ("motor friction twice as high", "backlash=2,rotor_friction=2", 2.0),
+    ("5 ms per sysfs access", "backlash=2,access=0.005", 2.0),
+    ("encoder edges 1/4 count off", "backlash=2,phase=0.5", 2.0),
+    ("the zero 1 degree off", "backlash=2,zero_error=1", 2.0),
+    ("no play, described as 2", "backlash=0", 2.0),
+    ("0.1 N of pen drag, not 0.04", "backlash=2,pen_drag=0.1", 2.0),
+    ("0.02 Nm of load on every joint", "backlash=2,load=0.02", 2.0),
+    ("0.05 Nm of load on every joint", "backlash=2,load=0.05", 2.0),
+)
+"""What is different, the true plant, the backlash (deg) described."""
+
+LIMIT_HEADINGS: Row = ("what is different", "line 1", "line 2", "line 3")
+
+
+def _limit_cases() -> list[Case]:
+    return [
+        Case("planar", "smooth", name, plant, play, line, f"line {n}")
+        for name, plant, play in LIMITS
+        for n, line in enumerate(REPORT_LINES, 1)
+    ]
+
+
+def count_limits() -> int:
+    """How many lines `limits` draws."""
+    return len(_limit_cases())
+
+
+def limits() -> Iterator[Result]:
+    """The three lines under conditions that the law was not made for."""
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        yield from pool.map(draw, _limit_cases())
+
+
+def limit_table(results: list[Result]) -> list[Row]:
+    """One row per condition: the greatest deviation in floors, or that the driver gave up."""
+    rows: dict[str, list[str]] = {}
+    for r in results:
+        shown = "gave up" if r.error else f"{r.greatest / r.floor:.1f}"
+        rows.setdefault(r.condition, [r.condition]).append(shown)
+    return [tuple(row) for row in rows.values()]
 
 
 def count(seeds: range) -> int:

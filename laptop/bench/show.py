@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TypeVar
 
@@ -13,7 +12,7 @@ from rich.table import Table
 T = TypeVar("T")
 
 WIDE = 170
-"""Columns of a table that goes into a file or a pipe."""
+"""Least columns of a table, for which no figure is cut."""
 
 
 def progress(results: Iterable[T], total: int, what: str) -> Iterator[T]:
@@ -29,7 +28,8 @@ def table(
     """Print rows, a rule wherever one of the first `sections` columns changes."""
     shown = Table(*headings, title=title)
     for before, row in zip([None, *rows], rows, strict=False):
-        if before and before[:sections] != row[:sections]:
+        if sections and before and before[:sections] != row[:sections]:
             shown.add_section()
         shown.add_row(*row)
-    Console(width=None if sys.stdout.isatty() else WIDE).print(shown)
+    # A narrow terminal folds the lines; cut figures would be worse.
+    Console(width=max(Console().width, WIDE)).print(shown)

@@ -30,7 +30,7 @@ class EmulatedBrick(object):
         arm: Arm, what is plugged in where.
         plant: constants from `plant.read_plant`; the honest LEGO arm if None.
         start: joint angles at the start, rad; the home pose if None.  Encoders read 0 there.
-        extra: port -> "large" or "medium", motors that move nothing.
+        extra: port -> "large" or "medium", motors that move nothing; none at a joint's port.
 
     Attributes:
         record: Samples, one per 5 ms.
@@ -47,9 +47,8 @@ class EmulatedBrick(object):
         if arm.pen:
             kinds[arm.pen.port] = arm.pen.motor
         for port, kind in (extra or {}).items():
-            if port not in kinds:
-                kinds[port] = kind
-                self.plant.add_bare_motor(port, kind)
+            kinds[port] = kind
+            self.plant.add_bare_motor(port, kind)
         for port in sorted(kinds):
             self._plug(port, kinds[port])
         self.record = []

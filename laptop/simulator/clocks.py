@@ -95,15 +95,29 @@ def time_module(clock):
     for name in ("time", "monotonic", "perf_counter", "process_time", "thread_time"):
         setattr(shim, name + "_ns", _in_nanoseconds(getattr(shim, name)))
     shim.clock_gettime_ns = lambda clk_id: int(round(clock_gettime(clk_id) * 1e9))
-    if hasattr(real_time, "clock"):
-        shim.clock = clock.busy
+    shim.clock = clock.busy  # gone since Python 3.8, but on the brick
     for name in ("localtime", "gmtime", "ctime"):
         setattr(shim, name, since_epoch(getattr(real_time, name)))
     shim.asctime = formatted(real_time.asctime)
     shim.strftime = lambda format, t=None: real_time.strftime(
         format, shim.localtime() if t is None else t
     )
+    for name, value in list(vars(shim).items()):
+        if isinstance(value, types.FunctionType):
+            setattr(shim, name, _Builtin(value))
     return shim
+
+
+class _Builtin(object):
+    """A function that, as those of C, stays itself as an attribute of a class."""
+
+    def __init__(self, function):
+        self._function = function
+        self.__name__ = function.__name__
+        self.__doc__ = function.__doc__
+
+    def __call__(self, *args, **kwargs):
+        return self._function(*args, **kwargs)
 
 
 def datetime_module(clock):

@@ -96,7 +96,9 @@ def read_plant(text=""):
     for item in filter(None, (part.strip() for part in text.split(","))):
         key, equals, value = item.partition("=")
         key = key.strip()
-        if not equals or key not in CONSTANTS:
+        if key in CONSTANTS and not equals:
+            raise BadPlant("plant '{}': write {}=NUMBER".format(item, key))
+        if key not in CONSTANTS:
             raise BadPlant(
                 "no plant constant '{}' in '{}'; known: {}".format(key, item, ", ".join(CONSTANTS))
             )
@@ -289,6 +291,7 @@ class ArmPlant(object):
         self.plant = plant
         self.drives = {}
         self.joints = []
+        self.pen_lifted = False
         start = [joint.home for joint in arm.joints] if start is None else start
         error = math.radians(plant["zero_error"])
         for number, (joint, angle) in enumerate(zip(arm.joints, start)):
@@ -318,8 +321,9 @@ class ArmPlant(object):
         return Drive(motor, self.plant["voltage"], ratio, link, angle)
 
     def add_bare_motor(self, port, kind):
-        """Plug a motor that moves nothing into a free port."""
+        """Plug in a motor that moves nothing; at the pen's port it leaves the pen lifted."""
         self.drives[port] = self._drive(port, kind, 1.0, None, 0.0)
+        self.pen_lifted = self.pen_lifted or bool(self.arm.pen) and port == self.arm.pen.port
 
     @property
     def q(self):
@@ -331,6 +335,8 @@ class ArmPlant(object):
         pen = self.arm.pen
         if not pen:
             return True
+        if self.pen_lifted:
+            return False
         way = (self.drives[pen.port].angle - pen.up) / (pen.down - pen.up)
         return way > (LEAVES_AT if self.pen_down else TOUCHES_AT)
 

@@ -117,6 +117,7 @@ def run_script(
             _complain("{}: {}", os.path.basename(script), why)
         outcome = Outcome(verdict.status, verdict.reason, end, sysfs.accesses - accesses)
         peripherals.on_back = None
+        world.realtime = False  # nobody waits for what comes after the end
         world.advance(end + aftermath)
     return outcome
 

@@ -75,7 +75,11 @@ def read_fault(text):
             raise ValueError(what)
     except (TypeError, ValueError):
         raise BadOrder(
-            "fault '{}': {} takes {}, then @SECONDS".format(text, kind, FAULTS[kind] or "nothing")
+            "fault '{}': {} takes {}, then @SECONDS".format(
+                text,
+                kind,
+                {"PORT": "a port from A to D", None: "nothing"}.get(FAULTS[kind], "SECONDS"),
+            )
         ) from None
     return Fault(kind, what, t)
 

@@ -19,6 +19,7 @@ import importlib
 import importlib.machinery
 import os
 import random
+import re
 import select as real_select
 import signal as real_signal
 import sys
@@ -40,7 +41,7 @@ FD_POLL_PERIOD = 0.01
 #: Modules that bind the names replaced here, and so must be imported afresh.
 REBOUND = (
     "queue", "sched", "timeit", "selectors", "asyncio", "concurrent", "socketserver", "logging",
-    "subprocess", "multiprocessing", "http", "wsgiref", "xmlrpc",
+    "subprocess", "multiprocessing", "http", "wsgiref", "xmlrpc", "socket", "ssl", "urllib",
 )  # fmt: skip
 #: The program's own side: never shared with the host.
 PROGRAM = ("ev3dev2", "robot", "shared")
@@ -105,6 +106,7 @@ class Shims(object):
             sys.modules["evdev"] = self.peripherals.evdev_module(lambda: WaitingLine(self.world))
             sys.modules["evdev.ecodes"] = sys.modules["evdev"].ecodes
             importlib.import_module("subprocess").Popen = self.processes.popen()
+            self._time_out_sockets(importlib.import_module("socket"))
             builtins.print = self._print
             builtins.open = self._open
             library = importlib.import_module("ev3dev2")
@@ -192,6 +194,25 @@ class Shims(object):
             shim.epoll = WatchedEpoll
         return shim
 
+    def _time_out_sockets(self, module):
+        """Let sockets with a timeout wait in virtual time."""
+        world = self.world
+
+        def waiting(call):
+            def waited(sock, *args, **kwargs):
+                limit = sock.gettimeout()
+                if limit and not _watch(
+                    world, lambda: real_select.select([sock], [], [], 0)[0], limit
+                ):
+                    raise module.timeout("timed out")
+                return call(sock, *args, **kwargs)
+
+            return waited
+
+        names = ("_accept", "recv", "recvfrom", "recv_into", "recvfrom_into")
+        calls = {name: waiting(getattr(module.socket, name)) for name in names}
+        module.socket = type("socket", (module.socket,), dict(calls, __slots__=()))
+
     def _atexit_module(self):
         shim = copy_module(real_atexit)
 
@@ -249,8 +270,8 @@ class Shims(object):
             self.clock.step()
 
         def listdir(path="."):
-            """os.listdir in alphabetical order, so that runs repeat."""
-            return sorted(real_listdir(path))
+            """os.listdir in natural order, so that runs repeat and port A comes first."""
+            return sorted(real_listdir(path), key=_natural)
 
         def open_descriptor(path, flags, mode=0o777, dir_fd=None):
             """os.open that knows the brick's framebuffer."""
@@ -345,6 +366,12 @@ class _Kept(object):
                     delattr(self._modules[parent], child)
                 locks.pop(name, None)
         sys.modules.update(self._modules)
+
+
+def _natural(name):
+    """A sort key that has motor9 before motor10."""
+    parts = re.split("([0-9]+)", os.fsdecode(name))
+    return [int(part) if number % 2 else part for number, part in enumerate(parts)]
 
 
 def _watch(world, look, timeout):

@@ -9,7 +9,9 @@ import importlib
 import os
 import select as real_select
 import shutil
+import sys
 import tempfile
+import time as real_time
 import types
 
 
@@ -146,10 +148,14 @@ class Sysfs(object):
                 self._lay_out(*key)
             device.DEVICE_ROOT_PATH = self._root
             device._attribute_file_open = lambda dev, name: self.open(dev._path, name)
-            ev3dev2.motor.select = types.SimpleNamespace(
-                POLLPRI=real_select.POLLPRI, poll=lambda: Poll(self.world)
-            )
-            ev3dev2.motor.time = types.SimpleNamespace(time=self.world.now, sleep=self.world.sleep)
+            if sys.modules["time"] is real_time:
+                # Not for a script: its modules are whole, and `import *` hands them on.
+                ev3dev2.motor.select = types.SimpleNamespace(
+                    POLLPRI=real_select.POLLPRI, poll=lambda: Poll(self.world)
+                )
+                ev3dev2.motor.time = types.SimpleNamespace(
+                    time=self.world.now, sleep=self.world.sleep
+                )
             yield self
         finally:
             device.DEVICE_ROOT_PATH, device._attribute_file_open = before

@@ -385,7 +385,7 @@ class World(object):
                 if thread is not caller:
                     thread.gate.release()
                 break
-            if not sleepers and self._loose:
+            if not sleepers and self._loose and not self._awaited():
                 break
             if not sleepers and not self._events:
                 self.halt(Verdict(ENDLESS, "deadlock"))
@@ -412,12 +412,19 @@ class World(object):
                     if self._holder is me or (self._holder is None and not self._dispatching):
                         self._dispatch(None)
 
+    def _awaited(self, holder=None):
+        """Whether time must go on for others: a sleeper, or a waiter whom an event may wake."""
+        if any(entry[2] for entry in self._sleepers):
+            return True
+        waiting = any(not thread.loose and thread is not holder for thread in self._alive)
+        return waiting and any(event[2] for event in self._events)
+
     def _open_valve(self, stuck, patience):
         valve = self.VALVE_REALTIME if self.realtime else self.VALVE
         holder = self._holder
         if stuck >= patience:
             self.halt(Verdict(ENDLESS, "stuck"))
-        elif stuck >= valve and holder is not None and any(e[2] for e in self._sleepers):
+        elif stuck >= valve and holder is not None and self._awaited(holder):
             holder.loose = True
             self._loose += 1
             self._dispatch(None)
