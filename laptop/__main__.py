@@ -33,7 +33,7 @@ def laptop() -> None:
 
 def _plants() -> str:
     return "; ".join(
-        f"{key} ({constant.default if constant.default is not None else 'as described'}"
+        f"{key} ({constant.default if constant.default is not None else 'not given'}"
         f"{' ' + constant.unit if constant.unit else ''}): {constant.meaning}"
         for key, constant in CONSTANTS.items()
     )

@@ -80,7 +80,7 @@ class RobotArm(object):
         return {motor.port: motor.counts() for motor in self._motors}
 
     def wake(self):
-        """Believe the remembered zero; from now on the arm is on record as moving.
+        """Believe the remembered zero.
 
         Raises:
             NotHomed: there is none, or the encoders contradict it.
@@ -175,12 +175,9 @@ class RobotArm(object):
         """Whatever goes wrong, every motor is stopped before anybody hears of it."""
         try:
             yield
-        except Stalled:
+        except BaseException as error:
             # Blocked or blind looks the same; blind, its counts are worth nothing from now on.
-            self._homed = False
-            self._halt()
-            raise
-        except BaseException:
+            self._homed = self._homed and not isinstance(error, Stalled)
             self._halt()
             raise
 

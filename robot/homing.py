@@ -16,10 +16,11 @@ FIRST_PUSH, SECOND_PUSH = 20.0, 14.0
 """Greatest force on the stop, % of duty: to find it, and to measure it."""
 
 SOFTNESS = 0.02
-"""Stiffness (% per deg/s) at which that force is approached: the softer, the faster the free
-run."""
+"""Stiffness (% per deg/s) at which the stop is approached: the softer, the faster."""
 
-BACK_OFF = math.radians(6)
+BACK_OFF, BACK_OFF_SPEED = math.radians(6), math.radians(60)
+"""How far a joint leaves its stop between two touches, rad, and how fast, rad/s."""
+
 LONGEST = 60.0
 """No joint takes longer to its stop, s."""
 
@@ -33,8 +34,13 @@ PLAUSIBLE = math.radians(5)
 """Stops that are farther than this from where they should be are others, rad."""
 
 Found = namedtuple("Found", "joint zero play spread")
-"""Joint's name, counts at angle zero, measured play (rad; None from one side) and spread
-(counts)."""
+"""What was found of one joint.
+
+joint   its name
+zero    counts at angle zero
+play    as measured, rad; None from one side
+spread  of the touches of one stop, counts
+"""
 
 
 class Blocked(ArmError):
@@ -110,14 +116,17 @@ def _touches(arm, k, sign):
     """Counts at which the joint stands against a stop, TOUCHES times."""
     motor, joint = arm.joints[k], arm.description.joints[k]
     _push(arm, motor, joint, sign, FIRST_PUSH)
+    _back_off(arm, k, sign)
     out = []
     for _ in range(TOUCHES):
-        here = motor.angle()
-        arm.move_motor(k, JointMove([here], [here - sign * BACK_OFF], [math.radians(60)]))
         out.append(_push(arm, motor, joint, sign, SECOND_PUSH))
-    here = motor.angle()
-    arm.move_motor(k, JointMove([here], [here - sign * BACK_OFF], [math.radians(60)]))
+        _back_off(arm, k, sign)
     return out
+
+
+def _back_off(arm, k, sign):
+    here = arm.joints[k].angle()
+    arm.move_motor(k, JointMove([here], [here - sign * BACK_OFF], [BACK_OFF_SPEED]))
 
 
 def _push(arm, motor, joint, sign, force):

@@ -88,9 +88,8 @@ class JointMotor(object):
     def bounds(self):
         """Least and greatest angle that the encoder's reading allows, rad, ascending.
 
-        Counts are truncated towards zero from half counts, whose edges lie anywhere in the half
-        count
-        on average in its middle: a positive reading n means n - 1/4 .. n + 3/4.
+        Counts are halves of the encoder's steps, truncated towards zero, and the zero lies anywhere
+        within a step, on average in its middle: a positive reading n means n - 1/4 .. n + 3/4.
         """
         n = self.counts()
         low, high = (n - 0.25, n + 0.75) if n > 0 else (n - 0.75, n + 0.25)

@@ -243,8 +243,8 @@ class Trajectory(object):
 class JointMove(object):
     """A move of all joints together from rest to rest, wherever that takes the tip.
 
-    Each joint's way is the quintic with speed and acceleration 0 at both ends.  A Trajectory
-    otherwise.
+    Each joint's way is the quintic with speed and acceleration 0 at both ends.  For the rest it
+    is used like a Trajectory.
 
     Args:
         start, end: joint angles, rad.

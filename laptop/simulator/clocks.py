@@ -120,18 +120,24 @@ class _Builtin(object):
         return self._function(*args, **kwargs)
 
 
+def _standing_for(real):
+    """A metaclass: what is an instance or a subclass of `real` is one of the class, too."""
+
+    class StandingFor(type):
+        def __instancecheck__(cls, value):
+            return isinstance(value, real)
+
+        def __subclasscheck__(cls, other):
+            return issubclass(other, real)
+
+    return StandingFor
+
+
 def datetime_module(clock):
     """A `datetime` module."""
     shim = copy_module(real_datetime)
 
-    class AnyDatetime(type):
-        def __instancecheck__(cls, value):
-            return isinstance(value, real_datetime.datetime)
-
-        def __subclasscheck__(cls, other):
-            return issubclass(other, real_datetime.datetime)
-
-    class datetime(real_datetime.datetime, metaclass=AnyDatetime):  # noqa: N801 its name
+    class datetime(real_datetime.datetime, metaclass=_standing_for(real_datetime.datetime)):  # noqa: N801 its name
         """datetime.datetime on virtual time."""
 
         @classmethod
@@ -146,14 +152,7 @@ def datetime_module(clock):
         def today(cls):
             return cls.now()
 
-    class AnyDate(type):
-        def __instancecheck__(cls, value):
-            return isinstance(value, real_datetime.date)
-
-        def __subclasscheck__(cls, other):
-            return issubclass(other, real_datetime.date)
-
-    class date(real_datetime.date, metaclass=AnyDate):  # noqa: N801 its name
+    class date(real_datetime.date, metaclass=_standing_for(real_datetime.date)):  # noqa: N801 its name
         """datetime.date on virtual time."""
 
         @classmethod

@@ -3,8 +3,8 @@
 Per joint two masses, the rotor (seen through the gear) and the link, are separated by a real gap,
 the backlash; where the gap is closed they move as one (contact is rigid, impacts are inelastic).
 All friction is Coulomb's, solved as an impulse per step, so that things at rest stay at rest.  The
-links'
-inertias are constants: the torques that one joint's acceleration puts on the other are left out.
+links' inertias are constants: the torques that one joint's acceleration puts on the other are left
+out.
 
 Constants of the EV3 motors: derived from the loaded and no-load points of published measurements,
 with the rotor inertia set so that the stopping distances of real motors come out (see the README).
