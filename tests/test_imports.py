@@ -22,6 +22,10 @@ RULES = {
     "shared": ("shared",),
     "robot": ("robot", "shared", "ev3dev2.motor"),
     "laptop.simulator": ("laptop.simulator", "robot", "shared", "ev3dev2"),
+    **dict.fromkeys(
+        [f"laptop.simulator.{name}" for name in ("optics", "scene", "synthetic_camera")],
+        ("laptop.simulator", "laptop.camera", "robot", "shared", "numpy", "cv2"),
+    ),
     "laptop.bench": ("laptop", "robot", "shared", *LIBRARIES),
     "laptop.demo": ("laptop", "-laptop.bench", "shared", *LIBRARIES),
     "laptop.__main__": ("laptop", "shared", *LIBRARIES),

@@ -15,6 +15,7 @@ import tempfile
 from collections import namedtuple
 
 from laptop.simulator.brick import EmulatedBrick
+from laptop.simulator.live import Publisher
 from laptop.simulator.peripherals import Peripherals
 from laptop.simulator.runner import run_script
 from laptop.simulator.world import World
@@ -151,7 +152,7 @@ def run(
                 )
             )
         _order(brick, fault, orders)
-    with _home_folder(brick, q, homed) as folder:
+    with _published(brick, script), _home_folder(brick, q, homed) as folder:
         outcome = run_script(
             brick,
             script,
@@ -198,6 +199,20 @@ def park_on_file(arm, q, folder):
     state = Zero(arm.name, folder)
     state.save({p: math.degrees(turn) for p, turn in turns.items()}, dict.fromkeys(turns, 0))
     return state
+
+
+@contextlib.contextmanager
+def _published(brick, script):
+    """In real time, cameras in other processes see the arm meanwhile."""
+    if not brick.world.realtime:
+        yield
+        return
+    publisher = Publisher(brick, os.path.basename(script))
+    brick.world.bodies.append(publisher.advance)
+    try:
+        yield
+    finally:
+        publisher.close()
 
 
 @contextlib.contextmanager

@@ -63,6 +63,8 @@ class World(object):
     # How long, in wall seconds, the others stand still before each step beside a thread that lost
     # the baton, so that it sees what they did before time goes on.
     COURTESY = 0.001
+    # In real time the bodies are brought up to the present at least so often, wall seconds.
+    PACE = 0.005
 
     def __init__(self, realtime=False):
         self.t = 0.0
@@ -96,6 +98,11 @@ class World(object):
     def now(self):
         """The virtual time, s."""
         return self.t
+
+    @property
+    def wall_start(self):
+        """What time.monotonic showed at the virtual time 0 of a run in real time, s."""
+        return self._wall_start
 
     def sleep(self, seconds):
         """Wait `seconds` of virtual time."""
@@ -281,14 +288,19 @@ class World(object):
             if self._hurry:
                 return False
             self._pacing = True
-            self._news.wait(min(behind, 0.1))
+            self._news.wait(min(behind, self.PACE))
             self._pacing = False
             if t <= self.t:
                 return True
+            # On the way, so that whoever looks on from outside sees it move.
+            self._carry(min(max(self.t, self._elapsed()), t))
+        self._carry(t)
+        return True
+
+    def _carry(self, t):
         self.t = t
         for advance in self.bodies:
             advance(t)
-        return True
 
     def _fail(self, error):
         self._failure = error

@@ -1,0 +1,337 @@
+"""The true pose of an arm that runs in real time, for cameras in other processes.
+
+`simulate --realtime` writes `live.txt` in the state folder ($BRICKSERVO_STATE or ~/.brickservo):
+a header in JSON, then a line `t q1 q2 ... pen` (s of the world, rad, 0 or 1) per 5 ms in which
+something moved, and at least two a second.  It only grows, so that a camera that comes late gets
+all the ink.  The writer keeps it locked: that is how others know that it lives.
+"""
+
+import bisect
+import contextlib
+import fcntl
+import json
+import math
+import os
+import sys
+from collections import namedtuple
+
+from robot import kinematics
+from shared.arm_description import ArmError, read_arm
+
+FILE = "live.txt"
+VERSION = 1
+PACE = 0.005
+"""Time between two lines while the arm moves, s."""
+SIGN_OF_LIFE = 0.5
+"""Time between two lines while it rests, s."""
+
+STILL = 1e-6
+"""A joint that moved less than this has not moved, rad."""
+FINEST_INK = 0.02
+"""Ink is kept in segments of at least this length, cm."""
+KEPT = 30.0
+"""Of a run in another process poses are kept for so long, s; its ink for ever."""
+
+NO_RUN = (
+    "no emulated arm is running in real time, so it is shown at home; "
+    "start one: python -m laptop simulate --realtime SCRIPT"
+)
+
+Pose = namedtuple("Pose", "arm q ink")
+"""Arm, joint angles (rad), segments (x0, y0, x1, y1) in cm drawn so far."""
+
+
+def folder_of_state():
+    """Where this user's programs keep what they remember."""
+    return os.environ.get("BRICKSERVO_STATE") or os.path.expanduser("~/.brickservo")
+
+
+class History(object):
+    """Where an arm has been, and the ink it left.
+
+    Args:
+        arm: Arm.
+        kept: poses older than this (s, before the newest) are forgotten; None keeps all.
+    """
+
+    def __init__(self, arm, kept=None):
+        self.arm = arm
+        self._kept = kept
+        self._times = []
+        self._poses = []
+        self._ink = []
+        self._ink_times = []
+        self._pen_at = None
+
+    @property
+    def newest(self):
+        """Time of the newest pose, s; None before the first."""
+        return self._times[-1] if self._times else None
+
+    def append(self, t, q, pen):
+        """The pose at t (s), not before the newest."""
+        self._times.append(t)
+        self._poses.append(tuple(q))
+        if self._kept is not None and self._times[0] < t - 2 * self._kept:
+            old = bisect.bisect_left(self._times, t - self._kept)
+            del self._times[:old]
+            del self._poses[:old]
+        if not pen:
+            self._pen_at = None
+            return
+        p = tuple(kinematics.forward(self.arm, q)[:2])
+        before = self._pen_at
+        if before is None:
+            self._pen_at = p
+        elif math.hypot(p[0] - before[0], p[1] - before[1]) >= FINEST_INK:
+            self._ink.append(before + p)
+            self._ink_times.append(t)
+            self._pen_at = p
+
+    def at(self, t):
+        """The Pose at t, s: between two known ones in proportion, beyond them the nearest.
+
+        None before anything is known.
+        """
+        times = self._times
+        if not times:
+            return None
+        after = bisect.bisect_right(times, t)
+        if after in (0, len(times)):
+            q = self._poses[min(after, len(times) - 1)]
+        else:
+            share = (t - times[after - 1]) / (times[after] - times[after - 1])
+            pair = zip(self._poses[after - 1], self._poses[after])
+            q = tuple(a + share * (b - a) for a, b in pair)
+        return Pose(self.arm, q, self._ink[: bisect.bisect_right(self._ink_times, t)])
+
+
+class Publisher(object):
+    """Writes what the cameras follow; one of the world's bodies, behind the brick.
+
+    A full disk or a folder that cannot be written costs the live picture, never the run.
+
+    Args:
+        brick: EmulatedBrick in a world in real time.
+        script: its name, for people.
+        folder: None takes the state folder.
+    """
+
+    def __init__(self, brick, script, folder=None):
+        self.path = os.path.join(folder or folder_of_state(), FILE)
+        self._brick = brick
+        self._script = script
+        self._file = None
+        self._over = False
+        self._taken = 0
+        self._last = None
+        self._skipped = None
+
+    def advance(self, t):
+        """Write what the brick's record has gained by world time t, s."""
+        if self._over:
+            return
+        try:
+            if self._file is None:
+                self._open()
+            lines = self._news()
+            if lines:
+                self._file.write("".join(lines).encode("ascii"))
+        except OSError as error:
+            sys.stderr.write(
+                "simulate: cameras no longer see this arm: {}: {}\n".format(
+                    self.path, error.strerror
+                )
+            )
+            self._drop()
+
+    def close(self):
+        """The run is over: cameras that follow know it, later ones find nothing."""
+        self._drop()
+
+    def _open(self):
+        world = self._brick.world
+        header = {
+            "arm": os.path.abspath(self._brick.arm.file),
+            "pid": os.getpid(),
+            "script": self._script,
+            "version": VERSION,
+            "zero": world.wall_start,
+        }
+        os.makedirs(os.path.dirname(self.path), exist_ok=True)
+        # Complete and locked before it has its name, so that nobody sees it otherwise.
+        draft = "{}.{}".format(self.path, os.getpid())
+        file = open(draft, "wb", buffering=0)  # noqa: SIM115 (it stays open, and locked)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            file.write(json.dumps(header, sort_keys=True).encode("ascii") + b"\n")
+            os.rename(draft, self.path)
+        except OSError:
+            file.close()
+            os.remove(draft)
+            raise
+        self._file = file
+
+    def _news(self):
+        """A line per PACE of what moved, with where it began to move; a sign of life else."""
+        lines = []
+        record = self._brick.record
+        for sample in record[self._taken :]:
+            last = self._last
+            if last is not None and sample.t - last.t < PACE - 1e-9:
+                continue
+            moved = last is None or sample.pen != last.pen
+            moved = moved or any(abs(a - b) > STILL for a, b in zip(sample.q, last.q))
+            if moved or sample.t - last.t >= SIGN_OF_LIFE:
+                if moved and self._skipped is not None:
+                    lines.append(_line(self._skipped))
+                lines.append(_line(sample))
+                self._last, self._skipped = sample, None
+            else:
+                self._skipped = sample
+        self._taken = len(record)
+        return lines
+
+    def _drop(self):
+        """Let go of the file, and of its name unless a newer run has taken that."""
+        self._over = True
+        file, self._file = self._file, None
+        if file is None:
+            return
+        # A name that is gone already, or cannot be removed: without its lock it counts for nothing.
+        with file, contextlib.suppress(OSError):
+            if os.path.samestat(os.fstat(file.fileno()), os.stat(self.path)):
+                os.remove(self.path)
+
+
+def _line(sample):
+    angles = " ".join("{:.7f}".format(angle) for angle in sample.q)
+    return "{:.4f} {} {:d}\n".format(sample.t, angles, sample.pen)
+
+
+class Follower(object):
+    """Reads along in another process.
+
+    Args:
+        folder: None takes the state folder.
+
+    Attributes:
+        header: dict of the run that is followed or was last, None before any.
+        alive: whether it still runs.
+        refused: why a file that is there is not followed, "" if there is nothing to say.
+    """
+
+    def __init__(self, folder=None):
+        self.path = os.path.join(folder or folder_of_state(), FILE)
+        self.header = None
+        self.alive = False
+        self.refused = ""
+        self._file = None
+        self._rest = b""
+        self._refused = None
+        self._history = None
+
+    @property
+    def newest(self):
+        """Time of the newest pose, s on the clock time.monotonic; None before any."""
+        if self._history is None or self._history.newest is None:
+            return None
+        return self._history.newest + self.header["zero"]
+
+    def poll(self):
+        """Read what is new; go over to a newer run if there is one."""
+        self._switch()
+        if self._file is None or not self.alive:
+            return
+        # Whether it was locked is asked before reading: all it wrote is then there to be read.
+        locked = _is_locked(self._file)
+        *lines, self._rest = (self._rest + self._file.read()).split(b"\n")
+        for line in lines:
+            self._take(line)
+        self.alive = locked
+
+    def at(self, t):
+        """The Pose at t, s on the clock time.monotonic, or the newest; None before any run."""
+        if self._history is None:
+            return None
+        return self._history.at(t - self.header["zero"])
+
+    def close(self):
+        """Follow no more."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def _switch(self):
+        """Follow the file that has the name now, if it is of a run that lives."""
+        try:
+            there = os.stat(self.path)
+            if self._file is not None and os.path.samestat(there, os.fstat(self._file.fileno())):
+                return
+            # A file that was refused stays so; its number may come back with another one.
+            identity = there.st_dev, there.st_ino, there.st_mtime
+            if identity == self._refused:
+                return
+            file = open(self.path, "rb", buffering=0)  # noqa: SIM115 (it is read on and on)
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            self.refused = "{}: {}".format(self.path, error.strerror)
+            return
+        try:
+            header, arm, rest = _start(file)
+        except (ValueError, KeyError, TypeError, ArmError, OSError) as error:
+            file.close()
+            self._refused = identity
+            self.refused = "{} is not followed: {}".format(self.path, error)
+            return
+        self.close()
+        self.refused = ""
+        self.header, self._file, self.alive = header, file, True
+        self._history = History(arm, KEPT)
+        self._rest = rest
+
+    def _take(self, line):
+        """Add one line's pose; what is not one is left out."""
+        try:
+            t, *q, pen = (float(word) for word in line.split())
+        except ValueError:
+            return
+        newest = self._history.newest
+        if len(q) != len(self._history.arm.joints) or not all(map(math.isfinite, [t, pen] + q)):
+            return
+        if newest is None or t > newest:
+            self._history.append(t, q, pen)
+
+
+def _start(file):
+    """What a file begins with: header (dict), Arm, the bytes behind it.
+
+    Raises:
+        ValueError, KeyError, TypeError, ArmError, OSError: it is not of a run that lives.
+    """
+    if not _is_locked(file):
+        raise ValueError("its program is gone")
+    line, _, rest = file.read().partition(b"\n")
+    header = json.loads(line.decode("utf-8"))
+    if header["version"] != VERSION:
+        raise ValueError("it is of version {}, not {}".format(header["version"], VERSION))
+    header = {
+        "arm": str(header["arm"]),
+        "pid": int(header["pid"]),
+        "script": str(header["script"]),
+        "zero": float(header["zero"]),
+    }
+    if not math.isfinite(header["zero"]):
+        raise ValueError("its clock is wrong")
+    return header, read_arm(header["arm"]), rest
+
+
+def _is_locked(file):
+    """Whether a process holds the lock of the file."""
+    try:
+        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    fcntl.flock(file, fcntl.LOCK_UN)
+    return False

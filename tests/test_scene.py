@@ -1,0 +1,474 @@
+"""What the synthetic camera sees, against OpenCV's projection, exact areas and its own truth."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from laptop.simulator.optics import (
+    BadLens,
+    Box,
+    Pinhole,
+    coverage,
+    coverages,
+    light_of,
+    marker_light,
+    rectangle,
+    to_linear,
+    to_srgb,
+)
+from laptop.simulator.scene import CONSTANTS, BadScene, Scene, read_scene
+from robot import kinematics
+from shared.arm_description import find_arm, read_arm
+
+ARM = read_arm(find_arm("planar"))
+PLAIN = "clutter=0,shadow=0,k1=0,tilt=0,rim=1.5,"
+SIZE = (640, 480)
+
+
+def scene(text=""):
+    return Scene(ARM, read_scene(text))
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return scene(PLAIN)
+
+
+@pytest.fixture(scope="module")
+def furnished():
+    return scene("seed=3")
+
+
+def centroid(light, place, radius):
+    """Centre of what is not the background, weighted by how much it is the marker (own oracle)."""
+    u, v = (round(c) for c in place)
+    r = math.ceil(radius)
+    part = light[v - r : v + r + 1, u - r : u + r + 1].astype(float)
+    ring = np.concatenate([part[0], part[-1], part[:, 0], part[:, -1]])
+    ground, marker = np.median(ring, axis=0), part[r, r]
+    alpha = (part - ground) @ (marker - ground) / ((marker - ground) @ (marker - ground))
+    y, x = np.mgrid[v - r : v + r + 1, u - r : u + r + 1]
+    return np.array([(alpha * x).sum(), (alpha * y).sum()]) / alpha.sum()
+
+
+def radius_px(view, q, name):
+    """How far the marker's rim is from its centre at most, px."""
+    centre = view.centres(q)[name]
+    wide = view.constants["marker_radius"] * np.array(
+        [(1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0)]
+    )
+    return np.linalg.norm(view.project(centre + wide) - view.project(centre[None]), axis=1).max()
+
+
+# Projection
+
+
+@pytest.mark.parametrize(
+    ("angles", "k1", "k2"),
+    [
+        ((0, 0, 0), 0, 0),
+        ((25, 0, 0), -0.2, 0.05),
+        ((55, 130, 40), 0.1, 0),
+        ((80, -60, -170), -0.1, 0),
+    ],
+)
+def test_points_project_as_opencv_has_it(angles, k1, k2):
+    camera = Pinhole.aimed((3, 2, 0), 60, tuple(map(math.radians, angles)), 600, SIZE, k1, k2)
+    points = np.random.default_rng(1).uniform(-12, 12, (200, 3)) + (3, 2, 0)
+    matrix = np.array([[600, 0, 319.5], [0, 600, 239.5], [0, 0, 1.0]])
+    turn, _ = cv2.Rodrigues(camera.rotation)
+    shift = -camera.rotation @ camera.position
+    expected, _ = cv2.projectPoints(points, turn, shift, matrix, np.array([k1, k2, 0, 0.0]))
+    np.testing.assert_allclose(camera.project(points), expected.reshape(-1, 2), atol=1e-9)
+
+
+def test_from_straight_above_x_points_right_and_y_up_and_what_is_higher_is_farther_out():
+    camera = Pinhole.aimed((0, 0, 0), 50, (0, 0, 0), 500, SIZE)
+    places = camera.project(np.array([(0, 0, 0), (1, 2, 0), (1, 2, 10)]))
+    np.testing.assert_allclose(places, [(319.5, 239.5), (329.5, 219.5), (332.0, 214.5)])
+
+
+def test_a_tilted_camera_stands_where_azimuth_says():
+    camera = Pinhole.aimed((1, 2, 0), 10, (math.radians(90), math.radians(90), 0), 500, SIZE)
+    np.testing.assert_allclose(camera.position, (11, 2, 0), atol=1e-12)
+    camera = Pinhole.aimed((0, 0, 0), 10, (math.radians(30), 0, 0), 500, SIZE)
+    np.testing.assert_allclose(camera.position, (0, -5, 10 * math.cos(math.radians(30))))
+
+
+def test_a_rolled_camera_turns_the_picture_the_other_way():
+    camera = Pinhole.aimed((0, 0, 0), 50, (0, 0, math.radians(90)), 500, SIZE)
+    np.testing.assert_allclose(camera.project(np.array([(1, 0, 0)])), [(319.5, 229.5)], atol=1e-9)
+
+
+@pytest.mark.parametrize("k1", [-0.3, 0.0, 0.2])
+def test_every_ray_projects_to_its_pixel(k1):
+    camera = Pinhole.aimed((3, 2, 0), 60, (0.5, 1, 2), 600, SIZE, k1)
+    rays = camera.rays()
+    seen = np.dstack([rays, np.ones(SIZE[::-1])]).reshape(-1, 3) * 40
+    places = camera.project(seen @ camera.rotation + camera.position).reshape(480, 640, 2)
+    v, u = np.mgrid[:480, :640]
+    np.testing.assert_allclose(places, np.dstack([u, v]), atol=1e-3)
+
+
+def test_what_the_lens_would_fold_back_lands_outside():
+    camera = Pinhole.aimed((0, 0, 0), 50, (0, 0, 0), 600, SIZE, -0.3)
+    far = camera.project(np.array([(500.0, 0, 0), (0, -2000, 0)]))
+    assert far[0, 0] > 4000
+    assert far[1, 1] > 20000
+
+
+def test_a_lens_that_folds_the_picture_is_refused():
+    with pytest.raises(BadLens, match="less distortion or a longer focal length"):
+        Pinhole.aimed((0, 0, 0), 50, (0, 0, 0), 300, SIZE, -0.4)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_whole_workspace_is_in_the_picture(seed):
+    draw = np.random.default_rng(seed)
+    text = (
+        f"tilt={draw.uniform(0, 55)},azimuth={draw.uniform(-180, 180)},clutter=0,"
+        f"roll={draw.uniform(-180, 180)},focal={draw.uniform(500, 900)},"
+        f"k1={draw.uniform(-0.2, 0.1)}"
+    )
+    view = scene(text)
+    poses = [tuple(draw.uniform(j.lower, j.upper) for j in ARM.joints) for _ in range(300)]
+    places = np.array([view.truth(q)["effector"] for q in poses])
+    assert places.min() > 5
+    assert (places.max(axis=0) < (635, 475)).all()
+    # And no smaller than need be.
+    assert np.ptp(places, axis=0)[1] > 300 or np.ptp(places, axis=0)[0] > 450
+
+
+def test_a_placed_camera_stays_where_it_is_put():
+    view = scene("distance=40,aim_x=5,aim_y=6,tilt=80,azimuth=90,clutter=0")
+    np.testing.assert_allclose(view.project(np.array([(5, 6, 0)])), [(319.5, 239.5)], atol=1e-6)
+    assert view.camera.position[0] == pytest.approx(5 + 40 * math.sin(math.radians(80)))
+
+
+# Areas
+
+
+def test_a_polygon_covers_pixels_by_its_area():
+    square = np.array([(0.25, -0.5), (2.0, -0.5), (2.0, 1.0), (0.25, 1.0)])
+    got = coverage([square], Box(0, 0, 4, 3))
+    np.testing.assert_allclose(
+        got, [(0.25, 1, 0.5, 0), (0.125, 0.5, 0.25, 0), (0, 0, 0, 0)], atol=1e-7
+    )
+    triangle = np.array([(-0.5, -0.5), (1.5, -0.5), (-0.5, 1.5)])
+    np.testing.assert_allclose(coverage([triangle], Box(0, 0, 2, 2)), [(1, 0.5), (0.5, 0)])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_polygon_covers_as_a_fine_raster_says(seed):
+    draw = np.random.default_rng(seed)
+    corners = cv2.convexHull(draw.uniform(-4, 14, (7, 2)).astype(np.float32)).reshape(-1, 2)
+    fine, n = np.zeros((8, 9)), 64
+    for i, row in enumerate(np.linspace(-0.5, 7.5, 8 * n, endpoint=False) + 0.5 / n):
+        for j, column in enumerate(np.linspace(-0.5, 8.5, 9 * n, endpoint=False) + 0.5 / n):
+            if (i * 7 + j) % 29 == 0:  # a sample of them is enough
+                inside = cv2.pointPolygonTest(corners, (float(column), float(row)), False) > 0
+                fine[i // n, j // n] += inside * 29 / n**2
+    got = coverage([corners.astype(float)], Box(0, 0, 9, 8))
+    np.testing.assert_allclose(got, fine, atol=0.06)
+
+
+def test_groups_do_not_run_into_one_another():
+    rings = [[rectangle(-3, -3, 2.2, 9)], [rectangle(1, 1, 40, 2)], [rectangle(50, 50, 60, 60)]]
+    boxes = [Box(0, 0, 5, 4), Box(2, 0, 7, 3), Box(0, 0, 3, 3)]
+    together = coverages(list(zip(rings, boxes)))
+    for got, own, box in zip(together, rings, boxes):
+        np.testing.assert_allclose(got, coverage(own, box), atol=1e-6)
+    assert together[2].max() == 0
+    np.testing.assert_allclose(together[0][:, 3], 0, atol=1e-6)
+
+
+def test_overlapping_polygons_cover_a_pixel_once():
+    got = coverage([rectangle(-1, -1, 1, 1), rectangle(1, 1, -1, -1)[::-1]], Box(0, 0, 3, 3))
+    assert got.max() == 1
+
+
+def test_light_and_srgb_are_inverse_to_one_another():
+    values = np.arange(256)
+    np.testing.assert_allclose(to_srgb(to_linear(values)), values, atol=1e-9)
+    assert to_linear([188])[0] == pytest.approx(0.5, abs=0.005)
+    np.testing.assert_allclose(to_srgb(light_of("red")), (0x1E, 0x14, 0xC8))
+
+
+# Markers and their truth
+
+
+@pytest.mark.parametrize("name", ["effector", "goal"])
+def test_a_disc_seen_straight_on_has_its_centroid_at_its_true_place(plain, name):
+    draw = np.random.default_rng(7)
+    for _ in range(12):
+        q = draw.uniform(0.2, 1.4), draw.uniform(-1.2, 1.2)
+        light = plain.image(q)
+        place = plain.truth(q)[name]
+        assert plain.visible(q)[name] == pytest.approx(1, abs=1e-3)
+        off = centroid(light, place, radius_px(plain, q, name) + 3) - place
+        assert np.abs(off).max() < 0.002
+
+
+def test_the_truth_is_the_projected_tip_at_the_markers_height(plain):
+    q = (0.4, 0.9)
+    x, y = kinematics.forward(ARM, q)
+    expected = plain.camera.project(np.array([(x, y, plain.constants["marker_height"])]))[0]
+    assert plain.truth(q)["effector"] == pytest.approx(tuple(expected))
+
+
+def outline_centroid(view, name):
+    """Centroid of a disc's outline as OpenCV projects it, by the shoelace formula."""
+    camera, angle = view.camera, np.linspace(0, 2 * math.pi, 720, endpoint=False)
+    wide = view.constants["marker_radius"]
+    circle = np.stack([wide * np.cos(angle), wide * np.sin(angle), 0 * angle], axis=1)
+    matrix = np.array([[camera.focal, 0, 319.5], [0, camera.focal, 239.5], [0, 0, 1.0]])
+    places, _ = cv2.projectPoints(
+        circle + view.centres((0, 0))[name],
+        cv2.Rodrigues(camera.rotation)[0],
+        -camera.rotation @ camera.position,
+        matrix,
+        np.array([camera.k1, camera.k2, 0, 0]),
+    )
+    a = places.reshape(-1, 2)
+    b = np.roll(a, -1, axis=0)
+    cross = a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]
+    return ((a + b) * cross[:, None]).sum(axis=0) / (3 * cross.sum())
+
+
+@pytest.mark.parametrize(
+    ("text", "least", "most"),
+    [
+        ("tilt=20", 0.03, 0.12),
+        ("tilt=40", 0.1, 0.25),
+        ("tilt=55,focal=500,rim=3", 0.15, 0.4),
+        ("tilt=0,k1=-0.25,focal=600,goal_x=-15,goal_y=12", 0.02, 0.15),
+        ("tilt=45,azimuth=70,roll=-30,k1=-0.2,k2=0.05", 0.03, 0.3),
+    ],
+)
+def test_seen_at_an_angle_a_discs_centroid_is_off_by_what_perspective_says(text, least, most):
+    # The nearer half of a disc takes more room, so its centroid is not where its centre is.
+    view = scene(PLAIN + text)
+    place = view.truth((0, 0))["goal"]
+    found = centroid(view.image((1, 1)), place, radius_px(view, (0, 0), "goal") + 1.5)
+    expected = outline_centroid(view, "goal")
+    assert found == pytest.approx(expected, abs=0.004)
+    assert least < math.dist(expected, place) < most
+
+
+def test_a_ball_is_seen_around_its_centre_and_lit_from_the_left():
+    view = scene("marker=ball,k1=0,tilt=35,clutter=0,shadow=0,gradient=0")
+    light = view.image((1.0, 0.8))
+    u, v = (round(c) for c in view.truth((1.0, 0.8))["goal"])
+    r = round(radius_px(view, (1.0, 0.8), "goal"))
+    green = light[v, u - r - 2 : u + r + 3, 2] < 0.5 * light[v, u - 3 * r, 2]
+    assert abs(green[: r + 2].sum() - green[r + 3 :].sum()) <= 1
+    assert light[v, u - r // 2, 1] > 1.15 * light[v, u + r // 2, 1]
+
+
+def test_a_balls_centre_is_a_radius_above_what_it_lies_on():
+    view = scene("marker=ball,clutter=0,marker_radius=1.3,goal_x=4,goal_y=5")
+    centres = view.centres((0.0, 0.0))
+    assert tuple(centres["goal"]) == (4, 5, 1.3)
+    assert centres["effector"][2] == pytest.approx(2.5 + 1.3)
+
+
+def test_an_aruco_marker_is_recognised_with_its_centre_at_its_true_place():
+    view = scene("marker=aruco,clutter=0,marker_radius=1.6")
+    q = (0.7, 0.9)
+    image = np.round(to_srgb(view.image(q))).astype(np.uint8)
+    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    corners, ids, _ = cv2.aruco.ArucoDetector(dictionary).detectMarkers(image)
+    found = {int(number): places[0].mean(axis=0) for number, places in zip(ids.ravel(), corners)}
+    truth = view.truth(q)
+    assert view.visible(q) == pytest.approx({"effector": 1, "goal": 1}, abs=1e-3)
+    assert sorted(found) == [0, 1]
+    assert found[0] == pytest.approx(truth["effector"], abs=0.5)
+    assert found[1] == pytest.approx(truth["goal"], abs=0.5)
+
+
+def test_without_a_goal_there_is_none():
+    view = scene("goal=none,clutter=0")
+    assert list(view.truth((0, 0))) == ["effector"]
+    assert list(view.visible((0, 0))) == ["effector"]
+
+
+@pytest.mark.parametrize(("u", "v"), [(40.0, 35.0), (41.3, 33.8), (38.5, 36.25)])
+def test_a_lonely_disc_is_where_it_is_put(u, v):
+    ground = np.full((70, 80, 3), 0.3)
+    weight = np.abs(marker_light("disc", u, v, 12, light_of("red"), ground) - ground).sum(axis=2)
+    y, x = np.mgrid[:70, :80]
+    assert (weight * x).sum() / weight.sum() == pytest.approx(u, abs=1e-3)
+    assert (weight * y).sum() / weight.sum() == pytest.approx(v, abs=1e-3)
+    assert weight.sum() == pytest.approx(np.abs(light_of("red") - 0.3).sum() * math.pi * 144, 1e-3)
+
+
+def test_a_moving_marker_is_drawn_out_around_its_middle():
+    ground = np.zeros((60, 80, 3))
+    light = marker_light("disc", 40.2, 30.0, 8, np.ones(3), ground, motion=(9, 0))[..., 0]
+    y, x = np.mgrid[:60, :80]
+    assert (light * x).sum() / light.sum() == pytest.approx(40.2, abs=1e-3)
+    assert light.sum() == pytest.approx(math.pi * 64, rel=1e-3)
+    spread = (light * (x - 40.2) ** 2).sum() / light.sum()
+    # A disc's own variance r^2 / 4 and that of an even motion, d^2 / 12; pixels add 1 / 12.
+    assert spread == pytest.approx(16 + 81 / 12 + 1 / 12, rel=0.01)
+
+
+# What hides them
+
+
+def test_markers_are_visible_unless_something_is_in_the_way(plain):
+    assert plain.visible((0.4, 0.9)) == pytest.approx({"effector": 1, "goal": 1}, abs=1e-3)
+    # The elbow over the goal.
+    over = math.atan2(-9, 12)
+    assert plain.visible((over, 0.0))["goal"] < 0.8
+    assert plain.visible((over, 0.0))["effector"] == pytest.approx(1, abs=1e-3)
+
+
+def test_beyond_the_edge_is_not_visible():
+    view = scene("goal_x=-60,goal_y=0,clutter=0")
+    assert view.visible((0, 0))["goal"] == 0
+
+
+def test_a_hand_hides_the_goal_and_the_next_time_the_tip():
+    view = scene("occlusion=4,clutter=0")
+    q = (1.0, 0.5)
+    assert view.visible(q, 1.0) == pytest.approx({"effector": 1, "goal": 1}, abs=1e-3)
+    assert view.visible(q, 3.0)["goal"] == 0
+    assert view.visible(q, 7.0)["effector"] == 0
+    u, v = (round(c) for c in view.truth(q)["goal"])
+    green = light_of("green")
+    before, hidden = view.image(q, t=1.0)[v, u], view.image(q, t=3.0)[v, u]
+    np.testing.assert_allclose(before, green, rtol=0.02)
+    assert np.abs(hidden - green).max() > 0.2
+    assert view.visible(q, 4.2) == view.visible(q, 1.0)
+
+
+# The rest of the picture
+
+
+def hues(light):
+    """Hue (deg) where there is one."""
+    hsv = cv2.cvtColor(np.float32(to_srgb(light) / 255), cv2.COLOR_BGR2HSV)
+    return hsv[..., 0][(hsv[..., 1] > 0.5) & (hsv[..., 2] > 0.25)]
+
+
+def test_clutter_comes_from_the_seed(furnished):
+    again, other = scene("seed=3"), scene("seed=4")
+    np.testing.assert_array_equal(furnished.ground, again.ground)
+    assert (furnished.ground != other.ground).mean() > 0.2
+
+
+def test_no_brick_has_a_markers_colour_unless_decoys_are_asked_for():
+    text = "clutter=20,goal=none,effector=green,seed=3"
+    view, decoyed = scene(text), scene(text + ",decoys=8")
+    near = [((hues(v.ground) > 125) & (hues(v.ground) < 165)).sum() for v in (view, decoyed)]
+    assert near[0] == 0
+    assert near[1] > 100
+
+
+def test_the_beams_are_grey_where_a_marker_is_yellow():
+    yellow = []
+    for word in ("blue", "yellow"):
+        view = scene(f"clutter=0,effector={word},goal=none,marker_radius=0.1")
+        yellow.append(((hues(view.image((0.5, 0.5))) // 20) == 2).sum())
+    assert yellow[0] > 500
+    assert yellow[1] < 50
+
+
+def test_the_arm_casts_a_shadow_on_the_paper():
+    q = (0.6, 1.0)
+    view = scene("clutter=0,shadow=0.5")
+    ratio = view.image(q)[..., 1] / view.ground[..., 1]
+    # The lamp is up at (-0.38, 0.30, 0.875): the marker's shadow falls the other way.
+    x, y, z = view.centres(q)["effector"]
+    fallen = view.project(np.array([(x + z * 0.38 / 0.875, y - z * 0.30 / 0.875, 0)]))[0]
+    beyond = fallen + (6, 6)
+    assert ratio[tuple(np.round(beyond).astype(int)[::-1])] == pytest.approx(0.5, abs=0.02)
+    assert 300 < (ratio < 0.6).sum() < 20000
+
+
+INK = [(10 - 0.1 * k, 0.2 * k, 9.9 - 0.1 * k, 0.2 * (k + 1)) for k in range(50)]
+
+
+def test_ink_is_dark_where_it_was_drawn_and_only_there():
+    view = scene("clutter=0")
+    bare = view.image((-0.8, -0.5))
+    drawn = view.image((-0.8, -0.5), INK)
+    u, v = np.round(view.project(np.array([(7.5, 5.0, 0)]))[0]).astype(int)
+    assert drawn[v - 1 : v + 2, u - 1 : u + 2].min() < 0.5 * bare[v, u].min()
+    # Its width times its length, in px.
+    darker = (1 - drawn / bare).sum() / 3
+    (u0, v0), (u1, v1) = view.project(np.array([(10.0, 0, 0), (5.0, 10.0, 0)]))
+    assert darker == pytest.approx(math.hypot(u1 - u0, v1 - v0) * 1.5, rel=0.25)
+
+
+def test_ink_laid_bit_by_bit_is_the_same_and_can_be_taken_back():
+    once, bit_by_bit = scene("clutter=0"), scene("clutter=0")
+    q = (0.6, 1.0)
+    bare = once.image(q)
+    expected = once.image(q, INK)
+    for count in (7, 8, 30, 50):
+        got = bit_by_bit.image(q, INK[:count])
+    np.testing.assert_allclose(got, expected, atol=1e-6)
+    np.testing.assert_array_equal(bit_by_bit.image(q, []), bare)
+    np.testing.assert_allclose(bit_by_bit.image(q, INK[::-1]), expected, atol=1e-5)
+
+
+def test_the_patch_holds_all_that_moves(furnished):
+    image = furnished.image((0.6, 1.0))
+    patch = furnished.patch([(0.6, 1.0)], [], 0.0)
+    changed = np.argwhere((image != furnished.ground).any(axis=2))
+    (top, left), (bottom, right) = changed.min(axis=0), changed.max(axis=0)
+    assert patch.inner.left <= left
+    assert patch.inner.top <= top
+    assert patch.inner.right > right
+    assert patch.inner.bottom > bottom
+
+
+def test_several_poses_of_one_exposure_are_averaged(furnished):
+    poses = [(0.6, 1.0), (0.63, 1.0), (0.66, 1.02)]
+    patch = furnished.patch(poses, [], 0.0)
+    expected = np.mean([patch.outer.cut(furnished.image(q)) for q in poses], axis=0)
+    np.testing.assert_allclose(patch.pixels, expected, atol=1e-5)
+
+
+# Constants
+
+
+def test_the_constants_are_the_defaults_with_what_is_given():
+    values = read_scene(" tilt=40 , marker=ball,seed=7,")
+    assert (values["tilt"], values["marker"], values["seed"]) == (40.0, "ball", 7)
+    assert values["fps"] == CONSTANTS["fps"].default
+    assert sorted(values) == sorted(CONSTANTS)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("tlit=3", ["tlit", "known:", "tilt"]),
+        ("tilt", ["tilt", "write tilt=VALUE"]),
+        ("tilt=steep", ["tilt = steep", "0 to 85 deg"]),
+        ("tilt=nan", ["tilt = nan", "0 to 85"]),
+        ("tilt=90", ["tilt = 90", "0 to 85"]),
+        ("jpeg=90.5", ["jpeg = 90.5", "whole number from 0 to 100"]),
+        ("marker=cube", ["marker = cube", "disc, ball, aruco"]),
+        ("goal=invisible", ["goal = invisible", "green", "none"]),
+        ("fps=100,exposure=0.02", ["exposure = 0.02", "1/fps", "0.0100 s"]),
+        ("occlusion=1", ["occlusion = 1", "0 (never) or from 2"]),
+    ],
+)
+def test_a_wrong_constant_is_refused_in_one_line(text, words):
+    with pytest.raises(BadScene) as caught:
+        read_scene(text)
+    message = str(caught.value)
+    assert "\n" not in message
+    for word in words:
+        assert word in message
+
+
+def test_every_default_is_allowed():
+    for key, constant in CONSTANTS.items():
+        if constant.default is not None:
+            assert read_scene(f"{key}={constant.default}")[key] == constant.default
