@@ -1,0 +1,579 @@
+#!/usr/bin/env python3
+"""The brick's end of the link to the tracker: where the camera sees the markers, newest only.
+
+    tracking_client.py --code ABCD-EFGH      pair with the tracker, and show what it sees
+    tracking_client.py                       the same later: host and code are remembered
+    tracking_client.py 192.168.0.5 ...       another laptop than the one that ssh came from
+
+Started by itself it moves nothing: it shows whether the brick sees.
+"""
+
+import argparse
+import collections
+import contextlib
+import json
+import os
+import re
+import select
+import signal
+import socket
+import sys
+
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+if __name__ == "__main__":
+    # Importing takes seconds on the brick: a signal may just end it.
+    for _number in _SIGNALS:
+        signal.signal(_number, signal.SIG_DFL)
+
+from robot.clock import Clock  # noqa: E402
+from shared import pairing  # noqa: E402
+from shared.arm_description import ArmError  # noqa: E402
+from shared.link import Link  # noqa: E402
+from shared.messages import (  # noqa: E402
+    BRICK,
+    LAPTOP,
+    VERSION,
+    Challenge,
+    Hello,
+    Proof,
+    Refused,
+    Start,
+    Status,
+    Stop,
+    Welcome,
+)
+
+PORT = 7711
+"""Where the tracker listens if nothing else is said."""
+
+CONNECT_LIMIT = 3.0
+"""For TCP to connect, s; after that it is the link that notices silence."""
+
+FIRST_PAUSE = 0.25
+LONGEST_PAUSE = 2.0
+"""Between two tries to connect, s; doubled after each."""
+
+STATUS_PERIOD = 0.1
+"""Between two reports, s."""
+
+PATIENCE = 0.005
+"""For the answer to a ping, s: the clock offset can be no better known than when it came in."""
+
+MOST_COMMANDS = 16
+"""Commands that wait to be taken; older ones go."""
+
+RECEIVE_BUFFER = 16384
+"""Bytes that the system keeps for us while we do not look: a second or two of observations."""
+
+
+class NotPaired(ArmError):
+    """It is not known where the tracker is, or with which code."""
+
+
+class Refusal(ArmError):
+    """The tracker will not serve this client however often it tries."""
+
+
+Tracker = collections.namedtuple("Tracker", "host port code")
+Tracker.__doc__ = """Where the tracker is, and the code that it printed (as pairing.read_code)."""
+
+
+class Memory(object):
+    """The tracker on file, so that it need be told once.
+
+    Args:
+        folder: None takes $BRICKSERVO_STATE, or ~/.brickservo.
+    """
+
+    def __init__(self, folder=None):
+        folder = folder or os.environ.get("BRICKSERVO_STATE") or os.path.expanduser("~/.brickservo")
+        self.file = os.path.join(folder, "tracker")
+
+    def load(self):
+        """The Tracker; None if none is remembered, or the file is of no use."""
+        try:
+            with open(self.file) as file:
+                kept = json.loads(file.read())
+            host, port = read_place(kept["host"], int(kept["port"]))
+            return host and Tracker(host, port, pairing.read_code(kept["code"]))
+        except (ArmError, OSError, ValueError, LookupError, TypeError, AttributeError):
+            return None
+        except (OverflowError, RecursionError):
+            return None
+
+    def save(self, tracker):
+        """Remember it, for this user's eyes only.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        text = json.dumps(dict(tracker._asdict()), sort_keys=True) + "\n"
+        draft = self.file + ".new"
+        os.makedirs(os.path.dirname(self.file), exist_ok=True)
+        with contextlib.suppress(FileNotFoundError):
+            os.remove(draft)  # whoever may read an old one could read the new one
+        descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with open(descriptor, "w") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.rename(draft, self.file)
+
+
+def read_place(text, port=None):
+    """Host and port from HOST, HOST:PORT, [IPV6]:PORT or :PORT; None for what is not said.
+
+    Raises:
+        NotPaired: it is none of these.
+    """
+    host, number = text, ""
+    if text.startswith("["):
+        host, bracket, rest = text[1:].partition("]")
+        if not bracket or not host or rest[:1] not in ("", ":"):
+            raise NotPaired("'{}' is no place; write [IPV6]:PORT".format(_short(text)))
+        number = rest[1:]
+    elif text.count(":") == 1:
+        host, _, number = text.partition(":")
+    if number or text.endswith(":"):
+        port = int(number) if re.match(r"[0-9]{1,5}\Z", number) else 0
+    if port is not None and not 1 <= port <= 65535:
+        raise NotPaired("'{}' has no port from 1 to 65535; write HOST:PORT".format(_short(text)))
+    if len(host) > 255 or not host.isprintable() or any(letter.isspace() for letter in host):
+        raise NotPaired("'{}' is no host; write HOST or HOST:PORT".format(_short(text)))
+    return host or None, port
+
+
+def find_tracker(place="", code=None, environ=None, memory=None):
+    """Which tracker to go to: as said, else where ssh came from, else as remembered.
+
+    Args:
+        place: as for read_place; "" where nothing is said.
+        code: as typed, or None.
+        environ: os.environ if None.  memory: Memory() if None.
+
+    Returns:
+        Tracker
+
+    Raises:
+        NotPaired, pairing.BadCode: something is missing or wrong; it says what to type.
+    """
+    environ = os.environ if environ is None else environ
+    known = (memory or Memory()).load()
+    host, port = read_place(place)
+    code = pairing.read_code(code) if code is not None else known and known.code
+    if not host:
+        ssh = (environ.get("SSH_CLIENT") or environ.get("SSH_CONNECTION") or "").split()
+        host = ssh[0] if ssh else known and known.host
+    if not host:
+        raise NotPaired(
+            "where is the tracker? give its address: tracking_client.py HOST --code CODE, "
+            "as the tracker on the laptop prints it"
+        )
+    if not code:
+        raise NotPaired(
+            "this brick is not paired yet; give the code that the tracker on the laptop prints: "
+            "tracking_client.py --code CODE"
+        )
+    if port is None:
+        port = known.port if known and known.host == host else PORT
+    return Tracker(host, port, code)
+
+
+class TrackingClient(object):
+    """A link to the tracker that comes back by itself. Call `look` often; nothing runs beside it.
+
+    Host and code are remembered once the tracker has proven that it knows the code. A name is
+    looked up here, at once; later nothing waits for longer than it is told to, but for the
+    answer to a ping now and then (PATIENCE; ten times that while nothing can be dated anyway).
+
+    Args:
+        host, port: of the tracker.
+        code: as pairing.read_code returns it.
+        clock: robot.clock.Clock.
+        memory: Memory() if None.
+        say: called with a line whenever the link comes, goes, or fails for another reason; who
+            sees `refused` tells `why` in its own way.
+
+    Attributes:
+        linked: whether observations can come in.
+        why: why not; "" while linked.
+        refused: whether it has given up: another code or another version is needed.
+        lost_since: since when it is not linked, s on our clock; None while linked.
+
+    Raises:
+        NotPaired: nothing is known of a host of that name.
+    """
+
+    def __init__(self, host, port, code, clock, memory=None, say=print):
+        self.linked = False
+        self.why = "not connected yet"
+        self.refused = False
+        self.lost_since = clock.now()
+        self._tracker = Tracker(host, port, code)
+        self._place = ("[{}]:{}" if ":" in host else "{}:{}").format(host, port)
+        self._addresses = _addresses(host, port)
+        self._key = pairing.key_of(code)
+        self._clock = clock
+        self._memory = memory or Memory()
+        self._say = say
+        self._said = None
+
+        self._connecting = None  # a socket on its way
+        self._link = None
+        self._nonces = None  # ours, theirs
+        self._limit = None  # until when it may take
+        self._tries = 0
+        self._pause = FIRST_PAUSE
+        self._next_try = clock.now()
+        self._seen = {}  # camera: capture time of the newest observation handed over
+        self._commands = []
+        self._reported = None  # (when, verdict) of the last report
+
+    def look(self, timeout=0.0):
+        """Do what is due, and hand over what is new; better wait here than sleep elsewhere.
+
+        Args:
+            timeout: s to wait, at most, until something comes in.
+
+        Returns:
+            {camera: Observation}, each newer than the last one; their t is on our clock.
+        """
+        if self._link is None and self._connecting is None:
+            now = self._clock.now()
+            if self.refused or now < self._next_try:
+                left = timeout if self.refused else min(timeout, self._next_try - now)
+                self._clock.sleep(left)
+                return {}
+            self._connect()
+        if self._connecting is not None:
+            self._finish_connecting(timeout)
+            timeout = 0.0
+        if self._link is None:
+            return {}
+        self._link.poll(timeout)
+        self._listen()
+        if not self.linked:
+            return {}
+        new = self._link.newest()
+        for camera, seen in new.items():
+            self._seen[camera] = seen.t
+        return new
+
+    def age(self, camera):
+        """How long ago the newest observation of a camera was taken, s; inf if there was none."""
+        return self._clock.now() - self._seen.get(camera, -float("inf"))
+
+    def commands(self):
+        """The Start and Stop messages since the last call; a lost link takes them back."""
+        commands, self._commands = self._commands, []
+        return commands
+
+    def report(self, q, error, verdict=""):
+        """Tell the laptop how it goes; more often than every STATUS_PERIOD, only what is final.
+
+        Args:
+            q: joint angles, rad.  error: px, or None.  verdict: "" while the run goes on.
+        """
+        now = self._clock.now()
+        due = self._reported is None or now - self._reported[0] >= STATUS_PERIOD
+        if self.linked and (due or verdict != self._reported[1]):
+            self._reported = now, verdict
+            self._link.send(Status(now, q, error, verdict))
+
+    @property
+    def round_trip(self):
+        """Of the ping that the clock offset rests on, s; None while there is none."""
+        return self._link.clock.round_trip if self.linked else None
+
+    @property
+    def counters(self):
+        """What the present link has counted (see Link); {} without one."""
+        return dict(self._link.counters) if self._link else {}
+
+    def close(self, reason=""):
+        """Say bye and end; `look` would connect again."""
+        if self._connecting is not None:
+            self._connecting.close()
+            self._connecting = None
+        if self._link is not None:
+            self._link.close(reason)
+            self._link = None
+        self._lose("closed", self._clock.now(), quietly=True)
+
+    # Connecting
+
+    def _connect(self):
+        family, address = self._addresses[self._tries % len(self._addresses)]
+        self._tries += 1
+        self._connecting = socket.socket(family, socket.SOCK_STREAM)
+        self._connecting.setblocking(False)
+        self._connecting.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
+        self._limit = self._clock.now() + CONNECT_LIMIT
+        try:
+            self._connecting.connect(address)
+        except BlockingIOError:
+            pass  # it is on its way
+        except OSError as error:
+            self._not_connected(error.errno)
+
+    def _finish_connecting(self, timeout):
+        sock = self._connecting
+        if select.select([], [sock], [], timeout)[1]:
+            errno = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+            if errno:
+                self._not_connected(errno)
+                return
+            self._connecting = None
+            self._link = Link(sock, self._clock.now, proven=False, patience=PATIENCE)
+            self._nonces = [pairing.new_nonce(), None]
+            self._link.send(Hello(VERSION, BRICK, self._nonces[0]))
+        elif self._clock.now() > self._limit:
+            self._not_connected(None)
+
+    def _not_connected(self, errno):
+        self._connecting.close()
+        self._connecting = None
+        if errno is None:
+            why = (
+                "no answer from {} within {:g} s; is it on the same network, "
+                "and does its firewall let port {} in?".format(
+                    self._place, CONNECT_LIMIT, self._tracker.port
+                )
+            )
+        else:
+            why = "cannot reach {}: {}; start the tracker there: python -m laptop track".format(
+                self._place, os.strerror(errno).lower()
+            )
+        self._lose(why, self._clock.now())
+
+    # The handshake, and what comes after it
+
+    def _listen(self):
+        message = self._link.receive()
+        while message is not None:
+            if self.linked:
+                if isinstance(message, (Start, Stop)):
+                    self._commands.append(message)
+                    del self._commands[:-MOST_COMMANDS]
+            else:
+                self._shake_hands(message)
+            message = self._link.receive() if self._link else None
+        if self._link is None:
+            return
+        now = self._clock.now()
+        if self._link.closed:
+            self._lose("{}: {}".format(self._place, self._link.reason), now)
+
+    def _shake_hands(self, message):
+        if isinstance(message, Challenge) and self._nonces[1] is None:
+            self._nonces[1] = message.nonce
+            self._link.send(Proof(pairing.proof(self._key, BRICK, *self._nonces)))
+        elif isinstance(message, Welcome) and self._nonces[1] is not None:
+            if pairing.is_proof(message.proof, self._key, LAPTOP, *self._nonces):
+                self._welcome()
+            else:
+                self._give_up(
+                    "{} does not know the pairing code, so it is not your tracker; "
+                    "check the address".format(self._place)
+                )
+        elif isinstance(message, Refused):
+            now = self._clock.now()
+            if message.cause in ("code", "version"):
+                self._give_up("{}: {}".format(self._place, message.reason))
+            else:
+                self._lose("{}: {}".format(self._place, message.reason), now)
+                self._next_try = max(self._next_try, now + message.wait)
+        else:
+            self._lose("{} does not keep to the handshake".format(self._place), self._clock.now())
+
+    def _welcome(self):
+        self._link.trust()
+        self.linked = True
+        self.why = ""
+        self.lost_since = None
+        self._pause = FIRST_PAUSE
+        self._tell("linked to {}".format(self._place))
+        if self._memory.load() != self._tracker:
+            try:
+                self._memory.save(self._tracker)
+            except OSError as error:
+                self._tell(
+                    "{} cannot be written ({}), so host and code must be told again".format(
+                        self._memory.file, error.strerror
+                    )
+                )
+        self._link.poll()  # the first ping
+
+    def _give_up(self, why):
+        self.refused = True
+        self._lose(why, self._clock.now())
+
+    def _lose(self, why, now, quietly=False):
+        if self._link is not None:
+            self._link.close()
+            self._link = None
+        if self.lost_since is None:
+            self.lost_since = now
+        self.linked = False
+        self.why = why
+        self._commands = []
+        self._reported = None
+        self._next_try = now + self._pause
+        self._pause = min(2 * self._pause, LONGEST_PAUSE)
+        if not quietly and not self.refused:
+            self._tell("not linked: {}".format(why))
+
+    def _tell(self, line):
+        if line != self._said:
+            self._said = line
+            self._say(line)
+
+
+def _addresses(host, port):
+    """What the name stands for: a list of (family, address)."""
+    try:
+        found = socket.getaddrinfo(host, port, 0, socket.SOCK_STREAM)
+    except (OSError, UnicodeError):
+        raise NotPaired(
+            "there is no host '{}'; give the laptop's address as the tracker prints it: "
+            "tracking_client.py HOST --code CODE".format(_short(host))
+        ) from None
+    return [(family, address) for family, _, _, _, address in found]
+
+
+def _short(text):
+    """A text that may be anything, as one short printable line."""
+    shown = ascii(text)[1:-1]
+    return shown if len(shown) <= 40 else shown[:37] + "..."
+
+
+# The command line
+
+LINE_PERIOD = 0.1
+"""Between two looks that are printed, s: a person reads no faster, and printing costs the brick."""
+
+
+class Stopped(BaseException):
+    """A signal asked the program to end."""
+
+    def __init__(self, number):
+        super(Stopped, self).__init__("stopped by {}".format(signal.Signals(number).name))
+        self.status = 128 + number
+
+
+def _line(seen, now):
+    words = ["camera {}: {:4.0f} ms ago".format(seen.camera, 1000 * (now - seen.t))]
+    for name in sorted(seen.markers):
+        place = seen.markers[name]
+        words.append(
+            "{} {:.2f},{:.2f} px ({:.2f})".format(name, *place)
+            if place
+            else "{} not seen".format(name)
+        )
+    return ", ".join(words)
+
+
+def _say(line):
+    print(line, flush=True)
+
+
+def _seconds(text):
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not 0.1 <= value <= 86400:
+        raise argparse.ArgumentTypeError(
+            "'{}' must be a number from 0.1 to 86400 s".format(_short(text))
+        )
+    return value
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message):
+        """One line."""
+        self.exit(2, "{}: {}; see {} --help\n".format(self.prog, message, self.prog))
+
+
+def _parser():
+    parser = _Parser(
+        prog="tracking_client.py", description="Show what the tracker on the laptop sees."
+    )
+    parser.add_argument(
+        "place",
+        nargs="?",
+        default="",
+        metavar="HOST[:PORT]",
+        help="the laptop (default: where ssh came from, else as remembered)",
+    )
+    parser.add_argument("--code", help="as the tracker prints it (default: as remembered)")
+    parser.add_argument("--seconds", type=_seconds, metavar="S", help="(default: until Ctrl-C)")
+    return parser
+
+
+def _run(args):
+    clock = Clock()
+    client = TrackingClient(*find_tracker(args.place, args.code), clock=clock, say=_say)
+    start = clock.now()
+    end = start + args.seconds if args.seconds else float("inf")
+    some = False
+    try:
+        while clock.now() < end:
+            pause = min(end, clock.now() + LINE_PERIOD)
+            newest = {}
+            while clock.now() < pause and not client.refused:
+                newest.update(client.look(max(0.0, pause - clock.now())))
+            for camera in sorted(newest):
+                some = True
+                _say(_line(newest[camera], clock.now()))
+            if client.refused:
+                raise Refusal(client.why)
+        if not some:
+            raise NotPaired(
+                "no observation in {:g} s: {}".format(
+                    args.seconds, client.why or "linked, but the tracker sends none"
+                )
+            )
+    finally:
+        _ignore_signals()
+        client.close("the client has ended")
+
+
+def _ignore_signals():
+    # Not SIG_IGN: Python 3.5 would try to call that for a signal that has just come in.
+    for number in _SIGNALS:
+        signal.signal(number, _do_nothing)
+
+
+def _do_nothing(number, frame):
+    pass
+
+
+def _raise_stopped(number, frame):
+    _ignore_signals()  # a second one must not spoil the farewell
+    raise Stopped(number)
+
+
+def main(argv=None):
+    """Show what the tracker sees; the exit status."""
+    args = _parser().parse_args(argv)
+    for number in _SIGNALS:
+        signal.signal(number, _raise_stopped)
+    try:
+        _run(args)
+    except BrokenPipeError:
+        # Nobody reads on: and nothing is to be written at the end of Python either.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        print("tracking_client.py: the reader of the output has gone", file=sys.stderr)
+        return 1
+    except (ArmError, OSError, Stopped) as error:
+        print("tracking_client.py: {}".format(error), file=sys.stderr)
+        return getattr(error, "status", 1)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

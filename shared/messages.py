@@ -1,0 +1,328 @@
+"""What laptop and brick tell each other: one JSON object per line; bytes in, messages out.
+
+    {"kind":"observation","camera":"A","seq":7,"t":12.5,"markers":{"effector":[u,v,c],"goal":null}}
+
+Rules: every value is checked the same way when it is sent and when it arrives. Keys that are not
+known are ignored, so that a later version may add some; kinds that are not known are refused.
+"""
+
+import collections
+import json
+import re
+from numbers import Integral, Real
+
+from shared.arm_description import ArmError
+
+VERSION = 1
+"""Raised whenever the other side would misunderstand; `hello` keeps its form in every version."""
+
+MAX_LINE = 2048
+"""Bytes of a line, without its newline."""
+
+MAX_MARKERS = 16
+MAX_JOINTS = 8
+MAX_TEXT = 200
+
+BRICK = "brick"
+"""The role of the side that connects."""
+LAPTOP = "laptop"
+"""The role of the side that listens."""
+
+
+class BadMessage(ArmError, ValueError):
+    """A line that is no message, or a message that must not be sent."""
+
+
+Hello = collections.namedtuple("Hello", "version role nonce")
+Hello.__doc__ = """The first line of the side that connects.
+
+version  VERSION of the sender
+role     BRICK
+nonce    32 hex digits, new for every connection
+"""
+
+Challenge = collections.namedtuple("Challenge", "nonce")
+Challenge.__doc__ = """The answer to a Hello: 32 hex digits, new for every connection."""
+
+Proof = collections.namedtuple("Proof", "proof")
+Proof.__doc__ = """That the brick knows the pairing code: 64 hex digits (shared.pairing)."""
+
+Welcome = collections.namedtuple("Welcome", "proof")
+Welcome.__doc__ = """That the laptop knows it too, and serves the brick from now on."""
+
+Refused = collections.namedtuple("Refused", "cause reason wait")
+Refused.__doc__ = """The laptop does not serve the sender.
+
+cause   "version" | "code" (trying again is no use) | "busy" | "wait"
+reason  one line for people
+wait    trying again sooner is no use, s
+"""
+
+Ping = collections.namedtuple("Ping", "id")
+Ping.__doc__ = """Asks for a Pong of the same id."""
+
+Pong = collections.namedtuple("Pong", "id received sent")
+Pong.__doc__ = """When the Ping came in and when this went out, s on the sender's clock."""
+
+Observation = collections.namedtuple("Observation", "seq camera t markers")
+Observation.__doc__ = """What one frame of one camera shows.
+
+seq      rises from frame to frame
+camera   short name: "A", "B", ...
+t        capture time, s on the sender's clock
+markers  {name: (u, v, confidence), or None when it is not seen}; u, v in px, confidence 0..1
+"""
+
+Status = collections.namedtuple("Status", "t q error verdict")
+Status.__doc__ = """How the brick is doing.
+
+t        when q was read, s on the sender's clock
+q        joint angles, rad
+error    distance of effector and goal in the image, px; None while not known
+verdict  how the run ended; "" while it goes on
+"""
+
+
+class Start(collections.namedtuple("Start", "")):
+    """The laptop asks the brick to begin."""
+
+    __slots__ = ()
+
+    def __bool__(self):
+        return True  # an empty tuple would pass for no message
+
+
+Stop = collections.namedtuple("Stop", "reason")
+Stop.__doc__ = """The laptop asks the brick to stop, and why."""
+
+Bye = collections.namedtuple("Bye", "reason")
+Bye.__doc__ = """The last line before the sender closes the connection, and why."""
+
+
+# Checks: each takes a value, on the way out as on the way in, and returns it clean.
+
+
+class _Wrong(Exception):
+    """A value is not what this says."""
+
+
+def _integer(lowest, highest):
+    allowed = "a whole number from {} to {}".format(lowest, highest)
+
+    def check(value):
+        if isinstance(value, bool) or not isinstance(value, Integral):
+            raise _Wrong(allowed)
+        if not lowest <= value <= highest:
+            raise _Wrong(allowed)
+        return int(value)
+
+    return check
+
+
+def _number(lowest, highest, unit, decimals):
+    allowed = "a number from {:g} to {:g} {}".format(lowest, highest, unit).rstrip()
+
+    def check(value):
+        if type(value) is not float:
+            if isinstance(value, bool) or not isinstance(value, Real):
+                raise _Wrong(allowed)
+            try:
+                value = float(value)
+            except OverflowError:
+                raise _Wrong(allowed) from None
+        if not lowest <= value <= highest:  # NaN is not
+            raise _Wrong(allowed)
+        return round(value, decimals)
+
+    return check
+
+
+def _matching(pattern, allowed):
+    matches = re.compile(pattern).match
+
+    def check(value):
+        if not isinstance(value, str) or not matches(value):
+            raise _Wrong(allowed)
+        return value
+
+    return check
+
+
+def _text(value):
+    # Printable: no line ends, no lone surrogates, nothing that would steer a terminal.
+    if not isinstance(value, str) or len(value) > MAX_TEXT or not value.isprintable():
+        raise _Wrong("at most {} printable characters".format(MAX_TEXT))
+    return value
+
+
+def _or_none(check):
+    return lambda value: None if value is None else check(value)
+
+
+_nonce = _matching(r"[0-9a-f]{32}\Z", "32 hex digits")
+_proof = _matching(r"[0-9a-f]{64}\Z", "64 hex digits")
+_name = _matching(r"[A-Za-z0-9_-]{1,32}\Z", "1 to 32 of A-Z a-z 0-9 _ -")
+_camera = _matching(r"[A-Za-z0-9_-]{1,16}\Z", "1 to 16 of A-Z a-z 0-9 _ -")
+_word = _matching(r"[a-z-]{1,16}\Z", "1 to 16 of a-z -")
+_count = _integer(0, 2**53)
+_time = _number(0, 1e9, "s", 6)
+_pixel = _number(-1e5, 1e5, "px", 3)
+_confidence = _number(0, 1, "", 3)
+_angle = _number(-1000, 1000, "rad", 6)
+
+
+def _angles(value):
+    if not isinstance(value, (list, tuple)) or len(value) > MAX_JOINTS:
+        raise _Wrong("a list of at most {} angles, rad".format(MAX_JOINTS))
+    return tuple(_angle(angle) for angle in value)
+
+
+def _markers(value):
+    if not isinstance(value, dict) or len(value) > MAX_MARKERS:
+        raise _Wrong("a table of at most {} markers".format(MAX_MARKERS))
+    return {_name(name): _sighting(seen) for name, seen in value.items()}
+
+
+def _sighting(value):
+    if value is None:
+        return None
+    if not isinstance(value, (list, tuple)) or len(value) != 3:
+        raise _Wrong("u, v and confidence, or null, for each marker")
+    return _pixel(value[0]), _pixel(value[1]), _confidence(value[2])
+
+
+# Each kind's class and fields, in the order of the line: (key, check). An observation's camera
+# comes first, so that a reader in a hurry can tell the lines apart without parsing them.
+_KINDS = {
+    "hello": (Hello, (("version", _integer(0, 10**6)), ("role", _word), ("nonce", _nonce))),
+    "challenge": (Challenge, (("nonce", _nonce),)),
+    "proof": (Proof, (("proof", _proof),)),
+    "welcome": (Welcome, (("proof", _proof),)),
+    "refused": (
+        Refused,
+        (("cause", _word), ("reason", _text), ("wait", _number(0, 3600, "s", 3))),
+    ),
+    "ping": (Ping, (("id", _count),)),
+    "pong": (Pong, (("id", _count), ("received", _time), ("sent", _time))),
+    "observation": (
+        Observation,
+        (("camera", _camera), ("seq", _count), ("t", _time), ("markers", _markers)),
+    ),
+    "status": (
+        Status,
+        (
+            ("t", _time),
+            ("q", _angles),
+            ("error", _or_none(_number(0, 1e6, "px", 3))),
+            ("verdict", _text),
+        ),
+    ),
+    "start": (Start, ()),
+    "stop": (Stop, (("reason", _text),)),
+    "bye": (Bye, (("reason", _text),)),
+}
+_KIND_OF = {kind_class: kind for kind, (kind_class, _) in _KINDS.items()}
+
+
+def _refuse_constant(name):
+    raise BadMessage("{} is not a number; send null or leave the message out".format(name))
+
+
+_DECODER = json.JSONDecoder(parse_constant=_refuse_constant)
+_ENCODER = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+
+
+def encode(message):
+    """The line of a message, with its newline: bytes.
+
+    Raises:
+        BadMessage: some value would not be accepted on the other side.
+    """
+    kind = _KIND_OF[type(message)]
+    line = collections.OrderedDict(kind=kind)
+    for key, check in _KINDS[kind][1]:
+        line[key] = _checked(kind, key, check, getattr(message, key))
+    data = _ENCODER.encode(line).encode("utf-8")
+    if len(data) > MAX_LINE:
+        raise BadMessage("{}: {} bytes; a line has at most {}".format(kind, len(data), MAX_LINE))
+    return data + b"\n"
+
+
+def decode(line):
+    """The message in a line of bytes, with or without its newline.
+
+    Raises:
+        BadMessage: saying in one line what is wrong and what is allowed; nothing else is raised,
+            whatever the bytes.
+    """
+    if len(line) > MAX_LINE + 1:
+        raise BadMessage("{} bytes; a line has at most {}".format(len(line), MAX_LINE))
+    try:
+        values = _DECODER.decode(line.decode("utf-8"))
+    except BadMessage:
+        raise
+    except (ValueError, RecursionError):
+        raise BadMessage("{} is not JSON in UTF-8".format(_shown(bytes(line)))) from None
+    kind = values.get("kind") if isinstance(values, dict) else None
+    if not isinstance(kind, str) or kind not in _KINDS:
+        raise BadMessage(
+            "there is no kind of message {}; a line is an object with one of the kinds {}".format(
+                _shown(kind), ", ".join(sorted(_KINDS))
+            )
+        )
+    if kind == "hello" and values.get("version") != VERSION:
+        # To be refused by its version, whatever else another version says.
+        values.update(role=BRICK, nonce="0" * 32)
+    fields = {}
+    for key, check in _KINDS[kind][1]:
+        if key not in values:
+            raise BadMessage("{}: {} is missing".format(kind, key))
+        fields[key] = _checked(kind, key, check, values[key])
+    return _KINDS[kind][0](**fields)
+
+
+def _checked(kind, key, check, value):
+    try:
+        return check(value)
+    except _Wrong as allowed:
+        raise BadMessage(
+            "{}: {} is {}; it must be {}".format(kind, key, _shown(value), allowed)
+        ) from None
+
+
+def _shown(value):
+    """A value as one short printable line; never more than a glance at what is nested."""
+    if isinstance(value, (list, tuple, dict)):
+        return "a {} of {}".format(type(value).__name__, len(value))
+    text = ascii(value)
+    return text if len(text) <= 40 else text[:37] + "..."
+
+
+class LineBuffer(object):
+    """Cuts a stream of bytes into lines, and never holds more than one unfinished line.
+
+    Attributes:
+        overlong: lines that were longer than MAX_LINE, left out.
+    """
+
+    def __init__(self):
+        self.overlong = 0
+        self._rest = b""
+        self._skipping = False
+
+    def feed(self, data):
+        """The lines that `data` completes, without their newlines: a list of bytes."""
+        lines = (self._rest + data).split(b"\n")
+        self._rest = lines.pop()
+        if self._skipping and lines:
+            del lines[0]  # the end of a line that was counted already
+            self._skipping = False
+        if self._skipping:
+            self._rest = b""
+        elif len(self._rest) > MAX_LINE:
+            self.overlong += 1
+            self._rest = b""
+            self._skipping = True
+        whole = [line for line in lines if len(line) <= MAX_LINE]
+        self.overlong += len(lines) - len(whole)
+        return whole

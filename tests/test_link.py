@@ -1,0 +1,824 @@
+"""The link, over real sockets, with a clock that the tests turn: what it refuses and survives."""
+
+import select
+import socket
+import struct
+import threading
+import time
+
+import pytest
+
+from laptop.simulator.brick import EmulatedBrick
+from laptop.simulator.runner import run_script
+from laptop.simulator.world import World
+from shared import link as link_module
+from shared.arm_description import find_arm, read_arm
+from shared.link import (
+    DRIFT,
+    MAX_AGE,
+    MAX_BAD_LINES,
+    MAX_CAMERAS,
+    MAX_QUEUE,
+    SAMPLES,
+    SILENCE,
+    Link,
+    PeerClock,
+)
+from shared.messages import (
+    BRICK,
+    MAX_LINE,
+    VERSION,
+    BadMessage,
+    Challenge,
+    Hello,
+    Observation,
+    Ping,
+    Pong,
+    Refused,
+    Start,
+    Status,
+    Stop,
+    Welcome,
+    decode,
+    encode,
+)
+
+AHEAD = 5000.0
+"""By which the laptop's clock is ahead of the brick's, s."""
+
+
+class FakeClock:
+    """A clock that stands until it is turned."""
+
+    def __init__(self, t):
+        self.t = t
+
+    def now(self):
+        return self.t
+
+
+def tcp_pair():
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        listener.listen(1)
+        # Small buffers, that are soon full.
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 16384)
+        one = socket.create_connection(listener.getsockname())
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 16384)
+        return one, listener.accept()[0]
+
+
+class Wire:
+    """Two linked sides with clocks of their own; time passes only by `pass_time`."""
+
+    def __init__(self, pair):
+        self.laptop_clock = FakeClock(AHEAD + 100.0)
+        self.brick_clock = FakeClock(100.0)
+        laptop, brick = pair
+        self.is_tcp = laptop.family == socket.AF_INET
+        self.laptop = Link(laptop, self.laptop_clock.now)
+        self.brick = Link(brick, self.brick_clock.now)
+        self.seq = 0
+
+    def turn(self, seconds):
+        self.laptop_clock.t += seconds
+        self.brick_clock.t += seconds
+
+    def poll(self):
+        """Until all that is under way has arrived: thrice, for ping, pong, and what follows."""
+        for _ in range(3):
+            self.brick.poll()
+            self.laptop.poll()
+            if self.is_tcp and not self.brick.closed:
+                select.select([self.brick], [], [], 0.001)  # it may take its time
+
+    def pass_time(self, seconds, step=0.1):
+        for _ in range(int(round(seconds / step))):
+            self.turn(step)
+            self.poll()
+
+    def observation(self, age=0.0, camera="A", **changes):
+        """What the laptop's camera saw `age` s ago."""
+        self.seq += 1
+        seen = Observation(
+            self.seq, camera, self.laptop_clock.t - age, {"effector": (1.0, 2.0, 0.5)}
+        )
+        return seen._replace(**changes)
+
+    def close(self):
+        self.laptop.close()
+        self.brick.close()
+
+
+@pytest.fixture(params=[socket.socketpair, tcp_pair], ids=["socketpair", "tcp"])
+def wire(request):
+    """Both sides know each other's clocks."""
+    wire = Wire(request.param())
+    wire.poll()
+    yield wire
+    wire.close()
+
+
+@pytest.fixture
+def raw():
+    """The brick's end of a link, the bare socket at its other end, and the brick's clock."""
+    sock, other = socket.socketpair()
+    clock = FakeClock(100.0)
+    link = Link(sock, clock.now)
+    yield link, other, clock
+    link.close()
+    other.close()
+
+
+def say(sock, link, *lines):
+    """Send lines or messages to a link, and let it look."""
+    sock.sendall(b"".join(line if isinstance(line, bytes) else encode(line) for line in lines))
+    link.poll()
+
+
+def know_the_clock(link, sock, clock, offset=AHEAD):
+    """Answer the link's ping as a side would whose clock is ahead by `offset`."""
+    link.poll()
+    for line in sock.recv(65536).split(b"\n"):
+        if line and isinstance(decode(line), Ping):
+            say(sock, link, Pong(decode(line).id, clock.t + offset, clock.t + offset))
+    assert link.clock.offset == pytest.approx(offset, abs=1e-5)
+
+
+# What arrives
+
+
+def test_an_observation_arrives_dated_by_the_receivers_clock(wire):
+    wire.laptop.send(wire.observation(age=0.04))
+    wire.poll()
+    seen = wire.brick.newest()
+    assert list(seen) == ["A"]
+    assert seen["A"].t == pytest.approx(wire.brick_clock.t - 0.04, abs=1e-5)
+    assert seen["A"].markers == {"effector": (1.0, 2.0, 0.5)}
+    assert wire.brick.newest() == {}
+
+
+def test_a_receiver_that_sleeps_gets_the_newest_only(wire):
+    for _ in range(30):
+        wire.turn(1 / 60.0)
+        wire.laptop.send(wire.observation())
+    wire.poll()
+    assert wire.brick.newest()["A"].seq == 30
+    assert wire.brick.counters["skipped"] == 29
+    assert wire.brick.newest() == {}
+
+
+def test_every_camera_has_a_slot_of_its_own(wire):
+    for camera in ("A", "B", "A", "C"):
+        wire.laptop.send(wire.observation(camera=camera))
+    wire.poll()
+    assert {camera: seen.seq for camera, seen in wire.brick.newest().items()} == {
+        "A": 3,
+        "B": 2,
+        "C": 4,
+    }
+
+
+def test_observations_go_both_ways_and_so_do_orders(wire):
+    wire.brick.send(Status(wire.brick_clock.t, (0.5,), 3.0, ""))
+    wire.laptop.send(Start())
+    wire.laptop.send(Stop("enough"))
+    wire.poll()
+    assert wire.laptop.receive() == Status(100.0, (0.5,), 3.0, "")
+    assert isinstance(wire.brick.receive(), Start)
+    assert isinstance(wire.brick.receive(), Stop)
+    assert wire.brick.receive() is None
+
+
+def test_tcp_sends_at_once(wire):
+    for side in (wire.laptop, wire.brick):
+        if wire.is_tcp:
+            assert side._sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+
+
+# What is refused
+
+
+@pytest.mark.parametrize("together", [True, False], ids=["in one piece", "one by one"])
+def test_an_observation_out_of_sequence_is_dropped(wire, together):
+    for seq in (5, 3, 4):
+        wire.laptop.send(wire.observation(seq=seq))
+        if not together:
+            wire.poll()
+    wire.poll()
+    assert wire.brick.newest()["A"].seq == 5
+    assert wire.brick.counters["skipped" if together else "out_of_sequence"] == 2
+
+
+def test_an_observation_whose_time_goes_back_is_dropped(wire):
+    wire.laptop.send(wire.observation(age=0.1))
+    wire.poll()
+    wire.laptop.send(wire.observation(age=0.2))
+    wire.poll()
+    assert wire.brick.newest()["A"].seq == 1
+    assert wire.brick.counters["out_of_sequence"] == 1
+
+
+def test_a_stale_observation_is_dropped(wire):
+    wire.laptop.send(wire.observation(age=MAX_AGE + 0.01))
+    wire.poll()
+    assert wire.brick.newest() == {}
+    assert wire.brick.counters["stale"] == 1
+
+
+def test_an_observation_that_goes_stale_while_it_waits_is_not_handed_over(wire):
+    wire.laptop.send(wire.observation())
+    wire.poll()
+    wire.turn(MAX_AGE + 0.01)
+    assert wire.brick.newest() == {}
+    assert wire.brick.counters["stale"] == 1
+
+
+def test_an_observation_from_the_future_is_refused_and_spoils_nothing(wire):
+    wire.laptop.send(wire.observation(age=-0.1, seq=1000))
+    wire.poll()
+    assert wire.brick.newest() == {}
+    assert wire.brick.counters["future"] == 1
+    wire.pass_time(0.2)
+    wire.laptop.send(wire.observation())
+    wire.poll()
+    assert wire.brick.newest()["A"].seq == 2
+
+
+def test_no_observation_is_handed_over_before_the_clocks_are_known(raw):
+    link, other, clock = raw
+    say(other, link, Observation(1, "A", AHEAD + clock.t, {}))
+    assert link.newest() == {}
+    assert link.counters["undated"] == 1
+    know_the_clock(link, other, clock)
+    say(other, link, Observation(2, "A", AHEAD + clock.t, {}))
+    assert link.newest()["A"].t == pytest.approx(clock.t, abs=1e-5)
+
+
+def test_no_observation_is_handed_over_while_the_clocks_are_known_badly(raw):
+    link, other, clock = raw
+    link.poll()
+    clock.t += 0.3  # the pong is slow: the offset may be off by 150 ms
+    say(other, link, Pong(1, AHEAD + clock.t, AHEAD + clock.t), Observation(1, "A", AHEAD, {}))
+    assert link.clock.is_known
+    assert link.newest() == {}
+    assert link.counters["undated"] == 1
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"garbage\n",
+        b"\xff\n",
+        b"\n",
+        b'{"kind":"observation","camera":"A","seq":1,"t":NaN,"markers":{}}\n',
+        b'{"kind":"observation","camera":"A","seq":1,"t":5100.0,"markers":{"goal":[1,2,"3"]}}\n',
+        b'{"kind":"observation","camera":"A","seq":1,"t":1e999,"markers":{}}\n',
+        b'{"kind":"observation","camera":"A"\n',
+        b"[" * 2000 + b"\n",
+        b"x" * 5000 + b"\n",
+        encode(Hello(VERSION, BRICK, "0" * 32)),
+        encode(Welcome("0" * 64)),
+        encode(Pong(77, 1.0, 1.0)),
+    ],
+    ids=lambda line: repr(line[:50]),
+)
+def test_a_bad_line_is_counted_and_the_next_one_is_heard(raw, line):
+    link, other, clock = raw
+    know_the_clock(link, other, clock)
+    say(other, link, line)
+    say(other, link, Observation(2, "A", AHEAD + clock.t, {}))
+    assert link.counters["bad"] == 1
+    assert link.newest()["A"].seq == 2
+    assert not link.closed
+
+
+def test_twenty_bad_lines_in_a_row_end_the_connection(raw):
+    link, other, clock = raw
+    say(other, link, *[b"x\n"] * (MAX_BAD_LINES - 1))
+    say(other, link, Start(), *[b"x\n"] * (MAX_BAD_LINES - 1))
+    assert not link.closed
+    say(other, link, b"x\n", Start())
+    assert link.reason == "20 bad lines in a row"
+    assert isinstance(link.receive(), Start)  # from before
+    assert link.receive() is None
+
+
+def test_a_line_without_end_takes_no_memory_and_ends_by_silence(raw):
+    link, other, clock = raw
+    for _ in range(30):
+        clock.t += 0.1
+        if not link.closed:
+            say(other, link, b"x" * 8000)
+            assert len(link._buffer._rest) <= MAX_LINE
+            assert not link._lines
+    assert link.counters["bad"] == 1
+    assert "nothing heard" in link.reason
+
+
+def test_more_cameras_than_there_may_be_are_refused(raw):
+    link, other, clock = raw
+    know_the_clock(link, other, clock)
+    for number in range(MAX_CAMERAS + 5):
+        say(other, link, Observation(1, f"c{number}", AHEAD + clock.t, {}))
+    assert sorted(link.newest()) == [f"c{number}" for number in range(MAX_CAMERAS)]
+    assert len(link._latest) == MAX_CAMERAS
+    assert link.counters["bad"] == 5
+
+
+def test_orders_that_nobody_takes_are_bounded_and_the_last_ones_stay(raw):
+    link, other, _ = raw
+    for number in range(3 * MAX_QUEUE):
+        say(other, link, Stop(str(number)))
+    reasons = []
+    message = link.receive()
+    while message:
+        reasons.append(int(message.reason))
+        message = link.receive()
+    assert reasons == list(range(2 * MAX_QUEUE, 3 * MAX_QUEUE))
+    assert link.counters["dropped"] == 2 * MAX_QUEUE
+
+
+def test_a_bad_message_of_our_own_is_not_sent(wire):
+    with pytest.raises(BadMessage):
+        wire.laptop.send(wire.observation(t=float("nan")))
+    wire.poll()
+    assert wire.brick.counters["bad"] == 0
+
+
+# Ends
+
+
+def test_a_half_open_connection_ends_after_two_seconds(wire):
+    wire.pass_time(1.0)
+    for _ in range(21):  # the laptop has lost its power: nothing comes, nothing is acknowledged
+        wire.brick_clock.t += 0.1
+        wire.brick.poll()
+    assert wire.brick.reason == "nothing heard for 2.1 s"
+    assert wire.brick.fileno() == -1
+
+
+def test_two_that_are_idle_stay_linked(wire):
+    wire.pass_time(10 * SILENCE, step=0.25)
+    assert not wire.laptop.closed
+    assert not wire.brick.closed
+
+
+def test_a_program_that_did_not_look_for_long_reads_before_it_judges(wire):
+    wire.turn(10 * SILENCE)
+    wire.laptop.send(Start())
+    wire.poll()
+    assert not wire.brick.closed
+
+
+def test_pings_are_fast_at_first_and_slow_later(raw):
+    link, other, clock = raw
+    counts = []
+    for _ in range(2):
+        count = 0
+        for _ in range(1000):
+            clock.t += 0.01
+            say(other, link, Start())
+            link.receive()
+            assert len(link._in_flight) <= SAMPLES  # nobody answers
+            count += other.recv(65536).count(b"ping") if select.select([other], [], [], 0)[0] else 0
+        counts.append(count)
+    assert 28 <= counts[0] <= 32  # 20 in 5 s, 10 in 5 s
+    assert 19 <= counts[1] <= 21
+
+
+def test_a_bye_tells_why(wire):
+    wire.laptop.close("the tracker has ended")
+    wire.poll()
+    assert wire.brick.reason == "the other side said: the tracker has ended"
+
+
+def test_the_last_words_arrive_though_much_was_left_unread(wire):
+    """Closing a socket with unread data makes TCP drop what was sent last."""
+    for _ in range(10):
+        wire.brick.send(Status(1.0, (), None, ""))
+    wire.laptop.close("enough")
+    wire.poll()
+    assert wire.brick.reason == "the other side said: enough"
+
+
+def test_a_connection_that_was_cut_says_so(raw):
+    link, other, _ = raw
+    other.sendall(encode(Start()))
+    other.close()
+    link.poll()
+    assert link.reason == "the other side closed the connection"
+    assert isinstance(link.receive(), Start)
+
+
+def test_a_connection_that_was_reset_says_so():
+    ours, theirs = tcp_pair()
+    link = Link(ours, FakeClock(1.0).now)
+    theirs.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    theirs.close()
+    select.select([ours], [], [], 5.0)
+    link.poll()
+    assert "reset" in link.reason.lower()
+
+
+def test_a_closed_link_takes_calls_in_silence(wire):
+    wire.brick.close()
+    wire.brick.close()
+    wire.brick.send(Start())
+    wire.brick.poll(1.0)
+    assert wire.brick.newest() == {}
+    assert wire.brick.reason == "closed"
+
+
+# A receiver that never reads
+
+
+def fill(wire):
+    """Send until the laptop's end takes no more; how many it took."""
+    for number in range(100000):
+        wire.laptop.send(wire.observation())
+        if wire.laptop.blocked:
+            select.select([], [wire.laptop], [], 0.05)  # is it full, or only slow?
+            wire.laptop.poll()
+            if wire.laptop.blocked:
+                return number
+    raise AssertionError("it never fills")
+
+
+def test_a_receiver_that_never_reads_costs_no_memory_and_is_cut_off(wire):
+    fill(wire)
+    for _ in range(1000):
+        wire.laptop.send(wire.observation())
+        wire.laptop.send(wire.observation(camera="B"))
+    assert len(wire.laptop._mailbox) == 2
+    assert len(wire.laptop._unsent) <= MAX_LINE + 1
+    assert not wire.laptop._queue
+    assert wire.laptop.counters["replaced"] >= 1998
+    for _ in range(21):
+        wire.laptop_clock.t += 0.1
+        wire.laptop.poll()
+    assert wire.laptop.closed
+
+
+def test_one_that_talks_but_never_reads_is_cut_off_too(wire):
+    fill(wire)
+    for _ in range(25):
+        wire.turn(0.1)
+        if not wire.laptop.closed:
+            wire.brick._sock.send(encode(Status(1.0, (), None, "")))
+            select.select([wire.laptop], [], [], 1.0)
+            wire.laptop.poll()
+    assert wire.laptop.reason == "the other side takes no data"
+
+
+def test_pings_of_one_that_does_not_read_are_not_answered(wire):
+    """Late, an answer is worth nothing, and many would fill the queue for orders."""
+    fill(wire)
+    for number in range(3 * MAX_QUEUE):
+        wire.brick._sock.send(encode(Ping(1000 + number)))
+    select.select([wire.laptop], [], [], 1.0)
+    wire.laptop.poll()
+    assert not wire.laptop._queue
+    assert not wire.laptop.closed
+
+
+def test_waiting_while_the_other_side_takes_nothing_is_not_spinning(wire):
+    fill(wire)
+    wire.laptop_clock.t += 1.0  # a ping is due, and cannot go out
+    waits = []
+    wire.laptop._wait = waits.append
+    wire.laptop.poll(0.7)
+    assert waits == [0.7]
+
+
+def test_orders_that_cannot_be_sent_end_the_connection(wire):
+    fill(wire)
+    for _ in range(MAX_QUEUE + 1):
+        wire.laptop.send(Stop("now"))
+    assert wire.laptop.reason == "the other side takes no data"
+
+
+def test_what_was_half_sent_is_finished_and_then_the_newest_goes_out(wire):
+    fill(wire)
+    for _ in range(50):
+        wire.laptop.send(wire.observation())
+    wire.laptop.send(Stop("now"))
+    for _ in range(2000):
+        wire.poll()
+        order = wire.brick.receive()
+        if order:
+            break
+    wire.poll()
+    assert isinstance(order, Stop)
+    assert wire.brick.counters["bad"] == 0
+    assert wire.brick.newest()["A"].seq == wire.seq
+
+
+# Clocks
+
+
+def test_the_offset_is_that_of_the_quickest_answer():
+    clock = PeerClock()
+    assert clock.add(0.0, AHEAD + 0.020, AHEAD + 0.021, 0.041)  # symmetric, slow
+    assert clock.add(1.0, AHEAD + 1.001, AHEAD + 1.002, 1.003)  # symmetric, quick
+    assert clock.add(2.0, AHEAD + 2.060, AHEAD + 2.061, 2.062)  # one way took long
+    assert clock.offset == pytest.approx(AHEAD, abs=1e-6)
+    assert clock.round_trip == pytest.approx(0.002)
+    assert clock.uncertainty(1.003) == pytest.approx(0.001)
+    assert clock.uncertainty(11.003) == pytest.approx(0.001 + 10 * DRIFT)
+    assert clock.jumps == 0
+
+
+def test_a_quick_answer_is_forgotten_when_the_window_has_passed():
+    clock = PeerClock()
+    clock.add(0.0, AHEAD, AHEAD, 0.001)
+    for number in range(1, SAMPLES + 1):
+        clock.add(number, AHEAD + number, AHEAD + number, number + 0.010)
+    assert clock.round_trip == pytest.approx(0.010)
+    assert clock.jumps == 0
+
+
+def test_clocks_that_drift_are_followed():
+    clock = PeerClock()
+    rate = 1 + 50e-6
+    for number in range(2000):
+        t = number * 0.5
+        clock.add(t, AHEAD + (t + 0.001) * rate, AHEAD + (t + 0.001) * rate, t + 0.002)
+    assert clock.jumps == 0
+    assert clock.offset == pytest.approx(AHEAD + t * rate - t, abs=0.0005)
+
+
+@pytest.mark.parametrize("jump", [-30.0, -0.05, 0.05, 30.0])
+def test_a_jump_is_noticed_by_the_next_answer(jump):
+    clock = PeerClock()
+    for t in (1.0, 2.0, 3.0):
+        clock.add(t, AHEAD + t, AHEAD + t, t + 0.002)
+    clock.add(4.0, AHEAD + 4 + jump, AHEAD + 4 + jump, 4.020)
+    assert clock.jumps == 1
+    assert clock.offset == pytest.approx(AHEAD + jump, abs=0.011)
+
+
+@pytest.mark.parametrize(
+    "times", [(1.0, 5.0, 4.9, 1.1), (1.0, 5.0, 5.2, 1.1), (1.0, 5.0, 5.0, 0.9)]
+)
+def test_impossible_times_teach_nothing(times):
+    clock = PeerClock()
+    assert not clock.add(*times)
+    assert not clock.is_known
+
+
+@pytest.mark.parametrize("jump", [-60.0, -0.3, -0.02, 0.3, 1.5])
+def test_after_the_senders_clock_has_jumped_nothing_is_dated_wrong(wire, jump):
+    """Forwards it is the future that tells, backwards that time went back from frame to frame."""
+    wrong = []
+    after = 0
+    for number in range(60):
+        wire.turn(1 / 60.0)
+        if number == 33:  # when no ping is due anyway
+            wire.laptop_clock.t += jump
+        wire.laptop.send(wire.observation())
+        wire.poll()
+        for seen in wire.brick.newest().values():
+            after += number > 45
+            if abs(seen.t - wire.brick_clock.t) > 0.002:
+                wrong.append(seen)
+    assert wrong == []
+    assert wire.brick.clock.jumps == 1
+    assert after > 10
+
+
+def test_a_clock_that_leaps_ahead_ends_the_link_rather_than_dating_wrong(wire):
+    """As when a laptop has slept: its clock stood, and the brick's comes from ahead."""
+    wire.laptop_clock.t += 60.0
+    wire.laptop.send(wire.observation())
+    wire.poll()
+    assert wire.laptop.reason == "nothing heard for 60.0 s"
+    assert wire.brick.newest() == {}
+    assert wire.brick.closed
+
+
+def test_a_clock_that_leaps_back_does_not_put_off_what_is_due(wire):
+    wire.brick_clock.t -= 60.0
+    wire.brick.poll()
+    for _ in range(22):
+        wire.brick_clock.t += 0.1
+        wire.brick.poll()
+    assert wire.brick.reason.startswith("nothing heard for 2.")
+
+
+def test_an_answer_from_before_a_jump_does_not_clear_the_clock(raw):
+    link, other, clock = raw
+    know_the_clock(link, other, clock)
+    clock.t += 0.3
+    say(other, link, Observation(1, "A", AHEAD + clock.t, {}))
+    before = Pong(2, AHEAD + clock.t, AHEAD + clock.t)
+    jumped = AHEAD - 0.02
+    clock.t += 0.01
+    say(other, link, Observation(2, "A", jumped + clock.t, {}))  # time went back: in doubt
+    say(other, link, before, Observation(3, "A", jumped + clock.t + 0.015, {}))
+    assert link.clock.jumps == 0
+    assert link.counters["undated"] == 1
+    clock.t += 0.2
+    link.poll()
+    say(other, link, Pong(3, jumped + clock.t, jumped + clock.t))
+    say(other, link, Observation(4, "A", jumped + clock.t, {}))
+    assert link.newest()["A"].t == pytest.approx(clock.t, abs=1e-4)
+
+
+def test_an_observation_that_waits_when_a_jump_is_noticed_is_not_handed_over(raw):
+    link, other, clock = raw
+    know_the_clock(link, other, clock)
+    clock.t += 0.3
+    jumped = AHEAD - 0.3
+    say(other, link, Observation(1, "A", jumped + clock.t, {}))
+    say(other, link, Pong(2, jumped + clock.t, jumped + clock.t))
+    assert link.clock.jumps == 1
+    assert link.newest() == {}
+
+
+def test_after_the_receivers_clock_has_jumped_it_finds_back(wire):
+    wire.pass_time(3.0)
+    wire.brick_clock.t += 0.6
+    wire.pass_time(1.0)
+    wire.laptop.send(wire.observation(age=0.04))
+    wire.poll()
+    seen = wire.brick.newest()["A"]
+    assert seen.t == pytest.approx(wire.brick_clock.t - 0.04, abs=1e-4)
+    assert wire.brick.clock.jumps == 1
+
+
+# Strangers
+
+
+def test_a_stranger_is_heard_one_message_at_a_time():
+    sock, other = socket.socketpair()
+    clock = FakeClock(100.0)
+    link = Link(sock, clock.now, proven=False)
+    say(other, link, Challenge("0" * 32), Welcome("1" * 64), Ping(1), Start())
+    assert isinstance(link.receive(), Challenge)
+    assert isinstance(link.receive(), Welcome)
+    link.trust()
+    assert isinstance(link.receive(), Start)
+    link.poll()
+    assert [type(decode(line)) for line in other.recv(65536).splitlines()] == [Pong, Ping]
+    link.close()
+    other.close()
+
+
+@pytest.mark.parametrize(
+    "line",
+    [b"GET / HTTP/1.1\r\n", encode(Observation(1, "A", 1.0, {})), encode(Ping(1)), encode(Start())],
+    ids=repr,
+)
+def test_a_stranger_that_says_anything_but_the_handshake_is_cut_off(line):
+    sock, other = socket.socketpair()
+    link = Link(sock, FakeClock(1.0).now, proven=False)
+    say(other, link, line, Start())
+    assert link.receive() is None
+    link.poll()
+    assert link.reason == "it does not speak our language"
+    assert link.newest() == {}
+    assert other.recv(100) == b""  # and not a word was said
+    other.close()
+
+
+def test_a_stranger_that_floods_is_not_read_ahead():
+    sock, other = socket.socketpair()
+    link = Link(sock, FakeClock(1.0).now, proven=False)
+    other.setblocking(False)
+    sent = 0
+    for _ in range(2000):
+        try:
+            sent += other.send(encode(Refused("busy", "", 0.0)) * 10)
+        except BlockingIOError:
+            break
+        link.poll()
+    assert sum(len(line) for line, _ in link._lines) + len(link._buffer._rest) <= 2 * MAX_LINE
+    assert len(link._inbox) == 1
+    link.close()
+    other.close()
+
+
+def test_the_last_word_of_one_that_hangs_up_is_heard():
+    sock, other = socket.socketpair()
+    link = Link(sock, FakeClock(1.0).now, proven=False)
+    other.sendall(encode(Refused("busy", "the tracker serves another", 0.0)))
+    other.close()
+    link.poll()
+    assert link.receive().cause == "busy"
+    link.poll()
+    assert link.reason == "the other side closed the connection"
+
+
+def test_bye_is_not_said_to_a_stranger():
+    sock, other = socket.socketpair()
+    Link(sock, FakeClock(1.0).now, proven=False).close("secret")
+    assert other.recv(100) == b""
+    other.close()
+
+
+# Waiting
+
+
+def test_the_answer_to_a_ping_is_waited_for():
+    """Found at the next look, 0.5 s later, it would put the clocks 0.25 s apart."""
+    one, other = tcp_pair()
+    brick = Link(one, time.monotonic, patience=5.0)
+    laptop = Link(other, time.monotonic)
+    done = threading.Event()
+
+    def serve():
+        while not done.is_set():
+            select.select([other], [], [], 0.01)
+            laptop.poll()
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    try:
+        brick.poll()
+        assert brick.clock.is_known
+        assert abs(brick.clock.offset) <= brick.clock.round_trip
+    finally:
+        done.set()
+        thread.join()
+        brick.close()
+        laptop.close()
+
+
+def test_an_answer_is_waited_for_longer_while_nothing_can_be_dated():
+    sock, other = socket.socketpair()
+    clock = FakeClock(100.0)
+    link = Link(sock, clock.now, patience=0.005)
+    waits = []
+
+    def wait(seconds):
+        waits.append(seconds)
+        clock.t += seconds
+
+    link._wait = wait
+    link.poll()
+    assert waits[:1] == pytest.approx([0.05])
+    waits.clear()
+    say(other, link, Pong(1, AHEAD + 100.0, AHEAD + clock.t))
+    assert link.clock.offset == pytest.approx(AHEAD)
+    clock.t += 0.3
+    link.poll()
+    assert waits[:1] == pytest.approx([0.005])
+    link.close()
+    other.close()
+
+
+def test_poll_returns_as_soon_as_something_comes_in():
+    one, other = socket.socketpair()
+    link = Link(one, FakeClock(1.0).now)
+    link.poll()  # the first ping
+    other.sendall(encode(Start()))
+    begin = time.monotonic()
+    link.poll(60.0)
+    assert isinstance(link.receive(), Start)
+    assert time.monotonic() - begin < 30.0
+    link.close()
+    other.close()
+
+
+SCRIPT = """
+import socket, time
+from shared.link import Link
+from shared.messages import Observation
+
+one, other = socket.socketpair()
+laptop = Link(one, lambda: time.monotonic() + 77)
+brick = Link(other, time.monotonic, patience=0.005)
+for n in range(200):
+    laptop.send(Observation(n, "A", time.monotonic() + 77 - 0.03, {"goal": None}))
+    laptop.poll()
+    brick.poll(0.05)
+    seen = brick.newest()
+    time.sleep(0.02)
+print("seen %d, %.4f s old" % (seen["A"].seq, time.monotonic() - 0.02 - seen["A"].t))
+silent = time.monotonic()
+while not brick.closed:
+    brick.poll(0.5)
+print("%s; %.1f s" % (brick.reason[:13], time.monotonic() - silent))
+laptop.close()
+"""
+
+
+def test_on_the_emulated_brick_it_waits_in_the_bricks_time(tmp_path, capsys):
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT)
+    begin = time.monotonic()
+    outcome = run_script(EmulatedBrick(World(), read_arm(find_arm("planar"))), str(script))
+    assert (outcome.status, outcome.reason) == (0, "ended")
+    out, err = capsys.readouterr()
+    assert err == ""
+    first, second = out.splitlines()
+    assert first.startswith("seen 199, 0.0"), first
+    assert second.startswith("nothing heard; 2."), second
+    assert outcome.t > 4
+    assert time.monotonic() - begin < 30.0
+
+
+def test_the_numbers_of_the_module_fit_together():
+    assert 2 * link_module.SLOW_PING < SILENCE
+    assert link_module.READ_SIZE > MAX_LINE

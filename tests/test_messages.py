@@ -1,0 +1,277 @@
+"""Messages: what goes in comes out, and nothing else gets in."""
+
+import json
+
+import pytest
+
+from shared.arm_description import ArmError
+from shared.messages import (
+    BRICK,
+    MAX_JOINTS,
+    MAX_LINE,
+    MAX_MARKERS,
+    MAX_TEXT,
+    VERSION,
+    BadMessage,
+    Bye,
+    Challenge,
+    Hello,
+    LineBuffer,
+    Observation,
+    Ping,
+    Pong,
+    Proof,
+    Refused,
+    Start,
+    Status,
+    Stop,
+    Welcome,
+    decode,
+    encode,
+)
+
+SEEN = Observation(7, "A", 12.5, {"effector": (320.125, 240.5, 0.98), "goal": None})
+MESSAGES = [
+    Hello(VERSION, BRICK, "0" * 32),
+    Challenge("f" * 32),
+    Proof("a" * 64),
+    Welcome("b" * 64),
+    Refused("busy", "the tracker serves 192.168.0.7", 1.5),
+    Ping(3),
+    Pong(3, 1.25, 1.5),
+    SEEN,
+    Observation(0, "top-left_2", 0.0, {}),
+    Status(99.5, (0.1, -3.2), 12.25, ""),
+    Status(99.5, (), None, "marker lost"),
+    Start(),
+    Stop("the button on the page"),
+    Bye(""),
+]
+
+
+def line(**changes):
+    """The line of an observation as another program might write it, with some values changed."""
+    values = {
+        "kind": '"observation"',
+        "camera": '"A"',
+        "seq": "7",
+        "t": "12.5",
+        "markers": '{"effector": [1.0, 2.0, 0.5]}',
+    }
+    values.update(changes)
+    body = ", ".join('"{}": {}'.format(*item) for item in values.items() if item[1] is not None)
+    return ("{" + body + "}\n").encode("utf-8", "surrogatepass")
+
+
+def refused(data):
+    """Why these bytes are refused; it must be one printable line of bearable length."""
+    with pytest.raises(BadMessage) as error:
+        decode(data)
+    text = str(error.value)
+    assert isinstance(error.value, ArmError)
+    assert text.isprintable()
+    assert len(text) < 250
+    return text
+
+
+@pytest.mark.parametrize("message", MESSAGES, ids=lambda message: type(message).__name__)
+def test_what_is_encoded_is_decoded(message):
+    data = encode(message)
+    assert data.endswith(b"\n")
+    assert data.count(b"\n") == 1
+    again = decode(data)
+    assert type(again) is type(message)
+    assert again == message
+
+
+def test_no_message_passes_for_none():
+    assert all(MESSAGES)
+
+
+def test_numbers_are_rounded_to_what_is_measurable():
+    data = encode(Observation(1, "A", 12.3456789, {"goal": (1.23456, 2, 0.98765)}))
+    assert decode(data) == Observation(1, "A", 12.345679, {"goal": (1.235, 2.0, 0.988)})
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        Observation(
+            2 ** 53, "c" * 16, 1e9 - 0.123457,
+            {f"{n:x<32}": (-99999.123, -99999.123, 0.123) for n in range(MAX_MARKERS)},
+        ),
+        Status(1e9 - 0.123457, (-999.123457,) * MAX_JOINTS, 999999.123, "\U0001d11e" * MAX_TEXT),
+        Refused("x" * 16, "\U0001d11e" * MAX_TEXT, 3599.999),
+    ],
+    ids=lambda message: type(message).__name__,
+)  # fmt: skip
+def test_the_longest_message_fits_into_a_line(message):
+    assert len(encode(message)) <= MAX_LINE
+    assert decode(encode(message)) == message
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"t": "NaN"}, "NaN is not a number"),
+        ({"t": "Infinity"}, "Infinity is not a number"),
+        ({"t": "-Infinity"}, "-Infinity is not a number"),
+        ({"t": "1e999"}, "t is inf; it must be a number from 0 to 1e+09 s"),
+        ({"t": "-0.5"}, "t is -0.5; it must be"),
+        ({"t": "1" + "0" * 400}, "t is 1000"),
+        ({"t": "true"}, "t is True; it must be a number"),
+        ({"t": "null"}, "t is None"),
+        ({"t": '"12.5"'}, "t is '12.5'"),
+        ({"t": "[12.5]"}, "t is a list of 1"),
+        ({"t": None}, "t is missing"),
+        ({"seq": "7.0"}, "seq is 7.0; it must be a whole number"),
+        ({"seq": "true"}, "seq is True"),
+        ({"seq": "-1"}, "seq is -1"),
+        ({"seq": "9007199254740993"}, "seq is 9007199254740993"),
+        ({"camera": '""'}, "camera is ''"),
+        ({"camera": '"A\\n"'}, "camera is"),
+        ({"camera": '"' + "A" * 17 + '"'}, "camera is"),
+        ({"camera": "65"}, "camera is 65"),
+        ({"markers": "[]"}, "markers is a list of 0; it must be a table of at most 16"),
+        ({"markers": "null"}, "markers is None"),
+        ({"markers": '{"a b": null}'}, "1 to 32 of A-Z a-z 0-9 _ -"),
+        ({"markers": '{"\\ud800": null}'}, "1 to 32 of A-Z a-z 0-9 _ -"),
+        ({"markers": '{"goal": [1, 2]}'}, "u, v and confidence"),
+        ({"markers": '{"goal": [1, 2, 0.5, 3]}'}, "u, v and confidence"),
+        ({"markers": '{"goal": false}'}, "u, v and confidence"),
+        ({"markers": '{"goal": "abc"}'}, "u, v and confidence"),
+        ({"markers": '{"goal": [1, null, 0.5]}'}, "a number from -100000 to 100000 px"),
+        ({"markers": '{"goal": [1, 1e6, 0.5]}'}, "a number from -100000 to 100000 px"),
+        ({"markers": '{"goal": [1, 2, 1.5]}'}, "a number from 0 to 1"),
+        ({"markers": '{"goal": [1, 2, true]}'}, "a number from 0 to 1"),
+        ({"kind": '"observations"'}, "there is no kind of message 'observations'"),
+        ({"kind": "[]"}, "there is no kind of message a list"),
+        ({"kind": None}, "there is no kind of message None"),
+        ({"kind": '"\\ud800"'}, "there is no kind of message '\\ud800'"),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_a_wrong_value_is_refused_in_one_line_that_says_what_is_allowed(changes, words):
+    assert words in refused(line(**changes))
+
+
+def test_too_many_markers_or_joints():
+    markers = ", ".join(f'"m{number}": null' for number in range(MAX_MARKERS + 1))
+    assert "at most 16" in refused(line(markers="{" + markers + "}"))
+    angles = ", ".join(["0"] * (MAX_JOINTS + 1))
+    status = '{"kind":"status","t":1,"error":null,"verdict":"","q":[' + angles + "]}"
+    assert "at most 8 angles" in refused(status.encode())
+
+
+@pytest.mark.parametrize(
+    "text", ["\x1b[2J", "two\nlines", "\ud800", "x" * (MAX_TEXT + 1), "\u202eevil"], ids=ascii
+)
+def test_a_text_that_would_steer_a_terminal_is_refused(text):
+    data = b'{"kind":"stop","reason":' + json.dumps(text).encode() + b"}"
+    assert "printable characters" in refused(data)
+    with pytest.raises(BadMessage):
+        encode(Stop(text))
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"\n",
+        b"hello",
+        b"GET / HTTP/1.1\r",
+        b"\xff\xfe{}",
+        b"\xed\xa0\x80",
+        b'{"kind":"start"',
+        b'{"kind":"start"}{"kind":"start"}',
+        b"\xef\xbb\xbf" + b'{"kind":"start"}',
+        b"[" * MAX_LINE,
+        b'{"a":' * 400,
+        b'{"kind":"start","x":' + b"[" * 900 + b"]" * 900 + b"}  ",
+    ],
+    ids=lambda data: repr(data[:20]),
+)
+def test_garbage_is_refused(data):
+    try:
+        decode(data)
+    except BadMessage:
+        refused(data)
+    else:
+        assert data.endswith(b"}  ")  # nested as deep as it may be, in a key that is not looked at
+
+
+def test_a_value_nested_deeply_is_refused_without_looking_at_all_of_it():
+    """Showing it would go as deep as reading it did, and it is shown from further down."""
+    assert "t is a list of 1" in refused(line(t="[" * 300 + "]" * 300))
+
+
+@pytest.mark.parametrize("data", [b"[]", b"7", b'"start"', b"null", b"true"])
+def test_json_that_is_no_object_is_refused(data):
+    assert "a line is an object" in refused(data)
+
+
+def test_a_long_line_is_refused_unread():
+    assert "at most 2048" in refused(b" " * (MAX_LINE + 2))
+    assert decode(b'{"kind":"start"}' + b" " * (MAX_LINE - 16) + b"\n") == Start()
+
+
+def test_unknown_keys_are_ignored():
+    assert decode(line(size="[640, 480]")).seq == 7
+
+
+def test_a_hello_of_another_version_is_understood_whatever_else_it_says():
+    assert decode(b'{"kind":"hello","version":0}').version == 0
+    assert decode(b'{"kind":"hello","version":9,"role":7,"nonce":[]}').version == 9
+    assert "nonce is missing" in refused(b'{"kind":"hello","version":1,"role":"brick"}')
+    assert "version is True" in refused(b'{"kind":"hello","version":true}')
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        SEEN._replace(t=float("nan")),
+        SEEN._replace(t=float("inf")),
+        SEEN._replace(markers={"goal": (float("nan"), 0, 1)}),
+        SEEN._replace(markers={"goal": (0, 0, 1.01)}),
+        SEEN._replace(seq=7.5),
+        SEEN._replace(camera="front camera"),
+        Status(1.0, (float("nan"),), None, ""),
+        Refused("busy", "", 1e9),
+    ],
+    ids=str,
+)
+def test_what_the_other_side_would_refuse_is_not_sent(message):
+    with pytest.raises(BadMessage):
+        encode(message)
+
+
+# The line buffer
+
+
+def test_lines_come_out_however_the_stream_was_cut():
+    data = b"".join(encode(message) for message in MESSAGES)
+    for size in (1, 2, 7, 100, len(data)):
+        buffer = LineBuffer()
+        lines = []
+        for start in range(0, len(data), size):
+            lines += buffer.feed(data[start : start + size])
+        assert [decode(one) for one in lines] == MESSAGES
+        assert buffer.overlong == 0
+
+
+def test_a_line_without_end_is_counted_once_and_skipped():
+    buffer = LineBuffer()
+    for _ in range(1000):
+        assert buffer.feed(b"x" * 100) == []
+        assert len(buffer._rest) <= MAX_LINE
+    assert buffer.overlong == 1
+    assert buffer.feed(b"x\nnext\nand") == [b"next"]
+    assert buffer.feed(b" so on\n") == [b"and so on"]
+    assert buffer.overlong == 1
+
+
+def test_a_long_line_that_comes_at_once_is_counted_and_skipped():
+    buffer = LineBuffer()
+    assert buffer.feed(b"a\n" + b"x" * (MAX_LINE + 1) + b"\nb\n") == [b"a", b"b"]
+    assert buffer.feed(b"x" * MAX_LINE + b"\n") == [b"x" * MAX_LINE]
+    assert buffer.overlong == 1

@@ -1,0 +1,700 @@
+"""The brick's end of the link, against a tracker that the tests play, over loopback TCP."""
+
+import os
+import re
+import select
+import signal
+import socket
+import stat
+import subprocess
+import sys
+
+import pytest
+
+from robot import tracking_client
+from robot.tracking_client import (
+    CONNECT_LIMIT,
+    LONGEST_PAUSE,
+    PORT,
+    Memory,
+    NotPaired,
+    Tracker,
+    TrackingClient,
+    find_tracker,
+    main,
+    read_place,
+)
+from shared import pairing
+from shared.arm_description import ArmError
+from shared.link import SILENCE, Link
+from shared.messages import (
+    BRICK,
+    LAPTOP,
+    Bye,
+    Challenge,
+    Hello,
+    Observation,
+    Proof,
+    Refused,
+    Start,
+    Status,
+    Stop,
+    Welcome,
+    encode,
+)
+
+CODE = "ABCDEFGH"
+KEY = pairing.key_of(CODE)
+AHEAD = 5000.0
+SCRIPT = tracking_client.__file__
+ROUNDS = 2000
+"""Of at most some 5 ms each, until something that must happen has happened."""
+
+
+class FakeClock:
+    """The brick's clock: it stands until it is turned, or somebody sleeps."""
+
+    def __init__(self):
+        self.t = 100.0
+
+    def now(self):
+        return self.t
+
+    def sleep(self, seconds):
+        self.t += max(0.0, seconds)
+
+
+class FakeTracker:
+    """Listens on loopback, and does step by step what it is told to."""
+
+    def __init__(self, clock, port=0, key=KEY, answer=None):
+        self.clock = clock
+        self.key = key
+        self.answer = answer  # sent in place of a challenge
+        self.listener = socket.socket()
+        self.listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self.listener.bind(("127.0.0.1", port))
+        self.listener.listen(5)
+        self.listener.setblocking(False)
+        self.port = self.listener.getsockname()[1]
+        self.link = None
+        self.calls = 0
+        self.nonces = []
+        self.heard = []
+
+    def now(self):
+        return self.clock.t + AHEAD
+
+    def step(self):
+        if self.link is None:
+            try:
+                sock, _ = self.listener.accept()
+            except BlockingIOError:
+                return
+            self.calls += 1
+            self.link = Link(sock, self.now, proven=False)
+            self.nonces = []
+        self.link.poll()
+        message = self.link.receive()
+        while message is not None:
+            if isinstance(message, Hello):
+                self.nonces = [message.nonce, pairing.new_nonce()]
+                self.link.send(Challenge(self.nonces[1]) if self.answer is None else self.answer)
+            elif isinstance(message, Proof):
+                assert pairing.is_proof(message.proof, KEY, BRICK, *self.nonces)
+                self.link.send(Welcome(pairing.proof(self.key, LAPTOP, *self.nonces)))
+                self.link.trust()
+            else:
+                self.heard.append(message)
+            message = self.link.receive()
+        if self.link.closed:
+            self.link = None
+
+    def vanish(self):
+        """Close without a word."""
+        self.link._hang_up()
+        self.link = None
+
+    def close(self):
+        if self.link is not None:
+            self.link.close("the tracker has ended")
+        self.listener.close()
+
+
+@pytest.fixture(autouse=True)
+def no_patience(monkeypatch):
+    """Whose clock stands, and who is answered by the same thread, had better not wait."""
+    monkeypatch.setattr(tracking_client, "PATIENCE", 0.0)
+
+
+@pytest.fixture
+def clock():
+    return FakeClock()
+
+
+@pytest.fixture
+def memory(tmp_path):
+    return Memory(str(tmp_path / "state"))
+
+
+@pytest.fixture
+def said():
+    return []
+
+
+@pytest.fixture
+def make(clock, memory, said):
+    """Makes trackers and clients, and closes them in the end."""
+    made = []
+
+    def make_one(kind, *args, **options):
+        if kind is TrackingClient:
+            options = dict({"memory": memory, "say": said.append}, **options)
+            one = TrackingClient("127.0.0.1", args[0], CODE, clock, **options)
+        else:
+            one = FakeTracker(clock, *args, **options)
+        made.append(one)
+        return one
+
+    yield make_one
+    for one in made:
+        one.close()
+
+
+def until(condition, client, tracker=None):
+    """Let both go on until something is so; the last observations."""
+    for _ in range(ROUNDS):
+        seen = client.look(0.002)
+        if tracker is not None:
+            tracker.step()
+        if condition():
+            return seen
+    raise AssertionError("never: " + client.why)
+
+
+def linked(make):
+    tracker = make(FakeTracker)
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.linked and client.round_trip is not None, client, tracker)
+    return client, tracker
+
+
+def free_port():
+    with socket.socket() as sock:
+        sock.bind(("127.0.0.1", 0))
+        return sock.getsockname()[1]
+
+
+# The library
+
+
+def test_it_pairs_and_hands_over_observations_in_the_bricks_time(make, clock):
+    client, tracker = linked(make)
+    assert client.why == ""
+    assert client.lost_since is None
+    assert client.age("A") == float("inf")
+    tracker.link.send(Observation(1, "A", tracker.now() - 0.04, {"goal": (1.0, 2.0, 0.9)}))
+    seen = {}
+    for _ in range(ROUNDS):
+        seen = client.look(0.002)
+        if seen:
+            break
+    assert seen["A"].t == pytest.approx(clock.t - 0.04, abs=0.01)
+    assert client.age("A") == pytest.approx(0.04, abs=0.01)
+    clock.t += 0.5
+    assert client.age("A") == pytest.approx(0.54, abs=0.01)
+    assert client.look() == {}
+
+
+def test_reports_go_out_ten_times_a_second_and_a_verdict_at_once(make, clock):
+    client, tracker = linked(make)
+    client.report((0.5, -0.5), None)
+    client.report((0.6, -0.5), 7.0)  # too soon
+    clock.t += 0.11
+    client.report((0.7, -0.5), 6.0)
+    client.report((0.8, -0.5), 0.5, "converged")
+    until(lambda: len(tracker.heard) == 3, client, tracker)
+    assert [(status.q[0], status.verdict) for status in tracker.heard] == [
+        (0.5, ""),
+        (0.7, ""),
+        (0.8, "converged"),
+    ]
+    assert isinstance(tracker.heard[0], Status)
+
+
+def test_orders_come_in_and_a_lost_link_takes_them_back(make):
+    """A start that was given before the cable came off must not move the arm later."""
+    client, tracker = linked(make)
+    tracker.link.send(Start())
+    tracker.link.send(Stop("enough"))
+    until(lambda: len(client._commands) == 2, client)
+    assert [type(order) for order in client.commands()] == [Start, Stop]
+    assert client.commands() == []
+    tracker.link.send(Start())
+    until(lambda: client._commands, client)
+    tracker.vanish()
+    until(lambda: not client.linked, client)
+    assert client.commands() == []
+
+
+def test_orders_that_nobody_takes_are_bounded(make):
+    client, tracker = linked(make)
+    for number in range(100):
+        tracker.link.send(Stop(str(number)))
+        client.look()
+    until(lambda: client._commands[-1].reason == "99", client)
+    assert len(client._commands) == tracking_client.MOST_COMMANDS
+
+
+def test_a_lost_link_is_told_and_dated(make, clock, said):
+    client, tracker = linked(make)
+    tracker.vanish()
+    until(lambda: not client.linked, client)
+    assert client.lost_since == pytest.approx(clock.t, abs=0.1)
+    assert "closed the connection" in client.why
+    assert said[-1] == "not linked: " + client.why
+
+
+def test_a_tracker_that_falls_silent_is_lost_after_two_seconds(make, clock):
+    client, _ = linked(make)
+    begin = clock.t
+    while client.linked:
+        clock.t += 0.1
+        client.look()
+    assert 2.0 < client.lost_since - begin < 2.3
+    assert "nothing heard" in client.why
+
+
+def test_a_restart_of_the_tracker_is_survived(make, clock, said):
+    client, tracker = linked(make)
+    tracker.link.send(Observation(1000, "A", tracker.now(), {}))
+    until(lambda: client.age("A") < 1, client)
+    tracker.close()
+    until(lambda: not client.linked, client)
+    until(lambda: "refused" in client.why, client)
+    clock.t += 1.0
+    again = make(FakeTracker, tracker.port)
+    until(lambda: client.linked and client.round_trip is not None, client, again)
+    again.link.send(Observation(1, "A", again.now(), {"goal": None}))  # it counts from the start
+    for _ in range(ROUNDS):
+        seen = client.look(0.002)
+        if seen:
+            break
+    assert seen["A"].seq == 1
+    assert [line.split(":")[0] for line in said] == ["linked to 127.0.0.1"] + ["not linked"] * 2 + [
+        "linked to 127.0.0.1"
+    ]
+
+
+def test_nothing_listening_is_said_once_and_tried_ever_more_slowly(make, clock, said):
+    client = make(TrackingClient, free_port())
+    tries = []
+    original = client._connect
+    client._connect = lambda: (tries.append(clock.t), original())
+    while clock.t < 115.0:
+        client.look(0.1)
+    assert len(said) == 1
+    assert "refused" in said[0]
+    assert "python -m laptop track" in said[0]
+    pauses = [late - early for early, late in zip(tries, tries[1:])]
+    assert pauses[:3] == pytest.approx([0.25, 0.5, 1.0], abs=0.15)
+    assert all(pause <= LONGEST_PAUSE + 0.15 for pause in pauses)
+    assert not client.refused
+
+
+def test_after_a_success_it_tries_quickly_again(make, clock):
+    tracker = make(FakeTracker)
+    port = tracker.port
+    tracker.close()
+    client = make(TrackingClient, port)
+    while clock.t < 110.0:
+        client.look(0.1)
+    tracker = make(FakeTracker, port)
+    until(lambda: client.linked, client, tracker)
+    tracker.vanish()
+    until(lambda: not client.linked, client)
+    begin = clock.t
+    until(lambda: client.linked, client, tracker)
+    assert clock.t - begin < 0.5
+
+
+def test_a_machine_that_does_not_answer_costs_no_waiting(make, clock, said):
+    """A full queue of connections that nobody accepts does not answer the next one."""
+    listener = socket.socket()
+    listener.bind(("127.0.0.1", 0))
+    listener.listen(0)
+    port = listener.getsockname()[1]
+    crowd = []
+    for _ in range(5):
+        crowd.append(socket.socket())
+        crowd[-1].setblocking(False)
+        crowd[-1].connect_ex(("127.0.0.1", port))
+    try:
+        client = make(TrackingClient, port)
+        client.look()
+        assert client._connecting is not None
+        clock.t += CONNECT_LIMIT + 0.1
+        client.look()
+        assert client.why.startswith(f"no answer from 127.0.0.1:{port}")
+    finally:
+        for sock in crowd + [listener]:
+            sock.close()
+
+
+def test_a_wrong_code_ends_the_trying(make, clock):
+    tracker = make(FakeTracker, answer=Refused("code", "this is not the pairing code", 1.0))
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.refused, client, tracker)
+    assert "this is not the pairing code" in client.why
+    for _ in range(50):
+        clock.t += 10.0
+        client.look(0.1)
+        tracker.step()
+    assert tracker.calls == 1
+
+
+def test_another_version_ends_the_trying(make):
+    tracker = make(FakeTracker, answer=Refused("version", "version 1 against 2", 0.0))
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.refused, client, tracker)
+    assert "version 1 against 2" in client.why
+
+
+def test_a_busy_tracker_is_tried_again(make, said):
+    tracker = make(FakeTracker, answer=Refused("busy", "the tracker serves 192.168.0.9", 0.0))
+    client = make(TrackingClient, tracker.port)
+    until(lambda: tracker.calls == 3, client, tracker)
+    assert not client.refused
+    assert len(said) == 1
+    tracker.answer = None
+    until(lambda: client.linked, client, tracker)
+
+
+def test_a_wait_is_waited_for(make, clock):
+    tracker = make(FakeTracker, answer=Refused("wait", "wait 30 s", 30.0))
+    client = make(TrackingClient, tracker.port)
+    begin = clock.t
+    until(lambda: tracker.calls == 1 and "wait 30 s" in client.why, client, tracker)
+    while tracker.calls == 1:
+        client.look(0.1)
+        tracker.step()
+    assert 30.0 <= clock.t - begin < 31.0
+
+
+def test_a_tracker_that_does_not_know_the_code_is_refused(make, clock, memory):
+    tracker = make(FakeTracker, key=pairing.key_of("HGFEDCBA"))
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.refused, client, tracker)
+    assert "not your tracker" in client.why
+    assert not client.linked
+    assert memory.load() is None
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        Welcome("0" * 64),  # before any proof was asked for
+        Observation(1, "A", 1.0, {}),
+        Bye("go away"),
+        Hello(1, LAPTOP, "0" * 32),
+        Start(),
+    ],
+    ids=lambda message: type(message).__name__,
+)
+def test_one_that_does_not_keep_to_the_handshake_is_not_believed(make, answer):
+    tracker = make(FakeTracker, answer=answer)
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.why != "not connected yet", client, tracker)
+    assert not client.linked
+    assert not client.refused
+    assert client.commands() == []
+
+
+def test_one_that_listens_but_says_nothing_is_left_after_a_while(make, clock):
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        listener.listen(5)
+        client = make(TrackingClient, listener.getsockname()[1])
+        until(lambda: client._link is not None, client)
+        begin = clock.t
+        while client._link is not None:
+            clock.t += 0.1
+            client.look()
+        assert clock.t - begin < SILENCE + 0.3
+        assert "nothing heard" in client.why
+
+
+def test_observations_from_before_the_proof_are_not_handed_over(make):
+    """Neither lost nor believed: a stranger's words after the welcome wait for the proof."""
+    tracker = make(FakeTracker, key=pairing.key_of("HGFEDCBA"))
+    client = make(TrackingClient, tracker.port)
+    seen = []
+    for _ in range(50):
+        seen += client.look(0.002).values()
+        tracker.step()
+        if tracker.link is not None and tracker.link._proven:
+            tracker.link.send(Observation(1, "A", tracker.now(), {}))
+    assert client.refused
+    assert seen == []
+
+
+def test_host_and_code_are_remembered_once_they_have_proven_right(make, memory):
+    tracker = make(FakeTracker)
+    client = make(TrackingClient, tracker.port)
+    assert memory.load() is None
+    until(lambda: client.linked, client, tracker)
+    assert memory.load() == Tracker("127.0.0.1", tracker.port, CODE)
+    assert stat.S_IMODE(os.stat(memory.file).st_mode) == 0o600
+    assert os.listdir(os.path.dirname(memory.file)) == ["tracker"]
+
+
+def test_a_full_disk_costs_the_memory_but_not_the_link(make, said, tmp_path):
+    (tmp_path / "file").write_text("")
+    tracker = make(FakeTracker)
+    client = make(TrackingClient, tracker.port, memory=Memory(str(tmp_path / "file")))
+    until(lambda: client.linked, client, tracker)
+    assert "cannot be written" in said[-1]
+    assert "\n" not in said[-1]
+
+
+def test_a_name_that_nobody_has_is_refused_at_once(clock, memory):
+    with pytest.raises(NotPaired) as error:
+        TrackingClient("no such host.invalid", 7711, CODE, clock, memory)
+    assert "there is no host 'no such host.invalid'" in str(error.value)
+
+
+def test_closing_says_bye_and_looking_again_connects_again(make, clock):
+    client, tracker = linked(make)
+    link = tracker.link
+    client.close("the client has ended")
+    select.select([link], [], [], 5.0)
+    tracker.step()
+    assert link.reason == "the other side said: the client has ended"
+    assert not client.linked
+    clock.t += 5.0
+    until(lambda: client.linked, client, tracker)
+
+
+# Where to, and with which code
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("", (None, None)),
+        ("192.168.0.5", ("192.168.0.5", None)),
+        ("192.168.0.5:7800", ("192.168.0.5", 7800)),
+        ("laptop.local:7800", ("laptop.local", 7800)),
+        (":7800", (None, 7800)),
+        ("fe80::1%usb0", ("fe80::1%usb0", None)),
+        ("[fe80::1%usb0]:7800", ("fe80::1%usb0", 7800)),
+        ("[::1]", ("::1", None)),
+    ],
+)
+def test_a_place_is_read(text, place):
+    assert read_place(text) == place
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a:",
+        "a:0",
+        "a:65536",
+        "a:7e3",
+        "a:\u00b2",
+        "[::1",
+        "[]:5",
+        "[::1]5",
+        "[::1]:",
+        "a\x1b",
+        "a b",
+    ],
+)
+def test_a_place_that_is_none_is_refused_in_one_line(text):
+    with pytest.raises(NotPaired) as error:
+        read_place(text)
+    assert isinstance(error.value, ArmError)
+    assert str(error.value).isprintable()
+
+
+def test_the_default_is_where_ssh_came_from(memory):
+    ssh = {"SSH_CLIENT": "192.168.0.5 50000 22"}
+    assert find_tracker("", "abcd-efgh", ssh, memory) == Tracker("192.168.0.5", PORT, CODE)
+    ssh = {"SSH_CONNECTION": "fe80::1%usb0 50000 fe80::2%usb0 22"}
+    assert find_tracker(":7800", "abcd-efgh", ssh, memory) == Tracker("fe80::1%usb0", 7800, CODE)
+    assert find_tracker("10.0.0.1", "abcd-efgh", ssh, memory).host == "10.0.0.1"
+
+
+def test_what_is_not_said_is_remembered(memory):
+    memory.save(Tracker("192.168.0.5", 7800, CODE))
+    assert find_tracker("", None, {}, memory) == Tracker("192.168.0.5", 7800, CODE)
+    ssh = {"SSH_CLIENT": "192.168.0.5 50000 22"}
+    assert find_tracker("", None, ssh, memory) == Tracker("192.168.0.5", 7800, CODE)
+    # The same laptop may have another address today; its code is the same, its port the usual.
+    ssh = {"SSH_CLIENT": "192.168.0.6 50000 22"}
+    assert find_tracker("", None, ssh, memory) == Tracker("192.168.0.6", PORT, CODE)
+    assert find_tracker("", "JKMN-PQRS", {}, memory).code == "JKMNPQRS"
+
+
+def test_what_is_missing_is_asked_for(memory):
+    with pytest.raises(NotPaired, match="where is the tracker"):
+        find_tracker("", "abcd-efgh", {}, memory)
+    with pytest.raises(NotPaired, match="--code CODE"):
+        find_tracker("192.168.0.5", None, {}, memory)
+    with pytest.raises(pairing.BadCode):
+        find_tracker("192.168.0.5", "abc", {}, memory)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "x",
+        "[]",
+        "[" * 5000,
+        "{}",
+        '{"host": null, "port": 7711, "code": "ABCDEFGH"}',
+        '{"host": "", "port": 7711, "code": "ABCDEFGH"}',
+        '{"host": "a", "port": 0, "code": "ABCDEFGH"}',
+        '{"host": "a", "port": 1e999, "code": "ABCDEFGH"}',
+        '{"host": "a", "port": 7711, "code": "1"}',
+        '{"host": "a", "port": 7711, "code": 7}',
+        "\udcff",
+    ],
+    ids=ascii,
+)
+def test_a_spoilt_memory_is_no_memory(memory, text):
+    os.makedirs(os.path.dirname(memory.file))
+    with open(memory.file, "wb") as file:
+        file.write(text.encode("utf-8", "surrogateescape"))
+    assert memory.load() is None
+
+
+def test_an_old_draft_that_others_may_read_is_not_written_into(memory):
+    os.makedirs(os.path.dirname(memory.file))
+    with open(memory.file + ".new", "w") as file:
+        os.chmod(memory.file + ".new", 0o644)
+        memory.save(Tracker("a", 1, CODE))
+        assert file.tell() == 0
+    assert stat.S_IMODE(os.stat(memory.file).st_mode) == 0o600
+
+
+# The command line
+
+
+def start(tmp_path, *args):
+    environment = dict(os.environ, BRICKSERVO_STATE=str(tmp_path / "state"))
+    environment.pop("SSH_CLIENT", None)
+    environment.pop("SSH_CONNECTION", None)
+    return subprocess.Popen(
+        [sys.executable, SCRIPT] + list(args),
+        env=environment,
+        cwd=str(tmp_path),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        universal_newlines=True,
+    )
+
+
+class RealClock:
+    """The tracker's: the command is in another process, and has a clock that runs."""
+
+    @property
+    def t(self):
+        return tracking_client.Clock().now()
+
+
+def serve(process, tracker, lines):
+    """Publish at every step, until the command has printed so many lines; these lines."""
+    printed = []
+    seq = 0
+    while len(printed) < lines and process.poll() is None:
+        tracker.step()
+        if tracker.link is not None and tracker.link._proven:
+            seq += 1
+            markers = {"effector": (320.5, 240.25, 0.98), "goal": None}
+            tracker.link.send(Observation(seq, "A", tracker.now() - 0.04, markers))
+        if select.select([process.stdout], [], [], 0.01)[0]:
+            printed.append(process.stdout.readline())
+    return printed
+
+
+def test_the_command_shows_what_the_camera_sees_until_it_is_stopped(tmp_path):
+    tracker = FakeTracker(RealClock())
+    place = f"127.0.0.1:{tracker.port}"
+    process = start(tmp_path, place, "--code", "abcd-efgh")
+    printed = serve(process, tracker, 4)
+    process.send_signal(signal.SIGTERM)
+    out, err = process.communicate(timeout=30)
+    tracker.step()
+    tracker.close()
+    assert printed[0] == f"linked to {place}\n"
+    pattern = r"camera A: +\d+ ms ago, effector 320\.50,240\.25 px \(0\.98\), goal not seen\n\Z"
+    for line in printed[1:]:
+        assert re.match(pattern, line), line
+    assert err == "tracking_client.py: stopped by SIGTERM\n"
+    assert process.returncode == 128 + signal.SIGTERM
+    assert Memory(str(tmp_path / "state")).load() == Tracker("127.0.0.1", tracker.port, CODE)
+
+
+def test_the_command_is_refused_in_one_line(tmp_path):
+    tracker = FakeTracker(RealClock(), answer=Refused("code", "this is not the pairing code", 1.0))
+    process = start(tmp_path, f"127.0.0.1:{tracker.port}", "--code", "ABCDEFGH")
+    assert serve(process, tracker, 1) in ([], [""])
+    out, err = process.communicate(timeout=30)
+    tracker.close()
+    assert (out, process.returncode) == ("", 1)
+    assert err == f"tracking_client.py: 127.0.0.1:{tracker.port}: this is not the pairing code\n"
+    assert not os.path.exists(str(tmp_path / "state"))
+
+
+def test_the_command_says_once_that_nothing_listens_and_gives_up_in_time(monkeypatch, capsys):
+    monkeypatch.setattr(tracking_client.signal, "signal", lambda number, handler: None)
+    place = f"127.0.0.1:{free_port()}"
+    assert main([place, "--code", "ABCDEFGH", "--seconds", "0.6"]) == 1
+    out, err = capsys.readouterr()
+    assert out.count("\n") == 1
+    assert out.startswith("not linked: cannot reach " + place)
+    assert err.startswith("tracking_client.py: no observation in 0.6 s: cannot reach " + place)
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("argv", "words"),
+    [
+        (["127.0.0.1:99999", "--code", "ABCDEFGH"], "has no port from 1 to 65535"),
+        (["127.0.0.1", "--code", "ABCD"], "is no pairing code"),
+        (["127.0.0.1", "--seconds", "nan"], "'nan' must be a number from 0.1 to 86400 s"),
+        (["127.0.0.1", "--seconds", "0"], "'0' must be a number from 0.1 to 86400 s"),
+        (["127.0.0.1"], "not paired yet"),
+        ([], "where is the tracker"),
+        (["a", "b"], "unrecognized arguments"),
+    ],
+)
+def test_a_wrong_command_is_answered_in_one_line(argv, words, monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(tracking_client.signal, "signal", lambda number, handler: None)
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
+    monkeypatch.delenv("SSH_CLIENT", raising=False)
+    monkeypatch.delenv("SSH_CONNECTION", raising=False)
+    try:
+        status = main(argv)
+    except SystemExit as ended:
+        status = ended.code
+    out, err = capsys.readouterr()
+    assert status in (1, 2)
+    assert out == ""
+    assert err.startswith("tracking_client.py: ")
+    assert words in err
+    assert err.count("\n") == 1
+
+
+def test_the_script_can_be_started_by_its_name():
+    assert os.access(SCRIPT, os.X_OK)
+    with open(SCRIPT) as file:
+        assert file.readline() == "#!/usr/bin/env python3\n"
+
+
+def test_no_line_is_sent_that_is_longer_than_the_buffer_of_a_second():
+    seen = Observation(1, "A", 1e5, {"effector": (320.5, 240.25, 0.98), "goal": None})
+    assert 60 * len(encode(seen)) < tracking_client.RECEIVE_BUFFER

@@ -1,0 +1,656 @@
+"""The laptop's end of the link: who is let in, who is not, and that nobody keeps it from its work.
+
+Real TCP on loopback, the real client of the brick, and a clock that the tests turn.
+"""
+
+import contextlib
+import os
+import socket
+import stat
+import threading
+import time
+
+import pytest
+
+from laptop import tracking_server
+from laptop.tracking_server import (
+    FORGIVEN,
+    LONGEST_DELAY,
+    MOST_CALLERS,
+    MOST_OFFENDERS,
+    PORT,
+    BadPairing,
+    CannotListen,
+    TrackingServer,
+    _Offenders,
+    _sender,
+    own_addresses,
+    pairing_code,
+)
+from robot import tracking_client
+from robot.tracking_client import Memory, TrackingClient
+from shared import pairing
+from shared.arm_description import ArmError
+from shared.link import SILENCE
+from shared.messages import (
+    BRICK,
+    LAPTOP,
+    VERSION,
+    BadMessage,
+    Challenge,
+    Hello,
+    Observation,
+    Proof,
+    Refused,
+    Start,
+    Status,
+    Stop,
+    Welcome,
+    decode,
+    encode,
+)
+
+CODE = "ABCDEFGH"
+KEY = pairing.key_of(CODE)
+WRONG = pairing.key_of("HGFEDCBA")
+AHEAD = 5000.0
+
+
+class FakeClock:
+    """The brick's clock, and by `laptop` the laptop's."""
+
+    def __init__(self):
+        self.t = 100.0
+
+    def now(self):
+        return self.t
+
+    def laptop(self):
+        return self.t + AHEAD
+
+    def sleep(self, seconds):
+        """The tests turn it."""
+
+
+class Caller:
+    """A bare connection that says what it is told to."""
+
+    def __init__(self, server):
+        self.sock = socket.create_connection(("127.0.0.1", server.port), timeout=10)
+        self.lines = self.sock.makefile("rb")
+
+    def say(self, *lines):
+        self.sock.sendall(b"".join(x if isinstance(x, bytes) else encode(x) for x in lines))
+
+    def hear(self):
+        """The next message, or None where the connection has ended."""
+        try:
+            line = self.lines.readline()
+        except ConnectionError:
+            return None
+        return decode(line) if line else None
+
+    def prove(self, key=KEY):
+        """Go through the handshake; what is answered."""
+        nonce = pairing.new_nonce()
+        self.say(Hello(VERSION, BRICK, nonce))
+        challenge = self.hear()
+        if not isinstance(challenge, Challenge):
+            return challenge
+        nonces = nonce, challenge.nonce
+        self.say(Proof(pairing.proof(key, BRICK, *nonces)))
+        answer = self.hear()
+        if isinstance(answer, Welcome):
+            assert pairing.is_proof(answer.proof, key, LAPTOP, *nonces)
+        return answer
+
+    def close(self):
+        self.lines.close()
+        self.sock.close()
+
+
+@pytest.fixture
+def clock():
+    return FakeClock()
+
+
+@pytest.fixture
+def server(clock):
+    with TrackingServer("127.0.0.1", 0, CODE, clock.laptop) as server:
+        yield server
+        assert server._thread.is_alive() or server._ending
+
+
+@pytest.fixture
+def call(server):
+    callers = []
+
+    def make():
+        callers.append(Caller(server))
+        return callers[-1]
+
+    yield make
+    for caller in callers:
+        caller.close()
+
+
+@pytest.fixture
+def brick(server, clock, tmp_path):
+    clients = []
+
+    def make(code=CODE, port=None):
+        memory = Memory(str(tmp_path / "brick"))
+        client = TrackingClient(
+            "127.0.0.1", port or server.port, code, clock, memory, say=lambda line: None
+        )
+        clients.append(client)
+        return client
+
+    yield make
+    for client in clients:
+        client.close()
+
+
+def until(condition, *clients):
+    """Wait for what the other thread does; the clients look meanwhile."""
+    deadline = time.monotonic() + 20
+    while not condition():
+        assert time.monotonic() < deadline, "it never came"
+        for client in clients:
+            client.look()
+        time.sleep(0.001)
+
+
+def linked(client):
+    until(lambda: client.linked and client.round_trip is not None, client)
+    return client
+
+
+def observe(server, clock, seq, age=0.04):
+    markers = {"effector": (320.5, 240.25, 0.98), "goal": None}
+    server.publish(Observation(seq, "A", clock.laptop() - age, markers))
+
+
+def received(client):
+    seen = {}
+
+    def look():
+        seen.update(client.look())
+        return seen
+
+    until(look)
+    return seen
+
+
+# Serving
+
+
+def test_a_brick_with_the_code_is_served(server, brick, clock):
+    observe(server, clock, 1)  # nobody there: nothing happens
+    assert server.state().client is None
+    client = linked(brick())
+    observe(server, clock, 2)
+    seen = received(client)["A"]
+    assert seen.seq == 2
+    assert seen.t == pytest.approx(clock.now() - 0.04, abs=0.001)
+    assert server.send(Stop("enough"))
+    until(client.commands, client)
+
+
+def test_the_state_tells_who_is_there_and_how_it_is_doing(server, brick, clock):
+    client = linked(brick())
+    state = server.state()
+    assert state.client == "127.0.0.1"
+    assert state.since == clock.laptop()
+    assert state.status is None
+    client.report((0.5, 1.0), 12.5)
+    until(lambda: server.state().status, client)
+    clock.t += 0.5
+    state = server.state()
+    assert state.status.q == (0.5, 1.0)
+    assert state.status_age == pytest.approx(0.5, abs=0.01)
+    until(lambda: server.state().round_trip is not None, client)
+    assert state.counters["bad"] == 0
+    client.close("the client has ended")
+    until(lambda: server.state().client is None)
+    assert server.state().lost == "127.0.0.1: the other side said: the client has ended"
+    assert server.state().status is None
+    assert not server.send(Start())
+
+
+def test_newest_wins_where_the_brick_sleeps(server, brick, clock):
+    client = linked(brick())
+    for number in range(1, 31):
+        clock.t += 1 / 60
+        observe(server, clock, number)
+    until(lambda: not server._served.link.blocked)
+    assert [seen["A"].seq for seen in [received(client)]] == [30]
+    assert client.counters["skipped"] == 29
+    assert client.look() == {}
+
+
+def test_a_brick_that_never_reads_costs_no_memory_and_is_cut_off(server, call, clock):
+    caller = call()
+    assert isinstance(caller.prove(), Welcome)
+    until(lambda: server.state().client)
+    link = server._served.link
+    numbers = iter(range(10**9))
+
+    def is_cut_off():
+        clock.t += 0.02
+        for _ in range(50):
+            observe(server, clock, next(numbers))
+        waiting = len(link._unsent) + sum(map(len, [*link._mailbox.values(), *link._queue]))
+        assert waiting < 4096
+        if server.state().client is not None:
+            caller.sock.send(encode(Status(1.0, (), None, "")))  # it talks on
+        return server.state().client is None
+
+    until(is_cut_off)
+    assert link.counters["replaced"] > 1000
+    assert "takes no data" in server.state().lost
+
+
+def test_a_bad_observation_is_the_trackers_own_fault(server, brick):
+    linked(brick())
+    with pytest.raises(BadMessage, match="t is nan"):
+        server.publish(Observation(1, "A", float("nan"), {}))
+
+
+def test_closing_says_bye(server, brick):
+    client = linked(brick())
+    server.close()
+    server.close()
+    until(lambda: not client.linked, client)
+    assert "the tracker has ended" in client.why
+
+
+# Restarts
+
+
+def test_a_restart_of_the_brick_is_survived(server, brick, clock):
+    first = linked(brick())
+    observe(server, clock, 1)
+    received(first)
+    first._link._hang_up()  # killed
+    second = linked(brick())
+    observe(server, clock, 2)
+    assert received(second)["A"].seq == 2
+
+
+def test_a_restart_of_the_tracker_is_survived(server, brick, clock):
+    client = linked(brick())
+    observe(server, clock, 100)
+    received(client)
+    server.close()
+    until(lambda: not client.linked, client)
+    with TrackingServer("127.0.0.1", server.port, CODE, clock.laptop) as again:
+        clock.t += 5.0
+        linked(client)
+        observe(again, clock, 1)
+        assert received(client)["A"].seq == 1
+        client.close()
+
+
+def test_a_brick_that_lost_its_power_is_replaced_after_two_seconds(server, call, brick, clock):
+    """Its end of the connection is still there for all the laptop knows."""
+    ghost = call()
+    assert isinstance(ghost.prove(), Welcome)
+    client = brick()
+    until(lambda: "one at a time" in client.why, client)
+
+    def is_linked():
+        clock.t += 0.1 if client._link is None and client._connecting is None else 0.0
+        return client.linked
+
+    until(is_linked, client)
+    assert "nothing heard" in server.state().lost
+
+
+# Who is not served
+
+
+def test_a_second_brick_is_refused_and_told_who_is_served(server, brick, call, clock):
+    client = linked(brick())
+    answer = call().prove()
+    assert isinstance(answer, Refused)
+    assert answer.cause == "busy"
+    assert "127.0.0.1" in answer.reason
+    assert "127.0.0.1" in server.state().refusal
+    observe(server, clock, 1)
+    assert received(client)["A"].seq == 1
+
+
+def test_one_that_has_not_proven_itself_is_not_told_who_is_served(server, brick, call):
+    linked(brick())
+    answer = call().prove(WRONG)
+    assert answer.cause == "code"
+
+
+def test_an_old_version_is_told_both_versions_and_what_to_update(server, call):
+    caller = call()
+    caller.say(b'{"kind":"hello","version":0}\n')
+    answer = caller.hear()
+    assert answer.cause == "version"
+    assert "version 0, the laptop's 1; copy robot/ and shared/ to the brick" in answer.reason
+    assert caller.hear() is None
+    assert answer.reason in server.state().refusal
+
+
+def test_a_new_version_is_told_to_update_the_laptop(server, call):
+    caller = call()
+    caller.say(Hello(VERSION + 1, BRICK, "0" * 32))
+    assert "bring the laptop's checkout up to date" in caller.hear().reason
+
+
+def test_a_wrong_code_costs_its_sender_a_growing_delay(server, call, clock):
+    for delay in (1, 2, 4, 8, 16, 32, 60, 60):
+        answer = call().prove(WRONG)
+        assert (answer.cause, answer.wait) == ("code", delay)
+        clock.t += delay - 0.5
+        answer = call().prove()  # even the right one
+        assert (answer.cause, answer.wait) == ("wait", 0.5)
+        clock.t += 0.6
+    caller = call()
+    assert isinstance(caller.prove(), Welcome)
+    caller.close()
+    until(lambda: server.state().client is None)
+    assert call().prove(WRONG).wait == 1  # forgiven
+
+
+def test_a_wrong_code_costs_nobody_else(server, brick, call, clock):
+    client = linked(brick())
+    for _ in range(3):
+        call().prove(WRONG)
+    observe(server, clock, 1)
+    assert received(client)["A"].seq == 1
+    offenders = _Offenders()
+    offenders.add("192.168.0.9", 0.0)
+    assert offenders.wait("192.168.0.9", 0.5) == 0.5
+    assert offenders.wait("192.168.0.5", 0.5) == 0.0
+
+
+def test_guessing_on_many_connections_at_once_is_one_guess(server, call):
+    callers = [call() for _ in range(8)]
+    nonces = []
+    for caller in callers:
+        nonces.append(pairing.new_nonce())
+        caller.say(Hello(VERSION, BRICK, nonces[-1]))
+    challenges = [caller.hear() for caller in callers]
+    answers = []
+    for caller, nonce, challenge in zip(callers, nonces, challenges, strict=True):
+        caller.say(Proof(pairing.proof(WRONG, BRICK, nonce, challenge.nonce)))
+        answers.append(caller.hear().cause)
+    assert answers == ["code"] + ["wait"] * 7
+
+
+def test_offenders_are_forgiven_after_a_long_quiet_and_never_too_many():
+    offenders = _Offenders()
+    assert [offenders.add("a", t) for t in (0.0, 1.0, 2.0)] == [1, 2, 4]
+    assert offenders.add("a", 2.0 + FORGIVEN + 1) == 1
+    for number in range(100):
+        assert offenders.add("b", number) <= LONGEST_DELAY
+    for number in range(10 * MOST_OFFENDERS):
+        offenders.add(str(number), 100.0)
+    assert len(offenders._known) <= MOST_OFFENDERS
+
+
+def test_an_ipv6_machine_is_one_sender_whatever_its_address():
+    assert _sender("fe80::1:2:3%eth0") == _sender("fe80::9") != _sender("fe81::9")
+    assert _sender("192.168.0.5") != _sender("192.168.0.6")
+
+
+def test_an_overheard_proof_is_worth_nothing(server, call):
+    first, second = call(), call()
+    first.say(Hello(VERSION, BRICK, "0" * 32))
+    proof = Proof(pairing.proof(KEY, BRICK, "0" * 32, first.hear().nonce))
+    second.say(Hello(VERSION, BRICK, "0" * 32))
+    second.hear()
+    second.say(proof)
+    assert second.hear().cause == "code"
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        [b"GET / HTTP/1.1\r\n", b"Host: localhost\r\n"],
+        [b"\x16\x03\x01\x02\x00\x01\xff\n"],
+        [b"[" * 2000 + b"\n"],
+        [b"x" * 100000],
+        [Start()],
+        [Observation(1, "A", 1.0, {})],
+        [Hello(VERSION, LAPTOP, "0" * 32)],
+        [Proof("0" * 64)],
+        [Hello(VERSION, BRICK, "0" * 32), Hello(VERSION, BRICK, "0" * 32)],
+        [Hello(VERSION, BRICK, "0" * 32), Welcome("0" * 64)],
+        [Challenge("0" * 32)],
+    ],
+    ids=lambda lines: repr(lines[-1])[:30],
+)
+def test_a_caller_that_does_not_keep_to_the_handshake_is_sent_away(server, call, brick, lines):
+    caller = call()
+    caller.say(*lines)
+    answer = caller.hear()
+    if answer is not None:  # a hello is answered
+        assert isinstance(answer, Challenge)
+        assert caller.hear() is None
+    linked(brick())
+
+
+def test_callers_that_say_nothing_block_nobody_and_are_sent_away(server, call, brick, clock):
+    silent = [call() for _ in range(3 * MOST_CALLERS)]
+    client = linked(brick())
+    assert len(server._callers) <= MOST_CALLERS
+    clock.t += SILENCE + 0.1
+    client.look()
+    until(lambda: not server._callers, client)
+    assert all(caller.hear() is None for caller in silent)
+
+
+def test_a_caller_that_speaks_slowly_is_sent_away(server, call, clock):
+    """One letter at a time, it is never silent."""
+    caller = call()
+    until(lambda: server._callers)
+    for letter in encode(Hello(VERSION, BRICK, "0" * 32))[:40]:
+        clock.t += 0.1
+        with contextlib.suppress(ConnectionError):  # it has been sent away already
+            caller.say(bytes([letter]))
+    assert caller.hear() is None
+
+
+def test_a_port_scan_leaves_nothing_behind(server, call, brick):
+    for _ in range(50):
+        caller = call()
+        caller.sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
+        caller.close()
+    linked(brick())
+    until(lambda: not server._callers)
+    assert len(server._selector.get_map()) == 3  # the bell, the listener, the brick
+
+
+def test_the_one_that_has_to_go_is_of_the_sender_that_has_the_most(server, call):
+    callers = [call() for _ in range(MOST_CALLERS)]
+    until(lambda: len(server._callers) == MOST_CALLERS)
+    with server._lock:
+        for caller in server._callers[:3]:
+            caller.sender = "192.168.0.5"  # the oldest, but few
+    extra = call()
+    assert callers[3].hear() is None
+    for caller in [*callers[:3], *callers[4:], extra]:
+        caller.say(Hello(VERSION, BRICK, "0" * 32))
+        assert isinstance(caller.hear(), Challenge)
+
+
+def test_what_had_to_wait_goes_out_as_soon_as_the_brick_reads(server, call, clock, monkeypatch):
+    monkeypatch.setattr(tracking_server, "TICK", 60.0)  # so that nothing else wakes the thread
+    caller = call()
+    assert isinstance(caller.prove(), Welcome)
+    until(lambda: server.state().client)
+    link = server._served.link
+    number = 0
+    while link.counters["replaced"] < 100:
+        number += 1
+        observe(server, clock, number)
+    while True:
+        message = caller.hear()
+        if isinstance(message, Observation) and message.seq == number:
+            break
+
+
+def test_no_room_for_one_more_connection_is_survived(server, call, brick, clock, monkeypatch):
+    """accept() fails at once and again until some file is closed: that must not spin."""
+    tries = []
+
+    class Full:
+        def accept(self):
+            tries.append(1)
+            raise OSError(tracking_server.errno.EMFILE, "Too many open files")
+
+    listener = server._listener
+    with server._lock:
+        server._listener = listener_like = Full()
+        listener_like.fileno = listener.fileno
+    caller = call()
+    until(lambda: tries)
+    time.sleep(0.25)
+    assert len(tries) == 1
+    with server._lock:
+        server._listener = listener
+    clock.t += 1.1
+    assert isinstance(caller.prove(), Welcome)
+
+
+# What it costs
+
+
+def test_publishing_takes_no_longer_while_the_thread_is_busy(server, brick, clock):
+    """The lock is never held while waiting: not while the thread waits for sockets either."""
+    linked(brick())
+    done = threading.Event()
+
+    def publish():
+        for number in range(1000):
+            observe(server, clock, number)
+        done.set()
+
+    thread = threading.Thread(target=publish)
+    thread.start()
+    thread.join(20)
+    assert done.is_set()
+
+
+# The pairing code, the address, the command
+
+
+def test_the_code_is_made_once_and_for_this_user_only(tmp_path):
+    folder = tmp_path / "state"
+    code = pairing_code(folder)
+    assert pairing.read_code(code) == code
+    assert pairing_code(folder) == code
+    assert [file.name for file in folder.iterdir()] == ["pairing"]
+    assert stat.S_IMODE((folder / "pairing").stat().st_mode) == 0o600
+
+
+def test_the_code_is_kept_in_the_state_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
+    assert pairing.show_code(pairing_code()) + "\n" == (tmp_path / "pairing").read_text()
+    monkeypatch.delenv("BRICKSERVO_STATE")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    pairing_code()
+    assert (tmp_path / "home" / ".brickservo" / "pairing").is_file()
+
+
+def test_a_code_that_others_may_read_is_closed_to_them(tmp_path):
+    (tmp_path / "pairing").write_text("ABCD-EFGH\n")
+    (tmp_path / "pairing").chmod(0o644)
+    assert pairing_code(tmp_path) == CODE
+    assert stat.S_IMODE((tmp_path / "pairing").stat().st_mode) == 0o600
+
+
+@pytest.mark.parametrize("text", ["", "ABCD", "\u00c4BCD-EFGH", "\x00" * 9])
+def test_a_file_that_holds_no_code_is_named(tmp_path, text):
+    (tmp_path / "pairing").write_text(text, encoding="latin-1")
+    with pytest.raises(BadPairing, match="holds no pairing code; remove it") as error:
+        pairing_code(tmp_path)
+    assert isinstance(error.value, ArmError)
+    assert "\n" not in str(error.value)
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BadPairing, match=r"cannot use .*pairing: .*; set BRICKSERVO_STATE"):
+        pairing_code(tmp_path / "file")
+
+
+def test_a_full_disk_leaves_no_half_a_code(tmp_path, monkeypatch):
+    def full(*args):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(BadPairing, match="No space left"):
+        pairing_code(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_to_type(clock):
+    with TrackingServer("", 0, CODE) as server:
+        commands = server.commands()
+        assert commands[0] == f"robot/tracking_client.py :{server.port} --code ABCD-EFGH"
+        assert commands[1:] == [
+            f"robot/tracking_client.py {address}:{server.port} --code ABCD-EFGH"
+            for address in own_addresses()
+        ]
+        for command in commands:  # and the brick understands it
+            _, place, _, code = command.split()
+            assert tracking_client.read_place(place)[1] == server.port
+            assert pairing.read_code(code) == CODE
+
+
+def test_the_command_has_no_port_where_it_is_the_usual(monkeypatch):
+    with TrackingServer("127.0.0.1", 0, CODE) as server:
+        server.port = PORT
+        assert server.commands() == [
+            "robot/tracking_client.py --code ABCD-EFGH",
+            "robot/tracking_client.py 127.0.0.1 --code ABCD-EFGH",
+        ]
+
+
+def test_both_ends_have_the_same_port_in_mind():
+    assert PORT == tracking_client.PORT
+
+
+def test_all_addresses_means_ipv6_too_where_there_is_any():
+    with TrackingServer("", 0, CODE) as server:
+        socket.create_connection(("127.0.0.1", server.port), timeout=5).close()
+        if socket.has_dualstack_ipv6():
+            socket.create_connection(("::1", server.port), timeout=5).close()
+
+
+def test_a_port_in_use_is_told_with_the_next_step(server):
+    with pytest.raises(CannotListen) as error:
+        TrackingServer("127.0.0.1", server.port, CODE)
+    assert f"port {server.port} is in use" in str(error.value)
+    assert f"--port {server.port + 1}" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("host", "port", "words"),
+    [
+        ("no such host.invalid", 0, "there is no host 'no such host.invalid'"),
+        ("x" * 300, 0, "there is no host"),
+        ("192.0.2.77", 0, "this machine has not the address 192.0.2.77"),
+        ("127.0.0.1", 65536, "65536 is no port"),
+        ("", -1, "-1 is no port"),
+    ],
+)
+def test_where_it_cannot_listen_it_says_why(host, port, words):
+    with pytest.raises(CannotListen) as error:
+        TrackingServer(host, port, CODE)
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_own_addresses_can_be_listened_at():
+    for address in own_addresses():
+        with TrackingServer(address, 0, CODE):
+            pass
