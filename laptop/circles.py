@@ -1,0 +1,180 @@
+"""Circles in masks, found although fingers, stripes or highlights hide half of the rim.  Pure."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+
+class Circle(NamedTuple):
+    """A circle and how well a mask supports it.
+
+    u, v    centre, px
+    radius  px
+    arc     part of the rim, as far as it lies in the picture, on which the mask ends: 0 to 1
+    fill    part of the area, as far as it lies in the picture, that the mask covers: 0 to 1
+    stray   connected mask outside, as a part of the area
+    seen    part of the area that lies in the picture
+    """
+
+    u: float
+    v: float
+    radius: float
+    arc: float
+    fill: float
+    stray: float
+    seen: float
+
+
+_POINTS = 48
+# Triples of points on a contour through which circles are laid: wide ones, and narrow ones for rims
+# of which most is hidden.
+_TRIPLES = np.array(
+    [(i, (i + step) % _POINTS, (i + 2 * step) % _POINTS) for step in (16, 11, 7) for i in range(48)]
+)
+_RIM = np.linspace(0, 2 * math.pi, 36, endpoint=False)
+
+
+def find_circle(
+    mask: np.ndarray,
+    picture: tuple[float, float, float, float],
+    near: tuple[float, float] | None = None,
+    expected: float | None = None,
+) -> Circle | None:
+    """The circle of which the mask shows most: most of its contour lies on the rim.
+
+    Args:
+        mask: uint8, shape (h, w), changed by this.
+        picture: left, top, right, bottom of the whole picture, px of the mask.
+        near: where the marker is expected, px of the mask; if None, the largest blob is it.
+        expected: radius seen before, px.
+
+    Returns:
+        in px of the mask; None if there is no blob of 12 px.
+    """
+    # A thread of pixels to a neighbour of the same colour would make one blob of two.
+    mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, None, borderValue=0)
+    blobs, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    areas = np.array([cv2.contourArea(blob) for blob in blobs])
+    if not len(areas) or areas.max() < 12:
+        return None
+    if near is not None:
+        away = [cv2.pointPolygonTest(blob, near, True) for blob in blobs]
+        areas = areas * np.exp(np.minimum(away, 0) / (expected or math.sqrt(areas.max())))
+    main = int(np.argmax(areas))
+    (u, v), reach = cv2.minEnclosingCircle(blobs[main])
+    reach = 1.25 * min(reach, 1.5 * expected if expected else reach)
+    points, stray_blobs = [], []
+    for k, blob in enumerate(blobs):
+        # A stripe or a wire across the marker cuts it in two.
+        if k == main:
+            points.append(blob[:, 0])
+        elif areas[k] > 0.08 * areas[main]:
+            (x, y), r = cv2.minEnclosingCircle(blob)
+            if math.hypot(x - u, y - v) + r < reach:
+                points.append(blob[:, 0])
+    even = _evenly(points)
+    inside = _within(even, picture)
+    fitted = _fit(even, inside, expected)
+    if fitted is None:
+        return None
+    return _judge(mask, even[inside], *fitted, picture, points)
+
+
+def _evenly(contours: list[np.ndarray]) -> np.ndarray:
+    """Points at equal steps along closed contours, shape (48, 2): finely drawn parts weigh no more."""
+    path = np.vstack([np.vstack([contour, contour[:1]]) for contour in contours]).astype(float)
+    steps = np.hypot(*np.diff(path, axis=0).T)
+    ends = np.cumsum([len(contour) + 1 for contour in contours])[:-1] - 1
+    steps[ends] = 0  # from one contour to the next there is nothing
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    at = np.arange(_POINTS) * (along[-1] / _POINTS)
+    return np.column_stack([np.interp(at, along, path[:, k]) for k in range(2)])
+
+
+def _within(points: np.ndarray, picture: tuple[float, float, float, float]) -> np.ndarray:
+    """Which points are a rim: not where the picture's edge cuts the marker."""
+    left, top, right, bottom = picture
+    u, v = points.T
+    return (u > left + 1) & (u < right - 1) & (v > top + 1) & (v < bottom - 1)
+
+
+def _fit(
+    points: np.ndarray, inside: np.ndarray, expected: float | None
+) -> tuple[float, float, float] | None:
+    """The circle (u, v, radius) on which most points lie."""
+    a, b, c = (points[_TRIPLES[:, k]] for k in range(3))
+    ab, ac = b - a, c - a
+    double = 2 * (ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0])
+    usable = (np.abs(double) > 1e-6) & inside[_TRIPLES].all(1)
+    a, ab, ac, double = a[usable], ab[usable], ac[usable], double[usable]
+    ab2, ac2 = (ab**2).sum(1), (ac**2).sum(1)
+    du = (ac[:, 1] * ab2 - ab[:, 1] * ac2) / double
+    dv = (ab[:, 0] * ac2 - ac[:, 0] * ab2) / double
+    us, vs, radii = a[:, 0] + du, a[:, 1] + dv, np.hypot(du, dv)
+    span = np.ptp(points, axis=0).max()
+    good = (radii > 0.25 * span) & (radii < 1.2 * span)
+    if expected:
+        good &= (radii > 0.6 * expected) & (radii < 1.6 * expected)
+    if not good.any():
+        return None
+    us, vs, radii = us[good], vs[good], radii[good]
+    rim = points[inside]
+    off = np.hypot(rim[:, 0] - us[:, None], rim[:, 1] - vs[:, None]) - radii[:, None]
+    width = np.maximum(1.0, 0.06 * radii)[:, None]
+    # What is missing may be hidden; what sticks out is somebody else's.
+    votes = np.maximum(0, 1 - (off / width) ** 2).sum(1) - 0.3 * (off > 2 * width).sum(1)
+    best = int(np.argmax(votes))
+    u, v, radius = us[best], vs[best], radii[best]
+    for _ in range(3):
+        x, y = rim[:, 0] - u, rim[:, 1] - v
+        off = np.hypot(x, y) - radius
+        weight = np.maximum(0, 1 - (off / max(1.5, 0.08 * radius)) ** 2)
+        if np.count_nonzero(weight) < 6:
+            break
+        # The algebraic fit of I. Kasa (1976): x^2 + y^2 = 2 x x0 + 2 y y0 + (r^2 - x0^2 - y0^2).
+        design = np.column_stack([2 * x, 2 * y, np.ones_like(x)])
+        weighted = design * weight[:, None]
+        du, dv, rest = np.linalg.lstsq(weighted.T @ design, weighted.T @ (x * x + y * y))[0]
+        u, v, radius = u + du, v + dv, math.sqrt(max(rest + du * du + dv * dv, 1e-6))
+    return float(u), float(v), float(radius)
+
+
+def _judge(
+    mask: np.ndarray,
+    rim: np.ndarray,
+    u: float,
+    v: float,
+    radius: float,
+    picture: tuple[float, float, float, float],
+    blobs: list[np.ndarray],
+) -> Circle:
+    angles = np.arctan2(rim[:, 1] - v, rim[:, 0] - u)
+    off = np.abs(np.hypot(rim[:, 0] - u, rim[:, 1] - v) - radius)
+    near = angles[off < max(1.5, 0.1 * radius)]
+    left, top, right, bottom = picture
+    ru, rv = u + radius * np.cos(_RIM), v + radius * np.sin(_RIM)
+    visible = (ru > left) & (ru < right) & (rv > top) & (rv < bottom)
+    gap = np.abs((_RIM[:, None] - near + math.pi) % (2 * math.pi) - math.pi)
+    supported = (gap < 0.2).any(1) & visible
+    own = np.zeros_like(mask)
+    cv2.drawContours(own, [blob[:, None] for blob in blobs], -1, 255, -1)
+    own &= mask
+    disc = np.zeros_like(mask)
+    cv2.circle(disc, (round(u * 16), round(v * 16)), round(radius * 16), 255, -1, shift=4)
+    area = math.pi * radius * radius
+    shown = cv2.countNonZero(disc)
+    covered = cv2.countNonZero(disc & mask)
+    outside = cv2.countNonZero(own) - cv2.countNonZero(disc & own)
+    return Circle(
+        u,
+        v,
+        radius,
+        np.count_nonzero(supported) / max(1, np.count_nonzero(visible)),
+        covered / max(1, shown),
+        outside / area,
+        min(1.0, shown / area),
+    )

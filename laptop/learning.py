@@ -1,0 +1,116 @@
+"""Learning a marker's colour from a picked pixel or rectangle.  Pure."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from laptop.circles import find_circle
+from laptop.markers import BadMarker, Color, Marker, gate, hsv_of, scene_of
+
+_TOLERANCES = (40.0, 32.0, 24.0, 17.0, 12.0)
+"""Of the hue, degrees: as wide as the surroundings allow, for the sake of changing light."""
+
+
+def learn(
+    name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | None = None
+) -> Marker:
+    """The marker at a picked pixel (u, v), or the one that fills a rectangle (u0, v0, u1, v1).
+
+    Args:
+        image: BGR, uint8, shape (h, w, 3).
+        kind: "disc" or "ball"; if None, a shaded marker is a ball, an even one a disc.
+
+    Raises:
+        BadMarker: nothing with a colour there, or outside the picture.
+    """
+    height, width = image.shape[:2]
+    where = ",".join(f"{part:g}" for part in pick)
+    us, vs = pick[::2], pick[1::2]
+    if not all(0 <= u < width for u in us) or not all(0 <= v < height for v in vs):
+        raise BadMarker(
+            f"{name}: {where} is outside the picture; pick u from 0 to {width - 1} "
+            f"and v from 0 to {height - 1}"
+        )
+    reach = 5 if len(pick) == 2 else 0
+    u0, u1 = max(0, round(min(us)) - reach), round(max(us)) + reach + 1
+    v0, v1 = max(0, round(min(vs)) - reach), round(max(vs)) + reach + 1
+    patch = image[v0:v1, u0:u1].reshape(-1, 3)
+    # A highlight or a stripe may lie under the finger: the colour is where there is most of it.
+    chroma = patch.max(axis=1).astype(int) - patch.min(axis=1)
+    seed = hsv_of(np.median(patch[chroma >= np.median(chroma)], axis=0).tolist())
+    if seed[1] < 0.12 or seed[2] < 0.04:
+        raise BadMarker(
+            f"{name}: no colour at {where} (saturation {seed[1]:.2f}, value {seed[2]:.2f}); "
+            "pick the middle of a coloured marker"
+        )
+    hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
+    scene = scene_of(image)
+    best, color, region, radius = -1.0, Color(*seed, scene=scene), None, None
+    for tolerance in _TOLERANCES:
+        tried = Color(*seed, tolerance=tolerance, scene=scene)
+        for _ in range(2):
+            blob = _blob(gate(hsv, tried), (u0, v0, u1, v1))
+            if blob is None:
+                break
+            tried = _typical(hsv[blob > 0], tried)
+        if blob is None:
+            continue
+        circle = find_circle(blob.copy(), (-0.5, -0.5, width - 0.5, height - 0.5))
+        if circle is None:
+            continue
+        roundness = circle.arc * circle.fill / (1 + circle.stray)
+        if roundness > best + 0.05:
+            best, color, region, radius = roundness, tried, blob, circle.radius
+    if region is None:
+        raise BadMarker(f"{name}: too little of one colour at {where}; pick the marker's middle")
+    color = replace(color, tolerance=min(color.tolerance, _room(hsv, region, color)))
+    return Marker(name, kind or _kind(hsv, region), color, radius=radius)
+
+
+def _blob(mask: np.ndarray, box: tuple[int, int, int, int]) -> np.ndarray | None:
+    """The connected part of a mask that has most of the box, 255 inside; None if there is none."""
+    u0, v0, u1, v1 = box
+    _, labels = cv2.connectedComponents(mask)
+    inside = labels[v0:v1, u0:u1]
+    votes = np.bincount(inside[inside > 0], minlength=1)
+    if not votes.any():
+        return None
+    return np.where(labels == int(np.argmax(votes)), 255, 0).astype(np.uint8)
+
+
+def _typical(pixels: np.ndarray, color: Color) -> Color:
+    """The colour moved to the middle of its pixels; pixels is OpenCV's HSV, shape (n, 3)."""
+    hues = (2.0 * pixels[:, 0] - color.hue + 180) % 360 - 180
+    return replace(
+        color,
+        hue=(color.hue + float(np.median(hues))) % 360,
+        saturation=float(np.median(pixels[:, 1])) / 255,
+        value=float(np.median(pixels[:, 2])) / 255,
+    )
+
+
+def _room(hsv: np.ndarray, region: np.ndarray, color: Color) -> float:
+    """Half the way, in hue, from the marker's colour to those around it, degrees."""
+    around, near = (
+        cv2.dilate(region, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * wide + 1,) * 2))
+        for radius in [math.sqrt(np.count_nonzero(region) / math.pi)]
+        for wide in (round(0.7 * radius) + 4, round(0.15 * radius) + 2)
+    )
+    anything = gate(hsv, replace(color, tolerance=180.0))
+    hues = 2.0 * hsv[(around > 0) & (near == 0) & (anything > 0)][:, 0]
+    if len(hues) < 20:
+        return 180.0
+    away = np.abs((hues - color.hue + 180) % 360 - 180)
+    return max(8.0, 0.5 * float(np.percentile(away, 10)))
+
+
+def _kind(hsv: np.ndarray, region: np.ndarray) -> str:
+    """Whether it is shaded like a ball."""
+    core = cv2.erode(region, None, iterations=2, borderValue=0)
+    values = hsv[(core if core.any() else region) > 0][:, 2]
+    dark, bright = np.percentile(values, (10, 90))
+    return "ball" if bright > 1.3 * max(dark, 1) else "disc"

@@ -1,0 +1,268 @@
+"""What a marker looks like: from words, from a picked pixel, from a file that people can read.
+
+A colour is a closed gate in hue, saturation and value, as light changes it least: hue is circular
+(red needs no special case), saturation and value have floors.  Angles of hue are degrees, 0 red,
+120 green, 240 blue; saturation and value run from 0 to 1.
+"""
+
+from __future__ import annotations
+
+import configparser
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from shared.arm_description import ArmError
+
+KINDS = ("disc", "ball", "aruco")
+ARUCO_IDS = 50
+"""How many there are in DICT_4X4_50."""
+
+
+class BadMarker(ArmError, ValueError):
+    """A marker that cannot be understood, learned or read."""
+
+
+@dataclass(frozen=True)
+class Color:
+    """A colour as the camera saw it, and how far from it a pixel may be.
+
+    hue         degrees, 0 <= hue < 360
+    saturation  typical, 0 to 1
+    value       typical, 0 to 1
+    tolerance   of the hue, degrees
+    scene       what the whole picture looked like then: mean red, green, blue (0 to 255), or None;
+                against it the tracker measures a change of the light
+    """
+
+    hue: float
+    saturation: float
+    value: float
+    tolerance: float = 20.0
+    scene: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Marker:
+    """One marker to look for.
+
+    name   what observations call it, e.g. "effector"
+    kind   "disc" (flat and matte), "ball" (shaded), "aruco" (DICT_4X4_50)
+    color  of a disc or ball
+    id     of an aruco marker
+    radius as it was picked, px; the tracker allows a third to three times as much
+    """
+
+    name: str
+    kind: str
+    color: Color | None = None
+    id: int | None = None
+    radius: float | None = None
+
+    def __str__(self) -> str:
+        if self.color is None:
+            return f"{self.kind}:{self.id}"
+        color = self.color
+        return (
+            f"{self.kind}, hue {color.hue:.0f} +- {color.tolerance:.0f}, "
+            f"saturation {color.saturation:.2f}, value {color.value:.2f}"
+        )
+
+
+WORDS = {
+    "red": Color(0, 0.85, 0.7),
+    "orange": Color(25, 0.85, 0.8, 12),
+    "yellow": Color(55, 0.8, 0.85, 15),
+    "green": Color(125, 0.7, 0.55, 35),
+    "cyan": Color(185, 0.7, 0.7),
+    "blue": Color(220, 0.75, 0.6),
+    "purple": Color(275, 0.6, 0.55),
+    "pink": Color(325, 0.65, 0.8, 25),
+}
+"""Colours that can be named; a picked pixel is better."""
+
+
+def hsv_of(bgr: Iterable[float]) -> tuple[float, float, float]:
+    """Hue (degrees), saturation and value (0 to 1) of one blue, green, red (0 to 255)."""
+    b, g, r = bgr
+    top, low = max(b, g, r), min(b, g, r)
+    if top <= low:
+        return 0.0, 0.0, top / 255
+    if top == r:
+        hue = 60 * (g - b) / (top - low)
+    elif top == g:
+        hue = 120 + 60 * (b - r) / (top - low)
+    else:
+        hue = 240 + 60 * (r - g) / (top - low)
+    return hue % 360, (top - low) / top, top / 255
+
+
+def hue_distance(a: float, b: float) -> float:
+    """From hue b to hue a the short way round, -180 to 180 degrees."""
+    return (a - b + 180) % 360 - 180
+
+
+# Words and files
+
+
+def read_spec(name: str, text: str) -> Marker:
+    """A marker from `[KIND:]COLOUR`, `aruco:ID` or a markers file that holds `name`.
+
+    Raises:
+        BadMarker: the text means nothing.
+    """
+    kind, colon, what = text.partition(":")
+    if not colon or kind not in KINDS:
+        kind, what = "disc", text
+    if kind == "aruco":
+        if not what.isdecimal() or int(what) >= ARUCO_IDS:
+            raise BadMarker(f"{name} '{text}': an ArUco id is a number from 0 to {ARUCO_IDS - 1}")
+        return Marker(name, kind, id=int(what))
+    if what in WORDS:
+        return Marker(name, kind, WORDS[what])
+    if Path(what).is_file():
+        markers = read_markers(what)
+        if name not in markers:
+            held = ", ".join(markers) or "nothing"
+            raise BadMarker(f"{what} has no marker [{name}], only {held}; pick it with --pick")
+        return replace(markers[name], kind=kind) if colon else markers[name]
+    raise BadMarker(
+        f"{name} '{text}': write disc:COLOUR or ball:COLOUR with one of {', '.join(WORDS)}, "
+        "aruco:ID, or a markers file"
+    )
+
+
+_HEAD = """\
+# The markers, as the tracker learned them; correct by hand what it got wrong.
+# hue, tolerance: degrees (0 red, 120 green, 240 blue); saturation, value: 0 to 1;
+# scene: mean red, green, blue (0 to 255) of the picture in which it was picked;
+# radius: px as it was picked; without it any size will do.
+"""
+_LIMITS = {
+    "hue": (0, 360),
+    "tolerance": (1, 90),
+    "saturation": (0.05, 1),
+    "value": (0.02, 1),
+    "radius": (1, 2000),
+}
+
+
+def read_markers(file: str | Path) -> dict[str, Marker]:
+    """The markers in a file, by name.
+
+    Raises:
+        BadMarker: the file cannot be read, or a value is wrong.
+    """
+    parser = configparser.ConfigParser(interpolation=None)
+    try:
+        parser.read_string(Path(file).read_text(encoding="utf-8"))
+    except (configparser.Error, OSError, UnicodeError) as error:
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+        raise BadMarker(f"{file}: {reason}; correct or remove it") from None
+    return {name: _read_section(file, name, parser[name]) for name in parser.sections()}
+
+
+def _read_section(file: str | Path, name: str, section: Mapping[str, str]) -> Marker:
+    def complain(key: str, allowed: str) -> BadMarker:
+        given = f"'{section[key]}' is not" if key in section else "missing;"
+        return BadMarker(f"{file}: [{name}] {key}: {given} {allowed}")
+
+    def number(key: str) -> float:
+        low, high = _LIMITS[key]
+        try:
+            value = float(section[key])
+        except (KeyError, ValueError):
+            value = math.nan
+        if not low <= value <= high:
+            raise complain(key, f"a number from {low:g} to {high:g}")
+        return value
+
+    if unknown := set(section) - {"kind", "id", "scene", *_LIMITS}:
+        key = sorted(unknown)[0]
+        raise BadMarker(f"{file}: [{name}] {key}: no such key; there are kind, id, scene, "
+                        f"{', '.join(_LIMITS)}")  # fmt: skip
+    kind = section.get("kind", "disc")
+    if kind not in KINDS:
+        raise complain("kind", f"one of {', '.join(KINDS)}")
+    if kind == "aruco":
+        given = section.get("id", "")
+        if not given.isdecimal() or int(given) >= ARUCO_IDS:
+            raise complain("id", f"a whole number from 0 to {ARUCO_IDS - 1}")
+        return Marker(name, kind, id=int(given))
+    scene = None
+    if "scene" in section:
+        try:
+            red, green, blue = (float(part) for part in section["scene"].split(","))
+        except ValueError:
+            raise complain("scene", "three numbers from 0 to 255: red, green, blue") from None
+        if not all(0 <= part <= 255 for part in (red, green, blue)):
+            raise complain("scene", "three numbers from 0 to 255: red, green, blue")
+        scene = (red, green, blue)
+    values = {key: number(key) for key in _LIMITS if key != "radius"}
+    radius = number("radius") if "radius" in section else None
+    return Marker(name, kind, Color(**values, scene=scene), radius=radius)
+
+
+def write_markers(file: str | Path, markers: Mapping[str, Marker]) -> None:
+    """Keep markers, whole or not at all.
+
+    Raises:
+        BadMarker: the file cannot be written.
+    """
+    parser = configparser.ConfigParser(interpolation=None)
+    for name, marker in markers.items():
+        color = marker.color
+        section = {"kind": marker.kind}
+        if color is None:
+            section["id"] = str(marker.id)
+        else:
+            values = vars(color) | {"radius": marker.radius}
+            section |= {key: f"{values[key]:.4g}" for key in _LIMITS if values[key] is not None}
+            if color.scene:
+                section["scene"] = ", ".join(f"{part:.1f}" for part in color.scene)
+        parser[name] = section
+    target = Path(file)
+    draft = target.with_name(f".{target.name}.part")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with draft.open("w", encoding="utf-8") as out:
+            out.write(_HEAD)
+            parser.write(out)
+        draft.replace(target)
+    except OSError as error:
+        raise BadMarker(
+            f"cannot write {file}: {error.strerror}; choose another with --markers"
+        ) from None
+
+
+# Pixels
+
+
+def gate(hsv: np.ndarray, color: Color) -> np.ndarray:
+    """Which pixels are of this colour: closed in hue, with floors for saturation and value.
+
+    Args:
+        hsv: OpenCV's, uint8, shape (h, w, 3); hue 0 to 179, two degrees each.
+
+    Returns:
+        uint8, shape (h, w), 255 inside.
+    """
+    low, high = (color.hue - color.tolerance) / 2, (color.hue + color.tolerance) / 2
+    floors = (0.55 * color.saturation * 255, 0.4 * color.value * 255)
+    mask = cv2.inRange(hsv, (low, *floors), (high, 255, 255))
+    if low < 0:  # hue is a circle
+        mask |= cv2.inRange(hsv, (low + 180, *floors), (180, 255, 255))
+    elif high >= 180:
+        mask |= cv2.inRange(hsv, (0, *floors), (high - 180, 255, 255))
+    return mask
+
+
+def scene_of(image: np.ndarray) -> tuple[float, float, float]:
+    """What the light is like: mean red, green, blue of a picture, from every 8th pixel."""
+    blue, green, red, _ = cv2.mean(image[4::8, 4::8])
+    return round(red, 1), round(green, 1), round(blue, 1)

@@ -1,0 +1,561 @@
+"""An image becomes marker positions with a confidence.  Pure: no camera, no socket, no window.
+
+A marker that was seen is measured in a window where it is expected; one that was not is searched
+for in the whole frame, subsampled, through the closed gate of its colour.  Only what was measured
+in this very frame comes out.  Pixel centres lie at integer coordinates.
+
+A disc is measured by a soft centroid: each pixel counts with the share of marker in it, by its
+place on the line from the colours around to the marker's.  A ball is shaded, shines and is held in
+fingers: there the circle is taken that most of its outline lies on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from laptop.circles import Circle, find_circle
+from laptop.markers import Color, Marker, gate, hsv_of, hue_distance, scene_of
+
+
+class Sighting(NamedTuple):
+    """Where a marker is: u, v (px, sub-pixel), confidence (0 to 1), radius (px)."""
+
+    u: float
+    v: float
+    confidence: float
+    radius: float
+
+
+LEAST = 0.2
+"""Confidence below which nothing is claimed at all."""
+BELIEVED = 0.5
+"""Confidence from which on a sighting may be relied upon."""
+DOUBTED = 0.45
+"""The greatest confidence in what may well be something else."""
+PATIENCE = 3
+"""Frames without the marker before its size, speed and shade are forgotten."""
+
+
+class Tracker:
+    """Finds markers in one camera's frames, one after the other.
+
+    Args:
+        markers: what to look for.
+
+    Attributes:
+        why: per marker why it was not seen in the last frame; "" if it was.
+    """
+
+    def __init__(self, markers: Sequence[Marker]):
+        self.markers = tuple(markers)
+        self.why = {marker.name: "" for marker in markers}
+        self._tracks: dict[str, Track] = {}
+
+    def find(self, image: np.ndarray, t: float) -> dict[str, Sighting | None]:
+        """The markers in one frame.
+
+        Args:
+            image: BGR, uint8, shape (h, w, 3).
+            t: capture time, s.
+
+        Returns:
+            per marker a Sighting, or None if it is not seen.
+        """
+        found = {}
+        for marker in self.markers:
+            track = find(image, t, marker, self._tracks.get(marker.name))
+            self._tracks[marker.name] = track
+            self.why[marker.name] = track.why
+            found[marker.name] = track.sighting
+        return found
+
+
+@dataclass(frozen=True)
+class Track:
+    """What is known of one marker after a frame.
+
+    sighting  where it is in that frame; None: not seen
+    why       not seen; ""
+    seen      the last sighting, for the window and the size only; None when forgotten
+    t         of that sighting, s
+    du, dv    px/s, for the window only
+    trust     of the sighting: its confidence, and where that is 1, how good the shape is
+    misses    frames since
+    color     its colour under the present light
+    gains     red, green, blue: by what the light differs from the one it was learned in
+    paint     how a disc's share in a pixel is computed, with how many frames it may still be used
+    """
+
+    sighting: Sighting | None = None
+    why: str = ""
+    seen: Sighting | None = None
+    t: float = 0.0
+    du: float = 0.0
+    dv: float = 0.0
+    trust: float = 0.0
+    misses: int = 0
+    color: Color | None = None
+    gains: tuple[float, float, float] | None = None
+    paint: np.ndarray | None = None
+    paint_age: int = 0
+
+
+def find(image: np.ndarray, t: float, marker: Marker, before: Track | None = None) -> Track:
+    """One marker in one frame, given what was known before."""
+    if marker.kind == "aruco":
+        return _find_aruco(image, t, marker, before or Track())
+    track = before or Track(color=marker.color)
+    if track.seen is not None:
+        measured = _expected(image, t, marker, track)
+        if measured is not None:
+            return measured
+    return _search(image, t, marker, track)
+
+
+# Where it is expected
+
+
+def _expected(image: np.ndarray, t: float, marker: Marker, track: Track) -> Track | None:
+    """Measure in the window; None if it does not look like the marker there."""
+    seen = track.seen
+    assert seen is not None
+    dt = min(t - track.t, 0.2)
+    u, v = seen.u + track.du * dt, seen.v + track.dv * dt
+    measured = None
+    if marker.kind == "disc" and track.paint is not None:
+        measured = _measure_disc(image, u, v, seen.radius, marker, track)
+    if measured is None:
+        measured = _measure(image, u, v, seen.radius, marker, track, expected=seen.radius)
+    if measured is None:
+        return None
+    return _moved(measured, track, t) if measured.trust >= 0.4 else None
+
+
+def _moved(measured: Track, track: Track, t: float) -> Track:
+    """The new track, with a speed if the marker was seen in the frame before."""
+    seen, new = track.seen, measured.seen
+    assert new is not None
+    dt = t - track.t
+    if seen is None or track.misses or dt <= 0:
+        return replace(measured, t=t, du=0.0, dv=0.0, misses=0)
+    # Half of the way to the newest speed: an alpha-beta filter whose position is the measurement.
+    du = 0.5 * track.du + 0.5 * (new.u - seen.u) / dt
+    dv = 0.5 * track.dv + 0.5 * (new.v - seen.v) / dt
+    return replace(measured, t=t, du=du, dv=dv, misses=0)
+
+
+# In the whole frame
+
+
+def _search(image: np.ndarray, t: float, marker: Marker, track: Track) -> Track:
+    color = marker.color
+    assert color is not None
+    lights = dict.fromkeys((None, _gains(image, color)))
+    shades = dict.fromkeys((color, track.color or color))
+    tries: list[Track] = []
+    for step in (4, 2):
+        small = cv2.resize(image, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_NEAREST)
+        for light in lights:
+            hsv = cv2.cvtColor(_relit(small, light), cv2.COLOR_BGR2HSV)
+            for shade in shades:
+                for u, v, radius in _blobs(gate(hsv, shade), step, marker.radius):
+                    start = Track(color=shade, gains=light)
+                    tried = _measure(image, u, v, radius, marker, start)
+                    if tried is not None:
+                        tries.append(tried)
+        if any(tried.trust >= BELIEVED for tried in tries):
+            break
+    if tries:
+        best = max(tries, key=lambda tried: tried.trust)
+        if _rivals(best, tries):
+            return replace(
+                track,
+                sighting=best.sighting and best.sighting._replace(confidence=DOUBTED),
+                seen=None,
+                why="several alike",
+            )
+        if best.trust >= LEAST:
+            return _moved(best, track, t)
+    misses = track.misses + 1
+    kept = track if misses < PATIENCE else Track(color=color)
+    if tries:
+        why = "nothing of this colour is a " + marker.kind
+    elif max(scene_of(image)) < 20:
+        why = "too dark"
+    else:
+        why = "nothing of this colour"
+    return replace(kept, sighting=None, misses=misses, why=why)
+
+
+def _rivals(best: Track, tries: list[Track]) -> bool:
+    """Whether another one, elsewhere, is as good."""
+    first = best.seen
+    assert first is not None
+    return best.trust >= BELIEVED and any(
+        tried.trust > 0.9 * best.trust
+        and math.hypot(tried.seen.u - first.u, tried.seen.v - first.v) > 2 * first.radius
+        for tried in tries
+        if tried.seen is not None
+    )
+
+
+def _blobs(
+    mask: np.ndarray, step: int, radius: float | None
+) -> list[tuple[float, float, float]]:
+    """Centre and radius (px of the frame) of the largest blobs of a subsampled mask."""
+    blobs, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    found = []
+    for blob in sorted(blobs, key=len, reverse=True)[:6]:
+        if len(blob) < 4:
+            break
+        (u, v), reach = cv2.minEnclosingCircle(blob)
+        reach = (reach + 0.5) * step
+        if radius is None or 0.3 * radius < reach:
+            found.append((u * step, v * step, min(reach, 3 * radius if radius else reach)))
+    return found
+
+
+# The light
+
+
+def _gains(image: np.ndarray, color: Color) -> tuple[float, float, float] | None:
+    """Red, green, blue: by what the light differs from when the colour was learned.
+
+    The mean of the whole picture tells, which a fixed camera's background dominates (the grey-world
+    assumption, kept to a comparison of a scene with itself).  None if it is much the same.
+    """
+    if color.scene is None:
+        return None
+    gains = [
+        min(4.0, max(0.25, (now + 1) / (then + 1)))
+        for now, then in zip(scene_of(image), color.scene, strict=True)
+    ]
+    if all(abs(math.log(gain)) < 0.08 for gain in gains):
+        return None
+    return gains[0], gains[1], gains[2]
+
+
+def _relit(image: np.ndarray, gains: tuple[float, float, float] | None) -> np.ndarray:
+    """The picture as it would have been under the light of learning."""
+    if gains is None:
+        return image
+    return cv2.multiply(image, (1 / gains[2], 1 / gains[1], 1 / gains[0], 1))
+
+
+def _adapted(hsv: tuple[float, float, float], track: Track, learned: Color) -> Color:
+    """The colour a step nearer to what was seen, never far from what was learned."""
+    color = track.color or learned
+    hue = color.hue + 0.2 * hue_distance(hsv[0], color.hue)
+    away = hue_distance(hue, learned.hue)
+    allowed = 0.75 * learned.tolerance
+    return replace(
+        color,
+        hue=(learned.hue + min(allowed, max(-allowed, away))) % 360,
+        saturation=_between(color.saturation, hsv[1], learned.saturation, 0.6, 1.4),
+        value=_between(color.value, hsv[2], learned.value, 0.2, 2.5),
+    )
+
+
+def _between(old: float, new: float, learned: float, low: float, high: float) -> float:
+    return min(high * learned, max(low * learned, old + 0.2 * (new - old)))
+
+
+# Measuring
+
+
+def _crop(image: np.ndarray, u: float, v: float, half: float) -> tuple[np.ndarray, int, int] | None:
+    """The window around (u, v) as far as it lies in the picture, with its left and top; px."""
+    height, width = image.shape[:2]
+    left, top = max(0, math.floor(u - half)), max(0, math.floor(v - half))
+    window = image[top : max(0, math.ceil(v + half) + 1), left : max(0, math.ceil(u + half) + 1)]
+    return (window, left, top) if min(window.shape[:2]) >= 4 else None
+
+
+def _measure(
+    image: np.ndarray,
+    u: float,
+    v: float,
+    radius: float,
+    marker: Marker,
+    track: Track,
+    expected: float | None = None,
+) -> Track | None:
+    """Measure through the gate of the colour, in a window around (u, v).
+
+    Args:
+        u, v, radius: where to look, px.
+        expected: radius before, px, if it was seen before; then what is nearest is meant.
+    """
+    cropped = _crop(image, u, v, 2.2 * radius + 6)
+    if cropped is None:
+        return None
+    window, left, top = cropped
+    learned, color = marker.color, track.color
+    assert learned is not None and color is not None
+    relit = _relit(window, track.gains)
+    hsv = cv2.cvtColor(relit, cv2.COLOR_BGR2HSV)
+    mask = gate(hsv, color)
+    near = (u - left, v - top) if expected else None
+    if marker.kind == "disc":
+        whole = _whole_disc(image, mask, left, top, marker, track, near, expected)
+        if whole is not None:
+            return whole
+    height, width = image.shape[:2]
+    edges = (-left - 0.5, -top - 0.5, width - left - 0.5, height - top - 0.5)
+    circle = find_circle(mask, edges, near, expected)
+    if circle is None:
+        return None
+    disc = np.zeros_like(mask)
+    center = round(circle.u), round(circle.v)
+    cv2.circle(disc, center, max(1, round(0.8 * circle.radius)), 255, -1)
+    disc &= mask
+    if not disc.any():
+        return None
+    shade = hsv_of(cv2.mean(relit, disc)[:3])
+    trust = (
+        _ramp(circle.arc, 0.2, 0.6)
+        * _ramp(circle.fill, 0.2, 0.6)
+        * (1 - _ramp(circle.stray, 0.15, 0.8))
+        * _ramp(circle.seen, 0.2, 0.8)
+        * _likeness(shade, color if expected else learned, learned)
+        * _alone(hsv, circle, learned)
+        * _size(circle.radius, expected or marker.radius)
+    )
+    if marker.kind == "disc":  # partly hidden, or something else
+        trust = min(trust, 0.7 if expected else DOUBTED)
+    new = Sighting(circle.u + left, circle.v + top, min(1.0, trust), circle.radius)
+    # Where confidences are equal, the rounder one is the better.
+    trust *= 1 + 0.1 * circle.arc * circle.fill
+    return Track(
+        new, seen=new, trust=trust, color=_adapted(shade, track, learned), gains=track.gains
+    )
+
+
+def _ramp(x: float, low: float, high: float) -> float:
+    return min(1.0, max(0.0, (x - low) / (high - low)))
+
+
+def _likeness(hsv: tuple[float, float, float], color: Color, learned: Color) -> float:
+    """How well a mean colour agrees; its brightness only with a colour that was learned."""
+    away = abs(hue_distance(hsv[0], learned.hue)) / learned.tolerance
+    like = (1 - _ramp(away, 0.6, 1.2)) * _ramp(hsv[1] / learned.saturation, 0.45, 0.75)
+    if learned.scene:
+        like *= _ramp(hsv[2] / color.value, 0.3, 0.6)
+    return like
+
+
+def _alone(hsv: np.ndarray, circle: Circle, color: Color) -> float:
+    """Small if what is around has the colour, too: then it is a part of something larger."""
+    wider = replace(color, tolerance=1.3 * color.tolerance, saturation=0.8 * color.saturation)
+    ring = np.zeros(hsv.shape[:2], np.uint8)
+    center = round(circle.u), round(circle.v)
+    width = max(2, round(0.25 * circle.radius))
+    cv2.circle(ring, center, round(1.15 * circle.radius + width), 255, width)
+    total = cv2.countNonZero(ring)
+    same = cv2.countNonZero(ring & gate(hsv, wider))
+    return 1 - _ramp(same / max(1, total), 0.3, 0.6)
+
+
+def _size(radius: float, expected: float | None) -> float:
+    """How well a radius agrees with one seen before, px."""
+    if expected is None:
+        return _ramp(radius, 2, 4)
+    ratio = radius / expected
+    return _ramp(min(ratio, 1 / ratio), 0.3, 0.45)
+
+
+# The soft centroid
+
+
+def _whole_disc(
+    image: np.ndarray,
+    mask: np.ndarray,
+    left: int,
+    top: int,
+    marker: Marker,
+    track: Track,
+    near: tuple[float, float] | None,
+    expected: float | None,
+) -> Track | None:
+    """A disc that is seen whole, an ellipse in perspective; None if it is not one."""
+    blobs, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    blobs = [blob for blob in blobs if len(blob) >= 8]
+    if not blobs:
+        return None
+    if near is None:
+        blob = max(blobs, key=cv2.contourArea)
+    else:
+        blob = max(blobs, key=lambda b: cv2.pointPolygonTest(b, near, True))
+    m = cv2.moments(blob)
+    area = m["m00"]
+    if area < 10:
+        return None
+    u, v = m["m10"] / area, m["m01"] / area
+    covariance = np.array([[m["mu20"], m["mu11"]], [m["mu11"], m["mu02"]]]) / area
+    spreads, axes = np.linalg.eigh(covariance)
+    if spreads[0] < 0.1 * spreads[1]:
+        return None
+    # Along the outline of an ellipse this distance is 2 everywhere; of a square, 1.7 to 2.4.
+    away = np.hypot(*((blob[:, 0] - (u, v)) @ axes / np.sqrt(spreads)).T) / 2
+    # (Outlines run through pixel centres: a small disc's is rough.)
+    uneven = float(away.std()) - 0.25 / math.sqrt(area / math.pi)
+    shape = 1 - _ramp(uneven, 0.045, 0.085)
+    radius = 2 * math.sqrt(spreads[1])
+    if shape <= 0:
+        return None
+    paint = _paint(image, u + left, v + top, radius)
+    if paint is None:
+        return None
+    start = replace(track, paint=paint, paint_age=0, seen=None)
+    found = _measure_disc(image, u + left, v + top, radius, marker, start)
+    if found is None or found.seen is None:
+        return None
+    trust = found.trust * shape * _size(found.seen.radius, expected or marker.radius)
+    new = found.seen._replace(confidence=min(1.0, trust))
+    return replace(found, sighting=new, seen=new, trust=trust * (1.1 - uneven))
+
+
+@lru_cache(maxsize=64)
+def _masks(radius: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """In a window of 2 h + 1 px: the core of a marker, its surroundings, and where it may be."""
+    half = math.ceil(1.6 * radius) + 4
+    v, u = np.mgrid[-half : half + 1, -half : half + 1]
+    away = np.hypot(u, v)
+    near = np.where(away < 1.4 * radius + 3, 255, 0).astype(np.uint8)
+    return away < 0.6 * radius, (away > 1.15 * radius + 1.5) & (away < half), near
+
+
+def _paint(image: np.ndarray, u: float, v: float, radius: float) -> np.ndarray | None:
+    """Weights of b, g, r, 1 that make 255 of the marker's colour and 0 of those around it.
+
+    Fisher's linear discriminant: what varies most around the marker (light and dark, mostly) counts
+    least, so that an edge in the background does not pull.  Shape (1, 4); None at the picture's rim,
+    and where the surroundings hardly differ from the marker.
+    """
+    core, ring, _ = _masks(max(2, round(radius)))
+    half = core.shape[0] // 2
+    left, top = round(u) - half, round(v) - half
+    if left < 0 or top < 0:
+        return None
+    window = image[top : top + 2 * half + 1, left : left + 2 * half + 1]
+    if window.shape[:2] != core.shape:
+        return None
+    inside = window[core].mean(axis=0)
+    around = window[ring].astype(np.float32)
+    mean = around.mean(axis=0)
+    around -= mean
+    contrast = inside - mean
+    spread = around.T @ around / len(around) + np.eye(3) * 4.0
+    weights = np.linalg.solve(spread.astype(float), contrast)
+    separation = float(weights @ contrast)
+    if separation < 9:
+        return None
+    weights *= 255 / separation
+    return np.append(weights, -weights @ mean)[None]
+
+
+def _measure_disc(
+    image: np.ndarray, u: float, v: float, radius: float, marker: Marker, track: Track
+) -> Track | None:
+    """Soft centroid near (u, v); None if what is there is not a whole disc of this colour."""
+    near = _masks(max(2, round(radius)))[2]
+    half = near.shape[0] // 2
+    height, width = image.shape[:2]
+    for _ in range(2):
+        left, top = round(u) - half, round(v) - half
+        if left < 0 or top < 0 or left + 2 * half >= width or top + 2 * half >= height:
+            return None
+        window = image[top : top + 2 * half + 1, left : left + 2 * half + 1]
+        share = cv2.transform(window, track.paint) & near
+        # Noise around the marker would pull towards the middle of the window.
+        _, share = cv2.threshold(share, 25, 0, cv2.THRESH_TOZERO)
+        m = cv2.moments(share)
+        if m["m00"] < 12 * 255:
+            return None
+        before = u, v
+        u, v = left + m["m10"] / m["m00"], top + m["m01"] / m["m00"]
+        if math.hypot(u - before[0], v - before[1]) < 0.2 * radius:
+            break
+    m00 = m["m00"]
+    across, down, skew = m["mu20"] / m00, m["mu02"] / m00, m["mu11"] / m00
+    # A full ellipse has area = 4 pi sqrt(det of its second moments); anything else is spread wider.
+    area = m00 / 255
+    solid = area / (4 * math.pi * math.sqrt(max(across * down - skew * skew, 1e-9)))
+    longest = (across + down) / 2 + math.hypot((across - down) / 2, skew)
+    learned = marker.color
+    assert learned is not None
+    _, inside = cv2.threshold(share, 200, 255, cv2.THRESH_BINARY)
+    bgr = cv2.mean(window, inside)[:3]
+    if track.gains:
+        bgr = tuple(c / g for c, g in zip(bgr, reversed(track.gains), strict=True))
+    shade = hsv_of(bgr)
+    new_radius = 2 * math.sqrt(longest)
+    trust = _ramp(solid, 0.75, 0.9) * _likeness(shade, track.color or learned, learned)
+    if track.seen is not None:
+        trust *= 1 - _ramp(abs(math.log(new_radius / radius)), 0.2, 0.5)
+    if trust < BELIEVED:
+        return None
+    new = Sighting(u, v, trust, new_radius)
+    paint, age = track.paint, track.paint_age + 1
+    if age > 4:
+        paint, age = _paint(image, u, v, new_radius), 0
+    return Track(
+        new, seen=new, trust=trust, color=_adapted(shade, track, learned), gains=track.gains,
+        paint=paint, paint_age=age,
+    )  # fmt: skip
+
+
+# ArUco
+
+
+@lru_cache(maxsize=1)
+def _detector() -> cv2.aruco.ArucoDetector:
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    return cv2.aruco.ArucoDetector(dictionary, parameters)
+
+
+def _find_aruco(image: np.ndarray, t: float, marker: Marker, track: Track) -> Track:
+    height, width = image.shape[:2]
+    windows = [(0, 0, width, height)]
+    if track.seen is not None:
+        u = track.seen.u + track.du * min(t - track.t, 0.2)
+        v = track.seen.v + track.dv * min(t - track.t, 0.2)
+        half = 2.2 * track.seen.radius + 20
+        box = (
+            max(0, int(u - half)),
+            max(0, int(v - half)),
+            min(width, int(u + half)),
+            min(height, int(v + half)),
+        )
+        if box[2] - box[0] > 16 and box[3] - box[1] > 16:
+            windows.insert(0, box)
+    for left, top, right, bottom in windows:
+        grey = cv2.cvtColor(image[top:bottom, left:right], cv2.COLOR_BGR2GRAY)
+        corners, ids, _ = _detector().detectMarkers(grey)
+        for quad, id_ in zip(corners, [] if ids is None else ids.flatten(), strict=True):
+            if id_ == marker.id:
+                new = _of_corners(quad[0].astype(float) + (left, top))
+                return _moved(Track(new, seen=new), track, t)
+    misses = track.misses + 1
+    kept = track if misses < PATIENCE else Track()
+    return replace(kept, sighting=None, misses=misses, why=f"no ArUco marker {marker.id}")
+
+
+def _of_corners(quad: np.ndarray) -> Sighting:
+    """Where the diagonals cross, which is the centre under any perspective."""
+    a, b, c, d = quad
+    ac, bd = c - a, d - b
+    cross = ac[0] * bd[1] - ac[1] * bd[0]
+    along = ((b - a)[0] * bd[1] - (b - a)[1] * bd[0]) / cross
+    u, v = a + along * ac
+    side = math.sqrt(abs(cross) / 2)
+    return Sighting(float(u), float(v), _ramp(side, 10, 24), side / math.sqrt(2))
