@@ -1,4 +1,4 @@
-"""The laptop's commands: `python -m laptop simulate ...`, `python -m laptop bench ...`."""
+"""The laptop's commands: `python -m laptop track ...`, `simulate ...`, `bench ...`."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import tempfile
 import time
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 try:
     import click
@@ -258,6 +259,99 @@ def _report(summary: dict, took: float) -> str:
     modes = ", ".join(f"{port} {motor['mode']}" for port, motor in summary["motors"].items())
     lines.append(f"STILL DRIVEN: {', '.join(driven)} ({modes})" if driven else f"motors: {modes}")
     return "\n".join(lines)
+
+
+@laptop.command()
+@click.option(
+    "--camera",
+    multiple=True,
+    default=("0",),
+    show_default=True,
+    metavar="SOURCE",
+    help="A webcam's number, a video file, a folder of pictures, a stream (http://, rtsp://) or "
+    "synthetic; several times for several cameras, A, B, ...",
+)
+@click.option(
+    "--effector",
+    metavar="SPEC",
+    help="The arm's marker: [disc:|ball:]COLOUR, aruco:ID, or a markers file.",
+)
+@click.option(
+    "--goal",
+    multiple=True,
+    metavar="SPEC|U,V",
+    help="The goal's marker, or a fixed point in px (one for each camera).",
+)
+@click.option(
+    "--pick",
+    multiple=True,
+    metavar="NAME=U,V@FRAME",
+    help="Learn a marker's colour where it is in a frame of the first camera, or from a rectangle, "
+    "NAME=U0,V0,U1,V1@FRAME; it is kept in the markers file.  --effector ball (or disc) beside it "
+    "says the kind.",
+)
+@click.option(
+    "--markers",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="The markers file; all of its markers are tracked.  "
+    "[default: effector and goal of ~/.brickservo/markers.ini]",
+)
+@click.option("--scene", default="", metavar="KEY=VALUE,...", help="Of the synthetic camera.")
+@click.option(
+    "--csv",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="One row per frame and marker: frame,t,marker,u,v,confidence.",
+)
+@click.option(
+    "--serve/--no-serve",
+    default=True,
+    help="Serve the brick (default); without it, files are gone through as fast as possible.",
+)
+@click.option("--host", default="", metavar="H", help="Address to listen at.  [default: all]")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    metavar="P",
+    help="Port to listen at, 0 for any.  [default: 7711]",
+)
+@click.option(
+    "--fps",
+    type=click.FloatRange(0.1, 1000),
+    metavar="F",
+    help="Asked of a webcam; the pace of files instead of their own.",
+)
+@click.option("--size", metavar="WxH", help="Asked of a webcam, px.  [default: 640x480]")
+@click.option(
+    "--picture",
+    metavar="FILE.png[@FRAME]",
+    help="Write the tracker's view of a frame (the last one if not said).",
+)
+def track(**orders: Any) -> None:
+    """Find the markers in every frame, and serve the brick.
+
+    Ends with the video, or by Ctrl-C.
+    """
+    from laptop import track as tracking  # OpenCV is slow to import
+
+    try:
+        status = tracking.command(tracking.Orders(**orders), _synthetic)
+    except ArmError as error:
+        raise click.ClickException(str(error)) from None
+    sys.exit(status)
+
+
+def _synthetic(scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
+    """The synthetic camera, and how the markers in its scene look."""
+    from laptop.simulator.scene import ARUCO_IDS
+    from laptop.simulator.synthetic_camera import open_live
+
+    camera = open_live(",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])]))
+    kind = camera.constants["marker"]
+    names = [name for name in ("effector", "goal") if camera.constants[name] != "none"]
+    looks = {name: camera.constants[name] if kind != "aruco" else ARUCO_IDS[name] for name in names}
+    return camera, {name: f"{kind}:{look}" for name, look in looks.items()}
 
 
 @laptop.group()

@@ -1,0 +1,687 @@
+"""`python -m laptop track`: from the camera to the CSV, the link, the status and the last line."""
+
+import csv
+import io
+import json
+import math
+import os
+import signal
+import socket
+import statistics
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from rich.console import Console
+
+from laptop import track, watching
+from laptop.__main__ import laptop
+from laptop.camera import Frame
+from laptop.markers import Marker, read_markers, read_spec, write_markers
+from laptop.tracker import Sighting
+from laptop.tracking_server import PORT, State, TrackingServer
+from laptop.view import View, draw
+from laptop.watching import Interrupted, Run, Sheet, Tally, Watcher
+from shared.messages import Status
+
+ROOT = Path(__file__).parent.parent
+FOOTAGE = ROOT.parent / "shared" / "footage"
+
+WIDTH, HEIGHT, RADIUS = 160, 120, 10
+RED, BLUE, GREEN = (30, 30, 200), (190, 70, 20), (60, 150, 30)
+
+
+def place(number):
+    """Where the effector is in frame number ..., px."""
+    return 30.0 + 5 * number, 60.0
+
+
+def picture(number, effector=RED, goal=BLUE):
+    """A disc that moves, and one that stands, on grey."""
+    image = np.full((4 * HEIGHT, 4 * WIDTH, 3), 130, np.uint8)
+    for centre, ink in ((place(number), effector), ((120.0, 25.0), goal)):
+        if ink:
+            where = tuple(round(4 * (part + 0.5) - 0.5) for part in centre)
+            cv2.circle(image, where, 4 * RADIUS, ink, -1, cv2.LINE_AA)
+    return cv2.resize(image, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+
+
+@pytest.fixture(autouse=True)
+def state(tmp_path, monkeypatch):
+    """Nobody's own state folder is touched."""
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
+    return tmp_path / "state"
+
+
+@pytest.fixture
+def video(tmp_path):
+    def write(frames=12, name="film.avi", **looks):
+        path = tmp_path / name
+        out = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (WIDTH, HEIGHT))
+        for number in range(frames):
+            out.write(picture(number, **looks))
+        out.release()
+        return path
+
+    return write
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Run `track WORDS` in this process; the result of click."""
+
+    def invoke(*words, status=0):
+        result = CliRunner().invoke(laptop, ["track", *map(str, words)])
+        if result.exception and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        assert result.exit_code == status, result.output
+        return result
+
+    return invoke
+
+
+def rows(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def in_one_line(text, *words):
+    assert "Traceback" not in text, text
+    assert text.count("\n") == 1, text
+    assert all(word in text for word in words), text
+    return True
+
+
+# A file, as fast as it goes
+
+
+def test_a_video_becomes_a_row_per_frame_and_marker(run, video, tmp_path):
+    shown = run("--camera", video(), "--no-serve", "--csv", tmp_path / "out.csv")
+    data = (tmp_path / "out.csv").read_bytes()
+    assert data.startswith(b"frame,t,marker,u,v,confidence\n0,0.000000,effector,")
+    table = rows(tmp_path / "out.csv")
+    assert [row["frame"] for row in table] == [str(k // 2) for k in range(24)]
+    assert [row["marker"] for row in table] == ["effector", "goal"] * 12
+    for row in table:
+        wanted = place(int(row["frame"])) if row["marker"] == "effector" else (120, 25)
+        assert math.dist((float(row["u"]), float(row["v"])), wanted) < 0.3
+        assert float(row["t"]) == pytest.approx(int(row["frame"]) / 20, abs=1e-6)
+        assert 0.5 <= float(row["confidence"]) <= 1
+        assert [len(row[key].partition(".")[2]) for key in ("t", "u", "v", "confidence")] == [
+            6, 3, 3, 3,
+        ]  # fmt: skip
+    (line,) = [line for line in shown.stdout.splitlines() if "12 of 12" in line and "eff" in line]
+    assert "100.0" in line
+    assert shown.stderr == ""
+
+
+def test_a_lost_marker_has_no_place_and_no_confidence(run, video, tmp_path):
+    film = video(goal=None)
+    shown = run("--camera", film, "--no-serve", "--csv", tmp_path / "out.csv").stdout
+    table = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "goal"]
+    assert len(table) == 12
+    assert {(row["u"], row["v"], row["confidence"]) for row in table} == {("", "", "0.000")}
+    assert "no pixels of this colour" in shown
+    assert "0 of 12" in shown
+
+
+def test_a_fixed_goal_is_in_every_row(run, video, tmp_path):
+    run("--camera", video(), "--no-serve", "--goal", "12.5,30", "--csv", tmp_path / "out.csv")
+    table = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "goal"]
+    assert len(table) == 12
+    assert {(row["u"], row["v"], row["confidence"]) for row in table} == {
+        ("12.500", "30.000", "1.000")
+    }
+
+
+def test_two_cameras_are_told_apart(run, video, tmp_path):
+    one, two = video(3, "one.avi"), video(5, "two.avi")
+    out = tmp_path / "out.csv"
+    words = ["--camera", one, "--camera", two, "--goal", "1,2", "--goal", "3,4", "--csv", out]
+    run(*words, "--no-serve", "--picture", tmp_path / "view.png")
+    table = rows(out)
+    assert list(table[0])[-1] == "camera"
+    in_turn = [(row["camera"], row["frame"]) for row in table if row["marker"] == "effector"]
+    assert in_turn[:4] == [("A", "0"), ("B", "0"), ("A", "1"), ("B", "1")]
+    assert [camera for camera, _ in in_turn].count("B") == 5
+    goals = {(row["camera"], row["u"], row["v"]) for row in table if row["marker"] == "goal"}
+    assert goals == {("A", "1.000", "2.000"), ("B", "3.000", "4.000")}
+    assert (tmp_path / "view-A.png").exists()
+    assert (tmp_path / "view-B.png").exists()
+    first = out.read_bytes()
+    run(*words, "--no-serve")
+    assert out.read_bytes() == first
+
+
+def test_frames_that_cannot_be_read_are_told(run, video, tmp_path):
+    film = video()
+    data = bytearray(film.read_bytes())
+    begin = data.find(b"00dc", data.find(b"00dc", data.find(b"movi")) + 4) + 8
+    data[begin : data.find(b"00dc", begin)] = bytes(data.find(b"00dc", begin) - begin)
+    film.write_bytes(data)
+    shown = run("--camera", film, "--no-serve", "--csv", tmp_path / "out.csv")
+    assert "11 frames, 1 of 12 frames could not be read" in shown.stdout
+    assert "1" not in {row["frame"] for row in rows(tmp_path / "out.csv")}
+
+
+# Which markers
+
+
+def test_a_picked_colour_is_learned_used_and_kept(run, video, tmp_path, state):
+    film = video(effector=GREEN)
+    u, v = place(6)
+    words = ["--camera", film, "--no-serve", "--csv", tmp_path / "out.csv"]
+    run(*words, "--pick", f"effector={u},{v}@6", "--effector", "disc")
+    table = rows(tmp_path / "out.csv")
+    assert {row["marker"] for row in table} == {"effector"}, "nobody showed a goal"
+    assert [row["frame"] for row in table] == [str(k) for k in range(12)], "from the start"
+    assert math.dist((float(table[0]["u"]), float(table[0]["v"])), place(0)) < 0.3
+    kept = read_markers(state / "markers.ini")["effector"]
+    assert kept.kind == "disc"
+    assert kept.color.hue == pytest.approx(135, abs=4)
+
+    run(*words)  # what was learned is known the next time
+    again = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "effector"]
+    assert [row["u"] for row in again] == [row["u"] for row in table]
+
+
+def test_a_goal_that_was_asked_for_is_tracked_beside_a_picked_effector(run, video, tmp_path):
+    words = ["--camera", video(effector=GREEN), "--no-serve", "--csv", tmp_path / "out.csv"]
+    run(*words, "--pick", "effector=30,60", "--goal", "blue")
+    assert {row["marker"] for row in rows(tmp_path / "out.csv")} == {"effector", "goal"}
+
+
+def test_a_rectangle_may_be_picked_and_the_kind_said(run, video, state):
+    run("--camera", video(), "--no-serve", "--pick", "effector=22,52,38,68@0", "--effector", "ball")
+    assert read_markers(state / "markers.ini")["effector"].kind == "ball"
+
+
+def test_what_is_learned_stays_beside_what_was_known(run, video, state):
+    write_markers(state / "markers.ini", {"goal": read_spec("goal", "ball:pink")})
+    run("--camera", video(), "--no-serve", "--pick", "effector=30,60")
+    kept = read_markers(state / "markers.ini")
+    assert set(kept) == {"goal", "effector"}
+    assert str(kept["goal"]) == str(read_spec("goal", "ball:pink"))
+
+
+def test_every_marker_of_a_file_that_is_named_is_tracked(run, video, tmp_path):
+    file = tmp_path / "mine.ini"
+    names = {"effector": "red", "goal": "blue", "third": "disc:yellow"}
+    write_markers(file, {name: read_spec(name, spec) for name, spec in names.items()})
+    run("--camera", video(), "--no-serve", "--markers", file, "--csv", tmp_path / "out.csv")
+    assert {row["marker"] for row in rows(tmp_path / "out.csv")} == set(names)
+
+
+def test_a_kind_alone_changes_the_kind_of_a_known_marker(video, run, state):
+    write_markers(state / "markers.ini", {"effector": read_spec("effector", "disc:red")})
+    shown = run("--camera", video(), "--no-serve", "--effector", "ball").stdout
+    assert "effector: ball, hue 0" in shown
+
+
+def test_the_synthetic_cameras_markers_are_its_scenes_own():
+    plain = track.Wanted({"effector": None, "goal": None}, [], {}, False, {"effector": "ball:pink"})
+    (marker,) = plain.markers(lambda pick: None)
+    assert (marker.name, marker.kind) == ("effector", "ball"), "a scene without a goal has none"
+
+
+def test_a_live_camera_is_picked_from_that_many_frames_after_its_start(monkeypatch):
+    camera = FakeCamera(frame(0, 0.0, 1), None, frame(3, 0.3, 2), frame(6, 0.6, 3))
+    assert track._frame_of(camera, 4).index == 6
+    with pytest.raises(track.BadOrder, match="frame 9 is beyond the end of fake"):
+        track._frame_of(camera, 9)
+    monkeypatch.setattr(track, "FIRST_FRAME", 0.0)
+    with pytest.raises(track.BadOrder, match="fake gives no picture within 0 s"):
+        track._frame_of(FakeCamera(after=lambda timeout: None), 0)
+
+
+# What is refused, before anything starts
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--camera", "nowhere.mp4"], ["nowhere.mp4", "webcam's number"]),
+        (["--effector", "mauve"], ["mauve", "disc:COLOUR"]),
+        (["--effector", "ball"], ["ball:green", "--pick effector=U,V"]),
+        (["--goal", "160,10"], ["160,10", "outside", "159"]),
+        (["--goal", "10,10", "--goal", "20,20"], ["10,10 20,20", "one point"]),
+        (["--goal", "red", "--goal", "blue"], ["blue", "once"]),
+        (["--goal", "nan,1"], ["nan,1"]),
+        (["--pick", "effector=160,10@0"], ["160,10", "outside", "159"]),
+        (["--pick", "effector=10,10@12"], ["12", "film.avi", "0 to 11"]),
+        (["--pick", "effector=10,10@x"], ["'x'", "whole number"]),
+        (["--pick", "effector=10"], ["effector=10", "NAME=U,V@FRAME"]),
+        (["--pick", "effector"], ["NAME=U,V@FRAME"]),
+        (["--pick", "tip=30,60"], ["tip", "effector, goal"]),
+        (["--pick", "effector=30,60", "--pick", "effector=30,60"], ["twice"]),
+        (["--pick", "effector=30,60", "--effector", "red"], ["red", "disc or ball"]),
+        (["--pick", "effector=70,110"], ["no colour", "70,110"]),
+        (["--markers", "nofile.ini"], ["nofile.ini", "--pick"]),
+        (["--csv", "no/folder/out.csv"], ["no/folder/out.csv", "--csv"]),
+        (["--picture", "view.gif"], ["view.gif", ".png or .jpg"]),
+        (["--picture", "no/folder/view.png"], ["no/folder"]),
+        (["--picture", "view.png@12"], ["12", "0 to 11"]),
+        (["--scene", "seed=1"], ["seed=1", "synthetic"]),
+        (["--size", "big"], ["big", "640x480"]),
+        (["--size", "640x480"], ["only a webcam"]),
+        (["--port", "70000"], ["70000", "65535"]),
+        (["--fps", "0"], ["0"]),
+        (["--camera", "x"] * 8, ["9 cameras", "8"]),
+    ],
+    ids=lambda value: " ".join(value),
+)
+def test_what_cannot_be_done_is_refused_in_one_line(run, video, state, words, says, tmp_path):
+    out = tmp_path / "out.csv"
+    out.write_text("of an earlier run\n")
+    csv_first = [] if "--csv" in words else ["--csv", out]
+    film = [] if words[:2] == ["--camera", "nowhere.mp4"] else ["--camera", video()]
+    result = CliRunner().invoke(
+        laptop, ["track", "--no-serve", *map(str, [*csv_first, *film, *words])], prog_name="laptop"
+    )
+    assert result.exit_code in (1, 2)
+    last = result.stderr.strip().splitlines()[-1]
+    assert "Traceback" not in result.output
+    assert all(word in last for word in says), last
+    assert result.stdout == ""
+    assert out.read_text() == "of an earlier run\n"
+    assert not (state / "markers.ini").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("[effector]\nhue = red\n", ["markers.ini", "effector", "hue", "red", "0 to 360"]),
+        ("nonsense", ["markers.ini"]),
+    ],
+)
+def test_a_markers_file_with_a_wrong_value(video, state, text, says):
+    state.mkdir()
+    (state / "markers.ini").write_text(text)
+    done = process("--camera", video(), "--no-serve")
+    assert done.returncode == 1
+    assert in_one_line(done.stderr, *says)
+
+
+def test_a_name_that_does_not_fit_a_message(run, video, tmp_path):
+    file = tmp_path / "mine.ini"
+    write_markers(file, {"my marker": Marker("my marker", "aruco", id=1)})
+    shown = run("--camera", video(), "--no-serve", "--markers", file, status=1)
+    assert in_one_line(shown.stderr, "my marker", "A-Z")
+
+
+def test_a_port_in_use(run, video, tmp_path):
+    (tmp_path / "out.csv").write_text("old")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        words = ["--camera", video(), "--host", "127.0.0.1", "--csv", tmp_path / "out.csv"]
+        shown = run(*words, "--port", port, status=1)
+    assert in_one_line(shown.stderr, f"port {port} is in use", "--port")
+    assert (tmp_path / "out.csv").read_text() == "old"
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full to stand for a full disk")
+def test_a_full_disk_at_the_start(run, video):
+    shown = run("--camera", video(), "--no-serve", "--csv", "/dev/full", status=1)
+    assert in_one_line(shown.stderr, "/dev/full", "No space left", "make room", "--csv")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full to stand for a full disk")
+def test_a_disk_that_fills_up_on_the_way_ends_it_in_one_line(run, video, monkeypatch, tmp_path):
+    real = Sheet.__init__
+
+    def filled(self, file, several):
+        real(self, tmp_path / "out.csv", several)
+        full = os.open("/dev/full", os.O_WRONLY)
+        os.dup2(full, self._out.fileno())
+        os.close(full)
+
+    monkeypatch.setattr(Sheet, "__init__", filled)
+    shown = run("--camera", video(), "--no-serve", "--csv", tmp_path / "out.csv", status=1)
+    assert in_one_line(shown.stderr, "cannot write", "out.csv", "No space left", "make room")
+
+
+# The view
+
+
+def test_the_picture_shows_what_was_found_and_what_was_not(run, video, tmp_path):
+    film = video(goal=None)
+    for name, words in (("last.png", ""), ("third.png", "@3")):
+        run("--camera", film, "--no-serve", "--picture", f"{tmp_path / name}{words}")
+    last, third = (cv2.imread(str(tmp_path / name)) for name in ("last.png", "third.png"))
+    assert last.shape == (8 * HEIGHT, 8 * WIDTH, 3)
+    for image, number in ((last, 11), (third, 3)):
+        u, v = (8 * (part + 0.5) - 0.5 for part in place(number))
+        middle = image[round(v), round(u)]
+        rim = image[round(v), round(u + 8 * RADIUS)]
+        assert middle.tolist() == pytest.approx((40, 240, 255), abs=6), "a cross in the middle"
+        assert rim.tolist() == pytest.approx((40, 240, 255), abs=60), "and a ring around it"
+        reddish = (image[-60:, :400].astype(int) @ (-1, -1, 2)) > 150
+        assert reddish.sum() > 300, "what is lost is said at the bottom"
+
+
+def test_a_view_bears_markers_at_and_beyond_the_edge():
+    frame = Frame(3, 0.0, picture(0))
+    seen = {
+        "effector": Sighting(-1e9, 5.0, 0.4, 9.0),
+        "goal": Sighting(159.0, 119.0, 0.4, 9.0),
+        "x": Sighting(0.0, 0.0, 1.0, math.nan),
+    }
+    assert draw(View(frame, seen, {"goal": ""}, {})).shape == (8 * HEIGHT, 8 * WIDTH, 3)
+    wide = Frame(3, 0.0, np.zeros((720, 1280, 3), np.uint8))
+    assert draw(View(wide, {}, {}, {"goal": (1.0, 2.0, 1.0)})).shape == (720, 1280, 3)
+
+
+# The loop
+
+
+class FakeCamera:
+    """Gives what the test says; None is a timeout."""
+
+    name, fps, notes, why = "fake", 30.0, (), ""
+
+    def __init__(self, *frames, after=None):
+        self.frames = list(frames)
+        self.after = after
+        self.closed = False
+
+    @property
+    def ended(self):
+        return not self.frames and self.after is None
+
+    def read(self, timeout):
+        if self.frames:
+            return self.frames.pop(0)
+        return self.after(timeout) if self.after else None
+
+    def close(self):
+        self.closed = True
+
+
+class FakeTracker:
+    """Sees the effector at (index, t) in the pixel's value, unless that is 0."""
+
+    def __init__(self):
+        self.why = {"effector": ""}
+
+    def find(self, image, t):
+        value = int(image[0, 0, 0])
+        self.why = {"effector": "" if value else "too dark"}
+        return {"effector": Sighting(value, t, value / 100, 4.0) if value else None}
+
+
+class FakeServer:
+    def __init__(self):
+        self.sent = []
+
+    def publish(self, observation):
+        self.sent.append(observation)
+
+
+def frame(index, t, value):
+    return Frame(index, t, np.full((2, 2, 3), value, np.uint8))
+
+
+def test_every_frame_is_published_with_its_own_time_and_number():
+    server = FakeServer()
+    camera = FakeCamera(frame(4, 10.5, 90), None, frame(7, 10.6, 0))
+    watcher = Watcher("B", camera, FakeTracker(), (5, 6), server, None, True, now=lambda: 10.7)
+    assert [watcher.step(0.1) for _ in range(4)] == [True, True, True, False]
+    assert [tuple(observation) for observation in server.sent] == [
+        (4, "B", 10.5, {"effector": (90, 10.5, 0.9), "goal": (5, 6, 1.0)}),
+        (7, "B", 10.6, {"effector": None, "goal": (5, 6, 1.0)}),
+    ]
+    assert (watcher.frames, watcher.dropped) == (2, 2)
+    assert "effector lost: too dark, goal 5,6 (fixed), age 150 ms, 2 dropped" in watcher.status()
+
+
+def test_the_rate_is_that_of_the_last_second():
+    time = [0.0]
+    camera = FakeCamera(*(frame(k, k / 50, 9) for k in range(100)))
+    watcher = Watcher("A", camera, FakeTracker(), now=lambda: time[0])
+    rates = []
+    for _ in range(100):
+        watcher.step(0)
+        time[0] += 0.02 if watcher.frames <= 50 else 0.1
+        rates.append(watcher.rate())
+    assert rates[49] == pytest.approx(50, rel=0.05)
+    assert rates[99] == pytest.approx(10, rel=0.05)
+
+
+def test_a_tally_knows_the_median_and_the_most_usual_trouble():
+    tally = Tally()
+    confidences = [0.2, 0.9, 0.5, 0.7, 1.0]
+    for confidence in confidences:
+        tally.add(confidence, "")
+    for why in ("too dark", "several candidates", "too dark"):
+        tally.add(None, why)
+    assert (tally.seen, tally.frames) == (5, 8)
+    assert tally.confidence == statistics.median(confidences)
+    assert tally.lost.most_common(1) == [("too dark", 2)]
+
+
+def test_a_camera_that_is_given_up_ends_it_in_one_line(tmp_path):
+    camera = FakeCamera(frame(0, 0.0, 9))
+    camera.why = "camera 0 stopped giving pictures and did not come back"
+    sheet = Sheet(tmp_path / "out.csv", False)
+    run = Run([Watcher("A", camera, FakeTracker(), sheet=sheet)], sheet, None, silent())
+    with pytest.raises(Interrupted, match="did not come back"):
+        run.run()
+    sheet.close()
+    assert len(rows(tmp_path / "out.csv")) == 1
+
+
+def silent():
+    return Console(file=io.StringIO())
+
+
+def test_live_cameras_do_not_wait_for_each_other():
+    both = threading.Barrier(2, timeout=20)
+
+    def meet(timeout):
+        both.wait()
+        camera_a.after = camera_b.after = None
+
+    camera_a, camera_b = FakeCamera(after=meet), FakeCamera(after=meet)
+    watchers = [Watcher(name, c, FakeTracker()) for name, c in (("A", camera_a), ("B", camera_b))]
+    assert Run(watchers, None, None, silent()).run() == 0
+
+
+@pytest.mark.parametrize(
+    ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
+def test_a_signal_ends_it_with_everything_on_the_disk(tmp_path, number, status):
+    sheet = Sheet(tmp_path / "out.csv", False)
+
+    def strike(timeout):
+        if camera.struck:
+            return None
+        camera.struck = True
+        os.kill(os.getpid(), number)
+
+    camera = FakeCamera(frame(0, 0.0, 9), frame(1, 0.1, 0), after=strike)
+    camera.struck = False
+    before = signal.getsignal(number)
+    run = Run([Watcher("A", camera, FakeTracker(), sheet=sheet)], sheet, None, silent())
+    assert run.run() == status
+    assert run.ended_by == ("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
+    assert signal.getsignal(number) == before
+    sheet.close()
+    assert [row["u"] for row in rows(tmp_path / "out.csv")] == ["9.000", ""]
+
+
+def test_what_was_tracked_is_on_the_disk_meanwhile(tmp_path, monkeypatch):
+    monkeypatch.setattr(watching, "TICK", 0.001)
+    sheet = Sheet(tmp_path / "out.csv", False)
+    read = threading.Event()
+
+    deadline = time.monotonic() + 20
+
+    def look(timeout):
+        if rows(tmp_path / "out.csv"):
+            read.set()
+        if read.is_set() or time.monotonic() > deadline:
+            camera.after = None
+
+    camera = FakeCamera(frame(0, 0.0, 9), after=look)
+    Run([Watcher("A", camera, FakeTracker(), sheet=sheet)], sheet, None, silent()).run()
+    sheet.close()
+    assert read.is_set()
+
+
+def test_on_a_pipe_a_line_comes_now_and_then(monkeypatch):
+    monkeypatch.setattr(watching, "TICK", 0.001)
+    monkeypatch.setattr(watching, "PIPE_EVERY", 0.0)
+    out = io.StringIO()
+
+    def until_seen(timeout):
+        if out.getvalue().count("\n") > 2:
+            camera.after = None
+
+    camera = FakeCamera(frame(0, 0.0, 90), after=until_seen)
+    monkeypatch.setattr(watching.time, "monotonic", Ticking())
+    watcher = Watcher("A", camera, FakeTracker(), now=lambda: 0.0)
+    Run([watcher], None, lambda: "no brick connected", Console(file=out)).run()
+    line = out.getvalue().splitlines()[1]
+    assert line.endswith("effector 90.0,0.0 (0.90), age 0 ms; no brick connected")
+
+
+class Ticking:
+    """A second passes whenever somebody looks at the clock."""
+
+    t = 0.0
+
+    def __call__(self):
+        self.t += 1.0
+        return self.t
+
+
+def test_on_a_terminal_the_line_stays_in_its_place():
+    out = io.StringIO()
+    console = Console(file=out, force_terminal=True, width=100, legacy_windows=False)
+    watcher = Watcher("A", FakeCamera(frame(0, 0.0, 90)), FakeTracker(), live=False)
+    Run([watcher], None, None, console).run()
+    assert "\x1b[2K" in out.getvalue(), "it is wiped and written anew"
+    assert "tracking" in out.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("state", "text"),
+    [
+        (State(), "no brick connected"),
+        (State(lost="10.0.0.2: bye"), "no brick connected (last: 10.0.0.2: bye)"),
+        (State(client="::ffff:10.0.0.2"), "brick 10.0.0.2"),
+        (
+            State(client="10.0.0.2", round_trip=0.0032, status=Status(1.0, (0.1,), 12.34, "lost")),
+            "brick 10.0.0.2, round trip 3.2 ms, error 12.3 px, lost",
+        ),
+    ],
+)
+def test_the_link_in_a_few_words(state, text):
+    assert track.link_text(state) == text
+
+
+# Real processes
+
+
+def process(*words, **options):
+    return subprocess.run(
+        [sys.executable, "-m", "laptop", "track", *map(str, words)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        **options,
+    )
+
+
+def test_help_needs_no_opencv():
+    code = (
+        "import sys\n"
+        "from click.testing import CliRunner\n"
+        "from laptop.__main__ import laptop\n"
+        "shown = CliRunner().invoke(laptop, ['track', '--help']).output\n"
+        "assert '--pick' in shown, shown\n"
+        "sys.exit(str({'cv2', 'matplotlib', 'rich'} & set(sys.modules)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.stderr == "set()\n"
+
+
+def test_the_ports_number_in_the_help_is_the_servers():
+    shown = CliRunner().invoke(laptop, ["track", "--help"]).output
+    assert f"[default: {PORT}]" in shown
+
+
+def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_type(video, tmp_path):
+    done = process("--camera", video(), "--host", "127.0.0.1", "--port", "0", "--csv",
+                   tmp_path / "out.csv")  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "robot/tracking_client.py" in done.stdout
+    assert "--code" in done.stdout
+    table = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "effector"]
+    steps = [
+        (float(b["t"]) - float(a["t"])) / (int(b["frame"]) - int(a["frame"]))
+        for a, b in zip(table, table[1:], strict=False)
+    ]
+    assert steps == pytest.approx([1 / 20] * len(steps), abs=2e-6)
+    assert float(table[0]["t"]) > 1, "on the clock, not in the file"
+
+
+def test_ctrl_c_ends_a_process_with_130_and_one_line(tmp_path):
+    out = tmp_path / "out.csv"
+    words = ["--camera", "synthetic", "--scene", "width=320,height=240,clutter=0", "--port", "0"]
+    tracker = subprocess.Popen(
+        [sys.executable, "-m", "laptop", "track", *words, "--csv", str(out)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        for line in tracker.stdout:  # until it says that it tracks
+            if "effector" in line and "age" in line:
+                break
+        tracker.send_signal(signal.SIGINT)
+        rest, error = tracker.communicate(timeout=20)
+    finally:
+        tracker.kill()
+    assert tracker.returncode == 130
+    assert error == "laptop: stopped by Ctrl-C\n"
+    assert "confidence" in rest
+    table = rows(out)
+    assert {row["marker"] for row in table} == {"effector", "goal"}
+    assert {row["confidence"] for row in table} != {"0.000"}
+
+
+# Real footage
+
+
+@pytest.mark.skipif(not FOOTAGE.is_dir(), reason="the footage is not here: ../shared/footage")
+def test_on_real_footage_as_in_the_readme(run, tmp_path):
+    truth = json.loads((FOOTAGE / "truth.json").read_text())["annotations"]["trflorian_ball2.mp4"]
+    first = truth[0]
+    pick = f"effector={first['x']},{first['y']}@{first['frame']}"
+    film = FOOTAGE / "trflorian_ball2.mp4"
+    run("--camera", film, "--pick", pick, "--no-serve", "--csv", tmp_path / "out.csv")
+    table = {int(row["frame"]): row for row in rows(tmp_path / "out.csv")}
+    assert sorted(table) == list(range(1004))
+    off = [
+        math.dist((float(table[k["frame"]]["u"]), float(table[k["frame"]]["v"])), (k["x"], k["y"]))
+        for k in truth
+        if table[k["frame"]]["u"]
+    ]
+    assert len(off) > len(truth) / 2
+    assert statistics.median(off) <= 4
+    assert float(table[24]["t"]) == pytest.approx(24 / (24000 / 1001), abs=1e-6)
+
+
+def test_the_server_is_closed_when_the_video_ends(run, video):
+    shown = run("--camera", video(2), "--host", "127.0.0.1", "--port", "0").stdout
+    port = int(shown.split("127.0.0.1:")[1].split()[0])
+    TrackingServer("127.0.0.1", port, "ABCDEFGH").close()
