@@ -397,6 +397,35 @@ def bench_draw(seeds: range, as_json: bool) -> None:
             click.echo(f"{count} x {reason}")
 
 
+@bench.command("track")
+@click.option(
+    "--seeds",
+    type=_Seeds(),
+    default="2000:2004",
+    show_default=True,
+    help="Noise, places, scenes and motions.",
+)
+@click.option("--json", "as_json", is_flag=True, help="All figures instead of the tables.")
+def bench_track(seeds: range, as_json: bool) -> None:
+    """The tracker's precision, hold under changing light, and cost, beside the usual recipes."""
+    from laptop.bench import show, track
+
+    todo = track.cases(seeds)
+    parts = show.progress(track.run(todo), len(todo), "tracking")
+    results = track.gathered(result for part in parts for result in part)
+    timed = track.costs(show.progress(range(track.ROUNDS), track.ROUNDS, "timing"))
+    if as_json:
+        click.echo(json.dumps(track.figures(results, timed), indent=1))
+        return
+    title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator"
+    precision, light = track.precision_table(results), track.light_table(results)
+    show.table(f"Precision, px rms per axis; {title}", track.PRECISION_HEADINGS, precision, 0)
+    show.table(f"Light and scene, px; {title}", track.LIGHT_HEADINGS, light, 1)
+    show.table("Cost, measured on this machine", track.COST_HEADINGS, track.cost_table(timed), 0)
+    for line in track.errors(results):
+        click.echo(line)
+
+
 @bench.command("limits")
 def bench_limits() -> None:
     """Where straightness ends: the planar arm's three lines on plants farther and farther off."""

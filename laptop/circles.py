@@ -35,6 +35,7 @@ _POINTS = 48
 _TRIPLES = np.array(
     [(i, (i + step) % _POINTS, (i + 2 * step) % _POINTS) for step in (16, 11, 7) for i in range(48)]
 )
+_SQUARE = np.ones((3, 3), np.uint8)
 _RIM = np.linspace(0, 2 * math.pi, 36, endpoint=False)
 
 
@@ -56,7 +57,7 @@ def find_circle(
         in px of the mask; None if there is no blob of 12 px.
     """
     # A thread of pixels to a neighbour of the same colour would make one blob of two.
-    mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, None, borderValue=0)
+    mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, _SQUARE, borderValue=0)
     blobs, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     areas = np.array([cv2.contourArea(blob) for blob in blobs])
     if not len(areas) or areas.max() < 12:
@@ -67,7 +68,7 @@ def find_circle(
     main = int(np.argmax(areas))
     (u, v), reach = cv2.minEnclosingCircle(blobs[main])
     reach = 1.25 * min(reach, 1.5 * expected if expected else reach)
-    points, stray_blobs = [], []
+    points = []
     for k, blob in enumerate(blobs):
         # A stripe or a wire across the marker cuts it in two.
         if k == main:
@@ -85,7 +86,7 @@ def find_circle(
 
 
 def _evenly(contours: list[np.ndarray]) -> np.ndarray:
-    """Points at equal steps along closed contours, shape (48, 2): finely drawn parts weigh no more."""
+    """Points at equal steps along closed contours, shape (48, 2)."""
     path = np.vstack([np.vstack([contour, contour[:1]]) for contour in contours]).astype(float)
     steps = np.hypot(*np.diff(path, axis=0).T)
     ends = np.cumsum([len(contour) + 1 for contour in contours])[:-1] - 1
@@ -154,7 +155,7 @@ def _judge(
 ) -> Circle:
     angles = np.arctan2(rim[:, 1] - v, rim[:, 0] - u)
     off = np.abs(np.hypot(rim[:, 0] - u, rim[:, 1] - v) - radius)
-    near = angles[off < max(1.5, 0.1 * radius)]
+    near = angles[off < max(1.0, 0.1 * radius)]
     left, top, right, bottom = picture
     ru, rv = u + radius * np.cos(_RIM), v + radius * np.sin(_RIM)
     visible = (ru > left) & (ru < right) & (rv > top) & (rv < bottom)
@@ -173,7 +174,7 @@ def _judge(
         u,
         v,
         radius,
-        np.count_nonzero(supported) / max(1, np.count_nonzero(visible)),
+        int(np.count_nonzero(supported)) / max(1, int(np.count_nonzero(visible))),
         covered / max(1, shown),
         outside / area,
         min(1.0, shown / area),

@@ -15,9 +15,7 @@ _TOLERANCES = (40.0, 32.0, 24.0, 17.0, 12.0)
 """Of the hue, degrees: as wide as the surroundings allow, for the sake of changing light."""
 
 
-def learn(
-    name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | None = None
-) -> Marker:
+def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | None = None) -> Marker:
     """The marker at a picked pixel (u, v), or the one that fills a rectangle (u0, v0, u1, v1).
 
     Args:
@@ -110,7 +108,7 @@ def _room(hsv: np.ndarray, region: np.ndarray, color: Color) -> float:
 
 def _kind(hsv: np.ndarray, region: np.ndarray) -> str:
     """Whether it is shaded like a ball."""
-    core = cv2.erode(region, None, iterations=2, borderValue=0)
+    core = cv2.erode(region, np.ones((5, 5), np.uint8), borderValue=0)
     values = hsv[(core if core.any() else region) > 0][:, 2]
     dark, bright = np.percentile(values, (10, 90))
     return "ball" if bright > 1.3 * max(dark, 1) else "disc"

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import configparser
 import math
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -256,9 +255,9 @@ def gate(hsv: np.ndarray, color: Color) -> np.ndarray:
     floors = (0.55 * color.saturation * 255, 0.4 * color.value * 255)
     mask = cv2.inRange(hsv, (low, *floors), (high, 255, 255))
     if low < 0:  # hue is a circle
-        mask |= cv2.inRange(hsv, (low + 180, *floors), (180, 255, 255))
+        mask = cv2.bitwise_or(mask, cv2.inRange(hsv, (low + 180, *floors), (180, 255, 255)))
     elif high >= 180:
-        mask |= cv2.inRange(hsv, (0, *floors), (high - 180, 255, 255))
+        mask = cv2.bitwise_or(mask, cv2.inRange(hsv, (0, *floors), (high - 180, 255, 255)))
     return mask
 
 

@@ -206,9 +206,7 @@ def _rivals(best: Track, tries: list[Track]) -> bool:
     )
 
 
-def _blobs(
-    mask: np.ndarray, step: int, radius: float | None
-) -> list[tuple[float, float, float]]:
+def _blobs(mask: np.ndarray, step: int, radius: float | None) -> list[tuple[float, float, float]]:
     """Centre and radius (px of the frame) of the largest blobs of a subsampled mask."""
     blobs, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     found = []
@@ -246,7 +244,8 @@ def _relit(image: np.ndarray, gains: tuple[float, float, float] | None) -> np.nd
     """The picture as it would have been under the light of learning."""
     if gains is None:
         return image
-    return cv2.multiply(image, (1 / gains[2], 1 / gains[1], 1 / gains[0], 1))
+    red, green, blue = gains
+    return cv2.transform(image, np.diag([1 / blue, 1 / green, 1 / red]))
 
 
 def _adapted(hsv: tuple[float, float, float], track: Track, learned: Color) -> Color:
@@ -298,7 +297,8 @@ def _measure(
         return None
     window, left, top = cropped
     learned, color = marker.color, track.color
-    assert learned is not None and color is not None
+    assert learned is not None
+    assert color is not None
     relit = _relit(window, track.gains)
     hsv = cv2.cvtColor(relit, cv2.COLOR_BGR2HSV)
     mask = gate(hsv, color)
@@ -319,22 +319,26 @@ def _measure(
     if not disc.any():
         return None
     shade = hsv_of(cv2.mean(relit, disc)[:3])
+    # A word says nothing of size or shade, and skin is orange, too: then the rim must be clear.
+    strict = learned.scene is None
     trust = (
-        _ramp(circle.arc, 0.2, 0.6)
+        _ramp(circle.arc, 0.4 if strict else 0.2, 0.75 if strict else 0.6)
         * _ramp(circle.fill, 0.2, 0.6)
         * (1 - _ramp(circle.stray, 0.15, 0.8))
         * _ramp(circle.seen, 0.2, 0.8)
         * _likeness(shade, color if expected else learned, learned)
         * _alone(hsv, circle, learned)
-        * _size(circle.radius, expected or marker.radius)
+        * _size(circle.radius, expected, marker.radius)
+        * (_ramp(circle.radius, 4, 9) if strict else 1)
     )
-    if marker.kind == "disc":  # partly hidden, or something else
-        trust = min(trust, 0.7 if expected else DOUBTED)
-    new = Sighting(circle.u + left, circle.v + top, min(1.0, trust), circle.radius)
+    if marker.kind == "disc":  # partly hidden now; if it was never seen whole, something else
+        trust = min(trust, 0.7 if track.paint is not None else DOUBTED)
+    new = Sighting(circle.u + left, circle.v + top, trust, circle.radius)
     # Where confidences are equal, the rounder one is the better.
     trust *= 1 + 0.1 * circle.arc * circle.fill
+    color = _adapted(shade, track, learned)
     return Track(
-        new, seen=new, trust=trust, color=_adapted(shade, track, learned), gains=track.gains
+        new, seen=new, trust=trust, color=color, gains=track.gains, paint=track.paint, paint_age=9
     )
 
 
@@ -345,10 +349,14 @@ def _ramp(x: float, low: float, high: float) -> float:
 def _likeness(hsv: tuple[float, float, float], color: Color, learned: Color) -> float:
     """How well a mean colour agrees; its brightness only with a colour that was learned."""
     away = abs(hue_distance(hsv[0], learned.hue)) / learned.tolerance
-    like = (1 - _ramp(away, 0.6, 1.2)) * _ramp(hsv[1] / learned.saturation, 0.45, 0.75)
-    if learned.scene:
-        like *= _ramp(hsv[2] / color.value, 0.3, 0.6)
-    return like
+    like = 1 - _ramp(away, 0.6, 1.2)
+    if learned.scene is None:  # a word: what is not vivid is no marker
+        return like * _ramp(hsv[1] / learned.saturation, 0.55, 0.8)
+    return (
+        like
+        * _ramp(hsv[1] / learned.saturation, 0.45, 0.75)
+        * _ramp(hsv[2] / color.value, 0.3, 0.6)
+    )
 
 
 def _alone(hsv: np.ndarray, circle: Circle, color: Color) -> float:
@@ -363,12 +371,13 @@ def _alone(hsv: np.ndarray, circle: Circle, color: Color) -> float:
     return 1 - _ramp(same / max(1, total), 0.3, 0.6)
 
 
-def _size(radius: float, expected: float | None) -> float:
-    """How well a radius agrees with one seen before, px."""
-    if expected is None:
-        return _ramp(radius, 2, 4)
-    ratio = radius / expected
-    return _ramp(min(ratio, 1 / ratio), 0.3, 0.45)
+def _size(radius: float, *before: float | None) -> float:
+    """How well a radius agrees with those seen before, px."""
+    fit = _ramp(radius, 2, 4)
+    for expected in before:
+        if expected:
+            fit *= _ramp(min(radius / expected, expected / radius), 0.3, 0.45)
+    return fit
 
 
 # The soft centroid
@@ -417,7 +426,7 @@ def _whole_disc(
     found = _measure_disc(image, u + left, v + top, radius, marker, start)
     if found is None or found.seen is None:
         return None
-    trust = found.trust * shape * _size(found.seen.radius, expected or marker.radius)
+    trust = found.trust * shape * _size(found.seen.radius, expected, marker.radius)
     new = found.seen._replace(confidence=min(1.0, trust))
     return replace(found, sighting=new, seen=new, trust=trust * (1.1 - uneven))
 
@@ -435,9 +444,9 @@ def _masks(radius: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def _paint(image: np.ndarray, u: float, v: float, radius: float) -> np.ndarray | None:
     """Weights of b, g, r, 1 that make 255 of the marker's colour and 0 of those around it.
 
-    Fisher's linear discriminant: what varies most around the marker (light and dark, mostly) counts
-    least, so that an edge in the background does not pull.  Shape (1, 4); None at the picture's rim,
-    and where the surroundings hardly differ from the marker.
+    Fisher's linear discriminant: what varies most around the marker (light and dark, mostly)
+    counts least, so that an edge in the background does not pull.  Shape (1, 4); None at the
+    picture's rim, and where the surroundings hardly differ from the marker.
     """
     core, ring, _ = _masks(max(2, round(radius)))
     half = core.shape[0] // 2
@@ -465,6 +474,8 @@ def _measure_disc(
     image: np.ndarray, u: float, v: float, radius: float, marker: Marker, track: Track
 ) -> Track | None:
     """Soft centroid near (u, v); None if what is there is not a whole disc of this colour."""
+    paint = track.paint
+    assert paint is not None
     near = _masks(max(2, round(radius)))[2]
     half = near.shape[0] // 2
     height, width = image.shape[:2]
@@ -473,7 +484,7 @@ def _measure_disc(
         if left < 0 or top < 0 or left + 2 * half >= width or top + 2 * half >= height:
             return None
         window = image[top : top + 2 * half + 1, left : left + 2 * half + 1]
-        share = cv2.transform(window, track.paint) & near
+        share = cv2.bitwise_and(cv2.transform(window, paint), near)
         # Noise around the marker would pull towards the middle of the window.
         _, share = cv2.threshold(share, 25, 0, cv2.THRESH_TOZERO)
         m = cv2.moments(share)
@@ -492,10 +503,9 @@ def _measure_disc(
     learned = marker.color
     assert learned is not None
     _, inside = cv2.threshold(share, 200, 255, cv2.THRESH_BINARY)
-    bgr = cv2.mean(window, inside)[:3]
-    if track.gains:
-        bgr = tuple(c / g for c, g in zip(bgr, reversed(track.gains), strict=True))
-    shade = hsv_of(bgr)
+    blue, green, red, _ = cv2.mean(window, inside)
+    light = track.gains or (1.0, 1.0, 1.0)
+    shade = hsv_of((blue / light[2], green / light[1], red / light[0]))
     new_radius = 2 * math.sqrt(longest)
     trust = _ramp(solid, 0.75, 0.9) * _likeness(shade, track.color or learned, learned)
     if track.seen is not None:
@@ -503,12 +513,13 @@ def _measure_disc(
     if trust < BELIEVED:
         return None
     new = Sighting(u, v, trust, new_radius)
-    paint, age = track.paint, track.paint_age + 1
+    renewed: np.ndarray | None = paint
+    age = track.paint_age + 1
     if age > 4:
-        paint, age = _paint(image, u, v, new_radius), 0
+        renewed, age = _paint(image, u, v, new_radius), 0
     return Track(
         new, seen=new, trust=trust, color=_adapted(shade, track, learned), gains=track.gains,
-        paint=paint, paint_age=age,
+        paint=renewed, paint_age=age,
     )  # fmt: skip
 
 

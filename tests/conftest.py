@@ -10,7 +10,17 @@ from pathlib import Path
 
 IMPORT = re.compile(r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+\(?(\w+))?", re.MULTILINE)
 BRICK_SIDE = ("robot", "shared", "laptop.simulator")
-LAPTOP_SIDE = ("laptop", "click", "cv2", "hypothesis", "matplotlib", "numpy", "parso", "rich", "vermin")
+LAPTOP_SIDE = (
+    "laptop",
+    "click",
+    "cv2",
+    "hypothesis",
+    "matplotlib",
+    "numpy",
+    "parso",
+    "rich",
+    "vermin",
+)
 
 # So that tests can share `rig`: pytest for an old Python knows no `tests.rig`.
 sys.path.insert(0, str(Path(__file__).parent))
