@@ -431,6 +431,10 @@ def _whole_disc(
     return replace(found, sighting=new, seen=new, trust=trust * (1.1 - uneven))
 
 
+_EDGE = 0.1
+"""Shares below count as nothing, above 1 - _EDGE as all: only the rim tells where a disc is."""
+
+
 @lru_cache(maxsize=64)
 def _masks(radius: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """In a window of 2 h + 1 px: the core of a marker, its surroundings, and where it may be."""
@@ -466,8 +470,8 @@ def _paint(image: np.ndarray, u: float, v: float, radius: float) -> np.ndarray |
     separation = float(weights @ contrast)
     if separation < 9:
         return None
-    weights *= 255 / separation
-    return np.append(weights, -weights @ mean)[None]
+    weights *= 255 / (separation * (1 - 2 * _EDGE))
+    return np.append(weights, -weights @ mean - 255 * _EDGE / (1 - 2 * _EDGE))[None]
 
 
 def _measure_disc(
@@ -485,8 +489,6 @@ def _measure_disc(
             return None
         window = image[top : top + 2 * half + 1, left : left + 2 * half + 1]
         share = cv2.bitwise_and(cv2.transform(window, paint), near)
-        # Noise around the marker would pull towards the middle of the window.
-        _, share = cv2.threshold(share, 25, 0, cv2.THRESH_TOZERO)
         m = cv2.moments(share)
         if m["m00"] < 12 * 255:
             return None
