@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import configparser
 import math
+import os
+import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -124,11 +126,16 @@ def read_spec(name: str, text: str) -> Marker:
         return Marker(name, kind, id=int(what))
     if what in WORDS:
         return Marker(name, kind, WORDS[what])
-    if Path(what).is_file():
+    if os.path.isfile(what):  # Path.is_file raises where a name is too long for a file
         markers = read_markers(what)
         if name not in markers:
             held = ", ".join(markers) or "nothing"
             raise BadMarker(f"{what} has no marker [{name}], only {held}; pick it with --pick")
+        if colon and markers[name].color is None:
+            raise BadMarker(
+                f"{name} '{text}': [{name}] is {markers[name]} there; leave out '{kind}:' "
+                "or pick it with --pick"
+            )
         return replace(markers[name], kind=kind) if colon else markers[name]
     raise BadMarker(
         f"{name} '{text}': write disc:COLOUR or ball:COLOUR with one of {', '.join(WORDS)}, "
@@ -157,18 +164,23 @@ def read_markers(file: str | Path) -> dict[str, Marker]:
     Raises:
         BadMarker: the file cannot be read, or a value is wrong.
     """
-    parser = configparser.ConfigParser(interpolation=None)
+    parser = _parser()
     try:
         parser.read_string(Path(file).read_text(encoding="utf-8"))
     except (configparser.Error, OSError, UnicodeError) as error:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+        reason = getattr(error, "strerror", None) or str(error)
+        reason = textwrap.shorten(reason.replace("'<string>'", "it"), 150, placeholder=" ...")
         raise BadMarker(f"{file}: {reason}; correct or remove it") from None
     return {name: _read_section(file, name, parser[name]) for name in parser.sections()}
 
 
+def _parser() -> configparser.ConfigParser:
+    return configparser.ConfigParser(interpolation=None, default_section="")
+
+
 def _read_section(file: str | Path, name: str, section: Mapping[str, str]) -> Marker:
     def complain(key: str, allowed: str) -> BadMarker:
-        given = f"'{section[key]}' is not" if key in section else "missing;"
+        given = f"'{' '.join(section[key].split())}' is not" if key in section else "missing;"
         return BadMarker(f"{file}: [{name}] {key}: {given} {allowed}")
 
     def number(key: str) -> float:
@@ -213,7 +225,7 @@ def write_markers(file: str | Path, markers: Mapping[str, Marker]) -> None:
     Raises:
         BadMarker: the file cannot be written.
     """
-    parser = configparser.ConfigParser(interpolation=None)
+    parser = _parser()
     for name, marker in markers.items():
         color = marker.color
         section = {"kind": marker.kind}
@@ -225,14 +237,17 @@ def write_markers(file: str | Path, markers: Mapping[str, Marker]) -> None:
             if color.scene:
                 section["scene"] = ", ".join(f"{part:.1f}" for part in color.scene)
         parser[name] = section
-    target = Path(file)
-    draft = target.with_name(f".{target.name}.part")
+    target = Path(os.path.abspath(file))
+    draft = target.parent / f".{target.name}.part"
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with draft.open("w", encoding="utf-8") as out:
-            out.write(_HEAD)
-            parser.write(out)
-        draft.replace(target)
+        try:
+            with draft.open("w", encoding="utf-8") as out:
+                out.write(_HEAD)
+                parser.write(out)
+            draft.replace(target)
+        finally:
+            draft.unlink(missing_ok=True)
     except OSError as error:
         raise BadMarker(
             f"cannot write {file}: {error.strerror}; choose another with --markers"

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from laptop.circles import Circle, find_circle
+from laptop.circles import Circle, ellipse_of, find_circle
 from laptop.markers import Color, Marker, gate, hsv_of, hue_distance, scene_of
 
 
@@ -39,6 +39,8 @@ BELIEVED = 0.5
 """Confidence from which on a sighting may be relied upon."""
 DOUBTED = 0.45
 """The greatest confidence in what may well be something else."""
+COVERED = 0.5
+"""How long a disc may be partly hidden, s, before what is seen of it may be something else."""
 PATIENCE = 3
 """Frames without the marker before its size, speed and shade are forgotten."""
 
@@ -77,6 +79,19 @@ class Tracker:
         return found
 
 
+class Paint(NamedTuple):
+    """How much of a pixel is disc: weights of b, g, r, 1 (as _LIGHT), 65535 for all of it.
+
+    weights  shape (1, 4)
+    glow     brightness of the disc when this was mixed; None: not known yet
+    age      frames since
+    """
+
+    weights: np.ndarray
+    glow: float | None = None
+    age: int = 0
+
+
 @dataclass(frozen=True)
 class Track:
     """What is known of one marker after a frame.
@@ -90,7 +105,8 @@ class Track:
     misses    frames since
     color     its colour under the present light
     gains     red, green, blue: by what the light differs from the one it was learned in
-    paint     how a disc's share in a pixel is computed, with how many frames it may still be used
+    paint     how a disc's share in a pixel is computed; None until it was seen whole
+    whole     when it was last seen whole, s
     """
 
     sighting: Sighting | None = None
@@ -103,8 +119,8 @@ class Track:
     misses: int = 0
     color: Color | None = None
     gains: tuple[float, float, float] | None = None
-    paint: np.ndarray | None = None
-    paint_age: int = 0
+    paint: Paint | None = None
+    whole: float = -math.inf
 
 
 def find(image: np.ndarray, t: float, marker: Marker, before: Track | None = None) -> Track:
@@ -133,9 +149,11 @@ def _expected(image: np.ndarray, t: float, marker: Marker, track: Track) -> Trac
         measured = _measure_disc(image, u, v, seen.radius, marker, track)
     if measured is None:
         measured = _measure(image, u, v, seen.radius, marker, track, expected=seen.radius)
-    if measured is None:
+    if measured is None or measured.trust < 0.4:
         return None
-    return _moved(measured, track, t) if measured.trust >= 0.4 else None
+    if marker.kind == "disc" and math.isinf(measured.whole) and t - track.whole > COVERED:
+        return None
+    return _moved(measured, track, t)
 
 
 def _moved(measured: Track, track: Track, t: float) -> Track:
@@ -143,12 +161,15 @@ def _moved(measured: Track, track: Track, t: float) -> Track:
     seen, new = track.seen, measured.seen
     assert new is not None
     dt = t - track.t
+    measured = replace(
+        measured, t=t, misses=0, whole=track.whole if math.isinf(measured.whole) else t
+    )
     if seen is None or track.misses or dt <= 0:
-        return replace(measured, t=t, du=0.0, dv=0.0, misses=0)
+        return measured
     # Half of the way to the newest speed: an alpha-beta filter whose position is the measurement.
     du = 0.5 * track.du + 0.5 * (new.u - seen.u) / dt
     dv = 0.5 * track.dv + 0.5 * (new.v - seen.v) / dt
-    return replace(measured, t=t, du=du, dv=dv, misses=0)
+    return replace(measured, du=du, dv=dv)
 
 
 # In the whole frame
@@ -161,6 +182,8 @@ def _search(image: np.ndarray, t: float, marker: Marker, track: Track) -> Track:
     shades = dict.fromkeys((color, track.color or color))
     tries: list[Track] = []
     for step in (4, 2):
+        if min(image.shape[:2]) < step:
+            continue
         small = cv2.resize(image, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_NEAREST)
         for light in lights:
             hsv = cv2.cvtColor(_relit(small, light), cv2.COLOR_BGR2HSV)
@@ -207,17 +230,18 @@ def _rivals(best: Track, tries: list[Track]) -> bool:
 
 
 def _blobs(mask: np.ndarray, step: int, radius: float | None) -> list[tuple[float, float, float]]:
-    """Centre and radius (px of the frame) of the largest blobs of a subsampled mask."""
+    """Centre and radius (px of the frame) of blobs in a subsampled mask, likely ones first."""
     blobs, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     found = []
-    for blob in sorted(blobs, key=len, reverse=True)[:6]:
+    for blob in sorted(blobs, key=len, reverse=True)[:40]:
         if len(blob) < 4:
             break
         (u, v), reach = cv2.minEnclosingCircle(blob)
-        reach = (reach + 0.5) * step
-        if radius is None or 0.3 * radius < reach:
-            found.append((u * step, v * step, min(reach, 3 * radius if radius else reach)))
-    return found
+        found.append((u * step, v * step, (reach + 0.5) * step))
+    if radius is not None:
+        found = [(u, v, min(reach, 3 * radius)) for u, v, reach in found if reach > 0.3 * radius]
+        found.sort(key=lambda blob: abs(math.log(blob[2] / radius)))
+    return found[:12]
 
 
 # The light
@@ -337,9 +361,7 @@ def _measure(
     # Where confidences are equal, the rounder one is the better.
     trust *= 1 + 0.1 * circle.arc * circle.fill
     color = _adapted(shade, track, learned)
-    return Track(
-        new, seen=new, trust=trust, color=color, gains=track.gains, paint=track.paint, paint_age=9
-    )
+    return Track(new, seen=new, trust=trust, color=color, gains=track.gains, paint=track.paint)
 
 
 def _ramp(x: float, low: float, high: float) -> float:
@@ -402,37 +424,29 @@ def _whole_disc(
         blob = max(blobs, key=cv2.contourArea)
     else:
         blob = max(blobs, key=lambda b: cv2.pointPolygonTest(b, near, True))
-    m = cv2.moments(blob)
-    area = m["m00"]
-    if area < 10:
+    ellipse = ellipse_of(blob)
+    if ellipse is None or ellipse.even <= 0:
         return None
-    u, v = m["m10"] / area, m["m01"] / area
-    covariance = np.array([[m["mu20"], m["mu11"]], [m["mu11"], m["mu02"]]]) / area
-    spreads, axes = np.linalg.eigh(covariance)
-    if spreads[0] < 0.1 * spreads[1]:
-        return None
-    # Along the outline of an ellipse this distance is 2 everywhere; of a square, 1.7 to 2.4.
-    away = np.hypot(*((blob[:, 0] - (u, v)) @ axes / np.sqrt(spreads)).T) / 2
-    # (Outlines run through pixel centres: a small disc's is rough.)
-    uneven = float(away.std()) - 0.25 / math.sqrt(area / math.pi)
-    shape = 1 - _ramp(uneven, 0.045, 0.085)
-    radius = 2 * math.sqrt(spreads[1])
-    if shape <= 0:
-        return None
-    paint = _paint(image, u + left, v + top, radius)
+    u, v, radius = ellipse.u + left, ellipse.v + top, ellipse.radius
+    paint = _mix(image, u, v, radius)
     if paint is None:
         return None
-    start = replace(track, paint=paint, paint_age=0, seen=None)
-    found = _measure_disc(image, u + left, v + top, radius, marker, start)
+    start = replace(track, paint=paint, seen=None)
+    found = _measure_disc(image, u, v, radius, marker, start)
     if found is None or found.seen is None:
         return None
-    trust = found.trust * shape * _size(found.seen.radius, expected, marker.radius)
+    trust = found.trust * ellipse.even * _size(found.seen.radius, expected, marker.radius)
     new = found.seen._replace(confidence=min(1.0, trust))
-    return replace(found, sighting=new, seen=new, trust=trust * (1.1 - uneven))
+    return replace(found, sighting=new, seen=new, trust=trust)
 
 
+# Where two colours share a pixel, light adds up, and codes are about its square root; but a JPEG
+# averages codes.  A power between 1 and 2.2 errs least beside light and dark at once.
+_LIGHT = np.round(65535 * (np.arange(256) / 255) ** 1.4).astype(np.uint16)
 _EDGE = 0.1
 """Shares below count as nothing, above 1 - _EDGE as all: only the rim tells where a disc is."""
+_GRAIN = 0.01
+"""Noise of a pixel, at least, as a part of white."""
 
 
 @lru_cache(maxsize=64)
@@ -441,16 +455,16 @@ def _masks(radius: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     half = math.ceil(1.6 * radius) + 4
     v, u = np.mgrid[-half : half + 1, -half : half + 1]
     away = np.hypot(u, v)
-    near = np.where(away < 1.4 * radius + 3, 255, 0).astype(np.uint8)
-    return away < 0.6 * radius, (away > 1.15 * radius + 1.5) & (away < half), near
+    near = np.where(away < 1.25 * radius + 2.5, 65535, 0).astype(np.uint16)
+    return away < 0.6 * radius, (away > 1.12 * radius + 1.5) & (away < 1.35 * radius + 3.5), near
 
 
-def _paint(image: np.ndarray, u: float, v: float, radius: float) -> np.ndarray | None:
-    """Weights of b, g, r, 1 that make 255 of the marker's colour and 0 of those around it.
+def _mix(image: np.ndarray, u: float, v: float, radius: float) -> Paint | None:
+    """Tell the marker's colour from those around it.
 
     Fisher's linear discriminant: what varies most around the marker (light and dark, mostly)
-    counts least, so that an edge in the background does not pull.  Shape (1, 4); None at the
-    picture's rim, and where the surroundings hardly differ from the marker.
+    counts least, so that an edge in the background does not pull.  None at the picture's rim, and
+    where the surroundings hardly differ from the marker.
     """
     core, ring, _ = _masks(max(2, round(radius)))
     half = core.shape[0] // 2
@@ -460,18 +474,19 @@ def _paint(image: np.ndarray, u: float, v: float, radius: float) -> np.ndarray |
     window = image[top : top + 2 * half + 1, left : left + 2 * half + 1]
     if window.shape[:2] != core.shape:
         return None
-    inside = window[core].mean(axis=0)
-    around = window[ring].astype(np.float32)
+    light = cv2.LUT(window, _LIGHT)
+    inside = light[core].mean(axis=0) / 65535
+    around = light[ring].astype(np.float32) / 65535
     mean = around.mean(axis=0)
     around -= mean
     contrast = inside - mean
-    spread = around.T @ around / len(around) + np.eye(3) * 4.0
+    spread = around.T @ around / len(around) + np.eye(3) * _GRAIN**2
     weights = np.linalg.solve(spread.astype(float), contrast)
     separation = float(weights @ contrast)
     if separation < 9:
         return None
-    weights *= 255 / (separation * (1 - 2 * _EDGE))
-    return np.append(weights, -weights @ mean - 255 * _EDGE / (1 - 2 * _EDGE))[None]
+    weights /= separation * (1 - 2 * _EDGE)
+    return Paint(np.append(weights, -65535 * (weights @ mean + _EDGE / (1 - 2 * _EDGE)))[None])
 
 
 def _measure_disc(
@@ -488,9 +503,9 @@ def _measure_disc(
         if left < 0 or top < 0 or left + 2 * half >= width or top + 2 * half >= height:
             return None
         window = image[top : top + 2 * half + 1, left : left + 2 * half + 1]
-        share = cv2.bitwise_and(cv2.transform(window, paint), near)
+        share = cv2.bitwise_and(cv2.transform(cv2.LUT(window, _LIGHT), paint.weights), near)
         m = cv2.moments(share)
-        if m["m00"] < 12 * 255:
+        if m["m00"] < 12 * 65535:
             return None
         before = u, v
         u, v = left + m["m10"] / m["m00"], top + m["m01"] / m["m00"]
@@ -499,12 +514,12 @@ def _measure_disc(
     m00 = m["m00"]
     across, down, skew = m["mu20"] / m00, m["mu02"] / m00, m["mu11"] / m00
     # A full ellipse has area = 4 pi sqrt(det of its second moments); anything else is spread wider.
-    area = m00 / 255
+    area = m00 / 65535
     solid = area / (4 * math.pi * math.sqrt(max(across * down - skew * skew, 1e-9)))
     longest = (across + down) / 2 + math.hypot((across - down) / 2, skew)
     learned = marker.color
     assert learned is not None
-    _, inside = cv2.threshold(share, 200, 255, cv2.THRESH_BINARY)
+    inside = cv2.inRange(share, 50000, 65535)
     blue, green, red, _ = cv2.mean(window, inside)
     light = track.gains or (1.0, 1.0, 1.0)
     shade = hsv_of((blue / light[2], green / light[1], red / light[0]))
@@ -515,13 +530,20 @@ def _measure_disc(
     if trust < BELIEVED:
         return None
     new = Sighting(u, v, trust, new_radius)
-    renewed: np.ndarray | None = paint
-    age = track.paint_age + 1
-    if age > 4:
-        renewed, age = _paint(image, u, v, new_radius), 0
+    glow = blue + green + red
+    if paint.glow is not None and abs(glow / paint.glow - 1) > 0.04:
+        # The light has changed: what was mixed before it did is of no use.
+        fresh = _mix(image, u, v, new_radius)
+        if fresh is None:
+            return None
+        return _measure_disc(image, u, v, radius, marker, replace(track, paint=fresh))
+    paint = paint._replace(glow=glow, age=paint.age + 1)
+    if paint.age > 4:
+        fresh = _mix(image, u, v, new_radius)
+        paint = fresh and fresh._replace(glow=glow)
     return Track(
         new, seen=new, trust=trust, color=_adapted(shade, track, learned), gains=track.gains,
-        paint=renewed, paint_age=age,
+        paint=paint, whole=0.0,
     )  # fmt: skip
 
 
@@ -532,6 +554,10 @@ def _measure_disc(
 def _detector() -> cv2.aruco.ArucoDetector:
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    # Read the bits where blur leaves them: finer, and off their edges.  (Of 60 frames with a side
+    # of 32 px it missed 5 by default, and misses none.)
+    parameters.perspectiveRemovePixelPerCell = 8
+    parameters.perspectiveRemoveIgnoredMarginPerCell = 0.3
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
     return cv2.aruco.ArucoDetector(dictionary, parameters)
 

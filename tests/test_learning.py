@@ -1,0 +1,262 @@
+"""Learning a colour from where a person points."""
+
+import colorsys
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from laptop.learning import learn
+from laptop.markers import BadMarker, Color, gate, hsv_of, hue_distance, read_markers, write_markers
+from laptop.simulator.optics import COLOURS, light_of, to_srgb
+from laptop.simulator.synthetic_camera import marker_frame
+
+VIVID = [word for word in COLOURS if word not in ("white", "grey", "black")]
+U, V = 64.3, 60.2
+
+
+def picture(kind="disc", radius=14, colour="red", u=U, v=V, **options):
+    return marker_frame(kind, u, v, radius, colour, **{"jpeg": 90, **options})
+
+
+def paint_of(colour):
+    """Hue, saturation, value of the paint under white light."""
+    return hsv_of(to_srgb(light_of(colour)).tolist())
+
+
+def refusal(*args):
+    with pytest.raises(BadMarker) as caught:
+        learn("effector", *args)
+    text = str(caught.value)
+    assert text.startswith("effector: ")
+    assert "\n" not in text
+    return text
+
+
+# What is learned
+
+
+@pytest.mark.parametrize("colour", VIVID)
+def test_a_picked_disc_has_its_colour_its_size_and_its_kind(colour):
+    image = picture(colour=colour)
+    marker = learn("effector", image, (64, 60))
+    hue, saturation, value = paint_of(colour)
+    assert (marker.name, marker.kind, marker.id) == ("effector", "disc", None)
+    assert abs(hue_distance(marker.color.hue, hue)) < 5
+    assert marker.color.saturation == pytest.approx(saturation, abs=0.06)
+    assert marker.color.value == pytest.approx(value, abs=0.06)
+    assert marker.radius == pytest.approx(14, abs=1)
+    assert marker.color.tolerance >= 30
+    red, green, blue = marker.color.scene
+    assert (blue, green, red) == pytest.approx(image.mean(axis=(0, 1)), abs=3)
+
+
+@pytest.mark.parametrize("colour", VIVID)
+@pytest.mark.parametrize("radius", [12, 25])
+def test_a_shaded_marker_is_a_ball(colour, radius):
+    marker = learn("goal", picture("ball", radius, colour), (64, 60))
+    assert marker.kind == "ball"
+    assert abs(hue_distance(marker.color.hue, paint_of(colour)[0])) < 6
+    assert marker.radius == pytest.approx(radius, abs=0.1 * radius + 0.7)
+
+
+@pytest.mark.parametrize("options", [{"gain": 0.3}, {"noise": 6.0}, {"blur": 2.0}, {"radius": 8}])
+def test_an_even_marker_is_a_disc_although_the_picture_is_poor(options):
+    assert learn("goal", picture(**options), (64, 60)).kind == "disc"
+
+
+def test_the_kind_that_is_said_counts():
+    assert learn("goal", picture("ball"), (64, 60), "disc").kind == "disc"
+    assert learn("goal", picture("disc"), (64, 60), "ball").kind == "ball"
+
+
+def test_what_was_learned_can_be_kept(tmp_path):
+    for colour, gain in (("red", 1.0), ("#c8141e", 0.02), ("pink", 1.0)):
+        marker = learn("goal", picture(colour=colour, gain=gain), (64, 60))
+        write_markers(tmp_path / "markers.ini", {"goal": marker})
+        kept = read_markers(tmp_path / "markers.ini")["goal"]
+        assert kept.kind == marker.kind
+        assert kept.radius == pytest.approx(marker.radius, rel=1e-3)
+        assert kept.color.scene == marker.color.scene
+        for key in ("hue", "saturation", "value", "tolerance"):
+            assert getattr(kept.color, key) == pytest.approx(getattr(marker.color, key), rel=1e-3)
+
+
+def test_the_gate_that_was_learned_holds_the_marker_and_nothing_else():
+    image = picture("ball", 20, "green")
+    marker = learn("goal", image, (64, 60))
+    mask = gate(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), marker.color) > 0
+    y, x = np.mgrid[:128, :128]
+    away = np.hypot(x - U, y - V)
+    assert mask[away < 12].mean() > 0.8  # a highlight has no colour
+    assert not mask[away > 23].any()
+
+
+@pytest.mark.parametrize("hue", [344, 352, 358, 0, 3, 8])
+def test_red_is_learned_on_either_side_of_hue_zero(hue):
+    code = "#" + "".join(f"{round(255 * c):02x}" for c in colorsys.hsv_to_rgb(hue / 360, 0.8, 0.8))
+    marker = learn("effector", picture(colour=code), (64, 60))
+    assert abs(hue_distance(marker.color.hue, paint_of(code)[0])) < 5
+    assert 0 <= marker.color.hue < 360
+    assert marker.radius == pytest.approx(14, abs=1)
+
+
+# Where people point
+
+
+@pytest.mark.parametrize("pick", [(64, 60), (64.4, 59.6), (72, 60), (58, 68), (64, 50)])
+def test_any_place_on_the_marker_will_do(pick):
+    marker = learn("effector", picture(colour="blue"), pick)
+    assert abs(hue_distance(marker.color.hue, paint_of("blue")[0])) < 5
+    assert marker.radius == pytest.approx(14, abs=1)
+
+
+@pytest.mark.parametrize(
+    "box", [(54, 50, 74, 70), (74, 70, 54, 50), (60, 58, 68, 62), (50, 46, 79, 75)]
+)
+def test_a_rectangle_may_be_drawn_from_any_corner_and_a_little_too_large(box):
+    marker = learn("effector", picture(colour="blue"), box)
+    assert abs(hue_distance(marker.color.hue, paint_of("blue")[0])) < 5
+    assert marker.radius == pytest.approx(14, abs=1)
+
+
+def test_a_highlight_under_the_finger_does_not_spoil_the_colour():
+    image = picture("ball", 22, "green")
+    bright = np.argmax(image.min(axis=2))
+    v, u = divmod(int(bright), 128)
+    assert hsv_of(image[v, u].tolist())[1] < 0.55  # it is nearly white there
+    marker = learn("goal", image, (u, v))
+    assert marker.kind == "ball"
+    assert abs(hue_distance(marker.color.hue, paint_of("green")[0])) < 6
+    assert marker.color.saturation > 0.7
+    assert marker.radius == pytest.approx(22, abs=2)
+
+
+@pytest.mark.parametrize("pick", [(64, 60), (64, 55), (64, 66)])
+def test_a_white_stripe_across_the_marker_leaves_its_colour_and_its_room(pick):
+    image = picture(radius=18)
+    image[57:64] = (230, 230, 230)
+    marker = learn("effector", image, pick)
+    assert abs(hue_distance(marker.color.hue, paint_of("red")[0])) < 6
+    assert marker.color.saturation > 0.7
+    assert marker.color.tolerance >= 25
+    assert marker.radius == pytest.approx(18, abs=2)
+
+
+@pytest.mark.parametrize(
+    ("u", "v"), [(3, 60), (124, 60), (60, 2), (60, 125), (6, 6), (121, 122), (-4, 60)]
+)
+def test_a_marker_cut_by_the_picture_s_edge_can_be_picked(u, v):
+    pick = min(max(u, 0), 127), min(max(v, 0), 127)
+    marker = learn("effector", picture(u=u, v=v), pick)
+    assert abs(hue_distance(marker.color.hue, paint_of("red")[0])) < 5
+    assert marker.radius == pytest.approx(14, abs=2)
+
+
+@pytest.mark.parametrize("pick", [(0, 0), (127, 0), (0, 127), (127, 127), (127.9, 127.9)])
+def test_the_very_corner_of_the_picture_can_be_picked(pick):
+    u, v = (min(max(part, 9), 118) for part in pick)
+    marker = learn("effector", picture(u=u, v=v, radius=30), pick)
+    assert abs(hue_distance(marker.color.hue, paint_of("red")[0])) < 5
+
+
+@pytest.mark.parametrize(
+    "pick",
+    [
+        (-1, 5),
+        (5, -0.1),
+        (128, 5),
+        (5, 128),
+        (1e9, 5),
+        (math.nan, 5),
+        (5, math.inf),
+        (5, 5, 128, 20),
+        (5, -3, 20, 20),
+        (5, 5, math.nan, 20),
+    ],
+)
+def test_a_place_outside_the_picture_is_refused_with_the_picture_s_size(pick):
+    image = marker_frame("disc", U, V, 14, size=(128, 100))
+    if len(pick) == 2 and pick[1] == 128:
+        pick = (5, 100)
+    text = refusal(image, pick)
+    assert ",".join(f"{part:g}" for part in pick) in text
+    assert "outside" in text
+    assert "u from 0 to 127" in text
+    assert "v from 0 to 99" in text
+
+
+@pytest.mark.parametrize("ground", ["white", "grey", "black"])
+@pytest.mark.parametrize("pick", [(20, 20), (0, 127), (5, 5, 30, 20)])
+def test_where_there_is_no_colour_none_is_learned(ground, pick):
+    text = refusal(picture(background=ground), pick)
+    assert ",".join(f"{part:g}" for part in pick) in text
+    assert "no colour" in text
+    assert "saturation 0.0" in text or "saturation 0.1" in text
+
+
+def test_what_is_too_dark_to_tell_is_refused():
+    assert "no colour" in refusal(picture(gain=0.001, noise=1.0), (64, 60))
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 5])
+def test_of_a_picture_as_small_as_nothing_nothing_is_learned(size):
+    assert "0,0" in refusal(np.full((size, size, 3), (20, 20, 200), np.uint8), (0, 0))
+
+
+def test_of_a_picture_full_of_one_colour_nothing_is_learned():
+    assert "30,30" in refusal(np.full((64, 80, 3), (20, 20, 200), np.uint8), (30, 30))
+
+
+@pytest.mark.parametrize("pick", [(64, 60), (20, 60), (10, 56, 120, 64)])
+def test_a_long_bar_is_no_marker(pick):
+    image = picture(background="white", radius=1)
+    image[54:67, 5:124] = to_srgb(light_of("red"))
+    assert "nothing round" in refusal(image, pick)
+
+
+def test_of_coloured_noise_nothing_is_learned():
+    image = np.random.default_rng(1).integers(0, 256, (64, 80, 3), dtype=np.uint8)
+    refusal(image, (30, 30))
+
+
+# The neighbours
+
+
+def test_the_tolerance_is_less_beside_a_similar_colour():
+    alone = learn("effector", picture(), (64, 60)).color
+    image = picture(background=picture(u=94, v=60, colour="orange"))
+    beside = learn("effector", image, (64, 60))
+    orange = hue_distance(paint_of("orange")[0], beside.color.hue)
+    assert beside.color.tolerance < min(alone.tolerance, orange - 5)
+    assert beside.radius == pytest.approx(14, abs=1)
+    mask = gate(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), beside.color) > 0
+    assert mask[53:68, 57:72].all()
+    assert mask[50:70, 86:104].mean() < 0.02
+
+
+@pytest.mark.parametrize(
+    ("colour", "ground"), [("red", "orange"), ("orange", "red"), ("lime", "yellow")]
+)
+def test_a_marker_on_a_ground_of_similar_hue_is_told_apart_from_it(colour, ground):
+    image = picture(colour=colour, background=ground, radius=18)
+    color = learn("effector", image, (64, 60)).color
+    assert abs(hue_distance(color.hue, paint_of(colour)[0])) < 6
+    mask = gate(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), color) > 0
+    assert mask[52:68, 56:72].mean() > 0.98
+    assert mask[:30].mean() < 0.02
+
+
+def test_a_far_away_thing_of_similar_colour_takes_no_room():
+    image = picture(background=picture(u=20, v=20, radius=8, colour="orange"))
+    assert learn("effector", image, (64, 60)).color.tolerance >= 30
+
+
+def test_learning_is_pure():
+    image = picture("ball", 20, "green")
+    before = image.copy()
+    first = learn("goal", image, (64, 60))
+    assert isinstance(first.color, Color)
+    assert learn("goal", image, (64, 60)) == first
+    assert (image == before).all()
