@@ -354,6 +354,20 @@ def _synthetic(scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
     return camera, {name: f"{kind}:{look}" for name, look in looks.items()}
 
 
+@laptop.command()
+@click.option("--size", default=20.0, metavar="MM", show_default=True, help="Of a disc, mm.")
+@click.argument("file", default="markers.pdf", type=click.Path(dir_okay=False, path_type=Path))
+def markers(size: float, file: Path) -> None:
+    """Make a page of markers to print: FILE is .pdf (markers.pdf if not said), .svg or .png."""
+    from laptop.marker_sheet import write_sheet
+
+    try:
+        write_sheet(file, size)
+    except ArmError as error:
+        raise click.ClickException(str(error)) from None
+    click.echo(f"{file}: print it at 100 %")
+
+
 @laptop.group()
 def bench() -> None:
     """Measure against the reference method and the physical limit, on the emulated brick."""
@@ -401,7 +415,7 @@ def bench_draw(seeds: range, as_json: bool) -> None:
 @click.option(
     "--seeds",
     type=_Seeds(),
-    default="2000:2004",
+    default="4000:4002",
     show_default=True,
     help="Noise, places, scenes and motions.",
 )
@@ -413,15 +427,17 @@ def bench_track(seeds: range, as_json: bool) -> None:
     todo = track.cases(seeds)
     parts = show.progress(track.run(todo), len(todo), "tracking")
     results = track.gathered(result for part in parts for result in part)
-    timed = track.costs(show.progress(range(track.ROUNDS), track.ROUNDS, "timing"))
+    timed = track.costs(show.progress(range(track.TURNS), track.TURNS, "timing"))
+    link = track.serving()
     if as_json:
-        click.echo(json.dumps(track.figures(results, timed), indent=1))
+        click.echo(json.dumps({**track.figures(results, timed), "serving": link}, indent=1))
         return
     title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator"
     precision, light = track.precision_table(results), track.light_table(results)
     show.table(f"Precision, px rms per axis; {title}", track.PRECISION_HEADINGS, precision, 0)
-    show.table(f"Light and scene, px; {title}", track.LIGHT_HEADINGS, light, 1)
+    show.table(f"Light and scene, px; {title}", track.LIGHT_HEADINGS, light, 0)
     show.table("Cost, measured on this machine", track.COST_HEADINGS, track.cost_table(timed), 0)
+    click.echo(f"serving the brick 60 times a second: {100 * link:.1f} % of a core")
     for line in track.errors(results):
         click.echo(line)
 

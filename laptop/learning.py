@@ -89,7 +89,7 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
             f"{name}: nothing round of one colour at {where} (roundness {best:.2f}, at least "
             f"{_ROUND:g}); pick the middle of a disc or ball"
         )
-    color = replace(color, tolerance=min(color.tolerance, _room(hsv, region, found, color)))
+    color = replace(color, tolerance=min(color.tolerance, _room(hsv, region, color)))
     return Marker(name, kind or _kind(hsv, region), color, radius=found.radius)
 
 
@@ -104,7 +104,7 @@ def _blob(mask: np.ndarray, box: tuple[int, int, int, int]) -> np.ndarray | None
     return np.where(labels == int(np.argmax(votes)), 255, 0).astype(np.uint8)
 
 
-def _disc(mask: np.ndarray, circle: Circle, wider: float = 1.0) -> np.ndarray:
+def _disc(mask: np.ndarray, circle: Circle, wider: float) -> np.ndarray:
     """A mask (of the shape of another) of a circle, made so many times wider."""
     disc = np.zeros_like(mask)
     cv2.circle(disc, (round(circle.u), round(circle.v)), round(wider * circle.radius), 255, -1)
@@ -122,12 +122,11 @@ def _typical(pixels: np.ndarray, color: Color) -> Color:
     )
 
 
-def _room(hsv: np.ndarray, region: np.ndarray, circle: Circle, color: Color) -> float:
+def _room(hsv: np.ndarray, region: np.ndarray, color: Color) -> float:
     """Half the way, in hue, from the marker's colour to those around it, degrees."""
-    whole = region | _disc(region, circle)
     around, near = (
-        cv2.dilate(whole, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * wide + 1,) * 2))
-        for radius in [math.sqrt(np.count_nonzero(whole) / math.pi)]
+        cv2.dilate(region, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * wide + 1,) * 2))
+        for radius in [math.sqrt(np.count_nonzero(region) / math.pi)]
         for wide in (round(0.7 * radius) + 4, round(0.15 * radius) + 2)
     )
     anything = gate(hsv, replace(color, tolerance=180.0))

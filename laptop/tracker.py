@@ -107,6 +107,7 @@ class Track:
     gains     red, green, blue: by what the light differs from the one it was learned in
     paint     how a disc's share in a pixel is computed; None until it was seen whole
     whole     when it was last seen whole, s
+    even      how well its outline followed a disc's when it was found, 0 to 1
     """
 
     sighting: Sighting | None = None
@@ -121,6 +122,7 @@ class Track:
     gains: tuple[float, float, float] | None = None
     paint: Paint | None = None
     whole: float = -math.inf
+    even: float = 1.0
 
 
 def find(image: np.ndarray, t: float, marker: Marker, before: Track | None = None) -> Track:
@@ -145,7 +147,7 @@ def _expected(image: np.ndarray, t: float, marker: Marker, track: Track) -> Trac
     dt = min(t - track.t, 0.2)
     u, v = seen.u + track.du * dt, seen.v + track.dv * dt
     measured = None
-    if marker.kind == "disc" and track.paint is not None:
+    if marker.kind == "disc" and track.paint is not None and track.even == 1:
         measured = _measure_disc(image, u, v, seen.radius, marker, track)
     if measured is None:
         measured = _measure(image, u, v, seen.radius, marker, track, expected=seen.radius)
@@ -204,8 +206,10 @@ def _search(image: np.ndarray, t: float, marker: Marker, track: Track) -> Track:
                 seen=None,
                 why="several alike",
             )
-        if best.trust >= LEAST:
+        if best.trust >= BELIEVED:
             return _moved(best, track, t)
+        if best.trust >= LEAST:  # said, but not held on to
+            return replace(_moved(best, track, t), seen=None)
     misses = track.misses + 1
     kept = track if misses < PATIENCE else Track(color=color)
     if tries:
@@ -431,11 +435,11 @@ def _whole_disc(
     paint = _mix(image, u, v, radius)
     if paint is None:
         return None
-    start = replace(track, paint=paint, seen=None)
+    start = replace(track, paint=paint, seen=None, even=ellipse.even)
     found = _measure_disc(image, u, v, radius, marker, start)
     if found is None or found.seen is None:
         return None
-    trust = found.trust * ellipse.even * _size(found.seen.radius, expected, marker.radius)
+    trust = found.trust * _size(found.seen.radius, expected, marker.radius)
     new = found.seen._replace(confidence=min(1.0, trust))
     return replace(found, sighting=new, seen=new, trust=trust)
 
@@ -524,7 +528,8 @@ def _measure_disc(
     light = track.gains or (1.0, 1.0, 1.0)
     shade = hsv_of((blue / light[2], green / light[1], red / light[0]))
     new_radius = 2 * math.sqrt(longest)
-    trust = _ramp(solid, 0.75, 0.9) * _likeness(shade, track.color or learned, learned)
+    trust = track.even * _ramp(solid, 0.75, 0.9)
+    trust *= _likeness(shade, track.color or learned, learned)
     if track.seen is not None:
         trust *= 1 - _ramp(abs(math.log(new_radius / radius)), 0.2, 0.5)
     if trust < BELIEVED:
@@ -543,7 +548,7 @@ def _measure_disc(
         paint = fresh and fresh._replace(glow=glow)
     return Track(
         new, seen=new, trust=trust, color=_adapted(shade, track, learned), gains=track.gains,
-        paint=paint, whole=0.0,
+        paint=paint, whole=0.0, even=track.even,
     )  # fmt: skip
 
 
