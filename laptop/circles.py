@@ -108,7 +108,7 @@ def find_circle(
         areas = areas * np.exp(np.minimum(away, 0) / (expected or math.sqrt(areas.max())))
     main = int(np.argmax(areas))
     (u, v), reach = cv2.minEnclosingCircle(blobs[main])
-    reach = 1.25 * min(reach, 1.5 * expected if expected else reach)
+    reach = 1.45 * min(reach, 1.5 * expected if expected else reach)
     points = []
     for k, blob in enumerate(blobs):
         # A stripe or a wire across the marker cuts it in two.

@@ -463,24 +463,41 @@ def _masks(radius: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return away < 0.6 * radius, (away > 1.12 * radius + 1.5) & (away < 1.35 * radius + 3.5), near
 
 
+def _around(
+    image: np.ndarray, u: float, v: float, half: int
+) -> tuple[np.ndarray, int, int, tuple[slice, slice]] | None:
+    """The window of 2 h + 1 px around (u, v) as far as it lies in the picture.
+
+    Returns:
+        window, its left and top, and which part of a whole window's mask lies over it.
+    """
+    height, width = image.shape[:2]
+    left, top = round(u) - half, round(v) - half
+    columns = slice(max(0, -left), min(2 * half + 1, width - left))
+    rows = slice(max(0, -top), min(2 * half + 1, height - top))
+    # With the middle there, most of what counts is.
+    if not (columns.start < half < columns.stop and rows.start < half < rows.stop):
+        return None
+    left, top = left + columns.start, top + rows.start
+    window = image[top : top + rows.stop - rows.start, left : left + columns.stop - columns.start]
+    return window, left, top, (rows, columns)
+
+
 def _mix(image: np.ndarray, u: float, v: float, radius: float) -> Paint | None:
     """Tell the marker's colour from those around it.
 
     Fisher's linear discriminant: what varies most around the marker (light and dark, mostly)
-    counts least, so that an edge in the background does not pull.  None at the picture's rim, and
-    where the surroundings hardly differ from the marker.
+    counts least, so that an edge in the background does not pull.  None where the surroundings
+    hardly differ from the marker.
     """
     core, ring, _ = _masks(max(2, round(radius)))
-    half = core.shape[0] // 2
-    left, top = round(u) - half, round(v) - half
-    if left < 0 or top < 0:
+    there = _around(image, u, v, core.shape[0] // 2)
+    if there is None:
         return None
-    window = image[top : top + 2 * half + 1, left : left + 2 * half + 1]
-    if window.shape[:2] != core.shape:
-        return None
+    window, _, _, part = there
     light = cv2.LUT(window, _LIGHT)
-    inside = light[core].mean(axis=0) / 65535
-    around = light[ring].astype(np.float32) / 65535
+    inside = light[core[part]].mean(axis=0) / 65535
+    around = light[ring[part]].astype(np.float32) / 65535
     mean = around.mean(axis=0)
     around -= mean
     contrast = inside - mean
@@ -500,14 +517,13 @@ def _measure_disc(
     paint = track.paint
     assert paint is not None
     near = _masks(max(2, round(radius)))[2]
-    half = near.shape[0] // 2
-    height, width = image.shape[:2]
-    for _ in range(2):
-        left, top = round(u) - half, round(v) - half
-        if left < 0 or top < 0 or left + 2 * half >= width or top + 2 * half >= height:
+    for _ in range(3):
+        there = _around(image, u, v, near.shape[0] // 2)
+        if there is None:
             return None
-        window = image[top : top + 2 * half + 1, left : left + 2 * half + 1]
-        share = cv2.bitwise_and(cv2.transform(cv2.LUT(window, _LIGHT), paint.weights), near)
+        window, left, top, part = there
+        share = cv2.transform(cv2.LUT(window, _LIGHT), paint.weights)
+        share = cv2.bitwise_and(share, near[part])
         m = cv2.moments(share)
         if m["m00"] < 12 * 65535:
             return None
@@ -520,7 +536,12 @@ def _measure_disc(
     # A full ellipse has area = 4 pi sqrt(det of its second moments); anything else is spread wider.
     area = m00 / 65535
     solid = area / (4 * math.pi * math.sqrt(max(across * down - skew * skew, 1e-9)))
-    longest = (across + down) / 2 + math.hypot((across - down) / 2, skew)
+    middle = (across + down) / 2
+    longest = middle + math.hypot((across - down) / 2, skew)
+    # A whole ellipse has no third moments; one of which something hides a part has.  (Whole ones of
+    # 6 px have up to 0.08, one that lacks a fifth of its radius 0.14, half of it 0.37.)
+    thirds = m["mu30"] ** 2 + m["mu03"] ** 2 + 3 * (m["mu21"] ** 2 + m["mu12"] ** 2)
+    lopsided = math.sqrt(thirds) / m00 / middle**1.5
     learned = marker.color
     assert learned is not None
     inside = cv2.inRange(share, 50000, 65535)
@@ -528,7 +549,7 @@ def _measure_disc(
     light = track.gains or (1.0, 1.0, 1.0)
     shade = hsv_of((blue / light[2], green / light[1], red / light[0]))
     new_radius = 2 * math.sqrt(longest)
-    trust = track.even * _ramp(solid, 0.75, 0.9)
+    trust = track.even * _ramp(solid, 0.75, 0.9) * (1 - _ramp(lopsided, 0.15, 0.3))
     trust *= _likeness(shade, track.color or learned, learned)
     if track.seen is not None:
         trust *= 1 - _ramp(abs(math.log(new_radius / radius)), 0.2, 0.5)

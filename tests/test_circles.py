@@ -122,6 +122,14 @@ def test_a_thread_to_a_neighbour_does_not_pull(way):
     assert circle.radius == pytest.approx(20, abs=1)
 
 
+@pytest.mark.parametrize("other", [False, True])
+def test_of_two_that_hang_together_by_a_thread_the_nearer_is_found(other):
+    mask = disc(45, 60, 20) | disc(115, 60, 20)
+    mask[59:61, 45:115] = 255
+    u = 115 if other else 45
+    assert off(found(mask, (u + 3.0, 58.0), 20.0), u, 60) < 0.2
+
+
 @pytest.mark.parametrize("way", WAYS)
 def test_a_neighbour_that_touches_sticks_out_and_does_not_pull(way):
     mask = disc() | disc(70.3 + 30 * math.cos(way), 60.6 + 30 * math.sin(way), 13)
@@ -216,6 +224,13 @@ def test_single_pixels_are_no_circle(pixels):
     mask = np.zeros((HEIGHT, WIDTH), np.uint8)
     for pixel in pixels:
         mask[pixel] = 255
+    assert found(mask) is None
+
+
+@pytest.mark.parametrize("side", [1, 2, 3, 4])
+def test_a_speck_is_no_circle(side):
+    mask = np.zeros((HEIGHT, WIDTH), np.uint8)
+    mask[60 : 60 + side, 70 : 70 + side] = 255
     assert found(mask) is None
 
 

@@ -248,6 +248,17 @@ def test_a_marker_on_a_ground_of_similar_hue_is_told_apart_from_it(colour, groun
     assert mask[:30].mean() < 0.02
 
 
+def test_the_tolerance_is_less_where_a_similar_colour_is_near_but_apart():
+    alone = learn("effector", picture(), (64, 60)).color
+    image = picture(background=picture(u=100, v=60, radius=16, colour="orange"))
+    color = learn("effector", image, (64, 60)).color
+    orange = hue_distance(paint_of("orange")[0], color.hue)
+    assert 8 <= color.tolerance < min(alone.tolerance, 0.7 * orange)
+    mask = gate(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), color) > 0
+    assert mask[53:68, 57:72].all()
+    assert mask[50:70, 90:110].mean() < 0.02
+
+
 def test_a_far_away_thing_of_similar_colour_takes_no_room():
     image = picture(background=picture(u=20, v=20, radius=8, colour="orange"))
     assert learn("effector", image, (64, 60)).color.tolerance >= 30
