@@ -363,6 +363,7 @@ def few(monkeypatch):
     )
     monkeypatch.setattr(track, "run", lambda todo: (case.run() for case in todo))
     monkeypatch.setattr(track, "TURNS", 1)
+    monkeypatch.setattr(track, "serving", lambda: 0.0123)
 
 
 def test_bench_track(few):
@@ -373,6 +374,7 @@ def test_bench_track(few):
     assert rows["ArUco, side 48"][-2].strip() == "-"
     assert float(rows["none"][3]) == 0
     assert float(rows["ours, one disc"][2]) > 0
+    assert "serving the brick 60 times a second: 1.2 % of a core" in result.output
 
 
 def _cells(line):
@@ -387,6 +389,7 @@ def test_bench_track_as_json(few):
     assert [r["condition"] for r in ours] == [DISC.name, LOOKS[-1].name, "none", "none"]
     assert 0 < ours[0]["rms"] < 0.1
     assert len(figures["costs"]) == 10
+    assert figures["serving"] == 0.0123
 
 
 def test_serving_costs_something_and_ends_its_client():
