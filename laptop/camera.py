@@ -30,7 +30,8 @@ import numpy as np
 from shared.arm_description import ArmError
 
 if os.environ["OPENCV_LOG_LEVEL"] == "SILENT":
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    # (Imported before, it has not read the variable. Where this lives depends on its version.)
+    (cv2.setLogLevel if hasattr(cv2, "setLogLevel") else cv2.utils.logging.setLogLevel)(0)
 
 LINUX = sys.platform.startswith("linux")
 DEV, SYSFS = "/dev", "/sys/class/video4linux"
