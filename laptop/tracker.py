@@ -183,14 +183,19 @@ def _search(image: np.ndarray, t: float, marker: Marker, track: Track) -> Track:
     lights = dict.fromkeys((None, _gains(image, color)))
     shades = dict.fromkeys((color, track.color or color))
     tries: list[Track] = []
-    for step in (4, 2):
+    places: dict[object, list[tuple[float, float]]] = {}
+    for step in (4, 2):  # a small one shows in the finer picture only
         if min(image.shape[:2]) < step:
             continue
         small = cv2.resize(image, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_NEAREST)
         for light in lights:
             hsv = cv2.cvtColor(_relit(small, light), cv2.COLOR_BGR2HSV)
             for shade in shades:
+                looked = places.setdefault((light, shade), [])
                 for u, v, radius in _blobs(gate(hsv, shade), step, marker.radius):
+                    if any(math.hypot(u - x, v - y) < radius for x, y in looked):
+                        continue
+                    looked.append((u, v))
                     start = Track(color=shade, gains=light)
                     tried = _measure(image, u, v, radius, marker, start)
                     if tried is not None:
