@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
+from laptop.markers import ARUCO_IDS
 from shared.arm_description import ArmError
 
 PAGE = (210.0, 297.0)
@@ -37,6 +38,8 @@ def write_sheet(file: Path, diameter: float = 20.0) -> None:
             f"size {diameter:g} mm: choose from {LIMITS[0]:g} to {LIMITS[1]:g}; "
             "20 suits a camera half a metre away"
         )
+    if not file.parent.is_dir():
+        raise BadSheet(f"{file}: there is no folder {file.parent}; make it first")
     if file.suffix not in (".pdf", ".svg", ".png"):
         raise BadSheet(f"{file}: end its name in .pdf, .svg or .png")
     figure = Figure(figsize=(PAGE[0] / 25.4, PAGE[1] / 25.4))
@@ -54,8 +57,12 @@ def write_sheet(file: Path, diameter: float = 20.0) -> None:
     for name, color in COLORS.items():
         _row(page, down, pitch, diameter, name, color)
         down += pitch
-    if down + pitch / 2 < PAGE[1]:
-        _row(page, down, pitch, diameter, "aruco", None)
+    number = 0
+    while down + pitch / 2 < PAGE[1] - 20 and number < ARUCO_IDS:
+        number = _row(page, down, pitch, diameter, "aruco", None, number)
+        down += pitch
+    page.plot((15, 115), (PAGE[1] - 12,) * 2, color="0", lw=0.8, marker="|")
+    page.text(118, PAGE[1] - 11, "100 mm, if it was printed true to size", fontsize=7)
     try:
         figure.savefig(file, dpi=254)
     except OSError as error:
@@ -63,12 +70,19 @@ def write_sheet(file: Path, diameter: float = 20.0) -> None:
 
 
 def _row(
-    page: Axes, down: float, pitch: float, diameter: float, name: str, color: str | None
-) -> None:
-    """As many of one kind as fit side by side, mm from the top of the page."""
+    page: Axes,
+    down: float,
+    pitch: float,
+    diameter: float,
+    name: str,
+    color: str | None,
+    first: int = 0,
+) -> int:
+    """As many of one kind as fit side by side, mm from the top of the page; the next number."""
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
-    for number in range(int((PAGE[0] - 30) / pitch)):
-        x, half = 15 + pitch * (number + 0.5), diameter / 2
+    numbers = range(first, min(ARUCO_IDS, first + int((PAGE[0] - 30) / pitch)))
+    for column, number in enumerate(numbers):
+        x, half = 15 + pitch * (column + 0.5), diameter / 2
         # Cut along a circle; a square's corners need a little more.
         page.add_patch(Circle((x, down), 0.85 * diameter, fill=False, color="0.8", lw=0.4))
         if color:
@@ -80,3 +94,4 @@ def _row(
             name = f"aruco:{number}"
         page.text(x, down + 0.74 * diameter, name, ha="center", fontsize=5, color="0.5")
     page.set(xlim=(0, PAGE[0]), ylim=(PAGE[1], 0), aspect="auto")
+    return numbers.stop

@@ -137,9 +137,11 @@ def read_spec(name: str, text: str) -> Marker:
                 "or pick it with --pick"
             )
         return replace(markers[name], kind=kind) if colon else markers[name]
+    if "." in what or "/" in what:
+        raise BadMarker(f"{name} '{text}': there is no file {what}; make it with --pick")
     raise BadMarker(
         f"{name} '{text}': write disc:COLOUR or ball:COLOUR with one of {', '.join(WORDS)}, "
-        "aruco:ID, or a markers file"
+        f"aruco:ID, or a markers file{', or a point U,V such as 400,200' * (name == 'goal')}"
     )
 
 
@@ -167,10 +169,16 @@ def read_markers(file: str | Path) -> dict[str, Marker]:
     parser = _parser()
     try:
         parser.read_string(Path(file).read_text(encoding="utf-8"))
-    except (configparser.Error, OSError, UnicodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        reason = textwrap.shorten(reason.replace("'<string>'", "it"), 150, placeholder=" ...")
-        raise BadMarker(f"{file}: {reason}; correct or remove it") from None
+    except (configparser.DuplicateSectionError, configparser.DuplicateOptionError) as error:
+        what = textwrap.shorten(" ".join([f"[{error.args[0]}]", *error.args[1:-2]]), 60)
+        raise BadMarker(
+            f"{file}: {what} is there twice (line {error.lineno}); correct or remove it"
+        ) from None
+    except (configparser.Error, UnicodeError) as error:
+        line = f" (see line {error.lineno})" if hasattr(error, "lineno") else ""
+        raise BadMarker(f"{file}: this is not a markers file{line}; correct or remove it") from None
+    except OSError as error:
+        raise BadMarker(f"cannot read {file}: {error.strerror}; choose another one") from None
     return {name: _read_section(file, name, parser[name]) for name in parser.sections()}
 
 

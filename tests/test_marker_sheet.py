@@ -1,6 +1,7 @@
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 
 from laptop.learning import learn
@@ -38,7 +39,7 @@ def test_a_disc_has_the_size_and_colour_it_says(page, row, color):
 
 def test_its_aruco_markers_are_found_by_number(page):
     small = cv2.resize(page, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
-    found = Tracker([Marker(str(k), "aruco", id=k) for k in range(5)]).find(small, 0.0)
+    found = Tracker([Marker(str(k), "aruco", id=k) for k in range(10)]).find(small, 0.0)
     assert all(found.values())
     assert found["1"].u - found["0"].u == pytest.approx(36 * PX_PER_MM / 4, abs=1)
 
@@ -49,7 +50,7 @@ def test_its_aruco_markers_are_found_by_number(page):
         ("markers.doc", 20, r"markers\.doc: end its name in \.pdf, \.svg or \.png"),
         ("markers.pdf", 2, "size 2 mm: choose from 5 to 60"),
         ("markers.pdf", float("nan"), "size nan mm: choose from 5 to 60"),
-        ("none/markers.pdf", 20, r"cannot write none/markers\.pdf: No such file"),
+        ("none/markers.pdf", 20, r"none/markers\.pdf: there is no folder none; make it first"),
     ],
 )
 def test_what_cannot_be_made_is_said_in_one_line(name, size, told, tmp_path, monkeypatch):
@@ -57,3 +58,8 @@ def test_what_cannot_be_made_is_said_in_one_line(name, size, told, tmp_path, mon
     with pytest.raises(BadSheet, match=told):
         write_sheet(Path(name), size)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_its_ruler_is_100_mm_long(page):
+    row = page[2970 - 120, 100:1160].min(axis=1) < 100
+    assert np.flatnonzero(row)[[0, -1]] + 100 == pytest.approx([150, 1150], abs=2)

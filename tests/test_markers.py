@@ -81,7 +81,7 @@ def test_another_number_of_an_aruco_marker_is_refused_with_the_limit(number):
 @pytest.mark.parametrize(
     "spec",
     ["", "disc", "ball", "aruco", "disc:", "ball:", ":", ":red", "Red", "mauve", "ball:mauve",
-     "cube:red", "ball:ball:red", "red ", "no/such/file.ini", "ball:no/such/file.ini",
+     "cube:red", "ball:ball:red", "red ",
      "disc:" + "x" * 50],
 )  # fmt: skip
 def test_a_spec_without_meaning_is_refused_with_what_may_be_written(spec):
@@ -97,8 +97,16 @@ def test_a_spec_too_long_for_a_file_name_is_no_file():
         read_spec("effector", "x" * 5000)
 
 
-def test_a_folder_is_no_colour(tmp_path):
-    assert "markers file" in refusal(read_spec, "effector", str(tmp_path))
+@pytest.mark.parametrize("kind", ["", "ball:"])
+def test_a_file_that_is_not_there_is_called_so(tmp_path, kind):
+    for missing in (tmp_path, "no/such/file.ini", "markers.ini"):
+        told = f"effector '{kind}{missing}': there is no file {missing}; make it with --pick"
+        assert refusal(read_spec, "effector", f"{kind}{missing}") == told
+
+
+def test_for_the_goal_a_point_is_offered_too():
+    assert refusal(read_spec, "goal", "400").endswith("or a point U,V such as 400,200")
+    assert "U,V" not in refusal(read_spec, "effector", "400")
 
 
 def test_a_word_means_what_people_call_so():
@@ -281,16 +289,16 @@ def test_a_value_that_runs_over_two_lines_is_told_in_one(file):
 @pytest.mark.parametrize(
     ("content", "why"),
     [
-        (b"hue = 3\n", "no section"),
-        (b"[effector]\nhue = 3\nhue = 4\n", "already exists"),
-        (b"[effector]\nhue = 3\n[effector]\n", "already exists"),
-        (b"[effector]\nhue\n", "pars"),
-        (b"[effector\nhue = 3\n", "no section"),
-        (b"\xff\xd8\xff\xe0\x00\x10JFIF\x00", "utf-8"),
-        (b"\x00\x01\x02", "no section"),
-        (b"[effector]\n" + b"".join(b"line %d\n" % k for k in range(2000)), "pars"),
-        (b"frame,t,marker,u,v,confidence\n" * 1000, "no section"),
-        (b"x" * 100000, "no section"),
+        (b"hue = 3\n", "not a markers file"),
+        (b"[effector]\nhue = 3\nhue = 4\n", "twice (line 3)"),
+        (b"[effector]\nhue = 3\n[effector]\n", "twice (line 3)"),
+        (b"[effector]\nhue\n", "not a markers file"),
+        (b"[effector\nhue = 3\n", "not a markers file"),
+        (b"\xff\xd8\xff\xe0\x00\x10JFIF\x00", "not a markers file"),
+        (b"\x00\x01\x02", "not a markers file"),
+        (b"[effector]\n" + b"".join(b"line %d\n" % k for k in range(2000)), "not a markers file"),
+        (b"frame,t,marker,u,v,confidence\n" * 1000, "not a markers file"),
+        (b"x" * 100000, "not a markers file"),
     ],
     ids=["no section", "key twice", "section twice", "no value", "no bracket", "picture", "zeros",
          "long text", "table", "long line"],
