@@ -43,7 +43,7 @@ PICTURE_FPS = 30.0
 SETTLE = 30
 """Frames that a webcam gets to find its exposure before that is locked."""
 CREDIBLE = 0.5
-"""Age, s, below which a driver's time stamp is believed."""
+"""Age, s, below which a driver's time stamp is believed, and all that come after it."""
 PATIENCE = (0.25, 2.0, 60.0)
 """A live camera that fails is tried again after the first, up to every second, given up after the
 third, s."""
@@ -55,6 +55,7 @@ UNREAD_IN_A_ROW = 1000
 """Frames in a row that cannot be read, after which a file is at its end whatever it promises."""
 
 PICTURES = (".png", ".jpg", ".jpeg")
+WEBCAM = re.compile(r"(?:/dev/video)?(\d{1,3})")
 
 
 class NoCamera(ArmError):
@@ -462,6 +463,7 @@ class LiveCamera:
                     self._trouble = "it stopped giving pictures; trying again"
                     capture.release()
                     capture = None
+                    self._stamped = None  # what comes back may be another one
         finally:
             if capture is not None:
                 capture.release()
@@ -495,8 +497,10 @@ class LiveCamera:
         if not self._source.stamps:
             return arrived
         stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
-        self._stamped = 0 <= arrived - stamp < CREDIBLE
-        return stamp if self._stamped else arrived
+        if not self._stamped:
+            self._stamped = 0 <= arrived - stamp < CREDIBLE
+        # From then on an old one is true: the picture lay in the driver while nobody took it.
+        return stamp if self._stamped and stamp <= arrived else arrived
 
     def _reopen(self) -> Capture | None:
         """Wait and open again, until it works; None if that is given up."""
@@ -630,10 +634,13 @@ class _Webcam:
     def _brightness(self, capture: Capture, frames: int) -> float | None:
         """Mean of the last of some frames, 0 to 255."""
         deadline = self._now() + 2.0
-        for _ in range(frames):
-            if not capture.grab() or self._now() > deadline:
-                break
-        done, image = capture.retrieve()
+        try:
+            for _ in range(frames):
+                if not capture.grab() or self._now() > deadline:
+                    break
+            done, image = capture.retrieve()
+        except cv2.error:  # a picture that came in pieces
+            return None
         return float(image[::8, ::8].mean()) if done and image is not None else None
 
 
@@ -717,7 +724,7 @@ def open_camera(
     Raises:
         NoCamera: it gives no pictures.
     """
-    if webcam := re.fullmatch(r"(?:/dev/video)?(\d{1,3})", source):
+    if webcam := WEBCAM.fullmatch(source):
         index = int(webcam[1])
         return LiveCamera(f"camera {index}", _Webcam(index, size, fps, make, now), now)
     if size:
@@ -733,7 +740,7 @@ def open_camera(
 
 def is_live(source: str) -> bool:
     """Whether a source goes on whether or not anybody looks."""
-    return "://" in source or bool(re.fullmatch(r"(?:/dev/video)?(\d{1,3})", source))
+    return "://" in source or bool(WEBCAM.fullmatch(source))
 
 
 def _open_files(path: Path, make: MakeCapture) -> Capture:

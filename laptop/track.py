@@ -21,7 +21,7 @@ from laptop.camera import Frame, is_live, open_camera, quiet_decoders
 from laptop.learning import learn
 from laptop.markers import Marker, read_markers, read_spec, write_markers
 from laptop.tracker import Tracker
-from laptop.tracking_server import PORT, State, TrackingServer, pairing_code
+from laptop.tracking_server import State, TrackingServer, pairing_code
 from laptop.view import write_picture
 from laptop.watching import (
     GOAL,
@@ -277,12 +277,12 @@ def command(orders: Orders, synthetic: Synthetic, console: Console | None = None
         stack.enter_context(quiet_decoders())
         plan = _prepare(orders, synthetic, stack)
         server = _serve(orders, stack) if orders.serve else None
+        if plan.learned:
+            write_markers(plan.file, {**plan.known, **plan.learned})
         # Only now: an old file is not given up for a run that does not begin.
         sheet = Sheet(orders.csv, len(plan.cameras) > 1) if orders.csv else None
         if sheet:
             stack.callback(sheet.close)
-        if plan.learned:
-            write_markers(plan.file, {**plan.known, **plan.learned})
         keep = plan.picture and plan.picture[1]
         watchers = [
             Watcher(name, camera, Tracker(plan.markers), point, server, sheet, plan.live, keep)
@@ -429,7 +429,7 @@ def _check_point(point: Point | None, width: int, height: int) -> None:
 
 
 def _serve(orders: Orders, stack: ExitStack) -> TrackingServer:
-    port = PORT if orders.port is None else orders.port
+    port = messages.PORT if orders.port is None else orders.port
     server = TrackingServer(orders.host, port, pairing_code())
     stack.callback(server.close)
     return server

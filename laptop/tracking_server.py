@@ -27,6 +27,7 @@ from shared.link import Link
 from shared.messages import (
     BRICK,
     LAPTOP,
+    PORT,
     VERSION,
     Bye,
     Challenge,
@@ -39,9 +40,6 @@ from shared.messages import (
     Stop,
     Welcome,
 )
-
-PORT = 7711
-"""Where the brick looks if nothing else is said."""
 
 TICK = 0.1
 """How often the thread looks at what is due while somebody is connected, s."""
@@ -226,6 +224,7 @@ class TrackingServer:
     def __init__(
         self, host: str, port: int, code: str, now: Callable[[], float] = time.monotonic
     ) -> None:
+        host = "" if host in ("0.0.0.0", "::") else host  # no address to type on the brick
         self._listener = _listen(host, port)
         self._host = host
         self.port: int = self._listener.getsockname()[1]

@@ -31,10 +31,11 @@ if __name__ == "__main__":
 from robot.clock import Clock  # noqa: E402
 from shared import pairing  # noqa: E402
 from shared.arm_description import ArmError  # noqa: E402
-from shared.link import Link  # noqa: E402
+from shared.link import MAX_AGE, Link  # noqa: E402
 from shared.messages import (  # noqa: E402
     BRICK,
     LAPTOP,
+    PORT,
     VERSION,
     Challenge,
     Hello,
@@ -45,9 +46,6 @@ from shared.messages import (  # noqa: E402
     Stop,
     Welcome,
 )
-
-PORT = 7711
-"""Where the tracker listens if nothing else is said."""
 
 CONNECT_LIMIT = 3.0
 """For TCP to connect, s; after that it is the link that notices silence."""
@@ -257,9 +255,13 @@ class TrackingClient(object):
         self._listen()
         if not self.linked:
             return {}
-        new = self._link.newest()
-        for camera, seen in new.items():
-            self._seen[camera] = seen.t
+        new = {}
+        for camera, seen in self._link.newest().items():
+            # Where the clock offset was corrected a later picture can seem the older one; what is
+            # much older tells that our own clock has jumped back.
+            if not 0 <= self._seen.get(camera, -float("inf")) - seen.t < MAX_AGE:
+                self._seen[camera] = seen.t
+                new[camera] = seen
         return new
 
     def age(self, camera):
@@ -308,11 +310,11 @@ class TrackingClient(object):
     def _connect(self):
         family, address = self._addresses[self._tries % len(self._addresses)]
         self._tries += 1
-        self._connecting = socket.socket(family, socket.SOCK_STREAM)
-        self._connecting.setblocking(False)
-        self._connecting.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
         self._limit = self._clock.now() + CONNECT_LIMIT
         try:
+            self._connecting = socket.socket(family, socket.SOCK_STREAM)
+            self._connecting.setblocking(False)
+            self._connecting.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
             self._connecting.connect(address)
         except BlockingIOError:
             pass  # it is on its way
@@ -334,8 +336,9 @@ class TrackingClient(object):
             self._not_connected(None)
 
     def _not_connected(self, errno):
-        self._connecting.close()
-        self._connecting = None
+        if self._connecting is not None:  # the system has perhaps no socket of this kind
+            self._connecting.close()
+            self._connecting = None
         if errno is None:
             why = (
                 "no answer from {} within {:g} s; is it on the same network, "

@@ -16,6 +16,9 @@ from shared.arm_description import ArmError
 VERSION = 1
 """Raised whenever the other side would misunderstand; `hello` keeps its form in every version."""
 
+PORT = 7711
+"""Where the laptop listens if nothing else is said."""
+
 MAX_LINE = 2048
 """Bytes of a line, without its newline."""
 

@@ -551,6 +551,20 @@ def test_a_webcam_is_asked_in_the_right_order(webcam):
     ]
 
 
+def test_a_broken_picture_while_it_settles_does_no_harm(webcam):
+    def broken(capture):
+        def retrieve():
+            if capture.begun:
+                return True, capture.image
+            raise cv2.error("a picture that came in pieces")
+
+        capture.retrieve = retrieve
+
+    source, (capture,) = webcam(broken)
+    capture.give(3)
+    assert number_of(source.read(1.0).image) == 3
+
+
 def test_what_a_webcam_will_not_do_is_said(webcam):
     def stubborn(capture):
         capture.refused = {cv2.CAP_PROP_AUTO_EXPOSURE, cv2.CAP_PROP_WB_TEMPERATURE, 3, 5}
@@ -608,6 +622,27 @@ def test_the_drivers_time_stamp_is_believed_only_if_it_can_be_true(webcam, stamp
     assert source.read(1.0).t == pytest.approx(t)
     told = "time stamps from the driver" in source.notes
     assert told == (stamp in (49.98, 50.0))
+
+
+def test_a_picture_that_lay_in_the_driver_for_long_is_not_taken_for_a_new_one(webcam):
+    source, (capture,) = webcam()
+    capture.give(1, stamp=49.99)
+    assert source.read(1.0).t == pytest.approx(49.99)
+    capture.give(2, stamp=48.0)  # the program stood still, or was suspended
+    assert source.read(1.0).t == pytest.approx(48.0)
+    assert "time stamps from the driver" in source.notes
+
+
+def test_a_webcam_that_came_back_without_time_stamps_is_noticed(webcam, monkeypatch):
+    monkeypatch.setattr(camera, "PATIENCE", (0.0, 0.0, 60.0))
+    source, made = webcam()
+    made[0].give(1, stamp=49.99)
+    assert source.read(1.0).t == pytest.approx(49.99)
+    made[0].frames.put(None)
+    while len(made) < 2 or not made[1].begun:
+        assert not source.ended
+    made[1].give(2, stamp=0.0)
+    assert source.read(20).t == 50.0
 
 
 def test_a_frame_that_cannot_be_read_is_passed_over_and_counted(webcam):

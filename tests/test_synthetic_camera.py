@@ -270,6 +270,23 @@ def test_a_slow_reader_gets_the_newest_frame_and_no_frame_twice():
     assert np.diff(indices).min() >= 13
 
 
+def test_a_picture_that_takes_longer_than_a_frame_is_handed_over_all_the_same(monkeypatch):
+    made = camera("width=160,height=120,focal=160,clutter=0")
+    paint = SyntheticCamera.capture
+    painted = []
+
+    def slowly(self, index):
+        assert len(painted) < 10, "it paints for ever"
+        painted.append(index)
+        made.clock.t += 2.5 / made.fps
+        return paint(self, index)
+
+    monkeypatch.setattr(SyntheticCamera, "capture", slowly)
+    given = [made.read().index for _ in range(4)]
+    assert given == painted
+    assert np.diff(given).min() >= 1
+
+
 def test_who_waits_too_short_gets_nothing_and_the_frame_later():
     made = camera("width=160,height=120,focal=160,clutter=0,delay=0.3")
     assert made.read(0.1) is None

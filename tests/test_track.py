@@ -25,10 +25,10 @@ from laptop.__main__ import laptop
 from laptop.camera import Frame
 from laptop.markers import Marker, read_markers, read_spec, write_markers
 from laptop.tracker import Sighting
-from laptop.tracking_server import PORT, State, TrackingServer
+from laptop.tracking_server import State, TrackingServer
 from laptop.view import View, draw
 from laptop.watching import Interrupted, Run, Sheet, Tally, Watcher
-from shared.messages import Status
+from shared.messages import PORT, Status
 
 ROOT = Path(__file__).parent.parent
 FOOTAGE = ROOT.parent / "shared" / "footage"
@@ -322,6 +322,16 @@ def test_a_port_in_use(run, video, tmp_path):
         words = ["--camera", video(), "--host", "127.0.0.1", "--csv", tmp_path / "out.csv"]
         shown = run(*words, "--port", port, status=1)
     assert in_one_line(shown.stderr, f"port {port} is in use", "--port")
+    assert (tmp_path / "out.csv").read_text() == "old"
+
+
+def test_where_markers_cannot_be_kept_the_old_sheet_stays(run, video, tmp_path):
+    (tmp_path / "out.csv").write_text("old")
+    (tmp_path / "file").touch()
+    words = ["--camera", video(), "--no-serve", "--csv", tmp_path / "out.csv"]
+    words += ["--pick", "effector=30,60", "--markers", tmp_path / "file" / "markers.ini"]
+    shown = run(*words, status=1)
+    assert in_one_line(shown.stderr, "cannot write", "markers.ini")
     assert (tmp_path / "out.csv").read_text() == "old"
 
 

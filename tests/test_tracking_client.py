@@ -1,5 +1,6 @@
 """The brick's end of the link, against a tracker that the tests play, over loopback TCP."""
 
+import errno
 import os
 import re
 import select
@@ -15,7 +16,6 @@ from robot import tracking_client
 from robot.tracking_client import (
     CONNECT_LIMIT,
     LONGEST_PAUSE,
-    PORT,
     Memory,
     NotPaired,
     Tracker,
@@ -30,6 +30,7 @@ from shared.link import SILENCE, Link
 from shared.messages import (
     BRICK,
     LAPTOP,
+    PORT,
     Bye,
     Challenge,
     Hello,
@@ -284,6 +285,35 @@ def test_a_restart_of_the_tracker_is_survived(make, clock, said):
     assert [line.split(":")[0] for line in said] == ["linked to 127.0.0.1"] + ["not linked"] * 2 + [
         "linked to 127.0.0.1"
     ]
+
+
+def test_an_address_of_a_kind_that_the_system_has_not_is_passed_over(make, monkeypatch):
+    """A name may stand for an IPv6 address where the kernel has no IPv6."""
+    tracker = make(FakeTracker)
+    client = make(TrackingClient, tracker.port)
+    real, unknown = socket.socket, 12345
+
+    def make_socket(family=socket.AF_INET, *args, **options):
+        if family == unknown:
+            raise OSError(errno.EAFNOSUPPORT, "Address family not supported by protocol")
+        return real(family, *args, **options)
+
+    monkeypatch.setattr(tracking_client.socket, "socket", make_socket)
+    client._addresses.insert(0, (unknown, ("::1", tracker.port, 0, 0)))
+    client.look()
+    assert "not supported" in client.why
+    until(lambda: client.linked, client, tracker)
+
+
+def test_no_observation_is_older_than_the_one_before_it_though_the_offset_was_corrected(
+    make, monkeypatch
+):
+    client, tracker = linked(make)
+    times = [10.0, 10.05, 10.02, 10.06, 3.0]  # the last after a jump of the brick's clock
+    waiting = [{"A": Observation(k, "A", t, {})} for k, t in enumerate(times)]
+    monkeypatch.setattr(Link, "newest", lambda link: waiting.pop(0) if waiting else {})
+    got = [seen.t for _ in times for seen in client.look().values()]
+    assert got == [10.0, 10.05, 10.06, 3.0]
 
 
 def test_nothing_listening_is_said_once_and_tried_ever_more_slowly(make, clock, said):

@@ -18,7 +18,6 @@ from laptop.tracking_server import (
     LONGEST_DELAY,
     MOST_CALLERS,
     MOST_OFFENDERS,
-    PORT,
     BadPairing,
     CannotListen,
     TrackingServer,
@@ -35,6 +34,7 @@ from shared.link import SILENCE
 from shared.messages import (
     BRICK,
     LAPTOP,
+    PORT,
     VERSION,
     BadMessage,
     Challenge,
@@ -615,8 +615,15 @@ def test_the_command_has_no_port_where_it_is_the_usual(monkeypatch):
         ]
 
 
-def test_both_ends_have_the_same_port_in_mind():
-    assert PORT == tracking_client.PORT
+@pytest.mark.parametrize("host", ["0.0.0.0", "::"])
+def test_the_command_names_no_address_that_means_all_of_them(host):
+    try:
+        server = TrackingServer(host, 0, CODE)
+    except CannotListen:
+        pytest.skip("no IPv6 here")
+    with server:
+        addresses = [command.split()[1] for command in server.commands()[1:]]
+        assert addresses == [f"{address}:{server.port}" for address in own_addresses()]
 
 
 def test_all_addresses_means_ipv6_too_where_there_is_any():

@@ -443,14 +443,15 @@ class SyntheticCamera:
             begin = max(due - LEAD, self.time_of(index) + self._whole)
             if not ready and now >= begin:
                 self._ready = self.capture(index)
-            elif ready and now >= due:
+                # However long that took: or who paints slower than frames come due paints for ever.
+                ready, now = True, self._now()
+            if ready and now >= due:
                 frame, self._ready = self._ready, None
                 self._next = index + 1
                 return frame
-            elif now >= deadline:
+            if now >= deadline:
                 return None
-            else:
-                self._sleep(max(min(due if ready else begin, deadline) - now, 1e-4))
+            self._sleep(max(min(due if ready else begin, deadline) - now, 1e-4))
         return None
 
     def close(self) -> None:
