@@ -5,12 +5,16 @@ from __future__ import annotations
 import errno
 import json
 import os
+import signal
 import sys
 import tempfile
 import time
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # while importing there is nothing to end in order
 
 try:
     import click
@@ -454,6 +458,8 @@ def bench_limits() -> None:
 
 def main() -> int:
     """Run a command; every failure is one line on stderr and a status of its own."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         laptop(prog_name="python -m laptop", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:

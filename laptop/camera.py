@@ -735,7 +735,7 @@ def open_camera(
         if capture.get(cv2.CAP_PROP_FRAME_COUNT) > 0:  # a file that lies on a server
             return Recording(source, capture, fps, live, now, sleep)
         return LiveCamera(source, stream, now, capture)
-    return Recording(source, _open_files(Path(source), make), fps, live, now, sleep)
+    return Recording(source, _open_files(source, make), fps, live, now, sleep)
 
 
 def is_live(source: str) -> bool:
@@ -743,15 +743,16 @@ def is_live(source: str) -> bool:
     return "://" in source or bool(WEBCAM.fullmatch(source))
 
 
-def _open_files(path: Path, make: MakeCapture) -> Capture:
-    if path.is_dir():
+def _open_files(source: str, make: MakeCapture) -> Capture:
+    path = Path(source)
+    if source and path.is_dir():  # (an empty one would be the folder we stand in)
         files = [file for file in path.iterdir() if file.suffix.lower() in PICTURES]
         if not files:
             raise NoCamera(f"folder {path} has no pictures; png and jpg files are read")
         return _Folder(sorted(files, key=_natural))
-    if not path.exists():
+    if not source or not path.exists():
         raise NoCamera(
-            f"no camera, file or folder '{path}'; give --camera a webcam's number, a video file, "
+            f"no camera, file or folder '{source}'; give --camera a webcam's number, a video file, "
             "a folder of pictures, a stream (http://, rtsp://) or synthetic"
         )
     if path.suffix.lower() in PICTURES:

@@ -39,7 +39,7 @@ from shared import messages
 from shared.arm_description import ArmError
 
 EFFECTOR = "effector"
-DEFAULTS = {EFFECTOR: "disc:red", GOAL: "disc:blue"}
+DEFAULTS = {EFFECTOR: "disc:red", GOAL: "disc:green"}
 """What is looked for if nothing is said."""
 
 LEARNED = ("disc", "ball")
@@ -472,7 +472,11 @@ def _introduce(
         for note in camera.notes:
             say(f"  {note}")
     for marker in plan.markers:
-        kept = f" (learned, kept in {plan.file})" if marker.name in plan.learned else ""
+        kept = ""
+        if marker.name in plan.learned:
+            kept = f" (learned, kept in {plan.file})"
+        elif plan.known.get(marker.name) == marker:
+            kept = f" (from {plan.file}; for another: --{marker.name} SPEC)"
         say(f"{marker.name}: {marker}{kept}")
     for watcher, point in zip(watchers, plan.points, strict=True):
         if point:

@@ -433,14 +433,17 @@ def _whole_disc(
         blob = max(blobs, key=cv2.contourArea)
     else:
         blob = max(blobs, key=lambda b: cv2.pointPolygonTest(b, near, True))
-    ellipse = ellipse_of(blob)
-    if ellipse is None or ellipse.even <= 0:
+    rough = ellipse_of(blob)
+    if rough is None:
         return None
-    u, v, radius = ellipse.u + left, ellipse.v + top, ellipse.radius
+    u, v, radius = rough.u + left, rough.v + top, rough.radius
     paint = _mix(image, u, v, radius)
     if paint is None:
         return None
-    start = replace(track, paint=paint, seen=None, even=ellipse.even)
+    even = max(rough.even, _evenness(image, u, v, radius, paint))
+    if even <= 0:
+        return None
+    start = replace(track, paint=paint, seen=None, even=even)
     found = _measure_disc(image, u, v, radius, marker, start)
     if found is None or found.seen is None:
         return None
@@ -500,6 +503,8 @@ def _mix(image: np.ndarray, u: float, v: float, radius: float) -> Paint | None:
     if there is None:
         return None
     window, _, _, part = there
+    if not core[part].any() or not ring[part].any():
+        return None
     light = cv2.LUT(window, _LIGHT)
     inside = light[core[part]].mean(axis=0) / 65535
     around = light[ring[part]].astype(np.float32) / 65535
@@ -513,6 +518,21 @@ def _mix(image: np.ndarray, u: float, v: float, radius: float) -> Paint | None:
         return None
     weights /= separation * (1 - 2 * _EDGE)
     return Paint(np.append(weights, -65535 * (weights @ mean + _EDGE / (1 - 2 * _EDGE)))[None])
+
+
+def _evenness(image: np.ndarray, u: float, v: float, radius: float, paint: Paint) -> float:
+    """How well the outline of what is half disc follows an ellipse.
+
+    Brightness has a part in it, which a JPEG keeps finer than the colours that the gate sees.
+    """
+    there = _around(image, u, v, _masks(max(2, round(radius)))[0].shape[0] // 2)
+    if there is None:
+        return 0.0
+    share = cv2.transform(cv2.LUT(there[0], _LIGHT), paint.weights)
+    half = cv2.inRange(share, 32768, 65535)
+    outlines, _ = cv2.findContours(half, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    ellipse = ellipse_of(max(outlines, key=cv2.contourArea)) if outlines else None
+    return ellipse.even if ellipse else 0.0
 
 
 def _measure_disc(

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from laptop.camera import Frame
-from laptop.tracker import Sighting
+from laptop.tracker import BELIEVED, Sighting
 from shared.arm_description import ArmError
 
 
@@ -50,7 +50,7 @@ def draw(view: View, width: int = 1280) -> np.ndarray:
             continue  # somewhere beyond the picture
         text = f"{name} {seen.u:.1f}, {seen.v:.1f}"
         if math.isfinite(seen.radius):
-            text += f"  {seen.confidence:.2f}"
+            text += f"  {seen.confidence:.2f}{' doubtful' * (seen.confidence < BELIEVED)}"
         for ink, thick in (((0, 0, 0), 5), (inks.get(name, _OTHER_INK[0]), 2)):
             _cross(image, u, v, 9, ink, thick)
             if math.isfinite(seen.radius):
@@ -63,8 +63,23 @@ def draw(view: View, width: int = 1280) -> np.ndarray:
     lost = [f"{name}: {why}" for name, why in view.why.items() if not view.found.get(name)]
     for line, text in enumerate(reversed(lost)):
         _label(image, text, 12, image.shape[0] - 14 - 34 * line, (90, 110, 255))
-    _label(image, f"frame {view.frame.index}", 12, 30, (255, 255, 255))
+    _label(image, f"frame {view.frame.index}", image.shape[1], 46, (255, 255, 255))
+    _rulers(image, k)
     return image
+
+
+def _rulers(image: np.ndarray, k: int) -> None:
+    """Pixels of the camera along the upper and the left edge: the picture is enlarged k times."""
+    for along in (0, 1):
+        for pixel in range(100, image.shape[1 - along] // k, 100):
+            at = (k * pixel + k // 2, 0)[:: 1 - 2 * along]
+            end = (at[0] + 12 * along, at[1] + 12 * (1 - along))
+            where = (end[0] - 16 + 20 * along, end[1] + 16 - 11 * along)
+            for ink, thick in (((0, 0, 0), 4), ((255, 255, 255), 1)):
+                cv2.line(image, at, end, ink, thick)
+                cv2.putText(
+                    image, str(pixel), where, cv2.FONT_HERSHEY_SIMPLEX, 0.5, ink, thick, cv2.LINE_AA
+                )
 
 
 def _cross(image: np.ndarray, u: float, v: float, arm: int, ink: Any, thick: int) -> None:

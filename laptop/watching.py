@@ -28,7 +28,7 @@ from rich.table import Table
 from rich.text import Text
 
 from laptop.camera import Frame
-from laptop.tracker import Sighting
+from laptop.tracker import BELIEVED, Sighting
 from laptop.view import View
 from shared import messages
 from shared.arm_description import ArmError
@@ -166,6 +166,11 @@ class Tally:
     def frames(self) -> int:
         """How many were looked at."""
         return self.seen + self.lost.total()
+
+    @property
+    def reliable(self) -> int:
+        """In how many it may be relied upon."""
+        return sum(self._confidences[round(100 * BELIEVED) :])
 
     @property
     def confidence(self) -> float:
@@ -458,6 +463,7 @@ def summary(watchers: Sequence[Watcher]) -> Table:
         "marker",
         "seen",
         "%",
+        f"{BELIEVED:g} or\nmore, %",
         "median\nconfidence",
         "else mostly",
     )
@@ -469,6 +475,7 @@ def summary(watchers: Sequence[Watcher]) -> Table:
                 name,
                 f"{tally.seen} of {tally.frames}",
                 f"{100 * tally.seen / tally.frames:.1f}",
+                f"{100 * tally.reliable / tally.frames:.1f}",
                 f"{tally.confidence:.2f}" if tally.seen else "",
                 most[0][0] if most else "",
             )

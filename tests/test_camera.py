@@ -764,3 +764,10 @@ def test_a_stream_is_live_and_opened_again_when_it_ends(stream, monkeypatch, cap
             newest = frame.index
     assert source.ended
     assert capfd.readouterr().err == ""
+
+
+def test_an_empty_name_is_not_the_folder_we_stand_in(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    cv2.imwrite("a.png", np.zeros((8, 8, 3), np.uint8))
+    with pytest.raises(NoCamera, match="no camera, file or folder ''"):
+        open_camera("")

@@ -42,7 +42,7 @@ def place(number):
     return 30.0 + 5 * number, 60.0
 
 
-def picture(number, effector=RED, goal=BLUE):
+def picture(number, effector=RED, goal=GREEN):
     """A disc that moves, and one that stands, on grey."""
     image = np.full((4 * HEIGHT, 4 * WIDTH, 3), 130, np.uint8)
     for centre, ink in ((place(number), effector), ((120.0, 25.0), goal)):
