@@ -440,7 +440,7 @@ def _whole_disc(
     paint = _mix(image, u, v, radius)
     if paint is None:
         return None
-    even = max(rough.even, _evenness(image, u, v, radius, paint))
+    even = (rough.even + _evenness(image, u, v, radius, paint)) / 2
     if even <= 0:
         return None
     start = replace(track, paint=paint, seen=None, even=even)
