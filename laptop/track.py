@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 import string
 import sys
@@ -37,6 +36,7 @@ from laptop.watching import (
 )
 from shared import messages
 from shared.arm_description import ArmError
+from shared.state import state_folder
 
 EFFECTOR = "effector"
 DEFAULTS = {EFFECTOR: "disc:red", GOAL: "disc:green"}
@@ -141,8 +141,7 @@ def read_picture(text: str) -> tuple[Path, int | None]:
 
 def markers_file() -> Path:
     """Where learned markers are kept: in $BRICKSERVO_STATE or ~/.brickservo."""
-    state = os.environ.get("BRICKSERVO_STATE")
-    return (Path(state) if state else Path.home() / ".brickservo") / "markers.ini"
+    return Path(state_folder()) / "markers.ini"
 
 
 @dataclass(frozen=True)

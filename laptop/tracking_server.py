@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import ipaddress
+import math
 import os
 import selectors
 import socket
@@ -40,6 +41,7 @@ from shared.messages import (
     Stop,
     Welcome,
 )
+from shared.state import state_folder
 
 TICK = 0.1
 """How often the thread looks at what is due while somebody is connected, s."""
@@ -83,9 +85,7 @@ def pairing_code(folder: Path | None = None) -> str:
     Raises:
         BadPairing: naming the file and what to do.
     """
-    file = (
-        folder or Path(os.environ.get("BRICKSERVO_STATE") or Path.home() / ".brickservo")
-    ) / "pairing"
+    file = (folder or Path(state_folder())) / "pairing"
     try:
         with contextlib.suppress(FileNotFoundError):
             code = pairing.read_code(file.read_text(encoding="ascii"))
@@ -145,7 +145,7 @@ class State:
         status: its last Status, or None.
         status_age: s since that came in.
         round_trip: the least of the last pings, s; until the brick's program looks, it waits too.
-        refusal: the last one, with its sender; "" if there was none.
+        refusal: the last one, with its sender; "" if there was none since a brick was let in.
         lost: why the last brick left; "" if none did.
         counters: of the present link, see shared.link.Link; {} without one.
     """
@@ -419,7 +419,8 @@ class TrackingServer:
         nonces = brick_nonce, caller.laptop_nonce
         wait = self._offenders.wait(caller.sender, now)
         if wait:  # whatever it says: else ten connections at once would be ten guesses
-            self._refuse(caller, "wait", f"wrong codes came from here; wait {wait:.0f} s", wait)
+            reason = f"a wrong code came from this address; wait {math.ceil(wait)} s"
+            self._refuse(caller, "wait", reason, wait)
         elif not pairing.is_proof(message.proof, self._key, BRICK, *nonces):
             wait = self._offenders.add(caller.sender, now)
             reason = (
@@ -432,15 +433,17 @@ class TrackingServer:
             if self._served is not None and self._served.link.closed:
                 self._dismiss(self._served)
             if self._served is not None:
-                self._refuse(
-                    caller, "busy", f"the tracker serves {self._served.address}, and one at a time"
+                reason = (
+                    f"another program is connected, from {self._served.address}; end that one first"
                 )
+                self._refuse(caller, "busy", reason)
                 return
             caller.link.send(Welcome(pairing.proof(self._key, LAPTOP, *nonces)))
             caller.link.trust()
             self._callers.remove(caller)
             self._served = caller
             self._status = None
+            self._refusal = ""
             caller.since = now
 
     def _refuse(self, caller: _Caller, cause: str, reason: str, wait: float = 0.0) -> None:

@@ -14,17 +14,14 @@ import json
 import math
 import os
 import re
-import signal
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+from robot import program  # noqa: E402
 
 if __name__ == "__main__":
-    # The imports take seconds on the brick, and nothing turns yet: a signal may just end them.
-    for _number in _SIGNALS:
-        signal.signal(_number, signal.SIG_DFL)
+    program.let_signals_end()
 
 from robot import kinematics, trajectory  # noqa: E402
 from robot.clock import Clock  # noqa: E402
@@ -41,14 +38,6 @@ PLAY_DIFFERS = math.radians(1.5)
 
 MOST_STEPS = 200
 """The report's steps end somewhere; this many would go round the base several times."""
-
-
-class Stopped(BaseException):
-    """A signal asked the program to end; no `except Exception` of a library may swallow that."""
-
-    def __init__(self, number):
-        super(Stopped, self).__init__("stopped by {}".format(signal.Signals(number).name))
-        self.status = 128 + number
 
 
 class NoLibrary(ArmError, ImportError):
@@ -246,15 +235,9 @@ def _number_in(lower, upper, unit):
     return read
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message):
-        """One line, and nothing has moved."""
-        self.exit(2, "{}: {}; see {} --help\n".format(self.prog, message, self.prog))
-
-
 def _options(**defaults):
     """The options of every command, accepted before and after its name."""
-    options = _Parser(add_help=False, argument_default=argparse.SUPPRESS)
+    options = program.Parser(add_help=False, argument_default=argparse.SUPPRESS)
     options.add_argument(
         "--arm", metavar="FILE", help="arm file (default: $BRICKSERVO_ARM, else planar)"
     )
@@ -271,7 +254,7 @@ def _parser():
     first = _options(
         arm=os.environ.get("BRICKSERVO_ARM", "planar"), method="smooth", speed=None, elbow=None
     )
-    parser = _Parser(
+    parser = program.Parser(
         prog="driver.py", description="Draw with the arm; all lengths in cm.", parents=[first]
     )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
@@ -396,27 +379,12 @@ def _run(parser, args):
             )
         )
     except BaseException:
-        _ignore_signals()
+        program.ignore_signals()
         with contextlib.suppress(ArmError):  # the first trouble is the one to tell
             arm.park()
         raise
-    _ignore_signals()
+    program.ignore_signals()
     arm.park()
-
-
-def _ignore_signals():
-    # Not SIG_IGN: Python 3.5 would try to call that for a signal that has just come in.
-    for number in _SIGNALS:
-        signal.signal(number, _do_nothing)
-
-
-def _do_nothing(number, frame):
-    pass
-
-
-def _raise_stopped(number, frame):
-    _ignore_signals()  # a second one must not keep the first from being obeyed
-    raise Stopped(number)
 
 
 def main(argv=None):
@@ -426,14 +394,7 @@ def main(argv=None):
     argv = [" " + word if re.match(r"-(\d|\.|inf|nan)", word) else word for word in argv]
     parser = _parser()
     args = parser.parse_args(argv)
-    for number in _SIGNALS:
-        signal.signal(number, _raise_stopped)
-    try:
-        _run(parser, args)
-    except (ArmError, OSError, Stopped) as error:
-        print("driver.py: {}".format(error), file=sys.stderr)
-        return getattr(error, "status", 1)
-    return 0
+    return program.run(parser.prog, lambda: _run(parser, args))
 
 
 if __name__ == "__main__":

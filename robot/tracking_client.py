@@ -11,27 +11,25 @@ Started by itself it moves nothing: it shows whether the brick sees.
 import argparse
 import collections
 import contextlib
+import errno
 import json
 import os
 import re
 import select
-import signal
 import socket
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+from robot import program  # noqa: E402
 
 if __name__ == "__main__":
-    # Importing takes seconds on the brick: a signal may just end it.
-    for _number in _SIGNALS:
-        signal.signal(_number, signal.SIG_DFL)
+    program.let_signals_end()
 
 from robot.clock import Clock  # noqa: E402
 from shared import pairing  # noqa: E402
 from shared.arm_description import ArmError  # noqa: E402
-from shared.link import MAX_AGE, Link  # noqa: E402
+from shared.link import FOREIGN, MAX_AGE, Link  # noqa: E402
 from shared.messages import (  # noqa: E402
     BRICK,
     LAPTOP,
@@ -46,6 +44,7 @@ from shared.messages import (  # noqa: E402
     Stop,
     Welcome,
 )
+from shared.state import state_folder  # noqa: E402
 
 CONNECT_LIMIT = 3.0
 """For TCP to connect, s; after that it is the link that notices silence."""
@@ -87,8 +86,7 @@ class Memory(object):
     """
 
     def __init__(self, folder=None):
-        folder = folder or os.environ.get("BRICKSERVO_STATE") or os.path.expanduser("~/.brickservo")
-        self.file = os.path.join(folder, "tracker")
+        self.file = os.path.join(folder or state_folder(), "tracker")
 
     def load(self):
         """The Tracker; None if none is remembered, or the file is of no use."""
@@ -161,6 +159,8 @@ def find_tracker(place="", code=None, environ=None, memory=None):
     environ = os.environ if environ is None else environ
     known = (memory or Memory()).load()
     host, port = read_place(place)
+    if code is None and not (known and known.host == host):
+        _check_is_no_code(place)
     code = pairing.read_code(code) if code is not None else known and known.code
     if not host:
         ssh = (environ.get("SSH_CLIENT") or environ.get("SSH_CONNECTION") or "").split()
@@ -178,6 +178,13 @@ def find_tracker(place="", code=None, environ=None, memory=None):
     if port is None:
         port = known.port if known and known.host == host else PORT
     return Tracker(host, port, code)
+
+
+def _check_is_no_code(word):
+    """Raise NotPaired if a word that stands alone reads as a pairing code."""
+    with contextlib.suppress(pairing.BadCode):
+        code = pairing.show_code(pairing.read_code(word))
+        raise NotPaired("'{}' reads as a pairing code; write --code {}".format(word, code))
 
 
 class TrackingClient(object):
@@ -324,9 +331,9 @@ class TrackingClient(object):
     def _finish_connecting(self, timeout):
         sock = self._connecting
         if select.select([], [sock], [], timeout)[1]:
-            errno = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
-            if errno:
-                self._not_connected(errno)
+            number = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+            if number:
+                self._not_connected(number)
                 return
             self._connecting = None
             self._link = Link(sock, self._clock.now, proven=False, patience=PATIENCE)
@@ -335,11 +342,11 @@ class TrackingClient(object):
         elif self._clock.now() > self._limit:
             self._not_connected(None)
 
-    def _not_connected(self, errno):
+    def _not_connected(self, number):
         if self._connecting is not None:  # the system has perhaps no socket of this kind
             self._connecting.close()
             self._connecting = None
-        if errno is None:
+        if number is None:
             why = (
                 "no answer from {} within {:g} s; is it on the same network, "
                 "and does its firewall let port {} in?".format(
@@ -348,8 +355,10 @@ class TrackingClient(object):
             )
         else:
             why = "cannot reach {}: {}; start the tracker there: python -m laptop track".format(
-                self._place, os.strerror(errno).lower()
+                self._place, os.strerror(number).lower()
             )
+            if number == errno.ECONNREFUSED:
+                why += ", or check the port that it prints"
         self._lose(why, self._clock.now())
 
     # The handshake, and what comes after it
@@ -368,7 +377,13 @@ class TrackingClient(object):
             return
         now = self._clock.now()
         if self._link.closed:
-            self._lose("{}: {}".format(self._place, self._link.reason), now)
+            why = "{}: {}".format(self._place, self._link.reason)
+            if self._link.reason == FOREIGN:
+                why = (
+                    "{}: something else than the tracker answers there; "
+                    "check address and port".format(self._place)
+                )
+            self._lose(why, now)
 
     def _shake_hands(self, message):
         if isinstance(message, Challenge) and self._nonces[1] is None:
@@ -459,14 +474,6 @@ LINE_PERIOD = 0.1
 """Between two looks that are printed, s: a person reads no faster, and printing costs the brick."""
 
 
-class Stopped(BaseException):
-    """A signal asked the program to end."""
-
-    def __init__(self, number):
-        super(Stopped, self).__init__("stopped by {}".format(signal.Signals(number).name))
-        self.status = 128 + number
-
-
 def _line(seen, now):
     words = ["camera {}: {:4.0f} ms ago".format(seen.camera, 1000 * (now - seen.t))]
     for name in sorted(seen.markers):
@@ -495,14 +502,8 @@ def _seconds(text):
     return value
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message):
-        """One line."""
-        self.exit(2, "{}: {}; see {} --help\n".format(self.prog, message, self.prog))
-
-
 def _parser():
-    parser = _Parser(
+    parser = program.Parser(
         prog="tracking_client.py", description="Show what the tracker on the laptop sees."
     )
     parser.add_argument(
@@ -529,6 +530,8 @@ def _run(args):
             newest = {}
             while clock.now() < pause and not client.refused:
                 newest.update(client.look(max(0.0, pause - clock.now())))
+                if not client.linked:
+                    newest.clear()  # it has just said so: nothing older after that
             for camera in sorted(newest):
                 some = True
                 _say(_line(newest[camera], clock.now()))
@@ -541,41 +544,22 @@ def _run(args):
                 )
             )
     finally:
-        _ignore_signals()
+        program.ignore_signals()
         client.close("the client has ended")
-
-
-def _ignore_signals():
-    # Not SIG_IGN: Python 3.5 would try to call that for a signal that has just come in.
-    for number in _SIGNALS:
-        signal.signal(number, _do_nothing)
-
-
-def _do_nothing(number, frame):
-    pass
-
-
-def _raise_stopped(number, frame):
-    _ignore_signals()  # a second one must not spoil the farewell
-    raise Stopped(number)
 
 
 def main(argv=None):
     """Show what the tracker sees; the exit status."""
-    args = _parser().parse_args(argv)
-    for number in _SIGNALS:
-        signal.signal(number, _raise_stopped)
-    try:
-        _run(args)
-    except BrokenPipeError:
-        # Nobody reads on: and nothing is to be written at the end of Python either.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        print("tracking_client.py: the reader of the output has gone", file=sys.stderr)
-        return 1
-    except (ArmError, OSError, Stopped) as error:
-        print("tracking_client.py: {}".format(error), file=sys.stderr)
-        return getattr(error, "status", 1)
-    return 0
+    parser = _parser()
+    args, others = parser.parse_known_args(argv)
+    if others:
+        if args.code is None:
+            try:
+                _check_is_no_code(others[0])
+            except NotPaired as problem:
+                parser.error(str(problem))
+        parser.error("unrecognized arguments: {}".format(" ".join(others)))
+    return program.run(parser.prog, lambda: _run(args))
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ import math
 import os
 
 from shared.arm_description import ArmError
+from shared.state import state_folder
 
 AGREES = 2
 """Counts by which a parked motor may have settled since."""
@@ -36,9 +37,8 @@ class Zero(object):
     """
 
     def __init__(self, name, folder=None):
-        folder = folder or os.environ.get("BRICKSERVO_STATE") or os.path.expanduser("~/.brickservo")
         self.name = name
-        self.file = os.path.join(folder, name + ".json")
+        self.file = os.path.join(folder or state_folder(), name + ".json")
 
     def confirmed(self, counts):
         """Counts at joint angle zero, by port.

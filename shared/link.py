@@ -48,6 +48,9 @@ MAX_CAMERAS = 8
 MAX_QUEUE = 16
 """Messages, other than observations, that wait to be sent or taken."""
 
+FOREIGN = "it does not speak our language"
+"""Why a link has ended whose first words were no handshake."""
+
 READ_SIZE = 16384
 READS = 4
 """Of READ_SIZE bytes, at most, in one poll: a flood must not keep us."""
@@ -492,7 +495,7 @@ class Link(object):
         self.counters["bad"] += 1
         self._bad_in_a_row += 1
         if not self._proven:
-            self._fail("it does not speak our language")
+            self._fail(FOREIGN)
         elif self._bad_in_a_row >= MAX_BAD_LINES:
             self._fail("{} bad lines in a row".format(self._bad_in_a_row))
 

@@ -557,9 +557,8 @@ def test_two_signals_at_once_do_not_get_past_the_stop():
     """In a real process: emulated signals never arrive between two instructions."""
     code = """
 import os, signal
-from robot import driver
-for number in driver._SIGNALS:
-    signal.signal(number, driver._raise_stopped)
+from robot import program
+program.raise_on_signals()
 both = {signal.SIGINT, signal.SIGTERM}
 signal.pthread_sigmask(signal.SIG_BLOCK, both)
 for number in both:
@@ -569,11 +568,11 @@ try:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, both)
         sum(range(100000))
     except BaseException:
-        driver._ignore_signals()
+        program.ignore_signals()
         os.kill(os.getpid(), signal.SIGHUP)
         print("stopped the motors")
         raise
-except driver.Stopped as error:
+except program.Stopped as error:
     print(error)
 """
     shown = subprocess.run(

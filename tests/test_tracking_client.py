@@ -325,7 +325,7 @@ def test_nothing_listening_is_said_once_and_tried_ever_more_slowly(make, clock, 
         client.look(0.1)
     assert len(said) == 1
     assert "refused" in said[0]
-    assert "python -m laptop track" in said[0]
+    assert said[0].endswith("python -m laptop track, or check the port that it prints")
     pauses = [late - early for early, late in zip(tries, tries[1:])]
     assert pauses[:3] == pytest.approx([0.25, 0.5, 1.0], abs=0.15)
     assert all(pause <= LONGEST_PAUSE + 0.15 for pause in pauses)
@@ -438,6 +438,10 @@ def test_one_that_does_not_keep_to_the_handshake_is_not_believed(make, answer):
     assert not client.linked
     assert not client.refused
     assert client.commands() == []
+    if isinstance(answer, (Observation, Start)):  # as any other server's greeting
+        assert client.why.endswith(
+            "something else than the tracker answers there; check address and port"
+        )
 
 
 def test_one_that_listens_but_says_nothing_is_left_after_a_while(make, clock):
@@ -567,6 +571,14 @@ def test_what_is_not_said_is_remembered(memory):
     assert find_tracker("", "JKMN-PQRS", {}, memory).code == "JKMNPQRS"
 
 
+def test_a_host_may_be_called_like_a_code(memory):
+    assert find_tracker("mark-desk", "abcd-efgh", {}, memory).host == "mark-desk"
+    memory.save(Tracker("mark-desk", PORT, CODE))
+    assert find_tracker("mark-desk", None, {}, memory).host == "mark-desk"
+    with pytest.raises(NotPaired, match="write --code MARK-DECK"):
+        find_tracker("mark-deck", None, {}, memory)
+
+
 def test_what_is_missing_is_asked_for(memory):
     with pytest.raises(NotPaired, match="where is the tracker"):
         find_tracker("", "abcd-efgh", {}, memory)
@@ -680,7 +692,7 @@ def test_the_command_is_refused_in_one_line(tmp_path):
 
 
 def test_the_command_says_once_that_nothing_listens_and_gives_up_in_time(monkeypatch, capsys):
-    monkeypatch.setattr(tracking_client.signal, "signal", lambda number, handler: None)
+    monkeypatch.setattr(signal, "signal", lambda number, handler: None)
     place = f"127.0.0.1:{free_port()}"
     assert main([place, "--code", "ABCDEFGH", "--seconds", "0.6"]) == 1
     out, err = capsys.readouterr()
@@ -699,11 +711,14 @@ def test_the_command_says_once_that_nothing_listens_and_gives_up_in_time(monkeyp
         (["127.0.0.1", "--seconds", "0"], "'0' must be a number from 0.1 to 86400 s"),
         (["127.0.0.1"], "not paired yet"),
         ([], "where is the tracker"),
-        (["a", "b"], "unrecognized arguments"),
+        (["a", "b"], "unrecognized arguments: b"),
+        (["a", "--code", "ABCDEFGH", "92GS-M64M"], "unrecognized arguments: 92GS-M64M"),
+        (["a", "92gsm64m"], "'92gsm64m' reads as a pairing code; write --code 92GS-M64M"),
+        (["92GS-M64M"], "'92GS-M64M' reads as a pairing code; write --code 92GS-M64M"),
     ],
 )
 def test_a_wrong_command_is_answered_in_one_line(argv, words, monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr(tracking_client.signal, "signal", lambda number, handler: None)
+    monkeypatch.setattr(signal, "signal", lambda number, handler: None)
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
     monkeypatch.delenv("SSH_CLIENT", raising=False)
     monkeypatch.delenv("SSH_CONNECTION", raising=False)
@@ -728,3 +743,31 @@ def test_the_script_can_be_started_by_its_name():
 def test_no_line_is_sent_that_is_longer_than_the_buffer_of_a_second():
     seen = Observation(1, "A", 1e5, {"effector": (320.5, 240.25, 0.98), "goal": None})
     assert 60 * len(encode(seen)) < tracking_client.RECEIVE_BUFFER
+
+
+def test_after_the_link_is_lost_nothing_older_is_printed(monkeypatch, capsys):
+    class FakeClient(object):
+        linked, refused, why, looks = True, False, "gone", 0
+
+        def __init__(self, *tracker, clock, say):
+            self.clock, self.say = clock, say
+
+        def look(self, timeout):
+            self.looks += 1
+            if self.looks == 1:
+                return {"A": Observation(0, "A", self.clock.now(), {"effector": None})}
+            if self.looks == 2:
+                self.linked = False
+                self.say("not linked: gone")
+            self.clock.sleep(timeout)
+            return {}
+
+        def close(self, reason):
+            self.linked = False
+
+    monkeypatch.setattr(tracking_client, "TrackingClient", FakeClient)
+    monkeypatch.setattr(tracking_client, "find_tracker", lambda place, code: ())
+    monkeypatch.setattr(tracking_client.program, "run", lambda name, command: command())
+    with pytest.raises(tracking_client.NotPaired):
+        tracking_client.main(["--seconds", "0.2"])
+    assert capsys.readouterr().out == "not linked: gone\n"

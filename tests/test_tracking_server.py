@@ -297,7 +297,7 @@ def test_a_brick_that_lost_its_power_is_replaced_after_two_seconds(server, call,
     ghost = call()
     assert isinstance(ghost.prove(), Welcome)
     client = brick()
-    until(lambda: "one at a time" in client.why, client)
+    until(lambda: "another program is connected" in client.why, client)
 
     def is_linked():
         clock.t += 0.1 if client._link is None and client._connecting is None else 0.0
@@ -315,8 +315,8 @@ def test_a_second_brick_is_refused_and_told_who_is_served(server, brick, call, c
     answer = call().prove()
     assert isinstance(answer, Refused)
     assert answer.cause == "busy"
-    assert "127.0.0.1" in answer.reason
-    assert "127.0.0.1" in server.state().refusal
+    assert answer.reason == "another program is connected, from 127.0.0.1; end that one first"
+    assert server.state().refusal == "127.0.0.1: " + answer.reason
     observe(server, clock, 1)
     assert received(client)["A"].seq == 1
 
@@ -350,9 +350,12 @@ def test_a_wrong_code_costs_its_sender_a_growing_delay(server, call, clock):
         clock.t += delay - 0.5
         answer = call().prove()  # even the right one
         assert (answer.cause, answer.wait) == ("wait", 0.5)
+        assert answer.reason == "a wrong code came from this address; wait 1 s"
         clock.t += 0.6
+    assert answer.reason in server.state().refusal
     caller = call()
     assert isinstance(caller.prove(), Welcome)
+    assert server.state().refusal == ""
     caller.close()
     until(lambda: server.state().client is None)
     assert call().prove(WRONG).wait == 1  # forgiven

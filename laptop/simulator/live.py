@@ -17,6 +17,7 @@ from collections import namedtuple
 
 from robot import kinematics
 from shared.arm_description import ArmError, read_arm
+from shared.state import state_folder
 
 FILE = "live.txt"
 VERSION = 1
@@ -39,11 +40,6 @@ NO_RUN = (
 
 Pose = namedtuple("Pose", "arm q ink")
 """Arm, joint angles (rad), segments (x0, y0, x1, y1) in cm drawn so far."""
-
-
-def folder_of_state():
-    """Where this user's programs keep what they remember."""
-    return os.environ.get("BRICKSERVO_STATE") or os.path.expanduser("~/.brickservo")
 
 
 class History(object):
@@ -118,7 +114,7 @@ class Publisher(object):
     """
 
     def __init__(self, brick, script, folder=None):
-        self.path = os.path.join(folder or folder_of_state(), FILE)
+        self.path = os.path.join(folder or state_folder(), FILE)
         self._brick = brick
         self._script = script
         self._file = None
@@ -222,7 +218,7 @@ class Follower(object):
     """
 
     def __init__(self, folder=None):
-        self.path = os.path.join(folder or folder_of_state(), FILE)
+        self.path = os.path.join(folder or state_folder(), FILE)
         self.header = None
         self.alive = False
         self.refused = ""

@@ -1,0 +1,82 @@
+"""What every script on the brick has in common: how it reads a command line, and how it ends.
+
+    if __name__ == "__main__":
+        program.let_signals_end()   # before the imports that take seconds
+    ...
+    parser = program.Parser(prog="name.py")
+    status = program.run("name.py", command)
+
+Whatever moves or must say farewell does so in `except BaseException` or `finally`, and calls
+`ignore_signals` first.
+"""
+
+import argparse
+import contextlib
+import os
+import signal
+import sys
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class Stopped(BaseException):
+    """A signal asked the program to end; no `except Exception` of a library may swallow that."""
+
+    def __init__(self, number):
+        super(Stopped, self).__init__("stopped by {}".format(signal.Signals(number).name))
+        self.status = 128 + number
+
+
+class Parser(argparse.ArgumentParser):
+    """A command line that is refused in one line."""
+
+    def error(self, message):
+        """One line, and nothing has been done."""
+        self.exit(2, "{}: {}; see {} --help\n".format(self.prog, message, self.prog))
+
+
+def let_signals_end():
+    """Importing takes seconds on the brick, and nothing turns yet: a signal may just end it."""
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_DFL)
+
+
+def raise_on_signals():
+    """From here on the first signal raises Stopped, and the others do nothing."""
+    for number in SIGNALS:
+        signal.signal(number, _raise_stopped)
+
+
+def ignore_signals():
+    """Nothing may spoil the end of the program."""
+    # Not SIG_IGN: Python 3.5 would try to call that for a signal that has just come in.
+    for number in SIGNALS:
+        signal.signal(number, _do_nothing)
+
+
+def _do_nothing(number, frame):
+    pass
+
+
+def _raise_stopped(number, frame):
+    ignore_signals()  # a second one must not keep the first from being obeyed
+    raise Stopped(number)
+
+
+def run(name, command):
+    """Call `command()`; the exit status, after one line if it has failed or was stopped."""
+    from shared.arm_description import ArmError  # not above: it is no part of a quick start
+
+    raise_on_signals()
+    try:
+        command()
+    except BrokenPipeError:
+        # Nobody reads on: and nothing is to be written at the end of Python either.
+        with contextlib.suppress(OSError):  # an emulated output has no number
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        print("{}: the reader of the output has gone".format(name), file=sys.stderr)
+        return 1
+    except (ArmError, OSError, Stopped) as error:
+        print("{}: {}".format(name, error), file=sys.stderr)
+        return getattr(error, "status", 1)
+    return 0
