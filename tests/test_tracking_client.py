@@ -746,7 +746,7 @@ def test_no_line_is_sent_that_is_longer_than_the_buffer_of_a_second():
 
 
 def test_after_the_link_is_lost_nothing_older_is_printed(monkeypatch, capsys):
-    class FakeClient(object):
+    class FakeClient:
         linked, refused, why, looks = True, False, "gone", 0
 
         def __init__(self, *tracker, clock, say):
