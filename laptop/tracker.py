@@ -144,8 +144,7 @@ def _expected(image: np.ndarray, t: float, marker: Marker, track: Track) -> Trac
     """Measure in the window; None if it does not look like the marker there."""
     seen = track.seen
     assert seen is not None
-    dt = min(t - track.t, 0.2)
-    u, v = seen.u + track.du * dt, seen.v + track.dv * dt
+    u, v = _predicted(seen, track, t)
     measured = None
     if marker.kind == "disc" and track.paint is not None and track.even == 1:
         measured = _measure_disc(image, u, v, seen.radius, marker, track)
@@ -156,6 +155,12 @@ def _expected(image: np.ndarray, t: float, marker: Marker, track: Track) -> Trac
     if marker.kind == "disc" and math.isinf(measured.whole) and t - track.whole > COVERED:
         return None
     return _moved(measured, track, t)
+
+
+def _predicted(seen: Sighting, track: Track, t: float) -> tuple[float, float]:
+    """Where a marker that was `seen` should be now, px; a speed says little about a long time."""
+    dt = min(t - track.t, 0.2)
+    return seen.u + track.du * dt, seen.v + track.dv * dt
 
 
 def _moved(measured: Track, track: Track, t: float) -> Track:
@@ -304,7 +309,6 @@ def _between(old: float, new: float, learned: float, low: float, high: float) ->
 
 def _crop(image: np.ndarray, u: float, v: float, half: float) -> tuple[np.ndarray, int, int] | None:
     """The window around (u, v) as far as it lies in the picture, with its left and top; px."""
-    height, width = image.shape[:2]
     left, top = max(0, math.floor(u - half)), max(0, math.floor(v - half))
     window = image[top : max(0, math.ceil(v + half) + 1), left : max(0, math.ceil(u + half) + 1)]
     return (window, left, top) if min(window.shape[:2]) >= 4 else None
@@ -617,8 +621,7 @@ def _find_aruco(image: np.ndarray, t: float, marker: Marker, track: Track) -> Tr
     height, width = image.shape[:2]
     windows = [(0, 0, width, height)]
     if track.seen is not None:
-        u = track.seen.u + track.du * min(t - track.t, 0.2)
-        v = track.seen.v + track.dv * min(t - track.t, 0.2)
+        u, v = _predicted(track.seen, track, t)
         half = 2.2 * track.seen.radius + 20
         box = (
             max(0, int(u - half)),
