@@ -40,10 +40,6 @@ MOST_STEPS = 200
 """The report's steps end somewhere; this many would go round the base several times."""
 
 
-class NoLibrary(ArmError, ImportError):
-    """This is not the brick, nor an emulated one."""
-
-
 class NotAnnounced(ArmError, OSError):
     """The file for whoever watches cannot be written."""
 
@@ -329,20 +325,6 @@ def _strokes(parser, args):
     return [trajectory.polyline(line) for line in REPORT_LINES]
 
 
-def _connect(description):
-    """The RobotArm; only here, because python-ev3dev2 is slow to import and not everywhere."""
-    try:
-        from robot.arm import RobotArm
-    except ImportError as error:
-        if getattr(error, "name", "") != "ev3dev2":
-            raise
-        raise NoLibrary(
-            "there is no python-ev3dev2 here; run this on the brick, or emulated: "
-            "python -m laptop simulate robot/driver.py ..."
-        ) from None
-    return RobotArm(description, Clock())
-
-
 def _run(parser, args):
     description = read_arm(find_arm(args.arm))
     if args.command == "inverse":
@@ -350,7 +332,7 @@ def _run(parser, args):
         return
     drawings = _strokes(parser, args)
     plans = [trajectory.plan(description, s, args.speed, args.elbow) for s in drawings]
-    arm = _connect(description)
+    arm = program.connect(description, Clock())
     driver = Driver(arm, args.speed, args.elbow)
     try:
         if args.command == "home":

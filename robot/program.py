@@ -63,6 +63,27 @@ def _raise_stopped(number, frame):
     raise Stopped(number)
 
 
+def connect(description, clock):
+    """The RobotArm of a description; only here python-ev3dev2 is needed, and slow to import.
+
+    Raises:
+        ArmError: this is not the brick, nor an emulated one.
+        MotorNotFound: see RobotArm.
+    """
+    try:
+        from robot.arm import RobotArm
+    except ImportError as error:
+        if getattr(error, "name", "") != "ev3dev2":
+            raise
+        from shared.arm_description import ArmError
+
+        raise ArmError(
+            "there is no python-ev3dev2 here; run this on the brick, or emulated: "
+            "python -m laptop simulate {} ...".format(sys.argv[0])
+        ) from None
+    return RobotArm(description, clock)
+
+
 def run(name, command):
     """Call `command()`; the exit status, after one line if it has failed or was stopped."""
     from shared.arm_description import ArmError  # not above: it is no part of a quick start

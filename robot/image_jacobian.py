@@ -1,0 +1,301 @@
+"""How the image moves when the joints move, learned while it happens: no camera is calibrated.
+
+Pure.  One model stands for the rows that are seen together (u and v of one camera), for any number
+of joints; several cameras are several models.
+
+    q   joint angles, rad (n)
+    s   image features, px (m)
+    J   image Jacobian ds/dq, px/rad: m rows, n columns
+
+Every model has the same door: `observe` takes in what was seen at which joint angles; `seen_from`
+gives what is known at this moment, as a Picture that later observations do not change;
+`covariance` says how little that is; `doubt_all` is for when the world has changed.
+"""
+
+import math
+from collections import namedtuple
+
+from robot.kinematics import broyden_update, solve
+
+UNKNOWN = 2000.0
+"""Standard deviation of an element of J before anything was seen, and the greatest, px/rad."""
+
+LEAST_DOUBT = 0.5
+"""The least: it never freezes, px/rad."""
+
+BENDING = 0.7
+"""By which share of itself J may change per radian of joint motion."""
+
+SEEN = 400.0
+"""Standard deviation of how far, in px, the sum of the links' directions can move the marker."""
+
+ODD = 25.0
+"""The same of each link by itself: length, zero and lens may be off, px."""
+
+OFFSET = 1e4
+"""The same of where the base is seen, px."""
+
+FAR = 2.3
+"""A key-frame is doubted by so many px per rad of distance from the arm: perspective and lens."""
+
+APART, MOST_KEYS = math.radians(2.5), 24
+"""Key-frames nearer to one another (rad, every joint) are one; so many are held."""
+
+ROBUST = 3.0
+"""Residuals beyond so many standard deviations count ever less (Geman and McClure)."""
+
+MOVED = 40.0
+"""What was seen before the world changed is doubted by so many px from then on."""
+
+
+def dot(a, b):
+    """Inner product."""
+    return sum(x * y for x, y in zip(a, b))
+
+
+def _robust_weight(square, variance):
+    """Of a residual of that square, with the variance that is expected of it."""
+    excess = square / (variance * ROBUST ** 2)
+    return 1.0 / (1.0 + excess) ** 2 if excess > 1 else 1.0
+
+
+class Picture(namedtuple("Picture", "predict jacobian")):
+    """What a model knows at one moment, seen from one pose.
+
+    predict(q)   s that will be seen at q, px
+    jacobian(q)  J there, px/rad
+    """
+
+    __slots__ = ()
+
+
+class LocalJacobian(object):
+    """J by Broyden's update, plain or weighed against the noise.
+
+    With `noise_aware`, J is the state of a Kalman filter whose measurements are the pairs (dq, ds)
+    (Qian and Su 2002): the gain is Broyden's 1 on long moves and falls to 0 on moves that noise
+    outweighs, and every direction has a doubt of its own.  Without, it is Broyden's update (1965).
+
+    Args:
+        rows, joints: m, n.
+        noise_aware: see above.
+
+    Attributes:
+        J: a tuple of rows; zeros at first.
+    """
+
+    def __init__(self, rows, joints, noise_aware=True):
+        self.J = tuple((0.0,) * joints for _ in range(rows))
+        self._P = [[UNKNOWN ** 2 * (i == j) for j in range(joints)] for i in range(joints)]
+        self._noise_aware = noise_aware
+        self._last = None
+
+    def observe(self, q, s, variance, standing=True):
+        """Learn from the step that led here from what was observed before.
+
+        Args:
+            variance: of each element of s, px^2.
+            standing: whether the arm stood; plain Broyden takes nothing else.
+        """
+        if not (standing or self._noise_aware):
+            return
+        if self._last is not None:
+            q_before, s_before, variance_before = self._last
+            dq = [a - b for a, b in zip(q, q_before)]
+            ds = [a - b for a, b in zip(s, s_before)]
+            if any(dq):
+                self._update(dq, ds, variance + variance_before)
+        self._last = tuple(q), tuple(s), variance
+
+    def _update(self, dq, ds, variance):
+        P, n = self._P, len(dq)
+        square = dot(dq, dq)
+        if self._noise_aware:
+            bent = BENDING ** 2 * square * sum(dot(row, row) for row in self.J) / len(self.J)
+            for k in range(n):
+                P[k][k] = min(P[k][k] + bent, UNKNOWN ** 2)
+            along = [dot(row, dq) for row in P]
+            expected = dot(dq, along) + variance
+            missed = [moved - dot(row, dq) for row, moved in zip(self.J, ds)]
+            weight = _robust_weight(dot(missed, missed) / len(missed), expected)
+            gain = [weight * a / expected for a in along]
+            self.J = tuple(
+                tuple(a + r * g for a, g in zip(row, gain)) for row, r in zip(self.J, missed)
+            )
+        else:
+            self.J = broyden_update(self.J, dq, ds)
+            along = [dot(row, dq) for row in P]
+            gain = [d / square for d in dq]
+        # (I - gain dq') P, and for a gain that is not Kalman's the same from the right
+        P = [[p - g * a for p, a in zip(row, along)] for row, g in zip(P, gain)]
+        if not self._noise_aware:
+            along = [dot(row, dq) for row in P]
+            P = [[p - a * g for p, g in zip(row, gain)] for row, a in zip(P, along)]
+        for k in range(n):
+            P[k][k] = max(P[k][k], LEAST_DOUBT ** 2)
+        self._P = P
+
+    def seen_from(self, q, s):
+        """The Picture of an arm that is at q, where s is seen."""
+        J = self.J
+
+        def predict(there):
+            dq = [a - b for a, b in zip(there, q)]
+            return [y + dot(row, dq) for y, row in zip(s, J)]
+
+        return Picture(predict, lambda there: J)
+
+    def covariance(self, q):
+        """Of each row of J, n x n, (px/rad)^2."""
+        return self._P
+
+    def doubt_all(self):
+        """The camera was moved, or the like: J is kept, but half of it may be wrong."""
+        size = sum(dot(row, row) for row in self.J) / len(self.J)
+        for k in range(len(self._P)):
+            self._P[k][k] = max(self._P[k][k], 0.25 * size)
+        self._last = None
+
+
+def _planar_terms(q):
+    """1, and the cosine and sine of every link's heading: in a planar chain the angles add up."""
+    terms, heading = [1.0], 0.0
+    for angle in q:
+        heading += angle
+        terms.append(math.cos(heading))
+        terms.append(math.sin(heading))
+    return terms
+
+
+def _planar_slopes(terms, joints):
+    """d terms / dq, one list per joint: joint k turns its own link and those after it."""
+    turned = [0.0] * len(terms)
+    for i in range(1, len(terms), 2):
+        turned[i], turned[i + 1] = -terms[i + 1], terms[i]
+    return [[0.0] * (2 * k + 1) + turned[2 * k + 1 :] for k in range(joints)]
+
+
+def _planar_precision(links):
+    """Of the terms' coefficients, px^-2, before anything was seen.
+
+    The tip's place is the sum of the links' directions, each times its length: that sum may be seen
+    in any way (SEEN), and each link by itself deviates from it (ODD).  The inverse of
+    SEEN^2 u u' + ODD^2 I, u the unit vector of the lengths (Sherman and Morrison 1950).
+    """
+    whole = math.sqrt(dot(links, links))
+    u = [link / whole for link in links]
+    size = 2 * len(links) + 1
+    precision = [[0.0] * size for _ in range(size)]
+    precision[0][0] = 1 / OFFSET ** 2
+    share = SEEN ** 2 / (ODD ** 2 + SEEN ** 2)
+    for i, a in enumerate(u):
+        for j, b in enumerate(u):
+            for k in (1, 2):
+                precision[2 * i + k][2 * j + k] = ((i == j) - share * a * b) / ODD ** 2
+    return precision
+
+
+_Chain = namedtuple("_Chain", "terms slopes precision")
+_CHAINS = {"planar": _Chain(_planar_terms, _planar_slopes, _planar_precision)}
+
+
+class _Key(object):
+    """A key-frame: what was seen at one pose."""
+
+    __slots__ = ("q", "terms", "s", "variance", "weight")
+
+    def __init__(self, q, terms, s, variance):
+        self.q, self.terms, self.s, self.variance = q, terms, s, variance
+        self.weight = 1.0
+
+
+class ChainModel(object):
+    """The image as a linear function of the sines and cosines of a chain of revolute joints.
+
+    A revolute joint moves an image point on a projected circle (Ruf, Horaud and others: visual
+    control by projective kinematics); so s = W terms(q), where W holds camera and link lengths.  W
+    is fitted to key-frames by least squares: each is weighed by its noise, by its distance from the
+    arm, which takes up perspective and lens, and by how well it agreed with the fit before.  The
+    lengths of the description are no more than a prior.
+
+    Args:
+        rows: m.
+        chain: kind of the arm's chain.
+        links: their lengths, cm.
+    """
+
+    def __init__(self, rows, chain, links):
+        self._rows = rows
+        self._joints = len(links)
+        self._chain = _CHAINS[chain]
+        self._prior = self._chain.precision(links)
+        self._keys = []
+
+    def observe(self, q, s, variance, standing=True):
+        """Keep what was seen as a key-frame, in place of one that is nearly the same.
+
+        Args:
+            variance: of each element of s, px^2.
+            standing: what was seen in motion does not replace what is known better.
+        """
+        near = [key for key in self._keys if all(abs(a - b) < APART for a, b in zip(key.q, q))]
+        if near and not standing and min(key.variance for key in near) <= variance:
+            return
+        self._keys = [key for key in self._keys if key not in near]
+        self._keys.append(_Key(tuple(q), self._chain.terms(q), tuple(s), variance))
+        del self._keys[:-MOST_KEYS]
+
+    def seen_from(self, q, s):
+        """The Picture of an arm that is at q, where s is seen."""
+        W = self._fit(q)
+        terms, slopes, n = self._chain.terms, self._chain.slopes, self._joints
+        here = terms(q)
+        offset = [y - dot(w, here) for y, w in zip(s, W)]
+
+        def predict(there):
+            there = terms(there)
+            return [dot(w, there) + o for w, o in zip(W, offset)]
+
+        def jacobian(there):
+            columns = slopes(terms(there), n)
+            return tuple(tuple(dot(w, column) for column in columns) for w in W)
+
+        return Picture(predict, jacobian)
+
+    def _fit(self, q):
+        size = len(self._prior)
+        N = [list(row) for row in self._prior]
+        B = [[0.0] * self._rows for _ in range(size)]
+        doubts = []
+        for key in self._keys:
+            apart = sum((a - b) ** 2 for a, b in zip(key.q, q))
+            doubts.append(key.variance + FAR ** 2 * apart)
+            weight = key.weight / doubts[-1]
+            terms = key.terms
+            for i in range(size):
+                scaled = weight * terms[i]
+                row, sums = N[i], B[i]
+                for j in range(i, size):
+                    row[j] += scaled * terms[j]
+                for j, y in enumerate(key.s):
+                    sums[j] += scaled * y
+        for i in range(size):
+            for j in range(i):
+                N[i][j] = N[j][i]
+        W = [solve(N, column) for column in zip(*B)]
+        for key, doubt in zip(self._keys, doubts):
+            missed = sum((y - dot(w, key.terms)) ** 2 for y, w in zip(key.s, W)) / self._rows
+            key.weight = _robust_weight(missed, doubt)
+        self._N = N
+        return W
+
+    def covariance(self, q):
+        """Of each row of J at q, n x n, (px/rad)^2; of the fit that `seen_from` made last."""
+        slopes = self._chain.slopes(self._chain.terms(q), self._joints)
+        spread = [solve(self._N, slope) for slope in slopes]
+        return [[dot(a, b) for b in spread] for a in slopes]
+
+    def doubt_all(self):
+        """The camera was moved, or the like: what was seen before counts little from now on."""
+        for key in self._keys:
+            key.variance += MOVED ** 2

@@ -1,0 +1,781 @@
+"""One decision of visual servoing: from what was seen to where the joints go, and the verdict.
+
+Pure: no clock, no socket, no motor.
+
+    q   joint angles, rad (n)
+    s   image features, px (m): u and v of every camera in turn;  s_star  where they shall be
+    e   s - s_star
+    J   image Jacobian ds/dq, px/rad (m x n);  the law is dq = -gain pinv(J) e
+
+`look`: the arm stands, is measured, decides, moves (Servo, ReportServo).  `stream`: it decides
+while it moves (Stream, around a Servo).
+"""
+
+import bisect
+import math
+import random
+from collections import namedtuple
+
+from robot.image_jacobian import ChainModel, LocalJacobian, Picture, dot
+from robot.kinematics import Singular, broyden_update, solve
+
+METHODS = ("report", "broyden", "kalman", "chain")
+MODES = ("look", "stream")
+
+CONVERGED, UNREACHABLE, LIMIT, SINGULAR = "converged", "unreachable", "limit", "singular"
+
+# Measuring
+
+FEW, MANY = 6, 12
+"""Frames of a measurement; where it is close, or to say `converged`, up to MANY."""
+
+MEDIAN = math.pi / 2
+"""Variance of a median of normal noise, over that of a mean."""
+
+SIGMA, LEAST_SIGMA = 1.0, 0.2
+"""Noise of a frame before it is known, and the least that is believed, px."""
+
+IN_MOTION = 2.0
+"""A frame that was taken in motion is doubted by so much more, px: the shutter, the two clocks."""
+
+JOINT_ERROR = 0.35
+"""Standard deviation of a joint's angle, counts of its motor, and as much again of its play."""
+
+# Exploring and stepping
+
+EXPLORE = math.radians(8)
+"""Size of a joint's exploring step, rad."""
+
+UNSEEN = 3.0
+"""An exploring step that moves the marker by less than so many standard deviations shows nothing."""
+
+FIRST_STEP, LEAST_STEP, MOST_STEP = (math.radians(x) for x in (35, 3, 60))
+"""Trust region: the greatest step of a joint, rad."""
+
+AGREES, DISAGREES = 0.3, 0.6
+"""Share of a step that was predicted wrongly, below and above which the region grows or shrinks."""
+
+CAUTION = 0.3
+"""Weight of what is not known of J, beside the error that is to be made small."""
+
+TELLING = 6.0
+"""A step that moved the marker by less, in standard deviations, tells nothing of the models."""
+
+FORGET = 0.6
+"""Weight of the newest step in how wrong a model was lately."""
+
+MARGIN = math.radians(1)
+"""Distance kept from joint limits, rad: nobody knows the play exactly."""
+
+# Giving up
+
+IMPROVED, STAGNANT, STAGNANT_NEAR = 0.9, 4, 10
+"""So many moves (more within two tolerances) without the error falling to this share of the best:
+start elsewhere."""
+
+MOST_RESTARTS = 2
+"""After so many starts from elsewhere the goal counts as out of reach."""
+
+DIVERGED, DIVERGING = 1.3, 3
+"""So many moves in a row with the error beyond this many times the best: explore anew."""
+
+SURPRISE = 25.0
+"""A step predicted by all models so wrongly, px, and by more than half: the world has changed."""
+
+View = namedtuple("View", "camera s goal variance frames")
+View.__doc__ = """What one camera has measured while the arm stood.
+
+s, goal    px;  variance  of each element of s, px^2;  frames  that it took
+"""
+
+Decision = namedtuple("Decision", "action q verdict reason")
+Decision.__doc__ = """What to do.
+
+action   "explore" | "move" | "restart": go to q (rad); "end": with a verdict and its reason
+"""
+
+
+def length(e):
+    """Euclidean."""
+    return math.sqrt(dot(e, e))
+
+
+def median(values):
+    """Of a list of numbers."""
+    values = sorted(values)
+    half = len(values) // 2
+    return values[half] if len(values) % 2 else (values[half - 1] + values[half]) / 2
+
+
+def robust_mean(frames):
+    """Median of what was seen, after far-off frames were left out.
+
+    Args:
+        frames: list of s, px.
+
+    Returns:
+        (s, standard deviation of a frame by the median absolute deviation, frames kept)
+    """
+    middle = [median(column) for column in zip(*frames)]
+    columns = list(zip(*frames))
+    sigma = sum(1.4826 * median([abs(x - m) for x in c]) for c, m in zip(columns, middle))
+    sigma /= len(middle)
+    limit = max(3 * sigma, 3.0)
+    kept = [f for f in frames if max(abs(x - m) for x, m in zip(f, middle)) <= limit] or frames
+    return tuple(median(column) for column in zip(*kept)), sigma, len(kept)
+
+
+def condition(J):
+    """Greatest over least singular value of J (m x n, m >= n); inf where the least is 0.
+
+    By Hestenes' one-sided rotations (1958).
+    """
+    columns = [list(column) for column in zip(*J)]
+    for _ in range(30):
+        turned = False
+        for i in range(len(columns)):
+            for j in range(i + 1, len(columns)):
+                a, b = columns[i], columns[j]
+                aa, bb, ab = dot(a, a), dot(b, b), dot(a, b)
+                if abs(ab) <= 1e-12 * math.sqrt(aa * bb):
+                    continue
+                turned = True
+                angle = 0.5 * math.atan2(2 * ab, aa - bb)
+                c, s = math.cos(angle), math.sin(angle)
+                columns[i] = [c * x + s * y for x, y in zip(a, b)]
+                columns[j] = [c * y - s * x for x, y in zip(a, b)]
+        if not turned:
+            break
+    sizes = [length(column) for column in columns]
+    return max(sizes) / min(sizes) if min(sizes) > 0 else float("inf")
+
+
+def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
+    """The joint angles in the box low..high at which the goal is expected to be nearest.
+
+    Makes |s(q) - goal|^2 + (q - here)' caution (q - here) least, by Levenberg and Marquardt; a
+    joint that would leave the box is set to its wall, and the others are solved again for what that
+    leaves over (active set).
+
+    Args:
+        picture: image_jacobian.Picture.
+        start, low, high, here: rad.
+        caution: n x n, px^2/rad^2: covariance of s per square radian away from `here`.
+
+    Returns:
+        (q, distance that is left, px)
+    """
+
+    def cost(q):
+        e = [g - y for g, y in zip(goal, picture.predict(q))]
+        x = [a - b for a, b in zip(q, here)]
+        pull = [dot(row, x) for row in caution]
+        return dot(e, e) + dot(x, pull), e, pull
+
+    q = [min(max(a, l), h) for a, l, h in zip(start, low, high)]
+    least, e, pull = cost(q)
+    damping = 1e-4
+    for _ in range(iterations):
+        columns = list(zip(*picture.jacobian(q)))
+        H = [[dot(a, b) + c for b, c in zip(columns, row)] for a, row in zip(columns, caution)]
+        downhill = [dot(column, e) - p for column, p in zip(columns, pull)]
+        extra = damping * sum(H[k][k] for k in range(len(q))) + 1e-9
+        for k in range(len(q)):
+            H[k][k] += extra
+        there = _step_in_box(H, downhill, q, low, high)
+        costs, e_there, pull_there = cost(there)
+        if costs < least:
+            gained = least - costs
+            q, least, e, pull = there, costs, e_there, pull_there
+            damping = max(damping / 8, 1e-6)
+            if gained < 0.01 + 1e-3 * costs:
+                break
+        else:
+            damping *= 16
+            if damping > 100:
+                break
+    return q, length(e)
+
+
+def _step_in_box(H, b, q, low, high):
+    """q + x with H x = b, kept in the box."""
+    there = list(q)
+    free = list(range(len(q)))
+    while free:
+        fixed = [k for k in range(len(q)) if k not in free]
+        left = [b[i] - sum(H[i][k] * (there[k] - q[k]) for k in fixed) for i in free]
+        x = solve([[H[i][k] for k in free] for i in free], left)
+        for k, d in zip(free, x):
+            there[k] = min(max(q[k] + d, low[k]), high[k])
+        inside = [k for k, d in zip(free, x) if low[k] <= q[k] + d <= high[k]]
+        if len(inside) == len(free):
+            break
+        free = inside
+    return there
+
+
+class Measure(object):
+    """Collects frames of an arm that stands until they are enough; the median, robustly.
+
+    Attributes:
+        sigma: noise of a frame, px.
+    """
+
+    def __init__(self, tolerance):
+        self.sigma = SIGMA
+        self._tolerance = tolerance
+
+    def views(self, frames):
+        """[View], or None while more frames are needed.
+
+        Args:
+            frames: {camera: [(t, s, goal)]} in order of time, all since the arm stands.
+        """
+        if not frames or min(len(seen) for seen in frames.values()) < FEW:
+            return None
+        views, spreads = [], []
+        for camera in sorted(frames):
+            s, sigma, kept = robust_mean([s for _, s, _ in frames[camera]])
+            variance = MEDIAN * max(self.sigma, LEAST_SIGMA) ** 2 / kept
+            views.append(View(camera, s, frames[camera][-1][2], variance, len(frames[camera])))
+            spreads.append(sigma)
+        off = length(error_of(views))
+        enough = min(view.frames for view in views) >= MANY
+        doubtful = abs(off - self._tolerance) < 2 * math.sqrt(sum(v.variance for v in views))
+        if doubtful and not enough:
+            return None
+        self.sigma += 0.3 * (max(LEAST_SIGMA, sum(spreads) / len(spreads)) - self.sigma)
+        return views
+
+
+class ReportMeasure(object):
+    """The report's: 20 points over 2 s, their mean; with `robust` their median."""
+
+    POINTS, PERIOD = 20, 0.1
+
+    def __init__(self, robust=False):
+        self.sigma = SIGMA
+        self._robust = robust
+
+    def views(self, frames):
+        """As Measure.views."""
+        views = []
+        for camera in sorted(frames):
+            points, due = [], None
+            for t, s, goal in frames[camera]:
+                if due is None or t >= due - 1e-6:
+                    points.append(s)
+                    due = t + self.PERIOD if due is None else due + self.PERIOD
+            if len(points) < self.POINTS:
+                return None
+            columns = list(zip(*points))
+            s = [median(c) if self._robust else sum(c) / len(c) for c in columns]
+            views.append(View(camera, tuple(s), frames[camera][-1][2], 0.1, len(points)))
+        return views or None
+
+
+def error_of(views):
+    """e = s - s_star of all cameras in turn, px."""
+    return [a - b for view in views for a, b in zip(view.s, view.goal)]
+
+
+class ReportServo(object):
+    """The report's algorithm, to the letter (Broyden with gamma = 1, steps of 10, 5 and 2 degrees).
+
+    What it leaves open: the exploring steps are of 10 degrees and not taken back; dx is the step as
+    it was commanded, of which a joint limit may have taken some; at the tolerance it ends.
+
+    Args:
+        joints: of the arm's description.
+        tolerance: px.
+        robust: measure by medians.
+
+    Attributes:
+        using: the model in use, for the log.  J: px/rad, None at first.
+    """
+
+    EXPLORE = math.radians(10)
+    FAR, NEAR = 30.0, 15.0
+    STEPS = tuple(math.radians(x) for x in (10, 5, 2))
+
+    def __init__(self, joints, tolerance, robust=False):
+        self.using, self.J = "report", None
+        self.measure = ReportMeasure(robust)
+        self._low = [joint.lower for joint in joints]
+        self._high = [joint.upper for joint in joints]
+        self._tolerance = tolerance
+        self._columns = []
+        self._s = self._dx = self._x = None
+
+    def glimpse(self, camera, q, s, goal):
+        """What is seen in motion is not used."""
+
+    def decide(self, q, views):
+        """As Servo.decide."""
+        s = [x for view in views for x in view.s]
+        e = error_of(views)
+        if length(e) < self._tolerance:
+            return Decision("end", None, CONVERGED, "")
+        dy = None if self._s is None else [a - b for a, b in zip(s, self._s)]
+        self._s = s
+        self._x = list(q) if self._x is None else self._x
+        n = len(self._x)
+        if dy is not None and len(self._columns) < n:
+            self._columns.append([d / self.EXPLORE for d in dy])
+            if len(self._columns) == n:
+                self.J, dy = tuple(zip(*self._columns)), None
+        if len(self._columns) < n:
+            dx = [self.EXPLORE * (k == len(self._columns)) for k in range(n)]
+            return self._step("explore", dx)
+        if dy is not None:
+            self.J = broyden_update(self.J, self._dx, dy)
+        try:
+            dx = solve(self.J, [-x for x in e])
+        except Singular:
+            return Decision("end", None, SINGULAR, "the Jacobian has no inverse")
+        mu = self.STEPS[0 if length(e) >= self.FAR else 1 if length(e) >= self.NEAR else 2]
+        return self._step("move", [mu * d / length(dx) for d in dx])
+
+    def _step(self, action, dx):
+        self._dx = dx
+        moved = [a + d for a, d in zip(self._x, dx)]
+        self._x = [min(max(a, l), h) for a, l, h in zip(moved, self._low, self._high)]
+        return Decision(action, list(self._x), None, "")
+
+
+class JointHistory(object):
+    """Where the joints were: a picture is of the past.
+
+    Args:
+        seconds: how long it is kept.
+    """
+
+    def __init__(self, seconds=2.0):
+        self._seconds = seconds
+        self._times, self._angles = [], []
+
+    def add(self, t, q):
+        """The joints are at q (rad) at time t (s); earlier times than the last are left out."""
+        if self._times and t <= self._times[-1]:
+            return
+        self._times.append(t)
+        self._angles.append(tuple(q))
+        if t - self._times[0] > 1.5 * self._seconds:
+            old = bisect.bisect(self._times, t - self._seconds)
+            del self._times[:old], self._angles[:old]
+
+    def at(self, t):
+        """q at time t, rad, between the neighbours in time; None before the first."""
+        k = bisect.bisect(self._times, t)
+        if k == 0:
+            return None
+        if k == len(self._times):
+            return self._angles[-1]
+        share = (t - self._times[k - 1]) / (self._times[k] - self._times[k - 1])
+        return tuple(a + share * (b - a) for a, b in zip(self._angles[k - 1], self._angles[k]))
+
+    @property
+    def last(self):
+        """(t, q) of the newest entry, or None."""
+        return (self._times[-1], self._angles[-1]) if self._times else None
+
+
+class Goal(object):
+    """Where a goal marker is in one camera's picture, also while the arm hides it.
+
+    Attributes:
+        moving: whether it moves, and is not only noisy.
+    """
+
+    WINDOW, MOVES = 15, 6.0
+    """Sightings of which the line is fitted; a goal slower than so many px/s stands."""
+    HIDES, CLEAR = 50.0, 0.9
+    """So near to the tip (px) a standing goal may be half hidden; believed only if so confident."""
+
+    def __init__(self):
+        self.moving = False
+        self._seen = []
+
+    def add(self, t, g, confidence, s):
+        """It was seen at g (px) at time t (s), the tip at s."""
+        hidden = length([a - b for a, b in zip(g, s)]) < self.HIDES and confidence < self.CLEAR
+        if hidden and self._seen and not self.moving:
+            return
+        self._seen.append((t, g))
+        del self._seen[: -self.WINDOW]
+        self._fit()
+
+    def _fit(self):
+        n = len(self._seen)
+        self._t = sum(t for t, _ in self._seen) / n
+        self._middle = [median(c) for c in zip(*(g for _, g in self._seen))]
+        self._speed = [0.0] * len(self._middle)
+        self.moving = False
+        if n == self.WINDOW:
+            spread = sum((t - self._t) ** 2 for t, _ in self._seen)
+            speed = [
+                sum((t - self._t) * x for (t, _), x in zip(self._seen, column)) / spread
+                for column in zip(*(g for _, g in self._seen))
+            ]
+            self.moving = length(speed) > self.MOVES
+            if self.moving:
+                self._speed = speed
+                self._middle = [sum(c) / n for c in zip(*(g for _, g in self._seen))]
+
+    def at(self, t):
+        """Where it is at time t, px; None if it was never seen."""
+        if not self._seen:
+            return None
+        return tuple(x + v * (t - self._t) for x, v in zip(self._middle, self._speed))
+
+
+def stacked(pictures):
+    """One Picture of several cameras, their rows in turn."""
+    return Picture(
+        lambda q: [y for picture in pictures for y in picture.predict(q)],
+        lambda q: tuple(row for picture in pictures for row in picture.jacobian(q)),
+    )
+
+
+def models_of(method, arm):
+    """{name: a function that makes the model of one camera}; the first is the local one."""
+
+    def local(noise_aware):
+        return lambda: LocalJacobian(2, len(arm.joints), noise_aware)
+
+    if method == "broyden":
+        return {"broyden": local(False)}
+    if method == "kalman":
+        return {"kalman": local(True)}
+    links = [joint.link for joint in arm.joints]
+    return {"kalman": local(True), "chain": lambda: ChainModel(2, arm.chain, links)}
+
+
+class Servo(object):
+    """Look, then move: models learn how the image moves, the one that was right lately decides.
+
+    Args:
+        arm: shared.arm_description.Arm.
+        models: {name: function that makes the model of one camera}, see models_of.
+        tolerance: px.
+        seed: draws where to start anew.
+        known: the models need no exploring.
+
+    Attributes:
+        using: name of the model that made the last step; None when exploring.
+        J: of that model, px/rad, None before there is one.
+        measure: has `views(frames)`.
+    """
+
+    def __init__(self, arm, models, tolerance, seed=0, known=False):
+        self.using, self.J = None, None
+        self.measure = Measure(tolerance)
+        self._arm = arm
+        self._n = len(arm.joints)
+        self._low = [joint.lower + MARGIN for joint in arm.joints]
+        self._high = [joint.upper - MARGIN for joint in arm.joints]
+        self._joint_error = [
+            math.hypot(JOINT_ERROR * math.radians(1) / joint.gear, 0.1 * joint.backlash)
+            for joint in arm.joints
+        ]
+        self._tolerance = tolerance
+        self._make = models
+        self._models = {}  # (name, camera): model
+        self._cameras = ()
+        self._wrong = dict.fromkeys(models, 0.5)
+        self._region = FIRST_STEP
+        self._luck = random.Random(seed)
+        self._known = known
+        self._explored = [known] * self._n
+        self._best, self._stagnant, self._diverging, self._restarts = None, 0, 0, 0
+        self._q = self._s = None
+        self._pictures = {}
+
+    # Learning
+
+    def _model(self, name, camera):
+        if (name, camera) not in self._models:
+            self._models[name, camera] = self._make[name]()
+        return self._models[name, camera]
+
+    def glimpse(self, camera, q, s, goal):
+        """Learn from a frame that was taken in motion, when the joints were at q."""
+        for name in self._make:
+            variance = self.measure.sigma ** 2 + IN_MOTION ** 2 + self._blur(name, camera)
+            self._model(name, camera).observe(q, s, variance, standing=False)
+
+    def _blur(self, name, camera):
+        """What the joints' own uncertainty makes of a row of this camera, px^2."""
+        picture = self._pictures.get((name, camera))
+        if picture is None:
+            return 4.0
+        columns = zip(*picture.jacobian(self._q))
+        return sum(dot(c, c) / len(c) * w * w for c, w in zip(columns, self._joint_error))
+
+    def _look_from(self, q, views):
+        """Take in a measurement; the pictures are from here from now on."""
+        for view in views:
+            for name in self._make:
+                model = self._model(name, view.camera)
+                model.observe(q, view.s, view.variance + self._blur(name, view.camera))
+        self._cameras = tuple(view.camera for view in views)
+        for view in views:
+            for name in self._make:
+                model = self._model(name, view.camera)
+                self._pictures[name, view.camera] = model.seen_from(q, view.s)
+
+    def _judge(self, q, s):
+        """How well the step that led here was predicted: of which model, and in what region."""
+        moved = length([a - b for a, b in zip(s, self._s)])
+        if moved < TELLING * self.measure.sigma:
+            return
+        missed = {}
+        for name in self._make:
+            missed[name] = length([a - b for a, b in zip(self._picture(name).predict(q), s)])
+            wrong = min(missed[name] / moved, 2.0)
+            self._wrong[name] += FORGET * (wrong - self._wrong[name])
+        if self.using is None:
+            return
+        step = max(abs(a - b) for a, b in zip(q, self._q))
+        wrong = missed[self.using] / moved
+        if wrong > DISAGREES:
+            self._region = max(LEAST_STEP, step / 2)
+        elif wrong < AGREES:
+            self._region = min(MOST_STEP, max(self._region, 2 * step))
+        if min(missed.values()) > max(SURPRISE, 0.5 * moved):
+            for model in self._models.values():
+                model.doubt_all()
+
+    # Deciding
+
+    def decide(self, q, views):
+        """What to do now that the arm stands at q (rad) and `views` ([View]) is what is seen.
+
+        Returns:
+            Decision
+        """
+        s = [x for view in views for x in view.s]
+        goal = [x for view in views for x in view.goal]
+        off = length(error_of(views))
+        if self._q is not None and all(self._explored):
+            self._judge(q, s)
+        self._look_from(q, views)
+        shown = self._exploring_showed(q, s)
+        self._q, self._s = tuple(q), s
+        if off < self._tolerance:
+            return Decision("end", None, CONVERGED, "")
+        if not shown:
+            return Decision("end", None, SINGULAR, "the marker does not move when the joints do")
+        if not all(self._explored):
+            return self._explore(q, goal)
+        self._note_progress(off)
+        near = off < 2 * self._tolerance
+        if self._stagnant >= (STAGNANT_NEAR if near else STAGNANT):
+            return self._restart()
+        if self._diverging >= DIVERGING and not self._known:
+            self._explored = [self._known] * self._n
+            self._best, self._diverging = None, 0
+            return self._explore(q, goal)
+        return self._move(q, goal, off)
+
+    def _note_progress(self, off):
+        if self._best is None or off < IMPROVED * self._best:
+            self._best, self._stagnant = off, 0
+        else:
+            self._stagnant += 1
+        self._diverging = self._diverging + 1 if off > DIVERGED * self._best + SURPRISE else 0
+
+    def _exploring_showed(self, q, s):
+        """False where joints have been explored, and none has moved the marker."""
+        if self._known or self._q is None or self.using is not None or not all(self._explored):
+            return True
+        return any(
+            length(column) * EXPLORE > UNSEEN * self.measure.sigma
+            for name in self._make
+            for column in zip(*self._picture(name).jacobian(q))
+        )
+
+    def _explore(self, q, goal):
+        """Move a joint of which nothing is known; those that are known go on meanwhile."""
+        self.using = None
+        k = self._explored.index(False)
+        to = list(q)
+        middle = (self._low[k] + self._high[k]) / 2
+        to[k] += math.copysign(EXPLORE, middle - q[k])
+        if any(self._explored):
+            name = "kalman" if "kalman" in self._make else sorted(self._make)[0]
+            reach = [FIRST_STEP / 2 * known for known in self._explored]
+            low = [max(l, a - r) for l, a, r in zip(self._low, to, reach)]
+            high = [min(h, a + r) for h, a, r in zip(self._high, to, reach)]
+            caution = self._caution(name, q)
+            caution[k] = [0.0] * self._n
+            for row in caution:
+                row[k] = 0.0
+            to, _ = best_pose(self._picture(name), goal, to, low, high, to, caution)
+        self._explored[k] = True
+        return Decision("explore", to, None, "")
+
+    def _restart(self):
+        self._restarts += 1
+        if self._restarts > MOST_RESTARTS:
+            return Decision("end", None, UNREACHABLE, "no nearer than {:.1f} px".format(self._best))
+        self.using = None
+        self._best, self._stagnant, self._region = None, 0, FIRST_STEP
+        self._explored = [self._known] * self._n
+        for model in self._models.values():
+            model.doubt_all()
+        to = [l + (h - l) * self._luck.uniform(0.25, 0.75) for l, h in zip(self._low, self._high)]
+        return Decision("restart", to, None, "")
+
+    def _picture(self, name):
+        """Of all cameras in turn."""
+        return stacked([self._pictures[name, camera] for camera in self._cameras])
+
+    def _caution(self, name, q):
+        total = [[0.0] * self._n for _ in range(self._n)]
+        for camera in self._cameras:
+            for row, other in zip(total, self._models[name, camera].covariance(q)):
+                for j, value in enumerate(other):
+                    row[j] += 2 * CAUTION * value
+        return total
+
+    def _move(self, q, goal, off):
+        name = min(sorted(self._make), key=lambda n: self._wrong[n])
+        self.using = name
+        picture, caution = self._picture(name), self._caution(name, q)
+        self.J = picture.jacobian(q)
+        if name == "chain":
+            to, left = self._best_posture(picture, goal, q, caution)
+            if left > max(self._tolerance, 0.9 * off) and self._stagnant:
+                return self._out_of_reach(to, left)
+            greatest = max(abs(a - b) for a, b in zip(to, q))
+            if greatest > self._region:
+                to = [b + (a - b) * self._region / greatest for a, b in zip(to, q)]
+        else:
+            low = [max(l, a - self._region) for l, a in zip(self._low, q)]
+            high = [min(h, a + self._region) for h, a in zip(self._high, q)]
+            to, _ = best_pose(picture, goal, q, low, high, q, caution)
+        return Decision("move", to, None, "")
+
+    def _out_of_reach(self, to, left):
+        for joint, a, l, h in zip(self._arm.joints, to, self._low, self._high):
+            if min(a - l, h - a) < MARGIN:
+                return Decision(
+                    "end", None, LIMIT, "the {} is at its limit, {:.0f} px short".format(joint.name, left)
+                )
+        return Decision("end", None, UNREACHABLE, "the arm ends {:.0f} px short".format(left))
+
+    def _best_posture(self, picture, goal, q, caution):
+        """From here, and where that leads nowhere, from postures all over the joints' ranges."""
+        to, left = best_pose(picture, goal, q, self._low, self._high, q, caution)
+        if left > self._tolerance:
+            starts = [[]]
+            for l, h in zip(self._low, self._high):
+                starts = [p + [l + (h - l) * share] for p in starts for share in (0.2, 0.5, 0.8)]
+            for start in starts:
+                other, off = best_pose(picture, goal, start, self._low, self._high, q, caution)
+                if off < left - 1:
+                    to, left = other, off
+        return to, left
+
+    def picture(self, camera, q, s):
+        """What the model in use knows of a camera that sees s with the joints at q."""
+        return self._models[self._in_use(), camera].seen_from(q, s)
+
+    def _in_use(self):
+        return self.using or min(sorted(self._make), key=lambda name: self._wrong[name])
+
+    def aim(self, sights):
+        """Where the joints should be, seen while they move.
+
+        Args:
+            sights: [(camera, q when it was seen, s, goal)], one of each camera.
+
+        Returns:
+            q, rad
+        """
+        pictures = [self.picture(camera, q, s) for camera, q, s, _ in sights]
+        goal = [x for _, _, _, g in sights for x in g]
+        q = sights[-1][1]
+        caution = [[0.0] * self._n for _ in range(self._n)]
+        to, _ = best_pose(stacked(pictures), goal, q, self._low, self._high, q, caution)
+        return to
+
+
+class Stream(object):
+    """Steers by what is seen while the arm moves: every picture is of the joints at its own time.
+
+    Set-points are absolute, so the delay of the camera does not act on the loop; only a goal that
+    moves is predicted.
+
+    Args:
+        servo: Servo, whose models have been explored.
+
+    Attributes:
+        still_since: since when the joints are where they are, s.
+    """
+
+    RECENT = 7
+    """Frames whose median says by how much the newest is off."""
+    REAIM, STILL = math.radians(1.5), math.radians(0.7)
+    """An aim nearer to the last one than this is the same; a joint that stays within this stands."""
+    LAG = 0.06
+    """By which the joints lag behind an aim that moves, s."""
+
+    def __init__(self, servo):
+        self._servo = servo
+        self.still_since = None
+
+    def begin(self, q):
+        """The first aim, rad."""
+        self._aim, self._drift, self._aimed_at = tuple(q), None, None
+        self._recent = {}
+        self._goals = {}
+        self._still_at = None
+        self._confirmed = False
+
+    def see(self, frame, goal):
+        """Take in a Frame; `goal` is the Goal that it is for, None if that is a fixed pixel."""
+        if frame.q is None:
+            return
+        recent = self._recent.setdefault(frame.camera, [])
+        recent.append((frame.q, frame.s))
+        del recent[: -self.RECENT]
+        self._goals[frame.camera] = goal, frame.goal
+        sights = [self._sight(camera, frame.t) for camera in sorted(self._recent)]
+        moving = any(g is not None and g.moving for g, _ in self._goals.values())
+        to = self._servo.aim(sights)
+        if moving:
+            later = [self._sight(camera, frame.t + 0.2) for camera in sorted(self._recent)]
+            ahead = self._servo.aim(later)
+            self._drift = [(b - a) / 0.2 for a, b in zip(to, ahead)]
+            self._aim, self._aimed_at = to, frame.t
+            self._confirmed = False
+            return
+        self._drift = None
+        apart = max(abs(a - b) for a, b in zip(to, self._aim))
+        if apart > self.REAIM:
+            self._aim, self._confirmed = to, False
+        elif self.still_since is not None and frame.t > self.still_since:
+            self._confirmed = True
+
+    def _sight(self, camera, t):
+        """(camera, q, s, goal) of the newest frame, what is odd about it corrected."""
+        recent = self._recent[camera]
+        q, s = recent[-1]
+        picture = self._servo.picture(camera, q, s)
+        missed = [[a - b for a, b in zip(y, picture.predict(at))] for at, y in recent]
+        s = tuple(x + median(column) for x, column in zip(s, zip(*missed)))
+        goal, fixed = self._goals[camera]
+        return camera, q, s, fixed if goal is None else goal.at(t)
+
+    def aim(self, t, q):
+        """Where the joints should be at time t, rad; None where standing and looking is due."""
+        if self._still_at is None or max(abs(a - b) for a, b in zip(q, self._still_at)) > self.STILL:
+            self._still_at, self.still_since = q, t
+        if self._drift is not None:
+            late = t - self._aimed_at + self.LAG
+            return [a + v * late for a, v in zip(self._aim, self._drift)]
+        if self._confirmed and t - self.still_since > 0.1:
+            return None
+        return self._aim

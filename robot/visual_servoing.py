@@ -1,0 +1,476 @@
+#!/usr/bin/env python3
+"""Bring the tip where the camera sees the goal: nothing between image and joints is calibrated.
+
+    visual_servoing.py --code ABCD-EFGH      to the goal marker, as the tracker on the laptop sees it
+    visual_servoing.py                       the same later: host and code are remembered
+    visual_servoing.py --goal 400,200        to a pixel
+
+The joints' zero must be known (driver.py home), because of their limits.
+"""
+
+import argparse
+import json
+import math
+import os
+import re
+import sys
+from collections import OrderedDict, namedtuple
+
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+from robot import program  # noqa: E402
+
+if __name__ == "__main__":
+    program.let_signals_end()
+
+from robot import servo as servoing  # noqa: E402
+from robot.clock import Clock  # noqa: E402
+from robot.servo import Goal, JointHistory, length  # noqa: E402
+from robot.tracking_client import TrackingClient, find_tracker  # noqa: E402
+from shared.arm_description import ArmError, find_arm, read_arm  # noqa: E402
+
+EFFECTOR, GOAL = "effector", "goal"
+"""Names of the markers."""
+
+BELIEVED = 0.5
+"""A sighting with less confidence may be something else."""
+
+LOST = 0.3
+"""Without a sighting for so long the arm holds, s: nothing moves on old data."""
+
+MARKER_PATIENCE, LINK_PATIENCE = 10.0, 20.0
+"""The run is given up when marker or link have not come back for so long, s."""
+
+SETTLED = 0.03
+"""What is seen so long after the end of a motion is seen of an arm that stands, s."""
+
+WAIT = 0.1
+"""For observations while nothing is to be done, s at a time."""
+
+FASTEST = math.radians(60)
+"""Of any joint, rad/s."""
+
+BUDGET = 60.0
+"""Of a run, s."""
+
+Verdict = namedtuple("Verdict", "word reason error q moves measurements frames seconds")
+Verdict.__doc__ = """How a run ended.
+
+word          "converged", or why not, see the design of the messages
+reason        in words for people; "" where the word says it all
+error         distance of tip and goal in the image when last measured, px, or None
+q             joint angles, rad, or None
+moves, measurements, frames, seconds   what it took
+"""
+
+Frame = namedtuple("Frame", "camera t q s goal")
+Frame.__doc__ = "One picture of one camera: when it was taken (s), where the joints were, px."
+
+
+class NotReached(ArmError):
+    """The run has ended with another verdict than `converged`."""
+
+
+class _Over(Exception):
+    """The run is over: verdict and reason."""
+
+    def __init__(self, word, reason=""):
+        super(_Over, self).__init__(word)
+        self.word, self.reason = word, reason
+
+
+class _Unseen(Exception):
+    """The marker or the link is lost in mid-motion."""
+
+
+class VisualServoing(object):
+    """The loop: hears what the camera sees, lets the servo decide, moves the arm.
+
+    Args:
+        arm: robot.arm.RobotArm, its zero known.
+        eyes: robot.tracking_client.TrackingClient, or what looks like one.
+        clock: has `now()` and `sleep(seconds)`.
+        servo: robot.servo.Servo or ReportServo.
+        goal: (u, v), px, of camera A; None for the marker.
+        stream: a robot.servo.Stream to steer by while the arm moves; None: look, then move.
+        budget: s.
+        most_moves: None for no limit.
+        follow: go on after the goal, until the budget is spent or somebody stops it.
+        log: called with a dict, see LOG; None for none.
+        say: called with each line of progress.
+    """
+
+    def __init__(
+        self, arm, eyes, clock, servo, goal=None, stream=None, budget=BUDGET, most_moves=None,
+        follow=False, log=None, say=print
+    ):  # fmt: skip
+        self._arm, self._eyes, self._clock, self._servo = arm, eyes, clock, servo
+        self._fixed_goal, self._stream = goal, stream
+        self._budget, self._most_moves, self._follow = budget, most_moves, follow
+        self._log = log or (lambda line: None)
+        self._say = say
+        self._speed = min(1.0, FASTEST / max(j.max_speed for j in arm.description.joints))
+        self._history = JointHistory()
+        self._goals = {}
+        self._began = self._seen_at = clock.now()
+        self._held_for = None
+        self._error = self._q = None
+        self._moves = self._measurements = self._frames = 0
+
+    def run(self):
+        """Servo until a verdict.
+
+        Returns:
+            Verdict; the arm is held.
+
+        Raises:
+            whatever is not this program's business (a signal), after the verdict is on record.
+        """
+        self._began = self._seen_at = self._clock.now()
+        try:
+            self._serve()
+        except _Over as over:
+            return self._conclude(over.word, over.reason)
+        except (ArmError, OSError) as error:
+            return self._conclude("stalled", str(error))
+        except BaseException as error:
+            self._conclude("stopped", str(error))
+            raise
+
+    def _serve(self):
+        seen = ()
+        while True:
+            q, views, frames = self._measure(*seen)
+            seen = ()
+            began = self._clock.now()
+            decision = self._servo.decide(q, views)
+            self._record_step(q, views, frames, decision, self._clock.now() - began)
+            if decision.action == "end":
+                raise _Over(decision.verdict, decision.reason)
+            if self._moves == self._most_moves:
+                raise _Over("budget spent", "{} moves".format(self._moves))
+            self._moves += 1
+            try:
+                if self._stream is not None and decision.action == "move":
+                    self._stream.begin(decision.q)
+                    self._chased = []
+                    self._arm.chase(self._steer, self._speed)
+                    seen = self._stream.still_since, self._chased
+                else:
+                    self._arm.go_to(decision.q, self._speed, watch=self._watch)
+            except _Unseen:
+                self._note_lost()
+
+    # Seeing
+
+    def _hear(self, timeout):
+        """The new Frames, oldest camera first; says what is due, ends the run where it must."""
+        new = self._eyes.look(timeout)
+        now = self._clock.now()
+        for command in self._eyes.commands():
+            if hasattr(command, "reason"):
+                raise _Over("stopped", command.reason or "by the laptop")
+        if self._eyes.refused:
+            raise _Over("link lost", self._eyes.why)
+        if now - self._began > self._budget:
+            raise _Over("budget spent", "{:g} s".format(self._budget))
+        self._eyes.report(self._q or (), self._error)
+        frames = []
+        for camera in sorted(new):
+            frame = self._frame(new[camera])
+            if frame is not None:
+                frames.append(frame)
+        if frames:
+            self._seen_at = now
+            if self._held_for is not None:
+                self._note("{} again".format("seen" if self._held_for == "marker lost" else "linked"))
+                self._held_for = None
+        return frames
+
+    def _frame(self, seen):
+        """The Frame of an Observation; None unless the tip is seen and the goal known."""
+        tip, goal = (seen.markers.get(name) for name in (EFFECTOR, GOAL))
+        tip = tip if tip and tip[2] >= BELIEVED else None
+        if tip and goal and goal[2] >= BELIEVED and self._fixed_goal is None:
+            self._goals.setdefault(seen.camera, Goal()).add(seen.t, goal[:2], goal[2], tip[:2])
+        where = self._fixed_goal
+        if where is None and seen.camera in self._goals:
+            where = self._goals[seen.camera].at(seen.t)
+        q = self._history.at(seen.t)
+        self._log_line(
+            "seen", seen.t, camera=seen.camera, q=q, s=tip and tip[:2], goal=where
+        )
+        if tip is None or where is None:
+            return None
+        return Frame(seen.camera, seen.t, q, tip[:2], where)
+
+    def _measure(self, since=None, seen=()):
+        """Stand, and look until it is enough: (q, [View], frames it took).
+
+        Holds as long as nothing is seen; gives up after a while.
+
+        Args:
+            since: the arm stands since then, s; now if None.
+            seen: Frames that have come in meanwhile.
+        """
+        q = self._standing_angles()
+        since = (self._clock.now() if since is None else since) + SETTLED
+        frames, count = {}, 0
+        while True:
+            for frame in list(seen) + self._hear(WAIT):
+                if frame.t >= since:
+                    of_camera = frames.setdefault(frame.camera, [])
+                    of_camera.append((frame.t, frame.s, frame.goal))
+                    count += 1
+            seen = ()
+            views = self._servo.measure.views(frames) if frames else None
+            if views:
+                self._measurements += 1
+                self._frames += count
+                self._error = length(servoing.error_of(views))
+                self._q = q
+                return q, views, count
+            if self._clock.now() - self._seen_at > LOST:
+                self._note_lost()
+                frames, count = {}, 0
+                self._give_up_in_time()
+
+    def _standing_angles(self):
+        """The joints' angles, rad: as the encoders have them, and finer where that is known."""
+        q = self._arm.angles()
+        self._history.add(self._clock.now(), q)
+        return q
+
+    def _note_lost(self):
+        why = "marker lost" if self._eyes.linked else "link lost"
+        if self._held_for != why:
+            self._held_for = why
+            self._note("{}: held".format(why))
+
+    def _give_up_in_time(self):
+        gone = self._clock.now() - self._seen_at
+        if self._eyes.linked and gone > MARKER_PATIENCE:
+            raise _Over("marker lost", self._what_is_missing())
+        if not self._eyes.linked and gone > LINK_PATIENCE:
+            raise _Over("link lost", self._eyes.why)
+
+    def _what_is_missing(self):
+        if self._fixed_goal is None and not self._goals:
+            return (
+                "effector and goal have not been seen together for {:g} s; let the camera see both, "
+                "or give --goal U,V".format(MARKER_PATIENCE)
+            )
+        return "the effector has not been seen for {:g} s; look at the tracker's status line".format(
+            MARKER_PATIENCE
+        )
+
+    # Moving
+
+    def _watch(self, t, q):
+        """In every control tick of a motion."""
+        self._history.add(t, q)
+        frames = self._hear(0.0)
+        for frame in frames:
+            if frame.q is not None:
+                self._servo.glimpse(frame.camera, frame.q, frame.s, frame.goal)
+        if self._clock.now() - self._seen_at > LOST:
+            raise _Unseen
+        return frames
+
+    def _steer(self, t, q):
+        """In every control tick of a chase: where the joints should be, or None."""
+        for frame in self._watch(t, q):
+            self._chased.append(frame)
+            self._stream.see(frame, self._goals.get(frame.camera))
+        return self._stream.aim(t, q)
+
+    # Telling
+
+    def _record_step(self, q, views, frames, decision, computing):
+        J, using = self._servo.J, self._servo.using
+        self._log_line(
+            "step", self._clock.now(), q=q,
+            s=[x for view in views for x in view.s], goal=[x for view in views for x in view.goal],
+            error=self._error, sigma=self._servo.measure.sigma, frames=frames,
+            J=J, condition=J and servoing.condition(J), model=using,
+            action="hold" if decision.action == "end" else decision.action,
+            q_wanted=decision.q, computing=computing,
+        )  # fmt: skip
+        if decision.q is not None:
+            step = " ".join("{:+.1f}".format(math.degrees(b - a)) for a, b in zip(q, decision.q))
+            self._say(
+                "move {}: {:.1f} px off, {}, {} deg".format(
+                    self._moves + 1, self._error, using if decision.action == "move" else decision.action, step
+                )
+            )
+
+    def _note(self, text):
+        self._say(text)
+        self._log_line("note", self._clock.now(), text=text)
+
+    def _log_line(self, kind, t, **values):
+        line = OrderedDict([("kind", kind), ("t", round(t - self._began, 4))])
+        line.update(sorted(values.items()))
+        self._log(line)
+
+    def _conclude(self, word, reason):
+        now = self._clock.now()
+        verdict = Verdict(
+            word, reason, self._error, self._q, self._moves, self._measurements, self._frames,
+            now - self._began,
+        )  # fmt: skip
+        self._log_line(
+            "verdict", now, verdict=word, reason=reason, error=self._error, q=self._q,
+            moves=self._moves, measurements=self._measurements, frames=self._frames,
+        )  # fmt: skip
+        self._eyes.report(self._q or (), self._error, word)
+        return verdict
+
+
+def in_words(verdict):
+    """A Verdict as one line."""
+    text = verdict.word
+    if verdict.error is not None:
+        text += ": {:.1f} px off".format(verdict.error)
+    text += " after {} move{}, {:.1f} s".format(
+        verdict.moves, "" if verdict.moves == 1 else "s", verdict.seconds
+    )
+    return text + (" ({})".format(verdict.reason) if verdict.reason else "")
+
+
+# The command line
+
+
+def _goal(text):
+    if text == "marker":
+        return None
+    match = re.match(r"\s*(-?\d+(?:\.\d*)?),(-?\d+(?:\.\d*)?)\s*\Z", text)
+    if not match or not all(abs(float(x)) <= 1e5 for x in match.groups()):
+        raise argparse.ArgumentTypeError(
+            "'{}' is no goal; write marker, or a pixel U,V like 400,200".format(text.strip()[:40])
+        )
+    return tuple(float(x) for x in match.groups())
+
+
+def _number(lower, upper, unit):
+    def read(text):
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not lower <= value <= upper:
+            raise argparse.ArgumentTypeError(
+                "'{}' must be a number from {:g} to {:g} {}".format(
+                    text.strip()[:40], lower, upper, unit
+                )
+            )
+        return value
+
+    return read
+
+
+def _parser():
+    parser = program.Parser(
+        prog="visual_servoing.py", description="Bring the tip where the camera sees the goal."
+    )
+    parser.add_argument(
+        "place", nargs="?", default="", metavar="HOST[:PORT]",
+        help="the laptop (default: where ssh came from, else as remembered)",
+    )  # fmt: skip
+    parser.add_argument("--code", help="as the tracker prints it (default: as remembered)")
+    parser.add_argument(
+        "--goal", type=_goal, default=None, metavar="marker|U,V", help="(default: marker)"
+    )
+    parser.add_argument("--method", choices=servoing.METHODS, default="chain")
+    parser.add_argument("--mode", choices=servoing.MODES, default="look")
+    parser.add_argument("--tolerance", type=_number(0.5, 200, "px"), default=5.0, metavar="PX")
+    parser.add_argument("--budget", type=_number(1, 3600, "s"), default=BUDGET, metavar="S")
+    parser.add_argument(
+        "--arm", default=os.environ.get("BRICKSERVO_ARM", "planar"), metavar="FILE",
+        help="arm file (default: $BRICKSERVO_ARM, else planar)",
+    )  # fmt: skip
+    parser.add_argument("--log", metavar="FILE", help="what happened, as lines of JSON")
+    return parser
+
+
+class _Log(object):
+    """Lines of JSON in a file, or nowhere."""
+
+    def __init__(self, path):
+        try:
+            self._file = path and open(path, "w")
+        except OSError as error:
+            raise ArmError(
+                "cannot write {}: {}; give another file with --log".format(path, error.strerror)
+            ) from None
+
+    def __call__(self, line):
+        if self._file:
+            self._file.write(json.dumps(line) + "\n")
+
+    def close(self):
+        if self._file:
+            self._file.close()
+
+
+def _say(line):
+    print(line, flush=True)
+
+
+def make_servo(arm, method, mode, tolerance, seed=0):
+    """(servo, stream or None) by the names of the command line."""
+    if method == "report":
+        return servoing.ReportServo(arm.joints, tolerance), None
+    servo = servoing.Servo(arm, servoing.models_of(method, arm), tolerance, seed)
+    return servo, servoing.Stream(servo) if mode == "stream" else None
+
+
+def _run(parser, args):
+    description = read_arm(find_arm(args.arm))
+    if args.method == "report" and args.mode == "stream":
+        parser.error("the report's method looks, then moves; leave --mode stream out")
+    tracker = find_tracker(args.place, args.code)
+    clock = Clock()
+    arm = program.connect(description, clock)
+    arm.wake()
+    log = _Log(args.log)
+    eyes = TrackingClient(*tracker, clock=clock, say=_say)
+    servo, stream = make_servo(description, args.method, args.mode, args.tolerance)
+    loop = VisualServoing(
+        arm, eyes, clock, servo, args.goal, stream, args.budget, log=log, say=_say
+    )
+    log(
+        OrderedDict(
+            [
+                ("kind", "run"), ("version", 1), ("method", args.method), ("mode", args.mode),
+                ("arm", description.name), ("joints", [j.name for j in description.joints]),
+                ("tolerance", args.tolerance), ("budget", args.budget),
+                ("goal", args.goal or "marker"), ("clock", clock.now()),
+            ]
+        )
+    )  # fmt: skip
+    try:
+        verdict = loop.run()
+    finally:
+        program.ignore_signals()
+        try:
+            arm.park()
+        finally:
+            log.close()
+            eyes.close("the run has ended")
+    if verdict.word != "converged":
+        raise NotReached(in_words(verdict))
+    _say(in_words(verdict))
+
+
+def main(argv=None):
+    """Run one servo run; the exit status."""
+    argv = sys.argv[1:] if argv is None else argv
+    argv = [" " + word if re.match(r"-\d", word) else word for word in argv]
+    parser = _parser()
+    args = parser.parse_args(argv)
+    return program.run(parser.prog, lambda: _run(parser, args))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
