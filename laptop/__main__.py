@@ -1,4 +1,4 @@
-"""The laptop's commands: `python -m laptop track ...`, `simulate ...`, `bench ...`."""
+"""The laptop's commands: `python -m laptop demo`, `track ...`, `simulate ...`, `bench ...`."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import signal
 import sys
 import tempfile
 import time
+import webbrowser
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -18,6 +20,7 @@ if __name__ == "__main__":
 
 try:
     import click
+    from rich.console import Console
 
     from laptop import drawing
     from laptop.simulator import peripherals, session
@@ -94,6 +97,12 @@ def _plants() -> str:
     help="A motor (large or medium) that moves nothing; at the pen's port it replaces the pen.",
 )
 @click.option("--timeout", default=600.0, show_default=True, help="Virtual seconds allowed.")
+@click.option(
+    "--scene",
+    metavar="KEY=VALUE,...",
+    help="Let a synthetic camera watch ('' for the usual one) and a tracker serve what it sees, in "
+    "virtual time; the script finds it as one that it remembers.",
+)
 @click.argument("script", type=click.Path(exists=True, dir_okay=False))
 @click.argument("args", nargs=-1, type=click.UNPROCESSED)
 def simulate(
@@ -106,6 +115,7 @@ def simulate(
     start: str,
     plug: tuple[str, ...],
     timeout: float,
+    scene: str | None,
     script: str,
     args: tuple[str, ...],
 ) -> None:
@@ -124,6 +134,7 @@ def simulate(
             "start": start,
             "realtime": realtime,
             "timeout": timeout,
+            "watched": None if scene is None else _watched(scene, arm, realtime),
         }
         _check_room(out)
         began = time.perf_counter()
@@ -144,6 +155,39 @@ def simulate(
         raise _no_room(out, error) from None
     click.echo(f"{out}/picture.png, trace.csv, summary.json")
     sys.exit(run.outcome.status)
+
+
+def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
+    """What serves a brick in virtual time with what the tracker finds in rendered frames."""
+    if realtime:
+        raise session.BadOrder(
+            "a scene is for virtual time; with --realtime, run track --camera synthetic beside it"
+        )
+    from laptop.markers import read_spec  # OpenCV is slow to import
+    from laptop.simulator.scene import Scene, read_scene
+    from laptop.simulator.synthetic_camera import ScriptedPoses, SyntheticCamera
+    from laptop.simulator.virtual_tracker import VirtualTracker
+    from laptop.tracker import Tracker
+
+    constants = {**read_scene(text), "fps_wander": 0.0}
+    scene = Scene(arm, constants)
+
+    def watch(brick: Any) -> Any:
+        tracker = Tracker([read_spec(name, spec) for name, spec in _looks(constants).items()])
+        poses = ScriptedPoses(arm, lambda t: brick.plant.q)
+        cameras: list[SyntheticCamera] = []
+
+        def see(name: str, index: int, t: float) -> dict[str, tuple[float, float, float] | None]:
+            if not cameras:
+                start = t - index / constants["fps"]
+                cameras.append(SyntheticCamera(scene, poses, brick.world.now, start=start))
+            found = tracker.find(cameras[0].capture(index).image, t).items()
+            return {name: seen and (seen.u, seen.v, seen.confidence) for name, seen in found}
+
+        chain = {key: constants[key] for key in ("fps", "jitter", "seed")}
+        return VirtualTracker(brick.world, see, latency=constants["delay"], **chain)
+
+    return watch
 
 
 def _plugged(arm: Arm, plugs: tuple[str, ...]) -> dict[str, str]:
@@ -267,6 +311,46 @@ def _report(summary: dict, took: float) -> str:
 
 @laptop.command()
 @click.option(
+    "--arm",
+    "arm_file",
+    default="planar",
+    envvar="BRICKSERVO_ARM",
+    show_default=True,
+    show_envvar=True,
+    metavar="FILE",
+    help="Arm on the emulated brick: planar, geared or a file.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**31 - 1),
+    default=0,
+    show_default=True,
+    help="Draws where the camera stands, what lies about and where the goals are.",
+)
+@click.option(
+    "--out", default="runs", metavar="DIR", type=click.Path(path_type=Path), show_default=True
+)
+@click.option("--open/--no-open", "show", help="Open the report in a browser at the end.")
+def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
+    """Show everything without brick or camera: draw three lines, then reach three goals by sight.
+
+    The programs of the brick run unmodified and in real time, linked to the tracker by TCP.  Leaves
+    a report and all raw files in a folder of its own under --out.  Its exit status is 0 only if the
+    arm truly got everywhere, whatever the brick says.
+    """
+    from laptop import demo as show_off  # OpenCV and matplotlib are slow to import
+
+    try:
+        status, page = show_off.run(show_off.Orders(out, arm_file, seed), Console())
+    except ArmError as error:
+        raise click.ClickException(str(error)) from None
+    if show:
+        webbrowser.open(page.as_uri())
+    sys.exit(status)
+
+
+@laptop.command()
+@click.option(
     "--camera",
     multiple=True,
     default=("0",),
@@ -348,14 +432,20 @@ def track(**orders: Any) -> None:
 
 def _synthetic(scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
     """The synthetic camera, and how the markers in its scene look."""
-    from laptop.simulator.scene import ARUCO_IDS
     from laptop.simulator.synthetic_camera import open_live
 
     camera = open_live(",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])]))
-    kind = camera.constants["marker"]
-    names = [name for name in ("effector", "goal") if camera.constants[name] != "none"]
-    looks = {name: camera.constants[name] if kind != "aruco" else ARUCO_IDS[name] for name in names}
-    return camera, {name: f"{kind}:{look}" for name, look in looks.items()}
+    return camera, _looks(camera.constants)
+
+
+def _looks(constants: dict[str, Any]) -> dict[str, str]:
+    """How the markers of a scene look: SPEC by name."""
+    from laptop.simulator.scene import ARUCO_IDS
+
+    kind = constants["marker"]
+    names = [name for name in ("effector", "goal") if constants[name] != "none"]
+    looks = {name: constants[name] if kind != "aruco" else ARUCO_IDS[name] for name in names}
+    return {name: f"{kind}:{look}" for name, look in looks.items()}
 
 
 @laptop.command()

@@ -9,7 +9,8 @@ import io
 import math
 import os
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -100,17 +101,30 @@ def draw_picture(
     """
     if len(wanted) != len(measures):
         raise ValueError(f"{len(measures)} measures for {len(wanted)} wanted paths")
-    picture = io.BytesIO()
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)
-        figure = Figure(figsize=(WIDTH / DPI, HEIGHT / DPI), dpi=DPI, facecolor="white")
-        FigureCanvasAgg(figure)
+    with new_figure() as figure:
         _write_title(figure, title, notes)
         _draw_sheet(figure, rows, wanted, skeleton, reach)
         _draw_column(figure, rows, wanted, measures)
-        figure.savefig(picture, format="png", dpi=DPI, metadata={"Software": None})
-    Path(file).write_bytes(picture.getvalue())
+        picture = png_of(figure)
+    Path(file).write_bytes(picture)
+
+
+@contextmanager
+def new_figure(height: int = HEIGHT) -> Iterator[Figure]:
+    """An empty figure, WIDTH x height px, in the style above; it has to be drawn in the block."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(STYLE)
+        figure = Figure(figsize=(WIDTH / DPI, height / DPI), dpi=DPI, facecolor="white")
+        FigureCanvasAgg(figure)
+        yield figure
+
+
+def png_of(figure: Figure) -> bytes:
+    """The figure as a PNG file."""
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=DPI, metadata={"Software": None})
+    return picture.getvalue()
 
 
 # The sheet, on the left

@@ -213,6 +213,8 @@ class TrackingServer:
         port: 0 takes any free one.
         code: as shared.pairing.read_code returns it.
         now: the clock of the observations, s.
+        threaded: whether the sockets run in a thread of their own. If not, they run only in `turn`,
+            which is to be called at least every TICK s, and whenever somebody is `calling`.
 
     Attributes:
         port: where it listens.
@@ -222,7 +224,12 @@ class TrackingServer:
     """
 
     def __init__(
-        self, host: str, port: int, code: str, now: Callable[[], float] = time.monotonic
+        self,
+        host: str,
+        port: int,
+        code: str,
+        now: Callable[[], float] = time.monotonic,
+        threaded: bool = True,
     ) -> None:
         host = "" if host in ("0.0.0.0", "::") else host  # no address to type on the brick
         self._listener = _listen(host, port)
@@ -247,8 +254,10 @@ class TrackingServer:
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._bell, selectors.EVENT_READ)
         self._selector.register(self._listener, selectors.EVENT_READ)
-        self._thread = threading.Thread(target=self._serve, name="tracking server", daemon=True)
-        self._thread.start()
+        self._thread: threading.Thread | None = None
+        if threaded:
+            self._thread = threading.Thread(target=self._serve, name="tracking server", daemon=True)
+            self._thread.start()
 
     def __enter__(self) -> TrackingServer:
         return self
@@ -266,7 +275,7 @@ class TrackingServer:
             for address in addresses
         ]
         return [
-            f"robot/tracking_client.py{' ' if place else ''}{place} --code {code}"
+            f"robot/visual_servoing.py{' ' if place else ''}{place} --code {code}"
             for place in [port, *places]
         ]
 
@@ -313,7 +322,8 @@ class TrackingServer:
                 return
             self._ending = True
             self._ring()
-        self._thread.join()
+        if self._thread is not None:
+            self._thread.join()
         for caller in self._everybody():
             caller.link.close(reason)
         self._callers, self._served = [], None
@@ -321,18 +331,26 @@ class TrackingServer:
         for sock in (self._listener, self._bell, self._ringer):
             sock.close()
 
-    # The thread
+    # The sockets
+
+    def calling(self, timeout: float | None = 0.0) -> bool:
+        """Whether there is something for `turn` to do; waits for it, at most `timeout` s."""
+        return bool(self._selector.select(timeout))
+
+    def turn(self) -> None:
+        """Do once what is due: let callers in, read, answer, ping, send; never waits."""
+        with self._lock:
+            with contextlib.suppress(BlockingIOError):
+                self._bell.recv(4096)
+            if not self._ending:
+                self._accept()
+                for caller in self._everybody():
+                    self._attend(caller)
 
     def _serve(self) -> None:
         while not self._ending:
-            self._selector.select(TICK if self._everybody() or self._accept_again else None)
-            with self._lock:
-                with contextlib.suppress(BlockingIOError):
-                    self._bell.recv(4096)
-                if not self._ending:
-                    self._accept()
-                    for caller in self._everybody():
-                        self._attend(caller)
+            self.calling(TICK if self._everybody() or self._accept_again else None)
+            self.turn()
 
     def _ring(self) -> None:
         with contextlib.suppress(BlockingIOError):  # then it rings already

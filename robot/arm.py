@@ -11,6 +11,7 @@ from robot import homing, kinematics
 from robot.control_loop import COARSE, SETTLE, TICK, ControlLoop, Stalled
 from robot.follower import GAINS, Follower
 from robot.motors import JointMotor
+from robot.pursuit import Pursuit
 from robot.trajectory import JOINT_ACCELERATION, JointMove, TakingUpBacklash
 from robot.zero import Zero
 
@@ -29,6 +30,12 @@ BEHIND, SLOWLY = math.radians(2), 0.3
 GENTLE = math.radians(15)
 """Acceleration at which links do not leave the side of the play they are pushed by, rad/s^2."""
 
+RUNS_ON = math.radians(10)
+"""A motor stopped at more than this speed leaves its link running on into the play, rad/s."""
+
+CHASE_ASTRAY = math.radians(5)
+"""Greatest error in a chase, rad: a motor faster than described runs ahead on a long way."""
+
 PEN_SPEED, PEN_ACCELERATION, PEN_ASTRAY = (math.radians(x) for x in (400, 3000, 25))
 """Of the pen's motor: greatest speed and acceleration, rad/s and rad/s^2, and error, rad."""
 
@@ -44,7 +51,7 @@ class RobotArm(object):
 
     Attributes:
         sides: per joint, on which side its play lies: +1 pushed in the positive direction last,
-            -1 in the negative, 0 unknown.
+            -1 in the negative, 0 unknown; between, it is being crossed.
 
     Raises:
         MotorNotFound: a motor of the description is not there.
@@ -61,7 +68,7 @@ class RobotArm(object):
         pen = description.pen
         self.pen = JointMotor("pen", pen.port, pen.motor, 1.0, 1) if pen else None
         self._motors = self.joints + ([self.pen] if pen else [])
-        followers = {
+        self._followers = followers = {
             motor: Follower(joint.gear, gains[joint.motor])
             for motor, joint in zip(self.joints, description.joints)
         }
@@ -92,10 +99,7 @@ class RobotArm(object):
 
     def angles(self):
         """Joint angles, rad, as the encoders have them, allowing for play as far as known."""
-        return tuple(
-            motor.angle() - side * joint.backlash / 2
-            for motor, side, joint in zip(self.joints, self.sides, self.description.joints)
-        )
+        return self._links([motor.angle() for motor in self.joints])
 
     def position(self):
         """The tip, cm, as the encoders have it."""
@@ -115,17 +119,17 @@ class RobotArm(object):
     def _zeros(self):
         return {motor.port: motor.zero for motor in self._motors}
 
-    def go_to(self, q, speed=1.0, acceleration=JOINT_ACCELERATION):
+    def go_to(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, watch=None):
         """Move all joints together to `q` (rad), each at most at `speed` times its greatest.
 
-        `acceleration` is the greatest of any joint, rad/s^2.
+        `acceleration` is the greatest of any joint, rad/s^2; `watch` as for `follow`.
 
         Raises:
             kinematics.Unreachable: a joint angle past its limit; nothing has moved.
         """
         self.check(q)
         fastest = [speed * joint.max_speed for joint in self.description.joints]
-        self.follow([JointMove(self.angles(), q, fastest, acceleration)], UNHURRIED)
+        self.follow([JointMove(self.angles(), q, fastest, acceleration)], UNHURRIED, watch)
 
     def check(self, q):
         """Refuse joint angles (rad) past the limits.
@@ -153,11 +157,14 @@ class RobotArm(object):
         self.go_to(behind)
         self.go_to(motion.start, SLOWLY, GENTLE)
 
-    def follow(self, motions, settle=SETTLE):
+    def follow(self, motions, settle=SETTLE, watch=None):
         """Let the links follow Trajectories or JointMoves, one after the other; end at rest, held.
 
         Args:
             settle: longest correction after each, s.
+            watch: called in every control tick, right after the encoders were read, with the time
+                (s) and the links' angles as observed (rad), play allowed for as far as known.  What
+                it raises ends the motion, all motors held, and goes on.
 
         Raises:
             Stalled, TooSlow, MotorNotFound: after stopping.
@@ -166,9 +173,84 @@ class RobotArm(object):
         with self._stopping_on_error():
             for motion in motions:
                 plan = TakingUpBacklash(self.description.joints, motion, self.sides)
-                self._loop.run(self.joints, plan, settle)
+                self._loop.run(self.joints, plan, settle, watch=self._noting(plan, watch))
                 self.sides = plan.sides
             self._hold(self.joints)
+
+    def reach(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, watch=None):
+        """Move to `q` (rad), each joint by itself, as fast as a chase and landing as softly.
+
+        On a long way sooner there than `go_to`, and the links end nearer to where they should; but
+        the joints do not move together.
+
+        Args:
+            speed, acceleration: as for `chase`.
+            watch: as for `follow`.
+
+        Raises:
+            kinematics.Unreachable: a joint angle past its limit; nothing has moved.
+            Stalled, TooSlow, MotorNotFound: after stopping.
+        """
+        self.check(q)
+
+        def tell(t, links):
+            if watch:
+                watch(t, links)
+            return q
+
+        self._pursue(tell, speed, acceleration, True)
+
+    def chase(self, aim, speed=1.0, acceleration=JOINT_ACCELERATION):
+        """Let the links follow an aim that may move as it likes; end at rest, held.
+
+        Args:
+            aim: called in every control tick as `watch` of `follow`, it returns where the joints
+                should be (rad; what is past a limit means the limit), or None: come to rest, end.
+                It is called to the end, so that it sees the coming to rest, too.
+            speed: share of each joint's greatest.
+            acceleration: greatest of any joint, rad/s^2.
+
+        Raises:
+            kinematics.Unreachable: an aim that is not a number.
+            Stalled, TooSlow, MotorNotFound: after stopping.
+        """
+        self._pursue(aim, speed, acceleration, False)
+
+    def _pursue(self, aim, speed, acceleration, once):
+        """Chase an aim, or `once` go where it is at first."""
+        self._engage()
+        with self._stopping_on_error():
+            joints = self.description.joints
+            pursuit = Pursuit(joints, self.angles(), self.sides, speed, acceleration)
+
+            def steer(t, now, angles):
+                self.sides = pursuit.sides_at(t)
+                wanted = aim(now, self._links(angles))
+                if pursuit.duration < math.inf:
+                    return
+                if wanted is not None and not all(math.isfinite(angle) for angle in wanted):
+                    self.check(wanted)
+                pursuit.steer(t, wanted, once)
+
+            self._loop.run(self.joints, pursuit, UNHURRIED, astray=CHASE_ASTRAY, watch=steer)
+            self._hold(self.joints)
+
+    def _noting(self, plan, watch):
+        """What watches over a plan: keeps `sides`, and tells `watch` where the links are."""
+
+        def note(t, now, angles):
+            self.sides = plan.sides_at(t)
+            if watch:
+                watch(now, self._links(angles))
+
+        return note
+
+    def _links(self, angles):
+        """The links' angles for these of the motors, rad."""
+        return tuple(
+            angle - side * joint.backlash / 2
+            for angle, side, joint in zip(angles, self.sides, self.description.joints)
+        )
 
     @contextlib.contextmanager
     def _stopping_on_error(self):
@@ -178,6 +260,10 @@ class RobotArm(object):
         except BaseException as error:
             # Blocked or blind looks the same; blind, its counts are worth nothing from now on.
             self._homed = self._homed and not isinstance(error, Stalled)
+            self.sides = tuple(
+                0 if abs(self._followers[motor].speed) > RUNS_ON else side
+                for motor, side in zip(self.joints, self.sides)
+            )
             self._halt()
             raise
 

@@ -79,15 +79,18 @@ class ControlLoop(object):
         for motor in motors:
             self._followers[motor].rest()
 
-    def run(self, motors, plan, settle=SETTLE, tolerance=FINE, astray=ASTRAY):
+    def run(self, motors, plan, settle=SETTLE, tolerance=FINE, astray=ASTRAY, watch=None):
         """Let `motors` follow `plan` to its end; they are driven still when this returns.
 
         Args:
             motors: of those with a follower, in the order of the plan's angles.
-            plan: has `at(t)`, `duration` and `before`: JointMove, TakingUpBacklash.
+            plan: has `at(t)`, `rested(t)`, `duration` and `before`: JointMove, TakingUpBacklash,
+                Pursuit.
             settle: longest correction after the end, s.
             tolerance: counts within which a motor has settled.
             astray: greatest error on the way, rad.
+            watch: called in every tick with the plan's time (s), the clock's (s) and the motors'
+                angles as just observed (rad); what it raises goes on.
 
         Raises:
             Stalled, TooSlow, MotorNotFound: with the motors driven still, for DEAD_MAN at most.
@@ -101,8 +104,9 @@ class ControlLoop(object):
         due = now = clock.now()
         start = now + plan.before
         last = plan.at(LEAD - plan.before).q_dot
-        before = None
-        ticks = resting = slow = still = 0
+        rests = [_Rest(settle, limit) for limit in fine]
+        held = set()
+        ticks = slow = 0
         while True:
             began = now
             seen = []
@@ -110,25 +114,33 @@ class ControlLoop(object):
                 seen.append(motor.bounds())
                 follower.observe(clock.now(), seen[-1])
             now = clock.now()
+            if watch:
+                watch(now - start, now, [follower.angle for follower in followers])
             wanted = plan.at(now - start)
             errors = [angle - f.angle for angle, f in zip(wanted.q, followers)]
             self._watch(motors, errors, lost)
-            overtime = now - start - plan.duration
-            still = still + 1 if seen == before and overtime > 0 else 0
-            before = seen
-            if overtime > settle or still == STILL:
-                self._watch(motors, errors, [ARRIVED * limit for limit in fine])
+            rested = plan.rested(now - start)
+            for k, rest in enumerate(rests):
+                if not rest.take(rested[k], seen[k], errors[k]):
+                    raise self._stalled(motors[k], errors[k])
+            over = now - start > plan.duration
+            if over and all(rest.over for rest in rests):
                 return
-            near = all(abs(error) < limit for error, limit in zip(errors, fine))
-            resting = resting + 1 if near and overtime > 0 else 0
-            if resting == RESTED:
-                return
-            ahead = plan.at(now - start + LEAD)
+            # Watching takes time, by which this command comes later.
+            ahead = plan.at(clock.now() - start + LEAD)
             errors = self._across(wanted, ahead, errors)
             for k, (motor, follower) in enumerate(zip(motors, followers)):
+                if rests[k].over and not over:
+                    # Driven for long, a joint at rest would hunt: its encoder is too coarse.
+                    if k not in held:
+                        motor.hold()
+                        held.add(k)
+                    follower.rest()
+                    continue
+                held.discard(k)
                 acceleration = (ahead.q_dot[k] - last[k]) / TICK
                 # At rest the last bit is crept: position alone would be held up by friction.
-                creep = CREEP * errors[k] if overtime > 0 else 0.0
+                creep = CREEP * errors[k] if rested[k] > 0 else 0.0
                 motor.drive(follower.command(errors[k], ahead.q_dot[k] + creep, acceleration))
             last = ahead.q_dot
             ticks += 1
@@ -162,4 +174,48 @@ class ControlLoop(object):
     def _watch(self, motors, errors, limits):
         for motor, error, limit in zip(motors, errors, limits):
             if abs(error) > limit:
-                raise Stalled(motor, "{:.1f} deg are missing".format(abs(math.degrees(error))))
+                raise self._stalled(motor, error)
+
+    @staticmethod
+    def _stalled(motor, error):
+        return Stalled(motor, "{:.1f} deg are missing".format(abs(math.degrees(error))))
+
+
+class _Rest(object):
+    """What is left to correct of one joint when its set-point stands.
+
+    Args:
+        longest: time for it, s.
+        fine: rad within which it has settled.
+
+    Attributes:
+        over: whether nothing is left to correct, or nothing more can be.
+    """
+
+    def __init__(self, longest, fine):
+        self._longest = longest
+        self._fine = fine
+        self._near = self._still = 0
+        self._seen = None
+        self.over = False
+
+    def take(self, rested, seen, error):
+        """Take in one tick; False if the joint has not arrived and will not.
+
+        Args:
+            rested: for how long the set-point has been standing, s.
+            seen: the encoder's bounds.
+            error: rad.
+        """
+        stands = seen == self._seen
+        self._seen = seen
+        if rested <= 0:
+            self._near = self._still = 0
+            self.over = False
+        elif not self.over:
+            self._near = self._near + 1 if abs(error) < self._fine else 0
+            self._still = self._still + 1 if stands else 0
+            late = rested > self._longest or self._still == STILL
+            self.over = late or self._near == RESTED
+            return not late or abs(error) <= ARRIVED * self._fine
+        return True

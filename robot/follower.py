@@ -123,6 +123,7 @@ class Follower(object):
     def rest(self):
         """The joint is held now; begin anew with the next reading."""
         self._t = None
+        self.speed = 0.0
 
     def _predict(self, dt):
         push = self._w - self._push

@@ -283,9 +283,14 @@ class ChainModel(object):
             for j in range(i):
                 N[i][j] = N[j][i]
         W = [solve(N, column) for column in zip(*B)]
-        for key, doubt in zip(self._keys, doubts):
-            missed = sum((y - dot(w, key.terms)) ** 2 for y, w in zip(key.s, W)) / self._rows
-            key.weight = _robust_weight(missed, doubt)
+        missed = [
+            sum((y - dot(w, key.terms)) ** 2 for y, w in zip(key.s, W)) / (self._rows * doubt)
+            for key, doubt in zip(self._keys, doubts)
+        ]
+        # Where most are off, it is not they that are wrong.
+        usual = max(1.0, sorted(missed)[len(missed) // 2]) if missed else 1.0
+        for key, square in zip(self._keys, missed):
+            key.weight = _robust_weight(square, usual)
         self._N = N
         return W
 

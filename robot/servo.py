@@ -17,7 +17,7 @@ import random
 from collections import namedtuple
 
 from robot.image_jacobian import ChainModel, LocalJacobian, Picture, dot
-from robot.kinematics import Singular, broyden_update, solve
+from robot.kinematics import Singular, broyden_update, damped_solve, solve
 
 METHODS = ("report", "broyden", "kalman", "chain")
 MODES = ("look", "stream")
@@ -384,17 +384,25 @@ class Goal(object):
     """Where a goal marker is in one camera's picture, also while the arm hides it.
 
     Attributes:
-        moving: whether it moves, and is not only noisy.
+        velocity: px/s; zeros while it stands.
     """
 
-    WINDOW, MOVES = 15, 6.0
-    """Sightings of which the line is fitted; a goal slower than so many px/s stands."""
+    WINDOW, LATELY = 30, 15
+    """Sightings that tell whether it moves, and those that tell how fast."""
+    MOVES = 6.0
+    """A goal slower than this stands, px/s."""
     HIDES, CLEAR = 50.0, 0.9
     """So near to the tip (px) a standing goal may be half hidden; believed only if so confident."""
 
     def __init__(self):
-        self.moving = False
+        self.velocity = (0.0, 0.0)
         self._seen = []
+        self._place = None
+
+    @property
+    def moving(self):
+        """Whether it moves, and is not only noisy."""
+        return any(self.velocity)
 
     def add(self, t, g, confidence, s):
         """It was seen at g (px) at time t (s), the tip at s."""
@@ -403,30 +411,44 @@ class Goal(object):
             return
         self._seen.append((t, g))
         del self._seen[: -self.WINDOW]
-        self._fit()
+        third = len(self._seen) // 3
+        velocity = (0.0,) * len(g)
+        if third >= 5:
+            (t0, early), (t1, late) = (_middle(s) for s in (self._seen[:third], self._seen[-third:]))
+            velocity = [(b - a) / (t1 - t0) for a, b in zip(early, late)]
+        if length(velocity) < self.MOVES:
+            self.velocity = (0.0,) * len(g)
+            self._place = _middle(self._seen)
+        else:
+            self._fit(velocity)
 
-    def _fit(self):
-        n = len(self._seen)
-        self._t = sum(t for t, _ in self._seen) / n
-        self._middle = [median(c) for c in zip(*(g for _, g in self._seen))]
-        self._speed = [0.0] * len(self._middle)
-        self.moving = False
-        if n == self.WINDOW:
-            spread = sum((t - self._t) ** 2 for t, _ in self._seen)
-            speed = [
-                sum((t - self._t) * x for (t, _), x in zip(self._seen, column)) / spread
-                for column in zip(*(g for _, g in self._seen))
-            ]
-            self.moving = length(speed) > self.MOVES
-            if self.moving:
-                self._speed = speed
-                self._middle = [sum(c) / n for c in zip(*(g for _, g in self._seen))]
+    def _fit(self, velocity):
+        """A line through the last sightings that lie near the one by medians."""
+        lately = self._seen[-self.LATELY :]
+        t0, place = _middle(lately)
+        off = [
+            length([x - y - v * (t - t0) for x, y, v in zip(g, place, velocity)]) for t, g in lately
+        ]
+        limit = max(3 * median(off), 3.0)
+        kept = [seen for seen, far in zip(lately, off) if far <= limit]
+        n = len(kept)
+        t0 = sum(t for t, _ in kept) / n
+        columns = list(zip(*(g for _, g in kept)))
+        spread = sum((t - t0) ** 2 for t, _ in kept) or 1.0
+        self.velocity = tuple(sum((t - t0) * x for (t, _), x in zip(kept, c)) / spread for c in columns)
+        self._place = t0, [sum(c) / n for c in columns]
 
     def at(self, t):
         """Where it is at time t, px; None if it was never seen."""
-        if not self._seen:
+        if self._place is None:
             return None
-        return tuple(x + v * (t - self._t) for x, v in zip(self._middle, self._speed))
+        t0, place = self._place
+        return tuple(x + v * (t - t0) for x, v in zip(place, self.velocity))
+
+
+def _middle(seen):
+    """Medians of the times and of the places of sightings."""
+    return median([t for t, _ in seen]), [median(c) for c in zip(*(g for _, g in seen))]
 
 
 def stacked(pictures):
@@ -715,8 +737,9 @@ class Stream(object):
         still_since: since when the joints are where they are, s.
     """
 
-    RECENT = 7
-    """Frames whose median says by how much the newest is off."""
+    FEWEST, MOST, NEAR = 5, 25, math.radians(4)
+    """The last FEWEST frames, and up to MOST with the joints within NEAR (rad) of where they are,
+    say by their median by how much the newest is off."""
     REAIM, STILL = math.radians(1.5), math.radians(0.7)
     """An aim nearer to the last one than this is the same; a joint that stays within this stands."""
     LAG = 0.06
@@ -740,17 +763,17 @@ class Stream(object):
             return
         recent = self._recent.setdefault(frame.camera, [])
         recent.append((frame.q, frame.s))
-        del recent[: -self.RECENT]
+        del recent[: -self.MOST]
         self._goals[frame.camera] = goal, frame.goal
         sights = [self._sight(camera, frame.t) for camera in sorted(self._recent)]
         moving = any(g is not None and g.moving for g, _ in self._goals.values())
         to = self._servo.aim(sights)
         if moving:
-            later = [self._sight(camera, frame.t + 0.2) for camera in sorted(self._recent)]
-            ahead = self._servo.aim(later)
-            self._drift = [(b - a) / 0.2 for a, b in zip(to, ahead)]
-            self._aim, self._aimed_at = to, frame.t
-            self._confirmed = False
+            J = stacked([self._servo.picture(c, q, s) for c, q, s, _ in sights]).jacobian(to)
+            speed = [v for goal, _ in self._goals.values() for v in goal.velocity]
+            drift = damped_solve(J, speed, 0.05 * math.sqrt(sum(dot(row, row) for row in J)))
+            self._aim, self._drift = to, drift
+            self._aimed_at, self._confirmed = frame.t, False
             return
         self._drift = None
         apart = max(abs(a - b) for a, b in zip(to, self._aim))
@@ -764,7 +787,12 @@ class Stream(object):
         recent = self._recent[camera]
         q, s = recent[-1]
         picture = self._servo.picture(camera, q, s)
-        missed = [[a - b for a, b in zip(y, picture.predict(at))] for at, y in recent]
+        near = [
+            (at, y)
+            for k, (at, y) in enumerate(recent, 1)
+            if k > len(recent) - self.FEWEST or max(abs(a - b) for a, b in zip(at, q)) < self.NEAR
+        ]
+        missed = [[a - b for a, b in zip(y, picture.predict(at))] for at, y in near]
         s = tuple(x + median(column) for x, column in zip(s, zip(*missed)))
         goal, fixed = self._goals[camera]
         return camera, q, s, fixed if goal is None else goal.at(t)

@@ -35,6 +35,7 @@ from shared.messages import (  # noqa: E402
     LAPTOP,
     PORT,
     VERSION,
+    BadMessage,
     Challenge,
     Hello,
     Proof,
@@ -167,13 +168,13 @@ def find_tracker(place="", code=None, environ=None, memory=None):
         host = ssh[0] if ssh else known and known.host
     if not host:
         raise NotPaired(
-            "where is the tracker? give its address: tracking_client.py HOST --code CODE, "
+            "where is the tracker? give its address, HOST --code CODE, "
             "as the tracker on the laptop prints it"
         )
     if not code:
         raise NotPaired(
             "this brick is not paired yet; give the code that the tracker on the laptop prints: "
-            "tracking_client.py --code CODE"
+            "--code CODE"
         )
     if port is None:
         port = known.port if known and known.host == host else PORT
@@ -201,6 +202,7 @@ class TrackingClient(object):
         memory: Memory() if None.
         say: called with a line whenever the link comes, goes, or fails for another reason; who
             sees `refused` tells `why` in its own way.
+        select: waits for sockets, as select.select does.
 
     Attributes:
         linked: whether observations can come in.
@@ -212,7 +214,7 @@ class TrackingClient(object):
         NotPaired: nothing is known of a host of that name.
     """
 
-    def __init__(self, host, port, code, clock, memory=None, say=print):
+    def __init__(self, host, port, code, clock, memory=None, say=print, select=select.select):
         self.linked = False
         self.why = "not connected yet"
         self.refused = False
@@ -225,6 +227,7 @@ class TrackingClient(object):
         self._memory = memory or Memory()
         self._say = say
         self._said = None
+        self._select = select
 
         self._connecting = None  # a socket on its way
         self._link = None
@@ -283,6 +286,8 @@ class TrackingClient(object):
     def report(self, q, error, verdict=""):
         """Tell the laptop how it goes; more often than every STATUS_PERIOD, only what is final.
 
+        What is not finite, or too large for a message, is told as not known: no angles, no error.
+
         Args:
             q: joint angles, rad.  error: px, or None.  verdict: "" while the run goes on.
         """
@@ -290,7 +295,10 @@ class TrackingClient(object):
         due = self._reported is None or now - self._reported[0] >= STATUS_PERIOD
         if self.linked and (due or verdict != self._reported[1]):
             self._reported = now, verdict
-            self._link.send(Status(now, q, error, verdict))
+            try:
+                self._link.send(Status(now, q, error, verdict))
+            except BadMessage:
+                self._link.send(Status(now, (), None, verdict))
 
     @property
     def round_trip(self):
@@ -330,13 +338,15 @@ class TrackingClient(object):
 
     def _finish_connecting(self, timeout):
         sock = self._connecting
-        if select.select([], [sock], [], timeout)[1]:
+        if self._select([], [sock], [], timeout)[1]:
             number = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
             if number:
                 self._not_connected(number)
                 return
             self._connecting = None
-            self._link = Link(sock, self._clock.now, proven=False, patience=PATIENCE)
+            self._link = Link(
+                sock, self._clock.now, proven=False, patience=PATIENCE, select=self._select
+            )
             self._nonces = [pairing.new_nonce(), None]
             self._link.send(Hello(VERSION, BRICK, self._nonces[0]))
         elif self._clock.now() > self._limit:
@@ -457,7 +467,7 @@ def _addresses(host, port):
     except (OSError, UnicodeError):
         raise NotPaired(
             "there is no host '{}'; give the laptop's address as the tracker prints it: "
-            "tracking_client.py HOST --code CODE".format(_short(host))
+            "HOST --code CODE".format(_short(host))
         ) from None
     return [(family, address) for family, _, _, _, address in found]
 

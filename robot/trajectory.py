@@ -275,6 +275,10 @@ class JointMove(object):
             None,
         )
 
+    def rested(self, t):
+        """Per joint, for how long it has been standing at time `t`, s; negative: it moves."""
+        return [t - self.duration] * len(self.start)
+
 
 class TakingUpBacklash(object):
     """What the motors must do for the links to follow a trajectory in spite of play.
@@ -286,7 +290,7 @@ class TakingUpBacklash(object):
     Args:
         joints: the arm's shared.arm_description.Joints.
         motion: Trajectory or JointMove.
-        sides: per joint, where the play lies at the start: +1, -1, or 0 (in the middle).
+        sides: per joint, where the play lies at the start: +1, -1, or between (0: the middle).
 
     Attributes:
         duration: s, from the start of the motion; `at` begins at -before.
@@ -304,16 +308,16 @@ class TakingUpBacklash(object):
             joints, sides, motion.directions, motion.reversals
         ):
             play = joint.backlash
-            time = max(TAKE_UP, play * joint.gear / TAKE_UP_SPEED)
+            time = take_up_time(joint)
             crossings = []
             if direction and direction != side and play:
                 self.before = max(self.before, time)
-                crossings.append((-time, time, (direction - side) * play / 2))
+                crossings.append((-time, time, direction - side))
             now = direction or side
             for turn in turns:
-                crossings.append((turn - time / 2, time, -now * play))
+                crossings.append((turn - time / 2, time, -2 * now))
                 now = -now
-            self._crossings.append((side * play / 2, crossings))
+            self._crossings.append((play / 2, side, crossings))
             self.sides.append(now)
         self.sides = tuple(self.sides)
 
@@ -321,14 +325,41 @@ class TakingUpBacklash(object):
         """The Setpoint of the motors' side at time `t` (s); its `p` is the tip's."""
         set_point = self._motion.at(t)
         q, q_dot = [], []
-        for angle, speed, (offset, crossings) in zip(set_point.q, set_point.q_dot, self._crossings):
-            for begin, time, step in crossings:
-                x = min(max((t - begin) / time, 0.0), 1.0)
-                offset += step * x * x * (3 - 2 * x)
-                speed += step * 6 * x * (1 - x) / time
-            q.append(angle + offset)
-            q_dot.append(speed)
+        for angle, speed, (half, side, crossings) in zip(
+            set_point.q, set_point.q_dot, self._crossings
+        ):
+            side, rate = crossed(t, side, crossings)
+            q.append(angle + half * side)
+            q_dot.append(speed + half * rate)
         return Setpoint(tuple(q), tuple(q_dot), set_point.p)
+
+    def sides_at(self, t):
+        """Per joint, where the play lies at time `t` (s): from -1 to +1."""
+        return tuple(crossed(t, side, crossings)[0] for _, side, crossings in self._crossings)
+
+    def rested(self, t):
+        """Per joint, for how long it has been standing at time `t`, s; negative: it moves."""
+        return [t - self.duration] * len(self.sides)
+
+
+def take_up_time(joint):
+    """How long a joint's motor takes to cross the play, s."""
+    return max(TAKE_UP, joint.backlash * joint.gear / TAKE_UP_SPEED)
+
+
+def crossed(t, side, crossings):
+    """Where the play lies at time `t`, and how fast that changes, 1/s.
+
+    Args:
+        side: where it lay before.
+        crossings: (begin, time, step) of each.
+    """
+    rate = 0.0
+    for begin, time, step in crossings:
+        x = min(max((t - begin) / time, 0.0), 1.0)
+        side += step * x * x * (3 - 2 * x)
+        rate += step * 6 * x * (1 - x) / time
+    return side, rate
 
 
 def spread(stroke):

@@ -175,6 +175,7 @@ class Link(object):
             UNDATED_PATIENCE times that where nothing can be dated yet): a pong that was found lying
             there does not tell when it came.
         max_age: older observations are not handed over, s.
+        select: waits for sockets, as select.select does.
 
     Attributes:
         reason: why it is closed; "" while it is open.
@@ -185,7 +186,7 @@ class Link(object):
             by newer ones before they could go out; messages that nobody took, and were `dropped`.
     """
 
-    def __init__(self, sock, now, proven=True, patience=0.0, max_age=MAX_AGE):
+    def __init__(self, sock, now, proven=True, patience=0.0, max_age=MAX_AGE, select=select.select):
         self.reason = ""
         self.clock = PeerClock()
         self.counters = dict.fromkeys(COUNTERS, 0)
@@ -194,6 +195,7 @@ class Link(object):
         self._proven = proven
         self._patience = patience
         self._max_age = max_age
+        self._select = select
         self._is_open = True
 
         self._buffer = LineBuffer()
@@ -319,7 +321,7 @@ class Link(object):
         return fresh
 
     def _wait(self, seconds):
-        select.select([self._sock], [self._sock] if self.blocked else [], [], seconds)
+        self._select([self._sock], [self._sock] if self.blocked else [], [], seconds)
 
     def _read(self):
         if self._lines:

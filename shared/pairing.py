@@ -11,6 +11,7 @@ dear as ITERATIONS.
 """
 
 import binascii
+import functools
 import hashlib
 import hmac
 import os
@@ -61,6 +62,7 @@ def show_code(code):
     return code[: CODE_LENGTH // 2] + "-" + code[CODE_LENGTH // 2 :]
 
 
+@functools.lru_cache(maxsize=16)  # a program may pair often
 def key_of(code):
     """The key for `proof`: 32 bytes."""
     return hashlib.pbkdf2_hmac("sha256", code.encode("ascii"), b"BrickServo pairing", ITERATIONS)

@@ -132,6 +132,270 @@ def test_beyond_a_limit_nothing_moves(tmp_path, q, move):
     assert rig.on_file()["parked"] == {"A": 0, "B": 0, "C": 0}
 
 
+# Watching a motion
+
+
+class HereAndNow(Exception):
+    """What a program that watches may raise."""
+
+
+@ARMS
+def test_watching_tells_in_every_tick_where_the_links_are(tmp_path, name):
+    with switched_on(tmp_path, name) as rig:
+        clock = CountingClock(rig)
+        robot = RobotArm(rig.arm, clock, rig.state)
+        robot.wake()
+        robot.go_to(degrees(40, 60))
+        clock.start()
+        seen = []
+        robot.go_to(degrees(20, 80), watch=lambda t, q: seen.append((t, q, rig.q)))
+    sleeps = [t for t, _ in clock.ticks]
+    ticks = [
+        sum(earlier < t <= later for t, _, _ in seen) for earlier, later in zip(sleeps, sleeps[1:])
+    ]
+    assert ticks == [1] * len(ticks), "once in each tick"
+    assert max(accesses for _, accesses in clock.ticks[1:]) <= 6
+    assert far(seen[0][1], degrees(40, 60)) < 1.0
+    assert far(seen[-1][1], degrees(20, 80)) < 1.0
+    off = [far(q, true) for _, q, true in seen]
+    count = 1.0 / rig.arm.joints[0].gear
+    assert sorted(off)[len(off) // 2] < 0.2 + 0.2 * count, "half the play would be 1 deg"
+    assert max(off) < 1.3
+
+
+@pytest.mark.parametrize("when", [0.1, 0.6], ids=["crossing the play", "on the way"])
+def test_what_a_watcher_raises_ends_the_motion_with_every_motor_held(tmp_path, when):
+    with switched_on(tmp_path) as rig:
+        robot = rig.robot()
+        begin = rig.world.now()
+
+        def watch(t, q):
+            if t - begin > when:
+                raise HereAndNow
+
+        with pytest.raises(HereAndNow):
+            robot.go_to(degrees(60, 60), watch=watch)
+        assert rig.world.now() - begin < when + 0.05
+        assert rig.brick.driven() == []
+        assert {rig.brick.motors[port].mode for port in "AB"} == {"hold"}
+        if when == 0.6:
+            assert robot.sides == (0, 0), "its links run on: where the play lies is not known"
+        else:
+            assert all(0 < side < 1 for side in robot.sides)
+        rig.world.sleep(0.5)
+        assert far(robot.angles(), rig.q) < 2.0
+        robot.go_to(degrees(60, 60))
+        assert far(rig.q, degrees(60, 60)) < 2.0
+
+
+def test_stopped_at_rest_the_side_of_the_play_is_known_still(tmp_path):
+    with switched_on(tmp_path) as rig:
+        robot = rig.robot()
+        robot.go_to(degrees(40, -40))
+
+        def watch(t, q):
+            raise HereAndNow
+
+        with pytest.raises(HereAndNow):
+            robot.go_to(degrees(60, -60), watch=watch)
+        assert robot.sides == (1, -1)
+
+
+# Chasing
+
+
+def chased(rig, robot, aim, seconds):
+    """Chase aim(t), deg, for so long; rows of (t, q as told, true q, accesses so far)."""
+    begin = rig.world.now()
+    rows = []
+
+    def told(t, q):
+        rows.append((t - begin, q, rig.q, rig.brick.sysfs.accesses))
+        return degrees(*aim(t - begin)) if t - begin < seconds else None
+
+    robot.chase(told)
+    return rows
+
+
+def slow(name):
+    return described(name, max_speed=math.radians(60))
+
+
+@ARMS
+@pytest.mark.parametrize("goal", [(50, 20), (38, 43), (38.6, 41.4)])
+def test_an_aim_that_stands_is_reached_and_not_passed(tmp_path, name, goal):
+    with switched_on(tmp_path, slow(name), start=degrees(40, 40)) as rig:
+        robot = rig.robot()
+        count = 1.0 / rig.arm.joints[0].gear
+        rows = chased(rig, robot, lambda t: goal, 1.5)
+        for k in (0, 1):
+            sign = math.copysign(1, goal[k] - 40)
+            passed = max(sign * (math.degrees(true[k]) - goal[k]) for _, _, true, _ in rows)
+            assert passed < 0.1 + 0.6 * count
+        there = next(t for t, _, true, _ in rows if far(true, degrees(*goal)) < 0.2 + 0.6 * count)
+        assert there < 1.0
+        assert far(rig.q, degrees(*goal)) < 0.2 + 0.6 * count
+        assert far(robot.angles(), rig.q) < 0.2 + 0.6 * count
+        assert robot.sides == tuple(math.copysign(1, g - 40) for g in goal)
+        late = [true for t, _, true, _ in rows if t > 1.25]
+        assert far(late[0], late[-1]) < 0.05, "it does not hunt"
+        late = [q for t, q, _, _ in rows if t > 1.25]
+        assert max(far(q, late[0]) for q in late) < 1e-9, "nor is it told so"
+        assert rig.brick.driven() == []
+
+
+@ARMS
+def test_a_moving_aim_is_followed_through_its_turns(tmp_path, name):
+    def aim(t):
+        x = 10 * math.sin(2 * math.pi * t / 6)
+        return x, 40 - 2 * x
+
+    with switched_on(tmp_path, slow(name), start=degrees(0, 40)) as rig:
+        rows = chased(rig, rig.robot(), aim, 6.0)
+    off = [far(true, degrees(*aim(t))) for t, _, true, _ in rows if t > 1]
+    assert math.sqrt(sum(e * e for e in off) / len(off)) < 1.0
+    known = [far(q, true) for t, q, true, _ in rows if t > 0.5]
+    assert sorted(known)[len(known) // 2] < 0.4
+    accesses = [after[3] - before[3] for before, after in zip(rows, rows[1:])]
+    assert max(accesses) <= 6
+    assert sum(b[0] - a[0] for a, b in zip(rows, rows[1:])) / len(accesses) == pytest.approx(
+        0.02, abs=1e-4
+    )
+
+
+def test_a_chase_goes_no_farther_than_the_limits(tmp_path):
+    with switched_on(tmp_path, start=degrees(150, -130)) as rig:
+        chased(rig, rig.robot(), lambda t: (300, -1e6), 1.5)
+        assert far(rig.q, degrees(170, -150)) < 1.0
+    assert max(sample.q[0] for sample in rig.brick.record) < math.radians(172)
+    assert min(sample.q[1] for sample in rig.brick.record) > math.radians(-152)
+
+
+def test_an_aim_that_is_no_number_is_refused_with_every_motor_held(tmp_path):
+    with switched_on(tmp_path) as rig:
+        with pytest.raises(Unreachable, match="elbow"):
+            chased(rig, rig.robot(), lambda t: (20, math.nan if t > 0.3 else 20), 1.0)
+        assert rig.brick.driven() == []
+
+
+def test_told_that_there_is_no_aim_it_comes_to_rest_where_it_is(tmp_path):
+    with switched_on(tmp_path, slow("planar")) as rig:
+        robot = rig.robot()
+        chased(rig, robot, lambda t: (90, 90), 1.0)
+        here = rig.q
+        assert rig.world.now() < 1.8
+        assert rig.brick.driven() == []
+        assert {rig.brick.motors[port].mode for port in "AB"} == {"hold"}
+        assert all(30 < math.degrees(angle) < 70 for angle in here)
+        assert far(robot.angles(), here) < 2.5, "its links may have run on through the play"
+        rig.world.sleep(1.0)
+        assert far(rig.q, here) < 0.5
+        robot.park()
+        assert rig.on_file()["parked"] is not None
+
+
+def test_what_an_aim_raises_ends_the_chase_with_every_motor_held(tmp_path):
+    with switched_on(tmp_path) as rig:
+        robot = rig.robot()
+
+        def aim(t):
+            if t > 0.5:
+                raise HereAndNow
+            return 50, 50
+
+        with pytest.raises(HereAndNow):
+            chased(rig, robot, aim, 1.0)
+        assert rig.brick.driven() == []
+        assert rig.world.now() < 0.6
+
+
+@ARMS
+@pytest.mark.parametrize("fault", ["jam", "kill_encoder", "unplug"])
+@pytest.mark.parametrize("at", [0.5, 2.0], ids=["on the way", "at rest"])
+def test_a_chase_notices_a_motor_that_does_not_do_as_told(tmp_path, name, fault, at):
+    with switched_on(tmp_path, slow(name)) as rig:
+        robot = rig.robot()
+        rig.world.at(at, lambda: getattr(rig.brick, fault)("B"))
+        with pytest.raises(MotorNotFound if fault == "unplug" else Stalled, match="elbow"):
+            chased(rig, robot, lambda t: (40, 40) if t < 2.0 else (60, 10), 9.0)
+        assert rig.world.now() < at + 1.0
+        assert rig.brick.driven() == []
+
+
+@ARMS
+def test_a_chase_notices_a_blocked_joint_that_has_hardly_anything_to_go(tmp_path, name):
+    with switched_on(tmp_path, slow(name)) as rig:
+        robot = rig.robot()
+        rig.world.at(0.9, lambda: rig.brick.jam("B"))
+        with pytest.raises(Stalled, match="elbow"):
+            chased(rig, robot, lambda t: (20, 20) if t < 1.0 else (20, 22.5), 9.0)
+        assert rig.world.now() < 3.0
+
+
+def test_a_program_that_freezes_in_a_chase_leaves_no_joint_driven(tmp_path):
+    """The motors' own dead-man acts while the aim thinks for ever; then the tick was too slow."""
+    with switched_on(tmp_path) as rig:
+        robot = rig.robot()
+        stopped = []
+
+        def aim(t):
+            if t > 0.5:
+                rig.world.sleep(0.25)
+                stopped.append(rig.brick.driven())
+            return 90, 90
+
+        with pytest.raises(TooSlow, match="tick"):
+            chased(rig, robot, aim, 2.0)
+    assert stopped == [[]]
+
+
+def test_an_aim_that_is_slow_now_and_then_does_no_harm(tmp_path):
+    with switched_on(tmp_path, slow("planar")) as rig:
+
+        def aim(t):
+            if math.floor(t * 50) % 5 == 0:
+                rig.world.sleep(0.045)
+            return 40, 60
+
+        chased(rig, rig.robot(), aim, 2.0)
+        assert far(rig.q, degrees(40, 60)) < 1.0
+
+
+# Reaching
+
+
+@ARMS
+def test_reaching_takes_each_joint_there_by_itself(tmp_path, name):
+    with switched_on(tmp_path, slow(name)) as rig:
+        robot = rig.robot()
+        seen = []
+        robot.reach(degrees(10, 60), watch=lambda t, q: seen.append((t, rig.q)))
+        assert far(rig.q, degrees(10, 60)) < 0.2 + 0.6 / rig.arm.joints[0].gear
+        assert rig.world.now() < 2.1
+        assert rig.brick.driven() == []
+        half = next(q for _, q in seen if q[1] > math.radians(30))
+        assert math.degrees(half[0]) > 8, "the shoulder does not wait for the elbow"
+
+
+@ARMS
+def test_reaching_goes_however_little_and_is_soon_done(tmp_path, name):
+    with switched_on(tmp_path, slow(name), start=degrees(40, 40)) as rig:
+        robot = rig.robot()
+        for q in ((41, 41), (40.2, 41)):
+            robot.reach(degrees(*q))
+        assert robot.sides[0] == -1, "the play was crossed for less than a count"
+        begin = rig.world.now()
+        robot.reach(robot.angles())
+        assert rig.world.now() - begin < 0.15
+
+
+@pytest.mark.parametrize("q", [(171, 0), (0, math.nan)])
+def test_reaching_beyond_a_limit_nothing_moves(tmp_path, q):
+    with switched_on(tmp_path) as rig, pytest.raises(Unreachable, match="limits"):
+        rig.robot().reach(degrees(*q))
+    assert rig.writes == []
+
+
 # The zero from one program to the next
 
 

@@ -23,10 +23,10 @@ ARM = read_arm(find_arm("planar"))
 class Run:
     """An arm that draws, published; in virtual time, so that nothing here waits."""
 
-    def __init__(self, folder, name="drawing.py"):
+    def __init__(self, folder, name="drawing.py", arm="planar"):
         self.folder = str(folder)
         self.followers = []
-        self.rig = Rig(folder)
+        self.rig = Rig(folder, arm)
         self.publisher = Publisher(self.rig.brick, name, self.folder)
         self.rig.world.bodies.append(self.publisher.advance)
         self.rig.world.sleep(0.02)
@@ -172,13 +172,25 @@ def test_the_end_of_a_run_is_seen_and_its_last_pose_stays(run):
     assert run.follower().header is None
 
 
+def test_the_paper_stays_from_run_to_run_but_not_for_another_arm(run, tmp_path):
+    run.draw((10, 0), (5, 10))
+    follower = run.follower()
+    drawn = follower.at(run.zero + 1e6).ink
+    assert length(drawn) > 10
+    for arm, paper in (("planar", drawn), ("geared", [])):
+        newer = Run(tmp_path, arm + ".py", arm)
+        follower.poll()
+        newer.close()
+        assert follower.header["script"] == arm + ".py"
+        assert follower.at(newer.zero).ink == paper
+
+
 def test_a_newer_run_is_followed_and_the_older_one_leaves_it_alone(run, tmp_path):
     run.draw((10, 0), (5, 10))
     follower = run.follower()
     newer = Run(tmp_path, "newer.py")
     follower.poll()
     assert follower.header["script"] == "newer.py"
-    assert follower.at(run.zero + 1e6).ink == []
     run.publisher.close()
     follower.poll()
     assert follower.alive

@@ -633,7 +633,7 @@ def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_typ
     done = process("--camera", video(), "--host", "127.0.0.1", "--port", "0", "--csv",
                    tmp_path / "out.csv")  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
-    assert "robot/tracking_client.py" in done.stdout
+    assert "robot/visual_servoing.py" in done.stdout
     assert "--code" in done.stdout
     table = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "effector"]
     steps = [

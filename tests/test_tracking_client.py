@@ -223,6 +223,40 @@ def test_reports_go_out_ten_times_a_second_and_a_verdict_at_once(make, clock):
     assert isinstance(tracker.heard[0], Status)
 
 
+@pytest.mark.parametrize(
+    ("q", "error"),
+    [
+        ((0.5, -0.5), float("nan")),
+        ((0.5, -0.5), float("inf")),
+        ((float("nan"), -0.5), 7.0),
+        ((0.5, float("-inf")), 7.0),
+        ((0.5, 1e9), 7.0),
+        ((0.5, -0.5), 1e9),
+    ],
+)
+def test_a_report_of_what_is_no_number_still_tells_the_verdict(make, q, error):
+    client, tracker = linked(make)
+    client.report(q, error, "singular")
+    until(lambda: tracker.heard, client, tracker)
+    ((_, *told),) = tracker.heard
+    assert told == [(), None, "singular"]
+
+
+def test_it_waits_only_as_it_is_told_to(make, clock):
+    waits = []
+
+    def wait(rlist, wlist, xlist, timeout):
+        waits.append(timeout)
+        return select.select(rlist, wlist, xlist, timeout)
+
+    tracker = make(FakeTracker)
+    client = make(TrackingClient, tracker.port, select=wait)
+    until(lambda: client.linked and client.round_trip is not None, client, tracker)
+    del waits[:]
+    client.look(0.003)
+    assert waits == [0.003]
+
+
 def test_orders_come_in_and_a_lost_link_takes_them_back(make):
     """A start that was given before the cable came off must not move the arm later."""
     client, tracker = linked(make)

@@ -197,6 +197,30 @@ def test_a_brick_with_the_code_is_served(server, brick, clock):
     until(client.commands, client)
 
 
+def test_without_a_thread_the_sockets_run_only_in_its_turns(clock, tmp_path):
+    threads = threading.active_count()
+    with TrackingServer("127.0.0.1", 0, CODE, clock.laptop, threaded=False) as server:
+        assert threading.active_count() == threads
+        assert not server.calling()
+        client = TrackingClient(
+            "127.0.0.1", server.port, CODE, clock, Memory(str(tmp_path)), say=lambda line: None
+        )
+        for _ in range(5):
+            client.look(0.01)
+        assert not client.linked
+        assert server.calling(5.0)
+        for _ in range(5):
+            server.turn()
+            client.look(0.01)
+        assert client.linked
+        observe(server, clock, 1)  # at once, whoever's turn it is
+        assert received(client)["A"].seq == 1
+        assert server.state().client == "127.0.0.1"
+    assert server._listener.fileno() == -1
+    until(lambda: not client.linked, client)
+    client.close()
+
+
 def test_the_state_tells_who_is_there_and_how_it_is_doing(server, brick, clock):
     client = linked(brick())
     state = server.state()
@@ -598,9 +622,9 @@ def test_a_full_disk_leaves_no_half_a_code(tmp_path, monkeypatch):
 def test_the_command_to_type(clock):
     with TrackingServer("", 0, CODE) as server:
         commands = server.commands()
-        assert commands[0] == f"robot/tracking_client.py :{server.port} --code ABCD-EFGH"
+        assert commands[0] == f"robot/visual_servoing.py :{server.port} --code ABCD-EFGH"
         assert commands[1:] == [
-            f"robot/tracking_client.py {address}:{server.port} --code ABCD-EFGH"
+            f"robot/visual_servoing.py {address}:{server.port} --code ABCD-EFGH"
             for address in own_addresses()
         ]
         for command in commands:  # and the brick understands it
@@ -613,8 +637,8 @@ def test_the_command_has_no_port_where_it_is_the_usual(monkeypatch):
     with TrackingServer("127.0.0.1", 0, CODE) as server:
         server.port = PORT
         assert server.commands() == [
-            "robot/tracking_client.py --code ABCD-EFGH",
-            "robot/tracking_client.py 127.0.0.1 --code ABCD-EFGH",
+            "robot/visual_servoing.py --code ABCD-EFGH",
+            "robot/visual_servoing.py 127.0.0.1 --code ABCD-EFGH",
         ]
 
 

@@ -236,27 +236,29 @@ class Case:
 
 
 def moving_goal(camera: Camera, set_up: SetUp, speed: float) -> Callable[[float], Pixel]:
-    """Where a goal is that runs round at a steady `speed`, px/s: a smooth path within reach."""
+    """Where a goal is that runs round at a steady `speed`, px/s: a circle on the table."""
     draw = random.Random(f"{set_up.seed}/path")
-    limits = [(j.lower, j.upper) for j in set_up.arm.joints]
-    wide = [draw.uniform(12, 22) for _ in limits]
-    shift = draw.uniform(0, 2 * math.pi)
-    middle = [
-        min(max(a, low + math.radians(w + 3)), high - math.radians(w + 3))
-        for a, (low, high), w in zip(set_up.goal, limits, wide, strict=True)
-    ]
-    angles = np.linspace(0, 2 * math.pi, 400)
-    path = np.array(
-        [
-            camera(
-                [
-                    m + math.radians(w) * math.cos(angle + k * (math.pi / 2 + 0.3 * shift))
-                    for k, (m, w) in enumerate(zip(middle, wide, strict=True))
-                ]
-            )
-            for angle in angles
-        ]
-    )
+    radius = draw.uniform(2.5, 5)
+    side = math.copysign(1, set_up.goal[-1])
+
+    def pose(p: np.ndarray) -> Pose | None:
+        """The posture there, on the goal's side of the elbow, away from stretched and folded."""
+        try:
+            q = kinematics.inverse(set_up.arm, tuple(p), "up" if side > 0 else "down")
+        except kinematics.Unreachable:
+            return None
+        return q if math.radians(25) < abs(q[-1]) < math.radians(125) else None
+
+    way = np.linspace(0, draw.choice((-1, 1)) * 2 * math.pi, 200)
+    ring = radius * np.column_stack([np.cos(way), np.sin(way)])
+    poses: list[Pose | None] = [None]
+    while None in poses:
+        turn, bend = math.radians(draw.uniform(-70, 70)), side * math.radians(draw.uniform(40, 110))
+        middle = np.array(kinematics.forward(set_up.arm, (turn, bend)))
+        poses = [pose(middle + p) for p in ring]
+        radius *= 0.99
+        ring *= 0.99
+    path = np.array([camera(q) for q in poses if q])
     along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
 
     def at(t: float) -> Pixel:

@@ -3,7 +3,8 @@
 `simulate --realtime` writes `live.txt` in the state folder ($BRICKSERVO_STATE or ~/.brickservo):
 a header in JSON, then a line `t q1 q2 ... pen` (s of the world, rad, 0 or 1) per 5 ms in which
 something moved, and at least two a second.  It only grows, so that a camera that comes late gets
-all the ink.  The writer keeps it locked: that is how others know that it lives.
+all the ink; the ink of runs that it has seen stays on its paper.  The writer keeps it locked: that
+is how others know that it lives.
 """
 
 import bisect
@@ -48,21 +49,27 @@ class History(object):
     Args:
         arm: Arm.
         kept: poses older than this (s, before the newest) are forgotten; None keeps all.
+        ink: what is on the paper from the beginning, segments as in Pose.
     """
 
-    def __init__(self, arm, kept=None):
+    def __init__(self, arm, kept=None, ink=()):
         self.arm = arm
         self._kept = kept
         self._times = []
         self._poses = []
-        self._ink = []
-        self._ink_times = []
+        self._ink = list(ink)
+        self._ink_times = [-math.inf] * len(self._ink)
         self._pen_at = None
 
     @property
     def newest(self):
         """Time of the newest pose, s; None before the first."""
         return self._times[-1] if self._times else None
+
+    @property
+    def ink(self):
+        """All there is on the paper, segments as in Pose."""
+        return self._ink
 
     def append(self, t, q, pen):
         """The pose at t (s), not before the newest."""
@@ -283,8 +290,10 @@ class Follower(object):
             return
         self.close()
         self.refused = ""
+        # Nobody changes the paper between two runs of one arm.
+        paper = self._history.ink if self._history and self._history.arm == arm else ()
         self.header, self._file, self.alive = header, file, True
-        self._history = History(arm, KEPT)
+        self._history = History(arm, KEPT, paper)
         self._rest = rest
 
     def _take(self, line):

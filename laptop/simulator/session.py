@@ -20,6 +20,7 @@ from laptop.simulator.peripherals import Peripherals
 from laptop.simulator.runner import run_script
 from laptop.simulator.world import World
 from robot import kinematics
+from robot.tracking_client import Memory, Tracker
 from robot.zero import Zero
 from shared.arm_description import ArmError
 
@@ -49,6 +50,10 @@ motors    per port what its motor does at the end: dict(mode, driven, position)
 skeleton  where the arm's joints and its tip ended, cm
 reach     least and greatest distance of the tip from the base, cm
 """
+
+
+LAPTOP = "127.0.0.1"
+"""Where a tracker beside the brick is."""
 
 
 class BadOrder(ArmError, ValueError):
@@ -122,6 +127,7 @@ def run(
     extra=None,
     realtime=False,
     timeout=600.0,
+    watched=None,
 ):
     """Run `script` on an emulated brick that carries `arm`.
 
@@ -133,6 +139,8 @@ def run(
         presses: peripherals.Press values.
         extra: port -> motor kind, motors beside the arm's.
         realtime, timeout: see World and run_script.
+        watched: `watched(brick)` gives a context manager for a tracker's `port` on this machine
+            and its `code`; the script finds it as one that it remembers.
 
     Returns:
         Run.
@@ -152,7 +160,10 @@ def run(
                 )
             )
         _order(brick, fault, orders)
-    with _published(brick, script), _home_folder(brick, q, homed) as folder:
+    beside = watched(brick) if watched else _nobody()
+    with _published(brick, script), beside as tracker, _home_folder(
+        brick, q, homed, tracker
+    ) as folder:
         outcome = run_script(
             brick,
             script,
@@ -216,7 +227,13 @@ def _published(brick, script):
 
 
 @contextlib.contextmanager
-def _home_folder(brick, q, homed):
+def _nobody():
+    """No tracker."""
+    yield None
+
+
+@contextlib.contextmanager
+def _home_folder(brick, q, homed, tracker):
     """The brick's home for one run: its state, its arm, and room for the wanted paths."""
     folder = tempfile.mkdtemp(prefix="emulated-home-")
     arm = brick.arm
@@ -225,10 +242,15 @@ def _home_folder(brick, q, homed):
         "BRICKSERVO_PLAN": os.path.join(folder, "plan"),
         "BRICKSERVO_ARM": os.path.abspath(arm.file),
     }
+    if tracker:
+        # Ahead of what is remembered goes where ssh came from: the laptop, that is.
+        told["SSH_CLIENT"] = "{} 0 22".format(LAPTOP)
     before = {key: os.environ.get(key) for key in told}
     try:
         if homed:
             park_on_file(arm, q, folder)
+        if tracker:
+            Memory(folder).save(Tracker(LAPTOP, tracker.port, tracker.code))
         os.environ.update(told)
         yield folder
     finally:

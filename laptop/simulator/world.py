@@ -56,6 +56,10 @@ class World(object):
 
     Args:
         realtime: pace virtual time by the wall clock; time spent computing counts, too.
+
+    Attributes:
+        select: stands for the program's select.select where the other end of its sockets lives in
+            this world, too; None where it does not.
     """
 
     VALVE = 0.25
@@ -70,6 +74,7 @@ class World(object):
         self.t = 0.0
         self.bodies = []
         self.realtime = realtime
+        self.select = None
         self.busy = 0.0
         self.verdict = None
         self.limit = None

@@ -1,0 +1,841 @@
+"""The report of a demo: pictures and figures from its raw files, in one self-contained HTML file.
+
+A folder of raw files goes in (see `laptop.demo`, which leaves it), pictures and a page come out.
+Pictures are in the style of `laptop.picture`.  The README's one is made of the newest run by
+
+    from laptop import report
+    report.write_overview("runs", "laptop/pictures/servo.jpg")
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from string import Template
+from typing import Any, NamedTuple
+
+import cv2
+import matplotlib.patheffects as effects
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from rich import box
+from rich.markup import escape as escape_markup
+from rich.table import Table
+
+from laptop.picture import (
+    BAND,
+    BAND_TEXT,
+    INK,
+    JOINTS,
+    QUIET,
+    REACH_EDGE,
+    TICKS,
+    WIDTH,
+    new_figure,
+    png_of,
+)
+from shared.arm_description import ArmError
+
+STORY = "demo.json"
+"""What the demo did, in its folder."""
+PAGE = "report.html"
+
+TRUE_SHARE = 1.6
+"""A goal is reached where the true distance is at most so many tolerances."""
+
+GOALS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
+RIVAL = "#5b6167"
+LEAST = 0.3
+"""Errors below are drawn there: the axis is logarithmic, px."""
+
+
+class BadRun(ArmError):
+    """A folder that no demo left whole."""
+
+
+# What happened
+
+
+class Log(NamedTuple):
+    """What the servo wrote: settings, observations, steps, remarks; the verdict if it came."""
+
+    run: dict[str, Any]
+    seen: list[dict[str, Any]]
+    steps: list[dict[str, Any]]
+    notes: list[dict[str, Any]]
+    verdict: dict[str, Any] | None
+
+
+def read_log(file: Path) -> Log:
+    """A log of JSON lines; what is cut off at its end is left out.
+
+    Raises:
+        BadRun: it is none.
+    """
+    kinds: dict[str, list[dict[str, Any]]] = {}
+    try:
+        for line in file.read_text(encoding="utf-8").split("\n")[:-1]:
+            entry = json.loads(line)
+            kinds.setdefault(entry["kind"], []).append(entry)
+    except (OSError, ValueError, LookupError, TypeError):
+        raise BadRun(f"{file} is no log of visual_servoing.py; run the demo again") from None
+    runs, verdicts = kinds.get("run", []), kinds.get("verdict", [])
+    return Log(
+        runs[0] if runs else {},
+        kinds.get("seen", []),
+        kinds.get("step", []),
+        kinds.get("note", []),
+        verdicts[-1] if verdicts else None,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Approach:
+    """One run of the servo, as it says it was and as it truly was.
+
+    Attributes:
+        name: of the goal.
+        log: what the servo wrote; it has a verdict.
+        goal: where it truly is in the picture, px.
+        path: rows (s since the servo began, u, v) of the true tip, px.
+        miss_mm: at the end, from the true tip to the place, at its height, that shows at the goal.
+    """
+
+    name: str
+    log: Log
+    goal: tuple[float, float]
+    path: np.ndarray
+    miss_mm: float
+
+    @property
+    def verdict(self) -> dict[str, Any]:
+        """The last line of its log."""
+        assert self.log.verdict is not None
+        return self.log.verdict
+
+    @property
+    def method(self) -> str:
+        """Its name on the command line."""
+        return str(self.log.run["method"])
+
+    @property
+    def tolerance(self) -> float:
+        """In px."""
+        return float(self.log.run["tolerance"])
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Rows (s since the servo began, true distance from the goal in px)."""
+        return np.column_stack([self.path[:, 0], np.hypot(*(self.path[:, 1:] - self.goal).T)])
+
+    @property
+    def error(self) -> float:
+        """The true distance at the end, px."""
+        return float(self.errors[-1, 1])
+
+    @property
+    def seconds(self) -> float:
+        """From its beginning to its verdict."""
+        return float(self.verdict["t"])
+
+    @property
+    def claimed(self) -> bool:
+        """Whether the brick says that it is there."""
+        return bool(self.verdict["verdict"] == "converged")
+
+    @property
+    def reached(self) -> bool:
+        """Whether it truly is, whatever the brick says."""
+        return self.error <= TRUE_SHARE * self.tolerance
+
+    @property
+    def outcome(self) -> str:
+        """What came of it, in a few words."""
+        if self.reached:
+            if self.claimed:
+                return "reached"
+            return f"reached, though the brick says '{self.verdict['verdict']}'"
+        if self.claimed:
+            return "not reached, though the brick says so"
+        return f"not reached: {self.verdict['verdict']}"
+
+    @property
+    def words(self) -> str:
+        """The same with figures."""
+        return (
+            f"{self.outcome}: truly {self.error:.1f} px ({self.miss_mm:.1f} mm) off after "
+            f"{self.verdict['moves']} moves, {self.seconds:.1f} s"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One demo.
+
+    Attributes:
+        folder: its raw files.
+        story: what STORY holds.
+        approaches: one for each goal, by the default method.
+        rival: the first goal by the report's method; None if it did not come to its end.
+    """
+
+    folder: Path
+    story: dict[str, Any]
+    approaches: list[Approach]
+    rival: Approach | None
+
+    @property
+    def worked(self) -> bool:
+        """Whether every line was drawn and every goal truly reached by the default method."""
+        return drawn(self.story["lines"]) and all(a.reached for a in self.approaches)
+
+
+def read_approach(folder: Path, record: dict[str, Any]) -> Approach:
+    """What one entry of STORY stands for.
+
+    Raises:
+        BadRun: something is missing or cannot be understood.
+    """
+    try:
+        log = read_log(folder / record["log"])
+        if log.verdict is None:
+            raise BadRun(f"{folder / record['log']} ends without a verdict; run the demo again")
+        u, v = record["goal"]
+        path = np.array(record["path"], dtype=float).reshape(-1, 3)
+        return Approach(record["name"], log, (u, v), path, float(record["miss_mm"]))
+    except (LookupError, TypeError, ValueError):
+        raise BadRun(f"{folder / STORY} is not of a demo; run the demo again") from None
+
+
+def read_run(folder: Path) -> Run:
+    """The demo that left this folder.
+
+    Raises:
+        BadRun: something is missing or cannot be understood.
+    """
+    try:
+        story = json.loads((folder / STORY).read_text(encoding="utf-8"))
+        approaches = [read_approach(folder, record) for record in story["approaches"]]
+        rival = story["rival"] and read_approach(folder, story["rival"])
+    except (OSError, LookupError, TypeError, ValueError):
+        raise BadRun(f"{folder / STORY} is not of a demo; run the demo again") from None
+    return Run(folder, story, approaches, rival or None)
+
+
+def drawn(lines: Sequence[dict[str, Any] | None]) -> bool:
+    """Whether every line was drawn and measured."""
+    return bool(lines) and all(line is not None for line in lines)
+
+
+# In words
+
+
+def lines_text(lines: Sequence[dict[str, Any] | None]) -> str:
+    """How well the lines were drawn."""
+    there = [line for line in lines if line]
+    if not there:
+        return "none of the lines was drawn"
+    worst = max(line["greatest_mm"] for line in there)
+    count = f"{len(there)} lines" if len(there) == len(lines) else f"{len(there)} of {len(lines)}"
+    return f"{count} drawn, at most {worst:.1f} mm off"
+
+
+def headline(run: Run) -> str:
+    """What came of it, in one sentence."""
+    there = [a for a in run.approaches if a.reached]
+    lines = lines_text(run.story["lines"])
+    if run.worked:
+        worst = max(a.error for a in there)
+        return (
+            f"{lines[0].upper()}{lines[1:]}; all {_number(len(there))} goals truly reached, "
+            f"to {worst:.1f} px or better."
+        )
+    missed = [f"{a.name} was {a.outcome}" for a in run.approaches if not a.reached]
+    if not drawn(run.story["lines"]):
+        missed.insert(0, lines)
+    return f"Not everything worked: {'; '.join(missed)}."
+
+
+def _number(count: int) -> str:
+    words = ("no", "one", "two", "three", "four", "five", "six")
+    return words[count] if count < len(words) else str(count)
+
+
+HEADINGS = (
+    "goal",
+    "method",
+    "brick says",
+    "claimed\npx",
+    "true\npx",
+    "true\nmm",
+    "moves",
+    "s",
+    "reached",
+)
+
+
+def _rows(run: Run) -> list[tuple[str, ...]]:
+    return [
+        (
+            a.name,
+            a.method,
+            str(a.verdict["verdict"]),
+            "" if a.verdict.get("error") is None else f"{a.verdict['error']:.1f}",
+            f"{a.error:.1f}",
+            f"{a.miss_mm:.1f}",
+            str(a.verdict["moves"]),
+            f"{a.seconds:.1f}",
+            "yes" if a.reached else "no",
+        )
+        for a in [*run.approaches, *([run.rival] if run.rival else [])]
+    ]
+
+
+def table(run: Run) -> Table:
+    """The outcome, for a terminal."""
+    shown = Table(*HEADINGS, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for number, column in enumerate(shown.columns):
+        column.no_wrap = True
+        column.justify = "right" if 3 <= number < 8 else "left"
+    for number, row in enumerate(_rows(run)):
+        if number == len(run.approaches):
+            shown.add_section()
+        yes = row[-1] == "yes"
+        shown.add_row(*map(escape_markup, row[:-1]), f"[{'green' if yes else 'red'}]{row[-1]}[/]")
+    return shown
+
+
+# Pictures
+
+
+def draw_camera(run: Run) -> bytes:
+    """The camera's last picture with the true way of the tip, as PNG."""
+    with new_figure(1290) as figure:
+        _draw_camera(figure.add_axes((0, 90 / 1290, 1, 1200 / 1290)), run)
+        _draw_legend(figure, run, 42 / 1290)
+        return png_of(figure)
+
+
+def draw_errors(run: Run) -> bytes:
+    """The distance from the goal in time, as PNG."""
+    with new_figure(700) as figure:
+        _draw_errors(figure, run, (0.065, 0.12, 0.43, 0.76), (0.56, 0.12, 0.42, 0.76))
+        return png_of(figure)
+
+
+def draw_condition(run: Run) -> bytes:
+    """The condition of the image Jacobian, move by move, as PNG."""
+    with new_figure(620) as figure:
+        _draw_condition(figure.add_axes((0.065, 0.14, 0.915, 0.74)), run)
+        return png_of(figure)
+
+
+def draw_joints(run: Run) -> bytes:
+    """The joints in time, a panel for each goal, as PNG."""
+    with new_figure(620) as figure:
+        _draw_joints(figure, run)
+        return png_of(figure)
+
+
+def write_overview(folder: str, file: str) -> None:
+    """The camera's picture and the errors side by side, as JPEG, for a README.
+
+    Args:
+        folder: of a demo, or the one that holds those of all demos: then the newest.
+        file: where to.
+
+    Raises:
+        BadRun: there is no whole demo.
+    """
+    place = Path(folder)
+    if not (place / STORY).exists():
+        place = max((there.parent for there in place.glob(f"*/{STORY}")), default=place)
+    run = read_run(place)
+    with new_figure(690) as figure:
+        _draw_camera(figure.add_axes((0, 0, 920 / WIDTH, 1)), run)
+        _draw_errors(figure, run, (0.635, 0.605, 0.355, 0.325), (0.635, 0.105, 0.355, 0.325))
+        picture = png_of(figure)
+    Path(file).write_bytes(_photograph(picture, 82))
+
+
+def _draw_camera(axes: Axes, run: Run) -> None:
+    data = cv2.imread(str(run.folder / "camera.png"))
+    width, height = run.story["size"]
+    axes.set_axis_off()
+    if data is not None:
+        # Pixel centres are at integers, before and after the view enlarged the picture.
+        frame = (-0.5, width - 0.5, height - 0.5, -0.5)
+        axes.imshow(data[:, :, ::-1], extent=frame, interpolation="antialiased", aspect="auto")
+    axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
+    halo = [effects.withStroke(linewidth=4.5, foreground="white")]
+    if run.rival:
+        _, u, v = run.rival.path.T
+        axes.plot(u, v, color=INK, lw=1.4, ls=(0, (1, 1.6)), zorder=3)
+    for approach, colour in zip(run.approaches, GOALS, strict=False):
+        _, u, v = approach.path.T
+        axes.plot(u, v, color=colour, lw=2.4, zorder=4, path_effects=halo, solid_capstyle="round")
+        looks = np.array([step["s"] for step in approach.log.steps if step.get("s")])
+        if len(looks):
+            axes.plot(*looks[:, :2].T, "o", color=colour, ms=4.5, mec="white", mew=0.9, zorder=5)
+        axes.plot(u[0], v[0], "o", ms=9, mfc="white", mec=colour, mew=2.2, zorder=6)
+        x, y = approach.goal
+        for ink, wide in (("white", 4.2), (colour, 2.0)):
+            axes.add_patch(
+                Circle((x, y), approach.tolerance, fill=False, ec=ink, lw=wide, zorder=7)
+            )
+            for dx, dy in ((11, 0), (0, 11)):
+                axes.plot([x - dx, x + dx], [y - dy, y + dy], color=ink, lw=wide - 0.6, zorder=7)
+    for number, (approach, colour) in enumerate(zip(run.approaches, GOALS, strict=False), 1):
+        x, y = approach.goal
+        axes.text(
+            x + 17,
+            y + 15,
+            str(number),
+            size=11,
+            color="white",
+            weight="bold",
+            ha="center",
+            va="center",
+            zorder=9,
+            bbox={"boxstyle": "circle,pad=0.25", "fc": colour, "ec": "white", "lw": 1.2},
+        )
+
+
+def _draw_legend(figure: Figure, run: Run, height: float) -> None:
+    axes = figure.add_axes((0, 0, 1, 1), zorder=-1)
+    axes.set_axis_off()
+    handles = [
+        (axes.plot([], [], color=colour, lw=2.4)[0], f"to {approach.name}")
+        for approach, colour in zip(run.approaches, GOALS, strict=False)
+    ]
+    if run.rival:
+        line = axes.plot([], [], color=INK, lw=1.4, ls=(0, (1, 1.6)))[0]
+        handles.append((line, f"to {run.rival.name}, the report's method"))
+    grey: dict[str, Any] = {"ls": "", "color": QUIET}
+    handles += [
+        (axes.plot([], [], marker="o", ms=8, mfc="white", mew=2, **grey)[0], "start"),
+        (axes.plot([], [], marker="o", ms=4.5, **grey)[0], "where it looked"),
+        (axes.plot([], [], marker="+", ms=11, mew=2, **grey)[0], "goal, tolerance"),
+    ]
+    figure.legend(
+        *zip(*handles, strict=True),
+        loc="center",
+        bbox_to_anchor=(0.5, height),
+        ncols=len(handles),
+        columnspacing=1.6,
+        handlelength=1.7,
+    )
+
+
+def _draw_errors(figure: Figure, run: Run, own: Any, both: Any) -> None:
+    """Two panels in their boxes: all goals; and one of them by both methods."""
+    everybody = [*run.approaches, *([run.rival] if run.rival else [])]
+    most = max((float(a.errors[:, 1].max()) for a in everybody), default=100.0)
+    axes = figure.add_axes(own)
+    _frame_errors(axes, run, most, f"All goals, {_methods(run)}", 0.012)
+    for approach, colour in zip(run.approaches, GOALS, strict=False):
+        _draw_error(axes, approach, colour, approach.name)
+    axes.set_xlim(0, max((a.seconds for a in run.approaches), default=1.0) * 1.05 + 0.3)
+    _name_curves(axes)
+    axes = figure.add_axes(both)
+    if run.rival is None:
+        axes.set_axis_off()
+        words = "the report's method did not come to its end"
+        axes.text(0.5, 0.5, words, ha="center", color=QUIET, transform=axes.transAxes)
+        return
+    same = next(a for a in run.approaches if a.name == run.rival.name)
+    _frame_errors(axes, run, most, f"{same.name.capitalize()}, both methods", 0.36)
+    _draw_error(axes, run.rival, RIVAL, f"{run.rival.method} {run.rival.seconds:.0f} s")
+    colour = GOALS[run.approaches.index(same) % len(GOALS)]
+    _draw_error(axes, same, colour, f"{same.method} {same.seconds:.0f} s")
+    axes.set_xlim(0, max(same.seconds, run.rival.seconds) * 1.03)
+    _name_curves(axes)
+
+
+def _name_curves(axes: Axes) -> None:
+    """A legend in the line of the title."""
+    if not axes.get_legend_handles_labels()[0]:
+        return
+    axes.legend(
+        loc="lower right",
+        bbox_to_anchor=(1, 1),
+        ncols=4,
+        borderaxespad=0.3,
+        columnspacing=1.2,
+        handlelength=1.2,
+    )
+
+
+def _methods(run: Run) -> str:
+    return ", ".join(sorted({approach.method for approach in run.approaches}))
+
+
+def _frame_errors(axes: Axes, run: Run, most: float, title: str, free: float) -> None:
+    """Axes for errors up to `most` px; `free` is where no curve crosses the tolerance."""
+    axes.set_yscale("log")
+    axes.set_ylim(LEAST, most * 1.6)
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.grid(axis="y", color=REACH_EDGE, lw=0.5)
+    axes.set_axisbelow(True)
+    axes.set_title(title, loc="left", size=9.5, color=INK, weight="bold", pad=8)
+    axes.set(xlabel="s", ylabel="true distance from the goal  px")
+    axes.locator_params(axis="x", nbins=7, steps=TICKS)
+    tolerance = run.approaches[0].tolerance if run.approaches else 5.0
+    axes.axhspan(LEAST, tolerance, color=BAND, alpha=0.16, lw=0)
+    axes.text(
+        free,
+        tolerance * 0.93,
+        f"tolerance {tolerance:g} px",
+        transform=axes.get_yaxis_transform(),
+        va="top",
+        size=8,
+        color=BAND_TEXT,
+    )
+
+
+def _draw_error(axes: Axes, approach: Approach, colour: str, label: str) -> None:
+    t, error = approach.errors.T
+    now = t <= approach.seconds
+    t = np.append(t[now], approach.seconds)
+    error = np.maximum(
+        np.append(error[now], np.interp(approach.seconds, *approach.errors.T)), LEAST
+    )
+    axes.plot(t, error, color=colour, lw=1.7, label=label)
+    axes.plot(t[-1], error[-1], "o", color=colour, ms=5.5, mec="white", mew=0.9, clip_on=False)
+    looks = [(step["t"], step["error"]) for step in approach.log.steps if step.get("error")]
+    if looks:
+        x, y = np.array(looks).T
+        axes.plot(x, np.maximum(y, LEAST), ".", color=colour, ms=4, alpha=0.55)
+
+
+def _draw_condition(axes: Axes, run: Run) -> None:
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.grid(axis="y", color=REACH_EDGE, lw=0.5)
+    axes.set_axisbelow(True)
+    everybody = list(zip(run.approaches, GOALS, strict=False))
+    everybody += [(run.rival, RIVAL)] if run.rival else []
+    greatest = 10.0
+    for approach, colour in everybody:
+        known = [
+            (number, step["condition"])
+            for number, step in enumerate(approach.log.steps)
+            if step.get("condition") is not None
+        ]
+        rival = approach is run.rival
+        label = "the report's method" if rival else approach.name
+        ends = (0, (1, 1.6)) if rival else "-"
+        x, y = np.array(known, dtype=float).reshape(-1, 2).T
+        axes.plot(x, y, color=colour, lw=1.7, ls=ends, marker="o", ms=4, label=label)
+        greatest = max(greatest, float(y.max(initial=0.0)))
+    axes.set_ylim(1, min(greatest, 1e4) * 1.3)
+    axes.set_title(
+        "Condition number of the image Jacobian (1 is best)",
+        loc="left",
+        size=9.5,
+        color=INK,
+        weight="bold",
+        pad=8,
+    )
+    axes.set(xlabel="step", ylabel="condition")
+    axes.locator_params(axis="x", nbins=12, steps=TICKS, integer=True)
+    _name_curves(axes)
+
+
+def _draw_joints(figure: Figure, run: Run) -> None:
+    count = max(1, len(run.approaches))
+    wide = 0.925 / count
+    first: Axes | None = None
+    for number, approach in enumerate(run.approaches):
+        box = (0.065 + number * wide, 0.14, wide - 0.025, 0.72)
+        axes = figure.add_axes(box, sharey=first)
+        first = first or axes
+        steps = approach.log.steps
+        times = [step["t"] for step in steps]
+        names = approach.log.run.get("joints", [])
+        for joint, name in enumerate(names):
+            colour = JOINTS[joint % len(JOINTS)]
+            seen = [
+                (entry["t"], entry["q"][joint]) for entry in approach.log.seen if entry.get("q")
+            ]
+            if seen:
+                t, q = np.array(seen).T
+                axes.plot(t, np.degrees(q), color=colour, lw=1.6, label=name)
+            measured = [math.degrees(step["q"][joint]) for step in steps]
+            axes.plot(times, measured, "o", color=colour, ms=4, mec="white", mew=0.7)
+        title = approach.name.capitalize()
+        axes.set_title(title, loc="left", size=9.5, color=INK, weight="bold", pad=8)
+        axes.set_xlabel("s")
+        axes.grid(axis="y", color=REACH_EDGE, lw=0.5)
+        axes.locator_params(nbins=6, steps=TICKS)
+        if number:
+            axes.tick_params(labelleft=False)
+        else:
+            axes.set_ylabel("joint angles  deg")
+        if number == count - 1:
+            _name_curves(axes)
+
+
+# The page
+
+CAPTIONS = (
+    (
+        "What the camera saw",
+        "The last picture that the tracker took, with the true way of the tip to each goal. "
+        "Rings are where it started, dots where the servo stopped to look, crosses the goals, each "
+        "with its circle of tolerance. Nothing about camera or arm was calibrated: the first "
+        "short moves show how the picture answers to each joint, every later one corrects that. "
+        "The grey lines on the paper are what the pen drew before.",
+        draw_camera,
+    ),
+    (
+        "The way to the goal in time",
+        "How far the tip truly was from its goal, on a logarithmic scale; dots are what the servo "
+        "measured. Flat pieces are rests, to look. On the left every goal; on the right one goal "
+        "by both methods, from the same start: the report's method looks for two seconds at every "
+        "step of at most ten degrees, so its time runs far longer.",
+        draw_errors,
+    ),
+    (
+        "The three lines",
+        "The lines of the report, drawn before anything was seen: ink and arm on the left, and on "
+        "the right how far the ink is off the wanted line, magnified.",
+        None,
+    ),
+    (
+        "How well the image Jacobian could be inverted",
+        "The condition number of the estimated image Jacobian, step by step: 1 means that the "
+        "picture answers alike to every motion of the joints. Where it peaks, some direction "
+        "in the picture needs large motions, and a small error of the estimate becomes a large one "
+        "of the step.",
+        draw_condition,
+    ),
+    (
+        "What the joints did",
+        "The joint angles while the servo looked, as the encoders have them; dots are where it "
+        "decided on a step.",
+        draw_joints,
+    ),
+)
+
+
+def write(run: Run) -> Path:
+    """Write PAGE into the run's folder; where it is.
+
+    Raises:
+        BadRun: it cannot be written.
+    """
+    figures = []
+    for heading, caption, draw in CAPTIONS:
+        picture = _drawing(run) if draw is None else draw(run)
+        if picture:
+            figures.append(_figure(heading, caption, picture))
+    good = run.worked
+    page = Template(_PAGE).substitute(
+        title="BrickServo: a demo",
+        mood="good" if good else "bad",
+        verdict="It worked." if good else "It did not all work.",
+        headline=escape(headline(run)),
+        facts=escape(_facts(run)),
+        table=_table(run),
+        note=escape(_note(run)),
+        figures="\n".join(figures),
+        moves="\n".join(_moves(a) for a in [*run.approaches, *([run.rival] if run.rival else [])]),
+        command=escape(str(run.story["command"])),
+        files="\n".join(
+            f"<li><code>{escape(name)}</code>: {escape(what)}</li>" for name, what in _FILES
+        ),
+    )
+    file = run.folder / PAGE
+    try:
+        file.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise BadRun(f"cannot write {file}: {error.strerror}; make room there") from None
+    return file
+
+
+def _drawing(run: Run) -> bytes | None:
+    file = run.folder / "drawing" / "picture.png"
+    return file.read_bytes() if file.exists() else None
+
+
+def _figure(heading: str, caption: str, picture: bytes) -> str:
+    data = base64.b64encode(_smaller(picture)).decode("ascii")
+    return (
+        f'<section><h2>{escape(heading)}</h2><figure><img alt="{escape(heading)}" '
+        f'src="data:image/{"jpeg" if len(picture) > PHOTO else "png"};base64,{data}">'
+        f"<figcaption>{escape(caption)}</figcaption></figure></section>"
+    )
+
+
+PHOTO = 400_000
+"""A PNG larger than this is a photograph, bytes: a tenth as large as JPEG."""
+
+
+def _smaller(picture: bytes) -> bytes:
+    return picture if len(picture) <= PHOTO else _photograph(picture, 90)
+
+
+def _photograph(picture: bytes, quality: int) -> bytes:
+    """A picture as JPEG."""
+    pixels: Any = cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR)
+    return cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
+
+
+def _facts(run: Run) -> str:
+    facts = [f"arm {run.story['arm']}", f"scene {run.story['scene']}"]
+    if run.story.get("seconds"):
+        facts.append(f"{run.story['seconds']:.0f} s from start to end")
+    return ", ".join(facts)
+
+
+def _note(run: Run) -> str:
+    tolerance = run.approaches[0].tolerance if run.approaches else 5.0
+    words = (
+        "What the brick claims decides nothing here: the emulator knows where the tip truly is, "
+        f"and a goal counts as reached where that is at most {TRUE_SHARE:g} times the tolerance of "
+        f"{tolerance:g} px away in the picture. Millimetres are measured in the plane in which the "
+        "marker on the tip moves."
+    )
+    if run.rival:
+        words += (
+            " The last row is the report's own method for comparison, on the same emulated arm "
+            "in virtual time; it does not count for the outcome."
+        )
+    elif run.story.get("trouble"):
+        words += f" For comparison there is no run of the report's method: {run.story['trouble']}."
+    return words
+
+
+def _table(run: Run) -> str:
+    head = "".join(f"<th>{escape(heading)}</th>" for heading in HEADINGS)
+    rows = []
+    for number, row in enumerate(_rows(run)):
+        kind = ' class="rival"' if number >= len(run.approaches) else ""
+        cells = "".join(f"<td>{escape(cell)}</td>" for cell in row[:-1])
+        mark = f'<td class="{row[-1]}">{row[-1]}</td>'
+        rows.append(f"<tr{kind}>{cells}{mark}</tr>")
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+
+
+def _moves(approach: Approach) -> str:
+    """Every step of one run, to be unfolded."""
+    rows = []
+    for step in approach.log.steps:
+        q, wanted = step.get("q") or [], step.get("q_wanted")
+        turn = [math.degrees(b - a) for a, b in zip(q, wanted, strict=True)] if wanted else []
+        cells = [
+            f"{step['t']:.1f}",
+            str(step.get("action") or ""),
+            str(step.get("model") or ""),
+            _figures([step["error"]] if step.get("error") is not None else [], "{:.1f}"),
+            _figures([math.degrees(a) for a in q], "{:.1f}"),
+            _figures(turn, "{:+.1f}"),
+            str(step.get("frames") or ""),
+        ]
+        rows.append("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>")
+    notes = "".join(
+        f"<li>{note['t']:.1f} s: {escape(str(note['text']))}</li>" for note in approach.log.notes
+    )
+    names = ("s", "action", "model", "off, px", "joints, deg", "turned by, deg", "frames")
+    head = "".join(f"<th>{escape(name)}</th>" for name in names)
+    reason = escape(str(approach.verdict.get("reason", "")))
+    return (
+        f"<details><summary>{escape(approach.name)}, {escape(approach.method)}: "
+        f"{escape(approach.words)}</summary><p>{reason}</p>"
+        f"{f'<ul>{notes}</ul>' if notes else ''}"
+        f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody>'
+        "</table></div></details>"
+    )
+
+
+def _figures(values: Sequence[float], form: str) -> str:
+    return " ".join(form.format(value) for value in values).replace("-", "\u2212")
+
+
+_FILES = (
+    (STORY, "everything that the figures and pictures here were made of, with the logs"),
+    ("goal-1.jsonl, ..., report-method.jsonl", "what the servo saw, decided and did"),
+    ("goal-1/trace.csv, ...", "the true motion of the arm"),
+    ("drawing/", "the lines: their true ink, their picture, their figures"),
+    ("track.csv, camera.png", "what the tracker found in every picture, and the last one"),
+    ("*.txt", "what each program printed"),
+)
+
+_PAGE = """<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>$title</title>
+<style>
+:root { color-scheme: light dark; --ink: #1a1a1a; --quiet: #5b6167; --paper: #f6f7f9; --card: #fff;
+  --line: #d3dae1; --good: #00734f; --bad: #b3430a; --code: #eceff3; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e9ecef; --quiet: #a3abb3; --paper: #14171a;
+  --card: #1d2125; --line: #363c43; --good: #3ecf9a; --bad: #ff9256; --code: #2a2f35; } }
+* { box-sizing: border-box; }
+body { margin: 0 auto; padding: 1.5rem clamp(.8rem, 3vw, 2.5rem) 4rem; max-width: 76rem;
+  background: var(--paper); color: var(--ink);
+  font: clamp(16px, .55vw + 13px, 20px)/1.55 system-ui, "Segoe UI", Roboto, sans-serif; }
+header { border-left: .45rem solid var(--good); padding: .2rem 0 .2rem 1.1rem;
+  margin: 1rem 0 2rem; }
+header.bad { border-color: var(--bad); }
+header p { margin: .3rem 0 0; font-size: 1.15em; }
+header p.facts { font-size: .85em; color: var(--quiet); overflow-wrap: anywhere; }
+h1 { margin: 0; font-size: clamp(1.7rem, 4vw, 2.6rem); line-height: 1.15; }
+h1 small { display: block; font-size: .42em; font-weight: 600; letter-spacing: .06em;
+  color: var(--quiet); text-transform: uppercase; }
+h2 { font-size: 1.3em; margin: 2.6rem 0 .7rem; line-height: 1.25; }
+.wide { overflow-x: auto; border: 1px solid var(--line); border-radius: .6rem;
+  background: var(--card); }
+table { border-collapse: collapse; width: 100%; font-size: .92em;
+  font-variant-numeric: tabular-nums; }
+th, td { padding: .5em .8em; text-align: right; white-space: nowrap; }
+th:nth-child(-n+3), td:nth-child(-n+3) { text-align: left; }
+th { color: var(--quiet); font-weight: 600; font-size: .88em; }
+tr + tr td, tbody tr:first-child td { border-top: 1px solid var(--line); }
+tr.rival td { color: var(--quiet); border-top-style: dashed; }
+td.yes { color: var(--good); font-weight: 700; }
+td.no { color: var(--bad); font-weight: 700; }
+.note, figcaption { color: var(--quiet); font-size: .9em; max-width: 58rem; }
+figure { margin: 0; }
+img { display: block; width: 100%; height: auto; background: #fff;
+  padding: clamp(.2rem, 1vw, .8rem); border: 1px solid var(--line); border-radius: .6rem; }
+figcaption { margin-top: .6rem; }
+details { border: 1px solid var(--line); border-radius: .6rem; background: var(--card);
+  margin: .5rem 0; padding: .1rem 1rem; }
+details .wide { border: 0; margin-bottom: .8rem; }
+details table { font-size: .82em; }
+summary { cursor: pointer; padding: .55rem 0; }
+code, pre { background: var(--code); border-radius: .35rem; padding: .1em .35em; font-size: .92em; }
+pre { padding: .8em 1em; overflow-x: auto; }
+li { margin: .25rem 0; }
+</style>
+<header class="$mood"><h1><small>BrickServo: the camera guides the arm</small>$verdict</h1>
+<p>$headline</p><p class="facts">$facts</p></header>
+<div class="wide">$table</div>
+<p class="note">$note</p>
+$figures
+<section><h2>Every step</h2>
+$moves
+</section>
+<section><h2>Once more</h2>
+<p>In the checkout, without a brick or a camera:</p>
+<pre>$command</pre>
+<p class="note">With <code>--seed 7</code> the camera stands elsewhere and the goals are others. The
+programs run in real time, so no two runs are alike to the last digit.</p>
+<p>Beside this page are the raw files:</p>
+<ul class="note">
+$files
+</ul></section>
+</html>
+"""

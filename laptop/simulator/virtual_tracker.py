@@ -1,0 +1,339 @@
+"""A tracker that lives in the emulated world: the real server and the real link, in virtual time.
+
+What the camera would see is asked of a function; everything behind it is real: the messages, the
+loopback socket, the pairing, `TrackingServer` without its thread, and the client's own code. All
+runs in the thread that lets the world go on, so a run repeats exactly.
+
+    from laptop.simulator.brick import EmulatedBrick
+    from laptop.simulator.virtual_tracker import VirtualTracker
+    from laptop.simulator.world import World
+    from robot import kinematics
+    from robot.arm import RobotArm
+    from shared.arm_description import find_arm, read_arm
+
+    world = World()
+    arm = read_arm(find_arm("planar"))
+    brick = EmulatedBrick(world, arm)
+
+    def see(camera, index, t):
+        x, y = kinematics.forward(arm, brick.plant.q)  # the true tip, cm
+        return {"effector": (320 + 12 * x, 400 - 12 * y, 1.0), "goal": (500.0, 300.0, 1.0)}
+
+    with VirtualTracker(world, see) as tracker, brick.sysfs.installed():
+        eyes = tracker.client()
+        robot_arm = RobotArm(arm, world)
+        before = eyes.look(0.2)["A"]
+        robot_arm.go_to([angle + 0.4 for angle in robot_arm.angles()])
+        after = eyes.look(0.2)["A"]  # as it was at `after.t` on `world`, some 60 ms ago
+        eyes.report(robot_arm.angles(), 12.3)
+
+A program under `runner.run_script` finds it at 127.0.0.1:`tracker.port`, with `tracker.code`; there
+`select.select` is `tracker.select`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import heapq
+import math
+import random
+import select as real_select
+import socket
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from laptop.simulator.world import World
+from laptop.tracking_server import TrackingServer
+from robot.tracking_client import Tracker, TrackingClient
+from shared.messages import Observation
+
+Markers = Mapping[str, "tuple[float, float, float] | None"]
+See = Callable[[str, int, float], "Markers | None"]
+
+HOST = "127.0.0.1"
+CODE = "ABCDEFGH"
+
+AHEAD = 5000.0
+"""By which the laptop's clock is ahead of the world's, s."""
+
+WIRE = 0.0005
+"""What the brick says is acted on so much later, s."""
+
+BEAT = 0.005
+"""So often the server looks whether somebody called while nobody waits in `select`, s."""
+
+DUE = 0.1
+"""So often it does what is due (its pings, silence) though nobody called, s."""
+
+MOST_JITTER = 6
+"""Times its mean; beyond, it is cut off."""
+
+LINK_LIMIT = 1.0
+"""A new client has so long to link, s."""
+
+GARBAGE = (
+    b"\x00\xff\xfe no text",
+    b"HTTP/1.1 400 Bad Request",
+    b'{"kind":"observation","camera":"A","seq":999999999,"t":',
+    b'{"kind":"pong","id":999999999,"received":0,"sent":0}',
+    b"[" * 1000,
+    b"9" * 3000,
+)
+"""What a flood consists of: lines that are too long, not JSON, or a lie."""
+
+
+class VirtualTracker:
+    """A camera, a tracker and its server for one brick in a World.
+
+    Camera by camera, frame k is taken at phase + k / fps, where the phase is drawn. Its markers can
+    be read by the brick `latency` and some jitter later, in the order of the frames.
+
+    Args:
+        world: whose time it lives in.
+        see: `see(camera, index, t)` is called when the world is AT the capture time t (s) of a
+            frame, and gives {name: (u, v, confidence) or None where not seen}, px; None drops
+            the frame. It must not let time pass.
+        fps: frames/s.
+        latency: from capture until the brick can read it, s.
+        jitter: mean of what comes on top (exponential, at most MOST_JITTER times as much), s.
+        drops: share of the frames that get lost, 0..1.
+        cameras: names.
+        seed: draws phases, jitter and drops.
+
+    Attributes:
+        port: where the server listens, at HOST.
+        code: its pairing code.
+        server: the TrackingServer; after `restart` another one.
+        frames: per camera, how many were taken.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        see: See,
+        fps: float = 30.0,
+        latency: float = 0.06,
+        jitter: float = 0.0,
+        drops: float = 0.0,
+        cameras: Sequence[str] = ("A",),
+        seed: int = 0,
+    ) -> None:
+        self.world = world
+        self.see = see
+        self.fps = fps
+        self.latency = latency
+        self.jitter = jitter
+        self.drops = drops
+        self.code = CODE
+        self.frames = dict.fromkeys(cameras, 0)
+        self._clients: list[TrackingClient] = []
+        self._due: list[float] = []  # when something of ours happens; a heap
+        self._called = False  # and the turn that follows is on its way
+        self._next_turn = 0.0
+        self._silent_until = 0.0
+        self._flood = 0.0  # lines/s
+        self._garbage = 0.0  # lines said so far
+        self._reserved: socket.socket | None = None
+        self._closed = False
+
+        self.server = self._serve(0)
+        self.port = self.server.port
+        self._start = world.now()
+        for camera in self.frames:
+            luck = random.Random(f"{seed}/{camera}")
+            self._expose(camera, luck, world.now() + luck.random() / fps, 0.0)
+        self._at(world.now() + BEAT, self._beat)
+        world.select = self.select
+
+    def __enter__(self) -> VirtualTracker:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def client(
+        self, clock: Any = None, say: Callable[[str], None] = lambda line: None
+    ) -> TrackingClient:
+        """A client for code in the caller's thread; linked, unless a fault prevents it.
+
+        Args:
+            clock: the world if None.
+            say: as for TrackingClient.
+        """
+        clock = clock or self.world
+        client = TrackingClient(
+            HOST, self.port, self.code, clock, _Memory(), say=say, select=self.select
+        )
+        self._clients.append(client)
+        end = clock.now() + LINK_LIMIT
+        while not client.linked and clock.now() < end:
+            client.look(0.01)
+        return client
+
+    def select(
+        self,
+        rlist: Sequence[Any],
+        wlist: Sequence[Any],
+        xlist: Sequence[Any],
+        timeout: float | None = None,
+    ) -> tuple[list[Any], list[Any], list[Any]]:
+        """select.select, but it lets the world go on meanwhile."""
+        world = self.world
+        deadline = math.inf if timeout is None else world.now() + timeout
+        while True:
+            found = real_select.select(rlist, wlist, xlist, 0)
+            if any(found):
+                return found
+            now = world.now()
+            if now >= deadline:
+                return found
+            if not self._called and self._hears() and self.server.calling():
+                self._called = True
+                self._at(now + WIRE, self._answer)
+            while self._due and self._due[0] <= now:
+                heapq.heappop(self._due)
+            wake = min(deadline, self._due[0]) if self._due else deadline
+            # A program of several threads may be woken later, or by a signal.
+            world.sleep((wake if wake < math.inf else now + BEAT) - now)
+
+    def close(self) -> None:
+        """Close the server and the clients made here, and take no more pictures."""
+        if self._closed:
+            return
+        self._closed = True
+        self.world.select = None
+        for client in self._clients:
+            client.close()
+        self.server.close()
+        if self._reserved is not None:
+            self._reserved.close()
+
+    # Faults
+
+    def cut(self) -> None:
+        """Reset the connection to the brick, as when the laptop's network goes down and up."""
+        served = self._served()
+        if served is not None:
+            # Closed with this option, a socket says RST at once.
+            served.sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            served.sock.close()
+            served.link.reason = "cut"
+            self.server.turn()
+
+    def silence(self, seconds: float = math.inf) -> None:
+        """Say and read nothing for so long, with every socket open: the laptop is out of reach."""
+        self._silent_until = self.world.now() + seconds
+
+    def flood(self, rate: float) -> None:
+        """Say `rate` lines/s of garbage to the served brick; 0 ends it."""
+        self._flood = rate
+        self._garbage = 0.0
+
+    def restart(self, after: float) -> None:
+        """End the server as Ctrl-C does, and start it again at the same port `after` s later."""
+        self.server.close()
+        # Bound, but not listening: who connects is refused, and no other program gets the port.
+        self._reserved = socket.socket()
+        self._reserved.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self._reserved.bind((HOST, self.port))
+        self._at(self.world.now() + after, self._return)
+
+    def _return(self) -> None:
+        if self._reserved is not None:
+            self.server = self._serve(self.port)
+            self._reserved.close()
+            self._reserved = None
+
+    # The cameras
+
+    def _expose(self, camera: str, luck: random.Random, first: float, arrival: float) -> None:
+        """Have the next frame taken; `arrival` is when the one before gets to the brick."""
+        index = self.frames[camera]
+        t = first + index / self.fps
+
+        def take() -> None:
+            if self._closed:
+                return
+            self.frames[camera] = index + 1
+            markers = self.see(camera, index, t)
+            lost = luck.random() < self.drops
+            late = self.jitter * min(luck.expovariate(1.0), MOST_JITTER)
+            when = max(arrival, t + self.latency + late)
+            self._expose(camera, luck, first, when)
+            if markers is not None and not lost:
+                observation = Observation(index, camera, t + AHEAD, dict(markers))
+                self._at(when, lambda: self._publish(observation))
+
+        self.world.at(t, take)
+
+    def _publish(self, observation: Observation) -> None:
+        if self._hears():
+            self.server.publish(observation)
+
+    # The server's turns
+
+    def _serve(self, port: int) -> TrackingServer:
+        return TrackingServer(HOST, port, self.code, lambda: self.world.t + AHEAD, threaded=False)
+
+    def _at(self, t: float, action: Callable[[], None]) -> None:
+        """Do something at t that a client may notice."""
+        due = self._due
+
+        def act() -> None:
+            while due and due[0] <= t:
+                heapq.heappop(due)
+            if not self._closed:
+                action()
+
+        heapq.heappush(due, t)
+        self.world.at(t, act)
+
+    def _beat(self) -> None:
+        now = self.world.t
+        self._at(now + BEAT, self._beat)
+        if self._hears():
+            if now >= self._next_turn or self.server.calling():
+                self._turn()
+            if self._flood:
+                self._pollute()
+
+    def _answer(self) -> None:
+        self._called = False
+        if self._hears():
+            self._turn()
+
+    def _turn(self) -> None:
+        self._next_turn = self.world.t + DUE
+        self.server.turn()
+
+    def _hears(self) -> bool:
+        """Whether there is a server at all, and it is within reach."""
+        return self._reserved is None and self.world.t >= self._silent_until
+
+    def _served(self) -> Any:
+        """The server's end of the connection to the brick, which faults are done to."""
+        return self.server._served
+
+    def _pollute(self) -> None:
+        first, self._garbage = self._garbage, self._garbage + self._flood * BEAT
+        lines = [GARBAGE[n % len(GARBAGE)] for n in range(int(first), int(self._garbage))]
+        served = self._served()
+        if served is not None and lines:
+            with contextlib.suppress(OSError):  # full, or gone
+                served.sock.send(b"\n".join([*lines, b""]))
+
+
+class _Memory:
+    """A client's memory, without a file."""
+
+    def __init__(self) -> None:
+        self._tracker: Tracker | None = None
+
+    def load(self) -> Tracker | None:
+        """What was saved last."""
+        return self._tracker
+
+    def save(self, tracker: Tracker) -> None:
+        """Keep it until the program ends."""
+        self._tracker = tracker

@@ -1,0 +1,237 @@
+"""Joint set-points on the way to an aim that may move: decided tick by tick, smooth all the same.
+
+Pure: no I/O, no clock.  Each joint by itself goes to its aim as fast as its limits of speed and
+acceleration allow, without passing it (if the aim moves evenly, it arrives at the aim's speed);
+where it turns round it stands while its motor crosses the play.
+
+The control law feeds speeds forward by LEAD.  What was fed forward stands; so an aim heard of at
+time t changes the way from t + LEAD on.
+"""
+
+import collections
+import math
+
+from robot.follower import LEAD
+from robot.trajectory import JOINT_ACCELERATION, Setpoint, crossed, take_up_time
+
+SLOWING = 0.4
+"""Share of the acceleration with which joints come to a stop where there is room for it: friction
+alone keeps a link from running ahead through its play."""
+
+STIRS, TURNS = 0.5, 1.0 / 3
+"""A joint at rest goes on for an aim this far ahead (counts), and back for one so far behind (of
+the play; and at least as far as ahead): what is nearer may be noise."""
+
+UNEVEN, EVEN, LATELY = 0.8, 0.95, 15
+"""An aim moves evenly, with all between, if its last so many places lie on a line of this r^2.
+
+A single step in the middle comes to 0.75."""
+
+COUNTS_PER_TURN = 360
+"""Of a motor's encoder."""
+
+MATCHED = 0.9
+"""Share of its greatest speed at which a joint still keeps up with an aim."""
+
+
+def way(e, v, u, fastest, up, down):
+    """The fastest way forward to an aim `e` ahead that moves forward at `u`; never backwards.
+
+    In the aim's frame: one phase of acceleration, one of constant speed, one of the opposite
+    acceleration (Kroeger and Wahl, IEEE T-RO 26(1), 2010, have the general case).
+
+    Args:
+        e: distance of the aim; behind if negative.
+        v: own speed, 0 .. fastest.
+        u: the aim's speed, 0 .. fastest.
+        up, down: greatest acceleration and deceleration, > 0.
+
+    Returns:
+        List of (duration, acceleration); after the last the speed is u, and unless an aim that
+        stands was too near to stop at it, the aim is reached.
+    """
+    w = v - u
+    stopping = w * w / (2 * down) if w > 0 else -w * w / (2 * up)
+    sign = 1 if e >= stopping else -1
+    first, second, most = (up, down, fastest - u) if sign > 0 else (down, up, u)
+    e, w = sign * e, sign * w
+    peak = math.sqrt(max(0.0, e + w * w / (2 * first)) / (0.5 / first + 0.5 / second))
+    peak = max(min(peak, most), w, 0.0)
+    phases = [((peak - w) / first, sign * first)]
+    left = e - (peak * peak - w * w) / (2 * first) - peak * peak / (2 * second)
+    if peak > 0 and left > 0:
+        phases.append((left / peak, 0.0))
+    phases.append((peak / second, -sign * second))
+    return phases
+
+
+class _Joint(object):
+    """The pursuit of one joint.
+
+    Attributes:
+        rests_from: when its set-point comes to rest, s; inf if it goes on with a moving aim.
+    """
+
+    def __init__(self, joint, angle, side, fastest, acceleration):
+        self._lower, self._upper = joint.lower, joint.upper
+        self.half_play = joint.backlash / 2
+        self._fastest = fastest
+        self._acceleration = acceleration
+        self._stirs = STIRS * 2 * math.pi / COUNTS_PER_TURN / joint.gear
+        self._turns = max(self._stirs, TURNS * 2 * self.half_play)
+        self._take_up = take_up_time(joint)
+        # Phases of constant acceleration: (since, angle, speed, acceleration).
+        self._phases = [(-math.inf, angle, 0.0, 0.0)]
+        self._direction = side if side in (1, -1) else 0
+        # The play: where it lay, and its crossings since: (begin, time, step).
+        self._side = side
+        self._crossings = []
+        self._places = collections.deque(maxlen=LATELY)
+        self.rests_from = 0.0
+
+    def at(self, t):
+        """Angle, speed, side of the play and its rate."""
+        since, angle, speed, acceleration = next(p for p in reversed(self._phases) if p[0] <= t)
+        if speed or acceleration:
+            dt = t - since
+            angle += speed * dt + acceleration * dt * dt / 2
+            speed += acceleration * dt
+        if not self._lower <= angle <= self._upper:
+            angle, speed = min(max(angle, self._lower), self._upper), 0.0
+        return (angle, speed) + crossed(t, self._side, self._crossings)
+
+    def steer(self, t, aim, certain):
+        """Go to `aim` from `t` + LEAD on; None: come to rest.  What is certain is no noise."""
+        then = t + LEAD
+        q, v, side, _ = self.at(then)
+        ready = then
+        for begin, time, _ in self._crossings:
+            ready = max(ready, begin + time)  # no motion before the play is crossed
+        u = 0.0
+        if aim is None:
+            aim = q
+        else:
+            aim = min(max(aim, self._lower), self._upper)
+            u = self._speed_of_aim(t, aim)
+        e = aim + u * (ready - t) - q
+        if not v and ready == then:
+            direction = 1 if e > 0 else -1
+            if abs(e) <= (0.0 if certain else self._patience(direction, u)):
+                return
+            self._direction = direction
+            if abs(side - direction) > 1e-6 and self.half_play:
+                self._crossings.append((then, self._take_up, direction - side))
+                ready = then + self._take_up
+                e += u * self._take_up
+        self._go(t, then, ready, q, v, e, u)
+
+    def _patience(self, direction, u):
+        """How far off (rad) an aim in that direction, moving at `u`, may be from one at rest."""
+        if u * direction > 0:
+            return 0.0
+        return self._turns if direction == -self._direction else self._stirs
+
+    def _go(self, t, then, ready, q, v, e, u):
+        """Plan the phases on from the time `then`, the play being crossed until `ready`."""
+        sign, up = self._direction, self._acceleration
+        while len(self._phases) > 1 and self._phases[1][0] <= t:
+            del self._phases[0]
+        while self._crossings and self._crossings[0][0] + self._take_up <= t:
+            self._side += self._crossings.pop(0)[2]
+        while self._phases[-1][0] >= then:
+            del self._phases[-1]
+        e, v, u = sign * e, max(sign * v, 0.0), max(sign * u, 0.0)
+        if u:
+            # With an aim it goes only as far as it can still be stopped before the limit.
+            left = (self._upper if sign > 0 else -self._lower) - sign * q
+            if v * v / (2 * up) > left - 2 * LEAD * v:
+                e, u = min(e, left), 0.0
+        # It is where the aim stands that the stop must be soft, if there is room for it.
+        places = [place for _, place in self._places] or [0.0]
+        down = SLOWING * up if max(places) - min(places) <= self._stirs else up
+        if v > u:
+            down = min(max(down, (v - u) ** 2 / (2 * e) if e > 0 else up), up)
+        if ready > then:
+            self._phases.append((then, q, 0.0, 0.0))
+        since = ready
+        for dt, a in way(e, v, u, self._fastest, up, down):
+            self._phases.append((since, q, sign * v, sign * a))
+            since += dt
+            q += sign * (v * dt + a * dt * dt / 2)
+            v += a * dt
+        self._phases.append((since, q, sign * u, 0.0))
+        self.rests_from = math.inf if u else since
+
+    def _speed_of_aim(self, t, aim):
+        """The speed of an aim that moves evenly, by least squares; of any other 0."""
+        self._places.append((t, aim))
+        if len(self._places) < LATELY:
+            return 0.0
+        n = float(LATELY)
+        mean_t = sum(place[0] for place in self._places) / n
+        mean = sum(place[1] for place in self._places) / n
+        tt = ty = yy = 0.0
+        for time, place in self._places:
+            time -= mean_t
+            place -= mean
+            tt += time * time
+            ty += time * place
+            yy += place * place
+        if abs(ty) / tt * (t - self._places[0][0]) < self._stirs:
+            return 0.0
+        even = (ty * ty / (tt * yy) - UNEVEN) / (EVEN - UNEVEN)
+        most = MATCHED * self._fastest
+        return min(max(min(max(even, 0.0), 1.0) * ty / tt, -most), most)
+
+
+class Pursuit(object):
+    """All joints on the way to an aim; used by the control loop like a TakingUpBacklash.
+
+    Args:
+        joints: the arm's shared.arm_description.Joints.
+        q: the links' angles at the start, rad.
+        sides: per joint, where the play lies at the start: +1, -1, or between (0: the middle).
+        speed: share of each joint's greatest.
+        acceleration: greatest of any joint, rad/s^2.
+
+    Attributes:
+        duration: s; inf until the end is known.
+    """
+
+    before = 0.0
+
+    def __init__(self, joints, q, sides, speed=1.0, acceleration=JOINT_ACCELERATION):
+        self._joints = [
+            _Joint(joint, angle, side, speed * joint.max_speed, acceleration)
+            for joint, angle, side in zip(joints, q, sides)
+        ]
+        self.duration = math.inf
+
+    def steer(self, t, aim, last=False):
+        """Take in at time `t` (s) where the joints should be.
+
+        Args:
+            aim: rad; None: come to rest and end.
+            last: whether to end there, however near that is.
+        """
+        for k, joint in enumerate(self._joints):
+            joint.steer(t, None if aim is None else aim[k], last)
+        if aim is None or last:
+            self.duration = max([t] + [joint.rests_from for joint in self._joints])
+
+    def at(self, t):
+        """The Setpoint of the motors' side at time `t` (s), at most LEAD after the last `steer`."""
+        q, q_dot = [], []
+        for joint in self._joints:
+            angle, speed, side, rate = joint.at(t)
+            q.append(angle + side * joint.half_play)
+            q_dot.append(speed + rate * joint.half_play)
+        return Setpoint(tuple(q), tuple(q_dot), None)
+
+    def sides_at(self, t):
+        """Per joint, where the play lies at time `t` (s): from -1 to +1."""
+        return tuple(joint.at(t)[2] for joint in self._joints)
+
+    def rested(self, t):
+        """Per joint, for how long it has been standing at time `t`, s; negative: it moves."""
+        return [t - joint.rests_from for joint in self._joints]

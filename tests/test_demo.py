@@ -1,0 +1,403 @@
+"""The demo: its goals, its programs, and that none of them outlives it, whatever happens.
+
+The programs are stand-ins here, that leave in no time what the real ones leave.
+"""
+
+import json
+import math
+import os
+import re
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from rich.console import Console
+from test_report import log_text
+
+from laptop import demo, report
+from laptop.__main__ import laptop
+from laptop.demo import DemoFailed, Orders
+from laptop.simulator.scene import Scene, read_scene
+from laptop.tracking_server import TrackingServer
+from shared.arm_description import find_arm, read_arm
+
+ARM = read_arm(find_arm("planar"))
+
+# What `python -m laptop` would do, as far as the demo sees it. FAULT says what goes wrong.
+STAND_IN = '''
+import json, os, signal, sys, time
+
+words, fault = sys.argv[1:], os.environ.get("FAULT", "")
+command, script = words[0], words[-1]
+value = lambda key: words[words.index(key) + 1]
+signal.signal(signal.SIGINT, signal.default_int_handler)
+with open(os.path.join(os.environ["PIDS"], str(os.getpid())), "w"):
+    pass
+
+
+def wait_for_ever(deaf=False):
+    print("waiting", flush=True)
+    if deaf:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    while True:
+        time.sleep(60)
+
+
+def leave(folder, end, paths=(), status=0):
+    """The arm goes to the joint angles `end`, rad."""
+    os.makedirs(folder)
+    with open(folder + "/trace.csv", "w") as file:
+        file.write("t,q1,q2,x,y,pen\\n")
+        for k in range(41):
+            q = [a * min(1, k / 20) for a in end]
+            file.write("%.4f,%.6f,%.6f,0,0,0\\n" % (0.1 * k, *q))
+    with open(folder + "/summary.json", "w") as file:
+        json.dump({"status": status, "paths": paths}, file)
+
+
+if command == "track":
+    if fault == "no tracker":
+        sys.exit("laptop: cannot listen; choose another port")
+    print("on the brick: robot/visual_servoing.py 127.0.0.1:7712 --code ABCD-EFGH", flush=True)
+    if fault == "tracker dies":
+        time.sleep(0.05)
+        sys.exit("laptop: the camera is gone")
+    try:
+        wait_for_ever()
+    except KeyboardInterrupt:
+        sys.exit(130)
+if script.endswith("driver.py"):
+    lines = [{"greatest_mm": 1.0}] * 3
+    if fault == "a line is missing":
+        lines[2] = None
+    if fault == "driver fails":
+        print("driver.py: joint shoulder is blocked")
+    leave(value("--out"), [0.9, 1.5], lines, int(fault == "driver fails"))
+    sys.exit(0)
+rival = "report" in words
+goal = next(word for word in words if word.startswith("--goal="))[7:]
+if fault == "servo fails" and goal != "marker":
+    print("servo.py: the motor at port A is not plugged in")
+    print("out/picture.png, trace.csv, summary.json")
+    leave(value("--out"), [0, 0], status=1)
+    sys.exit(1)
+if fault in ("servo hangs", "deaf servo") and goal != "marker":
+    wait_for_ever(fault == "deaf servo")
+if fault == "rival fails" and rival:
+    sys.exit("laptop: no room")
+if fault == "rival hangs" and rival:
+    wait_for_ever(True)
+ends = json.loads(os.environ["ENDS"])
+missed = fault == "not reached" and goal != "marker"
+leave(value("--out"), [0.1, 0.1] if missed else ends[goal])
+with open(value("--log"), "w") as file:
+    file.write(os.environ["LOG"].replace('"chain"', '"report"' if rival else '"chain"'))
+print("converged")
+'''
+
+
+@pytest.fixture(scope="module")
+def goals():
+    return demo.choose_goals(ARM, 0)
+
+
+@pytest.fixture
+def play(tmp_path, monkeypatch, goals):
+    """Run the demo with the stand-ins and one of their faults; its exit status and its folder."""
+    stand_in = tmp_path / "stand_in.py"
+    stand_in.write_text(STAND_IN)
+    pids = tmp_path / "pids"
+    pids.mkdir()
+    text, chosen = goals
+    scene = Scene(ARM, read_scene(text))
+    ends = {
+        goal.told: demo._solve(lambda q: scene.truth(q)["effector"], (0.9, 1.2), goal.pixel)
+        for goal in chosen
+    }
+    for key, value in {
+        "PIDS": str(pids),
+        "ENDS": json.dumps({told: list(map(float, q)) for told, q in ends.items()}),
+        "LOG": log_text(1.0),
+    }.items():
+        monkeypatch.setenv(key, value)
+    monkeypatch.setattr(demo, "LAPTOP", (sys.executable, "-S", "-E", str(stand_in)))
+    monkeypatch.setattr(demo, "choose_goals", lambda arm, seed: goals)
+    monkeypatch.setattr(report, "CAPTIONS", ())
+
+    def run(fault="", **orders):
+        monkeypatch.setenv("FAULT", fault)
+        console = Console(file=(tmp_path / "out.txt").open("w"), width=100)
+        with console.file:
+            try:
+                status, page = demo.run(Orders(tmp_path / "runs", **orders), console)
+            finally:
+                run.said = (tmp_path / "out.txt").read_text()
+        run.said = (tmp_path / "out.txt").read_text()
+        return status, page.parent
+
+    run.pids = pids
+    yield run
+    assert alive(pids) == []
+
+
+def alive(pids):
+    """Numbers of the stand-ins that still run."""
+
+    def runs(pid):
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return False
+        return True
+
+    return [int(name) for name in os.listdir(pids) if runs(int(name))]
+
+
+def complains(play, fault, words, **orders):
+    """The demo fails in one line, and no program is left."""
+    with pytest.raises(DemoFailed, match=words) as failure:
+        play(fault, **orders)
+    assert "\n" not in str(failure.value)
+    assert os.listdir(play.pids)
+    assert alive(play.pids) == []
+    return True
+
+
+# The course of it
+
+
+def test_a_demo_that_works_leaves_its_report_and_no_process(play):
+    status, folder = play()
+    assert status == 0, play.said
+    assert "all three goals truly reached" in play.said
+    assert len(os.listdir(play.pids)) == 6
+    for name in (
+        "report.html",
+        report.STORY,
+        "goal-1.jsonl",
+        "goal-3/trace.csv",
+        "three-lines.txt",
+    ):
+        assert (folder / name).exists(), name
+    run = report.read_run(folder)
+    assert [a.name for a in run.approaches] == ["goal 1", "goal 2", "goal 3"]
+    assert run.rival.method == "report"
+    assert max(a.error for a in run.approaches) < 0.1
+
+
+def test_a_goal_that_is_only_claimed_fails_the_demo(play):
+    status, folder = play("not reached")
+    assert status == 1
+    assert "goal 2 was not reached, though the brick says so" in play.said
+    assert (folder / "report.html").exists()
+
+
+def test_a_line_that_is_missing_fails_the_demo(play):
+    status, _ = play("a line is missing")
+    assert status == 1
+    assert "2 of 3 drawn" in play.said
+
+
+def test_the_comparison_may_fail(play):
+    status, folder = play("rival fails")
+    assert status == 0
+    assert "report's method failed: no room" in play.said
+    assert report.read_run(folder).rival is None
+
+
+def test_the_comparison_is_not_waited_for_for_ever(play, monkeypatch):
+    monkeypatch.setattr(demo, "ENDED", 0.5)
+    monkeypatch.setattr(demo, "COMPARED", 0.0)
+    status, _ = play("rival hangs")
+    assert status == 0
+    assert "report's method hangs" in play.said
+
+
+def test_a_program_that_fails_ends_the_demo_with_what_it_said(play):
+    assert complains(play, "servo fails", "goal 2 failed: servo.py: the motor at port A is not")
+
+
+def test_a_driver_that_fails_ends_the_demo(play):
+    assert complains(play, "driver fails", "three lines failed: driver.py: joint shoulder is")
+
+
+def test_a_program_that_hangs_ends_the_demo(play, monkeypatch):
+    monkeypatch.setattr(demo, "SERVOED", 0.3)
+    assert complains(play, "servo hangs", r"goal 2 hangs: not done after 0.3 s; see .*goal-2\.txt")
+
+
+def test_a_program_that_does_not_listen_is_killed(play, monkeypatch):
+    monkeypatch.setattr(demo, "ENDED", 0.5)
+    monkeypatch.setattr(demo, "SERVOED", 0.3)
+    assert complains(play, "deaf servo", "goal 2 hangs")
+
+
+def test_without_a_tracker_there_is_no_demo(play):
+    assert complains(play, "no tracker", "tracker failed: cannot listen; choose another port")
+
+
+def test_a_tracker_that_ends_in_between_ends_the_demo(play):
+    assert complains(play, "tracker dies", "tracker failed: the camera is gone")
+
+
+@pytest.mark.parametrize(
+    ("number", "raised"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)]
+)
+def test_ctrl_c_and_sigterm_end_every_program(play, capsys, number, raised):
+    def interrupt():
+        while len(os.listdir(play.pids)) < 5:  # tracker, driver, goals 1 and 2, the comparison
+            time.sleep(0.01)
+        os.kill(os.getpid(), number)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(raised) as end:
+            play("servo hangs")
+    finally:
+        signal.signal(signal.SIGINT, before)
+        thread.join()
+    assert alive(play.pids) == []
+    if raised is SystemExit:
+        assert end.value.code == 143
+        assert capsys.readouterr().err == "laptop: stopped by SIGTERM\n"
+
+
+# The goals
+
+
+@pytest.mark.parametrize(("name", "seed"), [("planar", 0), ("geared", 7)])
+def test_goals_are_in_the_picture_and_apart_and_can_be_reached(name, seed):
+    arm = read_arm(find_arm(name))
+    text, goals = demo.choose_goals(arm, seed)
+    scene = Scene(arm, read_scene(text))
+    pixels = [goal.pixel for goal in goals]
+    assert [goal.told for goal in goals] == [
+        "marker",
+        *("{:.1f},{:.1f}".format(*p) for p in pixels[1:]),
+    ]
+    assert goals[0].pixel == scene.truth([0, 0])["goal"]
+    for number, (u, v) in enumerate(pixels):
+        assert 40 < u < 600
+        assert 40 < v < 440
+        assert all(math.dist((u, v), other) > 149 for other in pixels[:number])
+        starts = [(a, b) for a in (-0.8, 0.2, 1.2, 2.0) for b in (-1.5, 1.5)]
+        found = (demo._solve(lambda q: scene.truth(q)["effector"], q, (u, v)) for q in starts)
+        assert any(
+            all(j.lower <= a <= j.upper for a, j in zip(q, arm.joints, strict=True))
+            and math.dist(scene.truth(q)["effector"], (u, v)) < 0.1
+            for q in found
+            if np.isfinite(q).all() and max(map(abs, q)) < 10
+        )
+    assert demo.choose_goals(arm, seed) == (text, goals)
+
+
+def test_a_place_is_found_by_its_pixel():
+    scene = Scene(ARM, read_scene("tilt=40,azimuth=30,roll=5"))
+    for place in ((12.0, -3.0), (-5.0, 14.0)):
+        pixel = scene.project(np.array([[*place, 2.5]]))[0]
+        assert demo.place_at(scene, pixel, 2.5) == pytest.approx(place, abs=1e-6)
+
+
+# What the programs leave
+
+
+def test_the_line_of_the_tracker_is_understood():
+    server = TrackingServer("127.0.0.1", 0, "ABCDEFGH")
+    try:
+        lines = server.commands()
+        found = [demo.read_invitation(f"or otherwise: {line}") for line in lines]
+    finally:
+        server.close()
+    assert (f"127.0.0.1:{server.port}", "ABCD-EFGH") in found
+    assert demo.read_invitation("30 fps, effector 1.0,2.0") is None
+
+
+def test_the_next_start_is_where_the_arm_was_left_within_its_limits(tmp_path):
+    rows = "t,q1,q2,x,y,pen\n0.0,0,0,1,1,0\n0.1,-3.0,0.5,1,1,0\n"
+    (tmp_path / "trace.csv").write_text(rows)
+    assert demo._start_words(ARM, tmp_path) == f"--start=-90.0000,{math.degrees(0.5):.4f}"
+    assert demo.read_trace(tmp_path / "trace.csv")[1] == (0.1, (-3.0, 0.5))
+
+
+@pytest.mark.parametrize("text", [None, "", "t,q1\n1,x\n"])
+def test_a_trace_that_cannot_be_read_is_told_in_one_line(tmp_path, text):
+    if text is not None:
+        (tmp_path / "trace.csv").write_text(text)
+    with pytest.raises(DemoFailed, match=r"trace\.csv cannot be read"):
+        demo._start_words(ARM, tmp_path)
+
+
+def test_the_true_path_keeps_when_rests_end():
+    scene = Scene(ARM, read_scene(""))
+    rows = [demo.Row(0.1 * k, (0.01 * max(0, k - 10), 0.0)) for k in range(16)]
+    path = list(demo._path(scene, rows))
+    assert [round(t, 1) for t, _, _ in path] == [0.0, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5]
+    assert path[0][1:] == path[1][1:]
+    assert path[-1][1:] == scene.truth((0.05, 0.0))["effector"]
+
+
+# The command
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--out", "/proc/nowhere"], "cannot write to /proc/nowhere"),
+        (["--arm", "no-such-arm"], "no-such-arm"),
+        (["--seed", "-1"], "-1 is not in the range"),
+    ],
+)
+def test_bad_orders_are_refused_in_one_line(words, told):
+    result = CliRunner().invoke(laptop, ["demo", *words])
+    assert result.exit_code != 0
+    (line,) = [line for line in result.output.splitlines() if line.startswith("Error")]
+    assert told in line
+
+
+SEES = """
+import sys
+sys.path.insert(0, {root!r})
+from robot.clock import Clock
+from robot.tracking_client import TrackingClient, find_tracker
+clock = Clock()
+client = TrackingClient(*find_tracker(), clock=clock)
+seen = {{}}
+while not seen:
+    seen = client.look(0.1)
+u, v, _ = seen["A"].markers["effector"]
+print("{{:.1f}} {{:.1f}} {{:.2f}} s ago".format(u, v, clock.now() - seen["A"].t))
+client.close()
+"""
+
+
+def test_a_script_in_virtual_time_is_served_with_what_a_camera_would_see(tmp_path, monkeypatch):
+    monkeypatch.setenv("SSH_CLIENT", "192.0.2.1 1 22")
+    script = tmp_path / "sees.py"
+    script.write_text(SEES.format(root=str(demo.ROOT)))
+    words = ["simulate", "--scene", "tilt=30", "--start", "30,45", "--out", str(tmp_path / "out")]
+    result = CliRunner().invoke(laptop, [*words, str(script)])
+    assert result.exit_code == 0, result.output
+    u, v, age = map(float, re.search(r"(\S+) (\S+) (\S+) s ago", result.output).groups())
+    q = math.radians(30), math.radians(45)
+    assert (u, v) == pytest.approx(Scene(ARM, read_scene("tilt=30")).truth(q)["effector"], abs=0.3)
+    assert 0.02 < age < 0.2
+
+
+def test_a_scene_is_for_virtual_time(tmp_path):
+    words = ["simulate", "--realtime", "--scene", "", "--out", str(tmp_path), str(demo.DRIVER)]
+    result = CliRunner().invoke(laptop, words)
+    assert result.exit_code == 1
+    assert "a scene is for virtual time" in result.output
+
+
+def test_the_folder_of_a_run_is_never_an_older_one(tmp_path):
+    folders = {demo._new_folder(tmp_path) for _ in range(3)}
+    assert len(folders) == 3
+    assert all(Path(folder).parent == tmp_path for folder in folders)

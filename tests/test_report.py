@@ -1,0 +1,295 @@
+"""The report of a demo: what counts as reached, what is said, a page that needs nothing else."""
+
+import json
+import re
+from html.parser import HTMLParser
+
+import cv2
+import numpy as np
+import pytest
+from rich.console import Console
+
+from laptop import report
+from laptop.report import BadRun
+
+GOAL = (400.0, 300.0)
+LINES = [{"greatest_mm": 1.2}, {"greatest_mm": 0.8}, {"greatest_mm": 1.0}]
+
+
+def line(kind, t=0.0, **values):
+    return json.dumps({"kind": kind, "t": t, **values}) + "\n"
+
+
+def log_text(off=2.0, verdict="converged", method="chain", joints=("shoulder", "elbow"), **words):
+    """What the servo writes of a run from 200 px away to `off` px."""
+    n = len(joints)
+    text = line(
+        "run",
+        version=1,
+        method=method,
+        mode="look",
+        arm="planar",
+        joints=joints,
+        tolerance=5.0,
+        budget=60.0,
+        goal="marker",
+        clock=100.0,
+    )
+    for number in range(5):
+        share = number / 4
+        error = 200 + share * (off - 200)
+        q, s = [0.1 * number] * n, [GOAL[0] - error, GOAL[1]]
+        text += line("seen", number, camera="A", q=q, s=s, goal=list(GOAL))
+        explores = number < 2
+        text += line(
+            "step",
+            number,
+            q=q,
+            s=s,
+            goal=list(GOAL),
+            error=error,
+            sigma=0.1,
+            frames=6,
+            J=None if explores else [[300.0] * n] * 2,
+            condition=None if explores else 3.5,
+            model=None if explores else method,
+            action="explore" if explores else "move" if number < 4 else "hold",
+            q_wanted=[0.1 * number + 0.1] * n if number < 4 else None,
+            computing=0.001,
+        )
+    text += line("note", 4.0, text=words.pop("note", "marker lost: held"))
+    reason = words.pop("reason", "")
+    return text + line(
+        "verdict", 4.5, verdict=verdict, reason=reason, error=off, q=[0.4] * n, moves=4
+    )
+
+
+def approach(folder, name="goal 1", off=2.0, log=None, **words):
+    """An entry of the story, with its log in the folder; `off` is the truth."""
+    file = name.replace(" ", "-") + words.pop("suffix", "") + ".jsonl"
+    (folder / file).write_text(log or log_text(off, **words))
+    path = [[t, GOAL[0] - 200 - t / 4 * (off - 200), GOAL[1]] for t in np.linspace(0, 5, 51)]
+    path = [[t, GOAL[0] - max(off, 200 - 50 * t), GOAL[1]] for t, _, _ in path]
+    return {"name": name, "log": file, "goal": GOAL, "path": path, "miss_mm": 0.9 * off}
+
+
+def story(folder, offs=(2.0, 1.0, 3.0), **changes):
+    """A demo's folder; the Run."""
+    image = np.full((96, 128, 3), 180, np.uint8)
+    cv2.imwrite(str(folder / "camera.png"), image)
+    record = {
+        "arm": "planar",
+        "scene": "seed=0",
+        "size": [64, 48],
+        "command": "python -m laptop demo",
+        "lines": LINES,
+        "seconds": 61.0,
+        "trouble": "",
+        "approaches": [approach(folder, f"goal {k}", off) for k, off in enumerate(offs, 1)],
+        "rival": approach(folder, off=4.0, method="report", suffix="-rival"),
+        **changes,
+    }
+    (folder / report.STORY).write_text(json.dumps(record))
+    return report.read_run(folder)
+
+
+# What counts
+
+
+@pytest.mark.parametrize(
+    ("off", "verdict", "reached", "outcome"),
+    [
+        (7.9, "converged", True, "reached"),
+        (8.1, "converged", False, "not reached, though the brick says so"),
+        (2.0, "budget spent", True, "reached, though the brick says 'budget spent'"),
+        (90.0, "unreachable", False, "not reached: unreachable"),
+    ],
+)
+def test_the_truth_decides_and_not_what_the_brick_says(tmp_path, off, verdict, reached, outcome):
+    told = report.read_approach(tmp_path, approach(tmp_path, off=off, verdict=verdict))
+    assert told.reached is reached
+    assert told.outcome == outcome
+    assert f"truly {off:.1f} px ({0.9 * off:.1f} mm) off after 4 moves, 4.5 s" in told.words
+
+
+def test_a_demo_worked_if_all_lines_are_drawn_and_all_goals_reached(tmp_path):
+    run = story(tmp_path)
+    assert run.worked
+    assert report.headline(run) == (
+        "3 lines drawn, at most 1.2 mm off; all three goals truly reached, to 3.0 px or better."
+    )
+
+
+def test_one_goal_missed_is_named(tmp_path):
+    run = story(tmp_path, offs=(2.0, 30.0, 1.0))
+    assert not run.worked
+    assert "goal 2 was not reached, though the brick says so" in report.headline(run)
+    assert "goal 1" not in report.headline(run)
+
+
+def test_one_line_missed_is_named(tmp_path):
+    run = story(tmp_path, lines=[*LINES[:2], None])
+    assert not run.worked
+    assert "2 of 3 drawn" in report.headline(run)
+    assert not story(tmp_path, lines=[]).worked
+
+
+def test_the_rival_does_not_count(tmp_path):
+    lost = approach(tmp_path, off=99.0, verdict="budget spent", method="report", suffix="-lost")
+    assert story(tmp_path, rival=lost).worked
+
+
+# What is read
+
+
+def test_a_log_that_is_cut_off_is_read_up_to_there(tmp_path):
+    file = tmp_path / "log.jsonl"
+    file.write_text(log_text()[:-20])
+    log = report.read_log(file)
+    assert log.verdict is None
+    assert len(log.steps) == 5
+    assert log.run["method"] == "chain"
+
+
+@pytest.mark.parametrize("text", ["no json\n", "[]\n", '{"t": 1}\n', "7\n"])
+def test_what_is_no_log_is_refused_in_one_line(tmp_path, text):
+    file = tmp_path / "log.jsonl"
+    file.write_text(text)
+    with pytest.raises(BadRun) as refusal:
+        report.read_log(file)
+    assert str(file) in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_log_without_a_verdict_is_refused(tmp_path):
+    record = approach(tmp_path, log=log_text()[:-20])
+    with pytest.raises(BadRun, match="ends without a verdict"):
+        report.read_approach(tmp_path, record)
+
+
+@pytest.mark.parametrize("text", [None, "{", "{}", '{"approaches": [{}], "rival": null}'])
+def test_a_folder_that_is_no_demo_is_refused_in_one_line(tmp_path, text):
+    if text is not None:
+        (tmp_path / report.STORY).write_text(text)
+    with pytest.raises(BadRun, match="is not of a demo; run the demo again"):
+        report.read_run(tmp_path)
+
+
+# What is shown
+
+
+class Page(HTMLParser):
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.rows, self.outside, self.inside = [], [], [], False
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        if tag == "tr":
+            self.rows.append("")
+            self.inside = True
+        self.outside += [
+            value
+            for name, value in attrs
+            if name in ("src", "href") and not value.startswith("data:image/")
+        ]
+
+    def handle_endtag(self, tag):
+        self.inside = self.inside and tag != "tr"
+
+    def handle_data(self, data):
+        if self.inside:
+            self.rows[-1] += data + " "
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("demo")
+    (folder / "drawing").mkdir()
+    (folder / "drawing" / "picture.png").write_bytes(b"\x89PNG drawing")
+    run = story(folder, command="<script>alert('command')</script>", scene="a&b")
+    words = {"reason": "<script>reason</script>", "note": "<img src=x>"}
+    nasty = approach(folder, "goal 1", suffix="-nasty", **words)
+    run = story(folder, **{**run.story, "approaches": [nasty, *run.story["approaches"][1:]]})
+    return report.write(run).read_text(encoding="utf-8")
+
+
+def test_the_page_needs_nothing_but_itself(page):
+    shown = Page(page)
+    assert shown.outside == []
+    assert not re.search(r"https?:|url\(|@import", page)
+    assert shown.tags.count("img") == 5
+    assert page.count("data:image/") == 5
+
+
+def test_the_page_has_every_figure(page):
+    rows = [row.split() for row in Page(page).rows]
+    assert ["goal", "3", "chain", "converged", "3.0", "3.0", "2.7", "4", "4.5", "yes"] in rows
+    assert ["goal", "1", "report", "converged", "4.0", "4.0", "3.6", "4", "4.5", "yes"] in rows
+    assert sum("explore" in row for row in rows) == 8
+    assert "It worked." in page
+
+
+def test_whatever_is_told_is_no_markup_of_the_page(page):
+    assert "<script" not in page
+    assert "<img src=x" not in page
+    assert "&lt;script&gt;alert(" in page
+    assert "&lt;script&gt;reason" in page
+    assert "a&amp;b" in page
+
+
+def test_the_page_suits_a_phone_and_a_dark_room(page):
+    assert 'name="viewport"' in page
+    assert "prefers-color-scheme: dark" in page
+
+
+def test_a_demo_without_comparison_says_why(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "CAPTIONS", ())
+    run = story(tmp_path, rival=None, trouble="report's method hangs", offs=(20.0,))
+    text = report.write(run).read_text(encoding="utf-8")
+    assert "no run of the report&#x27;s method: report&#x27;s method hangs." in text
+    assert "It did not all work." in text
+
+
+def test_pictures_are_drawn_of_no_goal_at_all(tmp_path):
+    run = story(tmp_path, rival=None, offs=())
+    assert report.draw_errors(run).startswith(b"\x89PNG")
+
+
+def test_pictures_are_drawn_of_any_number_of_joints_and_of_no_error_at_all(tmp_path):
+    log = log_text(0.0, joints=("yaw", "shoulder", "elbow"))
+    run = story(tmp_path, rival=None, approaches=[approach(tmp_path, off=0.0, log=log)])
+    for draw in (report.draw_errors, report.draw_joints, report.draw_condition):
+        assert draw(run).startswith(b"\x89PNG")
+
+
+def test_the_overview_is_of_the_newest_demo_and_small(tmp_path):
+    for name, size in (("2026-01-01", [64, 48]), ("2026-01-02", [64, 48]), ("later", None)):
+        (tmp_path / name).mkdir()
+        if size:
+            story(tmp_path / name, offs=(2.0,), size=size)
+    (tmp_path / "2026-01-01" / report.STORY).write_text("{")  # would be refused
+    file = tmp_path / "servo.jpg"
+    report.write_overview(str(tmp_path), str(file))
+    assert cv2.imread(str(file)).shape == (690, 1600, 3)
+    assert file.stat().st_size < 200_000
+
+
+def test_a_terminal_of_80_columns_shows_the_whole_table(tmp_path):
+    console = Console(width=80, file=open("/dev/null", "w"), record=True)  # noqa: SIM115
+    lost = approach(tmp_path, off=229.2, verdict="budget spent", method="report", suffix="-lost")
+    with console.file:
+        console.print(report.table(story(tmp_path, rival=lost)))
+    text = console.export_text()
+    assert "budget spent" in text
+    assert "…" not in text
+    assert re.search(r"goal 1 +report +budget spent +229\.2 +229\.2 +206\.3 +4 +4\.5 +no", text)
+
+
+def test_a_page_that_cannot_be_written_is_told_in_one_line(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "CAPTIONS", ())
+    run = story(tmp_path)
+    (tmp_path / report.PAGE).mkdir()
+    with pytest.raises(BadRun, match=r"cannot write .*report\.html: Is a directory"):
+        report.write(run)
