@@ -536,6 +536,62 @@ def bench_track(seeds: range, as_json: bool) -> None:
         click.echo(line)
 
 
+@bench.command("servo")
+@click.option(
+    "--seeds",
+    type=_Seeds(),
+    default="1000:1050",
+    show_default=True,
+    help="Random arms, cameras, starts and goals; those of a release are 1000:1600.",
+)
+@click.option(
+    "--scene",
+    type=click.Choice(("nominal", "outliers", "lego", "precise", "latency", "moving")),
+    default="nominal",
+    show_default=True,
+    help="Or 10 % outliers, the LEGO stress, 2 px, late pictures, a goal that moves.",
+)
+@click.option(
+    "--arm", "arms", multiple=True, type=click.Choice(("planar", "geared")), help="[default: both]"
+)
+@click.option(
+    "--method",
+    "methods",
+    multiple=True,
+    type=click.Choice(("report", "report, median", "broyden", "kalman", "chain", "oracle")),
+    help="Several times for several.  [default: those that the scene is about]",
+)
+@click.option("--rendered", is_flag=True, help="Through rendered frames and the tracker.")
+@click.option("--json", "as_json", is_flag=True, help="Every run instead of the table.")
+def bench_servo(
+    seeds: range,
+    scene: str,
+    arms: tuple[str, ...],
+    methods: tuple[str, ...],
+    rendered: bool,
+    as_json: bool,
+) -> None:
+    """Servoing from random starts to random goals, beside the report's method and an oracle."""
+    from laptop.bench import servo, show
+
+    if rendered and scene not in servo.RENDERED:
+        raise click.ClickException(
+            f"--scene {scene} is made of points with noise; with --rendered take one of "
+            f"{', '.join(servo.RENDERED)}"
+        )
+    orders = seeds, scene, arms or servo.ARMS, methods, rendered
+    parts = show.progress(servo.run(*orders), servo.count(*orders), "servoing")
+    results = [result for part in parts for result in part]
+    if as_json:
+        click.echo(json.dumps([asdict(result) for result in results], indent=1))
+        return
+    headings = servo.MOVING_HEADINGS if scene == "moving" else servo.HEADINGS
+    title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator; {servo.LEGEND}"
+    show.table(title, headings, servo.table(results), sections=2)
+    for line in servo.failures(results):
+        click.echo(line)
+
+
 @bench.command("limits")
 def bench_limits() -> None:
     """Where straightness ends: the planar arm's three lines on plants farther and farther off."""

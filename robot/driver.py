@@ -214,23 +214,6 @@ def _point(text):
     return x, y
 
 
-def _number_in(lower, upper, unit):
-    def read(text):
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not lower <= value <= upper:
-            raise argparse.ArgumentTypeError(
-                "'{}' must be a number from {:g} to {:g} {}".format(
-                    text.strip(), lower, upper, unit
-                )
-            )
-        return value
-
-    return read
-
-
 def _options(**defaults):
     """The options of every command, accepted before and after its name."""
     options = program.Parser(add_help=False, argument_default=argparse.SUPPRESS)
@@ -239,7 +222,10 @@ def _options(**defaults):
     )
     options.add_argument("--method", choices=METHODS)
     options.add_argument(
-        "--speed", type=_number_in(0.1, 50, "cm/s"), metavar="CM_PER_S", help="(default: the arm's)"
+        "--speed",
+        type=program.number_in(0.1, 50, "cm/s"),
+        metavar="CM_PER_S",
+        help="(default: the arm's)",
     )
     options.add_argument("--elbow", choices=("up", "down"), help="(default: the arm's, if it can)")
     options.set_defaults(**defaults)
@@ -267,8 +253,8 @@ def _parser():
     move.add_argument("point", type=_point, metavar="X,Y")
     line = add("line", "a straight line")
     line.add_argument("points", type=_point, nargs="+", metavar="X,Y")
-    line.add_argument("--angle", type=_number_in(-360, 360, "deg"), metavar="DEG")
-    line.add_argument("--length", type=_number_in(0.1, 100, "cm"), metavar="CM")
+    line.add_argument("--angle", type=program.number_in(-360, 360, "deg"), metavar="DEG")
+    line.add_argument("--length", type=program.number_in(0.1, 100, "cm"), metavar="CM")
     for name, text in (
         ("polyline", "straight from point to point"),
         ("arc", "smoothly through n points"),
@@ -276,7 +262,9 @@ def _parser():
         add(name, text).add_argument("points", type=_point, nargs="+", metavar="X,Y")
     circle = add("circle", "a circle round X,Y")
     circle.add_argument("point", type=_point, metavar="X,Y")
-    circle.add_argument("--radius", type=_number_in(0.1, 100, "cm"), metavar="CM", required=True)
+    circle.add_argument(
+        "--radius", type=program.number_in(0.1, 100, "cm"), metavar="CM", required=True
+    )
     rectangle = add("rectangle", "an upright rectangle between two corners")
     rectangle.add_argument("points", type=_point, nargs=2, metavar="X,Y")
     add("lines", "the three lines of the report (default)")

@@ -44,6 +44,9 @@ APART, MOST_KEYS = math.radians(2.5), 24
 ROBUST = 3.0
 """Residuals beyond so many standard deviations count ever less (Geman and McClure)."""
 
+TELLS = 4.0
+"""Plain Broyden learns from steps of at least so many standard deviations in the image."""
+
 MOVED = 40.0
 """What was seen before the world changed is doubted by so many px from then on."""
 
@@ -103,9 +106,14 @@ class LocalJacobian(object):
             q_before, s_before, variance_before = self._last
             dq = [a - b for a, b in zip(q, q_before)]
             ds = [a - b for a, b in zip(s, s_before)]
-            if any(dq):
+            if any(dq) and (self._noise_aware or self._tells(dq, ds, variance + variance_before)):
                 self._update(dq, ds, variance + variance_before)
         self._last = tuple(q), tuple(s), variance
+
+    def _tells(self, dq, ds, variance):
+        """Whether a step is long enough for plain Broyden, which takes noise for truth."""
+        expected = [dot(row, dq) for row in self.J]
+        return max(dot(ds, ds), dot(expected, expected)) > TELLS ** 2 * variance
 
     def _update(self, dq, ds, variance):
         P, n = self._P, len(dq)
@@ -147,7 +155,7 @@ class LocalJacobian(object):
 
     def covariance(self, q):
         """Of each row of J, n x n, (px/rad)^2."""
-        return self._P
+        return [list(row) for row in self._P]
 
     def doubt_all(self):
         """The camera was moved, or the like: J is kept, but half of it may be wrong."""
@@ -287,10 +295,8 @@ class ChainModel(object):
             sum((y - dot(w, key.terms)) ** 2 for y, w in zip(key.s, W)) / (self._rows * doubt)
             for key, doubt in zip(self._keys, doubts)
         ]
-        # Where most are off, it is not they that are wrong.
-        usual = max(1.0, sorted(missed)[len(missed) // 2]) if missed else 1.0
         for key, square in zip(self._keys, missed):
-            key.weight = _robust_weight(square, usual)
+            key.weight = _robust_weight(square, 1.0)
         self._N = N
         return W
 

@@ -12,6 +12,7 @@ Whatever moves or must say farewell does so in `except BaseException` or `finall
 
 import argparse
 import contextlib
+import math
 import os
 import signal
 import sys
@@ -33,6 +34,25 @@ class Parser(argparse.ArgumentParser):
     def error(self, message):
         """One line, and nothing has been done."""
         self.exit(2, "{}: {}; see {} --help\n".format(self.prog, message, self.prog))
+
+
+def number_in(lower, upper, unit):
+    """A `type` for an argument: reads a number within these limits, both included."""
+
+    def read(text):
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not lower <= value <= upper:
+            raise argparse.ArgumentTypeError(
+                "'{}' must be a number from {:g} to {:g} {}".format(
+                    text.strip()[:40], lower, upper, unit
+                )
+            )
+        return value
+
+    return read
 
 
 def let_signals_end():

@@ -35,11 +35,21 @@ MEDIAN = math.pi / 2
 SIGMA, LEAST_SIGMA = 1.0, 0.2
 """Noise of a frame before it is known, and the least that is believed, px."""
 
+SCATTERED = 3.0
+"""Frames that scatter so much more than usual are not enough yet."""
+
 IN_MOTION = 2.0
 """A frame that was taken in motion is doubted by so much more, px: the shutter, the two clocks."""
 
+STRAIGHT = 0.2
+"""Three frames in motion belong together if the middle one is off their line by no more than this
+share of the way (and noise)."""
+
 JOINT_ERROR = 0.35
 """Standard deviation of a joint's angle, counts of its motor, and as much again of its play."""
+
+CONTENT = 0.7
+"""Share of the tolerance at which it ends; what is off by more is corrected once."""
 
 # Exploring and stepping
 
@@ -51,6 +61,9 @@ UNSEEN = 3.0
 
 FIRST_STEP, LEAST_STEP, MOST_STEP = (math.radians(x) for x in (35, 3, 60))
 """Trust region: the greatest step of a joint, rad."""
+
+WAY = 150.0
+"""With J of one place alone, a goal farther off is gone for by way-points, px."""
 
 AGREES, DISAGREES = 0.3, 0.6
 """Share of a step that was predicted wrongly, below and above which the region grows or shrinks."""
@@ -73,8 +86,12 @@ IMPROVED, STAGNANT, STAGNANT_NEAR = 0.9, 4, 10
 """So many moves (more within two tolerances) without the error falling to this share of the best:
 start elsewhere."""
 
-MOST_RESTARTS = 2
-"""After so many starts from elsewhere the goal counts as out of reach."""
+HOPELESS = 2
+"""So many times may a model that is right lately see no way to the goal before it is believed."""
+
+MOST_RESTARTS, ALIKE = 4, 2
+"""After so many starts from elsewhere, or so many that end equally far off, the goal counts as out
+of reach."""
 
 DIVERGED, DIVERGING = 1.3, 3
 """So many moves in a row with the error beyond this many times the best: explore anew."""
@@ -242,9 +259,10 @@ class Measure(object):
         off = length(error_of(views))
         enough = min(view.frames for view in views) >= MANY
         doubtful = abs(off - self._tolerance) < 2 * math.sqrt(sum(v.variance for v in views))
-        if doubtful and not enough:
+        if (doubtful or max(spreads) > SCATTERED * self.sigma) and not enough:
             return None
-        self.sigma += 0.3 * (max(LEAST_SIGMA, sum(spreads) / len(spreads)) - self.sigma)
+        spread = min(max(sum(spreads) / len(spreads), LEAST_SIGMA), SCATTERED * self.sigma)
+        self.sigma += 0.3 * (spread - self.sigma)
         return views
 
 
@@ -362,7 +380,8 @@ class JointHistory(object):
         self._angles.append(tuple(q))
         if t - self._times[0] > 1.5 * self._seconds:
             old = bisect.bisect(self._times, t - self._seconds)
-            del self._times[:old], self._angles[:old]
+            del self._times[:old]
+            del self._angles[:old]
 
     def at(self, t):
         """q at time t, rad, between the neighbours in time; None before the first."""
@@ -502,6 +521,7 @@ class Servo(object):
         ]
         self._tolerance = tolerance
         self._make = models
+        self._local = next((name for name in sorted(models) if name != "chain"), "chain")
         self._models = {}  # (name, camera): model
         self._cameras = ()
         self._wrong = dict.fromkeys(models, 0.5)
@@ -510,6 +530,10 @@ class Servo(object):
         self._known = known
         self._explored = [known] * self._n
         self._best, self._stagnant, self._diverging, self._restarts = None, 0, 0, 0
+        self._glimpsed = {}
+        self._hopeless = 0
+        self._refined = False
+        self._stuck_at = []
         self._q = self._s = None
         self._pictures = {}
 
@@ -521,7 +545,20 @@ class Servo(object):
         return self._models[name, camera]
 
     def glimpse(self, camera, q, s, goal):
-        """Learn from a frame that was taken in motion, when the joints were at q."""
+        """Learn from a frame that was taken in motion, when the joints were at q.
+
+        Each waits for the next one: what does not lie between its neighbours is left out.
+        """
+        frames = self._glimpsed.setdefault(camera, [])
+        frames.append((q, s))
+        del frames[:-3]
+        if len(frames) < 3:
+            return
+        (_, before), (q, s), (_, after) = frames
+        way = [b - a for a, b in zip(before, after)]
+        off = length([x - (a + b) / 2 for a, x, b in zip(before, s, after)])
+        if off > STRAIGHT * length(way) + 4 * self.measure.sigma + IN_MOTION:
+            return
         for name in self._make:
             variance = self.measure.sigma ** 2 + IN_MOTION ** 2 + self._blur(name, camera)
             self._model(name, camera).observe(q, s, variance, standing=False)
@@ -579,19 +616,22 @@ class Servo(object):
         s = [x for view in views for x in view.s]
         goal = [x for view in views for x in view.goal]
         off = length(error_of(views))
-        if self._q is not None and all(self._explored):
+        same = self._cameras == tuple(view.camera for view in views)
+        if self._q is not None and all(self._explored) and same:
             self._judge(q, s)
         self._look_from(q, views)
         shown = self._exploring_showed(q, s)
         self._q, self._s = tuple(q), s
-        if off < self._tolerance:
+        self._glimpsed = {}
+        if off < self._tolerance * (1 if self._refined else CONTENT):
             return Decision("end", None, CONVERGED, "")
+        self._refined = self._refined or off < self._tolerance
         if not shown:
             return Decision("end", None, SINGULAR, "the marker does not move when the joints do")
         if not all(self._explored):
             return self._explore(q, goal)
         self._note_progress(off)
-        near = off < 2 * self._tolerance
+        near = self._best < 3 * self._tolerance
         if self._stagnant >= (STAGNANT_NEAR if near else STAGNANT):
             return self._restart()
         if self._diverging >= DIVERGING and not self._known:
@@ -613,8 +653,7 @@ class Servo(object):
             return True
         return any(
             length(column) * EXPLORE > UNSEEN * self.measure.sigma
-            for name in self._make
-            for column in zip(*self._picture(name).jacobian(q))
+            for column in zip(*self._picture(self._local).jacobian(q))
         )
 
     def _explore(self, q, goal):
@@ -624,8 +663,9 @@ class Servo(object):
         to = list(q)
         middle = (self._low[k] + self._high[k]) / 2
         to[k] += math.copysign(EXPLORE, middle - q[k])
-        if any(self._explored):
-            name = "kalman" if "kalman" in self._make else sorted(self._make)[0]
+        if any(self._explored) and self._local != "broyden":
+            # (Plain Broyden would lay what the new joint does to the charge of all that moved.)
+            name = self._local
             reach = [FIRST_STEP / 2 * known for known in self._explored]
             low = [max(l, a - r) for l, a, r in zip(self._low, to, reach)]
             high = [min(h, a + r) for h, a, r in zip(self._high, to, reach)]
@@ -639,8 +679,12 @@ class Servo(object):
 
     def _restart(self):
         self._restarts += 1
-        if self._restarts > MOST_RESTARTS:
-            return Decision("end", None, UNREACHABLE, "no nearer than {:.1f} px".format(self._best))
+        self._stuck_at.append(self._best)
+        alike = [off for off in self._stuck_at if abs(off - self._best) < 0.1 * self._best]
+        if self._restarts > MOST_RESTARTS or len(alike) == ALIKE:
+            return Decision(
+                "end", None, UNREACHABLE, "no nearer than {:.1f} px".format(min(self._stuck_at))
+            )
         self.using = None
         self._best, self._stagnant, self._region = None, 0, FIRST_STEP
         self._explored = [self._known] * self._n
@@ -668,15 +712,24 @@ class Servo(object):
         self.J = picture.jacobian(q)
         if name == "chain":
             to, left = self._best_posture(picture, goal, q, caution)
-            if left > max(self._tolerance, 0.9 * off) and self._stagnant:
-                return self._out_of_reach(to, left)
+            if left > max(self._tolerance, 0.9 * off):
+                # Caution keeps it here, or geometry does: what if all were known?
+                to, left = self._best_posture(picture, goal, q, [[0.0] * self._n] * self._n)
+                if left > max(self._tolerance, 0.5 * off):
+                    self._hopeless += 1
+                    if self._hopeless > HOPELESS and self._wrong[name] < AGREES:
+                        return self._out_of_reach(to, left)
+                else:
+                    self._hopeless = 0
             greatest = max(abs(a - b) for a, b in zip(to, q))
             if greatest > self._region:
                 to = [b + (a - b) * self._region / greatest for a, b in zip(to, q)]
         else:
             low = [max(l, a - self._region) for l, a in zip(self._low, q)]
             high = [min(h, a + self._region) for h, a in zip(self._high, q)]
-            to, _ = best_pose(picture, goal, q, low, high, q, caution)
+            nearer = min(1.0, WAY / off)
+            point = [y + nearer * (g - y) for y, g in zip(self._s, goal)]
+            to, _ = best_pose(picture, point, q, low, high, q, caution)
         return Decision("move", to, None, "")
 
     def _out_of_reach(self, to, left):
@@ -705,7 +758,7 @@ class Servo(object):
         return self._models[self._in_use(), camera].seen_from(q, s)
 
     def _in_use(self):
-        return self.using or min(sorted(self._make), key=lambda name: self._wrong[name])
+        return "chain" if "chain" in self._make else self.using or sorted(self._make)[0]
 
     def aim(self, sights):
         """Where the joints should be, seen while they move.
@@ -754,7 +807,7 @@ class Stream(object):
         self._aim, self._drift, self._aimed_at = tuple(q), None, None
         self._recent = {}
         self._goals = {}
-        self._still_at = None
+        self._still_at = self.still_since = None
         self._confirmed = False
 
     def see(self, frame, goal):
@@ -800,10 +853,11 @@ class Stream(object):
     def aim(self, t, q):
         """Where the joints should be at time t, rad; None where standing and looking is due."""
         if self._still_at is None or max(abs(a - b) for a, b in zip(q, self._still_at)) > self.STILL:
-            self._still_at, self.still_since = q, t
+            self._still_at, self.still_since, self._confirmed = q, t, False
         if self._drift is not None:
             late = t - self._aimed_at + self.LAG
             return [a + v * late for a, v in zip(self._aim, self._drift)]
-        if self._confirmed and t - self.still_since > 0.1:
+        there = max(abs(a - b) for a, b in zip(q, self._aim)) < 2 * self.REAIM
+        if there and self._confirmed and t - self.still_since > 0.1:
             return None
         return self._aim

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 """Bring the tip where the camera sees the goal: nothing between image and joints is calibrated.
 
-    visual_servoing.py --code ABCD-EFGH      to the goal marker, as the tracker on the laptop sees it
+    visual_servoing.py --code ABCD-EFGH      to the goal marker that the laptop's tracker sees
     visual_servoing.py                       the same later: host and code are remembered
     visual_servoing.py --goal 400,200        to a pixel
+    visual_servoing.py --mode stream --follow --budget 30    after a goal marker that moves
 
 The joints' zero must be known (driver.py home), because of their limits.
 """
 
 import argparse
+import contextlib
 import json
 import math
 import os
@@ -28,6 +30,7 @@ from robot.clock import Clock  # noqa: E402
 from robot.servo import Goal, JointHistory, length  # noqa: E402
 from robot.tracking_client import TrackingClient, find_tracker  # noqa: E402
 from shared.arm_description import ArmError, find_arm, read_arm  # noqa: E402
+from shared.messages import Stop  # noqa: E402
 
 EFFECTOR, GOAL = "effector", "goal"
 """Names of the markers."""
@@ -43,6 +46,12 @@ MARKER_PATIENCE, LINK_PATIENCE = 10.0, 20.0
 
 SETTLED = 0.03
 """What is seen so long after the end of a motion is seen of an arm that stands, s."""
+
+LONGEST_CHASE = 6.0
+"""After a goal that stands; then the arm stands, too, and is looked at, s."""
+
+SMOOTHED = 0.5
+"""Over so long the error is smoothed when a moving goal is followed, s."""
 
 WAIT = 0.1
 """For observations while nothing is to be done, s at a time."""
@@ -71,6 +80,10 @@ class NotReached(ArmError):
     """The run has ended with another verdict than `converged`."""
 
 
+class LogLost(ArmError):
+    """The log cannot be written."""
+
+
 class _Over(Exception):
     """The run is over: verdict and reason."""
 
@@ -95,14 +108,15 @@ class VisualServoing(object):
         stream: a robot.servo.Stream to steer by while the arm moves; None: look, then move.
         budget: s.
         most_moves: None for no limit.
-        follow: go on after the goal, until the budget is spent or somebody stops it.
-        log: called with a dict, see LOG; None for none.
+        follow: go on after a goal that moves, until the budget is spent or the laptop stops it; it
+            has converged if the smoothed error is then less than so many px. None: end at the goal.
+        log: called with a dict per line of the log; None for none.
         say: called with each line of progress.
     """
 
     def __init__(
         self, arm, eyes, clock, servo, goal=None, stream=None, budget=BUDGET, most_moves=None,
-        follow=False, log=None, say=print
+        follow=None, log=None, say=print
     ):  # fmt: skip
         self._arm, self._eyes, self._clock, self._servo = arm, eyes, clock, servo
         self._fixed_goal, self._stream = goal, stream
@@ -113,8 +127,11 @@ class VisualServoing(object):
         self._history = JointHistory()
         self._goals = {}
         self._began = self._seen_at = clock.now()
+        self._unlinked_at = self._began
         self._held_for = None
-        self._error = self._q = None
+        self._error = None
+        self._chased, self._chase_began = [], None
+        self._behind = {}  # camera: (t, error) smoothed
         self._moves = self._measurements = self._frames = 0
 
     def run(self):
@@ -124,15 +141,15 @@ class VisualServoing(object):
             Verdict; the arm is held.
 
         Raises:
-            whatever is not this program's business (a signal), after the verdict is on record.
+            whatever is not the arm's trouble (a signal), after the verdict is on record.
         """
-        self._began = self._seen_at = self._clock.now()
+        self._began = self._seen_at = self._unlinked_at = self._clock.now()
         try:
             self._serve()
         except _Over as over:
             return self._conclude(over.word, over.reason)
-        except (ArmError, OSError) as error:
-            return self._conclude("stalled", str(error))
+        except ArmError as error:
+            return self._conclude(_word_for(error), str(error))
         except BaseException as error:
             self._conclude("stopped", str(error))
             raise
@@ -146,6 +163,8 @@ class VisualServoing(object):
             decision = self._servo.decide(q, views)
             self._record_step(q, views, frames, decision, self._clock.now() - began)
             if decision.action == "end":
+                if self._follow and decision.verdict == servoing.CONVERGED:
+                    continue
                 raise _Over(decision.verdict, decision.reason)
             if self._moves == self._most_moves:
                 raise _Over("budget spent", "{} moves".format(self._moves))
@@ -153,11 +172,11 @@ class VisualServoing(object):
             try:
                 if self._stream is not None and decision.action == "move":
                     self._stream.begin(decision.q)
-                    self._chased = []
+                    self._chased, self._chase_began = [], self._clock.now()
                     self._arm.chase(self._steer, self._speed)
                     seen = self._stream.still_since, self._chased
                 else:
-                    self._arm.go_to(decision.q, self._speed, watch=self._watch)
+                    self._arm.reach(decision.q, self._speed, watch=self._watch)
             except _Unseen:
                 self._note_lost()
 
@@ -168,13 +187,15 @@ class VisualServoing(object):
         new = self._eyes.look(timeout)
         now = self._clock.now()
         for command in self._eyes.commands():
-            if hasattr(command, "reason"):
-                raise _Over("stopped", command.reason or "by the laptop")
+            if isinstance(command, Stop):
+                self._end_from_outside("stopped", command.reason or "by the laptop")
         if self._eyes.refused:
             raise _Over("link lost", self._eyes.why)
         if now - self._began > self._budget:
-            raise _Over("budget spent", "{:g} s".format(self._budget))
-        self._eyes.report(self._q or (), self._error)
+            self._end_from_outside("budget spent", "{:g} s".format(self._budget))
+        if not self._eyes.linked:
+            self._unlinked_at = now
+        self._eyes.report(self._where() or (), self._error)
         frames = []
         for camera in sorted(new):
             frame = self._frame(new[camera])
@@ -183,9 +204,26 @@ class VisualServoing(object):
         if frames:
             self._seen_at = now
             if self._held_for is not None:
-                self._note("{} again".format("seen" if self._held_for == "marker lost" else "linked"))
+                self._note(
+                    "{} again".format("seen" if self._held_for == "marker lost" else "linked")
+                )
                 self._held_for = None
         return frames
+
+    def _end_from_outside(self, word, reason):
+        """End, though the servo has not decided so; who follows a goal has converged if near it."""
+        if self._behind and self._clock.now() - self._seen_at <= LOST:
+            self._error = length(
+                [x for camera in sorted(self._behind) for x in self._behind[camera][1]]
+            )
+            if self._error < self._follow:
+                word = servoing.CONVERGED
+        raise _Over(word, reason)
+
+    def _where(self):
+        """The joints' angles when last seen, rad; None before."""
+        last = self._history.last
+        return last and last[1]
 
     def _frame(self, seen):
         """The Frame of an Observation; None unless the tip is seen and the goal known."""
@@ -197,12 +235,17 @@ class VisualServoing(object):
         if where is None and seen.camera in self._goals:
             where = self._goals[seen.camera].at(seen.t)
         q = self._history.at(seen.t)
-        self._log_line(
-            "seen", seen.t, camera=seen.camera, q=q, s=tip and tip[:2], goal=where
-        )
+        self._log_line("seen", seen.t, camera=seen.camera, q=q, s=tip and tip[:2], goal=where)
         if tip is None or where is None:
             return None
+        if self._follow:
+            self._smooth(seen.camera, seen.t, [a - b for a, b in zip(tip, where)])
         return Frame(seen.camera, seen.t, q, tip[:2], where)
+
+    def _smooth(self, camera, t, e):
+        before, behind = self._behind.get(camera, (t, e))
+        share = min((t - before) / SMOOTHED, 1.0)
+        self._behind[camera] = t, [b + share * (x - b) for b, x in zip(behind, e)]
 
     def _measure(self, since=None, seen=()):
         """Stand, and look until it is enough: (q, [View], frames it took).
@@ -228,7 +271,6 @@ class VisualServoing(object):
                 self._measurements += 1
                 self._frames += count
                 self._error = length(servoing.error_of(views))
-                self._q = q
                 return q, views, count
             if self._clock.now() - self._seen_at > LOST:
                 self._note_lost()
@@ -248,20 +290,22 @@ class VisualServoing(object):
             self._note("{}: held".format(why))
 
     def _give_up_in_time(self):
-        gone = self._clock.now() - self._seen_at
-        if self._eyes.linked and gone > MARKER_PATIENCE:
+        now = self._clock.now()
+        if now - max(self._seen_at, self._unlinked_at) > MARKER_PATIENCE:
             raise _Over("marker lost", self._what_is_missing())
-        if not self._eyes.linked and gone > LINK_PATIENCE:
+        if not self._eyes.linked and now - self._seen_at > LINK_PATIENCE:
             raise _Over("link lost", self._eyes.why)
 
     def _what_is_missing(self):
         if self._fixed_goal is None and not self._goals:
             return (
-                "effector and goal have not been seen together for {:g} s; let the camera see both, "
-                "or give --goal U,V".format(MARKER_PATIENCE)
+                "effector and goal have not been seen together for {:g} s; let the camera see "
+                "both, or give --goal U,V".format(MARKER_PATIENCE)
             )
-        return "the effector has not been seen for {:g} s; look at the tracker's status line".format(
-            MARKER_PATIENCE
+        return (
+            "the effector has not been seen for {:g} s; look at the tracker's status line".format(
+                MARKER_PATIENCE
+            )
         )
 
     # Moving
@@ -282,17 +326,26 @@ class VisualServoing(object):
         for frame in self._watch(t, q):
             self._chased.append(frame)
             self._stream.see(frame, self._goals.get(frame.camera))
+        if t - self._chase_began > LONGEST_CHASE and not self._goal_moves():
+            self._stream.aim(t, q)  # it notes since when the joints stand
+            return None
         return self._stream.aim(t, q)
+
+    def _goal_moves(self):
+        return self._fixed_goal is None and any(goal.moving for goal in self._goals.values())
 
     # Telling
 
     def _record_step(self, q, views, frames, decision, computing):
-        J, using = self._servo.J, self._servo.using
+        using = self._servo.using
+        condition = self._servo.J and servoing.condition(self._servo.J)
+        if condition == math.inf:
+            condition = None  # JSON knows no infinity
         self._log_line(
             "step", self._clock.now(), q=q,
             s=[x for view in views for x in view.s], goal=[x for view in views for x in view.goal],
             error=self._error, sigma=self._servo.measure.sigma, frames=frames,
-            J=J, condition=J and servoing.condition(J), model=using,
+            J=self._servo.J, condition=condition, model=using,
             action="hold" if decision.action == "end" else decision.action,
             q_wanted=decision.q, computing=computing,
         )  # fmt: skip
@@ -300,7 +353,10 @@ class VisualServoing(object):
             step = " ".join("{:+.1f}".format(math.degrees(b - a)) for a, b in zip(q, decision.q))
             self._say(
                 "move {}: {:.1f} px off, {}, {} deg".format(
-                    self._moves + 1, self._error, using if decision.action == "move" else decision.action, step
+                    self._moves + 1,
+                    self._error,
+                    using if decision.action == "move" else decision.action,
+                    step,
                 )
             )
 
@@ -314,17 +370,26 @@ class VisualServoing(object):
         self._log(line)
 
     def _conclude(self, word, reason):
-        now = self._clock.now()
+        now, q = self._clock.now(), self._where()
         verdict = Verdict(
-            word, reason, self._error, self._q, self._moves, self._measurements, self._frames,
+            word, reason, self._error, q, self._moves, self._measurements, self._frames,
             now - self._began,
         )  # fmt: skip
+        self._eyes.report(q or (), self._error, word)
         self._log_line(
-            "verdict", now, verdict=word, reason=reason, error=self._error, q=self._q,
+            "verdict", now, verdict=word, reason=reason, error=self._error, q=q,
             moves=self._moves, measurements=self._measurements, frames=self._frames,
         )  # fmt: skip
-        self._eyes.report(self._q or (), self._error, word)
         return verdict
+
+
+def _word_for(error):
+    """The verdict that an ArmError comes to."""
+    # Not above: the laptop, which has no motors, is to be told so in one line.
+    from robot.control_loop import Stalled
+    from robot.motors import MotorNotFound
+
+    return "stalled" if isinstance(error, (Stalled, MotorNotFound)) else "stopped"
 
 
 def in_words(verdict):
@@ -352,23 +417,6 @@ def _goal(text):
     return tuple(float(x) for x in match.groups())
 
 
-def _number(lower, upper, unit):
-    def read(text):
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not lower <= value <= upper:
-            raise argparse.ArgumentTypeError(
-                "'{}' must be a number from {:g} to {:g} {}".format(
-                    text.strip()[:40], lower, upper, unit
-                )
-            )
-        return value
-
-    return read
-
-
 def _parser():
     parser = program.Parser(
         prog="visual_servoing.py", description="Bring the tip where the camera sees the goal."
@@ -383,8 +431,16 @@ def _parser():
     )
     parser.add_argument("--method", choices=servoing.METHODS, default="chain")
     parser.add_argument("--mode", choices=servoing.MODES, default="look")
-    parser.add_argument("--tolerance", type=_number(0.5, 200, "px"), default=5.0, metavar="PX")
-    parser.add_argument("--budget", type=_number(1, 3600, "s"), default=BUDGET, metavar="S")
+    parser.add_argument(
+        "--follow", action="store_true",
+        help="after a goal that moves, until the budget is spent; needs --mode stream",
+    )  # fmt: skip
+    parser.add_argument(
+        "--tolerance", type=program.number_in(0.5, 200, "px"), default=5.0, metavar="PX"
+    )
+    parser.add_argument(
+        "--budget", type=program.number_in(1, 3600, "s"), default=BUDGET, metavar="S"
+    )
     parser.add_argument(
         "--arm", default=os.environ.get("BRICKSERVO_ARM", "planar"), metavar="FILE",
         help="arm file (default: $BRICKSERVO_ARM, else planar)",
@@ -394,23 +450,44 @@ def _parser():
 
 
 class _Log(object):
-    """Lines of JSON in a file, or nowhere."""
+    """Lines of JSON in a file, or nowhere.
+
+    Raises:
+        LogLost: once; from then on it writes nowhere.
+    """
 
     def __init__(self, path):
-        try:
-            self._file = path and open(path, "w")
-        except OSError as error:
-            raise ArmError(
-                "cannot write {}: {}; give another file with --log".format(path, error.strerror)
-            ) from None
+        self._path, self._file = path, None
+        with self._telling():
+            self._file = path and open(path, "w")  # noqa: SIM115 - it stays open
 
     def __call__(self, line):
         if self._file:
-            self._file.write(json.dumps(line) + "\n")
+            with self._telling():
+                self._file.write(json.dumps(line) + "\n")
+                # A program that is killed leaves all but the last few sightings.
+                if line["kind"] != "seen":
+                    self._file.flush()
 
     def close(self):
         if self._file:
-            self._file.close()
+            with self._telling():
+                self._file.close()
+
+    @contextlib.contextmanager
+    def _telling(self):
+        try:
+            yield
+        except OSError as error:
+            file, self._file = self._file, None
+            if file:
+                with contextlib.suppress(OSError):  # what waits to be written does not fit either
+                    file.close()
+            raise LogLost(
+                "cannot write {}: {}; give another file with --log".format(
+                    self._path, error.strerror
+                )
+            ) from None
 
 
 def _say(line):
@@ -429,36 +506,44 @@ def _run(parser, args):
     description = read_arm(find_arm(args.arm))
     if args.method == "report" and args.mode == "stream":
         parser.error("the report's method looks, then moves; leave --mode stream out")
+    if args.follow and (args.mode != "stream" or args.goal):
+        parser.error(
+            "--follow is for a goal marker that moves; add --mode stream, leave --goal out"
+        )
     tracker = find_tracker(args.place, args.code)
     clock = Clock()
     arm = program.connect(description, clock)
     arm.wake()
-    log = _Log(args.log)
     eyes = TrackingClient(*tracker, clock=clock, say=_say)
+    log = _Log(args.log)
     servo, stream = make_servo(description, args.method, args.mode, args.tolerance)
     loop = VisualServoing(
-        arm, eyes, clock, servo, args.goal, stream, args.budget, log=log, say=_say
-    )
-    log(
-        OrderedDict(
-            [
-                ("kind", "run"), ("version", 1), ("method", args.method), ("mode", args.mode),
-                ("arm", description.name), ("joints", [j.name for j in description.joints]),
-                ("tolerance", args.tolerance), ("budget", args.budget),
-                ("goal", args.goal or "marker"), ("clock", clock.now()),
-            ]
-        )
+        arm, eyes, clock, servo, args.goal, stream, args.budget,
+        follow=args.tolerance if args.follow else None, log=log, say=_say,
     )  # fmt: skip
+    reached = False
     try:
+        log(
+            OrderedDict(
+                [
+                    ("kind", "run"), ("version", 1), ("method", args.method), ("mode", args.mode),
+                    ("arm", description.name), ("joints", [j.name for j in description.joints]),
+                    ("tolerance", args.tolerance), ("budget", args.budget),
+                    ("goal", args.goal or "marker"), ("clock", clock.now()),
+                ]
+            )
+        )  # fmt: skip
         verdict = loop.run()
+        reached = verdict.word == servoing.CONVERGED
     finally:
         program.ignore_signals()
-        try:
+        with contextlib.ExitStack() as last:
+            last.callback(eyes.close, "the run has ended")
+            last.callback(log.close)
+            if not reached:
+                last.enter_context(contextlib.suppress(ArmError))  # the first trouble is told
             arm.park()
-        finally:
-            log.close()
-            eyes.close("the run has ended")
-    if verdict.word != "converged":
+    if not reached:
         raise NotReached(in_words(verdict))
     _say(in_words(verdict))
 

@@ -10,6 +10,10 @@ from pathlib import Path
 
 IMPORT = re.compile(r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+\(?(\w+))?", re.MULTILINE)
 BRICK_SIDE = ("robot", "shared", "laptop.simulator")
+LAPTOP_ONLY = tuple(
+    "laptop.simulator." + name
+    for name in ("optics", "scene", "synthetic_camera", "virtual_tracker")
+) + ("servo_rig",)
 LAPTOP_SIDE = (
     "laptop",
     "click",
@@ -35,6 +39,8 @@ def is_brick_side(source):
     modules = [".".join(filter(None, names)) for names in IMPORT.findall(source)]
     brick_side = [module for module in modules if is_below(module, BRICK_SIDE)]
     laptop_side = [module for module in modules if is_below(module, LAPTOP_SIDE)]
+    if any(is_below(module, LAPTOP_ONLY) for module in modules):
+        return False
     return bool(brick_side) and set(laptop_side) <= set(brick_side)
 
 

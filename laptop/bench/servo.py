@@ -9,28 +9,36 @@ are rendered and tracked.
 from __future__ import annotations
 
 import functools
+import itertools
 import math
+import multiprocessing
 import os
 import random
+import re
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
+import cv2
 import numpy as np
 
+from laptop.markers import read_spec
+from laptop.simulator import scene as pictured
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
 from laptop.simulator.scene import place_camera, read_scene
 from laptop.simulator.session import park_on_file
+from laptop.simulator.synthetic_camera import ScriptedPoses, SyntheticCamera
 from laptop.simulator.virtual_tracker import VirtualTracker
 from laptop.simulator.world import World
+from laptop.tracker import Tracker
 from robot import kinematics
 from robot.arm import RobotArm
 from robot.image_jacobian import Picture
-from robot.servo import ReportServo, Servo
+from robot.servo import ReportServo, Servo, Stream
 from robot.visual_servoing import VisualServoing, make_servo
 from shared.arm_description import Arm, find_arm, read_arm
 
@@ -49,6 +57,10 @@ TRUE = 1.6
 
 FOLLOWED = (6.0, 20.0)
 """Between these times the distance from a moving goal counts, s."""
+
+Marker = tuple[float, float, float]
+See = Callable[[str, int, float], dict[str, "Marker | None"]]
+"""As VirtualTracker asks."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +101,18 @@ SCENES = {
 }
 """By name: what is asked, and of which scene."""
 
+RENDERED = ("nominal", "precise", "latency")
+"""Those that differ by more than the noise of points."""
+
+
+def methods_of(name: str, rendered: bool = False) -> tuple[str, ...]:
+    """The rows of a scene if nothing is said."""
+    if rendered:
+        return (DEFAULT,)
+    if name == "latency":
+        return DEFAULT, "oracle"
+    return ("report", DEFAULT, "oracle") if name == "moving" else METHODS
+
 
 @dataclass(frozen=True)
 class SetUp:
@@ -120,6 +144,7 @@ class Camera:
         self._height = constants["marker_height"]
 
     def __call__(self, q: Sequence[float]) -> Pixel:
+        """(u, v) with the joints at q, rad."""
         x, y = kinematics.forward(self._arm, tuple(q))
         u, v = self._pinhole.project(np.array([[x, y, self._height]]))[0]
         return float(u), float(v)
@@ -186,15 +211,15 @@ class TrueJacobian:
 
     def seen_from(self, q: Sequence[float], s: Sequence[float]) -> Picture:
         """J is right here; elsewhere it is not."""
-        J = self._camera.jacobian(self._brick.plant.q)
+        jacobian = self._camera.jacobian(self._brick.plant.q)
 
         def predict(there: Sequence[float]) -> list[float]:
             return [
                 y + sum(a * (b - c) for a, b, c in zip(row, there, q, strict=True))
-                for y, row in zip(s, J, strict=True)
+                for y, row in zip(s, jacobian, strict=True)
             ]
 
-        return Picture(predict, lambda there: J)
+        return Picture(predict, lambda there: jacobian)
 
     def covariance(self, q: Sequence[float]) -> list[list[float]]:
         """There is no doubt."""
@@ -206,7 +231,12 @@ class TrueJacobian:
 
 @dataclass(frozen=True)
 class Result:
-    """One run: px, s; `moves` and `seconds` of a failure are those of the budget."""
+    """One run: px, s; `moves` and `seconds` of a failure are those of the budget.
+
+    success  claimed and true; where the goal moves, that it was followed to the end
+    error    true distance from the goal at the end
+    rms      true distance from a moving goal; None where it stands
+    """
 
     scene: str
     arm: str
@@ -220,7 +250,7 @@ class Result:
     frames: int
     seconds: float
     error: float
-    rms: float
+    rms: float | None = None
 
 
 @dataclass(frozen=True)
@@ -262,25 +292,79 @@ def moving_goal(camera: Camera, set_up: SetUp, speed: float) -> Callable[[float]
     along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
 
     def at(t: float) -> Pixel:
-        place = (speed * t) % along[-1]
-        return float(np.interp(place, along, path[:, 0])), float(np.interp(place, along, path[:, 1]))
+        u, v = (np.interp((speed * t) % along[-1], along, column) for column in path.T)
+        return float(u), float(v)
 
     return at
 
 
 def points(
     camera: Camera, brick: EmulatedBrick, goal: Callable[[float], Pixel], scene: Scene, seed: int
-) -> Callable[[str, int, float], dict[str, tuple[float, float, float]]]:
+) -> See:
     """What a tracker would say: the true places with noise, and outliers anywhere in the image."""
     draw = random.Random(f"{seed}/noise")
 
-    def seen(place: Pixel) -> tuple[float, float, float]:
+    def seen(place: Pixel) -> Marker:
         noisy = [x + draw.gauss(0, scene.sigma) for x in place]
         astray = draw.uniform(0, 640), draw.uniform(0, 480)
-        return (*(astray if draw.random() < scene.outliers else noisy), 1.0)  # type: ignore
+        u, v = astray if draw.random() < scene.outliers else noisy
+        return u, v, 1.0
 
-    def see(name: str, index: int, t: float) -> dict[str, tuple[float, float, float]]:
+    def see(camera_name: str, index: int, t: float) -> dict[str, Marker | None]:
         return {"effector": seen(camera(brick.plant.q)), "goal": seen(goal(t))}
+
+    return see
+
+
+def under_the_tip(arm: Arm, constants: dict[str, Any], q: Pose) -> tuple[float, float]:
+    """Where a marker must lie on the paper, cm, for the tip's marker to cover it at q.
+
+    It lies where the camera's ray through the tip's marker meets the paper.
+    """
+    eye = place_camera(arm, constants).position
+    x, y = kinematics.forward(arm, q)
+    height = constants["marker_height"]
+    share = eye[2] / (eye[2] - height)
+    return float(eye[0] + share * (x - eye[0])), float(eye[1] + share * (y - eye[1]))
+
+
+PAPER = (-0.3, 1.0), (-0.7, 1.1)
+"""Where a goal marker is laid, x and y in reaches of the arm: on the paper."""
+
+
+@functools.lru_cache(maxsize=4)
+def rendered_set_up(arm_name: str, seed: int, scene: Scene) -> tuple[SetUp, Camera, pictured.Scene]:
+    """A set-up whose goal is a marker on the paper, and both markers to be seen at the start.
+
+    The first of the seed's own, then of those far behind it, for which that is so.
+    """
+    for turn in itertools.count():
+        setting, camera = set_up(arm_name, seed + turn * 1_000_000, scene)
+        x, y = under_the_tip(setting.arm, setting.scene, setting.goal)
+        reach = kinematics.reach(setting.arm)[1]
+        if not all(a < z / reach < b for z, (a, b) in zip((x, y), PAPER, strict=True)):
+            continue
+        shown = pictured.Scene(
+            setting.arm, {**setting.scene, "goal_x": x, "goal_y": y, "fps_wander": 0.0}
+        )
+        if min(shown.visible(setting.start).values()) > 0.95:
+            return setting, camera, shown
+    raise AssertionError("never")
+
+
+def frames(shown: pictured.Scene, brick: EmulatedBrick) -> See:
+    """What the tracker says of rendered frames; it is told the markers' kinds and colours."""
+    looks = {name: f"disc:{shown.constants[name]}" for name in ("effector", "goal")}
+    tracker = Tracker([read_spec(name, look) for name, look in looks.items()])
+    poses = ScriptedPoses(brick.arm, lambda t: brick.plant.q)
+    cameras: list[SyntheticCamera] = []
+
+    def see(camera_name: str, index: int, t: float) -> dict[str, Marker | None]:
+        if not cameras:
+            start = t - index / shown.constants["fps"]
+            cameras.append(SyntheticCamera(shown, poses, brick.world.now, start=start))
+        found = tracker.find(cameras[0].capture(index).image, t)
+        return {name: seen and (seen.u, seen.v, seen.confidence) for name, seen in found.items()}
 
     return see
 
@@ -288,21 +372,23 @@ def points(
 def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result:
     """One method on one set-up."""
     scene = case.scene
-    setting, camera = set_up(case.arm, case.seed, scene)
+    shown = None
+    if case.rendered:
+        setting, camera, shown = rendered_set_up(case.arm, case.seed, scene)
+    else:
+        setting, camera = set_up(case.arm, case.seed, scene)
     world = World()
     brick = EmulatedBrick(world, setting.arm, read_plant(setting.plant), setting.start)
     if scene.speed:
         goal = moving_goal(camera, setting, scene.speed)
     else:
-        fixed = camera(setting.goal)
+        fixed = shown.truth(setting.goal)["goal"] if shown else camera(setting.goal)
 
         def goal(t: float) -> Pixel:
             return fixed
 
-    see = points(camera, brick, goal, scene, case.seed)
-    if case.rendered:
-        see, fixed = rendered(setting, brick)
-    verdict, rms = None, math.nan
+    see = frames(shown, brick) if shown else points(camera, brick, goal, scene, case.seed)
+    verdict, rms = None, None
     with (
         tempfile.TemporaryDirectory() as folder,
         brick.sysfs.installed(),
@@ -321,7 +407,7 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
             stream=stream,
             budget=FOLLOWED[1] if scene.speed else BUDGET,
             most_moves=None if scene.speed else MOST_MOVES,
-            follow=bool(scene.speed),
+            follow=scene.tolerance if scene.speed else None,
             log=log,
             say=say or (lambda line: None),
         )
@@ -334,13 +420,15 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
             if log:
                 raise
             word = f"{type(problem).__name__}: {problem}"
-    if scene.speed:
-        rms = _rms(brick, camera, goal, began)
+        if scene.speed:
+            # Whoever gave up early stands while the goal goes on.
+            world.sleep(max(0.0, began + FOLLOWED[1] - world.now()))
+            rms = _rms(brick, camera, goal, began)
     error = math.dist(camera(brick.plant.q), goal(world.now()))
-    if case.rendered:
-        error = math.dist(camera(brick.plant.q), fixed)
     claimed = word == "converged"
     success = claimed and error <= TRUE * scene.tolerance
+    if scene.speed:
+        success = word == "budget spent"
     return Result(
         case.name,
         case.arm,
@@ -363,10 +451,12 @@ def _servo(
 ) -> tuple[Any, Any]:
     if method == "oracle":
         models = {"oracle": lambda: TrueJacobian(camera, brick)}
-        return Servo(setting.told, models, scene.tolerance, known=True), None
+        servo = Servo(setting.told, models, scene.tolerance, known=True)
+        return servo, Stream(servo) if scene.mode == "stream" else None
     if method.startswith("report"):
-        robust = method != "report"
-        return ReportServo(setting.told.joints, scene.tolerance, robust), None
+        # It ends where it is near; after a goal that moves it has to go on.
+        tolerance = 0.0 if scene.speed else scene.tolerance
+        return ReportServo(setting.told.joints, tolerance, method != "report"), None
     return make_servo(setting.told, method, scene.mode, scene.tolerance, setting.seed)
 
 
@@ -384,3 +474,144 @@ def _rms(
 def run_case(case: Case) -> list[Result]:
     """All methods on one set-up."""
     return [run_one(case, method) for method in case.methods]
+
+
+# ---- all of it
+
+
+def cases(
+    seeds: range,
+    name: str,
+    arms: Sequence[str] = ARMS,
+    methods: Sequence[str] = (),
+    rendered: bool = False,
+) -> list[Case]:
+    """One for every seed, arm and condition of a scene; the scene's own methods if none is said."""
+    rows = tuple(methods) or methods_of(name, rendered)
+    kind = "rendered" if rendered else ""
+    return [
+        Case(", ".join(filter(None, (label or name, kind))), scene, arm, seed, rows, rendered)
+        for arm in arms
+        for label, scene in SCENES[name]
+        for seed in seeds
+    ]
+
+
+def count(
+    seeds: range,
+    scene: str,
+    arms: Sequence[str] = ARMS,
+    methods: Sequence[str] = (),
+    rendered: bool = False,
+) -> int:
+    """How many set-ups `run` goes through."""
+    return len(cases(seeds, scene, arms, methods, rendered))
+
+
+def run(
+    seeds: range,
+    scene: str,
+    arms: Sequence[str] = ARMS,
+    methods: Sequence[str] = (),
+    rendered: bool = False,
+) -> Iterator[list[Result]]:
+    """The results of all set-ups in their order, on all cores."""
+    # A forked process would inherit OpenCV's threads without their lives.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(os.cpu_count(), context, cv2.setNumThreads, (1,)) as pool:
+        yield from pool.map(run_case, cases(seeds, scene, arms, methods, rendered))
+
+
+def wilson(successes: int, n: int) -> tuple[float, float]:
+    """95 % interval of a share, 0 .. 1 (E. B. Wilson 1927)."""
+    z = 1.959964
+    share, spread = successes / n, z * z / n
+    middle = (share + spread / 2) / (1 + spread)
+    half = math.sqrt(spread * (share * (1 - share) + spread / 4)) / (1 + spread)
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+Row = tuple[str, ...]
+
+HEADINGS: Row = (
+    "arm", "scene", "method", "success %", "Wilson 95 %", "false", "moves", "looks", "frames",
+    "time s", "error px", "x moves", "x time", "x error",
+)  # fmt: skip
+
+MOVING_HEADINGS: Row = (
+    "arm", "scene", "method", "to the end %", "Wilson 95 %", "rms px", "frames", "x rms",
+)  # fmt: skip
+
+LEGEND = "p50/p95 (or p50) of all runs, failures at the full budget; x: times the oracle's"
+
+
+def _grouped(results: Sequence[Result]) -> dict[tuple[str, str, str], list[Result]]:
+    groups: dict[tuple[str, str, str], list[Result]] = {}
+    for r in results:
+        groups.setdefault((r.arm, r.scene, r.method), []).append(r)
+    # A condition's methods stand together.
+    seen = {key[:2]: k for k, key in enumerate(groups)}
+    return dict(sorted(groups.items(), key=lambda item: seen[item[0][:2]]))
+
+
+def _at(values: Sequence[float | None], q: int) -> float:
+    """Percentile, of those that happened."""
+    return float(np.percentile([x for x in values if x is not None], q, method="higher"))
+
+
+def table(results: Sequence[Result]) -> list[Row]:
+    """One row per arm, condition and method; figures of failures are those of the budget."""
+    groups = _grouped(results)
+    moving = any(r.rms is not None for r in results)
+    rows: list[Row] = []
+    for key, group in groups.items():
+        bound = groups.get((*key[:2], "oracle"))
+        good = sum(r.success for r in group)
+        low, high = wilson(good, len(group))
+        share = f"{100 * good / len(group):.1f}", f"{100 * low:.1f}..{100 * high:.1f}"
+
+        def both(field: str, digits: int, group: list[Result] = group) -> str:
+            values = [getattr(r, field) for r in group]
+            return "/".join(f"{_at(values, q):.{digits}f}" for q in (50, 95))
+
+        def ratio(
+            field: str,
+            *quantiles: int,
+            group: list[Result] = group,
+            bound: list[Result] | None = bound,
+        ) -> str:
+            if not bound:
+                return "-"
+            ours, best = ([getattr(r, field) for r in some] for some in (group, bound))
+            pairs = ((_at(ours, q), _at(best, q)) for q in quantiles)
+            return "/".join(f"{a / b:.2f}" if b else "-" for a, b in pairs)
+
+        frames_used = f"{_at([r.frames for r in group], 50):.0f}"
+        if moving:
+            rows.append((*key, *share, both("rms", 1), frames_used, ratio("rms", 50, 95)))
+            continue
+        looks = f"{_at([r.measurements for r in group], 50):.0f}"
+        false = f"{sum(r.claimed and not r.success for r in group)}"
+        rows.append(
+            (
+                *key, *share, false, both("moves", 0), looks, frames_used, both("seconds", 1),
+                both("error", 1), ratio("moves", 50, 95), ratio("seconds", 50, 95),
+                ratio("error", 50),
+            )
+        )  # fmt: skip
+    return rows
+
+
+def failures(results: Sequence[Result]) -> list[str]:
+    """One line per row that has failures: the verdicts, numbers aside, and how often each."""
+    lines = []
+    for key, group in _grouped(results).items():
+        words = Counter(
+            "false claim" if r.claimed else re.sub(r"-?\d[\d.]*", "N", r.verdict)
+            for r in group
+            if not r.success
+        )
+        if words:
+            reasons = ", ".join(f"{n} x {word}" for word, n in words.most_common())
+            lines.append(f"{'; '.join(key)}: {reasons}")
+    return lines

@@ -1,0 +1,158 @@
+"""visual_servoing.py as a program on an emulated brick, watched by a camera that is only a formula.
+
+The oracles are the true angles and speeds of the emulated links and where the camera truly has tip
+and goal, never what the program says.
+"""
+
+import json
+import math
+import random
+from collections import namedtuple
+from pathlib import Path
+
+from rig import Rig
+
+from laptop.simulator.runner import run_script
+from laptop.simulator.virtual_tracker import HOST, VirtualTracker
+from robot import kinematics
+from robot.tracking_client import Memory, Tracker
+
+PROGRAM = str(Path(__file__).parent.parent / "robot" / "visual_servoing.py")
+
+Shown = namedtuple("Shown", "status reason t out err log")
+"""What a shell would see of a run, when it ended (s), and the log's lines as dicts."""
+
+Moment = namedtuple("Moment", "t driven speed q")
+"""s, ports that were driven, greatest true speed of a link (rad/s), true angles (rad)."""
+
+
+class Camera:
+    """A pinhole without distortion that looks down on the plane of the arm at a slant.
+
+    Args:
+        tilt, roll: rad.
+        shift: of the picture, px.
+    """
+
+    TILT, ROLL = math.radians(20), math.radians(25)
+    FOCAL, HEIGHT, LOOKS_AT, CENTRE = 600.0, 50.0, (9.0, 5.0), (320.0, 240.0)
+
+    def __init__(self, tilt=TILT, roll=ROLL, shift=(0.0, 0.0)):
+        self.tilt, self.roll, self.shift = tilt, roll, shift
+
+    def pixel(self, p):
+        """Where a point of the plane (cm) is seen, px."""
+        x, y = (a - b for a, b in zip(p, self.LOOKS_AT, strict=True))
+        c, s = math.cos(self.roll), math.sin(self.roll)
+        right, up = c * x - s * y, s * x + c * y
+        depth = self.HEIGHT + up * math.sin(self.tilt)
+        u = self.FOCAL * right / depth
+        v = -self.FOCAL * up * math.cos(self.tilt) / depth
+        return tuple(a + b + d for a, b, d in zip((u, v), self.CENTRE, self.shift, strict=True))
+
+    def bumped(self):
+        """As after a knock: 10 degrees of roll and 40 px of shift."""
+        return Camera(self.tilt, self.roll + math.radians(10), (self.shift[0] + 40, self.shift[1]))
+
+
+class Watched(Rig):
+    """A Rig under a camera, with a tracker that visual_servoing.py finds as remembered.
+
+    Args:
+        folder: of the state.
+        monkeypatch, capsys: pytest's.
+        goal: where the goal marker lies, cm; None for no marker.
+        noise: standard deviation, px.
+        tracker: options of VirtualTracker.
+        others: as Rig.
+
+    Attributes:
+        camera, goal: may be changed while it runs.
+        hidden: names of the markers that are not seen now.
+        moments: what truly happened, ms by ms.
+        statuses: what the laptop was told, in order.
+        struck: when what `in_motion` waits for was done, s.
+    """
+
+    def __init__(
+        self, folder, monkeypatch, capsys, goal=(-6.0, 10.0), noise=0.5, tracker=None, **others
+    ):
+        super().__init__(folder, **others)
+        self.folder, self._capsys = folder, capsys
+        self.camera, self.goal, self.noise, self.hidden = Camera(), goal, noise, set()
+        self.moments, self.statuses, self.struck = [], [], None
+        self._luck = random.Random(1)
+        self.world.bodies.append(self._note)
+        self.tracker = VirtualTracker(self.world, self._see, **(tracker or {}))
+        Memory(str(folder)).save(Tracker(HOST, self.tracker.port, self.tracker.code))
+        monkeypatch.setenv("BRICKSERVO_STATE", str(folder))
+        monkeypatch.setenv("BRICKSERVO_ARM", self.arm.file)
+        monkeypatch.setenv("SSH_CLIENT", f"{HOST} 0 22")
+
+    @property
+    def tip(self):
+        """The TRUE tip, cm."""
+        return kinematics.forward(self.arm, self.q)
+
+    def _see(self, camera, index, t):
+        def marker(name, p):
+            if p is None or name in self.hidden:
+                return None
+            return (*(x + self._luck.gauss(0, self.noise) for x in self.camera.pixel(p)), 1.0)
+
+        return {"effector": marker("effector", self.tip), "goal": marker("goal", self.goal)}
+
+    def _note(self, t):
+        speed = max(abs(drive.link.speed) for drive in self.brick.plant.joints)
+        self.moments.append(Moment(t, self.brick.driven(), speed, self.q))
+        if len(self.moments) % 20:
+            return
+        status = self.tracker.server.state().status
+        if status and (not self.statuses or self.statuses[-1] is not status):
+            self.statuses.append(status)
+
+    def in_motion(self, after, act):
+        """Have `act()` done when a link truly turns fast, after a time (s); see `struck`."""
+
+        def look():
+            if self.moments[-1].speed > 0.7:
+                self.struck = self.world.t
+                act()
+            else:
+                self.world.at(self.world.t + 0.005, look)
+
+        self.world.at(after, look)
+
+    def moved(self):
+        """Whether any motor was driven or any link turned."""
+        return any(m.driven or m.speed for m in self.moments)
+
+    def error(self, goal=None):
+        """How far off the tip truly is, px as seen now, from the marker or a pixel."""
+        return math.dist(self.camera.pixel(self.tip), goal or self.camera.pixel(self.goal))
+
+    def run(self, *words, **options):
+        """Run `visual_servoing.py WORDS` with a log, and the world for 1 s more; Shown."""
+        self._capsys.readouterr()
+        log = Path(self.folder) / "log.jsonl"
+        if "--log" not in words:
+            words = (*words, "--log", str(log))
+        outcome = run_script(self.brick, PROGRAM, words, **options)
+        out, err = self._capsys.readouterr()
+        lines = log.read_text().splitlines() if log.exists() else []
+        return Shown(
+            *outcome[:3], out, err, [json.loads(line, parse_constant=_no) for line in lines]
+        )
+
+    def stands(self, since, until=math.inf):
+        """Whether no motor was driven in that time (s), and no link turned by 1 deg.
+
+        A motor that is held springs back by what it has overshot.
+        """
+        during = [m for m in self.moments if since <= m.t < until]
+        turned = (max(angles) - min(angles) for angles in zip(*(m.q for m in during)))
+        return not any(m.driven for m in during) and max(turned) < math.radians(1)
+
+
+def _no(word):
+    raise ValueError(f"{word} is no JSON")

@@ -1,0 +1,352 @@
+"""The bench of servoing: its set-ups, what counts as success, and its tables by hand."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from laptop.__main__ import laptop
+from laptop.bench import servo
+from laptop.bench.servo import SCENES, Case, Result, Scene, wilson
+from laptop.simulator.brick import EmulatedBrick
+from laptop.simulator.plant import read_plant
+from laptop.simulator.world import World
+from robot import kinematics
+from robot.visual_servoing import Verdict
+
+SEED = 77
+NOMINAL = SCENES["nominal"][0][1]
+RUN = Result("nominal", "planar", "chain", 1, True, True, "converged", 5, 6, 36, 6.0, 2.0)
+FAILED = replace(
+    RUN, success=False, claimed=False, verdict="budget spent", moves=60, seconds=180.0, error=140.0
+)
+
+
+# ---- set-ups
+
+
+def test_a_seed_is_one_set_up():
+    first, _ = servo.set_up.__wrapped__("planar", SEED, NOMINAL)
+    again, _ = servo.set_up.__wrapped__("planar", SEED, NOMINAL)
+    late, _ = servo.set_up.__wrapped__("planar", SEED, SCENES["latency"][3][1])
+    other, _ = servo.set_up.__wrapped__("planar", SEED + 1, NOMINAL)
+    assert first == again == late != other
+
+
+def test_both_arms_have_the_same_task():
+    planar, _ = servo.set_up("planar", SEED, NOMINAL)
+    geared, _ = servo.set_up("geared", SEED, NOMINAL)
+    assert (planar.start, planar.goal, planar.scene) == (geared.start, geared.goal, geared.scene)
+    assert [j.gear for j in planar.arm.joints] != [j.gear for j in geared.arm.joints]
+
+
+@pytest.mark.parametrize("name", ["nominal", "lego"])
+def test_set_ups_keep_within_their_bounds(name):
+    scene = SCENES[name][0][1]
+    for seed in range(SEED, SEED + 8):
+        setting, camera = servo.set_up("planar", seed, scene)
+        one, two = setting.arm.joints
+        assert 10 <= one.link <= 16
+        assert 8 <= two.link <= 14
+        assert setting.start[1] * setting.goal[1] > 0
+        for turn, bend in (setting.start, setting.goal):
+            assert abs(math.degrees(turn)) <= scene.turn < math.degrees(one.upper)
+            assert scene.bend[0] <= abs(math.degrees(bend)) <= scene.bend[1]
+            assert scene.bend[1] < math.degrees(two.upper)
+        places = camera(setting.start), camera(setting.goal)
+        assert math.dist(*places) >= 80
+        assert all(0 <= u < 640 and 0 <= v < 480 for u, v in places)
+        assert 0 <= setting.scene["tilt"] <= scene.tilt
+        for told, joint in zip(setting.told.joints, setting.arm.joints, strict=True):
+            assert 0 < abs(told.link / joint.link - 1) <= 0.05
+            assert told._replace(link=joint.link) == joint
+        assert 0 < abs(read_plant(setting.plant)["zero_error"]) <= 1.5
+
+
+def test_the_cameras_jacobian_is_the_chain_rule():
+    """Against d pixel / d tip by its own differences times the analytic d tip / d q."""
+    setting, camera = servo.set_up("planar", SEED, NOMINAL)
+    q = setting.start
+    one, two = (joint.link for joint in setting.arm.joints)
+    s1, c1, s12, c12 = math.sin(q[0]), math.cos(q[0]), math.sin(sum(q)), math.cos(sum(q))
+    tip = np.array([[-one * s1 - two * s12, -two * s12], [one * c1 + two * c12, two * c12]])
+    pinhole = camera._pinhole
+    at = np.array([*kinematics.forward(setting.arm, q), setting.scene["marker_height"]])
+    h = 1e-4
+    lens = [(pinhole.project([at + e])[0] - pinhole.project([at - e])[0]) / (2 * h)
+            for e in h * np.eye(3)[:2]]  # fmt: skip
+    assert np.array(camera.jacobian(q)) == pytest.approx(np.array(lens).T @ tip, rel=1e-4)
+
+
+def test_the_oracle_knows_the_jacobian_of_the_true_pose():
+    """Also where the encoders say something else."""
+    setting, camera = servo.set_up("planar", SEED, NOMINAL)
+    brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
+    told, s = [a + 0.02 for a in setting.start], (300.0, 200.0)
+    picture = servo.TrueJacobian(camera, brick).seen_from(told, s)
+    truth = np.array(camera.jacobian(brick.plant.q))
+    assert np.array(picture.jacobian(told)) == pytest.approx(truth)
+    assert picture.predict(told) == pytest.approx(s)
+    ahead = picture.predict([told[0] + 0.1, told[1] - 0.2])
+    assert ahead == pytest.approx(s + truth @ (0.1, -0.2))
+
+
+@pytest.mark.parametrize("speed", [10.0, 50.0])
+def test_a_moving_goal_runs_at_its_speed_where_the_tip_can_be(speed):
+    setting, camera = servo.set_up("planar", SEED, Scene(speed=speed))
+    at = servo.moving_goal(camera, setting, speed)
+    path = np.array([at(k / 30) for k in range(900)])
+    speeds = 30 * np.linalg.norm(np.diff(path, axis=0), axis=1)
+    assert np.median(speeds) == pytest.approx(speed, rel=1e-3)
+    assert speeds.max() < 1.1 * speed  # across the ring's corners and its end
+    assert np.ptp(path, axis=0).min() > 20
+    assert ((path > 0) & (path < (640, 480))).all()
+    assert at(3.7) == servo.moving_goal(camera, setting, speed)(3.7)
+
+
+def seen_frames(scene, count=2000):
+    setting, camera = servo.set_up("planar", SEED, scene)
+    brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
+    see = servo.points(camera, brick, lambda t: (200.0, 100.0), scene, SEED)
+    off = {"effector": camera(brick.plant.q), "goal": (200.0, 100.0)}
+    frames = [see("A", k, k / 30) for k in range(count)]
+    return {n: np.array([np.subtract(f[n][:2], p) for f in frames]) for n, p in off.items()}
+
+
+def test_points_are_as_noisy_as_the_scene_says():
+    for errors in seen_frames(Scene(sigma=2.0)).values():
+        assert errors.std(axis=0) == pytest.approx([2, 2], rel=0.06)
+        assert errors.mean(axis=0) == pytest.approx([0, 0], abs=0.15)
+
+
+def test_outliers_have_their_share_and_are_anywhere():
+    for errors in seen_frames(Scene(outliers=0.1)).values():
+        astray = errors[np.abs(errors).max(axis=1) > 6]
+        assert len(astray) / len(errors) == pytest.approx(0.1, abs=0.02)
+        assert np.ptp(astray, axis=0) == pytest.approx([640, 480], rel=0.1)
+
+
+# ---- runs
+
+
+def test_the_default_reaches_a_goal_truly():
+    (result,) = servo.run_case(Case("nominal", NOMINAL, "planar", 1, ("chain",)))
+    assert (result.success, result.claimed, result.verdict) == (True, True, "converged")
+    assert result.error <= 8
+    assert result.moves <= 12
+    assert result.frames >= 6 * result.measurements > 0
+    assert 2 < result.seconds < 30
+    assert result.rms is None
+
+
+def run_with(monkeypatch, verdict, scene=NOMINAL):
+    """A run whose loop says `verdict` at once: the arm stays where it started."""
+
+    class Loop:
+        def __init__(self, *args, **kwargs):
+            pass
+
+        def run(self):
+            if isinstance(verdict, Exception):
+                raise verdict
+            return verdict
+
+    monkeypatch.setattr(servo, "VisualServoing", Loop)
+    return servo.run_one(Case("nominal", scene, "planar", SEED, ("chain",)), "chain")
+
+
+def test_a_claim_that_is_not_true_is_no_success(monkeypatch):
+    result = run_with(monkeypatch, verdict_of("converged", error=0.1))
+    assert (result.claimed, result.success) == (True, False)
+    assert (result.moves, result.seconds) == (60, 180)
+    assert result.error >= 80
+    assert servo.failures([result]) == ["planar; nominal; chain: 1 x false claim"]
+
+
+def test_truth_without_a_claim_is_no_success(monkeypatch):
+    setting, camera = servo.set_up("planar", SEED, NOMINAL)
+    at_goal = replace(setting, start=setting.goal, plant="zero_error=0")
+    monkeypatch.setattr(servo, "set_up", lambda *args: (at_goal, camera))
+    silent = run_with(monkeypatch, verdict_of("marker lost"))
+    said = run_with(monkeypatch, verdict_of("converged"))
+    assert silent.error == said.error < 5
+    assert (silent.success, said.success) == (False, True)
+    assert (said.moves, said.seconds) == (3, 4.5)
+
+
+def test_a_crash_is_a_result(monkeypatch):
+    result = run_with(monkeypatch, ZeroDivisionError("12.5 by 0"))
+    assert not result.success
+    assert servo.failures([result]) == ["planar; nominal; chain: 1 x ZeroDivisionError: N by N"]
+
+
+def test_who_gives_up_on_a_moving_goal_is_left_behind(monkeypatch):
+    """The arm stands; how far that is from the goal, between 6 and 20 s, is known."""
+    scene = Scene(speed=25.0)
+    result = run_with(monkeypatch, verdict_of("singular"), scene)
+    setting, camera = servo.set_up("planar", SEED, scene)
+    at, stands = servo.moving_goal(camera, setting, 25.0), camera(setting.start)
+    squares = [math.dist(stands, at(6 + k / 100)) ** 2 for k in range(1400)]
+    assert not result.success
+    assert result.rms == pytest.approx(math.sqrt(np.mean(squares)), rel=0.02)
+
+
+def verdict_of(word, error=None):
+    return Verdict(word, "", error, (0.0, 0.0), 3, 4, 24, 4.5)
+
+
+# ---- rendered
+
+
+def test_the_goal_on_the_paper_is_covered_by_the_tip_at_the_goal():
+    setting, camera, shown = servo.rendered_set_up("planar", 2, NOMINAL)
+    truth = shown.truth(setting.goal)
+    assert truth["goal"] == pytest.approx(truth["effector"], abs=1e-6)
+    assert truth["effector"] == pytest.approx(camera(setting.goal), abs=1e-6)
+    assert min(shown.visible(setting.start).values()) > 0.95
+    assert shown.visible(setting.goal)["goal"] < 0.1
+    brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
+    found = servo.frames(shown, brick)("A", 4, 0.2)
+    for name, place in shown.truth(brick.plant.q).items():
+        assert found[name][:2] == pytest.approx(place, abs=0.5)
+
+
+# ---- figures
+
+
+@pytest.mark.parametrize(
+    ("successes", "n", "interval"),
+    [
+        # 1.95996^2 = 3.84146; 0 of 10: upper end 3.84146 / 13.84146, 10 of 10 mirrored
+        (0, 10, (0.0, 0.27753)),
+        (10, 10, (0.72247, 1.0)),
+        # 5 of 10: 0.5 +- sqrt(3.84146 (0.025 + 0.0096037) 10) / 13.84146 * ... = 0.5 +- 0.26341
+        (5, 10, (0.23659, 0.76341)),
+        # of 600: as published for 94.5, 99.0 and 99.8 %
+        (567, 600, (0.924, 0.961)),
+        (594, 600, (0.978, 0.995)),
+        (599, 600, (0.991, 1.0)),
+    ],
+)
+def test_wilson_by_hand(successes, n, interval):
+    assert wilson(successes, n) == pytest.approx(interval, abs=6e-4)
+
+
+def test_a_failed_run_counts_the_whole_budget():
+    oracle = replace(RUN, method="oracle", moves=4, seconds=3.0, error=1.0)
+    results = [RUN, RUN, RUN, FAILED, *[oracle] * 4]
+    ours, best = servo.table(results)
+    head = dict(zip(servo.HEADINGS, ours, strict=True))
+    assert (head["success %"], head["Wilson 95 %"], head["false"]) == ("75.0", "30.1..95.4", "0")
+    assert (head["moves"], head["time s"], head["error px"]) == ("5/60", "6.0/180.0", "2.0/140.0")
+    assert (head["looks"], head["frames"]) == ("6", "36")
+    assert (head["x moves"], head["x time"]) == ("1.25/15.00", "2.00/60.00")
+    assert head["x error"] == "2.00"
+    assert best[-3:] == ("1.00/1.00", "1.00/1.00", "1.00")
+    assert servo.failures(results) == ["planar; nominal; chain: 1 x budget spent"]
+
+
+def test_without_an_oracle_there_are_no_ratios():
+    (row,) = servo.table([RUN])
+    assert row[-3:] == ("-", "-", "-")
+
+
+def test_rows_of_a_condition_stand_together():
+    other = replace(RUN, scene="later")
+    results = [RUN, other, replace(RUN, method="oracle"), replace(other, method="oracle")]
+    assert [row[1:3] for row in servo.table(results)] == [
+        ("nominal", "chain"), ("nominal", "oracle"), ("later", "chain"), ("later", "oracle"),
+    ]  # fmt: skip
+
+
+def test_a_moving_goal_has_a_table_of_its_own():
+    followed = [replace(RUN, rms=x) for x in (4.0, 5.0, 6.0)]
+    results = [*followed, *(replace(r, method="oracle", rms=4.0) for r in followed)]
+    ours, _ = servo.table(results)
+    head = dict(zip(servo.MOVING_HEADINGS, ours, strict=True))
+    assert (head["rms px"], head["x rms"]) == ("5.0/6.0", "1.25/1.50")
+
+
+# ---- the command
+
+
+def test_every_seed_runs_under_every_condition_on_both_arms():
+    for name, conditions in SCENES.items():
+        todo = servo.cases(range(5, 8), name)
+        assert len(todo) == servo.count(range(5, 8), name) == 3 * 2 * len(conditions)
+        assert {(c.arm, c.seed, c.scene) for c in todo} == {
+            (arm, seed, scene)
+            for arm in servo.ARMS
+            for seed in (5, 6, 7)
+            for _, scene in conditions
+        }
+    (case,) = servo.cases(range(5, 6), "nominal", ("geared",), ("kalman",), rendered=True)
+    assert case == Case("nominal, rendered", NOMINAL, "geared", 5, ("kalman",), True)
+
+
+@pytest.fixture
+def bench(monkeypatch):
+    """`bench servo` with results from nowhere; the orders it gives."""
+    orders = []
+
+    def run(*args):
+        orders.append(args)
+        return iter([[RUN], [FAILED]])
+
+    monkeypatch.setattr(servo, "run", run)
+    monkeypatch.setattr(servo, "count", lambda *args: 2)
+
+    def command(*args):
+        return CliRunner().invoke(laptop, ["bench", "servo", *args])
+
+    command.orders = orders
+    return command
+
+
+def test_bench_servo(bench):
+    shown = bench()
+    assert shown.exit_code == 0, shown.output
+    assert bench.orders == [(range(1000, 1050), "nominal", servo.ARMS, (), False)]
+    assert "50.0" in shown.stdout
+    assert "planar; nominal; chain: 1 x budget spent" in shown.stdout
+    assert max(len(line) for line in shown.stdout.splitlines()) <= 170
+
+
+def test_bench_servo_takes_what_is_asked(bench):
+    arguments = "--seeds 3:5 --scene latency --arm geared --method chain --method oracle --rendered"
+    shown = bench(*arguments.split(), "--json")
+    assert shown.exit_code == 0, shown.output
+    assert bench.orders == [(range(3, 5), "latency", ("geared",), ("chain", "oracle"), True)]
+    first, second = json.loads(shown.stdout)
+    assert (first["success"], first["verdict"], first["rms"]) == (True, "converged", None)
+    assert (second["success"], second["seconds"]) == (False, 180.0)
+
+
+def test_the_commands_words_are_those_of_the_bench():
+    words = {p.name: p for p in laptop.commands["bench"].commands["servo"].params}
+    assert tuple(words["scene"].type.choices) == tuple(SCENES)
+    assert tuple(words["arms"].type.choices) == servo.ARMS
+    assert tuple(words["methods"].type.choices) == servo.METHODS
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        ("--seeds 5", "'5' is not A:B"),
+        ("--seeds 7:7", "holds no seed"),
+        ("--scene moon", "nominal"),
+        ("--method luck", "chain"),
+        ("--scene moving --rendered", "take one of nominal"),
+        ("--scene outliers --rendered", "take one of nominal"),
+    ],
+)
+def test_what_cannot_be_run_is_refused_in_a_line(bench, arguments, word):
+    shown = bench(*arguments.split())
+    assert shown.exit_code != 0
+    assert not bench.orders
+    error = shown.stderr.strip().splitlines()[-1]
+    assert error.startswith("Error: ")
+    assert word in error

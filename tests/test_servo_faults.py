@@ -1,0 +1,308 @@
+"""Whatever goes wrong while it servoes: the arm stands within 0.5 s, the verdict is right, and
+where it can go on it does.
+
+Each case runs visual_servoing.py as a program on the emulated brick; what stood and what was
+reached is read from the emulated plant and the camera's own formula.
+"""
+
+import math
+import os
+import signal
+from collections import namedtuple
+
+import pytest
+from servo_rig import Watched
+
+from shared.messages import Stop
+
+MIDST = 4.2
+"""In the midst of a long move, and of a chase, of both joints, s."""
+
+FULL = 20000
+"""Lines of garbage per second."""
+
+
+@pytest.fixture
+def watched(tmp_path, monkeypatch, capsys):
+    made = []
+
+    def build(**options):
+        made.append(Watched(tmp_path, monkeypatch, capsys, **options))
+        return made[-1]
+
+    yield build
+    for one in made:
+        one.tracker.close()
+
+
+def judge(w, shown, verdict, says=""):
+    """Whether log, output and exit status agree on the verdict, an error in one line."""
+    assert "Traceback" not in shown.out + shown.err
+    assert shown.log[-1]["kind"] == "verdict"
+    assert shown.log[-1]["verdict"] == verdict
+    assert (shown.status == 0) == (verdict == "converged")
+    if verdict == "converged":
+        assert shown.out.splitlines()[-1].startswith("converged: ")
+        assert shown.err == ""
+        assert w.error() < 7, "claimed, but not true"
+    else:
+        assert shown.err.count("\n") == 1
+        assert verdict in shown.err
+        assert says in shown.err
+    assert w.stands(shown.t + 0.5)
+    return True
+
+
+# What passes: how long it lasts (s), what happens, what ends it
+
+
+def hide(w):
+    w.hidden.add("effector")
+
+
+def show(w):
+    w.hidden.clear()
+
+
+Passing = namedtuple("Passing", "seconds begin end")
+PASSING = {
+    "marker hidden for a blink": Passing(0.3, hide, show),
+    "marker hidden": Passing(2.0, hide, show),
+    "link cut": Passing(0.0, lambda w: w.tracker.cut(), None),
+    "half-open for 5 s": Passing(5.0, lambda w: w.tracker.silence(5.0), None),
+    "a flood of garbage": Passing(
+        2.0, lambda w: w.tracker.flood(FULL), lambda w: w.tracker.flood(0)
+    ),
+    "tracker restarted": Passing(1.5, lambda w: w.tracker.restart(1.5), None),
+    "tracker away for 12 s": Passing(12.0, lambda w: w.tracker.restart(12.0), None),
+}
+
+
+STREAMED = ("marker hidden", "link cut", "half-open for 5 s")
+
+
+@pytest.mark.parametrize(
+    ("name", "mode"),
+    [(name, "look") for name in sorted(PASSING)] + [(name, "stream") for name in STREAMED],
+)
+def test_what_passes_holds_the_arm_and_it_goes_on(watched, name, mode):
+    it = PASSING[name]
+    w = watched()
+
+    def strike():
+        it.begin(w)
+        if it.end:
+            w.world.at(w.struck + it.seconds, lambda: it.end(w))
+
+    w.in_motion(MIDST - 0.1, strike)
+    shown = w.run("--mode", mode)
+    assert judge(w, shown, "converged")
+    if it.seconds > 0.5:
+        assert w.stands(w.struck + 0.5, w.struck + it.seconds)
+        notes = [line["text"] for line in shown.log if line["kind"] == "note"]
+        assert any("lost: held" in text for text in notes)
+        assert any("again" in text for text in notes)
+
+
+# What stays: the verdict, what the line says, and within how many s from then on it ends
+
+Staying = namedtuple("Staying", "act verdict says ends stands")
+Staying.__new__.__defaults__ = (0.5,)
+STAYING = {
+    "marker gone": Staying(hide, "marker lost", "the effector has not been seen", 11),
+    "half-open for ever": Staying(
+        lambda w: w.tracker.silence(), "link lost", "nothing heard for 2.0 s", 21
+    ),
+    "shoulder stalled": Staying(lambda w: w.brick.jam("A"), "stalled", "the shoulder (port A)", 1),
+    "elbow stalled": Staying(lambda w: w.brick.jam("B"), "stalled", "the elbow (port B)", 1),
+    "shoulder unplugged": Staying(
+        lambda w: w.brick.unplug("A"), "stalled", "the shoulder motor at port A no longer", 1
+    ),
+    "elbow unplugged": Staying(
+        lambda w: w.brick.unplug("B"), "stalled", "the elbow motor at port B no longer", 1
+    ),
+    # An access takes 50 ms, and stopping all motors some ten of them.
+    "slow brick": Staying(
+        lambda w: setattr(w.brick.sysfs, "access_cost", 0.05),
+        "stopped",
+        "a control tick took",
+        1,
+        1.0,
+    ),
+    "the laptop says stop": Staying(
+        lambda w: w.tracker.server.send(Stop("that is enough")), "stopped", "that is enough", 0.5
+    ),
+}
+
+
+STREAMED = ("marker gone", "elbow stalled", "shoulder unplugged")
+
+
+@pytest.mark.parametrize(
+    ("name", "mode"),
+    [(name, "look") for name in sorted(STAYING)] + [(name, "stream") for name in STREAMED],
+)
+def test_what_stays_ends_the_run_with_the_right_verdict(watched, name, mode):
+    it = STAYING[name]
+    w = watched()
+    w.in_motion(MIDST - 0.1, lambda: it.act(w))
+    shown = w.run("--mode", mode)
+    assert judge(w, shown, it.verdict, it.says)
+    assert shown.status == 1
+    assert w.stands(w.struck + it.stands)
+    assert shown.t < w.struck + it.ends + 0.5
+
+
+@pytest.mark.parametrize(
+    ("name", "mode"),
+    [("SIGTERM", "look"), ("SIGTERM", "stream"), ("SIGHUP", "look")],
+)
+def test_a_signal_stops_it_at_once_and_is_on_record(watched, name, mode):
+    number = getattr(signal, name)
+    w = watched()
+    shown = w.run("--mode", mode, signals=[(MIDST, number)])
+    assert judge(w, shown, "stopped", f"stopped by {name}")
+    assert shown.status == 128 + number
+    assert any(m.speed > 0.5 for m in w.moments if MIDST - 0.1 < m.t < MIDST)
+    assert w.stands(MIDST + 0.2)
+    assert w.on_file()["parked"] is not None
+    assert w.statuses[-1].verdict == "stopped"
+
+
+@pytest.mark.parametrize(
+    ("how", "mode"), [("freeze_at", "look"), ("freeze_at", "stream"), ("kill_at", "look")]
+)
+def test_a_frozen_or_killed_program_leaves_no_joint_driven_and_a_log(watched, how, mode):
+    w = watched()
+    shown = w.run("--mode", mode, **{how: MIDST})
+    assert shown.status == {"freeze_at": 124, "kill_at": 137}[how]
+    assert any(m.speed > 0.5 for m in w.moments if MIDST - 0.1 < m.t < MIDST)
+    assert w.stands(MIDST + 0.5)
+    assert not any(m.driven for m in w.moments if m.t > MIDST + 0.3)
+    assert [line["kind"] for line in shown.log].count("step") >= 2
+
+
+def test_the_budget_ends_a_motion(watched):
+    w = watched()
+    shown = w.run("--budget", "4.2")
+    assert judge(w, shown, "budget spent", "4.2 s")
+    assert 4.2 < shown.t < 4.7
+    assert any(m.speed > 0.5 for m in w.moments if 4.1 < m.t < 4.2)
+    assert w.stands(MIDST + 0.5)
+
+
+TOO_MANY = pytest.mark.xfail(strict=True, reason="more than 15 moves")
+
+
+@pytest.mark.parametrize(
+    ("goal", "mode"),
+    [
+        pytest.param((28.0, 10.0), "look", id="too far"),
+        pytest.param((1.5, 1.0), "look", id="too near", marks=TOO_MANY),
+        pytest.param((-12.0, -12.0), "look", id="behind a limit", marks=TOO_MANY),
+    ],
+)
+def test_a_goal_out_of_reach_is_given_up_soon(watched, goal, mode):
+    w = watched(goal=goal)
+    shown = w.run("--mode", mode, "--budget", "25")
+    verdict = shown.log[-1]["verdict"]
+    assert verdict in ("unreachable", "limit")
+    assert judge(w, shown, verdict, "short")
+    assert shown.log[-1]["moves"] <= 15
+    assert shown.status == 1
+
+
+@pytest.mark.parametrize(
+    ("t", "mode"),
+    [
+        (2.3, "look"),
+        (MIDST, "look"),
+        (2.8, "stream"),
+        (4.5, "stream"),
+    ],
+)
+def test_after_a_bump_it_reaches_the_goal_as_then_seen(watched, t, mode):
+    w = watched()
+    w.world.at(t, lambda: setattr(w, "camera", w.camera.bumped()))
+    shown = w.run("--mode", mode)
+    assert judge(w, shown, "converged")
+    assert math.dist(w.tip, w.goal) < 1.0
+
+
+# Before anything moves
+
+
+def test_a_wrong_code_is_told_in_one_line_and_nothing_moves(watched):
+    w = watched()
+    shown = w.run(f"127.0.0.1:{w.tracker.port}", "--code", "ZZZZ-ZZZZ")
+    assert judge(w, shown, "link lost", "code")
+    assert not w.moved()
+    assert shown.t < 1
+
+
+def test_no_tracker_at_all_is_given_up_and_nothing_moves(watched):
+    w = watched()
+    w.tracker.restart(99)
+    shown = w.run()
+    assert judge(w, shown, "link lost", "start the tracker")
+    assert not w.moved()
+
+
+def test_an_arm_that_is_not_homed_does_not_move(watched):
+    w = watched(homed=False)
+    shown = w.run()
+    assert shown.status == 1
+    assert shown.err.count("\n") == 1
+    assert "driver.py home" in shown.err
+    assert not w.moved()
+    assert shown.log == []
+
+
+@pytest.mark.parametrize("name", ["effector", "goal"])
+def test_a_marker_that_is_never_seen_is_named_and_nothing_moves(watched, name):
+    w = watched()
+    w.hidden.add(name)
+    shown = w.run()
+    assert judge(w, shown, "marker lost", "effector and goal have not been seen together")
+    assert not w.moved()
+
+
+# The disk
+
+
+def test_a_full_disk_for_the_log_moves_nothing(watched):
+    w = watched()
+    shown = w.run("--log", "/dev/full")
+    assert shown.status == 1
+    assert shown.err.count("\n") == 1
+    assert "cannot write /dev/full: No space left on device" in shown.err
+    assert not w.moved()
+
+
+def test_a_log_that_cannot_go_on_stops_the_arm_and_says_so(watched, tmp_path):
+    w = watched()
+
+    def fill():
+        for name in os.listdir("/proc/self/fd"):
+            with_file = os.path.join("/proc/self/fd", name)
+            if os.path.islink(with_file) and os.readlink(with_file) == str(tmp_path / "log.jsonl"):
+                full = os.open("/dev/full", os.O_WRONLY)
+                os.dup2(full, int(name))
+                os.close(full)
+
+    w.in_motion(MIDST - 0.1, fill)
+    shown = w.run()
+    assert shown.status == 1
+    assert shown.err.count("\n") == 1
+    assert "stopped" in shown.err
+    assert "log.jsonl: No space left on device" in shown.err
+    assert w.statuses[-1].verdict == "stopped"
+    assert w.stands(shown.t)
+
+
+def test_where_the_zero_cannot_be_saved_nothing_moves(watched, tmp_path):
+    w = watched()
+    os.symlink("/dev/full", str(tmp_path / "planar.json.new"))
+    shown = w.run()
+    assert judge(w, shown, "stopped", "planar.json: No space left")
+    assert not w.moved()
