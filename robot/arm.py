@@ -11,7 +11,7 @@ from robot import homing, kinematics
 from robot.control_loop import COARSE, SETTLE, TICK, ControlLoop, Stalled
 from robot.follower import GAINS, Follower
 from robot.motors import JointMotor
-from robot.pursuit import Pursuit
+from robot.pursuit import Moving, Pursuit
 from robot.trajectory import JOINT_ACCELERATION, JointMove, TakingUpBacklash
 from robot.zero import Zero
 
@@ -205,7 +205,8 @@ class RobotArm(object):
 
         Args:
             aim: called in every control tick as `watch` of `follow`, it returns where the joints
-                should be (rad; what is past a limit means the limit), or None: come to rest, end.
+                should be (rad, or a pursuit.Moving; what is past a limit means the limit), or
+                None: come to rest, end.
                 It is called to the end, so that it sees the coming to rest, too.
             speed: share of each joint's greatest.
             acceleration: greatest of any joint, rad/s^2.
@@ -228,8 +229,9 @@ class RobotArm(object):
                 wanted = aim(now, self._links(angles))
                 if pursuit.duration < math.inf:
                     return
-                if wanted is not None and not all(math.isfinite(angle) for angle in wanted):
-                    self.check(wanted)
+                angles = wanted.q if isinstance(wanted, Moving) else wanted
+                if angles is not None and not all(math.isfinite(angle) for angle in angles):
+                    self.check(angles)
                 pursuit.steer(t, wanted, once)
 
             self._loop.run(self.joints, pursuit, UNHURRIED, astray=CHASE_ASTRAY, watch=steer)

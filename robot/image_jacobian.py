@@ -58,7 +58,7 @@ def dot(a, b):
 
 def _robust_weight(square, variance):
     """Of a residual of that square, with the variance that is expected of it."""
-    excess = square / (variance * ROBUST ** 2)
+    excess = square / (variance * ROBUST**2)
     return 1.0 / (1.0 + excess) ** 2 if excess > 1 else 1.0
 
 
@@ -89,7 +89,7 @@ class LocalJacobian(object):
 
     def __init__(self, rows, joints, noise_aware=True):
         self.J = tuple((0.0,) * joints for _ in range(rows))
-        self._P = [[UNKNOWN ** 2 * (i == j) for j in range(joints)] for i in range(joints)]
+        self._P = [[UNKNOWN**2 * (i == j) for j in range(joints)] for i in range(joints)]
         self._noise_aware = noise_aware
         self._last = None
 
@@ -113,15 +113,15 @@ class LocalJacobian(object):
     def _tells(self, dq, ds, variance):
         """Whether a step is long enough for plain Broyden, which takes noise for truth."""
         expected = [dot(row, dq) for row in self.J]
-        return max(dot(ds, ds), dot(expected, expected)) > TELLS ** 2 * variance
+        return max(dot(ds, ds), dot(expected, expected)) > TELLS**2 * variance
 
     def _update(self, dq, ds, variance):
         P, n = self._P, len(dq)
         square = dot(dq, dq)
         if self._noise_aware:
-            bent = BENDING ** 2 * square * sum(dot(row, row) for row in self.J) / len(self.J)
+            bent = BENDING**2 * square * sum(dot(row, row) for row in self.J) / len(self.J)
             for k in range(n):
-                P[k][k] = min(P[k][k] + bent, UNKNOWN ** 2)
+                P[k][k] = min(P[k][k] + bent, UNKNOWN**2)
             along = [dot(row, dq) for row in P]
             expected = dot(dq, along) + variance
             missed = [moved - dot(row, dq) for row, moved in zip(self.J, ds)]
@@ -140,7 +140,7 @@ class LocalJacobian(object):
             along = [dot(row, dq) for row in P]
             P = [[p - a * g for p, g in zip(row, gain)] for row, a in zip(P, along)]
         for k in range(n):
-            P[k][k] = max(P[k][k], LEAST_DOUBT ** 2)
+            P[k][k] = max(P[k][k], LEAST_DOUBT**2)
         self._P = P
 
     def seen_from(self, q, s):
@@ -194,12 +194,12 @@ def _planar_precision(links):
     u = [link / whole for link in links]
     size = 2 * len(links) + 1
     precision = [[0.0] * size for _ in range(size)]
-    precision[0][0] = 1 / OFFSET ** 2
-    share = SEEN ** 2 / (ODD ** 2 + SEEN ** 2)
+    precision[0][0] = 1 / OFFSET**2
+    share = SEEN**2 / (ODD**2 + SEEN**2)
     for i, a in enumerate(u):
         for j, b in enumerate(u):
             for k in (1, 2):
-                precision[2 * i + k][2 * j + k] = ((i == j) - share * a * b) / ODD ** 2
+                precision[2 * i + k][2 * j + k] = ((i == j) - share * a * b) / ODD**2
     return precision
 
 
@@ -277,7 +277,7 @@ class ChainModel(object):
         doubts = []
         for key in self._keys:
             apart = sum((a - b) ** 2 for a, b in zip(key.q, q))
-            doubts.append(key.variance + FAR ** 2 * apart)
+            doubts.append(key.variance + FAR**2 * apart)
             weight = key.weight / doubts[-1]
             terms = key.terms
             for i in range(size):
@@ -309,4 +309,4 @@ class ChainModel(object):
     def doubt_all(self):
         """The camera was moved, or the like: what was seen before counts little from now on."""
         for key in self._keys:
-            key.variance += MOVED ** 2
+            key.variance += MOVED**2

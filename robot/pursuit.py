@@ -34,6 +34,10 @@ MATCHED = 0.9
 """Share of its greatest speed at which a joint still keeps up with an aim."""
 
 
+Moving = collections.namedtuple("Moving", "q q_dot")
+Moving.__doc__ = "An aim that moves at a known speed: rad and rad/s."
+
+
 def way(e, v, u, fastest, up, down):
     """The fastest way forward to an aim `e` ahead that moves forward at `u`; never backwards.
 
@@ -100,8 +104,11 @@ class _Joint(object):
             angle, speed = min(max(angle, self._lower), self._upper), 0.0
         return (angle, speed) + crossed(t, self._side, self._crossings)
 
-    def steer(self, t, aim, certain):
-        """Go to `aim` from `t` + LEAD on; None: come to rest.  What is certain is no noise."""
+    def steer(self, t, aim, certain, speed=None):
+        """Go to `aim` from `t` + LEAD on; None: come to rest.  What is certain is no noise.
+
+        `speed` is the aim's, rad/s; None: as it has moved lately.
+        """
         then = t + LEAD
         q, v, side, _ = self.at(then)
         ready = then
@@ -112,7 +119,9 @@ class _Joint(object):
             aim = q
         else:
             aim = min(max(aim, self._lower), self._upper)
-            u = self._speed_of_aim(t, aim)
+            seen = self._speed_of_aim(t, aim)
+            most = MATCHED * self._fastest
+            u = min(max(seen if speed is None else speed, -most), most)
         e = aim + u * (ready - t) - q
         if not v and ready == then:
             direction = 1 if e > 0 else -1
@@ -180,8 +189,7 @@ class _Joint(object):
         if abs(ty) / tt * (t - self._places[0][0]) < self._stirs:
             return 0.0
         even = (ty * ty / (tt * yy) - UNEVEN) / (EVEN - UNEVEN)
-        most = MATCHED * self._fastest
-        return min(max(min(max(even, 0.0), 1.0) * ty / tt, -most), most)
+        return min(max(even, 0.0), 1.0) * ty / tt
 
 
 class Pursuit(object):
@@ -211,11 +219,15 @@ class Pursuit(object):
         """Take in at time `t` (s) where the joints should be.
 
         Args:
-            aim: rad; None: come to rest and end.
+            aim: rad, or Moving; None: come to rest and end.
             last: whether to end there, however near that is.
         """
+        moving = isinstance(aim, Moving)
         for k, joint in enumerate(self._joints):
-            joint.steer(t, None if aim is None else aim[k], last)
+            if moving:
+                joint.steer(t, aim.q[k], last, aim.q_dot[k])
+            else:
+                joint.steer(t, None if aim is None else aim[k], last)
         if aim is None or last:
             self.duration = max([t] + [joint.rests_from for joint in self._joints])
 

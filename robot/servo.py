@@ -12,12 +12,14 @@ while it moves (Stream, around a Servo).
 """
 
 import bisect
+import itertools
 import math
 import random
 from collections import namedtuple
 
 from robot.image_jacobian import ChainModel, LocalJacobian, Picture, dot
 from robot.kinematics import Singular, broyden_update, damped_solve, solve
+from robot.pursuit import Moving
 
 METHODS = ("report", "broyden", "kalman", "chain")
 MODES = ("look", "stream")
@@ -57,7 +59,7 @@ EXPLORE = math.radians(8)
 """Size of a joint's exploring step, rad."""
 
 UNSEEN = 3.0
-"""An exploring step that moves the marker by less than so many standard deviations shows nothing."""
+"""An exploring step that moves the marker by fewer standard deviations shows nothing."""
 
 FIRST_STEP, LEAST_STEP, MOST_STEP = (math.radians(x) for x in (35, 3, 60))
 """Trust region: the greatest step of a joint, rad."""
@@ -68,7 +70,7 @@ WAY = 150.0
 AGREES, DISAGREES = 0.3, 0.6
 """Share of a step that was predicted wrongly, below and above which the region grows or shrinks."""
 
-CAUTION = 0.3
+CAUTION = 0.1
 """Weight of what is not known of J, beside the error that is to be made small."""
 
 TELLING = 6.0
@@ -82,6 +84,9 @@ MARGIN = math.radians(1)
 
 # Giving up
 
+FAR = 30.0
+"""Two starts that end equally far off, and by more than this (px), end where the arm ends."""
+
 IMPROVED, STAGNANT, STAGNANT_NEAR = 0.9, 4, 10
 """So many moves (more within two tolerances) without the error falling to this share of the best:
 start elsewhere."""
@@ -89,7 +94,7 @@ start elsewhere."""
 HOPELESS = 2
 """So many times may a model that is right lately see no way to the goal before it is believed."""
 
-MOST_RESTARTS, ALIKE = 4, 2
+MOST_RESTARTS, ALIKE = 4, 3
 """After so many starts from elsewhere, or so many that end equally far off, the goal counts as out
 of reach."""
 
@@ -115,6 +120,11 @@ action   "explore" | "move" | "restart": go to q (rad); "end": with a verdict an
 def length(e):
     """Euclidean."""
     return math.sqrt(dot(e, e))
+
+
+def _apart(a, b):
+    """Greatest difference of two lists of angles, rad."""
+    return max(abs(x - y) for x, y in zip(a, b))
 
 
 def median(values):
@@ -189,7 +199,7 @@ def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
         pull = [dot(row, x) for row in caution]
         return dot(e, e) + dot(x, pull), e, pull
 
-    q = [min(max(a, l), h) for a, l, h in zip(start, low, high)]
+    q = [min(max(a, least), most) for a, least, most in zip(start, low, high)]
     least, e, pull = cost(q)
     damping = 1e-4
     for _ in range(iterations):
@@ -280,7 +290,7 @@ class ReportMeasure(object):
         views = []
         for camera in sorted(frames):
             points, due = [], None
-            for t, s, goal in frames[camera]:
+            for t, s, _ in frames[camera]:
                 if due is None or t >= due - 1e-6:
                     points.append(s)
                     due = t + self.PERIOD if due is None else due + self.PERIOD
@@ -357,7 +367,8 @@ class ReportServo(object):
     def _step(self, action, dx):
         self._dx = dx
         moved = [a + d for a, d in zip(self._x, dx)]
-        self._x = [min(max(a, l), h) for a, l, h in zip(moved, self._low, self._high)]
+        box = zip(moved, self._low, self._high)
+        self._x = [min(max(a, low), high) for a, low, high in box]
         return Decision(action, list(self._x), None, "")
 
 
@@ -406,7 +417,7 @@ class Goal(object):
         velocity: px/s; zeros while it stands.
     """
 
-    WINDOW, LATELY = 30, 15
+    WINDOW, LATELY = 30, 22
     """Sightings that tell whether it moves, and those that tell how fast."""
     MOVES = 6.0
     """A goal slower than this stands, px/s."""
@@ -433,7 +444,8 @@ class Goal(object):
         third = len(self._seen) // 3
         velocity = (0.0,) * len(g)
         if third >= 5:
-            (t0, early), (t1, late) = (_middle(s) for s in (self._seen[:third], self._seen[-third:]))
+            t0, early = _middle(self._seen[:third])
+            t1, late = _middle(self._seen[-third:])
             velocity = [(b - a) / (t1 - t0) for a, b in zip(early, late)]
         if length(velocity) < self.MOVES:
             self.velocity = (0.0,) * len(g)
@@ -453,8 +465,9 @@ class Goal(object):
         n = len(kept)
         t0 = sum(t for t, _ in kept) / n
         columns = list(zip(*(g for _, g in kept)))
-        spread = sum((t - t0) ** 2 for t, _ in kept) or 1.0
-        self.velocity = tuple(sum((t - t0) * x for (t, _), x in zip(kept, c)) / spread for c in columns)
+        times = [t - t0 for t, _ in kept]
+        spread = dot(times, times) or 1.0
+        self.velocity = tuple(dot(times, column) / spread for column in columns)
         self._place = t0, [sum(c) / n for c in columns]
 
     def at(self, t):
@@ -560,7 +573,7 @@ class Servo(object):
         if off > STRAIGHT * length(way) + 4 * self.measure.sigma + IN_MOTION:
             return
         for name in self._make:
-            variance = self.measure.sigma ** 2 + IN_MOTION ** 2 + self._blur(name, camera)
+            variance = self.measure.sigma**2 + IN_MOTION**2 + self._blur(name, camera)
             self._model(name, camera).observe(q, s, variance, standing=False)
 
     def _blur(self, name, camera):
@@ -595,7 +608,7 @@ class Servo(object):
             self._wrong[name] += FORGET * (wrong - self._wrong[name])
         if self.using is None:
             return
-        step = max(abs(a - b) for a, b in zip(q, self._q))
+        step = _apart(q, self._q)
         wrong = missed[self.using] / moved
         if wrong > DISAGREES:
             self._region = max(LEAST_STEP, step / 2)
@@ -667,8 +680,8 @@ class Servo(object):
             # (Plain Broyden would lay what the new joint does to the charge of all that moved.)
             name = self._local
             reach = [FIRST_STEP / 2 * known for known in self._explored]
-            low = [max(l, a - r) for l, a, r in zip(self._low, to, reach)]
-            high = [min(h, a + r) for h, a, r in zip(self._high, to, reach)]
+            low = [max(wall, a - r) for wall, a, r in zip(self._low, to, reach)]
+            high = [min(wall, a + r) for wall, a, r in zip(self._high, to, reach)]
             caution = self._caution(name, q)
             caution[k] = [0.0] * self._n
             for row in caution:
@@ -681,7 +694,8 @@ class Servo(object):
         self._restarts += 1
         self._stuck_at.append(self._best)
         alike = [off for off in self._stuck_at if abs(off - self._best) < 0.1 * self._best]
-        if self._restarts > MOST_RESTARTS or len(alike) == ALIKE:
+        far = self._best > FAR
+        if self._restarts > MOST_RESTARTS or (far and len(alike) == ALIKE):
             return Decision(
                 "end", None, UNREACHABLE, "no nearer than {:.1f} px".format(min(self._stuck_at))
             )
@@ -690,7 +704,7 @@ class Servo(object):
         self._explored = [self._known] * self._n
         for model in self._models.values():
             model.doubt_all()
-        to = [l + (h - l) * self._luck.uniform(0.25, 0.75) for l, h in zip(self._low, self._high)]
+        to = self._posture([self._luck.uniform(0.25, 0.75) for _ in range(self._n)])
         return Decision("restart", to, None, "")
 
     def _picture(self, name):
@@ -721,33 +735,35 @@ class Servo(object):
                         return self._out_of_reach(to, left)
                 else:
                     self._hopeless = 0
-            greatest = max(abs(a - b) for a, b in zip(to, q))
+            greatest = _apart(to, q)
             if greatest > self._region:
                 to = [b + (a - b) * self._region / greatest for a, b in zip(to, q)]
         else:
-            low = [max(l, a - self._region) for l, a in zip(self._low, q)]
-            high = [min(h, a + self._region) for h, a in zip(self._high, q)]
+            low = [max(wall, a - self._region) for wall, a in zip(self._low, q)]
+            high = [min(wall, a + self._region) for wall, a in zip(self._high, q)]
             nearer = min(1.0, WAY / off)
             point = [y + nearer * (g - y) for y, g in zip(self._s, goal)]
             to, _ = best_pose(picture, point, q, low, high, q, caution)
         return Decision("move", to, None, "")
 
     def _out_of_reach(self, to, left):
-        for joint, a, l, h in zip(self._arm.joints, to, self._low, self._high):
-            if min(a - l, h - a) < MARGIN:
-                return Decision(
-                    "end", None, LIMIT, "the {} is at its limit, {:.0f} px short".format(joint.name, left)
-                )
+        for joint, a, low, high in zip(self._arm.joints, to, self._low, self._high):
+            if min(a - low, high - a) < MARGIN:
+                reason = "the {} is at its limit, {:.0f} px short".format(joint.name, left)
+                return Decision("end", None, LIMIT, reason)
         return Decision("end", None, UNREACHABLE, "the arm ends {:.0f} px short".format(left))
+
+    def _posture(self, shares):
+        """Joint angles by their shares of their ranges, rad."""
+        box = zip(self._low, self._high, shares)
+        return [low + (high - low) * share for low, high, share in box]
 
     def _best_posture(self, picture, goal, q, caution):
         """From here, and where that leads nowhere, from postures all over the joints' ranges."""
         to, left = best_pose(picture, goal, q, self._low, self._high, q, caution)
         if left > self._tolerance:
-            starts = [[]]
-            for l, h in zip(self._low, self._high):
-                starts = [p + [l + (h - l) * share] for p in starts for share in (0.2, 0.5, 0.8)]
-            for start in starts:
+            for shares in itertools.product((0.2, 0.5, 0.8), repeat=self._n):
+                start = self._posture(shares)
                 other, off = best_pose(picture, goal, start, self._low, self._high, q, caution)
                 if off < left - 1:
                     to, left = other, off
@@ -794,9 +810,7 @@ class Stream(object):
     """The last FEWEST frames, and up to MOST with the joints within NEAR (rad) of where they are,
     say by their median by how much the newest is off."""
     REAIM, STILL = math.radians(1.5), math.radians(0.7)
-    """An aim nearer to the last one than this is the same; a joint that stays within this stands."""
-    LAG = 0.06
-    """By which the joints lag behind an aim that moves, s."""
+    """An aim so near to the last one is the same; a joint that stays within STILL stands, rad."""
 
     def __init__(self, servo):
         self._servo = servo
@@ -829,8 +843,7 @@ class Stream(object):
             self._aimed_at, self._confirmed = frame.t, False
             return
         self._drift = None
-        apart = max(abs(a - b) for a, b in zip(to, self._aim))
-        if apart > self.REAIM:
+        if _apart(to, self._aim) > self.REAIM:
             self._aim, self._confirmed = to, False
         elif self.still_since is not None and frame.t > self.still_since:
             self._confirmed = True
@@ -843,7 +856,7 @@ class Stream(object):
         near = [
             (at, y)
             for k, (at, y) in enumerate(recent, 1)
-            if k > len(recent) - self.FEWEST or max(abs(a - b) for a, b in zip(at, q)) < self.NEAR
+            if k > len(recent) - self.FEWEST or _apart(at, q) < self.NEAR
         ]
         missed = [[a - b for a, b in zip(y, picture.predict(at))] for at, y in near]
         s = tuple(x + median(column) for x, column in zip(s, zip(*missed)))
@@ -851,13 +864,13 @@ class Stream(object):
         return camera, q, s, fixed if goal is None else goal.at(t)
 
     def aim(self, t, q):
-        """Where the joints should be at time t, rad; None where standing and looking is due."""
-        if self._still_at is None or max(abs(a - b) for a, b in zip(q, self._still_at)) > self.STILL:
+        """Where the joints should be at time t, rad or Moving; None: stand and look."""
+        if self._still_at is None or _apart(q, self._still_at) > self.STILL:
             self._still_at, self.still_since, self._confirmed = q, t, False
         if self._drift is not None:
-            late = t - self._aimed_at + self.LAG
-            return [a + v * late for a, v in zip(self._aim, self._drift)]
-        there = max(abs(a - b) for a, b in zip(q, self._aim)) < 2 * self.REAIM
+            late = t - self._aimed_at
+            return Moving([a + v * late for a, v in zip(self._aim, self._drift)], self._drift)
+        there = _apart(q, self._aim) < 2 * self.REAIM
         if there and self._confirmed and t - self.still_since > 0.1:
             return None
         return self._aim

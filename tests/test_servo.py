@@ -14,6 +14,7 @@ from collections import namedtuple
 import pytest
 
 from robot.image_jacobian import Picture
+from robot.pursuit import Moving
 from robot.servo import (
     CONVERGED,
     LIMIT,
@@ -839,6 +840,7 @@ class Chase:
                 return True
             self.aims.append(tuple(aim))
             step = 0.02 * self.speed
+            aim = aim.q if isinstance(aim, Moving) else aim
             self.q = tuple(a + min(max(b - a, -step), step) for a, b in zip(self.q, aim))
             self.path.append((self.t, self.q))
         return False
