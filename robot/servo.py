@@ -87,8 +87,11 @@ MARGIN = math.radians(1)
 FAR = 30.0
 """Two starts that end equally far off, and by more than this (px), end where the arm ends."""
 
+NEAR = 3.0
+"""Tolerances within which a goal is near."""
+
 IMPROVED, STAGNANT, STAGNANT_NEAR = 0.9, 4, 10
-"""So many moves (more within two tolerances) without the error falling to this share of the best:
+"""So many moves (more where it is near) without the error falling to this share of the best:
 start elsewhere."""
 
 HOPELESS = 2
@@ -644,7 +647,7 @@ class Servo(object):
         if not all(self._explored):
             return self._explore(q, goal)
         self._note_progress(off)
-        near = self._best < 3 * self._tolerance
+        near = self._best < NEAR * self._tolerance
         if self._stagnant >= (STAGNANT_NEAR if near else STAGNANT):
             return self._restart()
         if self._diverging >= DIVERGING and not self._known:
@@ -744,6 +747,10 @@ class Servo(object):
             nearer = min(1.0, WAY / off)
             point = [y + nearer * (g - y) for y, g in zip(self._s, goal)]
             to, _ = best_pose(picture, point, q, low, high, q, caution)
+        if self._best < NEAR * self._tolerance:
+            # To and fro without end: the play is not what it is said to be.
+            gain = 1.0 / (1.0 + 0.5 * self._stagnant)
+            to = [a + gain * (b - a) for a, b in zip(q, to)]
         return Decision("move", to, None, "")
 
     def _out_of_reach(self, to, left):
