@@ -14,8 +14,9 @@ gives what is known at this moment, as a Picture that later observations do not 
 
 import math
 from collections import namedtuple
+from operator import mul, sub
 
-from robot.kinematics import broyden_update, solve
+from robot.kinematics import broyden_update
 
 UNKNOWN = 2000.0
 """Standard deviation of an element of J before anything was seen, and the greatest, px/rad."""
@@ -53,13 +54,38 @@ MOVED = 40.0
 
 def dot(a, b):
     """Inner product."""
-    return sum(x * y for x, y in zip(a, b))
+    return sum(map(mul, a, b))
 
 
-def _robust_weight(square, variance):
-    """Of a residual of that square, with the variance that is expected of it."""
-    excess = square / (variance * ROBUST**2)
-    return 1.0 / (1.0 + excess) ** 2 if excess > 1 else 1.0
+def _cholesky(N):
+    """Rows of the lower triangle L with L L' = N, for a symmetric, positive N."""
+    L = []
+    for i, row in enumerate(N):
+        new = []
+        for j in range(i):
+            new.append((row[j] - dot(new, L[j])) / L[j][j])
+        new.append(math.sqrt(row[i] - dot(new, new)))
+        L.append(new)
+    return L
+
+
+def _forward(L, b):
+    """y with L y = b."""
+    y = []
+    for row, value in zip(L, b):
+        y.append((value - dot(row, y)) / row[-1])
+    return y
+
+
+def _backward(L, y):
+    """x with L' x = y."""
+    x = list(y)
+    for i in reversed(range(len(L))):
+        row = L[i]
+        x[i] /= row[-1]
+        for j in range(i):
+            x[j] -= row[j] * x[i]
+    return x
 
 
 class Picture(namedtuple("Picture", "predict jacobian")):
@@ -125,7 +151,8 @@ class LocalJacobian(object):
             along = [dot(row, dq) for row in P]
             expected = dot(dq, along) + variance
             missed = [moved - dot(row, dq) for row, moved in zip(self.J, ds)]
-            weight = _robust_weight(dot(missed, missed) / len(missed), expected)
+            excess = dot(missed, missed) / (len(missed) * expected * ROBUST**2)
+            weight = 1.0 if excess <= 1 else (1.0 + excess) ** -2
             gain = [weight * a / expected for a in along]
             self.J = tuple(
                 tuple(a + r * g for a, g in zip(row, gain)) for row, r in zip(self.J, missed)
@@ -208,13 +235,15 @@ _CHAINS = {"planar": _Chain(_planar_terms, _planar_slopes, _planar_precision)}
 
 
 class _Key(object):
-    """A key-frame: what was seen at one pose."""
+    """A key-frame: what was seen at one pose, and what of it enters the normal equations."""
 
-    __slots__ = ("q", "terms", "s", "variance", "weight")
+    __slots__ = ("q", "terms", "s", "variance", "weight", "products")
 
     def __init__(self, q, terms, s, variance):
         self.q, self.terms, self.s, self.variance = q, terms, s, variance
         self.weight = 1.0
+        self.products = [a * b for i, a in enumerate(terms) for b in terms[i:]]
+        self.products += [a * y for y in s for a in terms]
 
 
 class ChainModel(object):
@@ -272,39 +301,37 @@ class ChainModel(object):
 
     def _fit(self, q):
         size = len(self._prior)
-        N = [list(row) for row in self._prior]
-        B = [[0.0] * self._rows for _ in range(size)]
-        doubts = []
+        doubts, weights = [], []
         for key in self._keys:
-            apart = sum((a - b) ** 2 for a, b in zip(key.q, q))
-            doubts.append(key.variance + FAR**2 * apart)
-            weight = key.weight / doubts[-1]
-            terms = key.terms
-            for i in range(size):
-                scaled = weight * terms[i]
-                row, sums = N[i], B[i]
-                for j in range(i, size):
-                    row[j] += scaled * terms[j]
-                for j, y in enumerate(key.s):
-                    sums[j] += scaled * y
+            apart = list(map(sub, key.q, q))
+            doubts.append(key.variance + FAR**2 * dot(apart, apart))
+            weights.append(key.weight / doubts[-1])
+        sums = [dot(weights, column) for column in zip(*(key.products for key in self._keys))]
+        sums = iter(sums or [0.0] * (size * (size + 1) // 2 + size * self._rows))
+        N = [list(row) for row in self._prior]
         for i in range(size):
-            for j in range(i):
-                N[i][j] = N[j][i]
-        W = [solve(N, column) for column in zip(*B)]
-        missed = [
-            sum((y - dot(w, key.terms)) ** 2 for y, w in zip(key.s, W)) / (self._rows * doubt)
-            for key, doubt in zip(self._keys, doubts)
+            for j in range(i, size):
+                N[i][j] += next(sums)
+                N[j][i] = N[i][j]
+        self._L = L = _cholesky(N)
+        W = [
+            _backward(L, _forward(L, [next(sums) for _ in range(size)])) for _ in range(self._rows)
         ]
-        for key, square in zip(self._keys, missed):
-            key.weight = _robust_weight(square, 1.0)
-        self._N = N
+        scale = self._rows * ROBUST**2
+        for key, doubt in zip(self._keys, doubts):
+            terms, excess = key.terms, 0.0
+            for y, w in zip(key.s, W):
+                excess += (y - sum(map(mul, w, terms))) ** 2
+            excess /= scale * doubt
+            key.weight = 1.0 if excess <= 1 else (1.0 + excess) ** -2
         return W
 
     def covariance(self, q):
         """Of each row of J at q, n x n, (px/rad)^2; of the fit that `seen_from` made last."""
         slopes = self._chain.slopes(self._chain.terms(q), self._joints)
-        spread = [solve(self._N, slope) for slope in slopes]
-        return [[dot(a, b) for b in spread] for a in slopes]
+        # slope' N^-1 slope, from one side: N^-1 = L'^-1 L^-1
+        halves = [_forward(self._L, slope) for slope in slopes]
+        return [[dot(a, b) for b in halves] for a in halves]
 
     def doubt_all(self):
         """The camera was moved, or the like: what was seen before counts little from now on."""

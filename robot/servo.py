@@ -16,6 +16,7 @@ import itertools
 import math
 import random
 from collections import namedtuple
+from operator import sub
 
 from robot.image_jacobian import ChainModel, LocalJacobian, Picture, dot
 from robot.kinematics import Singular, broyden_update, damped_solve, solve
@@ -197,8 +198,8 @@ def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
     """
 
     def cost(q):
-        e = [g - y for g, y in zip(goal, picture.predict(q))]
-        x = [a - b for a, b in zip(q, here)]
+        e = list(map(sub, goal, picture.predict(q)))
+        x = list(map(sub, q, here))
         pull = [dot(row, x) for row in caution]
         return dot(e, e) + dot(x, pull), e, pull
 
@@ -488,6 +489,8 @@ def _middle(seen):
 
 def stacked(pictures):
     """One Picture of several cameras, their rows in turn."""
+    if len(pictures) == 1:
+        return pictures[0]
     return Picture(
         lambda q: [y for picture in pictures for y in picture.predict(q)],
         lambda q: tuple(row for picture in pictures for row in picture.jacobian(q)),

@@ -3,6 +3,7 @@
 The programs are stand-ins here, that leave in no time what the real ones leave.
 """
 
+import functools
 import json
 import math
 import os
@@ -27,6 +28,7 @@ from laptop.tracking_server import TrackingServer
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))
+TILTED = "tilt=30,azimuth=30,roll=5"
 
 # What `python -m laptop` would do, as far as the demo sees it. FAULT says what goes wrong.
 STAND_IN = '''
@@ -56,8 +58,9 @@ def leave(folder, end, paths=(), status=0):
         for k in range(41):
             q = [a * min(1, k / 20) for a in end]
             file.write("%.4f,%.6f,%.6f,0,0,0\\n" % (0.1 * k, *q))
-    with open(folder + "/summary.json", "w") as file:
+    with open(folder + "/summary.part", "w") as file:
         json.dump({"status": status, "paths": paths}, file)
+    os.replace(folder + "/summary.part", folder + "/summary.json")
 
 
 if command == "track":
@@ -94,11 +97,26 @@ if fault == "rival hangs" and rival:
     wait_for_ever(True)
 ends = json.loads(os.environ["ENDS"])
 missed = fault == "not reached" and goal != "marker"
-leave(value("--out"), [0.1, 0.1] if missed else ends[goal])
 with open(value("--log"), "w") as file:
     file.write(os.environ["LOG"].replace('"chain"', '"report"' if rival else '"chain"'))
-print("converged")
+print("converged", flush=True)
+leave(value("--out"), [0.1, 0.1] if missed else ends[goal])
 '''
+
+
+@functools.cache
+def scene_of(arm, text):
+    """The Scene; to paint one takes longer than most tests."""
+    return Scene(arm, read_scene(text))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def scenes_painted_once():
+    """The demo's scenes, too: nothing changes them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(demo, "read_scene", lambda text: text)
+        patch.setattr(demo, "Scene", scene_of)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -106,27 +124,34 @@ def goals():
     return demo.choose_goals(ARM, 0)
 
 
+@pytest.fixture(scope="module")
+def ends(goals):
+    """Joint angles, rad, with the tip at each goal, by what the servo is told."""
+    text, chosen = goals
+    scene = scene_of(ARM, text)
+    found = {
+        goal.told: demo._solve(lambda q: scene.truth(q)["effector"], (0.9, 1.2), goal.pixel)
+        for goal in chosen
+    }
+    return {told: list(map(float, q)) for told, q in found.items()}
+
+
 @pytest.fixture
-def play(tmp_path, monkeypatch, goals):
+def play(tmp_path, monkeypatch, goals, ends):
     """Run the demo with the stand-ins and one of their faults; its exit status and its folder."""
     stand_in = tmp_path / "stand_in.py"
     stand_in.write_text(STAND_IN)
     pids = tmp_path / "pids"
     pids.mkdir()
-    text, chosen = goals
-    scene = Scene(ARM, read_scene(text))
-    ends = {
-        goal.told: demo._solve(lambda q: scene.truth(q)["effector"], (0.9, 1.2), goal.pixel)
-        for goal in chosen
-    }
     for key, value in {
         "PIDS": str(pids),
-        "ENDS": json.dumps({told: list(map(float, q)) for told, q in ends.items()}),
+        "ENDS": json.dumps(ends),
         "LOG": log_text(1.0),
     }.items():
         monkeypatch.setenv(key, value)
     monkeypatch.setattr(demo, "LAPTOP", (sys.executable, "-S", "-E", str(stand_in)))
     monkeypatch.setattr(demo, "choose_goals", lambda arm, seed: goals)
+    monkeypatch.setattr(demo, "LOOK", 0.005)
     monkeypatch.setattr(report, "CAPTIONS", ())
 
     def run(fault="", **orders):
@@ -211,7 +236,7 @@ def test_the_comparison_may_fail(play):
 
 
 def test_the_comparison_is_not_waited_for_for_ever(play, monkeypatch):
-    monkeypatch.setattr(demo, "ENDED", 0.5)
+    monkeypatch.setattr(demo, "ENDED", 0.3)
     monkeypatch.setattr(demo, "COMPARED", 0.0)
     status, _ = play("rival hangs")
     assert status == 0
@@ -227,13 +252,13 @@ def test_a_driver_that_fails_ends_the_demo(play):
 
 
 def test_a_program_that_hangs_ends_the_demo(play, monkeypatch):
-    monkeypatch.setattr(demo, "SERVOED", 0.3)
-    assert complains(play, "servo hangs", r"goal 2 hangs: not done after 0.3 s; see .*goal-2\.txt")
+    monkeypatch.setattr(demo, "SERVOED", 0.2)
+    assert complains(play, "servo hangs", r"goal 2 hangs: not done after 0.2 s; see .*goal-2\.txt")
 
 
 def test_a_program_that_does_not_listen_is_killed(play, monkeypatch):
-    monkeypatch.setattr(demo, "ENDED", 0.5)
-    monkeypatch.setattr(demo, "SERVOED", 0.3)
+    monkeypatch.setattr(demo, "ENDED", 0.3)
+    monkeypatch.setattr(demo, "SERVOED", 0.2)
     assert complains(play, "deaf servo", "goal 2 hangs")
 
 
@@ -276,7 +301,7 @@ def test_ctrl_c_and_sigterm_end_every_program(play, capsys, number, raised):
 def test_goals_are_in_the_picture_and_apart_and_can_be_reached(name, seed):
     arm = read_arm(find_arm(name))
     text, goals = demo.choose_goals(arm, seed)
-    scene = Scene(arm, read_scene(text))
+    scene = scene_of(arm, text)
     pixels = [goal.pixel for goal in goals]
     assert [goal.told for goal in goals] == [
         "marker",
@@ -299,7 +324,7 @@ def test_goals_are_in_the_picture_and_apart_and_can_be_reached(name, seed):
 
 
 def test_a_place_is_found_by_its_pixel():
-    scene = Scene(ARM, read_scene("tilt=40,azimuth=30,roll=5"))
+    scene = scene_of(ARM, TILTED)
     for place in ((12.0, -3.0), (-5.0, 14.0)):
         pixel = scene.project(np.array([[*place, 2.5]]))[0]
         assert demo.place_at(scene, pixel, 2.5) == pytest.approx(place, abs=1e-6)
@@ -335,7 +360,7 @@ def test_a_trace_that_cannot_be_read_is_told_in_one_line(tmp_path, text):
 
 
 def test_the_true_path_keeps_when_rests_end():
-    scene = Scene(ARM, read_scene(""))
+    scene = scene_of(ARM, "seed=0")
     rows = [demo.Row(0.1 * k, (0.01 * max(0, k - 10), 0.0)) for k in range(16)]
     path = list(demo._path(scene, rows))
     assert [round(t, 1) for t, _, _ in path] == [0.0, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5]
@@ -381,12 +406,12 @@ def test_a_script_in_virtual_time_is_served_with_what_a_camera_would_see(tmp_pat
     monkeypatch.setenv("SSH_CLIENT", "192.0.2.1 1 22")
     script = tmp_path / "sees.py"
     script.write_text(SEES.format(root=str(demo.ROOT)))
-    words = ["simulate", "--scene", "tilt=30", "--start", "30,45", "--out", str(tmp_path / "out")]
+    words = ["simulate", "--scene", TILTED, "--start", "30,45", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(laptop, [*words, str(script)])
     assert result.exit_code == 0, result.output
     u, v, age = map(float, re.search(r"(\S+) (\S+) (\S+) s ago", result.output).groups())
     q = math.radians(30), math.radians(45)
-    assert (u, v) == pytest.approx(Scene(ARM, read_scene("tilt=30")).truth(q)["effector"], abs=0.3)
+    assert (u, v) == pytest.approx(scene_of(ARM, TILTED).truth(q)["effector"], abs=0.3)
     assert 0.02 < age < 0.2
 
 
