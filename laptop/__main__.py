@@ -588,7 +588,7 @@ def bench_servo(
     headings = servo.MOVING_HEADINGS if scene == "moving" else servo.HEADINGS
     title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator; {servo.LEGEND}"
     show.table(title, headings, servo.table(results), sections=2)
-    for line in servo.failures(results):
+    for line in [*servo.failures(results), servo.step_cost()]:
         click.echo(line)
 
 

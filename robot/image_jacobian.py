@@ -275,10 +275,16 @@ class ChainModel(object):
             variance: of each element of s, px^2.
             standing: what was seen in motion does not replace what is known better.
         """
-        near = [key for key in self._keys if all(abs(a - b) < APART for a, b in zip(key.q, q))]
+        first = q[0]
+        near = [
+            key
+            for key in self._keys
+            if abs(key.q[0] - first) < APART and all(abs(a - b) < APART for a, b in zip(key.q, q))
+        ]
         if near and not standing and min(key.variance for key in near) <= variance:
             return
-        self._keys = [key for key in self._keys if key not in near]
+        for key in near:
+            self._keys.remove(key)
         self._keys.append(_Key(tuple(q), self._chain.terms(q), tuple(s), variance))
         del self._keys[:-MOST_KEYS]
 

@@ -83,6 +83,9 @@ FORGET = 0.6
 MARGIN = math.radians(1)
 """Distance kept from joint limits, rad: nobody knows the play exactly."""
 
+SHARP = 0.04
+"""A pose is searched no finer than this, px^2."""
+
 # Giving up
 
 FAR = 30.0
@@ -219,7 +222,7 @@ def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
             gained = least - costs
             q, least, e, pull = there, costs, e_there, pull_there
             damping = max(damping / 8, 1e-6)
-            if gained < 0.01 + 1e-3 * costs:
+            if costs < SHARP or gained < SHARP + 0.01 * costs:
                 break
         else:
             damping *= 16
@@ -230,6 +233,9 @@ def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
 
 def _step_in_box(H, b, q, low, high):
     """q + x with H x = b, kept in the box."""
+    there = [a + x for a, x in zip(q, solve(H, b))]
+    if all(least <= a <= most for a, least, most in zip(there, low, high)):
+        return there
     there = list(q)
     free = list(range(len(q)))
     while free:

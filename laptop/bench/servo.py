@@ -16,6 +16,8 @@ import os
 import random
 import re
 import tempfile
+import time
+import timeit
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -38,7 +40,7 @@ from laptop.tracker import Tracker
 from robot import kinematics
 from robot.arm import RobotArm
 from robot.image_jacobian import Picture
-from robot.servo import ReportServo, Servo, Stream
+from robot.servo import ReportServo, Servo, Stream, View
 from robot.visual_servoing import VisualServoing, make_servo
 from shared.arm_description import Arm, find_arm, read_arm
 
@@ -615,3 +617,41 @@ def failures(results: Sequence[Result]) -> list[str]:
             reasons = ", ".join(f"{n} x {word}" for word, n in words.most_common())
             lines.append(f"{'; '.join(key)}: {reasons}")
     return lines
+
+
+def step_cost(keys: int = 24) -> str:
+    """What one decision of the default method costs, with so many key-frames held, as a line.
+
+    The unit is the interpreter's own `a*d-b*c` on four floats, measured in the same moment: what
+    the decision costs on another machine can be told from what that costs there.
+    """
+    arm = read_arm(find_arm("planar"))
+    draw = random.Random(1)
+
+    def seen(q: Sequence[float]) -> Pixel:
+        x, y = kinematics.forward(arm, tuple(q))
+        return 320 + 12 * x, 400 - 12 * y
+
+    servo, _ = make_servo(arm, DEFAULT, "look", 5.0)
+    q: Sequence[float] = (0.2, 0.9)
+    goal = seen((0.6, 0.5))  # some 25 degrees away
+    for _ in range(2):
+        q = servo.decide(q, [View("A", seen(q), goal, 0.1, 6)]).q
+    for _ in range(6 * keys):
+        around = [draw.uniform(-1, 1), draw.uniform(0.2, 2)]
+        for _ in range(3):  # a frame waits for its neighbours
+            servo.glimpse("A", around, seen(around), None)
+    took = []
+    for k in range(200):
+        here = [0.2 + 0.05 * (k % 5 - 2), 0.9 - 0.04 * (k % 3 - 1)]
+        began = time.perf_counter()
+        servo.decide(here, [View("A", seen(here), goal, 0.1, 6)])
+        took.append(time.perf_counter() - began)
+    loops = 200_000
+    names = "a, b, c, d = 1.1, 2.2, 3.3, 4.4"
+    unit = min(timeit.repeat("a*d-b*c", names, number=loops, repeat=5)) / loops
+    step = float(np.median(took))
+    return (
+        f"one decision of {DEFAULT} with {keys} key-frames: {1e6 * step:.0f} us, "
+        f"{step / unit:.0f} x a*d-b*c on four floats ({1e9 * unit:.0f} ns)"
+    )
