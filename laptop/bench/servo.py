@@ -632,21 +632,23 @@ def step_cost(keys: int = 24) -> str:
         x, y = kinematics.forward(arm, tuple(q))
         return 320 + 12 * x, 400 - 12 * y
 
-    servo, _ = make_servo(arm, DEFAULT, "look", 5.0)
-    q: Sequence[float] = (0.2, 0.9)
-    goal = seen((0.6, 0.5))  # some 25 degrees away
-    for _ in range(2):
-        q = servo.decide(q, [View("A", seen(q), goal, 0.1, 6)]).q
-    for _ in range(6 * keys):
-        around = [draw.uniform(-1, 1), draw.uniform(0.2, 2)]
-        for _ in range(3):  # a frame waits for its neighbours
-            servo.glimpse("A", around, seen(around), None)
+    start, goal = (0.2, 0.9), seen((0.6, 0.5))  # some 25 degrees
     took = []
-    for k in range(200):
-        here = [0.2 + 0.05 * (k % 5 - 2), 0.9 - 0.04 * (k % 3 - 1)]
+    for _ in range(50):
+        servo, _ = make_servo(arm, DEFAULT, "look", 5.0)
+        here: Sequence[float] = start
+        for _ in range(2):  # both joints are explored
+            here = servo.decide(here, [View("A", seen(here), goal, 0.1, 6)]).q
+        for _ in range(6 * keys):
+            around = [draw.uniform(-1, 1), draw.uniform(0.2, 2)]
+            for _ in range(3):  # a frame waits for its neighbours
+                servo.glimpse("A", around, seen(around), None)
+        views = [View("A", seen(start), goal, 0.1, 6)]
         began = time.perf_counter()
-        servo.decide(here, [View("A", seen(here), goal, 0.1, 6)])
+        decision = servo.decide(start, views)
         took.append(time.perf_counter() - began)
+        if decision.action != "move":
+            raise AssertionError(f"a move was to be measured, not {decision.action}")
     loops = 200_000
     names = "a, b, c, d = 1.1, 2.2, 3.3, 4.4"
     unit = min(timeit.repeat("a*d-b*c", names, number=loops, repeat=5)) / loops
