@@ -20,7 +20,6 @@ if __name__ == "__main__":
 
 try:
     import click
-    from rich.console import Console
 
     from laptop import drawing
     from laptop.simulator import peripherals, session
@@ -338,6 +337,8 @@ def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
     a report and all raw files in a folder of its own under --out.  Its exit status is 0 only if the
     arm truly got everywhere, whatever the brick says.
     """
+    from rich.console import Console
+
     from laptop import demo as show_off  # OpenCV and matplotlib are slow to import
 
     try:

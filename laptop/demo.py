@@ -559,6 +559,7 @@ class Show:
         self._wait(drawing, tracker, home, DRAWN)
         summary = json.loads((home / SUMMARY).read_text(encoding="utf-8"))
         if summary["status"]:
+            drawing.wait(ENDED)
             raise drawing.complain()
         lines = self.story["lines"] = summary["paths"]
         self._progress.finish(DRAWING, report.drawn(lines), report.lines_text(lines))

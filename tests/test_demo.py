@@ -79,7 +79,7 @@ if script.endswith("driver.py"):
     if fault == "a line is missing":
         lines[2] = None
     if fault == "driver fails":
-        print("driver.py: joint shoulder is blocked")
+        print("driver.py: joint shoulder is blocked", flush=True)
     leave(value("--out"), [0.9, 1.5], lines, int(fault == "driver fails"))
     sys.exit(0)
 rival = "report" in words
