@@ -554,7 +554,7 @@ class Servo(object):
         self._luck = random.Random(seed)
         self._known = known
         self._explored = [known] * self._n
-        self._best, self._stagnant, self._diverging, self._restarts = None, 0, 0, 0
+        self._best, self._stagnant, self._diverging = None, 0, 0
         self._glimpsed = {}
         self._hopeless = 0
         self._refined = False
@@ -703,11 +703,10 @@ class Servo(object):
         return Decision("explore", to, None, "")
 
     def _restart(self):
-        self._restarts += 1
         self._stuck_at.append(self._best)
         alike = [off for off in self._stuck_at if abs(off - self._best) < 0.1 * self._best]
         far = self._best > FAR
-        if self._restarts > MOST_RESTARTS or (far and len(alike) == ALIKE):
+        if len(self._stuck_at) > MOST_RESTARTS or (far and len(alike) == ALIKE):
             return Decision(
                 "end", None, UNREACHABLE, "no nearer than {:.1f} px".format(min(self._stuck_at))
             )

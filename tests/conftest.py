@@ -8,6 +8,8 @@ import re
 import sys
 from pathlib import Path
 
+import pytest
+
 IMPORT = re.compile(r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+\(?(\w+))?", re.MULTILINE)
 BRICK_SIDE = ("robot", "shared", "laptop.simulator")
 LAPTOP_ONLY = tuple(
@@ -54,3 +56,19 @@ if sys.version_info < (3, 10):
 def pytest_report_header():
     """What was left out, so that a short run is not taken for the whole."""
     return "without the laptop's " + ", ".join(collect_ignore) if collect_ignore else None
+
+
+@pytest.fixture
+def watched(tmp_path, monkeypatch, capsys):
+    """Makes arms that the real tracking server watches, see servo_rig.Watched; ends them."""
+    from servo_rig import Watched  # not on an old Python, where nobody asks for it
+
+    made = []
+
+    def build(**options):
+        made.append(Watched(tmp_path, monkeypatch, capsys, **options))
+        return made[-1]
+
+    yield build
+    for one in made:
+        one.tracker.close()

@@ -11,7 +11,6 @@ import signal
 from collections import namedtuple
 
 import pytest
-from servo_rig import Watched
 
 from shared.messages import Stop
 
@@ -20,19 +19,6 @@ MIDST = 4.2
 
 FULL = 20000
 """Lines of garbage per second."""
-
-
-@pytest.fixture
-def watched(tmp_path, monkeypatch, capsys):
-    made = []
-
-    def build(**options):
-        made.append(Watched(tmp_path, monkeypatch, capsys, **options))
-        return made[-1]
-
-    yield build
-    for one in made:
-        one.tracker.close()
 
 
 def judge(w, shown, verdict, says=""):

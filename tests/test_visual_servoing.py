@@ -19,19 +19,6 @@ from shared.messages import Start, Stop
 PIXEL = 230.0, 185.0
 
 
-@pytest.fixture
-def watched(tmp_path, monkeypatch, capsys):
-    made = []
-
-    def build(**options):
-        made.append(Watched(tmp_path, monkeypatch, capsys, **options))
-        return made[-1]
-
-    yield build
-    for one in made:
-        one.tracker.close()
-
-
 UNDISTURBED = {}
 
 
