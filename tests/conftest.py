@@ -16,6 +16,7 @@ LAPTOP_ONLY = tuple(
     "laptop.simulator." + name
     for name in ("optics", "scene", "synthetic_camera", "virtual_tracker")
 ) + ("servo_rig",)
+LAPTOP_ONLY_FIXTURE = re.compile(r"^def test_\w+\([^)]*\bwatched\b", re.MULTILINE)
 LAPTOP_SIDE = (
     "laptop",
     "click",
@@ -43,6 +44,8 @@ def is_brick_side(source):
     laptop_side = [module for module in modules if is_below(module, LAPTOP_SIDE)]
     if any(is_below(module, LAPTOP_ONLY) for module in modules):
         return False
+    if LAPTOP_ONLY_FIXTURE.search(source):
+        return False
     return bool(brick_side) and set(laptop_side) <= set(brick_side)
 
 
@@ -61,7 +64,7 @@ def pytest_report_header():
 @pytest.fixture
 def watched(tmp_path, monkeypatch, capsys):
     """Makes arms that the real tracking server watches, see servo_rig.Watched; ends them."""
-    from servo_rig import Watched  # not on an old Python, where nobody asks for it
+    from servo_rig import Watched  # not on an old Python: who asks for it is left out there
 
     made = []
 
