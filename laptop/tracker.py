@@ -461,6 +461,8 @@ def _whole_disc(
 _LIGHT = np.round(65535 * (np.arange(256) / 255) ** 1.4).astype(np.uint16)
 _EDGE = 0.1
 """Shares below count as nothing, above 1 - _EDGE as all: only the rim tells where a disc is."""
+_RIM = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
+"""How far beyond the middle of its edge some of a disc's light still falls."""
 _GRAIN = 0.01
 """Noise of a pixel, at least, as a part of white."""
 
@@ -533,16 +535,35 @@ def _evenness(image: np.ndarray, u: float, v: float, radius: float, paint: Paint
     if there is None:
         return 0.0
     share = cv2.transform(cv2.LUT(there[0], _LIGHT), paint.weights)
-    half = cv2.inRange(share, 32768, 65535)
-    outlines, _ = cv2.findContours(half, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    ellipse = ellipse_of(max(outlines, key=cv2.contourArea)) if outlines else None
+    outline = _outline(share)
+    ellipse = None if outline is None else ellipse_of(outline)
     return ellipse.even if ellipse else 0.0
 
 
+def _outline(share: np.ndarray) -> np.ndarray | None:
+    """Of the largest that is half disc; None if nothing is."""
+    half = cv2.inRange(share, 32768, 65535)
+    outlines, _ = cv2.findContours(half, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    return max(outlines, key=cv2.contourArea) if outlines else None
+
+
 def _measure_disc(
-    image: np.ndarray, u: float, v: float, radius: float, marker: Marker, track: Track
+    image: np.ndarray,
+    u: float,
+    v: float,
+    radius: float,
+    marker: Marker,
+    track: Track,
+    alone: bool = False,
 ) -> Track | None:
-    """Soft centroid near (u, v); None if what is there is not a whole disc of this colour."""
+    """Soft centroid near (u, v); None if what is there is not a whole disc of this colour.
+
+    Where colours of many kinds are around, no line tells the marker from all of them: some keep a
+    share, which makes the shape look wrong.  Then it is measured again without them.
+
+    Args:
+        alone: of what has a share, only what is half disc counts, with its rim.
+    """
     paint = track.paint
     assert paint is not None
     near = _masks(max(2, round(radius)))[2]
@@ -553,6 +574,13 @@ def _measure_disc(
         window, left, top, part = there
         share = cv2.transform(cv2.LUT(window, _LIGHT), paint.weights)
         share = cv2.bitwise_and(share, near[part])
+        if alone:
+            outline = _outline(share)
+            if outline is None:
+                return None
+            own = np.zeros(share.shape, np.uint8)
+            cv2.drawContours(own, [outline], -1, 255, -1)
+            share = cv2.bitwise_and(share, share, mask=cv2.dilate(own, _RIM))
         m = cv2.moments(share)
         if m["m00"] < 12 * 65535:
             return None
@@ -571,6 +599,9 @@ def _measure_disc(
     # 6 px have up to 0.08, one that lacks a fifth of its radius 0.14, half of it 0.37.)
     thirds = m["mu30"] ** 2 + m["mu03"] ** 2 + 3 * (m["mu21"] ** 2 + m["mu12"] ** 2)
     lopsided = math.sqrt(thirds) / m00 / middle**1.5
+    shape = _ramp(solid, 0.75, 0.9) * (1 - _ramp(lopsided, 0.15, 0.3))
+    if shape < 1 and not alone:
+        return _measure_disc(image, u, v, radius, marker, track, alone=True)
     learned = marker.color
     assert learned is not None
     inside = cv2.inRange(share, 50000, 65535)
@@ -578,8 +609,7 @@ def _measure_disc(
     light = track.gains or (1.0, 1.0, 1.0)
     shade = hsv_of((blue / light[2], green / light[1], red / light[0]))
     new_radius = 2 * math.sqrt(longest)
-    trust = track.even * _ramp(solid, 0.75, 0.9) * (1 - _ramp(lopsided, 0.15, 0.3))
-    trust *= _likeness(shade, track.color or learned, learned)
+    trust = track.even * shape * _likeness(shade, track.color or learned, learned)
     if track.seen is not None:
         trust *= 1 - _ramp(abs(math.log(new_radius / radius)), 0.2, 0.5)
     if trust < BELIEVED:

@@ -1,5 +1,6 @@
 """Markers in rendered pictures, of which the truth is known to a thousandth of a pixel."""
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -250,6 +251,44 @@ def test_effector_and_goal_are_followed_among_bricks_of_all_colours(kind):
             assert visible[name] > 0.9
             assert off(found[name], *place) < (0.5 if kind == "disc" else 1.5)
             assert found[name].confidence >= BELIEVED
+
+
+def beside_the_goal(scene, low, high):
+    """Postures whose tip is seen `low` to `high` px beside the goal, in all directions."""
+    for q in itertools.product(np.arange(-1.5, 0.8, 0.1), np.arange(-2.2, 2.2, 0.1)):
+        truth = scene.truth(q)
+        if low < math.dist(truth["effector"], truth["goal"]) < high:
+            yield q, truth["effector"]
+
+
+@pytest.mark.parametrize("azimuth", [-90, 150])
+def test_beside_the_goal_s_marker_a_slanting_one_is_found_whatever_else_is_around(azimuth):
+    scene = Scene(ARM, read_scene(f"tilt=50,azimuth={azimuth},clutter=0,fps_wander=0"))
+    marker = read_spec("effector", "disc:red")
+    for k, (q, truth) in enumerate(beside_the_goal(scene, 14, 22)):
+        assert scene.visible(q)["effector"] > 0.99
+        poses = ScriptedPoses(ARM, lambda t, q=q: q)
+        image = SyntheticCamera(scene, poses, start=0.0).capture(k).image
+        seen, why = follow(marker, [image] * 2)  # searched for, then expected there
+        assert why == ["", ""], q
+        assert max(off(s, *truth) for s in seen) < 0.5
+        assert min(s.confidence for s in seen) >= BELIEVED
+    assert k >= 10
+
+
+def test_what_is_beside_a_disc_does_not_pull():
+    ground = np.full((HEIGHT, WIDTH, 3), 235, np.uint8)
+    u, v = round(U), round(V)
+    ground[: v - 15] = 60, 150, 20
+    ground[v - 5 : v + 10, : u - 15] = 0, 190, 230
+    ground[v + 15 :, u - 3 : u + 4] = 60, 55, 50
+    ground[v + 15 : v + 19, u + 5 : u + 8] = 30, 20, 200
+    places = around(24, reach=1)
+    pictures = [picture(u=u, v=v, background=ground, seed=k) for k, (u, v) in enumerate(places)]
+    seen, why = follow(read_spec(NAME, "red"), pictures)
+    assert set(why) == {""}
+    assert rms(seen, places) <= 0.06
+    assert len(claims(seen)) == 24
 
 
 @pytest.mark.parametrize("kind", ["disc", "ball"])
