@@ -45,6 +45,10 @@ APART, MOST_KEYS = math.radians(2.5), 24
 ROBUST = 3.0
 """Residuals beyond so many standard deviations count ever less (Geman and McClure)."""
 
+ROUND = 8
+"""After every so manieth fit the key-frames are weighed anew: it makes little difference, and costs
+more than all the rest."""
+
 TELLS = 4.0
 """Plain Broyden learns from steps of at least so many standard deviations in the image."""
 
@@ -57,34 +61,40 @@ def dot(a, b):
     return sum(map(mul, a, b))
 
 
-def _cholesky(N):
-    """Rows of the lower triangle L with L L' = N, for a symmetric, positive N."""
+def cholesky(N):
+    """Rows of the lower triangle L with L L' = N, for a positive definite N (its lower part)."""
     L = []
-    for i, row in enumerate(N):
-        new = []
-        for j in range(i):
-            new.append((row[j] - dot(new, L[j])) / L[j][j])
-        new.append(math.sqrt(row[i] - dot(new, new)))
+    for row in N:
+        new, left = [], row[len(L)]
+        for value, other in zip(row, L):
+            for a, b in zip(new, other):
+                value -= a * b
+            value /= other[-1]
+            left -= value * value
+            new.append(value)
+        new.append(math.sqrt(left))
         L.append(new)
     return L
 
 
-def _forward(L, b):
+def forward_substituted(L, b):
     """y with L y = b."""
     y = []
     for row, value in zip(L, b):
-        y.append((value - dot(row, y)) / row[-1])
+        for a, known in zip(row, y):
+            value -= a * known
+        y.append(value / row[-1])
     return y
 
 
-def _backward(L, y):
+def back_substituted(L, y):
     """x with L' x = y."""
     x = list(y)
-    for i in reversed(range(len(L))):
+    for i in range(len(L) - 1, -1, -1):
         row = L[i]
-        x[i] /= row[-1]
+        x[i] = known = x[i] / row[-1]
         for j in range(i):
-            x[j] -= row[j] * x[i]
+            x[j] -= row[j] * known
     return x
 
 
@@ -130,8 +140,7 @@ class LocalJacobian(object):
             return
         if self._last is not None:
             q_before, s_before, variance_before = self._last
-            dq = [a - b for a, b in zip(q, q_before)]
-            ds = [a - b for a, b in zip(s, s_before)]
+            dq, ds = list(map(sub, q, q_before)), list(map(sub, s, s_before))
             if any(dq) and (self._noise_aware or self._tells(dq, ds, variance + variance_before)):
                 self._update(dq, ds, variance + variance_before)
         self._last = tuple(q), tuple(s), variance
@@ -155,7 +164,7 @@ class LocalJacobian(object):
             weight = 1.0 if excess <= 1 else (1.0 + excess) ** -2
             gain = [weight * a / expected for a in along]
             self.J = tuple(
-                tuple(a + r * g for a, g in zip(row, gain)) for row, r in zip(self.J, missed)
+                [tuple([a + r * g for a, g in zip(row, gain)]) for row, r in zip(self.J, missed)]
             )
         else:
             self.J = broyden_update(self.J, dq, ds)
@@ -175,8 +184,8 @@ class LocalJacobian(object):
         J = self.J
 
         def predict(there):
-            dq = [a - b for a, b in zip(there, q)]
-            return [y + dot(row, dq) for y, row in zip(s, J)]
+            dq = list(map(sub, there, q))
+            return [sum(map(mul, row, dq), y) for y, row in zip(s, J)]
 
         return Picture(predict, lambda there: J)
 
@@ -211,7 +220,7 @@ def _planar_slopes(terms, joints):
 
 
 def _planar_precision(links):
-    """Of the terms' coefficients, px^-2, before anything was seen.
+    """Of the terms' coefficients, px^-2, before anything was seen; the lower triangle.
 
     The tip's place is the sum of the links' directions, each times its length: that sum may be seen
     in any way (SEEN), and each link by itself deviates from it (ODD).  The inverse of
@@ -227,7 +236,7 @@ def _planar_precision(links):
         for j, b in enumerate(u):
             for k in (1, 2):
                 precision[2 * i + k][2 * j + k] = ((i == j) - share * a * b) / ODD**2
-    return precision
+    return [row[: i + 1] for i, row in enumerate(precision)]
 
 
 _Chain = namedtuple("_Chain", "terms slopes precision")
@@ -235,15 +244,19 @@ _CHAINS = {"planar": _Chain(_planar_terms, _planar_slopes, _planar_precision)}
 
 
 class _Key(object):
-    """A key-frame: what was seen at one pose, and what of it enters the normal equations."""
+    """A key-frame: what was seen at one pose.
 
-    __slots__ = ("q", "terms", "s", "variance", "weight", "products")
+    products  what a weight of 1 would add to the normal equations
+    weight    with which it is in them
+    """
+
+    __slots__ = ("q", "terms", "s", "variance", "products", "weight")
 
     def __init__(self, q, terms, s, variance):
         self.q, self.terms, self.s, self.variance = q, terms, s, variance
-        self.weight = 1.0
-        self.products = [a * b for i, a in enumerate(terms) for b in terms[i:]]
-        self.products += [a * y for y in s for a in terms]
+        self.weight = 0.0
+        products = [a * b for i, a in enumerate(terms, 1) for b in terms[:i]]
+        self.products = products + [a * y for y in s for a in terms]
 
 
 class ChainModel(object):
@@ -265,8 +278,15 @@ class ChainModel(object):
         self._rows = rows
         self._joints = len(links)
         self._chain = _CHAINS[chain]
-        self._prior = self._chain.precision(links)
+        precision = self._chain.precision(links)
+        size = len(precision)
+        whole = size * (size + 1) // 2
+        # The normal equations: the lower triangle row by row, then the right sides.
+        self._prior = self._sums = sum(precision, []) + [0.0] * (rows * size)
+        self._triangle = [slice(i * (i + 1) // 2, (i + 1) * (i + 2) // 2) for i in range(size)]
+        self._sides = [slice(whole + k * size, whole + (k + 1) * size) for k in range(rows)]
         self._keys = []
+        self._fits = 0
 
     def observe(self, q, s, variance, standing=True):
         """Keep what was seen as a key-frame, in place of one that is nearly the same.
@@ -276,70 +296,83 @@ class ChainModel(object):
             standing: what was seen in motion does not replace what is known better.
         """
         first = q[0]
-        near = [
-            key
-            for key in self._keys
-            if abs(key.q[0] - first) < APART and all(abs(a - b) < APART for a, b in zip(key.q, q))
-        ]
+        near = [key for key in self._keys if -APART < key.q[0] - first < APART]
+        near = [key for key in near if all(abs(a - b) < APART for a, b in zip(key.q, q))]
         if near and not standing and min(key.variance for key in near) <= variance:
             return
-        for key in near:
-            self._keys.remove(key)
         self._keys.append(_Key(tuple(q), self._chain.terms(q), tuple(s), variance))
-        del self._keys[:-MOST_KEYS]
+        self._weigh(self._keys[-1], 1 / variance)
+        for key in near or self._keys[:-MOST_KEYS]:
+            self._weigh(key, 0.0)
+            self._keys.remove(key)
 
     def seen_from(self, q, s):
         """The Picture of an arm that is at q, where s is seen."""
         W = self._fit(q)
         terms, slopes, n = self._chain.terms, self._chain.slopes, self._joints
-        here = terms(q)
-        offset = [y - dot(w, here) for y, w in zip(s, W)]
+        q, here = list(q), terms(q)
+        offset = [y - sum(map(mul, w, here)) for y, w in zip(s, W)]
 
         def predict(there):
             there = terms(there)
-            return [dot(w, there) + o for w, o in zip(W, offset)]
+            return [sum(map(mul, w, there), o) for w, o in zip(W, offset)]
+
+        def of_terms(values):
+            columns = slopes(values, n)
+            return tuple([[sum(map(mul, w, column)) for column in columns] for w in W])
+
+        J = of_terms(here)  # which is asked for most
 
         def jacobian(there):
-            columns = slopes(terms(there), n)
-            return tuple(tuple(dot(w, column) for column in columns) for w in W)
+            return J if there == q else of_terms(terms(there))
 
         return Picture(predict, jacobian)
 
+    def _weigh(self, key, weight):
+        """Let a key-frame count for so much in the normal equations."""
+        more = weight - key.weight
+        self._sums = [total + more * p for total, p in zip(self._sums, key.products)]
+        key.weight = weight
+
     def _fit(self, q):
-        size = len(self._prior)
-        doubts, weights = [], []
-        for key in self._keys:
-            apart = list(map(sub, key.q, q))
-            doubts.append(key.variance + FAR**2 * dot(apart, apart))
-            weights.append(key.weight / doubts[-1])
-        sums = [dot(weights, column) for column in zip(*(key.products for key in self._keys))]
-        sums = iter(sums or [0.0] * (size * (size + 1) // 2 + size * self._rows))
-        N = [list(row) for row in self._prior]
-        for i in range(size):
-            for j in range(i, size):
-                N[i][j] += next(sums)
-                N[j][i] = N[i][j]
-        self._L = L = _cholesky(N)
-        W = [
-            _backward(L, _forward(L, [next(sums) for _ in range(size)])) for _ in range(self._rows)
-        ]
-        scale = self._rows * ROBUST**2
-        for key, doubt in zip(self._keys, doubts):
-            terms, excess = key.terms, 0.0
-            for y, w in zip(key.s, W):
-                excess += (y - sum(map(mul, w, terms))) ** 2
-            excess /= scale * doubt
-            key.weight = 1.0 if excess <= 1 else (1.0 + excess) ** -2
+        """W (m x terms) by least squares."""
+        sums = self._sums
+        self._L = L = cholesky([sums[part] for part in self._triangle])
+        W = [back_substituted(L, forward_substituted(L, sums[side])) for side in self._sides]
+        self._fits += 1
+        if self._fits % ROUND == 0 and self._keys:
+            self._weigh_all(q, W)
         return W
+
+    def _weigh_all(self, q, W):
+        """By how well they agree with W, and by their distance from q.
+
+        Together: weighed one by one, what is right would be doubted before what is false is.
+        """
+        for key in self._keys:
+            doubt = key.variance
+            for a, b in zip(key.q, q):
+                doubt += FAR**2 * (a - b) * (a - b)
+            terms, excess = key.terms, 0.0
+            for off, w in zip(key.s, W):
+                for a, b in zip(w, terms):
+                    off -= a * b
+                excess += off * off
+            excess /= doubt * self._rows * ROBUST**2
+            key.weight = (1.0 if excess <= 1 else (1.0 + excess) ** -2) / doubt
+        weights = [key.weight for key in self._keys]
+        columns = zip(*[key.products for key in self._keys])
+        self._sums = [p + sum(map(mul, weights, column)) for p, column in zip(self._prior, columns)]
 
     def covariance(self, q):
         """Of each row of J at q, n x n, (px/rad)^2; of the fit that `seen_from` made last."""
         slopes = self._chain.slopes(self._chain.terms(q), self._joints)
         # slope' N^-1 slope, from one side: N^-1 = L'^-1 L^-1
-        halves = [_forward(self._L, slope) for slope in slopes]
+        halves = [forward_substituted(self._L, slope) for slope in slopes]
         return [[dot(a, b) for b in halves] for a in halves]
 
     def doubt_all(self):
         """The camera was moved, or the like: what was seen before counts little from now on."""
         for key in self._keys:
             key.variance += MOVED**2
+            self._weigh(key, 1 / key.variance)

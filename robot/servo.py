@@ -16,9 +16,17 @@ import itertools
 import math
 import random
 from collections import namedtuple
-from operator import sub
+from operator import add, mul, sub
 
-from robot.image_jacobian import ChainModel, LocalJacobian, Picture, dot
+from robot.image_jacobian import (
+    ChainModel,
+    LocalJacobian,
+    Picture,
+    back_substituted,
+    cholesky,
+    dot,
+    forward_substituted,
+)
 from robot.kinematics import Singular, broyden_update, damped_solve, solve
 from robot.pursuit import Moving
 
@@ -83,7 +91,7 @@ FORGET = 0.6
 MARGIN = math.radians(1)
 """Distance kept from joint limits, rad: nobody knows the play exactly."""
 
-SHARP = 0.04
+SHARP, FLAT = 0.25, 0.05
 """A pose is searched no finer than this, px^2."""
 
 # Giving up
@@ -126,7 +134,7 @@ action   "explore" | "move" | "restart": go to q (rad); "end": with a verdict an
 
 def length(e):
     """Euclidean."""
-    return math.sqrt(dot(e, e))
+    return math.sqrt(sum(map(mul, e, e)))
 
 
 def _apart(a, b):
@@ -203,26 +211,31 @@ def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
     def cost(q):
         e = list(map(sub, goal, picture.predict(q)))
         x = list(map(sub, q, here))
-        pull = [dot(row, x) for row in caution]
-        return dot(e, e) + dot(x, pull), e, pull
+        pull = [sum(map(mul, row, x)) for row in caution]
+        return sum(map(mul, e, e)) + sum(map(mul, x, pull)), e, pull
 
     q = [min(max(a, least), most) for a, least, most in zip(start, low, high)]
     least, e, pull = cost(q)
     damping = 1e-4
     for _ in range(iterations):
         columns = list(zip(*picture.jacobian(q)))
-        H = [[dot(a, b) + c for b, c in zip(columns, row)] for a, row in zip(columns, caution)]
-        downhill = [dot(column, e) - p for column, p in zip(columns, pull)]
-        extra = damping * sum(H[k][k] for k in range(len(q))) + 1e-9
-        for k in range(len(q)):
-            H[k][k] += extra
+        H, downhill, trace = [], [], 0.0
+        for k, a in enumerate(columns):
+            row = list(caution[k])
+            for j, b in enumerate(columns):
+                row[j] += sum(map(mul, a, b))
+            H.append(row)
+            downhill.append(sum(map(mul, a, e)) - pull[k])
+            trace += row[k]
+        for k, row in enumerate(H):
+            row[k] += damping * trace + 1e-9
         there = _step_in_box(H, downhill, q, low, high)
         costs, e_there, pull_there = cost(there)
         if costs < least:
             gained = least - costs
             q, least, e, pull = there, costs, e_there, pull_there
             damping = max(damping / 8, 1e-6)
-            if costs < SHARP or gained < SHARP + 0.01 * costs:
+            if costs < SHARP or gained < SHARP + FLAT * costs:
                 break
         else:
             damping *= 16
@@ -232,16 +245,17 @@ def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
 
 
 def _step_in_box(H, b, q, low, high):
-    """q + x with H x = b, kept in the box."""
-    there = [a + x for a, x in zip(q, solve(H, b))]
-    if all(least <= a <= most for a, least, most in zip(there, low, high)):
+    """q + x with H x = b for a positive definite H, kept in the box."""
+    there = list(map(add, q, _solve_definite(H, b)))
+    clipped = list(map(min, map(max, there, low), high))
+    if clipped == there:
         return there
     there = list(q)
     free = list(range(len(q)))
     while free:
         fixed = [k for k in range(len(q)) if k not in free]
         left = [b[i] - sum(H[i][k] * (there[k] - q[k]) for k in fixed) for i in free]
-        x = solve([[H[i][k] for k in free] for i in free], left)
+        x = _solve_definite([[H[i][k] for k in free] for i in free], left)
         for k, d in zip(free, x):
             there[k] = min(max(q[k] + d, low[k]), high[k])
         inside = [k for k, d in zip(free, x) if low[k] <= q[k] + d <= high[k]]
@@ -249,6 +263,11 @@ def _step_in_box(H, b, q, low, high):
             break
         free = inside
     return there
+
+
+def _solve_definite(H, b):
+    L = cholesky(H)
+    return back_substituted(L, forward_substituted(L, b))
 
 
 class Measure(object):
@@ -314,7 +333,7 @@ class ReportMeasure(object):
 
 def error_of(views):
     """e = s - s_star of all cameras in turn, px."""
-    return [a - b for view in views for a, b in zip(view.s, view.goal)]
+    return [x for view in views for x in map(sub, view.s, view.goal)]
 
 
 class ReportServo(object):
@@ -540,13 +559,13 @@ class Servo(object):
         self._n = len(arm.joints)
         self._low = [joint.lower + MARGIN for joint in arm.joints]
         self._high = [joint.upper - MARGIN for joint in arm.joints]
-        self._joint_error = [
-            math.hypot(JOINT_ERROR * math.radians(1) / joint.gear, 0.1 * joint.backlash)
+        self._joint_variance = [
+            (JOINT_ERROR * math.radians(1) / joint.gear) ** 2 + (0.1 * joint.backlash) ** 2
             for joint in arm.joints
         ]
         self._tolerance = tolerance
-        self._make = models
-        self._local = next((name for name in sorted(models) if name != "chain"), "chain")
+        self._make, self._names = models, sorted(models)
+        self._local = next((name for name in self._names if name != "chain"), "chain")
         self._models = {}  # (name, camera): model
         self._cameras = ()
         self._wrong = dict.fromkeys(models, 0.5)
@@ -560,7 +579,7 @@ class Servo(object):
         self._refined = False
         self._stuck_at = []
         self._q = self._s = None
-        self._pictures = {}
+        self._pictures, self._blurs = {}, {}  # by (name, camera)
 
     # Learning
 
@@ -584,38 +603,40 @@ class Servo(object):
         off = length([x - (a + b) / 2 for a, x, b in zip(before, s, after)])
         if off > STRAIGHT * length(way) + 4 * self.measure.sigma + IN_MOTION:
             return
-        for name in self._make:
+        for name in self._names:
             variance = self.measure.sigma**2 + IN_MOTION**2 + self._blur(name, camera)
             self._model(name, camera).observe(q, s, variance, standing=False)
 
     def _blur(self, name, camera):
         """What the joints' own uncertainty makes of a row of this camera, px^2."""
-        picture = self._pictures.get((name, camera))
-        if picture is None:
-            return 4.0
-        columns = zip(*picture.jacobian(self._q))
-        return sum(dot(c, c) / len(c) * w * w for c, w in zip(columns, self._joint_error))
+        if (name, camera) not in self._blurs:
+            picture = self._pictures.get((name, camera))
+            if picture is None:
+                return 4.0
+            columns = zip(*picture.jacobian(self._q))
+            self._blurs[name, camera] = sum(
+                sum(map(mul, c, c)) / len(c) * w for c, w in zip(columns, self._joint_variance)
+            )
+        return self._blurs[name, camera]
 
     def _look_from(self, q, views):
         """Take in a measurement; the pictures are from here from now on."""
         for view in views:
-            for name in self._make:
+            for name in self._names:
                 model = self._model(name, view.camera)
                 model.observe(q, view.s, view.variance + self._blur(name, view.camera))
-        self._cameras = tuple(view.camera for view in views)
-        for view in views:
-            for name in self._make:
-                model = self._model(name, view.camera)
                 self._pictures[name, view.camera] = model.seen_from(q, view.s)
+        self._cameras = tuple([view.camera for view in views])
+        self._blurs = {}
 
     def _judge(self, q, s):
         """How well the step that led here was predicted: of which model, and in what region."""
-        moved = length([a - b for a, b in zip(s, self._s)])
+        moved = length(list(map(sub, s, self._s)))
         if moved < TELLING * self.measure.sigma:
             return
         missed = {}
-        for name in self._make:
-            missed[name] = length([a - b for a, b in zip(self._picture(name).predict(q), s)])
+        for name in self._names:
+            missed[name] = length(list(map(sub, self._picture(name).predict(q), s)))
             wrong = min(missed[name] / moved, 2.0)
             self._wrong[name] += FORGET * (wrong - self._wrong[name])
         if self.using is None:
@@ -638,7 +659,7 @@ class Servo(object):
         Returns:
             Decision
         """
-        s = [x for view in views for x in view.s]
+        q, s = list(q), [x for view in views for x in view.s]
         goal = [x for view in views for x in view.goal]
         off = length(error_of(views))
         same = self._cameras == tuple(view.camera for view in views)
@@ -646,7 +667,7 @@ class Servo(object):
             self._judge(q, s)
         self._look_from(q, views)
         shown = self._exploring_showed(q, s)
-        self._q, self._s = tuple(q), s
+        self._q, self._s = q, s
         self._glimpsed = {}
         if off < self._tolerance * (1 if self._refined else CONTENT):
             return Decision("end", None, CONVERGED, "")
@@ -731,7 +752,7 @@ class Servo(object):
         return total
 
     def _move(self, q, goal, off):
-        name = min(sorted(self._make), key=lambda n: self._wrong[n])
+        name = min(self._names, key=self._wrong.get)
         self.using = name
         picture, caution = self._picture(name), self._caution(name, q)
         self.J = picture.jacobian(q)
@@ -789,7 +810,7 @@ class Servo(object):
         return self._models[self._in_use(), camera].seen_from(q, s)
 
     def _in_use(self):
-        return "chain" if "chain" in self._make else self.using or sorted(self._make)[0]
+        return "chain" if "chain" in self._make else self.using or self._names[0]
 
     def aim(self, sights):
         """Where the joints should be, seen while they move.

@@ -11,7 +11,7 @@ import random
 
 import pytest
 
-from robot.image_jacobian import LEAST_DOUBT, ChainModel, LocalJacobian
+from robot.image_jacobian import LEAST_DOUBT, ROUND, ChainModel, LocalJacobian
 
 LINKS = (11.3, 9.5)
 TRUE = ((520.0, -210.0), (90.0, 340.0))
@@ -412,7 +412,7 @@ def test_a_false_key_frame_loses_its_weight():
     model.observe(q, [y + 250 for y in affine(q)], 0.05)
     here, there = (0.0, 0.0), (1.2, 1.0)
     off = []
-    for _ in range(5):
+    for _ in range(5 * ROUND):
         picture = model.seen_from(here, affine(here))
         off.append(distance(picture.predict(there), affine(there)))
     assert off[0] > 10

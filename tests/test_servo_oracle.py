@@ -57,17 +57,23 @@ def planar_terms(q):
 
 @pytest.mark.parametrize("links", [(11.3, 9.5), (9.0, 7.0, 5.0)])
 def test_the_chains_fit_is_numpys_weighted_ridge(links):
-    """As stacked rows: key-frames by their standard deviations, the prior by its square root."""
+    """As stacked rows: key-frames by their standard deviations, the prior by its square root.
+
+    Some fits weigh the key-frames for the place that they are seen from.
+    """
     luck = np.random.default_rng(3)
     n, m = len(links), 3
     poses = luck.uniform(-1.2, 1.2, (10, n))
-    seen = luck.normal(0, 100, (10, m))
     variances = luck.uniform(0.1, 4, 10)
+    true = luck.normal(0, 100, (m, 2 * n + 1))
+    noise = luck.normal(0, 1, (10, m)) * np.sqrt(variances)[:, None]
+    seen = np.array([true @ planar_terms(q) for q in poses]) + noise
     model = ChainModel(m, "planar", links)
     for q, s, variance in zip(poses, seen, variances, strict=True):
         model.observe(q.tolist(), s.tolist(), float(variance))
     here, s_here = luck.uniform(-1, 1, n), luck.normal(0, 100, m)
-    picture = model.seen_from(here.tolist(), s_here.tolist())
+    for _ in range(image_jacobian.ROUND + 1):
+        picture = model.seen_from(here.tolist(), s_here.tolist())
 
     u = np.array(links) / np.linalg.norm(links)
     spread = np.zeros((2 * n + 1, 2 * n + 1))
