@@ -34,24 +34,37 @@ class Ellipse(NamedTuple):
 
     u, v    centre, px
     radius  half of its longer axis, px
+    short   half of its shorter axis, px
+    spread  second moments: across, down, skew, px^2
     even    how well an outline follows it: 1 for a disc, below 0.5 for a square
     """
 
     u: float
     v: float
     radius: float
+    short: float
+    spread: tuple[float, float, float]
     even: float
 
 
-def ellipse_of(outline: np.ndarray) -> Ellipse | None:
+SLENDER = 0.2
+"""Ratio of its axes below which an ellipse is a stick rather than a disc aslant."""
+SHORT = 2.0
+"""Half of its shorter axis below which an ellipse cannot be told from a stick, px."""
+
+
+def ellipse_of(outline: np.ndarray, finer: int = 1) -> Ellipse | None:
     """The ellipse of the same second moments as a blob.
 
     Args:
         outline: of the blob, as OpenCV finds it, shape (n, 1, 2).
+        finer: steps of the outline in a px.
 
     Returns:
-        None for a blob of less than 10 px, and for a thin one.
+        None for a blob of less than 10 px, and for one too slender or too thin.
     """
+    step = 1 / finer
+    outline = (outline.astype(np.float32) + 0.5) * step - 0.5
     m = cv2.moments(outline)
     area = m["m00"]
     if area < 10:
@@ -59,15 +72,21 @@ def ellipse_of(outline: np.ndarray) -> Ellipse | None:
     u, v = m["m10"] / area, m["m01"] / area
     covariance = np.array([[m["mu20"], m["mu11"]], [m["mu11"], m["mu02"]]]) / area
     spreads, axes = np.linalg.eigh(covariance)
-    if spreads[0] < 0.1 * spreads[1]:
+    short, long = 2 * np.sqrt(np.maximum(spreads, 1e-9))
+    # An outline runs through pixel centres: half a step inside the rim.
+    if short + step / 2 < max(SHORT, SLENDER * (long + step / 2)):
         return None
-    # Measured in spreads, an ellipse's outline is at 2 all around; a square's at 1.7 to 2.4.
-    away = np.hypot(*((outline[:, 0] - (u, v)) @ axes / np.sqrt(spreads)).T) / 2
-    # Steps from pixel to pixel make a small outline rough.  Rendered discs from 5 px on, blurred by
-    # lens and motion, come out below 0.014, bricks above 0.028.
-    rough = float(away.std()) - 0.25 / math.sqrt(area / math.pi)
+    # How far outside of the ellipse, px, to first order.
+    parts = (outline[:, 0] - (u, v)) @ axes / (short, long)
+    ratio = np.hypot(*parts.T)
+    off = (ratio - 1) * ratio / np.maximum(np.hypot(*(parts / (short, long)).T), 1e-9)
+    # Steps from pixel to pixel make an outline rough, by as much whatever its size; noise, too.  In
+    # parts of the shorter axis, rendered discs, blurred by lens and motion, come out below 0.014,
+    # bricks above 0.028.
+    rough = float((off.std() - 0.18 * step - 0.07) / short)
     even = min(1.0, max(0.0, (0.032 - rough) / 0.016))
-    return Ellipse(u, v, 2 * math.sqrt(spreads[1]), even)
+    spread = m["mu20"] / area, m["mu02"] / area, m["mu11"] / area
+    return Ellipse(u, v, float(long), float(short), spread, even)
 
 
 _POINTS = 48

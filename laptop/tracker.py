@@ -441,10 +441,12 @@ def _whole_disc(
     if rough is None:
         return None
     u, v, radius = rough.u + left, rough.v + top, rough.radius
-    paint = _mix(image, u, v, radius)
+    paint = _mix(image, u, v, radius, rough.spread)
     if paint is None:
         return None
-    even = (rough.even + _evenness(image, u, v, radius, paint)) / 2
+    # Of a thin one the gate, which has but whole pixels, shows no shape.
+    even, other = _evenness(image, u, v, radius, paint), rough.even
+    even += 0.5 * _ramp(rough.short, 1.5, 3) * (other - even)
     if even <= 0:
         return None
     start = replace(track, paint=paint, seen=None, even=even)
@@ -468,13 +470,33 @@ _GRAIN = 0.01
 
 
 @lru_cache(maxsize=64)
-def _masks(radius: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """In a window of 2 h + 1 px: the core of a marker, its surroundings, and where it may be."""
-    half = math.ceil(1.6 * radius) + 4
+def _near(radius: int) -> np.ndarray:
+    """In a window of 2 h + 1 px: where a marker may be."""
+    half = _half(radius)
     v, u = np.mgrid[-half : half + 1, -half : half + 1]
-    away = np.hypot(u, v)
-    near = np.where(away < 1.25 * radius + 2.5, 65535, 0).astype(np.uint16)
-    return away < 0.6 * radius, (away > 1.12 * radius + 1.5) & (away < 1.35 * radius + 3.5), near
+    return np.where(np.hypot(u, v) < 1.25 * radius + 2.5, 65535, 0).astype(np.uint16)
+
+
+def _half(radius: float) -> int:
+    """Half of the window for a marker, px."""
+    return math.ceil(1.6 * max(2, round(radius))) + 4
+
+
+def _masks(half: int, spread: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """In a window of 2 h + 1 px: the core of a marker with these second moments, and its ring."""
+    across, down, skew = spread
+    turn = math.atan2(2 * skew, across - down) / 2
+    middle, apart = (across + down) / 2, math.hypot((across - down) / 2, skew)
+    long, short = 2 * math.sqrt(middle + apart), 2 * math.sqrt(max(middle - apart, 0.25))
+    v, u = np.ogrid[-half : half + 1, -half : half + 1]
+    along2 = (u * math.cos(turn) + v * math.sin(turn)) ** 2
+    beside2 = (v * math.cos(turn) - u * math.sin(turn)) ** 2
+
+    def within(times: float, more: float) -> np.ndarray:
+        a, b = times * long + more, times * short + more
+        return along2 / (a * a) + beside2 / (b * b) < 1
+
+    return within(0.6, 0), within(1.35, 3.5) & ~within(1.12, 1.5)
 
 
 def _around(
@@ -497,18 +519,21 @@ def _around(
     return window, left, top, (rows, columns)
 
 
-def _mix(image: np.ndarray, u: float, v: float, radius: float) -> Paint | None:
+def _mix(
+    image: np.ndarray, u: float, v: float, radius: float, spread: tuple[float, float, float]
+) -> Paint | None:
     """Tell the marker's colour from those around it.
 
     Fisher's linear discriminant: what varies most around the marker (light and dark, mostly)
     counts least, so that an edge in the background does not pull.  None where the surroundings
     hardly differ from the marker.
     """
-    core, ring, _ = _masks(max(2, round(radius)))
-    there = _around(image, u, v, core.shape[0] // 2)
+    half = _half(radius)
+    there = _around(image, u, v, half)
     if there is None:
         return None
     window, _, _, part = there
+    core, ring = _masks(half, spread)
     if not core[part].any() or not ring[part].any():
         return None
     light = cv2.LUT(window, _LIGHT)
@@ -517,8 +542,8 @@ def _mix(image: np.ndarray, u: float, v: float, radius: float) -> Paint | None:
     mean = around.mean(axis=0)
     around -= mean
     contrast = inside - mean
-    spread = around.T @ around / len(around) + np.eye(3) * _GRAIN**2
-    weights = np.linalg.solve(spread.astype(float), contrast)
+    scatter = around.T @ around / len(around) + np.eye(3) * _GRAIN**2
+    weights = np.linalg.solve(scatter.astype(float), contrast)
     separation = float(weights @ contrast)
     if separation < 9:
         return None
@@ -531,20 +556,25 @@ def _evenness(image: np.ndarray, u: float, v: float, radius: float, paint: Paint
 
     Brightness has a part in it, which a JPEG keeps finer than the colours that the gate sees.
     """
-    there = _around(image, u, v, _masks(max(2, round(radius)))[0].shape[0] // 2)
+    there = _around(image, u, v, _half(radius))
     if there is None:
         return 0.0
     share = cv2.transform(cv2.LUT(there[0], _LIGHT), paint.weights)
-    outline = _outline(share)
-    ellipse = None if outline is None else ellipse_of(outline)
+    # Between pixels, too: of a small one, and of one aslant, whole pixels do not show the shape.
+    finer = 4 if radius < 24 else 1
+    at = (u - there[1] + 0.5) * finer - 0.5, (v - there[2] + 0.5) * finer - 0.5
+    outline = _outline(cv2.resize(share, None, fx=finer, fy=finer), *at)
+    ellipse = None if outline is None else ellipse_of(outline, finer)
     return ellipse.even if ellipse else 0.0
 
 
-def _outline(share: np.ndarray) -> np.ndarray | None:
-    """Of the largest that is half disc; None if nothing is."""
+def _outline(share: np.ndarray, u: float, v: float) -> np.ndarray | None:
+    """Of what is half disc and lies around (u, v), or nearest; None if nothing is."""
     half = cv2.inRange(share, 32768, 65535)
     outlines, _ = cv2.findContours(half, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    return max(outlines, key=cv2.contourArea) if outlines else None
+    if not outlines:
+        return None
+    return max(outlines, key=lambda outline: cv2.pointPolygonTest(outline, (u, v), True))
 
 
 def _measure_disc(
@@ -566,7 +596,8 @@ def _measure_disc(
     """
     paint = track.paint
     assert paint is not None
-    near = _masks(max(2, round(radius)))[2]
+    near = _near(max(2, round(radius)))
+    start = u, v
     for _ in range(3):
         there = _around(image, u, v, near.shape[0] // 2)
         if there is None:
@@ -575,7 +606,7 @@ def _measure_disc(
         share = cv2.transform(cv2.LUT(window, _LIGHT), paint.weights)
         share = cv2.bitwise_and(share, near[part])
         if alone:
-            outline = _outline(share)
+            outline = _outline(share, start[0] - left, start[1] - top)
             if outline is None:
                 return None
             own = np.zeros(share.shape, np.uint8)
@@ -601,7 +632,7 @@ def _measure_disc(
     lopsided = math.sqrt(thirds) / m00 / middle**1.5
     shape = _ramp(solid, 0.75, 0.9) * (1 - _ramp(lopsided, 0.15, 0.3))
     if shape < 1 and not alone:
-        return _measure_disc(image, u, v, radius, marker, track, alone=True)
+        return _measure_disc(image, *start, radius, marker, track, alone=True)
     learned = marker.color
     assert learned is not None
     inside = cv2.inRange(share, 50000, 65535)
@@ -618,13 +649,13 @@ def _measure_disc(
     glow = blue + green + red
     if paint.glow is not None and abs(glow / paint.glow - 1) > 0.04:
         # The light has changed: what was mixed before it did is of no use.
-        fresh = _mix(image, u, v, new_radius)
+        fresh = _mix(image, u, v, new_radius, (across, down, skew))
         if fresh is None:
             return None
         return _measure_disc(image, u, v, radius, marker, replace(track, paint=fresh))
     paint = paint._replace(glow=glow, age=paint.age + 1)
     if paint.age > 4:
-        fresh = _mix(image, u, v, new_radius)
+        fresh = _mix(image, u, v, new_radius, (across, down, skew))
         paint = fresh and fresh._replace(glow=glow)
     return Track(
         new, seen=new, trust=trust, color=_adapted(shade, track, learned), gains=track.gains,

@@ -106,8 +106,12 @@ IMPROVED, STAGNANT, STAGNANT_NEAR = 0.9, 4, 10
 """So many moves (more where it is near) without the error falling to this share of the best:
 start elsewhere."""
 
-HOPELESS = 2
-"""So many times may a model that is right lately see no way to the goal before it is believed."""
+CLEARLY = 0.7
+"""Another posture must leave over no more than this share of the error."""
+
+STALLED, HOPELESS = 0.9, 2
+"""A course stalls that leaves over more than this share of the error; so many may, with a model
+that is right lately, before all is explored anew; then the goal counts as out of reach."""
 
 MOST_RESTARTS, ALIKE = 4, 3
 """After so many starts from elsewhere, or so many that end equally far off, the goal counts as out
@@ -575,7 +579,9 @@ class Servo(object):
         self._explored = [known] * self._n
         self._best, self._stagnant, self._diverging = None, 0, 0
         self._glimpsed = {}
-        self._hopeless = 0
+        self._stalled = 0
+        self._checked = False  # by exploring anew, that it is out of reach
+        self._bound = None  # where it is on its way to, rad
         self._refined = False
         self._stuck_at = []
         self._q = self._s = None
@@ -681,9 +687,7 @@ class Servo(object):
         if self._stagnant >= (STAGNANT_NEAR if near else STAGNANT):
             return self._restart()
         if self._diverging >= DIVERGING and not self._known:
-            self._explored = [self._known] * self._n
-            self._best, self._diverging = None, 0
-            return self._explore(q, goal)
+            return self._explore_anew(q, goal)
         return self._move(q, goal, off)
 
     def _note_progress(self, off):
@@ -723,6 +727,14 @@ class Servo(object):
         self._explored[k] = True
         return Decision("explore", to, None, "")
 
+    def _explore_anew(self, q, goal):
+        """What is known of the image does not lead to the goal: it may have moved."""
+        for model in self._models.values():
+            model.doubt_all()
+        self._explored = [False] * self._n
+        self._best, self._diverging, self._bound = None, 0, None
+        return self._explore(q, goal)
+
     def _restart(self):
         self._stuck_at.append(self._best)
         alike = [off for off in self._stuck_at if abs(off - self._best) < 0.1 * self._best]
@@ -732,7 +744,7 @@ class Servo(object):
                 "end", None, UNREACHABLE, "no nearer than {:.1f} px".format(min(self._stuck_at))
             )
         self.using = None
-        self._best, self._stagnant, self._region = None, 0, FIRST_STEP
+        self._best, self._stagnant, self._region, self._bound = None, 0, FIRST_STEP, None
         self._explored = [self._known] * self._n
         for model in self._models.values():
             model.doubt_all()
@@ -757,16 +769,20 @@ class Servo(object):
         picture, caution = self._picture(name), self._caution(name, q)
         self.J = picture.jacobian(q)
         if name == "chain":
-            to, left = self._best_posture(picture, goal, q, caution)
-            if left > max(self._tolerance, 0.9 * off):
+            to, left = self._course(picture, goal, q, off, caution)
+            if left > max(self._tolerance, STALLED * off):
                 # Caution keeps it here, or geometry does: what if all were known?
-                to, left = self._best_posture(picture, goal, q, [[0.0] * self._n] * self._n)
-                if left > max(self._tolerance, 0.5 * off):
-                    self._hopeless += 1
-                    if self._hopeless > HOPELESS and self._wrong[name] < AGREES:
+                known = [[0.0] * self._n] * self._n
+                to, left = self._best_posture(picture, goal, q, known, left)
+                self._stalled += 1
+                if self._stalled > HOPELESS and self._wrong[name] < DISAGREES:
+                    if self._checked or self._known:
                         return self._out_of_reach(to, left)
-                else:
-                    self._hopeless = 0
+                    self._checked = True
+                    return self._explore_anew(q, goal)
+                if _apart(to, q) > FIRST_STEP:
+                    self._best = float("inf")  # on the way there it may be farther off
+            self._bound = to
             greatest = _apart(to, q)
             if greatest > self._region:
                 to = [b + (a - b) * self._region / greatest for a, b in zip(to, q)]
@@ -794,16 +810,26 @@ class Servo(object):
         box = zip(self._low, self._high, shares)
         return [low + (high - low) * share for low, high, share in box]
 
-    def _best_posture(self, picture, goal, q, caution):
-        """From here, and where that leads nowhere, from postures all over the joints' ranges."""
-        to, left = best_pose(picture, goal, q, self._low, self._high, q, caution)
-        if left > self._tolerance:
-            for shares in itertools.product((0.2, 0.5, 0.8), repeat=self._n):
-                start = self._posture(shares)
-                other, off = best_pose(picture, goal, start, self._low, self._high, q, caution)
-                if off < left - 1:
-                    to, left = other, off
-        return to, left
+    def _course(self, picture, goal, q, off, caution):
+        """(q, px left over): straight to the goal, or on to where it is bound for, or anywhere."""
+        box = self._low, self._high, q, caution
+        to, left = best_pose(picture, goal, q, *box)
+        if left <= self._tolerance:
+            return to, left
+        if self._bound is None:
+            return self._best_posture(picture, goal, q, caution, left)
+        other, less = best_pose(picture, goal, self._bound, *box)
+        return (other, less) if less < left - 1 else (to, left)
+
+    def _best_posture(self, picture, goal, q, caution, left):
+        """From here, and from postures all over the joints' ranges; see CLEARLY."""
+        box = self._low, self._high, q, caution
+        best = best_pose(picture, goal, q, *box)
+        for shares in itertools.product((0.2, 0.5, 0.8), repeat=self._n):
+            to, off = best_pose(picture, goal, self._posture(shares), *box)
+            if off < min(best[1], max(self._tolerance, CLEARLY * left)):
+                best = to, off
+        return best
 
     def picture(self, camera, q, s):
         """What the model in use knows of a camera that sees s with the joints at q."""

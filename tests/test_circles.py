@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.circles import find_circle
+from laptop.circles import ellipse_of, find_circle
 
 WIDTH, HEIGHT = 160, 120
 X, Y = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
@@ -199,6 +199,55 @@ def test_a_bar_is_no_disc():
     bar = (np.abs(X - 75) < 40) & (np.abs(Y - 60) < 12)
     circle = found(np.where(bar, 255, 0).astype(np.uint8))
     assert circle is None or quality(circle) < 0.4
+
+
+# Discs aslant
+
+
+def within(a, b, turn, corners=False, u=70.3, v=60.6, finer=1):
+    """The outline of an ellipse with half-axes a, b, or of the rectangle, in pixels of a grid."""
+    x, y = np.meshgrid(*[(np.arange(size * finer) + 0.5) / finer - 0.5 for size in (WIDTH, HEIGHT)])
+    x, y = x - u, y - v
+    along, beside = x * math.cos(turn) + y * math.sin(turn), y * math.cos(turn) - x * math.sin(turn)
+    if corners:
+        inside = (np.abs(along) < a) & (np.abs(beside) < b)
+    else:
+        inside = np.hypot(along / a, beside / b) < 1
+    outlines, _ = cv2.findContours(
+        np.where(inside, 255, 0).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
+    )
+    return max(outlines, key=cv2.contourArea)
+
+
+@pytest.mark.parametrize("turn", WAYS)
+@pytest.mark.parametrize(("a", "b"), [(6, 3), (9, 3), (12, 3), (16, 4), (18, 6), (20, 20)])
+def test_an_ellipse_is_even_however_coarse_the_pixels(a, b, turn):
+    for finer, inward in ((1, 0.5), (4, 0.125)):
+        ellipse = ellipse_of(within(a, b, turn, finer=finer), finer)
+        assert ellipse.even == 1
+        assert off(ellipse) < inward
+        assert ellipse.radius == pytest.approx(a - inward, abs=inward)
+        across, down, skew = ellipse.spread
+        short = math.sqrt(across * down - skew**2) * 4 / ellipse.radius
+        assert short == pytest.approx(b - inward, abs=inward)
+
+
+@pytest.mark.parametrize("turn", WAYS)
+@pytest.mark.parametrize(("a", "b"), [(8, 4), (12, 4), (16, 4), (12, 6), (20, 6)])
+def test_a_bar_is_not_even(a, b, turn):
+    assert ellipse_of(within(a, b, turn, corners=True, finer=4), 4).even == 0
+    assert ellipse_of(within(a, b, turn, corners=True)).even < 0.5
+
+
+@pytest.mark.parametrize("turn", WAYS)
+def test_of_a_tiny_bar_the_finer_outline_is_not_even(turn):
+    assert ellipse_of(within(6, 2.2, turn, corners=True, finer=4), 4).even < 0.3
+
+
+@pytest.mark.parametrize("turn", WAYS)
+def test_what_is_too_slender_or_too_thin_is_no_disc(turn):
+    for a, b in ((25, 4), (18, 3), (6, 1.5)):
+        assert ellipse_of(within(a, b, turn)) is None
 
 
 def test_noise_is_no_disc():

@@ -407,11 +407,13 @@ def test_what_an_edge_that_comes_across_hides_in_part_is_placed_or_doubted(kind,
 # What is not it
 
 
-def painted(rings, colour="red", background="#808080", seed=0):
-    """Polygons, in pixels, through the same sensor."""
-    ground = np.broadcast_to(light_of(background), (HEIGHT, WIDTH, 3)).astype(float)
-    cover = coverage(rings, Box(0, 0, WIDTH, HEIGHT))[..., None]
-    light = cv2.GaussianBlur(ground + cover * (light_of(colour) - ground), (0, 0), 0.7)
+def painted(rings, colour="red", background="#808080", seed=0, below=()):
+    """Polygons, in pixels, through the same sensor, upon others of other colours."""
+    light = np.broadcast_to(light_of(background), (HEIGHT, WIDTH, 3)).astype(float)
+    for tone, shapes in (*below, (colour, rings)):
+        cover = coverage(shapes, Box(0, 0, WIDTH, HEIGHT))[..., None]
+        light = light + cover * (light_of(tone) - light)
+    light = cv2.GaussianBlur(light, (0, 0), 0.7)
     values = to_srgb(light) + 3 * np.random.default_rng(seed).standard_normal(light.shape)
     return through_jpeg(np.clip(np.round(values), 0, 255).astype(np.uint8), 90)
 
@@ -419,6 +421,73 @@ def painted(rings, colour="red", background="#808080", seed=0):
 def polygon(corners, radius, turn=0.0):
     angle = np.arange(corners) * 2 * math.pi / corners + turn
     return np.stack([U + radius * np.cos(angle), V + radius * np.sin(angle)], axis=1)
+
+
+def aslant(a, b, turn, shape=None):
+    """A shape, a circle if none, of half-axes a, b."""
+    x, y = (polygon(64, 1) - (U, V) if shape is None else np.array(shape)).T * [[a], [b]]
+    c, s = math.cos(turn), math.sin(turn)
+    return np.stack([U + x * c - y * s, V + x * s + y * c], axis=1)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4, 1.2, 2.3])
+@pytest.mark.parametrize(("a", "b"), [(8, 3), (10, 3), (16, 4), (22, 6)])
+@pytest.mark.parametrize(
+    ("colour", "background"), [("green", "#efeee9"), ("red", "#efeee9"), ("red", "#808080")]
+)
+def test_a_small_disc_seen_very_aslant_is_found(a, b, turn, colour, background):
+    pictures = [painted([aslant(a, b, turn)], colour, background, seed=k) for k in range(3)]
+    seen, why = follow(read_spec(NAME, colour), pictures)
+    assert set(why) == {""}
+    assert max(map(off, seen)) < 0.3
+    assert len(claims(seen)) == 3
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4, 1.2, 2.3])
+@pytest.mark.parametrize(("a", "b"), [(16, 4), (15, 5), (22, 6)])
+def test_a_disc_aslant_is_told_from_its_white_rim_and_from_what_is_beyond(a, b, turn):
+    below = [("white", [aslant(1.4 * a, 1.4 * b, turn)])]
+    pictures = [
+        painted([aslant(a, b, turn)], "red", "#a98358", seed=k, below=below) for k in range(3)
+    ]
+    seen, _ = follow(read_spec(NAME, "red"), pictures)
+    assert max(map(off, seen)) < 0.3
+    assert len(claims(seen)) == 3
+
+
+@pytest.mark.parametrize("down", [6, 8, 10])
+def test_something_larger_beside_a_disc_aslant_is_not_measured_in_its_place(down):
+    table = [
+        ("#a98358", [np.array([(0, V + down), (WIDTH, V + down), (WIDTH, HEIGHT), (0, HEIGHT)])])
+    ]
+    pictures = [
+        painted([aslant(10, 3, 0)], "green", "#efeee9", seed=k, below=table) for k in range(3)
+    ]
+    seen, _ = follow(read_spec(NAME, "green"), pictures)
+    assert max(map(off, seen)) < 0.3
+    assert min(s.confidence for s in seen) > 0.8
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4, 1.2, 2.3])
+@pytest.mark.parametrize(
+    "shape", ["bar", "short bar", "stick", "thin", "pencil", "wedge", "half", "beam"]
+)
+def test_a_slender_thing_of_the_same_colour_is_not_claimed(shape, turn):
+    square = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+    ring = {
+        "bar": aslant(14, 4, turn, square),
+        "short bar": aslant(10, 4, turn, square),
+        "stick": aslant(24, 4, turn),
+        "thin": aslant(6, 1.2, turn),
+        "pencil": aslant(15, 4, turn, [(-1, -1), (0.6, -1), (1, 0), (0.6, 1), (-1, 1)]),
+        "wedge": aslant(14, 4, turn, [(-1, -1), (1, -0.5), (1, 0.5), (-1, 1)]),
+        "half": aslant(16, 5, turn, np.minimum(polygon(64, 1) - (U, V), (0.3, 1))),
+        "beam": aslant(60, 4, turn, square),
+    }[shape]
+    for background in ("#efeee9", "#808080"):
+        pictures = [painted([ring], "red", background, seed=k) for k in range(2)]
+        seen, _ = follow(read_spec(NAME, "red"), pictures)
+        assert claims(seen) == []
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.25, 0.5, math.pi / 4, 1.2])
