@@ -212,11 +212,16 @@ def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
         (q, distance that is left, px)
     """
 
-    def cost(q):
-        e = list(map(sub, goal, picture.predict(q)))
-        x = list(map(sub, q, here))
-        pull = [sum(map(mul, row, x)) for row in caution]
-        return sum(map(mul, e, e)) + sum(map(mul, x, pull)), e, pull
+    def cost(q):  # plain loops: with so few numbers, they are fastest
+        total, e, pull = 0.0, [], []
+        for wanted, y in zip(goal, picture.predict(q)):
+            e.append(wanted - y)
+            total += e[-1] * e[-1]
+        away = list(map(sub, q, here))
+        for row, x in zip(caution, away):
+            pull.append(sum(map(mul, row, away)))
+            total += pull[-1] * x
+        return total, e, pull
 
     q = [min(max(a, least), most) for a, least, most in zip(start, low, high)]
     least, e, pull = cost(q)
@@ -251,8 +256,10 @@ def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
 def _step_in_box(H, b, q, low, high):
     """q + x with H x = b for a positive definite H, kept in the box."""
     there = list(map(add, q, _solve_definite(H, b)))
-    clipped = list(map(min, map(max, there, low), high))
-    if clipped == there:
+    for a, least, most in zip(there, low, high):
+        if not least <= a <= most:
+            break
+    else:
         return there
     there = list(q)
     free = list(range(len(q)))
@@ -838,21 +845,10 @@ class Servo(object):
     def _in_use(self):
         return "chain" if "chain" in self._make else self.using or self._names[0]
 
-    def aim(self, sights):
-        """Where the joints should be, seen while they move.
-
-        Args:
-            sights: [(camera, q when it was seen, s, goal)], one of each camera.
-
-        Returns:
-            q, rad
-        """
-        pictures = [self.picture(camera, q, s) for camera, q, s, _ in sights]
-        goal = [x for _, _, _, g in sights for x in g]
-        q = sights[-1][1]
+    def aim(self, picture, goal, q):
+        """Where the joints should be that were seen at q while they moved, rad."""
         caution = [[0.0] * self._n for _ in range(self._n)]
-        to, _ = best_pose(stacked(pictures), goal, q, self._low, self._high, q, caution)
-        return to
+        return best_pose(picture, goal, q, self._low, self._high, q, caution)[0]
 
 
 class Stream(object):
@@ -895,11 +891,12 @@ class Stream(object):
         del recent[: -self.MOST]
         self._goals[frame.camera] = goal, frame.goal
         sights = [self._sight(camera, frame.t) for camera in sorted(self._recent)]
-        moving = any(g is not None and g.moving for g, _ in self._goals.values())
-        to = self._servo.aim(sights)
-        if moving:
-            J = stacked([self._servo.picture(c, q, s) for c, q, s, _ in sights]).jacobian(to)
-            speed = [v for goal, _ in self._goals.values() for v in goal.velocity]
+        picture = stacked([picture for picture, _ in sights])
+        to = self._servo.aim(picture, [x for _, wanted in sights for x in wanted], list(frame.q))
+        goals = [self._goals[camera][0] for camera in sorted(self._recent)]
+        if any(g is not None and g.moving for g in goals):
+            J = picture.jacobian(to)
+            speed = [v for g in goals for v in (g.velocity if g is not None else (0.0, 0.0))]
             drift = damped_solve(J, speed, 0.05 * math.sqrt(sum(dot(row, row) for row in J)))
             self._aim, self._drift = to, drift
             self._aimed_at, self._confirmed = frame.t, False
@@ -911,7 +908,7 @@ class Stream(object):
             self._confirmed = True
 
     def _sight(self, camera, t):
-        """(camera, q, s, goal) of the newest frame, what is odd about it corrected."""
+        """(Picture from the newest frame, the goal in it less by how much it is off)."""
         recent = self._recent[camera]
         q, s = recent[-1]
         picture = self._servo.picture(camera, q, s)
@@ -921,9 +918,9 @@ class Stream(object):
             if k > len(recent) - self.FEWEST or _apart(at, q) < self.NEAR
         ]
         missed = [[a - b for a, b in zip(y, picture.predict(at))] for at, y in near]
-        s = tuple(x + median(column) for x, column in zip(s, zip(*missed)))
         goal, fixed = self._goals[camera]
-        return camera, q, s, fixed if goal is None else goal.at(t)
+        wanted = fixed if goal is None else goal.at(t)
+        return picture, [x - median(column) for x, column in zip(wanted, zip(*missed))]
 
     def aim(self, t, q):
         """Where the joints should be at time t, rad or Moving; None: stand and look."""

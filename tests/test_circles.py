@@ -240,11 +240,6 @@ def test_a_bar_is_not_even(a, b, turn):
 
 
 @pytest.mark.parametrize("turn", WAYS)
-def test_of_a_tiny_bar_the_finer_outline_is_not_even(turn):
-    assert ellipse_of(within(6, 2.2, turn, corners=True, finer=4), 4).even < 0.3
-
-
-@pytest.mark.parametrize("turn", WAYS)
 def test_what_is_too_slender_or_too_thin_is_no_disc(turn):
     for a, b in ((25, 4), (18, 3), (6, 1.5)):
         assert ellipse_of(within(a, b, turn)) is None

@@ -470,16 +470,19 @@ def test_something_larger_beside_a_disc_aslant_is_not_measured_in_its_place(down
 
 @pytest.mark.parametrize("turn", [0.0, 0.4, 1.2, 2.3])
 @pytest.mark.parametrize(
-    "shape", ["bar", "short bar", "stick", "thin", "pencil", "wedge", "half", "beam"]
+    "shape",
+    ["bar", "short bar", "stick", "thin", "pencil", "small pencil", "wedge", "half", "beam"],
 )
 def test_a_slender_thing_of_the_same_colour_is_not_claimed(shape, turn):
     square = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+    pencil = [(-1, -1), (0.6, -1), (1, 0), (0.6, 1), (-1, 1)]
     ring = {
         "bar": aslant(14, 4, turn, square),
         "short bar": aslant(10, 4, turn, square),
         "stick": aslant(24, 4, turn),
         "thin": aslant(6, 1.2, turn),
-        "pencil": aslant(15, 4, turn, [(-1, -1), (0.6, -1), (1, 0), (0.6, 1), (-1, 1)]),
+        "pencil": aslant(15, 4, turn, pencil),
+        "small pencil": aslant(7, 3.5, turn, pencil),
         "wedge": aslant(14, 4, turn, [(-1, -1), (1, -0.5), (1, 0.5), (-1, 1)]),
         "half": aslant(16, 5, turn, np.minimum(polygon(64, 1) - (U, V), (0.3, 1))),
         "beam": aslant(60, 4, turn, square),
