@@ -46,11 +46,7 @@ def _plants() -> str:
     )
 
 
-@laptop.command(
-    context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
-    epilog=f"Plant constants: {_plants()}.",
-)
-@click.option(
+ON_THE_BRICK = click.option(
     "--arm",
     "arm_file",
     default="planar",
@@ -58,8 +54,15 @@ def _plants() -> str:
     show_default=True,
     show_envvar=True,
     metavar="FILE",
-    help="Arm on the brick; a script that draws is told.",
+    help="Arm on the emulated brick: planar, geared or a file.",
 )
+
+
+@laptop.command(
+    context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
+    epilog=f"Plant constants: {_plants()}.",
+)
+@ON_THE_BRICK
 @click.option("--plant", "plant_text", default="", metavar="KEY=VALUE,...", help="See below.")
 @click.option(
     "--out", default="out", metavar="DIR", type=click.Path(path_type=Path), show_default=True
@@ -162,29 +165,16 @@ def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
         raise session.BadOrder(
             "a scene is for virtual time; with --realtime, run track --camera synthetic beside it"
         )
-    from laptop.markers import read_spec  # OpenCV is slow to import
-    from laptop.simulator.scene import Scene, read_scene
-    from laptop.simulator.synthetic_camera import ScriptedPoses, SyntheticCamera
+    from laptop.simulator.scene import Scene, read_scene  # OpenCV is slow to import
+    from laptop.simulator.sight import rendered
     from laptop.simulator.virtual_tracker import VirtualTracker
-    from laptop.tracker import Tracker
 
-    constants = {**read_scene(text), "fps_wander": 0.0}
-    scene = Scene(arm, constants)
+    scene = Scene(arm, {**read_scene(text), "fps_wander": 0.0})
 
     def watch(brick: Any) -> Any:
-        tracker = Tracker([read_spec(name, spec) for name, spec in _looks(constants).items()])
-        poses = ScriptedPoses(arm, lambda t: brick.plant.q)
-        cameras: list[SyntheticCamera] = []
-
-        def see(name: str, index: int, t: float) -> dict[str, tuple[float, float, float] | None]:
-            if not cameras:
-                start = t - index / constants["fps"]
-                cameras.append(SyntheticCamera(scene, poses, brick.world.now, start=start))
-            found = tracker.find(cameras[0].capture(index).image, t).items()
-            return {name: seen and (seen.u, seen.v, seen.confidence) for name, seen in found}
-
-        chain = {key: constants[key] for key in ("fps", "jitter", "seed")}
-        return VirtualTracker(brick.world, see, latency=constants["delay"], **chain)
+        chain = {key: scene.constants[key] for key in ("fps", "jitter", "seed")}
+        see = rendered(scene, brick)
+        return VirtualTracker(brick.world, see, latency=scene.constants["delay"], **chain)
 
     return watch
 
@@ -309,16 +299,7 @@ def _report(summary: dict, took: float) -> str:
 
 
 @laptop.command()
-@click.option(
-    "--arm",
-    "arm_file",
-    default="planar",
-    envvar="BRICKSERVO_ARM",
-    show_default=True,
-    show_envvar=True,
-    metavar="FILE",
-    help="Arm on the emulated brick: planar, geared or a file.",
-)
+@ON_THE_BRICK
 @click.option(
     "--seed",
     type=click.IntRange(0, 2**31 - 1),
@@ -433,20 +414,11 @@ def track(**orders: Any) -> None:
 
 def _synthetic(scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
     """The synthetic camera, and how the markers in its scene look."""
+    from laptop.simulator.sight import looks
     from laptop.simulator.synthetic_camera import open_live
 
     camera = open_live(",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])]))
-    return camera, _looks(camera.constants)
-
-
-def _looks(constants: dict[str, Any]) -> dict[str, str]:
-    """How the markers of a scene look: SPEC by name."""
-    from laptop.simulator.scene import ARUCO_IDS
-
-    kind = constants["marker"]
-    names = [name for name in ("effector", "goal") if constants[name] != "none"]
-    looks = {name: constants[name] if kind != "aruco" else ARUCO_IDS[name] for name in names}
-    return {name: f"{kind}:{look}" for name, look in looks.items()}
+    return camera, looks(camera.constants)
 
 
 @laptop.command()

@@ -338,7 +338,7 @@ class Crew:
         self, name: str, words: Sequence[str], told: Callable[[str], None] = lambda line: None
     ) -> Program:
         """Start one."""
-        log = self._folder / f"{name.replace(' ', '-')}.txt"
+        log = self._folder / f"{re.sub('[^a-z0-9]+', '-', name)}.txt"
         program = Program(name, words, log, self._state, told)
         self._programs.append(program)
         return program

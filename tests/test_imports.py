@@ -32,6 +32,7 @@ RULES = {
         "robot",
         "shared",
     ),
+    "laptop.simulator.sight": ("laptop.simulator", "laptop.markers", "laptop.tracker"),
     "laptop.bench": ("laptop", "robot", "shared", *LIBRARIES),
     "laptop.demo": ("laptop", "-laptop.bench", "shared", *LIBRARIES),
     "laptop.__main__": ("laptop", "shared", *LIBRARIES),

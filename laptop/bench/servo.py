@@ -27,16 +27,14 @@ from typing import Any
 import cv2
 import numpy as np
 
-from laptop.markers import read_spec
 from laptop.simulator import scene as pictured
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
 from laptop.simulator.scene import place_camera, read_scene
 from laptop.simulator.session import park_on_file
-from laptop.simulator.synthetic_camera import ScriptedPoses, SyntheticCamera
-from laptop.simulator.virtual_tracker import VirtualTracker
+from laptop.simulator.sight import rendered
+from laptop.simulator.virtual_tracker import Markers, See, VirtualTracker
 from laptop.simulator.world import World
-from laptop.tracker import Tracker
 from robot import kinematics
 from robot.arm import RobotArm
 from robot.image_jacobian import ROUND, Picture
@@ -60,8 +58,6 @@ TRUE = 1.6
 FOLLOWED = (6.0, 20.0)
 """Between these times the distance from a moving goal counts, s."""
 
-Marker = tuple[float, float, float]
-See = Callable[[str, int, float], dict[str, "Marker | None"]]
 """As VirtualTracker asks."""
 
 
@@ -306,13 +302,13 @@ def points(
     """What a tracker would say: the true places with noise, and outliers anywhere in the image."""
     draw = random.Random(f"{seed}/noise")
 
-    def seen(place: Pixel) -> Marker:
+    def seen(place: Pixel) -> tuple[float, float, float]:
         noisy = [x + draw.gauss(0, scene.sigma) for x in place]
         astray = draw.uniform(0, 640), draw.uniform(0, 480)
         u, v = astray if draw.random() < scene.outliers else noisy
         return u, v, 1.0
 
-    def see(camera_name: str, index: int, t: float) -> dict[str, Marker | None]:
+    def see(camera_name: str, index: int, t: float) -> Markers:
         return {"effector": seen(camera(brick.plant.q)), "goal": seen(goal(t))}
 
     return see
@@ -354,23 +350,6 @@ def rendered_set_up(arm_name: str, seed: int, scene: Scene) -> tuple[SetUp, Came
     raise AssertionError("never")
 
 
-def frames(shown: pictured.Scene, brick: EmulatedBrick) -> See:
-    """What the tracker says of rendered frames; it is told the markers' kinds and colours."""
-    looks = {name: f"disc:{shown.constants[name]}" for name in ("effector", "goal")}
-    tracker = Tracker([read_spec(name, look) for name, look in looks.items()])
-    poses = ScriptedPoses(brick.arm, lambda t: brick.plant.q)
-    cameras: list[SyntheticCamera] = []
-
-    def see(camera_name: str, index: int, t: float) -> dict[str, Marker | None]:
-        if not cameras:
-            start = t - index / shown.constants["fps"]
-            cameras.append(SyntheticCamera(shown, poses, brick.world.now, start=start))
-        found = tracker.find(cameras[0].capture(index).image, t)
-        return {name: seen and (seen.u, seen.v, seen.confidence) for name, seen in found.items()}
-
-    return see
-
-
 def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result:
     """One method on one set-up."""
     scene = case.scene
@@ -389,7 +368,7 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
         def goal(t: float) -> Pixel:
             return fixed
 
-    see = frames(shown, brick) if shown else points(camera, brick, goal, scene, case.seed)
+    see = rendered(shown, brick) if shown else points(camera, brick, goal, scene, case.seed)
     verdict, rms = None, None
     with (
         tempfile.TemporaryDirectory() as folder,

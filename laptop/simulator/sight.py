@@ -1,0 +1,39 @@
+"""What the real tracker finds in rendered frames of an emulated brick at work."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from laptop.markers import read_spec
+from laptop.simulator.scene import ARUCO_IDS, Scene
+from laptop.simulator.synthetic_camera import ScriptedPoses, SyntheticCamera
+from laptop.tracker import Tracker
+
+if TYPE_CHECKING:
+    from laptop.simulator.brick import EmulatedBrick
+    from laptop.simulator.virtual_tracker import Markers, See
+
+
+def looks(constants: dict[str, Any]) -> dict[str, str]:
+    """How the markers of a scene look, as the tracker is told: SPEC by name."""
+    kind = constants["marker"]
+    names = [name for name in ("effector", "goal") if constants[name] != "none"]
+    shown = {name: constants[name] if kind != "aruco" else ARUCO_IDS[name] for name in names}
+    return {name: f"{kind}:{look}" for name, look in shown.items()}
+
+
+def rendered(scene: Scene, brick: EmulatedBrick) -> See:
+    """A VirtualTracker's `see`: every frame is rendered as the brick stands, and tracked."""
+    constants = scene.constants
+    tracker = Tracker([read_spec(name, look) for name, look in looks(constants).items()])
+    poses = ScriptedPoses(scene.arm, lambda t: brick.plant.q)
+    cameras: list[SyntheticCamera] = []
+
+    def see(camera: str, index: int, t: float) -> Markers | None:
+        if not cameras:
+            start = t - index / constants["fps"]
+            cameras.append(SyntheticCamera(scene, poses, brick.world.now, start=start))
+        found = tracker.find(cameras[0].capture(index).image, t).items()
+        return {name: seen and (seen.u, seen.v, seen.confidence) for name, seen in found}
+
+    return see
