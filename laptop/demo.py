@@ -24,6 +24,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -333,20 +334,26 @@ class Crew:
         self._folder = folder
         self._state = state
         self._programs: list[Program] = []
+        # A signal interrupts the main thread alone: what has been started is always on the list.
+        self._starter = ThreadPoolExecutor(1)
 
     def start(
         self, name: str, words: Sequence[str], told: Callable[[str], None] = lambda line: None
     ) -> Program:
         """Start one."""
         log = self._folder / f"{re.sub('[^a-z0-9]+', '-', name)}.txt"
-        program = Program(name, words, log, self._state, told)
-        self._programs.append(program)
-        return program
+
+        def make() -> Program:
+            self._programs.append(Program(name, words, log, self._state, told))
+            return self._programs[-1]
+
+        return self._starter.submit(make).result()
 
     def close(self) -> None:
         """End all of them; nothing disturbs that."""
         before = {number: signal.signal(number, signal.SIG_IGN) for number in _SIGNALS}
         try:
+            self._starter.shutdown()
             for program in self._programs:
                 program.interrupt()
             deadline = time.monotonic() + ENDED

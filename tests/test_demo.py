@@ -9,6 +9,7 @@ import math
 import os
 import re
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -292,6 +293,25 @@ def test_ctrl_c_and_sigterm_end_every_program(play, capsys, number, raised):
     if raised is SystemExit:
         assert end.value.code == 143
         assert capsys.readouterr().err == "laptop: stopped by SIGTERM\n"
+
+
+def test_who_interrupts_while_a_program_starts_leaves_none_behind(play, monkeypatch):
+    really, started = subprocess.Popen, []
+
+    def interrupted(*args, **options):
+        started.append(really(*args, **options))
+        os.kill(os.getpid(), signal.SIGINT)
+        return started[-1]
+
+    monkeypatch.setattr(demo.subprocess, "Popen", interrupted)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            play()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert started
+    assert all(process.poll() is not None for process in started)
 
 
 # The goals
