@@ -1,8 +1,9 @@
 """What a drawing is worth: the ink against the paths that were wanted.
 
 Pure but for `write_trace`.  Rows of a record are anything with the attributes `t` (s), `q` (tuple
-of rad), `x`, `y` (cm) and `pen` (0 or 1); a wanted path is a sequence of points (x, y), cm, that
-are joined by straight lines and dense where it bends.  Lengths are cm, deviations mm.
+of rad), `x`, `y`, `z` (cm; z None in the plane) and `pen` (0 or 1); a wanted path is a sequence of
+points (x, y) or (x, y, z), cm, that are joined by straight lines and dense where it bends.  Lengths
+are cm, deviations mm.
 """
 
 import itertools
@@ -88,15 +89,22 @@ def measure(rows: Iterable[Any], wanted: Sequence[Points]) -> list[Measure | Non
     """What the ink in `rows` is worth for each wanted path; None for a path that was not drawn.
 
     Raises:
-        BadPath: a wanted path without points, or with one that is not two finite numbers.
+        BadPath: a wanted path without points, or with one that has not as many finite numbers as
+            the ink's.
     """
-    paths = [_checked(number, path) for number, path in enumerate(wanted, 1)]
     runs = pen_down_runs(rows)
-    inks = [np.array([(row.x, row.y) for row in run], dtype=float) for run in runs]
+    size = len(place(runs[0][0])) if runs else None
+    paths = [_checked(number, path, size) for number, path in enumerate(wanted, 1)]
+    inks = [np.array([place(row) for row in run], dtype=float) for run in runs]
     return [
         None if k is None else _measured(path, inks[k], runs[k][-1].t - runs[k][0].t)
         for path, k in zip(paths, match(paths, inks), strict=True)
     ]
+
+
+def place(row: Any) -> tuple[float, ...]:
+    """Of the tip, cm: x and y, in space also z."""
+    return (row.x, row.y) if row.z is None else (row.x, row.y, row.z)
 
 
 def match(paths: Sequence[np.ndarray], inks: Sequence[np.ndarray]) -> list[int | None]:
@@ -131,7 +139,7 @@ def match(paths: Sequence[np.ndarray], inks: Sequence[np.ndarray]) -> list[int |
 
 
 def write_trace(file: str | os.PathLike[str], rows: Sequence[Any]) -> None:
-    """Write the record as CSV: `t,q1,..,qn,x,y,pen` in s, rad, cm and 0 or 1.
+    """Write the record as CSV: `t,q1,..,qn,x,y,pen` (in space x,y,z) in s, rad, cm and 0 or 1.
 
     Equal records give equal bytes.  An empty one gives the header of a two-joint arm.
 
@@ -139,23 +147,27 @@ def write_trace(file: str | os.PathLike[str], rows: Sequence[Any]) -> None:
         OSError: as the system says it; the file may then be there in part.
     """
     joints = len(rows[0].q) if rows else 2
-    names = ["t", *(f"q{number}" for number in range(1, joints + 1)), "x", "y", "pen"]
+    axes = "xyz" if rows and rows[0].z is not None else "xy"
+    names = ["t", *(f"q{number}" for number in range(1, joints + 1)), *axes, "pen"]
     with open(file, "w", encoding="ascii", newline="\n") as out:
         out.write(",".join(names) + "\n")
         for row in rows:
             angles = "".join(f"{angle:.6f}," for angle in row.q)
-            out.write(f"{row.t:.4f},{angles}{row.x:.5f},{row.y:.5f},{int(row.pen)}\n")
+            tip = "".join(f"{value:.5f}," for value in place(row))
+            out.write(f"{row.t:.4f},{angles}{tip}{int(row.pen)}\n")
 
 
-def _checked(number: int, path: Points) -> np.ndarray:
+def _checked(number: int, path: Points, size: int | None) -> np.ndarray:
     try:
         points = np.array(path, dtype=float)
     except (TypeError, ValueError):
         points = np.empty(0)
-    if points.ndim != 2 or points.shape[1] != 2 or not len(points) or not np.isfinite(points).all():
+    sizes = (2, 3) if size is None else (size,)
+    fits = points.ndim == 2 and points.shape[1] in sizes and len(points)
+    if not fits or not np.isfinite(points).all():
         raise BadPath(
-            f"wanted path {number} is not a list of points of two finite numbers each;"
-            " give [[x, y], ...] in cm"
+            f"wanted path {number} is not a list of points of {' or '.join(map(str, sizes))} finite"
+            " numbers each; give [[x, y], ...] in cm"
         )
     return points
 
@@ -169,8 +181,8 @@ def _measured(path: np.ndarray, ink: np.ndarray, seconds: float) -> Measure:
     return Measure(
         greatest_mm=10 * float(np.abs(deviation).max()),
         rms_mm=10 * float(np.sqrt(mean_square)),
-        start_mm=10 * float(np.hypot(*(ink[0] - path[0]))),
-        end_mm=10 * float(np.hypot(*(ink[-1] - path[-1]))),
+        start_mm=10 * float(np.linalg.norm(ink[0] - path[0])),
+        end_mm=10 * float(np.linalg.norm(ink[-1] - path[-1])),
         missed_mm=10 * float(_distances(_refined(path), ink).max()),
         seconds=float(seconds),
         length_cm=float(_steps(path).sum()),
@@ -207,7 +219,7 @@ def _segments(points: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndar
 
     Returns:
         Three arrays, points x segments: distance, cm; the foot's place as a share of the segment,
-        below 0 and above 1 beyond its ends; the side, positive on the left.
+        below 0 and above 1 beyond its ends; the side, positive on the left as seen from above.
     """
     a = path[:-1]
     way = np.diff(path, axis=0)
@@ -216,13 +228,13 @@ def _segments(points: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndar
     share = (offset * way).sum(axis=2) / square
     miss = offset - np.clip(share, 0, 1)[:, :, None] * way
     side = way[:, 0] * offset[:, :, 1] - way[:, 1] * offset[:, :, 0]
-    return np.hypot(miss[..., 0], miss[..., 1]), share, side
+    return np.linalg.norm(miss, axis=2), share, side
 
 
 def _distances(points: np.ndarray, path: np.ndarray) -> np.ndarray:
     """Distance of each point from a polyline, cm."""
     if len(path) == 1:
-        return np.hypot(*(points - path[0]).T)
+        return np.linalg.norm(points - path[0], axis=1)
     chunks = _chunks(len(points), len(path))
     return np.concatenate([_segments(points[chunk], path)[0].min(axis=1) for chunk in chunks])
 
@@ -235,7 +247,7 @@ def _chunks(rows: int, columns: int) -> list[slice]:
 
 def _steps(points: np.ndarray) -> np.ndarray:
     """Distance from each point to the next, cm."""
-    return np.hypot(*np.diff(points, axis=0).T)
+    return np.linalg.norm(np.diff(points, axis=0), axis=1)
 
 
 def _refined(points: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 
     driver.py home                      find the zero against the hard stops (--here: as it stands)
     driver.py line 10,0 5,10            centimetres: x forward, y left, from the shoulder
+    driver.py line 10,0,5 5,10,15       in space: z up, from the table
     driver.py                           home if need be, then the three lines of the first report
 
 From Brickman start it by its name; from a shell also as `python3 -m robot.driver`.
@@ -28,8 +29,12 @@ from robot.clock import Clock  # noqa: E402
 from robot.zero import NotHomed  # noqa: E402
 from shared.arm_description import ArmError, find_arm, read_arm  # noqa: E402
 
-REPORT_LINES = (((10, 0), (5, 10)), ((15, 0), (0, 15)), ((12, 15), (0, 15)))
-"""The lines of the report that the methods come from, cm."""
+LINES = {
+    2: (((10, 0), (5, 10)), ((15, 0), (0, 15)), ((12, 15), (0, 15))),
+    3: (((14, 0, 4), (14, 0, 16)), ((12, -6, 8), (12, 6, 8)), ((15, -4, 6), (9, 4, 12.6))),
+}
+"""What is drawn if nothing is said, cm: in the plane the lines of the report that the methods come
+from; in space an upright, a level and a slanting one."""
 
 METHODS = ("smooth", "steps")
 
@@ -86,7 +91,7 @@ class Driver(object):
             self.arm.go_to([joint.home for joint in self.arm.description.joints], speed=0.5)
 
     def position(self):
-        """The tip (x, y), cm, as the encoders have it."""
+        """The tip (x, y) or (x, y, z), cm, as the encoders have it."""
         return self.arm.position()
 
     def pen_up(self):
@@ -170,15 +175,15 @@ class Driver(object):
             dq = trajectory.jacobian_step(description, q, dy)
             self.arm.step_to([a + d for a, d in zip(q, dq)])
         raise ArmError(
-            "{} steps did not get from ({:g}, {:g}) to ({:g}, {:g}) cm; use --method smooth".format(
-                MOST_STEPS, start[0], start[1], goal[0], goal[1]
+            "{} steps did not get from ({}) to ({}) cm; use --method smooth".format(
+                MOST_STEPS, *(", ".join("{:g}".format(x) for x in p) for p in (start, goal))
             )
         )
 
 
 def _way(stroke):
     """From the first point of a stroke towards the second, cm."""
-    return stroke[1][0] - stroke[0][0], stroke[1][1] - stroke[0][1]
+    return tuple(b - a for a, b in zip(*stroke[:2]))
 
 
 def announce(strokes):
@@ -202,16 +207,18 @@ def announce(strokes):
 
 def _point(text):
     try:
-        x, y = (float(part) for part in text.split(","))
+        point = tuple(float(part) for part in text.split(","))
     except ValueError:
+        point = ()
+    if len(point) not in (2, 3):
         raise argparse.ArgumentTypeError(
-            "'{}' is not a point; write X,Y in cm, like 10,0".format(text.strip())
-        ) from None
-    if not (math.isfinite(x) and math.isfinite(y)):
+            "'{}' is not a point; write X,Y in cm, like 10,0, or X,Y,Z".format(text.strip())
+        )
+    if not all(map(math.isfinite, point)):
         raise argparse.ArgumentTypeError(
             "'{}' is not a place; give finite numbers".format(text.strip())
         )
-    return x, y
+    return point
 
 
 def _options(**defaults):
@@ -227,6 +234,12 @@ def _options(**defaults):
         metavar="CM_PER_S",
         help="(default: the arm's)",
     )
+    options.add_argument(
+        "--height",
+        type=program.number_in(-100, 100, "cm"),
+        metavar="CM",
+        help="z of points given as X,Y to an arm in space (default: 0)",
+    )
     options.add_argument("--elbow", choices=("up", "down"), help="(default: the arm's, if it can)")
     options.set_defaults(**defaults)
     return options
@@ -234,7 +247,11 @@ def _options(**defaults):
 
 def _parser():
     first = _options(
-        arm=os.environ.get("BRICKSERVO_ARM", "planar"), method="smooth", speed=None, elbow=None
+        arm=os.environ.get("BRICKSERVO_ARM", "planar"),
+        method="smooth",
+        speed=None,
+        elbow=None,
+        height=None,
     )
     parser = program.Parser(
         prog="driver.py", description="Draw with the arm; all lengths in cm.", parents=[first]
@@ -245,29 +262,29 @@ def _parser():
         return commands.add_parser(name, help=text, parents=[_options()])
 
     add("where", "where the tip is")
-    inverse = add("inverse", "the joint angles for X,Y, found in three ways; moves nothing")
-    inverse.add_argument("point", type=_point, metavar="X,Y")
+    inverse = add("inverse", "the joint angles for a point, found in three ways; moves nothing")
+    inverse.add_argument("point", type=_point, metavar="X,Y[,Z]")
     home = add("home", "find the zero against the hard stops")
     home.add_argument("--here", action="store_true", help="the arm stands in its home pose")
     move = add("move", "go there, pen up")
-    move.add_argument("point", type=_point, metavar="X,Y")
+    move.add_argument("point", type=_point, metavar="X,Y[,Z]")
     line = add("line", "a straight line")
-    line.add_argument("points", type=_point, nargs="+", metavar="X,Y")
+    line.add_argument("points", type=_point, nargs="+", metavar="X,Y[,Z]")
     line.add_argument("--angle", type=program.number_in(-360, 360, "deg"), metavar="DEG")
     line.add_argument("--length", type=program.number_in(0.1, 100, "cm"), metavar="CM")
     for name, text in (
         ("polyline", "straight from point to point"),
         ("arc", "smoothly through n points"),
     ):
-        add(name, text).add_argument("points", type=_point, nargs="+", metavar="X,Y")
-    circle = add("circle", "a circle round X,Y")
-    circle.add_argument("point", type=_point, metavar="X,Y")
+        add(name, text).add_argument("points", type=_point, nargs="+", metavar="X,Y[,Z]")
+    circle = add("circle", "a circle round a point")
+    circle.add_argument("point", type=_point, metavar="X,Y[,Z]")
     circle.add_argument(
         "--radius", type=program.number_in(0.1, 100, "cm"), metavar="CM", required=True
     )
     rectangle = add("rectangle", "an upright rectangle between two corners")
-    rectangle.add_argument("points", type=_point, nargs=2, metavar="X,Y")
-    add("lines", "the three lines of the report (default)")
+    rectangle.add_argument("points", type=_point, nargs=2, metavar="X,Y[,Z]")
+    add("lines", "three lines (default); in the plane those of the report")
     return parser
 
 
@@ -292,7 +309,20 @@ def _compare_inverses(description, p):
             )
 
 
-def _strokes(parser, args):
+def _placed(description, point, height):
+    """The point as this arm has them; a height completes X,Y to X,Y,Z."""
+    size = kinematics.coordinates(description)
+    if size == 3 and len(point) == 2:
+        return point + (height or 0.0,)
+    if len(point) != size or (size == 2 and height is not None):
+        raise ArmError(
+            "{} is no point for {}, an arm in the plane; give X,Y and no height, or --arm spatial"
+            "".format(",".join(map("{:g}".format, point)), description.name)
+        )
+    return point
+
+
+def _strokes(parser, args, description):
     """What to draw: a list of drawings, each a list of strokes."""
     if args.command in ("where", "inverse", "home", "move"):
         return []
@@ -310,15 +340,19 @@ def _strokes(parser, args):
         return [trajectory.circle(args.point, args.radius)]
     if args.command == "rectangle":
         return [trajectory.rectangle(*args.points)]
-    return [trajectory.polyline(line) for line in REPORT_LINES]
+    return [trajectory.polyline(line) for line in LINES[kinematics.coordinates(description)]]
 
 
 def _run(parser, args):
     description = read_arm(find_arm(args.arm))
+    if "point" in args:
+        args.point = _placed(description, args.point, args.height)
+    if "points" in args:
+        args.points = [_placed(description, point, args.height) for point in args.points]
     if args.command == "inverse":
         _compare_inverses(description, args.point)
         return
-    drawings = _strokes(parser, args)
+    drawings = _strokes(parser, args, description)
     plans = [trajectory.plan(description, s, args.speed, args.elbow) for s in drawings]
     arm = program.connect(description, Clock())
     driver = Driver(arm, args.speed, args.elbow)
@@ -336,18 +370,12 @@ def _run(parser, args):
         if args.command == "move":
             driver.move_to(args.point)
         for number, strokes in enumerate(drawings, 1):
-            length = sum(
-                math.hypot(b[0] - a[0], b[1] - a[1]) for s in strokes for a, b in zip(s, s[1:])
-            )
+            length = sum(kinematics.distance(a, b) for s in strokes for a, b in zip(s, s[1:]))
             print("drawing {} of {}: {:.1f} cm".format(number, len(drawings), length))
             driver.play(strokes, plans[number - 1], args.method)
-        x, y = driver.position()
+        tip = ",".join("{:.2f}".format(value) for value in driver.position())
         angles = ", ".join("{:.1f}".format(math.degrees(a)) for a in arm.angles())
-        print(
-            "tip at {:.2f},{:.2f} cm, joints at {} deg, as the encoders have it".format(
-                x, y, angles
-            )
-        )
+        print("tip at {} cm, joints at {} deg, as the encoders have it".format(tip, angles))
     except BaseException:
         program.ignore_signals()
         with contextlib.suppress(ArmError):  # the first trouble is the one to tell

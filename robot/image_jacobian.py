@@ -219,28 +219,68 @@ def _planar_slopes(terms, joints):
     return [[0.0] * (2 * k + 1) + turned[2 * k + 1 :] for k in range(joints)]
 
 
-def _planar_precision(links):
+def _planar_axes(links):
+    """The place of the tip along each axis of space, as coefficients of the terms."""
+    ahead, aside = [0.0], [0.0]
+    for link in links:
+        ahead += [link, 0.0]
+        aside += [0.0, link]
+    return [ahead, aside]
+
+
+def _spatial_terms(q):
+    """The terms of the links that pitch, each by itself and times cosine and sine of the yaw."""
+    around = 1.0, math.cos(q[0]), math.sin(q[0])
+    return [a * b for a in _planar_terms(q[1:]) for b in around]
+
+
+def _spatial_slopes(terms, joints):
+    """d terms / dq, one list per joint: the yaw turns its two factors, a pitch the others."""
+    pitched, (one, cos, sin) = terms[::3], terms[:3]
+    slopes = [[a * b for a in pitched for b in (0.0, -sin, cos)]]
+    for slope in _planar_slopes(pitched, joints - 1):
+        slopes.append([a * b for a in slope for b in (one, cos, sin)])
+    return slopes
+
+
+def _spatial_axes(links):
+    """As _planar_axes: out from the base's axis, ahead and aside; and upwards."""
+    out, up = _planar_axes(links[1:])
+    return [
+        [a * b for a in axis for b in around]
+        for axis, around in ((out, (0.0, 1.0, 0.0)), (out, (0.0, 0.0, 1.0)), (up, (1.0, 0.0, 0.0)))
+    ]
+
+
+def _precision(axes):
     """Of the terms' coefficients, px^-2, before anything was seen; the lower triangle.
 
-    The tip's place is the sum of the links' directions, each times its length: that sum may be seen
-    in any way (SEEN), and each link by itself deviates from it (ODD).  The inverse of
-    SEEN^2 u u' + ODD^2 I, u the unit vector of the lengths (Sherman and Morrison 1950).
+    Each axis of space may be seen in any way (SEEN px along the whole arm); each term by itself
+    deviates from that (ODD).  The inverse of ODD^2 I + SEEN^2 sum u u', the u being orthogonal unit
+    vectors (Sherman and Morrison 1950); a constant offset may be anything.
     """
-    whole = math.sqrt(dot(links, links))
-    u = [link / whole for link in links]
-    size = 2 * len(links) + 1
-    precision = [[0.0] * size for _ in range(size)]
-    precision[0][0] = 1 / OFFSET**2
+    units = []
+    for axis in axes:
+        whole = math.sqrt(dot(axis, axis))
+        units.append([a / whole for a in axis])
     share = SEEN**2 / (ODD**2 + SEEN**2)
-    for i, a in enumerate(u):
-        for j, b in enumerate(u):
-            for k in (1, 2):
-                precision[2 * i + k][2 * j + k] = ((i == j) - share * a * b) / ODD**2
-    return [row[: i + 1] for i, row in enumerate(precision)]
+    precision = [[1 / OFFSET**2]]
+    for i in range(1, len(axes[0])):
+        precision.append(
+            [0.0]
+            + [
+                ((i == j) - share * sum(u[i] * u[j] for u in units)) / ODD**2
+                for j in range(1, i + 1)
+            ]
+        )
+    return precision
 
 
-_Chain = namedtuple("_Chain", "terms slopes precision")
-_CHAINS = {"planar": _Chain(_planar_terms, _planar_slopes, _planar_precision)}
+_Chain = namedtuple("_Chain", "terms slopes axes")
+_CHAINS = {
+    "planar": _Chain(_planar_terms, _planar_slopes, _planar_axes),
+    "spatial": _Chain(_spatial_terms, _spatial_slopes, _spatial_axes),
+}
 
 
 class _Key(object):
@@ -278,7 +318,7 @@ class ChainModel(object):
         self._rows = rows
         self._joints = len(links)
         self._chain = _CHAINS[chain]
-        precision = self._chain.precision(links)
+        precision = _precision(self._chain.axes(links))
         size = len(precision)
         whole = size * (size + 1) // 2
         # The normal equations: the lower triangle row by row, then the right sides.

@@ -4,7 +4,8 @@ Pure: numbers in, numbers out; no motor, no file, no clock. Plain Python, becaus
 2 x 2 solve costs less without numpy than the way into it.
 
     q   joint angles, rad, from the base outwards, one for each joint of the arm
-    p   position of the tip, cm, in the base frame: origin on the shoulder's axis, x forward, y left
+    p   position of the tip, cm, in the base frame: x forward, y left, and in space z up.  The
+        origin: planar, the shoulder's axis; spatial, the base's axis at the height of the paper
     J   Jacobian dp/dq, cm/rad, a tuple of rows: len(p) x len(q)
     e   what is missing, p_wanted - p, cm
 
@@ -66,15 +67,21 @@ def jacobian(arm, q):
 def singularity(arm, q):
     """How far q is from a singular pose, without unit: 0 at one, 1 at the best pose of the arm.
 
-    Manipulability |det J| (Yoshikawa 1985) over its greatest value, which for two links is
-    l1 l2, so that this is |sin q2|.
+    Manipulability |det J| (Yoshikawa 1985) over its greatest value, which for two links in a plane
+    is l1 l2, so that this is |sin q2|; in space times how far the tip is from the base's axis, as a
+    share of its reach, since there the base moves nothing.
     """
-    return _chain(arm).singularity(q)
+    return _chain(arm).singularity(arm, q)
+
+
+def coordinates(arm):
+    """How many numbers a point of this arm has: 2 in the plane, 3 in space."""
+    return _chain(arm).coordinates
 
 
 def reach(arm):
-    """Least and greatest distance of the tip from the base that the links allow, cm."""
-    links = sorted(joint.link for joint in arm.joints)
+    """Least and greatest distance of the tip from the shoulder that the links allow, cm."""
+    links = sorted(joint.link for joint in arm.joints[_chain(arm).below :])
     return max(0.0, links[-1] - sum(links[:-1])), sum(links)
 
 
@@ -87,7 +94,8 @@ def branches(arm, p):
     solutions = _solutions(arm, p)
     found = []
     for elbow in _elbows(arm):
-        found += (q for q in _within_limits(arm, solutions[elbow]) if q not in found)
+        for solution in solutions[elbow]:
+            found += (q for q in _within_limits(arm, solution) if q not in found)
     return found
 
 
@@ -106,7 +114,8 @@ def inverse(arm, p, elbow=None, near=None):
     for branch in [elbow] if elbow else _elbows(arm):
         if branch not in solutions:
             raise ArmError("elbow = {}: must be one of {}".format(elbow, ", ".join(_elbows(arm))))
-        candidates += _within_limits(arm, solutions[branch])
+        for solution in solutions[branch]:
+            candidates += _within_limits(arm, solution)
         if candidates and near is None:
             break
     if not candidates:
@@ -114,8 +123,9 @@ def inverse(arm, p, elbow=None, near=None):
             arm,
             p,
             [
-                ("elbow " + branch, solutions[branch])
+                ("elbow " + branch, solution)
                 for branch in ([elbow] if elbow else _elbows(arm))
+                for solution in solutions[branch]
             ],
         )
     start = near if near is not None else [joint.home for joint in arm.joints]
@@ -172,7 +182,7 @@ def _iterate(arm, p, q0, update, tolerance, max_iterations, max_step):
     _check_pose(arm, q0)
     q = tuple(q0)
     here = forward(arm, q)
-    error = _distance(here, p)
+    error = distance(here, p)
     J = jacobian(arm, q)
     radius = max_step
     trace = [Iterate(0, q, here, error)]
@@ -190,13 +200,13 @@ def _iterate(arm, p, q0, update, tolerance, max_iterations, max_step):
         if _sideways_only(J, e):
             dq = min(
                 _ways_out(arm, J, radius),
-                key=lambda way: _distance(forward(arm, _added(q, way)), p),
+                key=lambda way: distance(forward(arm, _added(q, way)), p),
             )
         there = _added(q, dq)
         reached = forward(arm, there)
         dp = [after - before for after, before in zip(reached, here)]
-        if _distance(reached, p) < error:
-            q, here, error = there, reached, _distance(reached, p)
+        if distance(reached, p) < error:
+            q, here, error = there, reached, distance(reached, p)
             radius = min(2 * radius, max_step)
         else:
             radius /= 4
@@ -219,7 +229,7 @@ def _ways_out(arm, J, radius):
     the last joint while the others hold the tip (what is left of its motion where J sees none), and
     turning the whole arm.
     """
-    side = 1.0 if arm.elbow == "up" else -1.0
+    side = _chain(arm).up * (1.0 if arm.elbow == "up" else -1.0)
     bend = [0.0] * (len(J[0]) - 1) + [side]
     held = damped_solve(J, [_dot(row, bend) for row in J], LEAST_DAMPING)
     bend = [b - h for b, h in zip(bend, held)]
@@ -325,42 +335,109 @@ def _planar_jacobian(arm, q):
 
 
 def _planar_solutions(arm, p):
-    """{"up": q, "down": q}, limits aside; by the cosine rule, with half angles.
+    """{branch: [q]}, limits aside."""
+    return {branch: [pose] for branch, pose in _bent(arm, p, p).items()}
 
-    The elbow's tangent form keeps its digits at full reach and at the hole, where acos loses half.
+
+def _bent(arm, point, p):
+    """How two links bend to a point of their plane, seen from the first one's axis.
+
+    By the cosine rule, with half angles: the tangent form keeps its digits at full reach and at the
+    hole, where acos loses half.
+
+    Returns:
+        {"up": (heading of the first, bend > 0 of the second), "down": the same with bend < 0}
     """
-    upper, fore = (joint.link for joint in arm.joints)
+    upper, fore = (joint.link for joint in arm.joints[-2:])
     hole, outer = reach(arm)
-    distance = math.hypot(*p)
-    if not hole - REACH_SLACK <= distance <= outer + REACH_SLACK:
+    far = math.hypot(*point)
+    if not hole - REACH_SLACK <= far <= outer + REACH_SLACK:
         where, advice = (
             ("out of reach", "nearer")
-            if distance > outer
+            if far > outer
             else ("in the hole in the middle", "farther out")
         )
         raise Unreachable(
             "{} is {:.6g} cm from the shoulder, {}: the links reach from {:.6g} to"
-            " {:.6g} cm; choose a point {}".format(_shown(p), distance, where, hole, outer, advice)
+            " {:.6g} cm; choose a point {}".format(_shown(p), far, where, hole, outer, advice)
         )
     bend = 2 * math.atan2(
-        math.sqrt(max(0.0, (outer - distance) * (outer + distance))),
-        math.sqrt(max(0.0, (distance - hole) * (distance + hole))),
+        math.sqrt(max(0.0, (outer - far) * (outer + far))),
+        math.sqrt(max(0.0, (far - hole) * (far + hole))),
     )
-    heading = math.atan2(p[1], p[0])
+    heading = math.atan2(point[1], point[0])
     inside = math.atan2(fore * math.sin(bend), upper + fore * math.cos(bend))
     return {"up": (heading - inside, bend), "down": (heading + inside, -bend)}
 
 
-def _planar_singularity(q):
+def _planar_singularity(arm, q):
     return abs(math.sin(q[1]))
 
 
-# A chain: positions(arm, q), jacobian(arm, q), solutions(arm, p) -> {branch: q} limits aside,
-# singularity(q), and the number of coordinates of p.
-_Chain = collections.namedtuple("_Chain", "positions jacobian solutions singularity coordinates")
+# ---- the spatial chain: the base turns about an upright axis, shoulder and elbow pitch about level
+# ones.  Pitch is counted upwards from level; the base's link is the height of the shoulder.
+
+
+def _spatial_profile(arm, q):
+    """In the upright plane in which the arm is: (distance from the base's axis, height), cm."""
+    out, height = 0.0, arm.joints[0].link
+    profile = [(0.0, 0.0), (out, height)]
+    pitch = 0.0
+    for joint, angle in zip(arm.joints[1:], q[1:]):
+        pitch += angle
+        out += joint.link * math.cos(pitch)
+        height += joint.link * math.sin(pitch)
+        profile.append((out, height))
+    return profile
+
+
+def _spatial_positions(arm, q):
+    ahead, aside = math.cos(q[0]), math.sin(q[0])
+    return [(out * ahead, out * aside, height) for out, height in _spatial_profile(arm, q)]
+
+
+def _spatial_jacobian(arm, q):
+    """Each joint moves the tip across its lever arm (geometric Jacobian)."""
+    ahead, aside = math.cos(q[0]), math.sin(q[0])
+    profile = _spatial_profile(arm, q)
+    out, height = profile.pop()
+    columns = [(-out * aside, out * ahead, 0.0)]
+    for joint_out, joint_height in profile[1:]:
+        outwards = joint_height - height
+        columns.append((outwards * ahead, outwards * aside, out - joint_out))
+    return tuple(zip(*columns))
+
+
+def _spatial_solutions(arm, p):
+    """{branch: [q]}, limits aside: facing the point, and bent over backwards to it."""
+    x, y, z = p
+    yaw, out = math.atan2(y, x), math.hypot(x, y)
+    solutions = {"up": [], "down": []}
+    # Facing the point, the elbow is above where it is bent down; from behind, where it is bent up.
+    for turned, reached, above in ((0.0, out, "down"), (math.pi, -out, "up")):
+        poses = _bent(arm, (reached, z - arm.joints[0].link), p)
+        for bent, pitches in poses.items():
+            solutions["up" if bent == above else "down"].append((yaw + turned,) + pitches)
+    return solutions
+
+
+def _spatial_singularity(arm, q):
+    out, _ = _spatial_profile(arm, q)[-1]
+    return abs(math.sin(q[2]) * out) / reach(arm)[1]
+
+
+# A chain: positions(arm, q), jacobian(arm, q), solutions(arm, p) -> {branch: [q]} limits aside,
+# singularity(arm, q), the number of coordinates of p, how many joints are below the shoulder, and
+# the sign of the elbow's angle in the branch "up".
+_Chain = collections.namedtuple(
+    "_Chain", "positions jacobian solutions singularity coordinates below up"
+)
 _CHAINS = {
     "planar": _Chain(
-        _planar_positions, _planar_jacobian, _planar_solutions, _planar_singularity, 2
+        _planar_positions, _planar_jacobian, _planar_solutions, _planar_singularity, 2, 0, 1
+    ),
+    "spatial": _Chain(
+        _spatial_positions, _spatial_jacobian, _spatial_solutions, _spatial_singularity, 3, 1, -1
     ),
 }
 
@@ -385,11 +462,11 @@ def _solutions(arm, p):
 
 
 def _check_point(arm, p):
-    coordinates = _chain(arm).coordinates
+    size = coordinates(arm)
     # Squares must stay finite, too
-    if len(p) != coordinates or not all(abs(c) < 1e100 for c in p):
+    if len(p) != size or not all(abs(c) < 1e100 for c in p):
         raise Unreachable(
-            "{}: a point is {} finite numbers, cm; give such a point".format(_shown(p), coordinates)
+            "{}: a point is {} finite numbers, cm; give such a point".format(_shown(p), size)
         )
 
 
@@ -442,7 +519,8 @@ def _forbidden(arm, p, poses):
 # ---- wording and distances
 
 
-def _distance(a, b):
+def distance(a, b):
+    """Of two points, cm."""
     return math.sqrt(sum((x - y) ** 2 for x, y in zip(a, b)))
 
 

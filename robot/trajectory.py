@@ -1,9 +1,9 @@
-"""A path in the plane becomes joint set-points in time; and the report's Jacobian steps.
+"""A path becomes joint set-points in time; and the report's Jacobian steps.
 
-Pure: no I/O, no clock.  A *stroke* is a tuple of points (x, y), cm, so close together where it
-bends that straight lines between them will do; the tip moves along it without stopping.  Corners
-lie between strokes.  Letters: `q` joint angles rad, `dq` a step, `p` a tip position cm, `J` the
-Jacobian cm/rad.
+Pure: no I/O, no clock.  A *stroke* is a tuple of points (x, y) or, in space, (x, y, z), cm, so
+close together where it bends that straight lines between them will do; the tip moves along it
+without stopping.  Corners lie between strokes.  What is curved lies at one height z.  Letters: `q`
+joint angles rad, `dq` a step, `p` a tip position cm, `J` the Jacobian cm/rad.
 """
 
 import bisect
@@ -43,24 +43,37 @@ class BadPath(ArmError, ValueError):
 
 
 def _checked(points, fewest, what):
-    points = [(float(x), float(y)) for x, y in points]
+    points = [tuple(map(float, point)) for point in points]
     if len(points) < fewest:
         raise BadPath("{} needs at least {} points, not {}".format(what, fewest, len(points)))
     for point in points:
         if not all(math.isfinite(value) for value in point):
             raise BadPath(
-                "{} has the point ({}, {}), which is not a place; give finite numbers in cm".format(
-                    what, point[0], point[1]
+                "{} has the point ({}), which is not a place; give finite numbers in cm".format(
+                    what, ", ".join(map(str, point))
                 )
             )
     for a, b in zip(points, points[1:]):
-        if math.hypot(b[0] - a[0], b[1] - a[1]) < 1e-6:
+        if kinematics.distance(a, b) < 1e-6:
             raise BadPath(
-                "{} has the point ({:g}, {:g}) twice in a row; leave one out".format(
-                    what, a[0], a[1]
-                )
+                "{} has the point ({}) twice in a row; leave one out".format(what, _numbers(a))
             )
     return points
+
+
+def _numbers(point):
+    return ", ".join("{:g}".format(value) for value in point)
+
+
+def _height(points, what):
+    """What comes after x and y: () in the plane, else the one z of all points."""
+    if len({point[2:] for point in points}) > 1:
+        raise BadPath(
+            "{} lies at one height, not at {}; give one z".format(
+                what, " and ".join(_numbers(point[2:]) for point in points)
+            )
+        )
+    return tuple(points[0][2:])
 
 
 def polyline(points):
@@ -70,23 +83,25 @@ def polyline(points):
 
 
 def line_from(start, angle, length):
-    """The stroke from `start` in the direction `angle` (rad from x, counter-clockwise)."""
+    """The stroke from `start` in the level direction `angle` (rad from x, counter-clockwise)."""
     if not length > 0:
         raise BadPath("a line of length {:g} cm is none; give more than 0".format(length))
-    x, y = start
-    return polyline([start, (x + length * math.cos(angle), y + length * math.sin(angle))])
+    way = (length * math.cos(angle), length * math.sin(angle)) + (0.0,) * (len(start) - 2)
+    return polyline([start, tuple(a + b for a, b in zip(start, way))])
 
 
 def rectangle(corner, opposite):
     """The four strokes of an upright rectangle, from `corner` round to it again."""
-    (x0, y0), (x1, y1) = corner, opposite
+    height = _height([corner, opposite], "a rectangle")
+    (x0, y0), (x1, y1) = corner[:2], opposite[:2]
     if x0 == x1 or y0 == y1:
         raise BadPath(
             "a rectangle from ({:g}, {:g}) to ({:g}, {:g}) is none; give opposite corners".format(
                 x0, y0, x1, y1
             )
         )
-    return polyline([(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)])
+    corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]
+    return polyline([corner + height for corner in corners])
 
 
 def circle(centre, radius):
@@ -102,6 +117,7 @@ def circle(centre, radius):
                 centre[0] + radius * math.cos(start + 2 * math.pi * k / n),
                 centre[1] + radius * math.sin(start + 2 * math.pi * k / n),
             )
+            + tuple(centre[2:])
             for k in range(n + 1)
         )
     ]
@@ -115,6 +131,8 @@ def arc(points):
     that line.
     """
     points = _checked(points, 3, "an arc")
+    height = _height(points, "an arc")
+    points = [point[:2] for point in points]
     out = [points[0]]
     last = len(points) - 2
     for i in range(last + 1):
@@ -135,7 +153,7 @@ def arc(points):
                 out.append((p[0] + t * (r[0] - p[0]), p[1] + t * (r[1] - p[1])))
             else:
                 out.append((before or after).at(t))
-    return [tuple(out)]
+    return [tuple(point + height for point in out)]
 
 
 class _Circle(object):
@@ -366,7 +384,7 @@ def spread(stroke):
     """The stroke's points at most SPACING apart, ends and given points included, at least three."""
     out = [tuple(stroke[0])]
     for a, b in zip(stroke, stroke[1:]):
-        n = int(math.ceil(math.hypot(b[0] - a[0], b[1] - a[1]) / SPACING))
+        n = int(math.ceil(kinematics.distance(a, b) / SPACING))
         n = max(n, 2 if len(stroke) == 2 else 1)
         for k in range(1, n + 1):
             out.append(tuple(u + (v - u) * k / float(n) for u, v in zip(a, b)))
@@ -401,9 +419,9 @@ def _follow_branch(arm, points, q):
         leap = max(abs(a - b) for a, b in zip(q, joints[-1]))
         if leap > math.radians(45):
             raise kinematics.Unreachable(
-                "at ({:.2f}, {:.2f}) cm the arm would have to swing a joint by {:.0f} deg to stay "
-                "within its limits; draw the line in two, or choose the other elbow".format(
-                    p[0], p[1], math.degrees(leap)
+                "at ({}) cm the arm would have to swing a joint by {:.0f} deg to stay within its "
+                "limits; draw the line in two, or choose the other elbow".format(
+                    ", ".join("{:.2f}".format(value) for value in p), math.degrees(leap)
                 )
             )
         joints.append(q)
@@ -440,7 +458,7 @@ def _timed(arm, points, joints, speed):
     Forward and backward pass over the greatest admissible speed along the path, after Bobrow,
     Dubowsky and Gibson 1985, with the limits taken as constants.
     """
-    ds = [math.hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(points, points[1:])]
+    ds = [kinematics.distance(a, b) for a, b in zip(points, points[1:])]
     slopes = [[(b - a) / d for a, b in zip(q0, q1)] for q0, q1, d in zip(joints, joints[1:], ds)]
     fastest = [joint.max_speed for joint in arm.joints]
     caps = [
@@ -495,7 +513,6 @@ def jacobian_step(arm, q, dy):
 
 def has_arrived(start, goal, p):
     """Whether the report's steps are over: within ARRIVED of the goal, or past it."""
-    dx, dy = goal[0] - start[0], goal[1] - start[1]
-    if math.hypot(goal[0] - p[0], goal[1] - p[1]) <= ARRIVED:
+    if kinematics.distance(goal, p) <= ARRIVED:
         return True
-    return (p[0] - goal[0]) * dx + (p[1] - goal[1]) * dy >= 0
+    return sum((x - g) * (g - s) for x, g, s in zip(p, goal, start)) >= 0

@@ -16,6 +16,7 @@ ARMS_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "arms")
 # The joints of each kinematic chain, from the base outwards: these are the names of their sections.
 CHAINS = {
     "planar": ("shoulder", "elbow"),
+    "spatial": ("base", "shoulder", "elbow"),
 }
 
 # The speed in deg/s beyond which the motor's driver refuses a set-point.
@@ -46,7 +47,8 @@ name    the file's name without its ending
 chain   name of the kinematic chain, a key of CHAINS
 joints  tuple of Joint, from the base outwards
 pen     Pen, or None for an arm without a pen motor
-elbow   "up" | "down": the branch preferred where both reach a point; up = positive elbow angle
+elbow   "up" | "down": the branch preferred where both reach a point; up = planar: positive elbow
+        angle; spatial: the elbow above
 speed   of the tip while drawing, cm/s
 file    path of the file it was read from
 """
@@ -56,10 +58,11 @@ Joint = collections.namedtuple(
     "name link port motor gear direction lower upper stop_lower stop_upper"
     " backlash max_speed home find_home",
 )
-Joint.__doc__ = """One joint; angles are counter-clockwise, relative to the link before it.
+Joint.__doc__ = """One joint; angles are relative to the link before it, counter-clockwise, those of
+a spatial arm's shoulder and elbow upwards.
 
 name        the section's name
-link        length of the link that it moves, cm
+link        length of the link that it moves, cm; of a base, the height of the shoulder's axis
 port        "A" | "B" | "C" | "D"
 motor       "large" | "medium"
 gear        motor turns per joint turn, > 0

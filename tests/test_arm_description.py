@@ -120,7 +120,7 @@ def test_an_existing_file_goes_before_an_arm_that_comes_along(tmp_path, monkeypa
 @pytest.mark.parametrize("find", [find_arm, read_arm])
 @pytest.mark.parametrize("name", ["nowhere", "no/planar.ini", ""])
 def test_a_missing_file_lists_the_arms_that_come_along(find, name):
-    with pytest.raises(BadArmFile, match="no such arm file.*geared, planar$") as caught:
+    with pytest.raises(BadArmFile, match="no such arm file.*geared, planar, spatial$") as caught:
         find(name)
     assert str(caught.value).startswith(name + ":")
 

@@ -9,7 +9,7 @@ import pytest
 from laptop import drawing
 from laptop.drawing import BadPath, measure, pen_down_runs, write_trace
 
-Row = namedtuple("Row", "t q x y pen")
+Row = namedtuple("Row", "t q x y pen z", defaults=[None])
 
 LINE = [(0.0, 0.0), (10.0, 0.0)]
 CIRCLE = [(5 + 4 * math.cos(k / 100), 4 * math.sin(k / 100)) for k in range(629)]

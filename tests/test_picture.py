@@ -14,7 +14,7 @@ from matplotlib.text import Text
 from laptop.drawing import measure
 from laptop.picture import ARM, COLUMN, HEIGHT, INK, SHEET, WANTED, WIDTH, draw_picture
 
-Row = namedtuple("Row", "t q x y pen")
+Row = namedtuple("Row", "t q x y pen z", defaults=[None])
 
 REACH = (1.8, 20.8)
 SKELETON = [(0, 0), (7.2, 8.7), (0, 15)]

@@ -396,7 +396,7 @@ def test_the_figures_can_be_worked_out_from_the_trace(simulate):
     class Row:
         def __init__(self, row):
             self.t, self.x, self.y = (float(row[key]) for key in ("t", "x", "y"))
-            self.pen = int(row["pen"])
+            self.z, self.pen = None, int(row["pen"])
 
     (again,) = measure([Row(row) for row in rows(result.out)], [[(10, 0), (5, 10)]])
     told = json.loads((result.out / "summary.json").read_text())["paths"][0]

@@ -7,6 +7,7 @@ line's normal, at its largest along the line.
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import random
@@ -26,11 +27,11 @@ from laptop.simulator.session import park_on_file
 from laptop.simulator.world import World
 from robot import kinematics, trajectory
 from robot.arm import RobotArm
-from robot.driver import REPORT_LINES, Driver
+from robot.driver import LINES, Driver
 from shared.arm_description import Arm, find_arm, read_arm
 
 Point = tuple[float, float]
-Line = tuple[Point, Point]
+Line = tuple[tuple[float, ...], tuple[float, ...]]
 
 ARMS = ("planar", "geared")
 METHODS = ("smooth", "steps")
@@ -82,20 +83,23 @@ def described(name: str, backlash: float) -> Arm:
 
 def floor(arm: Arm, line: Line) -> float:
     """The line's floor, mm (see the module's docstring)."""
-    (x0, y0), (x1, y1) = line
-    normal = np.array([y0 - y1, x1 - x0]) / math.hypot(x1 - x0, y1 - y0)
-    counts = np.array([math.radians(0.5) / joint.gear for joint in arm.joints])
+    way = np.subtract(*line) / math.dist(*line)
+    across = np.eye(len(way)) - np.outer(way, way)
+    halves = [math.radians(0.5) / joint.gear for joint in arm.joints]
+    errors = np.array(list(itertools.product(*((-half, half) for half in halves)))).T
     joints = trajectory.joint_path(arm, trajectory.spread(line), arm.elbow)
-    worst = max(np.abs(normal @ np.array(kinematics.jacobian(arm, q))) @ counts for q in joints)
-    return 10 * float(worst)
+    return 10 * max(
+        float(np.linalg.norm(across @ np.array(kinematics.jacobian(arm, q)) @ errors, axis=0).max())
+        for q in joints
+    )
 
 
 def random_line(arm: Arm, seed: int) -> Line:
     """A reachable line of at least 4 cm."""
     draw = random.Random(seed)
-    reach = sum(joint.link for joint in arm.joints)
+    reach, size = sum(joint.link for joint in arm.joints), kinematics.coordinates(arm)
     while True:
-        a, b = ((draw.uniform(-reach, reach), draw.uniform(-reach, reach)) for _ in range(2))
+        a, b = (tuple(draw.uniform(-reach, reach) for _ in range(size)) for _ in range(2))
         if math.dist(a, b) < 4:
             continue
         try:
@@ -109,7 +113,8 @@ def cases(seeds: range) -> Iterator[Case]:
     """Every line under every condition; each random line also on the random plant of its seed."""
     for arm_name in ARMS:
         arm = read_arm(find_arm(arm_name))
-        lines = [(f"line {n}", line) for n, line in enumerate(REPORT_LINES, 1)]
+        own = LINES[kinematics.coordinates(arm)]
+        lines = [(f"line {n}", line) for n, line in enumerate(own, 1)]
         luck = [("random", random_line(arm, seed)) for seed in seeds]
         for method in METHODS:
             for condition, plant, play in CONDITIONS:
@@ -259,7 +264,7 @@ def _limit_cases() -> list[Case]:
     return [
         Case("planar", "smooth", name, plant, play, line, f"line {n}")
         for name, plant, play in LIMITS
-        for n, line in enumerate(REPORT_LINES, 1)
+        for n, line in enumerate(LINES[2], 1)
     ]
 
 

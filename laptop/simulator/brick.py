@@ -14,8 +14,8 @@ PORTS = "ABCD"
 FIRST = 9
 """Number of the device at port A: after some plugging the system counts on from there."""
 
-Sample = namedtuple("Sample", "t q x y pen")
-"""One row of the record: s, true link angles (rad), true tip (cm), 0 or 1."""
+Sample = namedtuple("Sample", "t q x y z pen")
+"""One row of the record: s, true link angles (rad), true tip (cm; z None in the plane), 0 or 1."""
 
 
 def _name(port):
@@ -81,8 +81,8 @@ class EmulatedBrick(object):
 
     def _sample(self):
         q = self.plant.q
-        x, y = kinematics.forward(self.arm, q)
-        self.record.append(Sample(self._steps * STEP, q, x, y, int(self.plant.pen_down)))
+        x, y, z = (tuple(kinematics.forward(self.arm, q)) + (None,))[:3]
+        self.record.append(Sample(self._steps * STEP, q, x, y, z, int(self.plant.pen_down)))
 
     def reset_motors(self):
         """What brickrun does after the Back button: coast, encoders to zero."""

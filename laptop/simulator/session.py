@@ -270,7 +270,8 @@ def _wanted(file):
         paths = []
         for number, line in enumerate(lines, 1):
             try:
-                paths.append([(float(x), float(y)) for x, y in json.loads(line)["path"]])
+                points = json.loads(line)["path"]
+                paths.append([(float(x), float(y), *map(float, rest)) for x, y, *rest in points])
             except (ValueError, KeyError, TypeError):
                 raise BadOrder(
                     'line {} of $BRICKSERVO_PLAN is not {{"path": [[x, y], ...]}}; '

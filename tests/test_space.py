@@ -1,0 +1,99 @@
+"""The arm in space: points of three numbers, lines at any slope, shapes at one height."""
+
+import math
+
+import numpy as np
+import pytest
+
+from laptop.bench.draw import Case, draw
+from robot import trajectory
+from robot.driver import LINES, main
+from robot.image_jacobian import ChainModel
+from robot.kinematics import branches, forward, joint_positions
+from shared.arm_description import find_arm, read_arm
+
+ARM = read_arm(find_arm("spatial"))
+
+
+@pytest.mark.parametrize("line", LINES[3], ids=["upright", "level", "slanting"])
+def test_lines_in_space_are_as_straight_as_the_encoders_can_tell(line):
+    assert math.dist(*line) == pytest.approx(12, abs=0.1)
+    found = draw(Case("spatial", "smooth", "no play", "backlash=0", 0.0, line, "line"))
+    assert found.error == ""
+    assert found.greatest <= 1.5 * found.floor
+    assert found.end <= 1.5 * found.floor
+
+
+def test_the_preferred_elbow_is_above_or_below_whichever_way_the_arm_faces():
+    wide = tuple(joint._replace(lower=-3.5, upper=3.5) for joint in ARM.joints)
+    point = (12.0, 3.0, 8.0)
+    for preferred, sign in (("up", 1), ("down", -1)):
+        poses = branches(ARM._replace(joints=wide, elbow=preferred), point)
+        facing = {math.cos(q[0]) > 0 for q in poses[: len(poses) // 2]}
+        assert facing == {True, False}
+        for number, q in enumerate(poses):
+            assert forward(ARM, q) == pytest.approx(point)
+            *_, shoulder, elbow, tip = np.array(joint_positions(ARM, q))
+            out = np.hypot(*(tip - shoulder)[:2])
+            level = (elbow - shoulder) @ [*point[:2], 0] / np.hypot(*point[:2])
+            above = (elbow - shoulder)[2] - (tip - shoulder)[2] * level / out
+            wanted = sign if number < len(poses) // 2 else -sign
+            assert above * wanted > 0
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ("--arm spatial inverse 14,0 --height 4", "analytic        0.000,    5.548,  -78.703 deg"),
+        ("--arm spatial inverse 14,0,4", "analytic        0.000,    5.548,  -78.703 deg"),
+    ],
+)
+def test_a_height_completes_a_point(words, says, capsys):
+    assert main(words.split()) == 0
+    assert says in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("words", ["inverse 10,0,3", "inverse 10,0 --height 3"])
+def test_an_arm_in_the_plane_has_no_height(words, capsys):
+    assert main(words.split()) == 1
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "is no point for planar" in err
+
+
+def test_shapes_lie_at_one_height():
+    (circle,) = trajectory.circle((12, 0, 5), 3)
+    assert {p[2] for p in circle} == {5}
+    (arc,) = trajectory.arc([(10, 0, 5), (12, 5, 5), (5, 10, 5)])
+    assert {p[2] for p in arc} == {5}
+    assert len(trajectory.rectangle((8, 4, 5), (12, 8, 5))) == 4
+    level = trajectory.line_from((10, 0, 5), math.pi / 2, 4)[0]
+    assert level[1] == pytest.approx((10, 4, 5))
+    with pytest.raises(trajectory.BadPath, match="an arc lies at one height, not at 5 and 5 and 6"):
+        trajectory.arc([(10, 0, 5), (12, 5, 5), (5, 10, 6)])
+    with pytest.raises(trajectory.BadPath, match="a rectangle lies at one height, not at 5 and 6"):
+        trajectory.rectangle((8, 4, 5), (12, 8, 6))
+
+
+def test_the_image_of_an_arm_in_space_is_learned_from_a_few_looks():
+    luck = np.random.default_rng(4)
+    camera = np.array([[20, 3, 1], [2, -18, 4.0]])
+
+    def see(q):
+        return (camera @ forward(ARM, q) / (1 + 0.004 * forward(ARM, q)[0])).tolist()
+
+    low, high = (0.6 * np.array([getattr(j, s) for j in ARM.joints]) for s in ("lower", "upper"))
+    model = ChainModel(2, "spatial", [joint.link for joint in ARM.joints])
+    for q in luck.uniform(low, high, (16, 3)).tolist():
+        model.observe(q, see(q), 0.1)
+    off = []
+    for q in luck.uniform(low, high, (20, 3)):
+        there = (q + luck.uniform(-0.3, 0.3, 3)).tolist()
+        picture = model.seen_from(q.tolist(), see(q))
+        off.append(math.dist(picture.predict(there), see(there)))
+        J = np.array(picture.jacobian(there))
+        for k, e in enumerate(1e-6 * np.eye(3)):
+            slope = np.subtract(picture.predict(there + e), picture.predict(there - e)) / 2e-6
+            assert np.allclose(J[:, k], slope, atol=1e-3)
+    assert np.median(off) < 5
+    assert max(off) < 25
