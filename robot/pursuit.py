@@ -77,7 +77,9 @@ class _Joint(object):
     """
 
     def __init__(self, joint, angle, side, fastest, acceleration):
-        self._lower, self._upper = joint.lower, joint.upper
+        self._limits = joint.lower, joint.upper
+        # Where it begins beyond a limit, it comes back at its own pace.
+        self._lower, self._upper = min(joint.lower, angle), max(joint.upper, angle)
         self.half_play = joint.backlash / 2
         self._fastest = fastest
         self._acceleration = acceleration
@@ -118,7 +120,7 @@ class _Joint(object):
         if aim is None:
             aim = q
         else:
-            aim = min(max(aim, self._lower), self._upper)
+            aim = min(max(aim, self._limits[0]), self._limits[1])
             seen = self._speed_of_aim(t, aim)
             most = MATCHED * self._fastest
             u = min(max(seen if speed is None else speed, -most), most)

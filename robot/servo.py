@@ -5,7 +5,7 @@ Pure: no clock, no socket, no motor.
     q   joint angles, rad (n)
     s   image features, px (m): u and v of every camera in turn;  s_star  where they shall be
     e   s - s_star
-    J   image Jacobian ds/dq, px/rad (m x n);  the law is dq = -gain pinv(J) e
+    J   image Jacobian ds/dq, px/rad (m x n)
 
 `look`: the arm stands, is measured, decides, moves (Servo, ReportServo).  `stream`: it decides
 while it moves (Stream, around a Servo).
@@ -38,7 +38,7 @@ CONVERGED, UNREACHABLE, LIMIT, SINGULAR = "converged", "unreachable", "limit", "
 # Measuring
 
 FEW, MANY = 6, 12
-"""Frames of a measurement; where it is close, or to say `converged`, up to MANY."""
+"""Frames of a measurement; where noise might decide whether it has arrived, up to MANY."""
 
 MEDIAN = math.pi / 2
 """Variance of a median of normal noise, over that of a mean."""
@@ -57,7 +57,7 @@ STRAIGHT = 0.2
 share of the way (and noise)."""
 
 JOINT_ERROR = 0.35
-"""Standard deviation of a joint's angle, counts of its motor, and as much again of its play."""
+"""Standard deviation of a motor's angle, counts (degrees); of the joint's play, it is a tenth."""
 
 CONTENT = 0.7
 """Share of the tolerance at which it ends; what is off by more is corrected once."""
@@ -110,8 +110,8 @@ CLEARLY = 0.7
 """Another posture must leave over no more than this share of the error."""
 
 STALLED, HOPELESS = 0.9, 2
-"""A course stalls that leaves over more than this share of the error; so many may, with a model
-that is right lately, before all is explored anew; then the goal counts as out of reach."""
+"""A course stalls that leaves over more than this share of the error; so many may on the way to a
+goal, with a model that is right lately, before all is explored anew; then it is out of reach."""
 
 MOST_RESTARTS, ALIKE = 4, 3
 """After so many starts from elsewhere, or so many that end equally far off, the goal counts as out
@@ -382,7 +382,7 @@ class ReportServo(object):
         """As Servo.decide."""
         s = [x for view in views for x in view.s]
         e = error_of(views)
-        if length(e) < self._tolerance:
+        if length(e) < self._tolerance or not any(e):
             return Decision("end", None, CONVERGED, "")
         dy = None if self._s is None else [a - b for a, b in zip(s, self._s)]
         self._s = s
@@ -398,7 +398,9 @@ class ReportServo(object):
         if dy is not None:
             self.J = broyden_update(self.J, self._dx, dy)
         try:
-            dx = solve(self.J, [-x for x in e])
+            wanted = [-x for x in e]
+            square = len(self.J) == n
+            dx = solve(self.J, wanted) if square else damped_solve(self.J, wanted, 0.0)
         except Singular:
             return Decision("end", None, SINGULAR, "the Jacobian has no inverse")
         mu = self.STEPS[0 if length(e) >= self.FAR else 1 if length(e) >= self.NEAR else 2]
@@ -430,7 +432,7 @@ class JointHistory(object):
         self._times.append(t)
         self._angles.append(tuple(q))
         if t - self._times[0] > 1.5 * self._seconds:
-            old = bisect.bisect(self._times, t - self._seconds)
+            old = max(0, bisect.bisect(self._times, t - self._seconds) - 1)
             del self._times[:old]
             del self._angles[:old]
 
@@ -461,6 +463,8 @@ class Goal(object):
     """Sightings that tell whether it moves, and those that tell how fast."""
     MOVES = 6.0
     """A goal slower than this stands, px/s."""
+    LATELY_SEEN = 0.3
+    """For so long is it known where a goal is that moves, s."""
     HIDES, CLEAR = 50.0, 0.9
     """So near to the tip (px) a standing goal may be half hidden; believed only if so confident."""
 
@@ -511,8 +515,8 @@ class Goal(object):
         self._place = t0, [sum(c) / n for c in columns]
 
     def at(self, t):
-        """Where it is at time t, px; None if it was never seen."""
-        if self._place is None:
+        """Where it is at time t, px; None if it was never seen, or moves and was not lately."""
+        if self._place is None or (self.moving and t - self._seen[-1][0] > self.LATELY_SEEN):
             return None
         t0, place = self._place
         return tuple(x + v * (t - t0) for x, v in zip(place, self.velocity))
@@ -534,7 +538,7 @@ def stacked(pictures):
 
 
 def models_of(method, arm):
-    """{name: a function that makes the model of one camera}; the first is the local one."""
+    """{name: a function that makes the model of one camera}."""
 
     def local(noise_aware):
         return lambda: LocalJacobian(2, len(arm.joints), noise_aware)
@@ -584,15 +588,19 @@ class Servo(object):
         self._luck = random.Random(seed)
         self._known = known
         self._explored = [known] * self._n
-        self._best, self._stagnant, self._diverging = None, 0, 0
         self._glimpsed = {}
-        self._stalled = 0
-        self._checked = False  # by exploring anew, that it is out of reach
-        self._bound = None  # where it is on its way to, rad
-        self._refined = False
-        self._stuck_at = []
+        self._begin()
         self._q = self._s = None
         self._pictures, self._blurs = {}, {}  # by (name, camera)
+
+    def _begin(self):
+        """On the way to a goal."""
+        self._best, self._stagnant, self._diverging = None, 0, 0
+        self._stuck_at = []
+        self._bound = None  # where it is on its way to, rad
+        self._stalled = 0
+        self._checked = False  # by exploring anew, that it is out of reach
+        self._refined = False
 
     # Learning
 
@@ -683,6 +691,7 @@ class Servo(object):
         self._q, self._s = q, s
         self._glimpsed = {}
         if off < self._tolerance * (1 if self._refined else CONTENT):
+            self._begin()  # should the goal move on
             return Decision("end", None, CONVERGED, "")
         self._refined = self._refined or off < self._tolerance
         if not shown:
@@ -694,8 +703,13 @@ class Servo(object):
         if self._stagnant >= (STAGNANT_NEAR if near else STAGNANT):
             return self._restart()
         if self._diverging >= DIVERGING and not self._known:
-            return self._explore_anew(q, goal)
-        return self._move(q, goal, off)
+            return self._explore_anew(q, goal, views)
+        return self._move(q, goal, off, views)
+
+    def _go(self, action, q):
+        """The Decision to go to q, as far as the limits allow."""
+        box = zip(q, self._low, self._high)
+        return Decision(action, [min(max(a, low), high) for a, low, high in box], None, "")
 
     def _note_progress(self, off):
         if self._best is None or off < IMPROVED * self._best:
@@ -732,12 +746,13 @@ class Servo(object):
                 row[k] = 0.0
             to, _ = best_pose(self._picture(name), goal, to, low, high, to, caution)
         self._explored[k] = True
-        return Decision("explore", to, None, "")
+        return self._go("explore", to)
 
-    def _explore_anew(self, q, goal):
+    def _explore_anew(self, q, goal, views):
         """What is known of the image does not lead to the goal: it may have moved."""
         for model in self._models.values():
             model.doubt_all()
+        self._look_from(q, views)
         self._explored = [False] * self._n
         self._best, self._diverging, self._bound = None, 0, None
         return self._explore(q, goal)
@@ -756,7 +771,7 @@ class Servo(object):
         for model in self._models.values():
             model.doubt_all()
         to = self._posture([self._luck.uniform(0.25, 0.75) for _ in range(self._n)])
-        return Decision("restart", to, None, "")
+        return self._go("restart", to)
 
     def _picture(self, name):
         """Of all cameras in turn."""
@@ -770,7 +785,7 @@ class Servo(object):
                     row[j] += 2 * CAUTION * value
         return total
 
-    def _move(self, q, goal, off):
+    def _move(self, q, goal, off, views):
         name = min(self._names, key=self._wrong.get)
         self.using = name
         picture, caution = self._picture(name), self._caution(name, q)
@@ -782,11 +797,12 @@ class Servo(object):
                 known = [[0.0] * self._n] * self._n
                 to, left = self._best_posture(picture, goal, q, known, left)
                 self._stalled += 1
-                if self._stalled > HOPELESS and self._wrong[name] < DISAGREES:
+                hopeless = self._stalled > HOPELESS and left > self._tolerance
+                if hopeless and self._wrong[name] < DISAGREES:
                     if self._checked or self._known:
                         return self._out_of_reach(to, left)
                     self._checked = True
-                    return self._explore_anew(q, goal)
+                    return self._explore_anew(q, goal, views)
                 if _apart(to, q) > FIRST_STEP:
                     self._best = float("inf")  # on the way there it may be farther off
             self._bound = to
@@ -803,7 +819,7 @@ class Servo(object):
             # To and fro without end: the play is not what it is said to be.
             gain = 1.0 / (1.0 + 0.5 * self._stagnant)
             to = [a + gain * (b - a) for a, b in zip(q, to)]
-        return Decision("move", to, None, "")
+        return self._go("move", to)
 
     def _out_of_reach(self, to, left):
         for joint, a, low, high in zip(self._arm.joints, to, self._low, self._high):
@@ -839,7 +855,7 @@ class Servo(object):
         return best
 
     def picture(self, camera, q, s):
-        """What the model in use knows of a camera that sees s with the joints at q."""
+        """What the chain, if there is one, knows of a camera that sees s with the joints at q."""
         return self._models[self._in_use(), camera].seen_from(q, s)
 
     def _in_use(self):

@@ -59,13 +59,16 @@ WAIT = 0.1
 FASTEST = math.radians(60)
 """Of any joint, rad/s."""
 
+CAMERA = "A"
+"""A goal that is given as a pixel is one of this camera."""
+
 BUDGET = 60.0
 """Of a run, s."""
 
 Verdict = namedtuple("Verdict", "word reason error q moves measurements frames seconds")
 Verdict.__doc__ = """How a run ended.
 
-word          "converged", or why not, see the design of the messages
+word          "converged", or why not
 reason        in words for people; "" where the word says it all
 error         distance of tip and goal in the image when last measured, px, or None
 q             joint angles, rad, or None
@@ -183,7 +186,7 @@ class VisualServoing(object):
     # Seeing
 
     def _hear(self, timeout):
-        """The new Frames, oldest camera first; says what is due, ends the run where it must."""
+        """The new Frames, camera by camera; says what is due, ends the run where it must."""
         new = self._eyes.look(timeout)
         now = self._clock.now()
         for command in self._eyes.commands():
@@ -231,8 +234,8 @@ class VisualServoing(object):
         tip = tip if tip and tip[2] >= BELIEVED else None
         if tip and goal and goal[2] >= BELIEVED and self._fixed_goal is None:
             self._goals.setdefault(seen.camera, Goal()).add(seen.t, goal[:2], goal[2], tip[:2])
-        where = self._fixed_goal
-        if where is None and seen.camera in self._goals:
+        where = self._fixed_goal if seen.camera == CAMERA else None
+        if self._fixed_goal is None and seen.camera in self._goals:
             where = self._goals[seen.camera].at(seen.t)
         q = self._history.at(seen.t)
         self._log_line("seen", seen.t, camera=seen.camera, q=q, s=tip and tip[:2], goal=where)
@@ -258,14 +261,18 @@ class VisualServoing(object):
         """
         q = self._standing_angles()
         since = (self._clock.now() if since is None else since) + SETTLED
-        frames, count = {}, 0
+        frames, heard, count = {}, {}, 0
         while True:
             for frame in list(seen) + self._hear(WAIT):
+                heard[frame.camera] = self._clock.now()
                 if frame.t >= since:
                     of_camera = frames.setdefault(frame.camera, [])
                     of_camera.append((frame.t, frame.s, frame.goal))
                     count += 1
             seen = ()
+            for camera in list(frames):
+                if self._seen_at - heard[camera] > LOST:  # the others do not wait for it
+                    del frames[camera]
             views = self._servo.measure.views(frames) if frames else None
             if views:
                 self._measurements += 1
@@ -278,7 +285,7 @@ class VisualServoing(object):
                 self._give_up_in_time()
 
     def _standing_angles(self):
-        """The joints' angles, rad: as the encoders have them, and finer where that is known."""
+        """The joints' angles, rad, as the encoders have them."""
         q = self._arm.angles()
         self._history.add(self._clock.now(), q)
         return q
@@ -302,10 +309,9 @@ class VisualServoing(object):
                 "effector and goal have not been seen together for {:g} s; let the camera see "
                 "both, or give --goal U,V".format(MARKER_PATIENCE)
             )
-        return (
-            "the effector has not been seen for {:g} s; look at the tracker's status line".format(
-                MARKER_PATIENCE
-            )
+        return "{} has not been seen for {:g} s; look at the tracker's status line".format(
+            "the effector, or the goal, which moves," if self._goal_moves() else "the effector",
+            MARKER_PATIENCE,
         )
 
     # Moving

@@ -247,6 +247,38 @@ def test_a_goal_that_moves_is_followed_until_the_budget_is_spent(watched):
     assert w.stands(12.5)
 
 
+def test_who_follows_holds_when_the_goal_has_vanished(watched):
+    w = watched()
+    circling(w, 1.5)
+    w.world.at(8.0, lambda: w.hidden.add("goal"))
+    shown = w.run("--mode", "stream", "--follow", "--budget", "40", "--tolerance", "10")
+    assert shown.log[-1]["verdict"] == "marker lost"
+    assert "the goal" in shown.log[-1]["reason"]
+    assert "marker lost: held" in [line["text"] for line in shown.log if line["kind"] == "note"]
+    assert w.stands(9.2)
+
+
+@pytest.mark.parametrize("over", [1, 4])
+def test_an_arm_that_begins_beyond_a_limit_comes_back(watched, over):
+    w = watched(start=(0.3, math.radians(150 + over)))
+    assert converged(w, w.run())
+
+
+def test_a_camera_that_goes_blind_in_mid_measurement_does_not_hang_it(watched):
+    w = watched(tracker={"cameras": ("A", "B")})
+    see = w.tracker.see
+
+    def blinded(camera, index, t):
+        return (
+            {"effector": None, "goal": None}
+            if camera == "B" and t > 0.15
+            else see(camera, index, t)
+        )
+
+    w.tracker.see = blinded
+    assert converged(w, w.run())
+
+
 def test_following_ends_when_the_laptop_says_so(watched):
     w = watched()
     circling(w, 1.5)

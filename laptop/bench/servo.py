@@ -58,8 +58,6 @@ TRUE = 1.6
 FOLLOWED = (6.0, 20.0)
 """Between these times the distance from a moving goal counts, s."""
 
-"""As VirtualTracker asks."""
-
 
 @dataclass(frozen=True)
 class Scene:
@@ -409,7 +407,7 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
     claimed = word == "converged"
     success = claimed and error <= TRUE * scene.tolerance
     if scene.speed:
-        success = word == "budget spent"
+        success, claimed = word in ("converged", "budget spent"), False
     return Result(
         case.name,
         case.arm,
