@@ -45,7 +45,7 @@ APART, MOST_KEYS = math.radians(2.5), 24
 ROBUST = 3.0
 """Residuals beyond so many standard deviations count ever less (Geman and McClure)."""
 
-ROUND = 8
+ROUND = 12
 """After every so manieth fit the key-frames are weighed anew: it makes little difference, and costs
 more than all the rest."""
 
@@ -154,7 +154,10 @@ class LocalJacobian(object):
         P, n = self._P, len(dq)
         square = dot(dq, dq)
         if self._noise_aware:
-            bent = BENDING**2 * square * sum(dot(row, row) for row in self.J) / len(self.J)
+            size = 0.0
+            for row in self.J:
+                size += sum(map(mul, row, row))
+            bent = BENDING**2 * square * size / len(self.J)
             for k in range(n):
                 P[k][k] = min(P[k][k] + bent, UNKNOWN**2)
             along = [dot(row, dq) for row in P]
@@ -350,10 +353,12 @@ class ChainModel(object):
         """The Picture of an arm that is at q, where s is seen."""
         W = self._fit(q)
         terms, slopes, n = self._chain.terms, self._chain.slopes, self._joints
-        q, here = list(q), terms(q)
+        q, s, here = list(q), list(s), terms(q)
         offset = [y - sum(map(mul, w, here)) for y, w in zip(s, W)]
 
         def predict(there):
+            if there == q:
+                return s
             there = terms(there)
             return [sum(map(mul, w, there), o) for w, o in zip(W, offset)]
 

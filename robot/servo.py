@@ -143,7 +143,7 @@ def length(e):
 
 def _apart(a, b):
     """Greatest difference of two lists of angles, rad."""
-    return max(abs(x - y) for x, y in zip(a, b))
+    return max(map(abs, map(sub, a, b)))
 
 
 def median(values):
@@ -223,21 +223,22 @@ def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
             total += pull[-1] * x
         return total, e, pull
 
-    q = [min(max(a, least), most) for a, least, most in zip(start, low, high)]
+    q = list(map(min, map(max, start, low), high))
     least, e, pull = cost(q)
     damping = 1e-4
     for _ in range(iterations):
         columns = list(zip(*picture.jacobian(q)))
         H, downhill, trace = [], [], 0.0
         for k, a in enumerate(columns):
-            row = list(caution[k])
-            for j, b in enumerate(columns):
-                row[j] += sum(map(mul, a, b))
+            row = list(caution[k][: k + 1])
+            for j in range(k + 1):
+                row[j] += sum(map(mul, a, columns[j]))
             H.append(row)
             downhill.append(sum(map(mul, a, e)) - pull[k])
             trace += row[k]
-        for k, row in enumerate(H):
-            row[k] += damping * trace + 1e-9
+        extra = damping * trace + 1e-9
+        for row in H:
+            row[-1] += extra
         there = _step_in_box(H, downhill, q, low, high)
         costs, e_there, pull_there = cost(there)
         if costs < least:
@@ -254,7 +255,7 @@ def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
 
 
 def _step_in_box(H, b, q, low, high):
-    """q + x with H x = b for a positive definite H, kept in the box."""
+    """q + x with H x = b for a positive definite H (its lower triangle), kept in the box."""
     there = list(map(add, q, _solve_definite(H, b)))
     for a, least, most in zip(there, low, high):
         if not least <= a <= most:
@@ -265,8 +266,10 @@ def _step_in_box(H, b, q, low, high):
     free = list(range(len(q)))
     while free:
         fixed = [k for k in range(len(q)) if k not in free]
-        left = [b[i] - sum(H[i][k] * (there[k] - q[k]) for k in fixed) for i in free]
-        x = _solve_definite([[H[i][k] for k in free] for i in free], left)
+        left = [
+            b[i] - sum(H[max(i, k)][min(i, k)] * (there[k] - q[k]) for k in fixed) for i in free
+        ]
+        x = _solve_definite([[H[i][k] for k in free if k <= i] for i in free], left)
         for k, d in zip(free, x):
             there[k] = min(max(q[k] + d, low[k]), high[k])
         inside = [k for k, d in zip(free, x) if low[k] <= q[k] + d <= high[k]]
@@ -582,7 +585,7 @@ class Servo(object):
         self._make, self._names = models, sorted(models)
         self._local = next((name for name in self._names if name != "chain"), "chain")
         self._models = {}  # (name, camera): model
-        self._cameras = ()
+        self._cameras = []
         self._wrong = dict.fromkeys(models, 0.5)
         self._region = FIRST_STEP
         self._luck = random.Random(seed)
@@ -647,7 +650,7 @@ class Servo(object):
                 model = self._model(name, view.camera)
                 model.observe(q, view.s, view.variance + self._blur(name, view.camera))
                 self._pictures[name, view.camera] = model.seen_from(q, view.s)
-        self._cameras = tuple([view.camera for view in views])
+        self._cameras = [view.camera for view in views]
         self._blurs = {}
 
     def _judge(self, q, s):
@@ -680,10 +683,13 @@ class Servo(object):
         Returns:
             Decision
         """
-        q, s = list(q), [x for view in views for x in view.s]
-        goal = [x for view in views for x in view.goal]
-        off = length(error_of(views))
-        same = self._cameras == tuple(view.camera for view in views)
+        q, s, goal, cameras = list(q), [], [], []
+        for view in views:
+            s += view.s
+            goal += view.goal
+            cameras.append(view.camera)
+        off = length(list(map(sub, s, goal)))
+        same = self._cameras == cameras
         if self._q is not None and all(self._explored) and same:
             self._judge(q, s)
         self._look_from(q, views)
@@ -708,8 +714,7 @@ class Servo(object):
 
     def _go(self, action, q):
         """The Decision to go to q, as far as the limits allow."""
-        box = zip(q, self._low, self._high)
-        return Decision(action, [min(max(a, low), high) for a, low, high in box], None, "")
+        return Decision(action, list(map(min, map(max, q, self._low), self._high)), None, "")
 
     def _note_progress(self, off):
         if self._best is None or off < IMPROVED * self._best:
@@ -722,10 +727,10 @@ class Servo(object):
         """False where joints have been explored, and none has moved the marker."""
         if self._known or self._q is None or self.using is not None or not all(self._explored):
             return True
-        return any(
-            length(column) * EXPLORE > UNSEEN * self.measure.sigma
-            for column in zip(*self._picture(self._local).jacobian(q))
-        )
+        for column in zip(*self._picture(self._local).jacobian(q)):
+            if length(column) * EXPLORE > UNSEEN * self.measure.sigma:
+                return True
+        return False
 
     def _explore(self, q, goal):
         """Move a joint of which nothing is known; those that are known go on meanwhile."""
