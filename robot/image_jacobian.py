@@ -9,7 +9,7 @@ of joints; several cameras are several models.
 
 Every model has the same door: `observe` takes in what was seen at which joint angles; `seen_from`
 gives what is known at this moment, as a Picture that later observations do not change;
-`covariance` says how little that is; `doubt_all` is for when the world has changed.
+`covariance` says how little that is, of J there; `doubt_all` is for when the world has changed.
 """
 
 import math
@@ -192,7 +192,7 @@ class LocalJacobian(object):
 
         return Picture(predict, lambda there: J)
 
-    def covariance(self, q):
+    def covariance(self):
         """Of each row of J, n x n, (px/rad)^2."""
         return [list(row) for row in self._P]
 
@@ -338,9 +338,13 @@ class ChainModel(object):
             variance: of each element of s, px^2.
             standing: what was seen in motion does not replace what is known better.
         """
-        first = q[0]
-        near = [key for key in self._keys if -APART < key.q[0] - first < APART]
-        near = [key for key in near if all(abs(a - b) < APART for a, b in zip(key.q, q))]
+        near = []
+        for key in self._keys:
+            for a, b in zip(key.q, q):
+                if not -APART < a - b < APART:
+                    break
+            else:
+                near.append(key)
         if near and not standing and min(key.variance for key in near) <= variance:
             return
         self._keys.append(_Key(tuple(q), self._chain.terms(q), tuple(s), variance))
@@ -354,6 +358,7 @@ class ChainModel(object):
         W = self._fit(q)
         terms, slopes, n = self._chain.terms, self._chain.slopes, self._joints
         q, s, here = list(q), list(s), terms(q)
+        columns = self._slopes = slopes(here, n)
         offset = [y - sum(map(mul, w, here)) for y, w in zip(s, W)]
 
         def predict(there):
@@ -362,14 +367,13 @@ class ChainModel(object):
             there = terms(there)
             return [sum(map(mul, w, there), o) for w, o in zip(W, offset)]
 
-        def of_terms(values):
-            columns = slopes(values, n)
-            return tuple([[sum(map(mul, w, column)) for column in columns] for w in W])
-
-        J = of_terms(here)  # which is asked for most
+        J = tuple([[sum(map(mul, w, column)) for column in columns] for w in W])
 
         def jacobian(there):
-            return J if there == q else of_terms(terms(there))
+            if there == q:  # which is asked for most
+                return J
+            columns = slopes(terms(there), n)
+            return tuple([[sum(map(mul, w, column)) for column in columns] for w in W])
 
         return Picture(predict, jacobian)
 
@@ -409,12 +413,11 @@ class ChainModel(object):
         columns = zip(*[key.products for key in self._keys])
         self._sums = [p + sum(map(mul, weights, column)) for p, column in zip(self._prior, columns)]
 
-    def covariance(self, q):
-        """Of each row of J at q, n x n, (px/rad)^2; of the fit that `seen_from` made last."""
-        slopes = self._chain.slopes(self._chain.terms(q), self._joints)
+    def covariance(self):
+        """Of each row of J, n x n, (px/rad)^2, where it was last seen from."""
         # slope' N^-1 slope, from one side: N^-1 = L'^-1 L^-1
-        halves = [forward_substituted(self._L, slope) for slope in slopes]
-        return [[dot(a, b) for b in halves] for a in halves]
+        halves = [forward_substituted(self._L, slope) for slope in self._slopes]
+        return [[sum(map(mul, a, b)) for b in halves] for a in halves]
 
     def doubt_all(self):
         """The camera was moved, or the like: what was seen before counts little from now on."""

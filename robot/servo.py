@@ -745,7 +745,7 @@ class Servo(object):
             reach = [FIRST_STEP / 2 * known for known in self._explored]
             low = [max(wall, a - r) for wall, a, r in zip(self._low, to, reach)]
             high = [min(wall, a + r) for wall, a, r in zip(self._high, to, reach)]
-            caution = self._caution(name, q)
+            caution = self._caution(name)
             caution[k] = [0.0] * self._n
             for row in caution:
                 row[k] = 0.0
@@ -782,10 +782,10 @@ class Servo(object):
         """Of all cameras in turn."""
         return stacked([self._pictures[name, camera] for camera in self._cameras])
 
-    def _caution(self, name, q):
+    def _caution(self, name):
         total = [[0.0] * self._n for _ in range(self._n)]
         for camera in self._cameras:
-            for row, other in zip(total, self._models[name, camera].covariance(q)):
+            for row, other in zip(total, self._models[name, camera].covariance()):
                 for j, value in enumerate(other):
                     row[j] += 2 * CAUTION * value
         return total
@@ -793,7 +793,7 @@ class Servo(object):
     def _move(self, q, goal, off, views):
         name = min(self._names, key=self._wrong.get)
         self.using = name
-        picture, caution = self._picture(name), self._caution(name, q)
+        picture, caution = self._picture(name), self._caution(name)
         self.J = picture.jacobian(q)
         if name == "chain":
             to, left = self._course(picture, goal, q, off, caution)

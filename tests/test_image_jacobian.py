@@ -196,7 +196,7 @@ def test_the_covariance_stays_symmetric_positive_and_bounded(noise_aware):
     luck = random.Random(3)
     model = LocalJacobian(2, 3, noise_aware)
     J = ((300.0, -40.0, 70.0), (20.0, 150.0, -90.0))
-    unknown = model.covariance((0, 0, 0))[0][0]
+    unknown = model.covariance()[0][0]
     for k in range(300):
         step = 10 ** luck.uniform(-4, 0)
         q = [luck.uniform(-step, step) for _ in range(3)]
@@ -204,7 +204,7 @@ def test_the_covariance_stays_symmetric_positive_and_bounded(noise_aware):
         model.observe(q, s, 2.0)
         if k % 50 == 49:
             model.doubt_all()
-        P = [list(row) for row in model.covariance(q)]
+        P = [list(row) for row in model.covariance()]
         assert is_positive(P)
         for i in range(3):
             assert 0.99 * LEAST_DOUBT**2 <= P[i][i] <= 1.001 * unknown
@@ -481,7 +481,7 @@ def test_the_chains_covariance_is_positive_and_shrinks_with_what_is_known(joints
     for q in scattered(10, joints=joints):
         model.observe(q, affine(q, links), 0.5)
         model.seen_from(here, affine(here, links))
-        P = model.covariance(here)
+        P = model.covariance()
         assert is_positive(P)
         sizes.append(sum(P[k][k] for k in range(joints)))
     assert sizes == sorted(sizes, reverse=True) or sizes[-1] < 0.05 * sizes[0]

@@ -659,7 +659,7 @@ def test_caution_alone_is_no_reason_to_call_a_goal_unreachable(monkeypatch):
     world.goals["A"] = oblique((0.9, 0.7))
     world.servo._stalled, world.servo._checked = 10, True
     for model in world.servo._models.values():
-        monkeypatch.setattr(model, "covariance", lambda q: [[4e6, 0.0], [0.0, 4e6]])
+        monkeypatch.setattr(model, "covariance", lambda: [[4e6, 0.0], [0.0, 4e6]])
     assert world.run(12) != UNREACHABLE
 
 
