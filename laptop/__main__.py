@@ -230,16 +230,18 @@ def _write(
     title = " ".join([summary["script"], *summary["args"]])
     notes = f"{arm.name} arm, true tip of the emulated arm"
 
-    def draw(file: str) -> None:
+    def draw(file: str, axes: str = "xy") -> None:
         from laptop import picture  # matplotlib is slow to import; every other answer is quicker
 
         picture.draw_picture(
-            file, run.record, wanted, measures, run.skeleton, run.reach, title, notes
+            file, run.record, wanted, measures, run.skeleton, run.reach, title, notes, axes
         )
 
+    from_the_side = [("picture-side.png", lambda file: draw(file, "xz"))]
     for name, write in (
         ("trace.csv", lambda file: drawing.write_trace(file, run.record)),
         ("summary.json", lambda file: Path(file).write_text(json.dumps(summary, indent=1) + "\n")),
+        *(from_the_side if run.record and run.record[0].z is not None else []),
         ("picture.png", draw),
     ):
         draft = out / f".{name}.part"

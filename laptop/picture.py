@@ -23,7 +23,7 @@ from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.patches import Annulus, Circle, FancyBboxPatch
 from matplotlib.text import Text
 
-from laptop.drawing import Measure, Points, pen_down_runs
+from laptop.drawing import Measure, Points, pen_down_runs, place
 
 WIDTH, HEIGHT, DPI = 1600, 1000, 150
 """px, px, px per inch."""
@@ -82,6 +82,7 @@ def draw_picture(
     reach: tuple[float, float],
     title: str,
     notes: str = "",
+    axes: str = "xy",
 ) -> None:
     """Write the picture of a run as PNG, 1600 x 1000 px.
 
@@ -94,6 +95,7 @@ def draw_picture(
         reach: least and greatest distance of the tip from the base, cm.
         title: one line, or two.
         notes: a line of small print under it.
+        axes: "xy" for the view from above, "xz" or "yz" from the side.
 
     Raises:
         OSError: as the system says it; the file may then be there in part.
@@ -103,7 +105,7 @@ def draw_picture(
         raise ValueError(f"{len(measures)} measures for {len(wanted)} wanted paths")
     with new_figure() as figure:
         _write_title(figure, title, notes)
-        _draw_sheet(figure, rows, wanted, skeleton, reach)
+        _draw_sheet(figure, rows, wanted, skeleton, reach, axes)
         _draw_column(figure, rows, wanted, measures)
         picture = png_of(figure)
     Path(file).write_bytes(picture)
@@ -136,12 +138,18 @@ def _draw_sheet(
     wanted: Sequence[Points],
     skeleton: Points,
     reach: tuple[float, float],
+    names: str,
 ) -> None:
+    view = ["xyz".index(name) for name in names]
+
+    def seen_from(points: Points) -> np.ndarray:
+        return np.array([[point[k] for k in view] for point in points], float).reshape(-1, 2)
+
     runs = pen_down_runs(rows)
-    paths = [np.array(path, dtype=float) for path in wanted]
-    inks = [np.array([(row.x, row.y) for row in run]) for run in runs]
-    tip = np.array([(row.x, row.y) for row in rows]).reshape(-1, 2)
-    arm = np.array(skeleton, dtype=float).reshape(-1, 2)
+    paths = [seen_from(path) for path in wanted]
+    inks = [seen_from([place(row) for row in run]) for run in runs]
+    tip = seen_from([place(row) for row in rows])
+    arm = seen_from(skeleton)
     base = np.array([(-BASE, -BASE), (BASE, BASE)])
     badges = _badge_places(paths)
     seen = [*paths, *inks, arm, base, *np.reshape(badges, (-1, 1, 2))]
@@ -150,11 +158,16 @@ def _draw_sheet(
     seen = [line for line in seen if len(line)]
     axes = figure.add_axes(SHEET)
     cm = _frame(axes, np.concatenate(seen), reach)
+    axes.set_xlabel(f"{names[0]}  cm")
+    axes.set_ylabel(f"{names[1]}  cm")
 
     hole, outer = reach
-    axes.add_patch(
-        Annulus((0, 0), outer, max(outer - hole, 1e-6), fc=REACH, ec=REACH_EDGE, lw=0.8, zorder=0)
-    )
+    shoulder = (0.0, 0.0)
+    if len(skeleton) and len(skeleton[0]) == 3:  # in space it stands on the base
+        shoulder = (0.0, skeleton[1][2]) if names[1] == "z" else shoulder
+        hole = hole if names[1] == "z" else 0.0
+    wide = max(outer - hole, 1e-6)
+    axes.add_patch(Annulus(shoulder, outer, wide, fc=REACH, ec=REACH_EDGE, lw=0.8, zorder=0))
     _draw_arm(axes, arm, cm)
     handles = []
     if paths:
@@ -176,8 +189,8 @@ def _draw_sheet(
         (line,) = axes.plot([], [], color=ARM, lw=6, solid_capstyle="round")
         handles.append((line, "arm at the end"))
     handles.append((axes.plot([], [], color=REACH_EDGE, lw=6)[0], "reach of the links"))
-    for number, place in enumerate(badges, 1):
-        _badge(axes, place, number, small=len(badges) > 9)
+    for number, spot in enumerate(badges, 1):
+        _badge(axes, spot, number, small=len(badges) > 9)
     _draw_scale(axes)
     if not inks:
         words = "no ink: the pen never touched the paper" if len(tip) else "no record"
@@ -209,8 +222,6 @@ def _frame(axes: Axes, points: np.ndarray, reach: tuple[float, float]) -> float:
         xlim=(middle[0] - span[0] / 2, middle[0] + span[0] / 2),
         ylim=(middle[1] - span[1] / 2, middle[1] + span[1] / 2),
     )
-    axes.set_xlabel("x  cm")
-    axes.set_ylabel("y  cm")
     axes.xaxis.set_label_coords(0.5, -0.05)
     axes.yaxis.set_label_coords(-0.06, 0.5)
     axes.locator_params(nbins=9, steps=TICKS)
@@ -398,7 +409,8 @@ def _draw_times(figure: Figure, rows: Sequence[Any], heading: str) -> None:
 
 
 def _draw_tip(axes: Axes, rows: Sequence[Any]) -> None:
-    curves = [("x", [row.x for row in rows]), ("y", [row.y for row in rows])]
+    places = zip(*(place(row) for row in rows), strict=True)
+    curves = [(name, list(values)) for name, values in zip("xyz", places, strict=False)]
     _draw_in_time(axes, rows, "tip  cm", curves)
 
 

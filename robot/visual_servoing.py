@@ -25,6 +25,7 @@ from robot import program  # noqa: E402
 if __name__ == "__main__":
     program.let_signals_end()
 
+from robot import kinematics  # noqa: E402
 from robot import servo as servoing  # noqa: E402
 from robot.clock import Clock  # noqa: E402
 from robot.servo import Goal, JointHistory, length  # noqa: E402
@@ -510,6 +511,11 @@ def make_servo(arm, method, mode, tolerance, seed=0):
 
 def _run(parser, args):
     description = read_arm(find_arm(args.arm))
+    if kinematics.coordinates(description) != 2:
+        raise ArmError(
+            "{} is an arm in space, which the picture of one camera cannot guide; give an arm in"
+            " the plane".format(description.name)
+        )
     if args.method == "report" and args.mode == "stream":
         parser.error("the report's method looks, then moves; leave --mode stream out")
     if args.follow and (args.mode != "stream" or args.goal):

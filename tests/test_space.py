@@ -1,17 +1,22 @@
 """The arm in space: points of three numbers, lines at any slope, shapes at one height."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from laptop.__main__ import laptop
 from laptop.bench.draw import Case, draw
 from robot import trajectory
 from robot.driver import LINES, main
 from robot.image_jacobian import ChainModel
 from robot.kinematics import branches, forward, joint_positions
+from robot.visual_servoing import main as servo_main
 from shared.arm_description import find_arm, read_arm
 
+ROOT = Path(__file__).parents[1]
 ARM = read_arm(find_arm("spatial"))
 
 
@@ -88,12 +93,45 @@ def test_the_image_of_an_arm_in_space_is_learned_from_a_few_looks():
         model.observe(q, see(q), 0.1)
     off = []
     for q in luck.uniform(low, high, (20, 3)):
-        there = (q + luck.uniform(-0.3, 0.3, 3)).tolist()
+        there = q + luck.uniform(-0.3, 0.3, 3)
         picture = model.seen_from(q.tolist(), see(q))
-        off.append(math.dist(picture.predict(there), see(there)))
-        J = np.array(picture.jacobian(there))
+        off.append(math.dist(picture.predict(there.tolist()), see(there)))
+        J = np.array(picture.jacobian(there.tolist()))
         for k, e in enumerate(1e-6 * np.eye(3)):
-            slope = np.subtract(picture.predict(there + e), picture.predict(there - e)) / 2e-6
+            ahead, behind = (picture.predict((there + sign * e).tolist()) for sign in (1, -1))
+            slope = np.subtract(ahead, behind) / 2e-6
             assert np.allclose(J[:, k], slope, atol=1e-3)
     assert np.median(off) < 5
     assert max(off) < 25
+
+
+@pytest.mark.parametrize(
+    "words", ["demo --arm spatial", "simulate --arm spatial --scene tilt=20 {script}"]
+)
+def test_what_only_knows_arms_in_the_plane_says_so(words, tmp_path):
+    words = words.format(script=ROOT / "robot" / "visual_servoing.py")
+    shown = CliRunner().invoke(laptop, [*words.split(), "--out", str(tmp_path)])
+    assert shown.exit_code == 1
+    assert shown.output.count("\n") == 1
+    assert "spatial is an arm in space" in shown.output
+
+
+def test_one_camera_cannot_guide_an_arm_in_space(capsys):
+    assert servo_main(["--arm", "spatial", "127.0.0.1:9"]) == 1
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "one camera" in err
+
+
+def test_a_run_in_space_is_shown_from_above_and_from_the_side(tmp_path):
+    words = f"simulate --arm spatial --out {tmp_path} {ROOT / 'robot' / 'driver.py'}"
+    shown = CliRunner().invoke(laptop, [*words.split(), "line", "14,0,6", "14,0,9"])
+    assert shown.exit_code == 0, shown.output
+    assert "path 1: 3.0 cm" in shown.output
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert (tmp_path / "picture-side.png").stat().st_size > 20_000
+    header, *rows = (tmp_path / "trace.csv").read_text().splitlines()
+    assert header == "t,q1,q2,q3,x,y,z,pen"
+    heights = [float(row.split(",")[6]) for row in rows if row.endswith(",1")]
+    assert min(heights) == pytest.approx(6, abs=0.1)
+    assert max(heights) == pytest.approx(9, abs=0.1)

@@ -177,7 +177,16 @@ def _workspace(arm: Arm) -> np.ndarray:
 
 
 def place_camera(arm: Arm, constants: dict[str, Any]) -> Pinhole:
-    """The camera as the constants have it; what they leave open, so that the workspace fits."""
+    """The camera as the constants have it; what they leave open, so that the workspace fits.
+
+    Raises:
+        BadScene: the arm is one in space.
+    """
+    if kinematics.coordinates(arm) != 2:
+        raise BadScene(
+            f"{arm.name} is an arm in space, and a synthetic camera shows arms in the plane;"
+            " take --arm planar or geared"
+        )
     size = constants["width"], constants["height"]
     tilt, azimuth, roll = (math.radians(constants[key]) for key in ("tilt", "azimuth", "roll"))
     angles = tilt, azimuth, roll
