@@ -45,7 +45,7 @@ APART, MOST_KEYS = math.radians(2.5), 24
 ROBUST = 3.0
 """Residuals beyond so many standard deviations count ever less (Geman and McClure)."""
 
-ROUND = 12
+ROUND = 16
 """After every so manieth fit the key-frames are weighed anew: it makes little difference, and costs
 more than all the rest."""
 

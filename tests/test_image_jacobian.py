@@ -434,7 +434,7 @@ def test_a_model_that_is_wrong_about_most_of_what_it_sees_is_not_locked_in():
     for q in scattered(14, seed=12):
         model.observe(q, moved(q), 0.05)
         model.seen_from(q, moved(q))
-    for _ in range(5):
+    for _ in range(2 * ROUND):
         picture = model.seen_from(here, moved(here))
     assert distance(picture.predict(there), moved(there)) < 4
 
