@@ -350,3 +350,8 @@ def test_what_cannot_be_run_is_refused_in_a_line(bench, arguments, word):
     error = shown.stderr.strip().splitlines()[-1]
     assert error.startswith("Error: ")
     assert word in error
+
+
+def test_a_camera_that_sees_no_two_poses_apart_is_drawn_anew():
+    setting, camera = servo.set_up("planar", 1083, servo.SCENES["lego"][0][1])
+    assert math.dist(camera(setting.start), camera(setting.goal)) >= 80

@@ -53,6 +53,9 @@ DEFAULT = "chain"
 MOST_MOVES, BUDGET = 60, 180.0
 """Of every run; a failure counts as so many moves and seconds."""
 
+MOST_DRAWN = 1000
+"""Poses; where no two of so many are far enough apart in the image, another camera is drawn."""
+
 TRUE = 1.6
 """A claim is true when the tip is within so many tolerances of the goal."""
 
@@ -179,22 +182,24 @@ def set_up(arm_name: str, seed: int, scene: Scene) -> tuple[SetUp, Camera]:
     told = arm._replace(
         joints=tuple(j._replace(link=j.link * (1 + draw.uniform(-0.05, 0.05))) for j in joints)
     )
-    constants = read_scene(
-        f"tilt={draw.uniform(0, scene.tilt):.3f},azimuth={draw.uniform(-180, 180):.3f},"
-        f"roll={draw.uniform(-180, 180):.3f},focal={draw.uniform(500, 900):.1f},seed={seed}"
-    )
-    camera = Camera(arm, constants)
-    side = draw.choice((-1, 1))
-
-    def pose() -> Pose:
-        turn = math.radians(draw.uniform(-scene.turn, scene.turn))
-        return turn, side * math.radians(draw.uniform(*scene.bend))
-
-    start, goal = pose(), pose()
-    while math.dist(camera(start), camera(goal)) < 80:
-        start, goal = pose(), pose()
-    plant = f"zero_error={draw.uniform(-1.5, 1.5):.3f}"
-    return SetUp(seed, arm, told, plant, constants, start, goal), camera
+    while True:
+        constants = read_scene(
+            f"tilt={draw.uniform(0, scene.tilt):.3f},azimuth={draw.uniform(-180, 180):.3f},"
+            f"roll={draw.uniform(-180, 180):.3f},focal={draw.uniform(500, 900):.1f},seed={seed}"
+        )
+        camera = Camera(arm, constants)
+        side = draw.choice((-1, 1))
+        for _ in range(MOST_DRAWN):
+            start, goal = (
+                (
+                    math.radians(draw.uniform(-scene.turn, scene.turn)),
+                    side * math.radians(draw.uniform(*scene.bend)),
+                )
+                for _ in range(2)
+            )
+            if math.dist(camera(start), camera(goal)) >= 80:
+                plant = f"zero_error={draw.uniform(-1.5, 1.5):.3f}"
+                return SetUp(seed, arm, told, plant, constants, start, goal), camera
 
 
 class TrueJacobian:
