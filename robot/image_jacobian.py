@@ -61,6 +61,11 @@ def dot(a, b):
     return sum(map(mul, a, b))
 
 
+def _trust(excess):
+    """Weight of a residual by its square, as a share of what is still believed."""
+    return 1.0 if excess <= 1 else (1.0 + excess) ** -2
+
+
 def cholesky(N):
     """Rows of the lower triangle L with L L' = N, for a positive definite N (its lower part)."""
     L = []
@@ -164,7 +169,7 @@ class LocalJacobian(object):
             expected = dot(dq, along) + variance
             missed = [moved - dot(row, dq) for row, moved in zip(self.J, ds)]
             excess = dot(missed, missed) / (len(missed) * expected * ROBUST**2)
-            weight = 1.0 if excess <= 1 else (1.0 + excess) ** -2
+            weight = _trust(excess)
             gain = [weight * a / expected for a in along]
             self.J = tuple(
                 [tuple([a + r * g for a, g in zip(row, gain)]) for row, r in zip(self.J, missed)]
@@ -408,7 +413,7 @@ class ChainModel(object):
                     off -= a * b
                 excess += off * off
             excess /= doubt * self._rows * ROBUST**2
-            key.weight = (1.0 if excess <= 1 else (1.0 + excess) ** -2) / doubt
+            key.weight = _trust(excess) / doubt
         weights = [key.weight for key in self._keys]
         columns = zip(*[key.products for key in self._keys])
         self._sums = [p + sum(map(mul, weights, column)) for p, column in zip(self._prior, columns)]

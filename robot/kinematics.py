@@ -313,15 +313,19 @@ def _dot(a, b):
 # ---- the planar chain: every axis upright, the angles add up along the chain
 
 
-def _planar_positions(arm, q):
-    x = y = heading = 0.0
-    positions = [(x, y)]
-    for joint, angle in zip(arm.joints, q):
+def _joined(joints, q, x, y):
+    """Links joined in one plane, the first at (x, y): every joint and the end."""
+    heading, positions = 0.0, [(x, y)]
+    for joint, angle in zip(joints, q):
         heading += angle
         x += joint.link * math.cos(heading)
         y += joint.link * math.sin(heading)
         positions.append((x, y))
     return positions
+
+
+def _planar_positions(arm, q):
+    return _joined(arm.joints, q, 0.0, 0.0)
 
 
 def _planar_jacobian(arm, q):
@@ -380,15 +384,7 @@ def _planar_singularity(arm, q):
 
 def _spatial_profile(arm, q):
     """In the upright plane in which the arm is: (distance from the base's axis, height), cm."""
-    out, height = 0.0, arm.joints[0].link
-    profile = [(0.0, 0.0), (out, height)]
-    pitch = 0.0
-    for joint, angle in zip(arm.joints[1:], q[1:]):
-        pitch += angle
-        out += joint.link * math.cos(pitch)
-        height += joint.link * math.sin(pitch)
-        profile.append((out, height))
-    return profile
+    return [(0.0, 0.0)] + _joined(arm.joints[1:], q[1:], 0.0, arm.joints[0].link)
 
 
 def _spatial_positions(arm, q):

@@ -800,11 +800,12 @@ class Servo(object):
         picture, caution = self._picture(name), self._caution(name)
         self.J = picture.jacobian(q)
         if name == "chain":
-            to, left = self._course(picture, goal, q, off, caution)
+            to, left = self._course(picture, goal, q, caution)
             if left > max(self._tolerance, STALLED * off):
                 # Caution keeps it here, or geometry does: what if all were known?
                 known = [[0.0] * self._n] * self._n
-                to, left = self._best_posture(picture, goal, q, known, left)
+                here = best_pose(picture, goal, q, self._low, self._high, q, known)
+                to, left = self._best_posture(picture, goal, q, known, here, left)
                 self._stalled += 1
                 hopeless = self._stalled > HOPELESS and left > self._tolerance
                 if hopeless and self._wrong[name] < DISAGREES:
@@ -842,21 +843,20 @@ class Servo(object):
         box = zip(self._low, self._high, shares)
         return [low + (high - low) * share for low, high, share in box]
 
-    def _course(self, picture, goal, q, off, caution):
+    def _course(self, picture, goal, q, caution):
         """(q, px left over): straight to the goal, or on to where it is bound for, or anywhere."""
         box = self._low, self._high, q, caution
         to, left = best_pose(picture, goal, q, *box)
         if left <= self._tolerance:
             return to, left
         if self._bound is None:
-            return self._best_posture(picture, goal, q, caution, left)
+            return self._best_posture(picture, goal, q, caution, (to, left), left)
         other, less = best_pose(picture, goal, self._bound, *box)
         return (other, less) if less < left - 1 else (to, left)
 
-    def _best_posture(self, picture, goal, q, caution, left):
-        """From here, and from postures all over the joints' ranges; see CLEARLY."""
+    def _best_posture(self, picture, goal, q, caution, best, left):
+        """Of the best from here, and those from all over the joints' ranges; see CLEARLY."""
         box = self._low, self._high, q, caution
-        best = best_pose(picture, goal, q, *box)
         for shares in itertools.product((0.2, 0.5, 0.8), repeat=self._n):
             to, off = best_pose(picture, goal, self._posture(shares), *box)
             if off < min(best[1], max(self._tolerance, CLEARLY * left)):
