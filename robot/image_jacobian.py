@@ -335,6 +335,7 @@ class ChainModel(object):
         self._sides = [slice(whole + k * size, whole + (k + 1) * size) for k in range(rows)]
         self._keys = []
         self._fits = 0
+        self._fitted = None  # W, until the equations change
 
     def observe(self, q, s, variance, standing=True):
         """Keep what was seen as a key-frame, in place of one that is nearly the same.
@@ -387,12 +388,16 @@ class ChainModel(object):
         more = weight - key.weight
         self._sums = [total + more * p for total, p in zip(self._sums, key.products)]
         key.weight = weight
+        self._fitted = None
 
     def _fit(self, q):
         """W (m x terms) by least squares."""
-        sums = self._sums
-        self._L = L = cholesky([sums[part] for part in self._triangle])
-        W = [back_substituted(L, forward_substituted(L, sums[side])) for side in self._sides]
+        W = self._fitted
+        if W is None:
+            sums = self._sums
+            self._L = L = cholesky([sums[part] for part in self._triangle])
+            W = [back_substituted(L, forward_substituted(L, sums[side])) for side in self._sides]
+            self._fitted = W
         self._fits += 1
         if self._fits % ROUND == 0 and self._keys:
             self._weigh_all(q, W)
@@ -416,6 +421,7 @@ class ChainModel(object):
             key.weight = _trust(excess) / doubt
         weights = [key.weight for key in self._keys]
         columns = zip(*[key.products for key in self._keys])
+        self._fitted = None
         self._sums = [p + sum(map(mul, weights, column)) for p, column in zip(self._prior, columns)]
 
     def covariance(self):

@@ -3,7 +3,8 @@
 Pure: no clock, no socket, no motor.
 
     q   joint angles, rad (n)
-    s   image features, px (m): u and v of every camera in turn;  s_star  where they shall be
+    s   image features, px (m): u and v of every camera in turn, or those of Rows;  s_star  where
+        they shall be
     e   s - s_star
     J   image Jacobian ds/dq, px/rad (m x n)
 
@@ -32,6 +33,7 @@ from robot.pursuit import Moving
 
 METHODS = ("report", "broyden", "kalman", "chain")
 MODES = ("look", "stream")
+ROWS = ("stereo", "xyz")
 
 CONVERGED, UNREACHABLE, LIMIT, SINGULAR = "converged", "unreachable", "limit", "singular"
 
@@ -113,6 +115,9 @@ STALLED, HOPELESS = 0.9, 2
 """A course stalls that leaves over more than this share of the error; so many may on the way to a
 goal, with a model that is right lately, before all is explored anew; then it is out of reach."""
 
+STARTS = (0.2, 0.5, 0.8), (0.25, 0.75)
+"""Where in their ranges joints begin to be searched for another posture: up to two, and more."""
+
 MOST_RESTARTS, ALIKE = 4, 3
 """After so many starts from elsewhere, or so many that end equally far off, the goal counts as out
 of reach."""
@@ -134,6 +139,81 @@ Decision.__doc__ = """What to do.
 
 action   "explore" | "move" | "restart": go to q (rad); "end": with a verdict and its reason
 """
+
+
+class Rows(object):
+    """Which rows of the image count: u and v of every camera, or some of them.
+
+    `stereo`: all of them.  `xyz`: as the report has it, u and v of the first camera and, of the
+    second one, the row that tells what the first does not see.
+
+    Args:
+        kind: one of ROWS.
+        joints: how many the rows must determine.
+        third: "u" | "v" of the second camera; None: as exploring shows.
+    """
+
+    BOTH, NONE = slice(0, 2), slice(0, 0)
+    ONE = {"u": slice(0, 1), "v": slice(1, 2)}
+
+    def __init__(self, kind, joints, third=None):
+        self._joints = joints
+        self._all = kind == "stereo"
+        self._third = third
+        self._chosen = {}  # camera: slice
+
+    def of(self, camera):
+        """The slice of (u, v) of a camera that counts."""
+        if self._all or not self._chosen:
+            return self.BOTH
+        return self._chosen.get(camera, self.NONE)
+
+    def choose(self, J):
+        """Settle on three rows, once that is possible.
+
+        Args:
+            J: {camera: its image Jacobian (2 x n), px/rad}, of the cameras that have been explored.
+        """
+        if self._all or self._chosen or len(J) < 2:
+            return
+        first, second = sorted(J)[:2]
+        third = self.ONE.get(self._third)
+        if third is None:
+            # Of the second camera's rows, the one with more that is not in the span of the first's.
+            left = [length(_rejected(row, J[first])) for row in J[second]]
+            third = self.ONE["u" if left[0] > left[1] else "v"]
+        self._chosen = {first: self.BOTH, second: third}
+
+    def values(self, by_camera):
+        """What counts of {camera: a value for u and one for v}, of all cameras in turn."""
+        return [x for camera in sorted(by_camera) for x in by_camera[camera][self.of(camera)]]
+
+    def names(self, cameras):
+        """As "A.u"."""
+        return self.values({camera: (camera + ".u", camera + ".v") for camera in cameras})
+
+    def count(self, cameras):
+        """How many of these cameras' rows count."""
+        parts = [self.of(camera) for camera in cameras]
+        return sum([part.stop - part.start for part in parts])
+
+    def suffice(self, cameras):
+        """Whether there are as many as joints."""
+        return self.count(cameras) >= self._joints
+
+
+def _rejected(row, others):
+    """What is left of a row (n) without what lies in the span of two others."""
+    basis = []
+    for other in list(others) + [row]:
+        left = list(other)
+        for unit in basis:
+            share = dot(left, unit)
+            left = [a - share * u for a, u in zip(left, unit)]
+        size = length(left)
+        if size > 0:
+            basis.append([a / size for a in left])
+    return left
 
 
 def length(e):
@@ -289,15 +369,21 @@ def _solve_definite(H, b):
 
 
 class Measure(object):
-    """Collects frames of an arm that stands until they are enough; the median, robustly.
+    """Collects frames of an arm that stands until they are enough; the median, robustly."""
 
-    Attributes:
-        sigma: noise of a frame, px.
-    """
-
-    def __init__(self, tolerance):
-        self.sigma = SIGMA
+    def __init__(self, tolerance, rows):
+        self._sigmas = {}
         self._tolerance = tolerance
+        self._rows = rows
+
+    def sigma_of(self, camera):
+        """Noise of a frame of a camera, px."""
+        return self._sigmas.get(camera, SIGMA)
+
+    @property
+    def sigma(self):
+        """The same of the noisiest camera."""
+        return max(self._sigmas.values()) if self._sigmas else SIGMA
 
     def views(self, frames):
         """[View], or None while more frames are needed.
@@ -307,19 +393,23 @@ class Measure(object):
         """
         if not frames or min(len(seen) for seen in frames.values()) < FEW:
             return None
-        views, spreads = [], []
+        views, spreads = [], {}
+        scattered = False
         for camera in sorted(frames):
-            s, sigma, kept = robust_mean([s for _, s, _ in frames[camera]])
-            variance = MEDIAN * max(self.sigma, LEAST_SIGMA) ** 2 / kept
+            s, spread, kept = robust_mean([s for _, s, _ in frames[camera]])
+            usual = self.sigma_of(camera)
+            variance = MEDIAN * max(usual, LEAST_SIGMA) ** 2 / kept
             views.append(View(camera, s, frames[camera][-1][2], variance, len(frames[camera])))
-            spreads.append(sigma)
-        off = length(error_of(views))
+            spreads[camera] = min(max(spread, LEAST_SIGMA), SCATTERED * usual)
+            scattered = scattered or spread > SCATTERED * usual
+        off = length(error_of(views, self._rows))
         enough = min(view.frames for view in views) >= MANY
         doubtful = abs(off - self._tolerance) < 2 * math.sqrt(sum(v.variance for v in views))
-        if (doubtful or max(spreads) > SCATTERED * self.sigma) and not enough:
+        if (doubtful or scattered) and not enough:
             return None
-        spread = min(max(sum(spreads) / len(spreads), LEAST_SIGMA), SCATTERED * self.sigma)
-        self.sigma += 0.3 * (spread - self.sigma)
+        for camera in spreads:
+            usual = self.sigma_of(camera)
+            self._sigmas[camera] = usual + 0.3 * (spreads[camera] - usual)
         return views
 
 
@@ -349,61 +439,82 @@ class ReportMeasure(object):
         return views or None
 
 
-def error_of(views):
-    """e = s - s_star of all cameras in turn, px."""
-    return [x for view in views for x in map(sub, view.s, view.goal)]
+def error_of(views, rows):
+    """e = s - s_star, the Rows that count of all cameras in turn, px."""
+    return rows.values({view.camera: tuple(map(sub, view.s, view.goal)) for view in views})
 
 
 class ReportServo(object):
     """The report's algorithm, to the letter (Broyden with gamma = 1, steps of 10, 5 and 2 degrees).
 
     What it leaves open: the exploring steps are of 10 degrees and not taken back; dx is the step as
-    it was commanded, of which a joint limit may have taken some; at the tolerance it ends.
+    it was commanded, of which a joint limit may have taken some; at the tolerance it ends; the
+    cameras that it begins with are those that it needs.
 
     Args:
         joints: of the arm's description.
         tolerance: px.
+        rows: Rows; all if None.
         robust: measure by medians.
 
     Attributes:
         using: the model in use, for the log.  J: px/rad, None at first.
+        rows: Rows.
     """
 
     EXPLORE = math.radians(10)
     FAR, NEAR = 30.0, 15.0
     STEPS = tuple(math.radians(x) for x in (10, 5, 2))
 
-    def __init__(self, joints, tolerance, robust=False):
+    def __init__(self, joints, tolerance, rows=None, robust=False):
         self.using, self.J = "report", None
+        self.rows = rows or Rows("stereo", len(joints))
         self.measure = ReportMeasure(robust)
+        self._cameras = None
         self._low = [joint.lower for joint in joints]
         self._high = [joint.upper for joint in joints]
         self._tolerance = tolerance
-        self._columns = []
-        self._s = self._dx = self._x = None
+        self._columns = []  # of J as explored, by camera
+        self._seen = self._dx = self._x = None
 
-    def glimpse(self, camera, q, s, goal):
+    def suffices(self, cameras):
+        """As Servo.suffices."""
+        if self._cameras is None:
+            return self.rows.suffice(cameras)
+        return set(self._cameras) <= set(cameras)
+
+    def glimpse(self, camera, q, s):
         """What is seen in motion is not used."""
 
     def decide(self, q, views):
         """As Servo.decide."""
-        s = [x for view in views for x in view.s]
-        e = error_of(views)
+        if self._cameras is None:
+            self._cameras = [view.camera for view in views]
+        views = [view for view in views if view.camera in self._cameras]
+        n = len(q)
+        self._x = list(q) if self._x is None else self._x
+        seen = {view.camera: view.s for view in views}
+        before, self._seen = self._seen, seen
+        if before is not None and self.J is None:
+            self._columns.append(
+                {
+                    camera: [(a - b) / self.EXPLORE for a, b in zip(seen[camera], before[camera])]
+                    for camera in seen
+                }
+            )
+            if len(self._columns) == n:
+                J = {c: tuple(zip(*[column[c] for column in self._columns])) for c in seen}
+                self.rows.choose(J)
+                self.J, before = tuple(self.rows.values(J)), None
+        e = error_of(views, self.rows)
         if length(e) < self._tolerance or not any(e):
             return Decision("end", None, CONVERGED, "")
-        dy = None if self._s is None else [a - b for a, b in zip(s, self._s)]
-        self._s = s
-        self._x = list(q) if self._x is None else self._x
-        n = len(self._x)
-        if dy is not None and len(self._columns) < n:
-            self._columns.append([d / self.EXPLORE for d in dy])
-            if len(self._columns) == n:
-                self.J, dy = tuple(zip(*self._columns)), None
-        if len(self._columns) < n:
+        if self.J is None:
             dx = [self.EXPLORE * (k == len(self._columns)) for k in range(n)]
             return self._step("explore", dx)
-        if dy is not None:
-            self.J = broyden_update(self.J, self._dx, dy)
+        if before is not None:
+            dy = map(sub, self.rows.values(seen), self.rows.values(before))
+            self.J = broyden_update(self.J, self._dx, list(dy))
         try:
             wanted = [-x for x in e]
             square = len(self.J) == n
@@ -535,27 +646,43 @@ def _middle(seen):
 
 
 def stacked(pictures):
-    """One Picture of several cameras, their rows in turn."""
+    """One Picture of several cameras, their rows in turn.
+
+    Args:
+        pictures: [(Picture, slice of its rows that counts, their weight)].
+    """
     if len(pictures) == 1:
-        return pictures[0]
-    return Picture(
-        lambda q: [y for picture in pictures for y in picture.predict(q)],
-        lambda q: tuple(row for picture in pictures for row in picture.jacobian(q)),
-    )
+        picture, rows, _ = pictures[0]
+        if rows == Rows.BOTH:
+            return picture
+
+    def predict(q):
+        return [w * y for picture, rows, w in pictures for y in picture.predict(q)[rows]]
+
+    def jacobian(q):
+        return tuple(
+            [
+                [w * a for a in row]
+                for picture, rows, w in pictures
+                for row in picture.jacobian(q)[rows]
+            ]
+        )
+
+    return Picture(predict, jacobian)
 
 
 def models_of(method, arm):
-    """{name: a function that makes the model of one camera}."""
+    """{name: a function of a camera's name that makes its model}."""
 
     def local(noise_aware):
-        return lambda: LocalJacobian(2, len(arm.joints), noise_aware)
+        return lambda camera: LocalJacobian(2, len(arm.joints), noise_aware)
 
     if method == "broyden":
         return {"broyden": local(False)}
     if method == "kalman":
         return {"kalman": local(True)}
     links = [joint.link for joint in arm.joints]
-    return {"kalman": local(True), "chain": lambda: ChainModel(2, arm.chain, links)}
+    return {"kalman": local(True), "chain": lambda camera: ChainModel(2, arm.chain, links)}
 
 
 class Servo(object):
@@ -563,22 +690,26 @@ class Servo(object):
 
     Args:
         arm: shared.arm_description.Arm.
-        models: {name: function that makes the model of one camera}, see models_of.
+        models: {name: function of a camera's name that makes its model}, see models_of.
         tolerance: px.
         seed: draws where to start anew.
         known: the models need no exploring.
+        rows: Rows; all if None.
 
     Attributes:
         using: name of the model that made the last step; None when exploring.
-        J: of that model, px/rad, None before there is one.
+        J: of that model, px/rad, its rows those that count; None before there is one.
+        rows: Rows.
+        cameras: those that it goes by.
         measure: has `views(frames)`.
     """
 
-    def __init__(self, arm, models, tolerance, seed=0, known=False):
+    def __init__(self, arm, models, tolerance, seed=0, known=False, rows=None):
         self.using, self.J = None, None
-        self.measure = Measure(tolerance)
         self._arm = arm
         self._n = len(arm.joints)
+        self.rows = rows or Rows("stereo", self._n)
+        self.measure = Measure(tolerance, self.rows)
         self._low = [joint.lower + MARGIN for joint in arm.joints]
         self._high = [joint.upper - MARGIN for joint in arm.joints]
         self._joint_variance = [
@@ -589,7 +720,8 @@ class Servo(object):
         self._make, self._names = models, sorted(models)
         self._local = next((name for name in self._names if name != "chain"), "chain")
         self._models = {}  # (name, camera): model
-        self._cameras = []
+        self.cameras = []
+        self._looks = {}  # camera: how often it was looked through since exploring began
         self._wrong = dict.fromkeys(models, 0.5)
         self._region = FIRST_STEP
         self._luck = random.Random(seed)
@@ -597,7 +729,7 @@ class Servo(object):
         self._explored = [known] * self._n
         self._glimpsed = {}
         self._begin()
-        self._q = self._s = None
+        self._q, self._seen = None, {}  # where it was looked from, and what was seen, by camera
         self._pictures, self._blurs = {}, {}  # by (name, camera)
 
     def _begin(self):
@@ -613,10 +745,18 @@ class Servo(object):
 
     def _model(self, name, camera):
         if (name, camera) not in self._models:
-            self._models[name, camera] = self._make[name]()
+            self._models[name, camera] = self._make[name](camera)
         return self._models[name, camera]
 
-    def glimpse(self, camera, q, s, goal):
+    def suffices(self, cameras):
+        """Whether what these cameras see determines where the joints go."""
+        return self.rows.suffice(cameras)
+
+    def _known_through(self, camera):
+        """Whether every joint has been moved before the eyes of a camera."""
+        return self._known or self._looks.get(camera, 0) > self._n
+
+    def glimpse(self, camera, q, s):
         """Learn from a frame that was taken in motion, when the joints were at q.
 
         Each waits for the next one: what does not lie between its neighbours is left out.
@@ -629,10 +769,11 @@ class Servo(object):
         (_, before), (q, s), (_, after) = frames
         way = [b - a for a, b in zip(before, after)]
         off = length([x - (a + b) / 2 for a, x, b in zip(before, s, after)])
-        if off > STRAIGHT * length(way) + 4 * self.measure.sigma + IN_MOTION:
+        sigma = self.measure.sigma_of(camera)
+        if off > STRAIGHT * length(way) + 4 * sigma + IN_MOTION:
             return
         for name in self._names:
-            variance = self.measure.sigma**2 + IN_MOTION**2 + self._blur(name, camera)
+            variance = sigma**2 + IN_MOTION**2 + self._blur(name, camera)
             self._model(name, camera).observe(q, s, variance, standing=False)
 
     def _blur(self, name, camera):
@@ -654,17 +795,19 @@ class Servo(object):
                 model = self._model(name, view.camera)
                 model.observe(q, view.s, view.variance + self._blur(name, view.camera))
                 self._pictures[name, view.camera] = model.seen_from(q, view.s)
-        self._cameras = [view.camera for view in views]
         self._blurs = {}
 
-    def _judge(self, q, s):
+    def _judge(self, q, seen):
         """How well the step that led here was predicted: of which model, and in what region."""
-        moved = length(list(map(sub, s, self._s)))
+        before = {camera: self._seen[camera] for camera in self.cameras if camera in self._seen}
+        cameras = sorted(set(before) & set(seen))
+        moved = length([x for c in cameras for x in map(sub, seen[c], before[c])])
         if moved < TELLING * self.measure.sigma:
             return
         missed = {}
         for name in self._names:
-            missed[name] = length(list(map(sub, self._picture(name).predict(q), s)))
+            predicted = {c: self._pictures[name, c].predict(q) for c in cameras}
+            missed[name] = length([x for c in cameras for x in map(sub, predicted[c], seen[c])])
             wrong = min(missed[name] / moved, 2.0)
             self._wrong[name] += FORGET * (wrong - self._wrong[name])
         if self.using is None:
@@ -687,19 +830,18 @@ class Servo(object):
         Returns:
             Decision
         """
-        q, s, goal, cameras = list(q), [], [], []
-        for view in views:
-            s += view.s
-            goal += view.goal
-            cameras.append(view.camera)
-        off = length(list(map(sub, s, goal)))
-        same = self._cameras == cameras
-        if self._q is not None and all(self._explored) and same:
-            self._judge(q, s)
+        q = list(q)
+        seen = {view.camera: view.s for view in views}
+        if self._q is not None and all(self._explored):
+            self._judge(q, seen)
         self._look_from(q, views)
-        shown = self._exploring_showed(q, s)
-        self._q, self._s = q, s
+        self._choose_cameras(q, views)
+        shown = self._exploring_showed(q)
+        self._q, self._seen = q, seen
         self._glimpsed = {}
+        used = [view for view in views if view.camera in self.cameras]
+        goal = self._together({view.camera: view.goal for view in used})
+        off = length(error_of(used, self.rows))
         if off < self._tolerance * (1 if self._refined else CONTENT):
             self._begin()  # should the goal move on
             return Decision("end", None, CONVERGED, "")
@@ -716,6 +858,29 @@ class Servo(object):
             return self._explore_anew(q, goal, views)
         return self._move(q, goal, off, views)
 
+    def _choose_cameras(self, q, views):
+        """Of those that see: those that are known well enough, or all if these are too few."""
+        cameras = [view.camera for view in views]
+        for camera in cameras:
+            self._looks[camera] = self._looks.get(camera, 0) + 1
+        known = [camera for camera in cameras if self._known_through(camera)]
+        self.rows.choose({c: self._pictures[self._local, c].jacobian(q) for c in known})
+        if self.rows.suffice(known):
+            cameras = known
+        elif all(self._explored):
+            self._explored = [False] * self._n  # before the eyes of those that have come since
+        if self.cameras and cameras != self.cameras:
+            self._begin()
+        self.cameras = cameras
+        # Of cameras that see unequally well, each counts by its noise.
+        noise = [max(self.measure.sigma_of(camera), LEAST_SIGMA) for camera in cameras]
+        self._weights = {c: min(noise) / sigma for c, sigma in zip(cameras, noise)}
+
+    def _together(self, by_camera):
+        """Of what cameras say of their u and v: all that counts, by its weight, in turn."""
+        cameras = [camera for camera in self.cameras if camera in by_camera]
+        return self.rows.values({c: [self._weights[c] * x for x in by_camera[c]] for c in cameras})
+
     def _go(self, action, q):
         """The Decision to go to q, as far as the limits allow."""
         return Decision(action, list(map(min, map(max, q, self._low), self._high)), None, "")
@@ -727,7 +892,7 @@ class Servo(object):
             self._stagnant += 1
         self._diverging = self._diverging + 1 if off > DIVERGED * self._best + SURPRISE else 0
 
-    def _exploring_showed(self, q, s):
+    def _exploring_showed(self, q):
         """False where joints have been explored, and none has moved the marker."""
         if self._known or self._q is None or self.using is not None or not all(self._explored):
             return True
@@ -762,9 +927,14 @@ class Servo(object):
         for model in self._models.values():
             model.doubt_all()
         self._look_from(q, views)
-        self._explored = [False] * self._n
+        self._forget_exploring()
+        self._looks = {view.camera: 1 for view in views}
         self._best, self._diverging, self._bound = None, 0, None
         return self._explore(q, goal)
+
+    def _forget_exploring(self):
+        self._explored = [self._known] * self._n
+        self._looks.clear()
 
     def _restart(self):
         self._stuck_at.append(self._best)
@@ -776,22 +946,25 @@ class Servo(object):
             )
         self.using = None
         self._best, self._stagnant, self._region, self._bound = None, 0, FIRST_STEP, None
-        self._explored = [self._known] * self._n
+        self._forget_exploring()
         for model in self._models.values():
             model.doubt_all()
         to = self._posture([self._luck.uniform(0.25, 0.75) for _ in range(self._n)])
         return self._go("restart", to)
 
     def _picture(self, name):
-        """Of all cameras in turn."""
-        return stacked([self._pictures[name, camera] for camera in self._cameras])
+        """Of all that counts, as _together."""
+        return stacked(
+            [(self._pictures[name, c], self.rows.of(c), self._weights[c]) for c in self.cameras]
+        )
 
     def _caution(self, name):
         total = [[0.0] * self._n for _ in range(self._n)]
-        for camera in self._cameras:
+        for camera in self.cameras:
+            rows, weight = self.rows.count([camera]), self._weights[camera]
             for row, other in zip(total, self._models[name, camera].covariance()):
                 for j, value in enumerate(other):
-                    row[j] += 2 * CAUTION * value
+                    row[j] += rows * CAUTION * weight * weight * value
         return total
 
     def _move(self, q, goal, off, views):
@@ -823,7 +996,8 @@ class Servo(object):
             low = [max(wall, a - self._region) for wall, a in zip(self._low, q)]
             high = [min(wall, a + self._region) for wall, a in zip(self._high, q)]
             nearer = min(1.0, WAY / off)
-            point = [y + nearer * (g - y) for y, g in zip(self._s, goal)]
+            here = self._together(self._seen)
+            point = [y + nearer * (g - y) for y, g in zip(here, goal)]
             to, _ = best_pose(picture, point, q, low, high, q, caution)
         if self._best < NEAR * self._tolerance:
             # To and fro without end: the play is not what it is said to be.
@@ -857,7 +1031,7 @@ class Servo(object):
     def _best_posture(self, picture, goal, q, caution, best, left):
         """Of the best from here, and those from all over the joints' ranges; see CLEARLY."""
         box = self._low, self._high, q, caution
-        for shares in itertools.product((0.2, 0.5, 0.8), repeat=self._n):
+        for shares in itertools.product(STARTS[self._n > 2], repeat=self._n):
             to, off = best_pose(picture, goal, self._posture(shares), *box)
             if off < min(best[1], max(self._tolerance, CLEARLY * left)):
                 best = to, off
@@ -870,10 +1044,28 @@ class Servo(object):
     def _in_use(self):
         return "chain" if "chain" in self._make else self.using or self._names[0]
 
+    def together(self, sights, t):
+        """(Picture, goal at time t, its velocity), of all that counts.
+
+        Args:
+            sights: {camera: Stream's sight}.
+        """
+        cameras = [camera for camera in self.cameras if camera in sights]
+        parts = [(sights[c].picture, self.rows.of(c), self._weights[c]) for c in cameras]
+        goal = {
+            c: [x + v * (t - sights[c].t) for x, v in zip(sights[c].wanted, sights[c].speed)]
+            for c in cameras
+        }
+        speed = {c: sights[c].speed for c in cameras}
+        return stacked(parts), self._together(goal), self._together(speed)
+
     def aim(self, picture, goal, q):
         """Where the joints should be that were seen at q while they moved, rad."""
         caution = [[0.0] * self._n for _ in range(self._n)]
         return best_pose(picture, goal, q, self._low, self._high, q, caution)[0]
+
+
+_Sight = namedtuple("_Sight", "t picture wanted speed")
 
 
 class Stream(object):
@@ -894,6 +1086,8 @@ class Stream(object):
     say by their median by how much the newest is off."""
     REAIM, STILL = math.radians(1.5), math.radians(0.7)
     """An aim so near to the last one is the same; a joint that stays within STILL stands, rad."""
+    STALE = 0.3
+    """What a camera has not seen for so long is not gone by, s."""
 
     def __init__(self, servo):
         self._servo = servo
@@ -903,25 +1097,25 @@ class Stream(object):
         """The first aim, rad."""
         self._aim, self._drift, self._aimed_at = tuple(q), None, None
         self._recent = {}
-        self._goals = {}
+        self._sights = {}
         self._still_at = self.still_since = None
         self._confirmed = False
 
     def see(self, frame, goal):
         """Take in a Frame; `goal` is the Goal that it is for, None if that is a fixed pixel."""
-        if frame.q is None:
+        if frame.q is None or frame.camera not in self._servo.cameras:
             return
         recent = self._recent.setdefault(frame.camera, [])
         recent.append((frame.q, frame.s))
         del recent[: -self.MOST]
-        self._goals[frame.camera] = goal, frame.goal
-        sights = [self._sight(camera, frame.t) for camera in sorted(self._recent)]
-        picture = stacked([picture for picture, _ in sights])
-        to = self._servo.aim(picture, [x for _, wanted in sights for x in wanted], list(frame.q))
-        goals = [self._goals[camera][0] for camera in sorted(self._recent)]
-        if any(g is not None and g.moving for g in goals):
+        self._sights[frame.camera] = self._sight(frame, goal)
+        sights = {c: sight for c, sight in self._sights.items() if frame.t - sight.t < self.STALE}
+        if not self._servo.suffices(sorted(sights)):
+            return
+        picture, wanted, speed = self._servo.together(sights, frame.t)
+        to = self._servo.aim(picture, wanted, list(frame.q))
+        if any(speed):
             J = picture.jacobian(to)
-            speed = [v for g in goals for v in (g.velocity if g is not None else (0.0, 0.0))]
             drift = damped_solve(J, speed, 0.05 * math.sqrt(sum(dot(row, row) for row in J)))
             self._aim, self._drift = to, drift
             self._aimed_at, self._confirmed = frame.t, False
@@ -932,20 +1126,19 @@ class Stream(object):
         elif self.still_since is not None and frame.t > self.still_since:
             self._confirmed = True
 
-    def _sight(self, camera, t):
-        """(Picture from the newest frame, the goal in it less by how much it is off)."""
-        recent = self._recent[camera]
-        q, s = recent[-1]
-        picture = self._servo.picture(camera, q, s)
+    def _sight(self, frame, goal):
+        """The Picture from a frame, and the goal in it less by how much it is off."""
+        recent = self._recent[frame.camera]
+        picture = self._servo.picture(frame.camera, frame.q, frame.s)
         near = [
             (at, y)
             for k, (at, y) in enumerate(recent, 1)
-            if k > len(recent) - self.FEWEST or _apart(at, q) < self.NEAR
+            if k > len(recent) - self.FEWEST or _apart(at, frame.q) < self.NEAR
         ]
         missed = [[a - b for a, b in zip(y, picture.predict(at))] for at, y in near]
-        goal, fixed = self._goals[camera]
-        wanted = fixed if goal is None else goal.at(t)
-        return picture, [x - median(column) for x, column in zip(wanted, zip(*missed))]
+        wanted = frame.goal if goal is None else goal.at(frame.t)
+        wanted = [x - median(column) for x, column in zip(wanted, zip(*missed))]
+        return _Sight(frame.t, picture, wanted, (0.0, 0.0) if goal is None else goal.velocity)
 
     def aim(self, t, q):
         """Where the joints should be at time t, rad or Moving; None: stand and look."""

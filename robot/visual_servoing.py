@@ -4,6 +4,7 @@
     visual_servoing.py --code ABCD-EFGH      to the goal marker that the laptop's tracker sees
     visual_servoing.py                       the same later: host and code are remembered
     visual_servoing.py --goal 400,200        to a pixel
+    visual_servoing.py --arm spatial --goal A:400,200 --goal B:310,150     in space, by two cameras
     visual_servoing.py --mode stream --follow --budget 30    after a goal marker that moves
 
 The joints' zero must be known (driver.py home), because of their limits.
@@ -25,7 +26,6 @@ from robot import program  # noqa: E402
 if __name__ == "__main__":
     program.let_signals_end()
 
-from robot import kinematics  # noqa: E402
 from robot import servo as servoing  # noqa: E402
 from robot.clock import Clock  # noqa: E402
 from robot.servo import Goal, JointHistory, length  # noqa: E402
@@ -61,7 +61,10 @@ FASTEST = math.radians(60)
 """Of any joint, rad/s."""
 
 CAMERA = "A"
-"""A goal that is given as a pixel is one of this camera."""
+"""A goal that is given as a pixel, and no more, is one of this camera."""
+
+FEWER = 0.5
+"""The share of its speed at which it goes on when a camera has lost sight of the marker."""
 
 BUDGET = 60.0
 """Of a run, s."""
@@ -108,7 +111,7 @@ class VisualServoing(object):
         eyes: robot.tracking_client.TrackingClient, or what looks like one.
         clock: has `now()` and `sleep(seconds)`.
         servo: robot.servo.Servo or ReportServo.
-        goal: (u, v), px, of camera A; None for the marker.
+        goals: {camera: (u, v)}, px; none for the marker.
         stream: a robot.servo.Stream to steer by while the arm moves; None: look, then move.
         budget: s.
         most_moves: None for no limit.
@@ -119,11 +122,11 @@ class VisualServoing(object):
     """
 
     def __init__(
-        self, arm, eyes, clock, servo, goal=None, stream=None, budget=BUDGET, most_moves=None,
+        self, arm, eyes, clock, servo, goals=None, stream=None, budget=BUDGET, most_moves=None,
         follow=None, log=None, say=print
     ):  # fmt: skip
         self._arm, self._eyes, self._clock, self._servo = arm, eyes, clock, servo
-        self._fixed_goal, self._stream = goal, stream
+        self._fixed_goals, self._stream = goals or {}, stream
         self._budget, self._most_moves, self._follow = budget, most_moves, follow
         self._log = log or (lambda line: None)
         self._say = say
@@ -132,6 +135,8 @@ class VisualServoing(object):
         self._goals = {}
         self._began = self._seen_at = clock.now()
         self._unlinked_at = self._began
+        self._seen_by = {}  # camera: when both tip and goal were last heard of
+        self._blind = set()  # those that were told of as blind
         self._held_for = None
         self._error = None
         self._chased, self._chase_began = [], None
@@ -177,10 +182,10 @@ class VisualServoing(object):
                 if self._stream is not None and decision.action == "move":
                     self._stream.begin(decision.q)
                     self._chased, self._chase_began = [], self._clock.now()
-                    self._arm.chase(self._steer, self._speed)
+                    self._arm.chase(self._steer, self._pace())
                     seen = self._stream.still_since, self._chased
                 else:
-                    self._arm.reach(decision.q, self._speed, watch=self._watch)
+                    self._arm.reach(decision.q, self._pace(), watch=self._watch)
             except _Unseen:
                 self._note_lost()
 
@@ -205,8 +210,10 @@ class VisualServoing(object):
             frame = self._frame(new[camera])
             if frame is not None:
                 frames.append(frame)
-        if frames:
-            self._seen_at = now
+        for frame in frames:
+            self._seen_by[frame.camera] = now
+        if frames and self._sees_enough(now):
+            self._note_blind(now)
             if self._held_for is not None:
                 self._note(
                     "{} again".format("seen" if self._held_for == "marker lost" else "linked")
@@ -214,12 +221,40 @@ class VisualServoing(object):
                 self._held_for = None
         return frames
 
+    def _sees_enough(self, now):
+        """Whether what was lately seen determines the motion; keeps in mind when it last was."""
+        cameras = []
+        for camera in sorted(self._seen_by, key=self._seen_by.get, reverse=True):
+            cameras.append(camera)
+            if self._servo.suffices(cameras):
+                self._seen_at = max(self._seen_at, self._seen_by[camera])
+                return now - self._seen_at <= LOST
+        return False
+
+    def _seeing(self, now):
+        """The cameras that have lately seen what is to be seen."""
+        return [camera for camera in sorted(self._seen_by) if now - self._seen_by[camera] <= LOST]
+
+    def _note_blind(self, now):
+        """Tell of cameras that have lost sight of the marker, and see it again."""
+        seeing = self._seeing(now)
+        blind = set(self._seen_by) - set(seeing)
+        for camera in sorted(blind - self._blind):
+            self._note("camera {}: marker lost; on with {}".format(camera, " and ".join(seeing)))
+        for camera in sorted(self._blind - blind):
+            self._note("camera {}: marker seen again".format(camera))
+        self._blind = blind
+
+    def _pace(self):
+        """Share of the joints' greatest speeds."""
+        return self._speed * (FEWER if self._blind else 1.0)
+
     def _end_from_outside(self, word, reason):
         """End, though the servo has not decided so; who follows a goal has converged if near it."""
-        if self._behind and self._clock.now() - self._seen_at <= LOST:
-            self._error = length(
-                [x for camera in sorted(self._behind) for x in self._behind[camera][1]]
-            )
+        now = self._clock.now()
+        if self._behind and now - self._seen_at <= LOST:
+            behind = {c: self._behind[c][1] for c in self._seeing(now) if c in self._behind}
+            self._error = length(self._servo.rows.values(behind))
             if self._error < self._follow:
                 word = servoing.CONVERGED
         raise _Over(word, reason)
@@ -233,23 +268,23 @@ class VisualServoing(object):
         """The Frame of an Observation; None unless the tip is seen and the goal known."""
         tip, goal = (seen.markers.get(name) for name in (EFFECTOR, GOAL))
         tip = tip if tip and tip[2] >= BELIEVED else None
-        if tip and goal and goal[2] >= BELIEVED and self._fixed_goal is None:
+        if tip and goal and goal[2] >= BELIEVED and not self._fixed_goals:
             self._goals.setdefault(seen.camera, Goal()).add(seen.t, goal[:2], goal[2], tip[:2])
-        where = self._fixed_goal if seen.camera == CAMERA else None
-        if self._fixed_goal is None and seen.camera in self._goals:
+        where = self._fixed_goals.get(seen.camera)
+        if seen.camera in self._goals:
             where = self._goals[seen.camera].at(seen.t)
         q = self._history.at(seen.t)
         self._log_line("seen", seen.t, camera=seen.camera, q=q, s=tip and tip[:2], goal=where)
         if tip is None or where is None:
             return None
         if self._follow:
-            self._smooth(seen.camera, seen.t, [a - b for a, b in zip(tip, where)])
+            self._smooth(seen.camera, seen.t, tuple(a - b for a, b in zip(tip, where)))
         return Frame(seen.camera, seen.t, q, tip[:2], where)
 
     def _smooth(self, camera, t, e):
         before, behind = self._behind.get(camera, (t, e))
         share = min((t - before) / SMOOTHED, 1.0)
-        self._behind[camera] = t, [b + share * (x - b) for b, x in zip(behind, e)]
+        self._behind[camera] = t, tuple(b + share * (x - b) for b, x in zip(behind, e))
 
     def _measure(self, since=None, seen=()):
         """Stand, and look until it is enough: (q, [View], frames it took).
@@ -272,13 +307,15 @@ class VisualServoing(object):
                     count += 1
             seen = ()
             for camera in list(frames):
-                if self._seen_at - heard[camera] > LOST:  # the others do not wait for it
+                if self._clock.now() - heard[camera] > LOST:  # the others do not wait for it
                     del frames[camera]
-            views = self._servo.measure.views(frames) if frames else None
+            views = None
+            if self._servo.suffices(sorted(frames)):
+                views = self._servo.measure.views(frames)
             if views:
                 self._measurements += 1
                 self._frames += count
-                self._error = length(servoing.error_of(views))
+                self._error = length(servoing.error_of(views, self._servo.rows))
                 return q, views, count
             if self._clock.now() - self._seen_at > LOST:
                 self._note_lost()
@@ -305,15 +342,28 @@ class VisualServoing(object):
             raise _Over("link lost", self._eyes.why)
 
     def _what_is_missing(self):
-        if self._fixed_goal is None and not self._goals:
+        if not self._fixed_goals and not self._goals:
             return (
                 "effector and goal have not been seen together for {:g} s; let the camera see "
                 "both, or give --goal U,V".format(MARKER_PATIENCE)
+            )
+        seeing = self._seeing(self._clock.now())
+        if seeing:
+            return (
+                "camera {} alone does not tell where {} joints are to go; let {} see effector and"
+                " goal, too".format(
+                    " and ".join(seeing),
+                    len(self._arm.description.joints),
+                    " and ".join(sorted(self._known_cameras() - set(seeing))) or "another",
+                )
             )
         return "{} has not been seen for {:g} s; look at the tracker's status line".format(
             "the effector, or the goal, which moves," if self._goal_moves() else "the effector",
             MARKER_PATIENCE,
         )
+
+    def _known_cameras(self):
+        return set(self._seen_by) | set(self._fixed_goals)
 
     # Moving
 
@@ -323,7 +373,7 @@ class VisualServoing(object):
         frames = self._hear(0.0)
         for frame in frames:
             if frame.q is not None:
-                self._servo.glimpse(frame.camera, frame.q, frame.s, frame.goal)
+                self._servo.glimpse(frame.camera, frame.q, frame.s)
         if self._clock.now() - self._seen_at > LOST:
             raise _Unseen
         return frames
@@ -339,7 +389,8 @@ class VisualServoing(object):
         return self._stream.aim(t, q)
 
     def _goal_moves(self):
-        return self._fixed_goal is None and any(goal.moving for goal in self._goals.values())
+        seeing = self._seeing(self._clock.now()) or self._goals
+        return any(goal.moving for camera, goal in self._goals.items() if camera in seeing)
 
     # Telling
 
@@ -348,9 +399,11 @@ class VisualServoing(object):
         condition = self._servo.J and servoing.condition(self._servo.J)
         if condition == math.inf:
             condition = None  # JSON knows no infinity
+        rows = self._servo.rows
         self._log_line(
-            "step", self._clock.now(), q=q,
-            s=[x for view in views for x in view.s], goal=[x for view in views for x in view.goal],
+            "step", self._clock.now(), q=q, rows=rows.names(view.camera for view in views),
+            s=rows.values({view.camera: view.s for view in views}),
+            goal=rows.values({view.camera: view.goal for view in views}),
             error=self._error, sigma=self._servo.measure.sigma, frames=frames,
             J=self._servo.J, condition=condition, model=using,
             action="hold" if decision.action == "end" else decision.action,
@@ -414,14 +467,35 @@ def in_words(verdict):
 
 
 def _goal(text):
+    """(camera, (u, v)); None for the marker."""
     if text == "marker":
         return None
-    match = re.match(r"\s*(-?\d+(?:\.\d*)?),(-?\d+(?:\.\d*)?)\s*\Z", text)
-    if not match or not all(abs(float(x)) <= 1e5 for x in match.groups()):
+    number = r"(-?\d+(?:\.\d*)?)"
+    match = re.match(r"\s*(?:([A-Z]):)?{0},{0}\s*\Z".format(number), text)
+    if not match or not all(abs(float(x)) <= 1e5 for x in match.groups()[1:]):
         raise argparse.ArgumentTypeError(
-            "'{}' is no goal; write marker, or a pixel U,V like 400,200".format(text.strip()[:40])
+            "'{}' is no goal; write marker, or a pixel U,V like 400,200, or B:U,V if it is one of"
+            " camera B".format(text.strip()[:40])
         )
-    return tuple(float(x) for x in match.groups())
+    return match.group(1) or CAMERA, tuple(float(x) for x in match.groups()[1:])
+
+
+def _fixed_goals(goals, joints):
+    """{camera: (u, v)} of what was given with --goal.
+
+    Raises:
+        ArmError: that is no one goal, or one that leaves joints undetermined.
+    """
+    pixels = [goal for goal in goals if goal is not None]
+    fixed = dict(pixels)
+    if len(fixed) != len(goals) and len(goals) > 1:
+        raise ArmError("--goal twice for one camera, or for a marker and a pixel; give one of them")
+    if fixed and 2 * len(fixed) < joints:
+        raise ArmError(
+            "one pixel does not say where {} joints are to go; give one of each of two cameras,"
+            " like --goal A:400,200 --goal B:310,150".format(joints)
+        )
+    return fixed
 
 
 def _parser():
@@ -434,8 +508,18 @@ def _parser():
     )  # fmt: skip
     parser.add_argument("--code", help="as the tracker prints it (default: as remembered)")
     parser.add_argument(
-        "--goal", type=_goal, default=None, metavar="marker|U,V", help="(default: marker)"
-    )
+        "--goal", type=_goal, action="append", default=[], metavar="marker|[CAMERA:]U,V",
+        help="once, or a pixel of each camera (default: marker)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--rows", choices=servoing.ROWS, default="stereo",
+        help="of the cameras' u and v, all, weighed by their noise, or as the report has it, those"
+        " of the first and one of the second (default: stereo)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--third", choices=sorted(servoing.Rows.ONE),
+        help="the second camera's row with --rows xyz (default: as exploring shows)",
+    )  # fmt: skip
     parser.add_argument("--method", choices=servoing.METHODS, default="chain")
     parser.add_argument("--mode", choices=servoing.MODES, default="look")
     parser.add_argument(
@@ -501,24 +585,21 @@ def _say(line):
     print(line, flush=True)
 
 
-def make_servo(arm, method, mode, tolerance, seed=0):
+def make_servo(arm, method, mode, tolerance, seed=0, rows="stereo", third=None):
     """(servo, stream or None) by the names of the command line."""
+    rows = servoing.Rows(rows, len(arm.joints), third)
     if method == "report":
-        return servoing.ReportServo(arm.joints, tolerance), None
-    servo = servoing.Servo(arm, servoing.models_of(method, arm), tolerance, seed)
+        return servoing.ReportServo(arm.joints, tolerance, rows), None
+    servo = servoing.Servo(arm, servoing.models_of(method, arm), tolerance, seed, rows=rows)
     return servo, servoing.Stream(servo) if mode == "stream" else None
 
 
 def _run(parser, args):
     description = read_arm(find_arm(args.arm))
-    if kinematics.coordinates(description) != 2:
-        raise ArmError(
-            "{} is an arm in space, which the picture of one camera cannot guide; give an arm in"
-            " the plane".format(description.name)
-        )
+    goals = _fixed_goals(args.goal, len(description.joints))
     if args.method == "report" and args.mode == "stream":
         parser.error("the report's method looks, then moves; leave --mode stream out")
-    if args.follow and (args.mode != "stream" or args.goal):
+    if args.follow and (args.mode != "stream" or goals):
         parser.error(
             "--follow is for a goal marker that moves; add --mode stream, leave --goal out"
         )
@@ -528,9 +609,11 @@ def _run(parser, args):
     arm.wake()
     eyes = TrackingClient(*tracker, clock=clock, say=_say)
     log = _Log(args.log)
-    servo, stream = make_servo(description, args.method, args.mode, args.tolerance)
+    servo, stream = make_servo(
+        description, args.method, args.mode, args.tolerance, rows=args.rows, third=args.third
+    )
     loop = VisualServoing(
-        arm, eyes, clock, servo, args.goal, stream, args.budget,
+        arm, eyes, clock, servo, goals, stream, args.budget,
         follow=args.tolerance if args.follow else None, log=log, say=_say,
     )  # fmt: skip
     reached = False
@@ -541,7 +624,7 @@ def _run(parser, args):
                     ("kind", "run"), ("version", 1), ("method", args.method), ("mode", args.mode),
                     ("arm", description.name), ("joints", [j.name for j in description.joints]),
                     ("tolerance", args.tolerance), ("budget", args.budget),
-                    ("goal", args.goal or "marker"), ("clock", clock.now()),
+                    ("goal", goals or "marker"), ("rows", args.rows), ("clock", clock.now()),
                 ]
             )
         )  # fmt: skip

@@ -25,6 +25,7 @@ from robot.servo import (
     Measure,
     ReportMeasure,
     ReportServo,
+    Rows,
     Servo,
     Stream,
     View,
@@ -42,6 +43,7 @@ from shared.arm_description import find_arm, read_arm
 DEG = math.radians(1)
 ARM = read_arm(find_arm("planar"))
 METHODS = ("broyden", "kalman", "chain")
+ALL = Rows("stereo", 2)
 Frame = namedtuple("Frame", "camera t q s goal")
 
 
@@ -289,13 +291,13 @@ def needed(measure, **more):
 
 
 def test_far_from_the_goal_few_frames_are_enough_and_at_the_tolerance_more_are_taken():
-    far = needed(Measure(5.0))
-    near = needed(Measure(5.0), goal=(105.0, 100.0))
+    far = needed(Measure(5.0, ALL))
+    near = needed(Measure(5.0, ALL), goal=(105.0, 100.0))
     assert 3 <= far < near <= 20
 
 
 def test_frames_are_needed_of_every_camera():
-    measure = Measure(5.0)
+    measure = Measure(5.0, ALL)
     assert measure.views({}) is None
     assert measure.views({"A": frames_of(20), "B": frames_of(1)}) is None
     views = measure.views({"B": frames_of(20, at=(7.0, 8.0)), "A": frames_of(20)})
@@ -304,19 +306,19 @@ def test_frames_are_needed_of_every_camera():
 
 
 def test_a_measurement_is_not_moved_by_outliers():
-    (seen,) = Measure(5.0).views({"A": frames_of(12, noise=0.5, outliers=(1, 5, 9))})
+    (seen,) = Measure(5.0, ALL).views({"A": frames_of(12, noise=0.5, outliers=(1, 5, 9))})
     assert seen.s == pytest.approx((100, 100), abs=1.0)
 
 
 def test_more_frames_leave_less_doubt():
-    (few,) = Measure(5.0).views({"A": frames_of(6, 0.5)})
-    (many,) = Measure(5.0).views({"A": frames_of(24, 0.5)})
+    (few,) = Measure(5.0, ALL).views({"A": frames_of(6, 0.5)})
+    (many,) = Measure(5.0, ALL).views({"A": frames_of(24, 0.5)})
     assert 0 < many.variance < 0.5 * few.variance
 
 
 def test_the_noise_is_learned():
     for noise in (0.4, 3.0):
-        measure = Measure(5.0)
+        measure = Measure(5.0, ALL)
         for seed in range(25):
             measure.views({"A": frames_of(12, noise, seed=seed)})
         assert measure.sigma == pytest.approx(noise, rel=0.35)
@@ -327,7 +329,7 @@ def test_the_noise_is_learned():
 
 
 def test_the_noise_that_was_learned_is_not_spoilt_by_outliers():
-    measure = Measure(5.0)
+    measure = Measure(5.0, ALL)
     for seed in range(20):
         measure.views({"A": frames_of(12, 0.5, outliers=(seed % 12,), seed=seed)})
     assert measure.sigma < 1.0
@@ -336,11 +338,11 @@ def test_the_noise_that_was_learned_is_not_spoilt_by_outliers():
 def test_the_goal_is_where_it_was_last():
     frames = frames_of(12)
     frames[-1] = (1.0, (100.0, 100.0), (7.0, 9.0))
-    assert Measure(5.0).views({"A": frames})[0].goal == (7.0, 9.0)
+    assert Measure(5.0, ALL).views({"A": frames})[0].goal == (7.0, 9.0)
 
 
 def test_errors_of_several_cameras_stand_in_a_row():
-    assert error_of([view((5, 7), (1, 2)), view((10, 20), (30, 10), "B")]) == [4, 5, -20, 10]
+    assert error_of([view((5, 7), (1, 2)), view((10, 20), (30, 10), "B")], ALL) == [4, 5, -20, 10]
 
 
 def test_a_robust_mean_leaves_the_far_off_frames_out():
@@ -445,9 +447,11 @@ def slopes(see, q, h=1e-6):
 
 
 def test_stacked_pictures_have_their_rows_in_turn():
-    both = stacked([plane(((1.0, 2.0),), (5.0,)), plane(((3.0, 4.0), (5.0, 6.0)), (0.0, 1.0))])
-    assert both.predict((1.0, 1.0)) == [8.0, 7.0, 12.0]
-    assert both.jacobian((0.0, 0.0)) == ((1.0, 2.0), (3.0, 4.0), (5.0, 6.0))
+    one = plane(((1.0, 2.0), (7.0, 9.0)), (5.0, 1.0))
+    other = plane(((3.0, 4.0), (5.0, 6.0)), (0.0, 1.0))
+    both = stacked([(one, Rows.ONE["u"], 1.0), (other, Rows.BOTH, 0.5)])
+    assert both.predict((1.0, 1.0)) == [8.0, 3.5, 6.0]
+    assert both.jacobian((0.0, 0.0)) == ([1.0, 2.0], [1.5, 2.0], [2.5, 3.0])
 
 
 # ---- the servo in a closed loop
@@ -630,7 +634,7 @@ def test_what_is_seen_on_the_way_is_learned():
                 break
             for k in range(1, 8) if glimpses else ():
                 q = tuple(a + k / 8 * (b - a) for a, b in zip(before, world.q))
-                world.servo.glimpse("A", q, oblique(q), world.goals["A"])
+                world.servo.glimpse("A", q, oblique(q))
         moves.append(world.moves)
     assert moves[1] <= moves[0]
 
@@ -884,7 +888,7 @@ class Chase:
                     self.goal.add(frame.t, frame.goal, 1.0, frame.s)
                 self.arrived.append(frame.t)
                 if self.glimpse is not None:
-                    self.glimpse(*frame[:1] + frame[2:])
+                    self.glimpse(frame.camera, frame.q, frame.s)
                 self.stream.see(frame, self.goal)
             aim = self.stream.aim(self.t, self.q)
             if aim is None:

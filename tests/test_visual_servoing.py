@@ -100,7 +100,7 @@ def test_a_pixel_needs_no_goal_marker(watched):
     w = watched(goal=None)
     shown = w.run("--goal", "{:g},{:g}".format(*PIXEL))
     assert converged(w, shown, PIXEL)
-    assert shown.log[0]["goal"] == list(PIXEL)
+    assert shown.log[0]["goal"] == {"A": list(PIXEL)}
     assert {tuple(line["goal"]) for line in shown.log if line["kind"] == "seen"} == {PIXEL}
 
 
@@ -307,9 +307,9 @@ def test_who_follows_does_not_end_at_a_goal_that_stands(watched):
 
 
 KEYS = {
-    "run": "arm budget clock goal joints kind method mode tolerance version",
+    "run": "arm budget clock goal joints kind method mode rows tolerance version",
     "seen": "camera goal kind q s t",
-    "step": "J action computing condition error frames goal kind model q q_wanted s sigma t",
+    "step": "J action computing condition error frames goal kind model q q_wanted rows s sigma t",
     "note": "kind t text",
     "verdict": "error frames kind measurements moves q reason t verdict",
 }

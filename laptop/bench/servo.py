@@ -436,13 +436,13 @@ def _servo(
     method: str, setting: SetUp, camera: Camera, brick: EmulatedBrick, scene: Scene
 ) -> tuple[Any, Any]:
     if method == "oracle":
-        models = {"oracle": lambda: TrueJacobian(camera, brick)}
+        models = {"oracle": lambda name: TrueJacobian(camera, brick)}
         servo = Servo(setting.told, models, scene.tolerance, known=True)
         return servo, Stream(servo) if scene.mode == "stream" else None
     if method.startswith("report"):
         # It ends where it is near; after a goal that moves it has to go on.
         tolerance = 0.0 if scene.speed else scene.tolerance
-        return ReportServo(setting.told.joints, tolerance, method != "report"), None
+        return ReportServo(setting.told.joints, tolerance, robust=method != "report"), None
     return make_servo(setting.told, method, scene.mode, scene.tolerance, setting.seed)
 
 
@@ -628,7 +628,7 @@ def step_cost(keys: int = 24) -> str:
         for _ in range(6 * keys):
             around = [draw.uniform(-1, 1), draw.uniform(0.2, 2)]
             for _ in range(3):  # a frame waits for its neighbours
-                servo.glimpse("A", around, seen(around), None)
+                servo.glimpse("A", around, seen(around))
         for _ in range(fits):
             servo.picture("A", here, seen(here))
         return servo
