@@ -527,7 +527,18 @@ def bench_track(seeds: range, as_json: bool) -> None:
     help="Or 10 % outliers, the LEGO stress, 2 px, late pictures, a goal that moves.",
 )
 @click.option(
-    "--arm", "arms", multiple=True, type=click.Choice(("planar", "geared")), help="[default: both]"
+    "--arm",
+    "arms",
+    multiple=True,
+    type=click.Choice(("planar", "geared", "spatial")),
+    help="Several times for several.  [default: planar, geared]",
+)
+@click.option(
+    "--rows",
+    type=click.Choice(("stereo", "xyz")),
+    default="stereo",
+    show_default=True,
+    help="Of two cameras: u and v of both, or of the second one row.",
 )
 @click.option(
     "--method",
@@ -542,6 +553,7 @@ def bench_servo(
     seeds: range,
     scene: str,
     arms: tuple[str, ...],
+    rows: str,
     methods: tuple[str, ...],
     rendered: bool,
     as_json: bool,
@@ -554,7 +566,8 @@ def bench_servo(
             f"--scene {scene} is made of points with noise; with --rendered take one of "
             f"{', '.join(servo.RENDERED)}"
         )
-    orders = seeds, scene, arms or servo.ARMS, methods, rendered
+    arms = arms or servo.ARMS
+    orders = seeds, scene, arms, methods, rendered, rows
     parts = show.progress(servo.run(*orders), servo.count(*orders), "servoing")
     results = [result for part in parts for result in part]
     if as_json:
@@ -563,7 +576,7 @@ def bench_servo(
     headings = servo.MOVING_HEADINGS if scene == "moving" else servo.HEADINGS
     title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator; {servo.LEGEND}"
     show.table(title, headings, servo.table(results), sections=2)
-    for line in [*servo.failures(results), servo.step_cost()]:
+    for line in [*servo.failures(results), servo.step_cost(arms[0])]:
         click.echo(line)
 
 

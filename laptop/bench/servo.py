@@ -31,7 +31,7 @@ import numpy as np
 from laptop.simulator import scene as pictured
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
-from laptop.simulator.scene import place_camera, read_scene
+from laptop.simulator.scene import marker_centre, place_camera, read_scene
 from laptop.simulator.session import park_on_file
 from laptop.simulator.sight import rendered
 from laptop.simulator.virtual_tracker import Markers, See, VirtualTracker
@@ -39,14 +39,17 @@ from laptop.simulator.world import World
 from robot import kinematics
 from robot.arm import RobotArm
 from robot.image_jacobian import ROUND, Picture
-from robot.servo import ReportServo, Servo, Stream, View
+from robot.servo import ReportServo, Rows, Servo, Stream, View
 from robot.visual_servoing import VisualServoing, make_servo
 from shared.arm_description import Arm, find_arm, read_arm
 
 Pose = tuple[float, ...]
 Pixel = tuple[float, float]
+Pixels = dict[str, Pixel]
+"""By camera."""
 
 ARMS = ("planar", "geared")
+"""Those of the plane, of which the scenes' figures are told; an arm in space is asked for."""
 METHODS = ("report", "report, median", "broyden", "kalman", "chain", "oracle")
 DEFAULT = "chain"
 
@@ -55,6 +58,9 @@ MOST_MOVES, BUDGET = 60, 180.0
 
 MOST_DRAWN = 1000
 """Poses; where no two of so many are far enough apart in the image, another camera is drawn."""
+
+WIDTH, HEIGHT = 640, 480
+"""Of every picture, px."""
 
 TRUE = 1.6
 """A claim is true when the tip is within so many tolerances of the goal."""
@@ -101,6 +107,22 @@ SCENES = {
 }
 """By name: what is asked, and of which scene."""
 
+LINKS = {
+    "planar": ((10, 16), (8, 14)),
+    "spatial": ((11, 14), (10, 13), (8, 11)),
+}
+"""Between which lengths links are drawn, by kind of chain, cm."""
+
+LOW, NARROW = 2.0, 5.0
+"""In space a tip starts and ends at least so high above the table and so far from the axis of the
+base (where the base moves nothing), cm."""
+
+ABOVE, ASIDE = (0.0, 20.0), (75.0, 90.0)
+"""Tilt of the first camera of an arm in space, and of the second, degrees."""
+
+AWAY, WIDE = (55.0, 65.0), (420.0, 520.0)
+"""Their distances from the middle of the arm's workspace, cm, and their focal lengths, px."""
+
 RENDERED = ("nominal", "precise", "latency")
 """Those that differ by more than the noise of points."""
 
@@ -116,13 +138,13 @@ def methods_of(name: str, rendered: bool = False) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class SetUp:
-    """One arm, one camera, one task.
+    """One arm, its cameras, one task.
 
     Attributes:
         arm: as it is.
         told: as the brick believes it to be: its links are off by up to 5 %.
         plant: as read_plant has it: the zero is off by up to 1.5 degrees.
-        scene: constants of the synthetic camera.
+        scenes: constants of the synthetic camera, by camera.
         start, goal: joint angles, rad.
     """
 
@@ -130,7 +152,7 @@ class SetUp:
     arm: Arm
     told: Arm
     plant: str
-    scene: dict[str, Any]
+    scenes: dict[str, dict[str, Any]]
     start: Pose
     goal: Pose
 
@@ -140,13 +162,13 @@ class Camera:
 
     def __init__(self, arm: Arm, constants: dict[str, Any]) -> None:
         self._arm = arm
+        self._constants = constants
         self._pinhole = place_camera(arm, constants)
-        self._height = constants["marker_height"]
 
     def __call__(self, q: Sequence[float]) -> Pixel:
         """(u, v) with the joints at q, rad."""
-        x, y = kinematics.forward(self._arm, tuple(q))
-        u, v = self._pinhole.project(np.array([[x, y, self._height]]))[0]
+        place = marker_centre(self._arm, self._constants, tuple(q))
+        u, v = self._pinhole.project(place[None])[0]
         return float(u), float(v)
 
     def jacobian(self, q: Sequence[float]) -> tuple[tuple[float, ...], ...]:
@@ -161,45 +183,99 @@ class Camera:
         return tuple(zip(*columns, strict=True))
 
 
+class Cameras(dict[str, Camera]):
+    """All of a set-up, by name."""
+
+    def __call__(self, q: Sequence[float]) -> Pixels:
+        """Where each sees the tip with the joints at q, rad."""
+        return {name: camera(q) for name, camera in self.items()}
+
+    def shows(self, q: Sequence[float]) -> bool:
+        """Whether the tip is in every picture."""
+        return all(map(_inside, self(q).values()))
+
+
+def _inside(place: Pixel) -> bool:
+    return 0 <= place[0] <= WIDTH - 1 and 0 <= place[1] <= HEIGHT - 1
+
+
+def apart(one: Pixels, other: Pixels, rows: Rows | None = None) -> float:
+    """Distance in the image, px, in the rows that count (all if None) of all cameras together."""
+    rows = rows or Rows("stereo", 0)
+    return math.dist(rows.values(one), rows.values(other))
+
+
+def _drawn_arm(name: str, draw: random.Random) -> Arm:
+    arm = read_arm(find_arm(name))
+    lengths = [draw.uniform(*bounds) for bounds in LINKS[arm.chain]]
+    joints = [j._replace(link=link) for j, link in zip(arm.joints, lengths, strict=True)]
+    if arm.chain == "planar":
+        joints = [
+            joint._replace(
+                lower=-math.radians(limit),
+                upper=math.radians(limit),
+                stop_lower=-math.radians(limit + 10),
+                stop_upper=math.radians(limit + 10),
+                home=0.0,
+            )
+            for joint, limit in zip(joints, (95, 140), strict=True)
+        ]
+    return arm._replace(joints=tuple(joints))
+
+
+def _drawn_scenes(arm: Arm, seed: int, scene: Scene, draw: random.Random) -> dict[str, dict]:
+    """Any camera; of an arm in space, one that looks down on it and one from some side."""
+
+    def turned() -> str:
+        return f"azimuth={draw.uniform(-180, 180):.3f},roll={draw.uniform(-180, 180):.3f}"
+
+    if arm.chain == "planar":
+        texts = {
+            "A": f"tilt={draw.uniform(0, scene.tilt):.3f},{turned()},"
+            f"focal={draw.uniform(500, 900):.1f}"
+        }
+    else:
+        texts = {
+            name: f"tilt={draw.uniform(*tilts):.3f},{turned()},"
+            f"distance={draw.uniform(*AWAY):.2f},focal={draw.uniform(*WIDE):.1f}"
+            for name, tilts in (("A", ABOVE), ("B", ASIDE))
+        }
+    return {name: read_scene(f"{text},seed={seed}", name) for name, text in texts.items()}
+
+
+def _drawn_poses(arm: Arm, scene: Scene, side: int, draw: random.Random) -> Iterator[Pose]:
+    """Poses of one elbow branch."""
+    while True:
+        turn = math.radians(draw.uniform(-scene.turn, scene.turn))
+        if arm.chain == "planar":
+            yield turn, side * math.radians(draw.uniform(*scene.bend))
+            continue
+        shoulder = arm.joints[1]
+        pitch = draw.uniform(shoulder.lower, shoulder.upper)
+        pose = turn, pitch, -math.radians(draw.uniform(*scene.bend))
+        x, y, z = kinematics.forward(arm, pose)
+        if pose[2] > arm.joints[2].lower and z > LOW and math.hypot(x, y) > NARROW:
+            yield pose
+
+
 @functools.lru_cache(maxsize=8)
-def set_up(arm_name: str, seed: int, scene: Scene) -> tuple[SetUp, Camera]:
+def set_up(arm_name: str, seed: int, scene: Scene) -> tuple[SetUp, Cameras]:
     """The set-up of a seed, after section 2.1 of the method's facts: the same for all methods."""
     draw = random.Random(f"{seed}/{scene.tilt}/{scene.bend}/{scene.turn}")
-    arm = read_arm(find_arm(arm_name))
-    links = draw.uniform(10, 16), draw.uniform(8, 14)
-    joints = tuple(
-        joint._replace(
-            link=link,
-            lower=-math.radians(limit),
-            upper=math.radians(limit),
-            stop_lower=-math.radians(limit + 10),
-            stop_upper=math.radians(limit + 10),
-            home=0.0,
-        )
-        for joint, link, limit in zip(arm.joints, links, (95, 140), strict=True)
-    )
-    arm = arm._replace(joints=joints)
+    arm = _drawn_arm(arm_name, draw)
     told = arm._replace(
-        joints=tuple(j._replace(link=j.link * (1 + draw.uniform(-0.05, 0.05))) for j in joints)
+        joints=tuple(j._replace(link=j.link * (1 + draw.uniform(-0.05, 0.05))) for j in arm.joints)
     )
     while True:
-        constants = read_scene(
-            f"tilt={draw.uniform(0, scene.tilt):.3f},azimuth={draw.uniform(-180, 180):.3f},"
-            f"roll={draw.uniform(-180, 180):.3f},focal={draw.uniform(500, 900):.1f},seed={seed}"
-        )
-        camera = Camera(arm, constants)
-        side = draw.choice((-1, 1))
+        scenes = _drawn_scenes(arm, seed, scene, draw)
+        cameras = Cameras({name: Camera(arm, constants) for name, constants in scenes.items()})
+        poses = _drawn_poses(arm, scene, draw.choice((-1, 1)), draw)
         for _ in range(MOST_DRAWN):
-            start, goal = (
-                (
-                    math.radians(draw.uniform(-scene.turn, scene.turn)),
-                    side * math.radians(draw.uniform(*scene.bend)),
-                )
-                for _ in range(2)
-            )
-            if math.dist(camera(start), camera(goal)) >= 80:
+            start, goal = next(poses), next(poses)
+            seen = cameras.shows(start) and cameras.shows(goal)
+            if seen and apart(cameras(start), cameras(goal)) >= 80:
                 plant = f"zero_error={draw.uniform(-1.5, 1.5):.3f}"
-                return SetUp(seed, arm, told, plant, constants, start, goal), camera
+                return SetUp(seed, arm, told, plant, scenes, start, goal), cameras
 
 
 class TrueJacobian:
@@ -237,7 +313,8 @@ class Result:
     """One run: px, s; `moves` and `seconds` of a failure are those of the budget.
 
     success  claimed and true; where the goal moves, that it was followed to the end
-    error    true distance from the goal at the end
+    error    true distance from the goal at the end, in the image, all cameras' together
+    miss     the same where they are, mm; None where the goal moves
     rms      true distance from a moving goal; None where it stands
     """
 
@@ -253,12 +330,13 @@ class Result:
     frames: int
     seconds: float
     error: float
+    miss: float | None = None
     rms: float | None = None
 
 
 @dataclass(frozen=True)
 class Case:
-    """One seed under one scene on one arm; which methods."""
+    """One seed under one scene on one arm; which methods, by which rows (servo.Rows)."""
 
     name: str
     scene: Scene
@@ -266,9 +344,10 @@ class Case:
     seed: int
     methods: tuple[str, ...]
     rendered: bool = False
+    rows: str = "stereo"
 
 
-def moving_goal(camera: Camera, set_up: SetUp, speed: float) -> Callable[[float], Pixel]:
+def moving_goal(cameras: Cameras, set_up: SetUp, speed: float) -> Callable[[float], Pixels]:
     """Where a goal is that runs round at a steady `speed`, px/s: a circle on the table."""
     draw = random.Random(f"{set_up.seed}/path")
     radius = draw.uniform(2.5, 5)
@@ -291,30 +370,35 @@ def moving_goal(camera: Camera, set_up: SetUp, speed: float) -> Callable[[float]
         poses = [pose(middle + p) for p in ring]
         radius *= 0.99
         ring *= 0.99
-    path = np.array([camera(q) for q in poses if q])
+    path = np.array([[x for place in cameras(q).values() for x in place] for q in poses if q])
     along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
 
-    def at(t: float) -> Pixel:
-        u, v = (np.interp((speed * t) % along[-1], along, column) for column in path.T)
-        return float(u), float(v)
+    def at(t: float) -> Pixels:
+        row = [float(np.interp((speed * t) % along[-1], along, column)) for column in path.T]
+        return dict(zip(cameras, zip(row[::2], row[1::2], strict=True), strict=True))
 
     return at
 
 
 def points(
-    camera: Camera, brick: EmulatedBrick, goal: Callable[[float], Pixel], scene: Scene, seed: int
+    cameras: Cameras, brick: EmulatedBrick, goal: Callable[[float], Pixels], scene: Scene, seed: int
 ) -> See:
     """What a tracker would say: the true places with noise, and outliers anywhere in the image."""
-    draw = random.Random(f"{seed}/noise")
+    luck = {
+        name: random.Random(f"{seed}/noise" + (f"/{name}" if name != "A" else ""))
+        for name in cameras
+    }
 
-    def seen(place: Pixel) -> tuple[float, float, float]:
+    def seen(place: Pixel, draw: random.Random) -> tuple[float, float, float] | None:
         noisy = [x + draw.gauss(0, scene.sigma) for x in place]
-        astray = draw.uniform(0, 640), draw.uniform(0, 480)
+        astray = draw.uniform(0, WIDTH), draw.uniform(0, HEIGHT)
         u, v = astray if draw.random() < scene.outliers else noisy
-        return u, v, 1.0
+        return (u, v, 1.0) if _inside(place) else None
 
-    def see(camera_name: str, index: int, t: float) -> Markers:
-        return {"effector": seen(camera(brick.plant.q)), "goal": seen(goal(t))}
+    def see(name: str, index: int, t: float) -> Markers:
+        draw = luck[name]
+        tip = seen(cameras[name](brick.plant.q), draw)
+        return {"effector": tip, "goal": seen(goal(t)[name], draw)}
 
     return see
 
@@ -336,55 +420,65 @@ PAPER = (-0.3, 1.0), (-0.7, 1.1)
 
 
 @functools.lru_cache(maxsize=4)
-def rendered_set_up(arm_name: str, seed: int, scene: Scene) -> tuple[SetUp, Camera, pictured.Scene]:
-    """A set-up whose goal is a marker on the paper, and both markers to be seen at the start.
+def rendered_set_up(
+    arm_name: str, seed: int, scene: Scene
+) -> tuple[SetUp, Cameras, dict[str, pictured.Scene]]:
+    """A set-up whose goal is a marker, on the paper or in space; both are seen at the start.
 
     The first of the seed's own, then of those far behind it, for which that is so.
     """
     for turn in itertools.count():
-        setting, camera = set_up(arm_name, seed + turn * 1_000_000, scene)
-        x, y = under_the_tip(setting.arm, setting.scene, setting.goal)
-        reach = kinematics.reach(setting.arm)[1]
-        if not all(a < z / reach < b for z, (a, b) in zip((x, y), PAPER, strict=True)):
-            continue
-        shown = pictured.Scene(
-            setting.arm, {**setting.scene, "goal_x": x, "goal_y": y, "fps_wander": 0.0}
-        )
-        if min(shown.visible(setting.start).values()) > 0.95:
-            return setting, camera, shown
+        setting, cameras = set_up(arm_name, seed + turn * 1_000_000, scene)
+        arm = setting.arm
+        if kinematics.coordinates(arm) == 2:
+            x, y = under_the_tip(arm, setting.scenes["A"], setting.goal)
+            reach = kinematics.reach(arm)[1]
+            if not all(a < z / reach < b for z, (a, b) in zip((x, y), PAPER, strict=True)):
+                continue
+            goal = {"goal_x": x, "goal_y": y}
+        else:
+            names = ("goal_x", "goal_y", "goal_z")
+            goal = dict(zip(names, kinematics.forward(arm, setting.goal), strict=True))
+        shown = {
+            name: pictured.Scene(arm, {**constants, **goal, "fps_wander": 0.0})
+            for name, constants in setting.scenes.items()
+        }
+        if min(min(s.visible(setting.start).values()) for s in shown.values()) > 0.95:
+            return setting, cameras, shown
     raise AssertionError("never")
 
 
 def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result:
     """One method on one set-up."""
     scene = case.scene
-    shown = None
+    shown: dict[str, pictured.Scene] = {}
     if case.rendered:
-        setting, camera, shown = rendered_set_up(case.arm, case.seed, scene)
+        setting, cameras, shown = rendered_set_up(case.arm, case.seed, scene)
     else:
-        setting, camera = set_up(case.arm, case.seed, scene)
+        setting, cameras = set_up(case.arm, case.seed, scene)
     world = World()
     brick = EmulatedBrick(world, setting.arm, read_plant(setting.plant), setting.start)
     if scene.speed:
-        goal = moving_goal(camera, setting, scene.speed)
+        goal = moving_goal(cameras, setting, scene.speed)
     else:
-        fixed = shown.truth(setting.goal)["goal"] if shown else camera(setting.goal)
+        fixed = {name: pictured.truth(setting.goal)["goal"] for name, pictured in shown.items()}
+        fixed = fixed or cameras(setting.goal)
 
-        def goal(t: float) -> Pixel:
+        def goal(t: float) -> Pixels:
             return fixed
 
-    see = rendered(shown, brick) if shown else points(camera, brick, goal, scene, case.seed)
+    see = rendered(shown, brick) if shown else points(cameras, brick, goal, scene, case.seed)
     verdict, rms = None, None
     with (
         tempfile.TemporaryDirectory() as folder,
         brick.sysfs.installed(),
         VirtualTracker(
-            world, see, 30.0, scene.latency, scene.jitter, scene.drops, seed=case.seed
+            world, see, 30.0, scene.latency, scene.jitter, scene.drops, tuple(cameras), case.seed
         ) as tracker,
     ):
         arm = RobotArm(setting.told, world, park_on_file(setting.told, setting.start, folder))
         arm.wake()
-        servo, stream = _servo(method, setting, camera, brick, scene)
+        servo, stream = _servo(method, setting, cameras, brick, case)
         loop = VisualServoing(
             arm,
             tracker.client(),
@@ -409,8 +503,10 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
         if scene.speed:
             # Whoever gave up early stands while the goal goes on.
             world.sleep(max(0.0, began + FOLLOWED[1] - world.now()))
-            rms = _rms(brick, camera, goal, began)
-    error = math.dist(camera(brick.plant.q), goal(world.now()))
+            rms = _rms(brick, cameras, goal, began)
+    q = brick.plant.q
+    error = apart(cameras(q), goal(world.now()), servo.rows)
+    miss = 10 * math.dist(*(kinematics.forward(setting.arm, pose) for pose in (q, setting.goal)))
     claimed = word == "converged"
     success = claimed and error <= TRUE * scene.tolerance
     if scene.speed:
@@ -428,29 +524,32 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
         verdict.frames if verdict else 0,
         verdict.seconds if verdict and success else BUDGET,
         error,
+        None if scene.speed else miss,
         rms,
     )
 
 
 def _servo(
-    method: str, setting: SetUp, camera: Camera, brick: EmulatedBrick, scene: Scene
+    method: str, setting: SetUp, cameras: Cameras, brick: EmulatedBrick, case: Case
 ) -> tuple[Any, Any]:
+    scene, told = case.scene, setting.told
+    rows = Rows(case.rows, len(told.joints))
     if method == "oracle":
-        models = {"oracle": lambda name: TrueJacobian(camera, brick)}
-        servo = Servo(setting.told, models, scene.tolerance, known=True)
+        models = {"oracle": lambda name: TrueJacobian(cameras[name], brick)}
+        servo = Servo(told, models, scene.tolerance, known=True, rows=rows)
         return servo, Stream(servo) if scene.mode == "stream" else None
     if method.startswith("report"):
         # It ends where it is near; after a goal that moves it has to go on.
         tolerance = 0.0 if scene.speed else scene.tolerance
-        return ReportServo(setting.told.joints, tolerance, robust=method != "report"), None
-    return make_servo(setting.told, method, scene.mode, scene.tolerance, setting.seed)
+        return ReportServo(told.joints, tolerance, rows, robust=method != "report"), None
+    return make_servo(told, method, scene.mode, scene.tolerance, setting.seed, case.rows)
 
 
 def _rms(
-    brick: EmulatedBrick, camera: Camera, goal: Callable[[float], Pixel], began: float
+    brick: EmulatedBrick, cameras: Cameras, goal: Callable[[float], Pixels], began: float
 ) -> float:
     squares = [
-        math.dist(camera(sample.q), goal(sample.t)) ** 2
+        apart(cameras(sample.q), goal(sample.t)) ** 2
         for sample in brick.record[::8]
         if FOLLOWED[0] <= sample.t - began <= FOLLOWED[1]
     ]
@@ -471,12 +570,21 @@ def cases(
     arms: Sequence[str] = ARMS,
     methods: Sequence[str] = (),
     rendered: bool = False,
+    rows: str = "stereo",
 ) -> list[Case]:
     """One for every seed, arm and condition of a scene; the scene's own methods if none is said."""
-    rows = tuple(methods) or methods_of(name, rendered)
-    kind = "rendered" if rendered else ""
+    methods = tuple(methods) or methods_of(name, rendered)
+    kinds = "rendered" if rendered else "", rows if rows != "stereo" else ""
     return [
-        Case(", ".join(filter(None, (label or name, kind))), scene, arm, seed, rows, rendered)
+        Case(
+            ", ".join(filter(None, (label or name, *kinds))),
+            scene,
+            arm,
+            seed,
+            methods,
+            rendered,
+            rows,
+        )  # fmt: skip
         for arm in arms
         for label, scene in SCENES[name]
         for seed in seeds
@@ -489,9 +597,10 @@ def count(
     arms: Sequence[str] = ARMS,
     methods: Sequence[str] = (),
     rendered: bool = False,
+    rows: str = "stereo",
 ) -> int:
     """How many set-ups `run` goes through."""
-    return len(cases(seeds, scene, arms, methods, rendered))
+    return len(cases(seeds, scene, arms, methods, rendered, rows))
 
 
 def run(
@@ -500,12 +609,13 @@ def run(
     arms: Sequence[str] = ARMS,
     methods: Sequence[str] = (),
     rendered: bool = False,
+    rows: str = "stereo",
 ) -> Iterator[list[Result]]:
     """The results of all set-ups in their order, on all cores."""
     # A forked process would inherit OpenCV's threads without their lives.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(os.cpu_count(), context, cv2.setNumThreads, (1,)) as pool:
-        yield from pool.map(run_case, cases(seeds, scene, arms, methods, rendered))
+        yield from pool.map(run_case, cases(seeds, scene, arms, methods, rendered, rows))
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:
@@ -521,14 +631,17 @@ Row = tuple[str, ...]
 
 HEADINGS: Row = (
     "arm", "scene", "method", "success %", "Wilson 95 %", "false", "moves", "looks", "frames",
-    "time s", "error px", "x moves", "x time", "x error",
+    "time s", "error px", "mm", "x moves", "x time", "x error",
 )  # fmt: skip
 
 MOVING_HEADINGS: Row = (
     "arm", "scene", "method", "to the end %", "Wilson 95 %", "rms px", "frames", "x rms",
 )  # fmt: skip
 
-LEGEND = "p50/p95 (or p50) of all runs, failures at the full budget; x: times the oracle's"
+LEGEND = (
+    "p50/p95 (or p50) of all runs, failures at the full budget; mm: true distance of those that"
+    " say converged; x: times the oracle's"
+)
 
 
 def _grouped(results: Sequence[Result]) -> dict[tuple[str, str, str], list[Result]]:
@@ -577,11 +690,13 @@ def table(results: Sequence[Result]) -> list[Row]:
             rows.append((*key, *share, both("rms", 1), frames_used, ratio("rms", 50, 95)))
             continue
         looks = f"{_at([r.measurements for r in group], 50):.0f}"
-        false = f"{sum(r.claimed and not r.success for r in group)}"
+        claimed = [r for r in group if r.claimed]
+        miss = both("miss", 1, claimed) if claimed else "-"
+        false = f"{sum(not r.success for r in claimed)}"
         rows.append(
             (
                 *key, *share, false, both("moves", 0), looks, frames_used, both("seconds", 1),
-                both("error", 1), ratio("moves", 50, 95), ratio("seconds", 50, 95),
+                both("error", 1), miss, ratio("moves", 50, 95), ratio("seconds", 50, 95),
                 ratio("error", 50),
             )
         )  # fmt: skip
@@ -603,7 +718,7 @@ def failures(results: Sequence[Result]) -> list[str]:
     return lines
 
 
-def step_cost(keys: int = 24) -> str:
+def step_cost(arm_name: str = "planar", keys: int = 24) -> str:
     """What one decision of the default method costs, with so many key-frames held, as a line.
 
     The unit is the interpreter's own `a*d-b*c` on four floats, measured in the same moment: what
@@ -611,35 +726,41 @@ def step_cost(keys: int = 24) -> str:
     measures: the fastest of several, without garbage collection; some decisions weigh the
     key-frames anew, and the mean is over as many as have one of these among them.
     """
-    arm = read_arm(find_arm("planar"))
+    arm = read_arm(find_arm(arm_name))
     draw = random.Random(1)
+    axes = {"A": (0, 1), "B": (0, 2)}  # of space, that a camera sees
+    cameras = sorted(axes)[: len(arm.joints) - 1]
 
-    def seen(q: Sequence[float]) -> Pixel:
-        x, y = kinematics.forward(arm, tuple(q))
-        return 320 + 12 * x, 400 - 12 * y
+    def seen(q: Sequence[float], camera: str) -> Pixel:
+        across, along = (kinematics.forward(arm, tuple(q))[k] for k in axes[camera])
+        return 320 + 12 * across, 400 - 12 * along
 
-    start, goal = (0.2, 0.9), seen((0.6, 0.5))  # some 25 degrees
+    start, goal = ((0.2, 0.9), (0.6, 0.5)) if len(cameras) == 1 else ((0.2, 0.9, -1), (0.6, 1, -1))
+
+    def views(q: Sequence[float]) -> list[View]:
+        return [View(name, seen(q, name), seen(goal, name), 0.1, 6) for name in cameras]
 
     def prepared(fits: int) -> Servo:
         servo, _ = make_servo(arm, DEFAULT, "look", 5.0)
         here: Sequence[float] = start
-        for _ in range(2):  # both joints are explored
-            here = servo.decide(here, [View("A", seen(here), goal, 0.1, 6)]).q
+        for _ in arm.joints:  # all are explored
+            here = servo.decide(here, views(here)).q
         for _ in range(6 * keys):
-            around = [draw.uniform(-1, 1), draw.uniform(0.2, 2)]
-            for _ in range(3):  # a frame waits for its neighbours
-                servo.glimpse("A", around, seen(around))
+            around = [a + draw.uniform(-0.8, 0.8) for a in start]
+            for name in cameras:
+                for _ in range(3):  # a frame waits for its neighbours
+                    servo.glimpse(name, around, seen(around, name))
         for _ in range(fits):
-            servo.picture("A", here, seen(here))
+            for name in cameras:
+                servo.picture(name, here, seen(here, name))
         return servo
 
-    views = [View("A", seen(start), goal, 0.1, 6)]
     fastest = [math.inf] * ROUND
     for fits in 10 * list(range(ROUND)):
         servo = prepared(fits)
         gc.disable()
         began = time.perf_counter()
-        decision = servo.decide(start, views)
+        decision = servo.decide(start, views(start))
         fastest[fits] = min(fastest[fits], time.perf_counter() - began)
         gc.enable()
         if decision.action != "move":
@@ -649,6 +770,7 @@ def step_cost(keys: int = 24) -> str:
     unit = min(timeit.repeat("a*d-b*c", names, number=loops, repeat=5)) / loops
     step, worst = sum(fastest) / ROUND, max(fastest)
     return (
-        f"one decision of {DEFAULT} with {keys} key-frames: {1e6 * step:.0f} us (at most "
-        f"{1e6 * worst:.0f}), {step / unit:.0f} x a*d-b*c on four floats ({1e9 * unit:.0f} ns)"
+        f"one decision of {DEFAULT}, {arm_name}, with {keys} key-frames of every camera: "
+        f"{1e6 * step:.0f} us (at most {1e6 * worst:.0f}), {step / unit:.0f} x a*d-b*c on four "
+        f"floats ({1e9 * unit:.0f} ns)"
     )
