@@ -39,7 +39,7 @@ def test_a_seed_is_one_set_up():
 def test_both_arms_have_the_same_task():
     planar, _ = servo.set_up("planar", SEED, NOMINAL)
     geared, _ = servo.set_up("geared", SEED, NOMINAL)
-    assert (planar.start, planar.goal, planar.scene) == (geared.start, geared.goal, geared.scene)
+    assert (planar.start, planar.goal, planar.scenes) == (geared.start, geared.goal, geared.scenes)
     assert [j.gear for j in planar.arm.joints] != [j.gear for j in geared.arm.joints]
 
 
@@ -47,7 +47,7 @@ def test_both_arms_have_the_same_task():
 def test_set_ups_keep_within_their_bounds(name):
     scene = SCENES[name][0][1]
     for seed in range(SEED, SEED + 8):
-        setting, camera = servo.set_up("planar", seed, scene)
+        setting, cameras = servo.set_up("planar", seed, scene)
         one, two = setting.arm.joints
         assert 10 <= one.link <= 16
         assert 8 <= two.link <= 14
@@ -56,10 +56,10 @@ def test_set_ups_keep_within_their_bounds(name):
             assert abs(math.degrees(turn)) <= scene.turn < math.degrees(one.upper)
             assert scene.bend[0] <= abs(math.degrees(bend)) <= scene.bend[1]
             assert scene.bend[1] < math.degrees(two.upper)
-        places = camera(setting.start), camera(setting.goal)
+        places = cameras["A"](setting.start), cameras["A"](setting.goal)
         assert math.dist(*places) >= 80
         assert all(0 <= u < 640 and 0 <= v < 480 for u, v in places)
-        assert 0 <= setting.scene["tilt"] <= scene.tilt
+        assert 0 <= setting.scenes["A"]["tilt"] <= scene.tilt
         for told, joint in zip(setting.told.joints, setting.arm.joints, strict=True):
             assert 0 < abs(told.link / joint.link - 1) <= 0.05
             assert told._replace(link=joint.link) == joint
@@ -68,13 +68,13 @@ def test_set_ups_keep_within_their_bounds(name):
 
 def test_the_cameras_jacobian_is_the_chain_rule():
     """Against d pixel / d tip by its own differences times the analytic d tip / d q."""
-    setting, camera = servo.set_up("planar", SEED, NOMINAL)
-    q = setting.start
+    setting, cameras = servo.set_up("planar", SEED, NOMINAL)
+    q, camera = setting.start, cameras["A"]
     one, two = (joint.link for joint in setting.arm.joints)
     s1, c1, s12, c12 = math.sin(q[0]), math.cos(q[0]), math.sin(sum(q)), math.cos(sum(q))
     tip = np.array([[-one * s1 - two * s12, -two * s12], [one * c1 + two * c12, two * c12]])
     pinhole = camera._pinhole
-    at = np.array([*kinematics.forward(setting.arm, q), setting.scene["marker_height"]])
+    at = np.array([*kinematics.forward(setting.arm, q), setting.scenes["A"]["marker_height"]])
     h = 1e-4
     lens = [(pinhole.project([at + e])[0] - pinhole.project([at - e])[0]) / (2 * h)
             for e in h * np.eye(3)[:2]]  # fmt: skip
@@ -83,9 +83,9 @@ def test_the_cameras_jacobian_is_the_chain_rule():
 
 def test_the_oracle_knows_the_jacobian_of_the_true_pose():
     """Also where the encoders say something else."""
-    setting, camera = servo.set_up("planar", SEED, NOMINAL)
+    setting, cameras = servo.set_up("planar", SEED, NOMINAL)
     brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
-    told, s = [a + 0.02 for a in setting.start], (300.0, 200.0)
+    told, s, camera = [a + 0.02 for a in setting.start], (300.0, 200.0), cameras["A"]
     picture = servo.TrueJacobian(camera, brick).seen_from(told, s)
     truth = np.array(camera.jacobian(brick.plant.q))
     assert np.array(picture.jacobian(told)) == pytest.approx(truth)
@@ -96,22 +96,22 @@ def test_the_oracle_knows_the_jacobian_of_the_true_pose():
 
 @pytest.mark.parametrize("speed", [10.0, 50.0])
 def test_a_moving_goal_runs_at_its_speed_where_the_tip_can_be(speed):
-    setting, camera = servo.set_up("planar", SEED, Scene(speed=speed))
-    at = servo.moving_goal(camera, setting, speed)
-    path = np.array([at(k / 30) for k in range(900)])
+    setting, cameras = servo.set_up("planar", SEED, Scene(speed=speed))
+    at = servo.moving_goal(cameras, setting, speed)
+    path = np.array([at(k / 30)["A"] for k in range(900)])
     speeds = 30 * np.linalg.norm(np.diff(path, axis=0), axis=1)
     assert np.median(speeds) == pytest.approx(speed, rel=1e-3)
     assert speeds.max() < 1.1 * speed  # across the ring's corners and its end
     assert np.ptp(path, axis=0).min() > 20
     assert ((path > 0) & (path < (640, 480))).all()
-    assert at(3.7) == servo.moving_goal(camera, setting, speed)(3.7)
+    assert at(3.7) == servo.moving_goal(cameras, setting, speed)(3.7)
 
 
 def seen_frames(scene, count=2000):
-    setting, camera = servo.set_up("planar", SEED, scene)
+    setting, cameras = servo.set_up("planar", SEED, scene)
     brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
-    see = servo.points(camera, brick, lambda t: (200.0, 100.0), scene, SEED)
-    off = {"effector": camera(brick.plant.q), "goal": (200.0, 100.0)}
+    see = servo.points(cameras, brick, lambda t: {"A": (200.0, 100.0)}, scene, SEED)
+    off = {"effector": cameras["A"](brick.plant.q), "goal": (200.0, 100.0)}
     frames = [see("A", k, k / 30) for k in range(count)]
     return {n: np.array([np.subtract(f[n][:2], p) for f in frames]) for n, p in off.items()}
 
@@ -167,9 +167,9 @@ def test_a_claim_that_is_not_true_is_no_success(monkeypatch):
 
 
 def test_truth_without_a_claim_is_no_success(monkeypatch):
-    setting, camera = servo.set_up("planar", SEED, NOMINAL)
+    setting, cameras = servo.set_up("planar", SEED, NOMINAL)
     at_goal = replace(setting, start=setting.goal, plant="zero_error=0")
-    monkeypatch.setattr(servo, "set_up", lambda *args: (at_goal, camera))
+    monkeypatch.setattr(servo, "set_up", lambda *args: (at_goal, cameras))
     silent = run_with(monkeypatch, verdict_of("marker lost"))
     said = run_with(monkeypatch, verdict_of("converged"))
     assert silent.error == said.error < 5
@@ -187,8 +187,8 @@ def test_who_gives_up_on_a_moving_goal_is_left_behind(monkeypatch):
     """The arm stands; how far that is from the goal, between 6 and 20 s, is known."""
     scene = Scene(speed=25.0)
     result = run_with(monkeypatch, verdict_of("singular"), scene)
-    setting, camera = servo.set_up("planar", SEED, scene)
-    at, stands = servo.moving_goal(camera, setting, 25.0), camera(setting.start)
+    setting, cameras = servo.set_up("planar", SEED, scene)
+    at, stands = servo.moving_goal(cameras, setting, 25.0), cameras(setting.start)
     squares = [math.dist(stands, at(6 + k / 100)) ** 2 for k in range(1400)]
     assert not result.success
     assert result.rms == pytest.approx(math.sqrt(np.mean(squares)), rel=0.02)
@@ -202,14 +202,14 @@ def verdict_of(word, error=None):
 
 
 def test_the_goal_on_the_paper_is_covered_by_the_tip_at_the_goal():
-    setting, camera, shown = servo.rendered_set_up("planar", 2, NOMINAL)
+    setting, cameras, shown = servo.rendered_set_up("planar", 2, NOMINAL)
     truth = shown.truth(setting.goal)
     assert truth["goal"] == pytest.approx(truth["effector"], abs=1e-6)
     assert truth["effector"] == pytest.approx(camera(setting.goal), abs=1e-6)
     assert min(shown.visible(setting.start).values()) > 0.95
     assert shown.visible(setting.goal)["goal"] < 0.1
     brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
-    found = servo.rendered(shown, brick)("A", 4, 0.2)
+    found = servo.rendered({"A": shown}, brick)("A", 4, 0.2)
     for name, place in shown.truth(brick.plant.q).items():
         assert found[name][:2] == pytest.approx(place, abs=0.5)
 
@@ -353,5 +353,5 @@ def test_what_cannot_be_run_is_refused_in_a_line(bench, arguments, word):
 
 
 def test_a_camera_that_sees_no_two_poses_apart_is_drawn_anew():
-    setting, camera = servo.set_up("planar", 1083, servo.SCENES["lego"][0][1])
-    assert math.dist(camera(setting.start), camera(setting.goal)) >= 80
+    setting, cameras = servo.set_up("planar", 1083, servo.SCENES["lego"][0][1])
+    assert servo.apart(cameras(setting.start), cameras(setting.goal)) >= 80

@@ -441,7 +441,7 @@ def test_the_constants_are_the_defaults_with_what_is_given():
     values = read_scene(" tilt=40 , marker=ball,seed=7,")
     assert (values["tilt"], values["marker"], values["seed"]) == (40.0, "ball", 7)
     assert values["fps"] == CONSTANTS["fps"].default
-    assert sorted(values) == sorted(CONSTANTS)
+    assert sorted(values) == sorted([*CONSTANTS, "camera"])
 
 
 @pytest.mark.parametrize(
@@ -449,9 +449,9 @@ def test_the_constants_are_the_defaults_with_what_is_given():
     [
         ("tlit=3", ["tlit", "known:", "tilt"]),
         ("tilt", ["tilt", "write tilt=VALUE"]),
-        ("tilt=steep", ["tilt = steep", "0 to 85 deg"]),
-        ("tilt=nan", ["tilt = nan", "0 to 85"]),
-        ("tilt=90", ["tilt = 90", "0 to 85"]),
+        ("tilt=steep", ["tilt = steep", "0 to 90 deg"]),
+        ("tilt=nan", ["tilt = nan", "0 to 90"]),
+        ("tilt=91", ["tilt = 91", "0 to 90"]),
         ("jpeg=90.5", ["jpeg = 90.5", "whole number from 0 to 100"]),
         ("marker=cube", ["marker = cube", "disc, ball, aruco"]),
         ("goal=invisible", ["goal = invisible", "green", "none"]),

@@ -31,7 +31,7 @@ import numpy as np
 from laptop.simulator import scene as pictured
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
-from laptop.simulator.scene import marker_centre, place_camera, read_scene
+from laptop.simulator.scene import completed, marker_centre, place_camera, read_scene
 from laptop.simulator.session import park_on_file
 from laptop.simulator.sight import rendered
 from laptop.simulator.virtual_tracker import Markers, See, VirtualTracker
@@ -162,7 +162,7 @@ class Camera:
 
     def __init__(self, arm: Arm, constants: dict[str, Any]) -> None:
         self._arm = arm
-        self._constants = constants
+        self._constants = completed(arm, constants)
         self._pinhole = place_camera(arm, constants)
 
     def __call__(self, q: Sequence[float]) -> Pixel:
@@ -691,7 +691,8 @@ def table(results: Sequence[Result]) -> list[Row]:
             continue
         looks = f"{_at([r.measurements for r in group], 50):.0f}"
         claimed = [r for r in group if r.claimed]
-        miss = both("miss", 1, claimed) if claimed else "-"
+        missed = [r for r in claimed if r.miss is not None]
+        miss = both("miss", 1, missed) if missed else "-"
         false = f"{sum(not r.success for r in claimed)}"
         rows.append(
             (

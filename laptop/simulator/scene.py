@@ -47,6 +47,12 @@ ARUCO_IDS = {"effector": 0, "goal": 1}
 ARUCO_SIDE = 3.0
 """Side of the black square of an ArUco marker, in marker radii: a bit takes as much as it needs."""
 
+MOST_TILT = 85.0
+"""Flat markers are seen up to here, deg."""
+
+SAMPLES = 13
+"""Of each joint of an arm in space, to find its workspace: off by less than the marker's room."""
+
 PASS = 2.0
 """How long the hand takes to come, rest and go, s."""
 
@@ -78,9 +84,9 @@ CONSTANTS = {
     "blur": Constant(0.7, (0.0, 10.0), "px", "sigma of the lens's point spread"),
     "noise": Constant(2.0, (0.0, 50.0), "DN", "sigma of the noise of a pixel, of 255"),
     "jpeg": Constant(90, (0, 100), "", "quality of the camera's JPEG; 0 for none"),
-    "tilt": Constant(25.0, (0.0, 85.0), "deg", "0 looks straight down, 85 across the table"),
+    "tilt": Constant(None, (0.0, 90.0), "deg", "0 looks straight down, 90 across the table"),
     "azimuth": Constant(
-        0.0, (-180.0, 180.0), "deg", "0: stands on the right of the arm, so x points right; ccw"
+        None, (-180.0, 180.0), "deg", "0: stands on the right of the arm, so x points right; ccw"
     ),
     "roll": Constant(0.0, (-180.0, 180.0), "deg", "the camera turned about its axis, clockwise"),
     "focal": Constant(650.0, (50.0, 10000.0), "px", "focal length"),
@@ -89,17 +95,19 @@ CONSTANTS = {
     ),
     "aim_x": Constant(None, (-500.0, 500.0), "cm", "where it aims at; as above if not given"),
     "aim_y": Constant(None, (-500.0, 500.0), "cm", "where it aims at; as above if not given"),
+    "aim_z": Constant(None, (-500.0, 500.0), "cm", "where it aims at; as above if not given"),
     "k1": Constant(-0.06, (-0.5, 0.5), "", "lens distortion, barrel if negative"),
     "k2": Constant(0.0, (-0.5, 0.5), "", "lens distortion of fourth order"),
-    "marker": Constant("disc", MARKERS, "", "kind of both markers"),
+    "marker": Constant(None, MARKERS, "", "kind of both markers; in space a ball"),
     "effector": Constant("red", WORDS, "", "colour of the marker on the tip"),
     "goal": Constant("green", (*WORDS, "none"), "", "colour of the marker on the paper"),
     "goal_x": Constant(12.0, (-200.0, 200.0), "cm", "where the goal is"),
     "goal_y": Constant(-9.0, (-200.0, 200.0), "cm", "where the goal is"),
+    "goal_z": Constant(None, (0.0, 200.0), "cm", "in space, the height of the goal's centre"),
     "marker_radius": Constant(
         1.1, (0.1, 20.0), "cm", "of disc and ball; an ArUco's side is 3 of it"
     ),
-    "marker_height": Constant(2.5, (0.0, 50.0), "cm", "of the tip's marker above the paper"),
+    "marker_height": Constant(2.5, (0.0, 50.0), "cm", "in the plane, of the tip's marker"),
     "rim": Constant(0.35, (0.0, 5.0), "cm", "white rim around a disc"),
     "clutter": Constant(8, (0, 60), "", "LEGO bricks lying about, with brick and cable"),
     "decoys": Constant(0, (0, 30), "", "bricks in the markers' own colours"),
@@ -111,27 +119,47 @@ CONSTANTS = {
 }
 
 
+CAMERAS = "ABCDEFGH"
+"""Names of cameras: a constant belongs to one of them alone with its name and a dot before it."""
+
+WORLD = tuple(CONSTANTS)[tuple(CONSTANTS).index("marker") :]
+"""What all cameras see alike; any other constant a camera may have of its own."""
+
+VIEWS = {"A": (15.0, 0.0), "B": (90.0, 0.0), "C": (60.0, 60.0), "D": (60.0, -60.0)}
+"""Tilt and azimuth of cameras on an arm in space, deg: from above, from the side, and askew."""
+
+
 class BadScene(ArmError, ValueError):
     """A constant of scene or camera that is unknown or out of range."""
 
 
-def read_scene(text: str = "") -> dict[str, Any]:
-    """The constants of a text such as `tilt=40,marker=ball,fps=60`.
+def read_scene(text: str = "", camera: str = "A") -> dict[str, Any]:
+    """The constants of a text such as `tilt=40,marker=ball,B.fps=60`, for one camera.
+
+    What is written for a camera alone, as `B.fps=60`, goes before what is written for all.
 
     Returns:
-        dict, name -> number, word, or None (not given and without a default).
+        dict, name -> number, word, or None (not given, and the default depends on the arm, see
+        `completed`); "camera" -> the camera's name.
 
     Raises:
         BadScene: naming the key, the value and what is allowed.
     """
-    values: dict[str, Any] = {key: constant.default for key, constant in CONSTANTS.items()}
+    given: dict[str, dict[str, Any]] = {name: {} for name in ("", *CAMERAS)}
     for item in filter(None, (part.strip() for part in text.split(","))):
-        key, equals, value = (part.strip() for part in item.partition("="))
+        written, equals, value = (part.strip() for part in item.partition("="))
+        name, dot, key = written.rpartition(".")
         if key not in CONSTANTS:
-            raise BadScene(f"camera: no constant '{key}'; known: {', '.join(CONSTANTS)}")
+            raise BadScene(f"camera: no constant '{written}'; known: {', '.join(CONSTANTS)}")
+        if name not in given or bool(dot) != bool(name):
+            raise BadScene(f"camera '{written}': no camera '{name}'; known: {', '.join(CAMERAS)}")
+        if name and key in WORLD:
+            raise BadScene(f"camera '{written}': all cameras see the same {key}; write {key}=VALUE")
         if not equals:
-            raise BadScene(f"camera '{item}': write {key}=VALUE")
-        values[key] = _read(key, value)
+            raise BadScene(f"camera '{item}': write {written}=VALUE")
+        given[name][key] = _read(written, CONSTANTS[key], value)
+    defaults = {key: constant.default for key, constant in CONSTANTS.items()}
+    values: dict[str, Any] = {**defaults, **given[""], **given[camera], "camera": camera}
     if values["exposure"] > 1 / values["fps"]:
         raise BadScene(
             f"camera exposure = {values['exposure']:g}: must be at most 1/fps = "
@@ -145,8 +173,15 @@ def read_scene(text: str = "") -> dict[str, Any]:
     return values
 
 
-def _read(key: str, text: str) -> float | str:
-    constant = CONSTANTS[key]
+def cameras(arm: Arm, text: str = "") -> str:
+    """Names of the cameras that see an arm: one, or two in space, and those that a text names."""
+    read_scene(text)  # refuses what is wrong
+    prefixes = {item.partition("=")[0].rpartition(".")[0].strip() for item in text.split(",")}
+    usual = "A" if kinematics.coordinates(arm) == 2 else "AB"
+    return "".join(name for name in CAMERAS if name in prefixes.union(usual))
+
+
+def _read(key: str, constant: Constant, text: str) -> float | str:
     if isinstance(constant.allowed[0], str):
         if text not in constant.allowed:
             allowed = ", ".join(constant.allowed)
@@ -168,53 +203,111 @@ def _read(key: str, text: str) -> float | str:
     return int(value) if whole else value
 
 
+def _reached(arm: Arm, count: int) -> np.ndarray:
+    """Points (n, coordinates), cm, that the tip gets to; each joint in `count` places."""
+    grids = [np.linspace(joint.lower, joint.upper, count) for joint in arm.joints]
+    poses = np.stack(np.meshgrid(*grids), axis=-1).reshape(-1, len(grids))
+    return np.array([kinematics.forward(arm, tuple(q)) for q in poses])
+
+
 def _workspace(arm: Arm) -> np.ndarray:
     """Outline (n, 2), cm, of where the tip can get within the joint limits."""
-    grids = [np.linspace(joint.lower, joint.upper, 25) for joint in arm.joints]
-    poses = np.stack(np.meshgrid(*grids), axis=-1).reshape(-1, len(grids))
-    tips = np.array([kinematics.forward(arm, tuple(q))[:2] for q in poses])
+    tips = _reached(arm, 25)
     return cv2.convexHull(tips.astype(np.float32)).reshape(-1, 2).astype(float)
+
+
+def completed(arm: Arm, constants: dict[str, Any]) -> dict[str, Any]:
+    """The constants with the defaults that depend on arm and camera.
+
+    Raises:
+        BadScene: the arm cannot be shown so.
+    """
+    if kinematics.coordinates(arm) == 2:
+        tilt, azimuth, marker, height = 25.0, 0.0, "disc", 0.0
+    else:
+        tilt, azimuth = VIEWS.get(constants["camera"], (60.0, 180.0))
+        marker, height = "ball", 9.0
+    usual = {"tilt": tilt, "azimuth": azimuth, "marker": marker, "goal_z": height}
+    values = {**constants, **{k: v for k, v in usual.items() if constants[k] is None}}
+    if kinematics.coordinates(arm) == 3 and values["marker"] != "ball":
+        raise BadScene(
+            f"camera marker = {values['marker']}: {arm.name} moves in space, where a flat marker is"
+            " not seen from the side; write marker=ball"
+        )
+    if kinematics.coordinates(arm) == 2 and values["goal_z"]:
+        raise BadScene(
+            f"camera goal_z = {values['goal_z']:g}: {arm.name} moves in the plane, and its goal"
+            " lies on the paper; leave goal_z out"
+        )
+    if kinematics.coordinates(arm) == 2 and values["tilt"] > MOST_TILT:
+        raise BadScene(
+            f"camera tilt = {values['tilt']:g}: must be at most {MOST_TILT:g} deg for {arm.name},"
+            " whose markers lie flat"
+        )
+    return values
+
+
+def marker_centre(arm: Arm, constants: dict[str, Any], q: Sequence[float]) -> np.ndarray:
+    """Centre (3,), cm, of the marker on the tip with the joints at q, rad."""
+    tip = kinematics.forward(arm, q)
+    if len(tip) == 3:
+        return np.array(tip)
+    return np.array([*tip, constants["marker_height"] + _lift(constants)])
+
+
+def _lift(constants: dict[str, Any]) -> float:
+    """Of a marker's centre above what it lies on, cm."""
+    return float(constants["marker_radius"]) if constants["marker"] == "ball" else 0.0
+
+
+def _shown(arm: Arm, constants: dict[str, Any]) -> np.ndarray:
+    """Points (n, 3), cm, that are all in a picture when the tip is wherever it can get."""
+    wide = constants["marker_radius"] * 1.5
+    corners = np.array([(-wide, -wide), (wide, -wide), (wide, wide), (-wide, wide)])
+    if kinematics.coordinates(arm) == 2:
+        # Every corner of the widest marker, at the tip's and at the paper's height.
+        around = (_workspace(arm)[:, None] + corners).reshape(-1, 2)
+        heights = 0.0, constants["marker_height"]
+        return np.concatenate([np.c_[around, np.full(len(around), z)] for z in heights])
+    tips = _reached(arm, SAMPLES)
+    tips = tips[tips[:, 2] >= 0]
+    # The outermost in many directions stand for all of them.
+    directions = np.random.default_rng(0).normal(size=(300, 3))
+    tips = tips[np.unique((tips @ directions.T).argmax(axis=0))]
+    cube = [np.c_[corners, np.full(4, z)] for z in (-wide, wide)]
+    return (tips[:, None] + np.concatenate(cube)).reshape(-1, 3)
 
 
 def place_camera(arm: Arm, constants: dict[str, Any]) -> Pinhole:
     """The camera as the constants have it; what they leave open, so that the workspace fits.
 
+    In space that is all above the table; with a distance given, its middle is in the middle.
+
     Raises:
-        BadScene: the arm is one in space.
+        BadScene: the arm cannot be shown so.
     """
-    if kinematics.coordinates(arm) != 2:
-        raise BadScene(
-            f"{arm.name} is an arm in space, and a synthetic camera shows arms in the plane;"
-            " take --arm planar or geared"
-        )
+    constants = completed(arm, constants)
     size = constants["width"], constants["height"]
     tilt, azimuth, roll = (math.radians(constants[key]) for key in ("tilt", "azimuth", "roll"))
     angles = tilt, azimuth, roll
     lens = constants["focal"], size, constants["k1"], constants["k2"]
-    outline = _workspace(arm)
-    # Every corner of the widest marker, at the tip's and at the paper's height.
-    wide = constants["marker_radius"] * 1.5
-    corners = np.array([(-wide, -wide), (wide, -wide), (wide, wide), (-wide, wide)])
-    around = (outline[:, None] + corners).reshape(-1, 2)
-    body = np.concatenate(
-        [np.c_[around, np.full(len(around), z)] for z in (0.0, constants["marker_height"])]
-    )
+    body = _shown(arm, constants)
+    # In the plane it aims at the table, on which a step sideways is longer than in the picture.
+    space = kinematics.coordinates(arm) == 3
+    longer = np.ones(3) if space else np.array([1.0, max(0.2, math.cos(tilt)), math.inf])
+    given = [constants[key] for key in ("aim_x", "aim_y", "aim_z")]
+    free = np.array([value is None for value in given])
+    fixed = np.array([0.0 if value is None else value for value in given])
 
     def fitted(distance: float) -> tuple[Pinhole, bool]:
-        aim = body.mean(axis=0) * (1, 1, 0)
-        for key, axis in (("aim_x", 0), ("aim_y", 1)):
-            if constants[key] is not None:
-                aim[axis] = constants[key]
+        aim = np.where(free, body.mean(axis=0) * (1, 1, space), fixed)
         for _ in range(8):
             camera = Pinhole.aimed(aim, distance, angles, *lens)
             shown = camera.project(body)
             off = (shown.min(axis=0) + shown.max(axis=0)) / 2 - camera.centre
-            # Sideways by what the middle is off, on the table.
+            # Sideways by what the middle is off.
             step = camera.rotation[:2].T @ (off / camera.focal * distance)
-            if constants["aim_x"] is None:
-                aim[0] += step[0]
-            if constants["aim_y"] is None:
-                aim[1] += step[1] / max(0.2, math.cos(tilt))
+            aim = aim + np.where(free, step / longer, 0.0)
         camera = Pinhole.aimed(aim, distance, angles, *lens)
         shown = camera.project(body)
         x, y, z = camera.seen(body).T
@@ -304,6 +397,8 @@ class Scene:
         constants: from `read_scene`.
 
     Attributes:
+        asked: the constants as they were given.
+        constants: the same, completed for this arm.
         camera: Pinhole.
         ground: float32 (height, width, 3), light of all that stands still, with the ink so far.
         changes: Boxes of the ground that were painted over, in order; the first is all of it.
@@ -311,7 +406,8 @@ class Scene:
 
     def __init__(self, arm: Arm, constants: dict[str, Any]) -> None:
         self.arm = arm
-        self.constants = constants
+        self.asked = constants
+        self.constants = completed(arm, constants)
         self.camera = place_camera(arm, constants)
         self.frame = Box(0, 0, *self.camera.size)
         self.reach = kinematics.reach(arm)[1]
@@ -339,11 +435,10 @@ class Scene:
     def centres(self, q: Sequence[float]) -> dict[str, np.ndarray]:
         """The markers' centres (3,), cm, with the joints at q, rad."""
         c = self.constants
-        lift = c["marker_radius"] if c["marker"] == "ball" else 0.0
-        tip = kinematics.forward(self.arm, q)
-        centres = {"effector": np.array([tip[0], tip[1], c["marker_height"] + lift])}
+        centres = {"effector": marker_centre(self.arm, c, q)}
         if self._has("goal"):
-            centres["goal"] = np.array([c["goal_x"], c["goal_y"], lift])
+            lift = _lift(c) if kinematics.coordinates(self.arm) == 2 else 0.0
+            centres["goal"] = np.array([c["goal_x"], c["goal_y"], c["goal_z"] + lift])
         return centres
 
     def truth(self, q: Sequence[float]) -> dict[str, tuple[float, float]]:
