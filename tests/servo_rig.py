@@ -55,6 +55,33 @@ class Camera:
         return Camera(self.tilt, self.roll + math.radians(10), (self.shift[0] + 40, self.shift[1]))
 
 
+class SpaceCamera:
+    """A pinhole without distortion 60 cm from the middle of an arm in space.
+
+    Args:
+        tilt: 0 looks down, 90 degrees level, rad.
+        azimuth: where it stands, counter-clockwise from the right of the arm, rad.
+    """
+
+    FOCAL, AWAY, LOOKS_AT, CENTRE = 450.0, 60.0, (6.0, 0.0, 12.0), (320.0, 240.0)
+
+    def __init__(self, tilt, azimuth=0.0):
+        s, c = math.sin(azimuth), math.cos(azimuth)
+        self._away = (s * math.sin(tilt), -c * math.sin(tilt), math.cos(tilt))
+        self._right = (c, s, 0.0)
+        self._up = (-s * math.cos(tilt), c * math.cos(tilt), math.sin(tilt))
+
+    def pixel(self, p):
+        """Where a point (x, y, z), cm, is seen, px."""
+        way = [a - b for a, b in zip(p, self.LOOKS_AT, strict=True)]
+        along, right, up = (
+            sum(a * b for a, b in zip(way, axis, strict=True))
+            for axis in (self._away, self._right, self._up)
+        )
+        zoom = self.FOCAL / (self.AWAY - along)
+        return self.CENTRE[0] + zoom * right, self.CENTRE[1] - zoom * up
+
+
 class Watched(Rig):
     """A Rig under a camera, with a tracker that visual_servoing.py finds as remembered.
 
@@ -62,28 +89,33 @@ class Watched(Rig):
         folder: of the state.
         monkeypatch, capsys: pytest's.
         goal: where the goal marker lies, cm; None for no marker.
+        cameras: by name; one that looks down on the plane if None.
         noise: standard deviation, px.
         tracker: options of VirtualTracker.
         others: as Rig.
 
     Attributes:
-        camera, goal: may be changed while it runs.
-        hidden: names of the markers that are not seen now.
+        cameras, goal: may be changed while it runs.
+        hidden: names of the markers that are not seen now, and of cameras that see nothing.
         moments: what truly happened, ms by ms.
         statuses: what the laptop was told, in order.
         struck: when what `in_motion` waits for was done, s.
     """
 
     def __init__(
-        self, folder, monkeypatch, capsys, goal=(-6.0, 10.0), noise=0.5, tracker=None, **others
-    ):
+        self, folder, monkeypatch, capsys, goal=(-6.0, 10.0), noise=0.5, tracker=None,
+        cameras=None, **others
+    ):  # fmt: skip
         super().__init__(folder, **others)
         self.folder, self._capsys = folder, capsys
-        self.camera, self.goal, self.noise, self.hidden = Camera(), goal, noise, set()
+        self.cameras = {"A": Camera()} if cameras is None else cameras
+        self.goal, self.noise, self.hidden = goal, noise, set()
         self.moments, self.statuses, self.struck = [], [], None
         self._luck = random.Random(1)
         self.world.bodies.append(self._note)
-        self.tracker = VirtualTracker(self.world, self._see, **(tracker or {}))
+        self.tracker = VirtualTracker(
+            self.world, self._see, cameras=tuple(self.cameras), **(tracker or {})
+        )
         Memory(str(folder)).save(Tracker(HOST, self.tracker.port, self.tracker.code))
         monkeypatch.setenv("BRICKSERVO_STATE", str(folder))
         monkeypatch.setenv("BRICKSERVO_ARM", self.arm.file)
@@ -96,9 +128,10 @@ class Watched(Rig):
 
     def _see(self, camera, index, t):
         def marker(name, p):
-            if p is None or name in self.hidden:
+            if p is None or self.hidden & {name, camera}:
                 return None
-            return (*(x + self._luck.gauss(0, self.noise) for x in self.camera.pixel(p)), 1.0)
+            place = self.cameras[camera].pixel(p)
+            return (*(x + self._luck.gauss(0, self.noise) for x in place), 1.0)
 
         return {"effector": marker("effector", self.tip), "goal": marker("goal", self.goal)}
 
@@ -128,8 +161,11 @@ class Watched(Rig):
         return any(m.driven or m.speed for m in self.moments)
 
     def error(self, goal=None):
-        """How far off the tip truly is, px as seen now, from the marker or a pixel."""
-        return math.dist(self.camera.pixel(self.tip), goal or self.camera.pixel(self.goal))
+        """How far off the tip truly is, px as seen now, from the marker or a pixel of A."""
+        if goal:
+            return math.dist(self.cameras["A"].pixel(self.tip), goal)
+        seen = (math.dist(c.pixel(self.tip), c.pixel(self.goal)) for c in self.cameras.values())
+        return math.hypot(*seen)
 
     def run(self, *words, **options):
         """Run `visual_servoing.py WORDS` with a log, and the world for 1 s more; Shown."""

@@ -15,6 +15,7 @@ from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
 from laptop.simulator.world import World
 from robot import kinematics
+from robot.servo import ROWS, Rows
 from robot.visual_servoing import Verdict
 
 SEED = 77
@@ -64,6 +65,42 @@ def test_set_ups_keep_within_their_bounds(name):
             assert 0 < abs(told.link / joint.link - 1) <= 0.05
             assert told._replace(link=joint.link) == joint
         assert 0 < abs(read_plant(setting.plant)["zero_error"]) <= 1.5
+
+
+def test_set_ups_in_space_keep_within_their_bounds():
+    for seed in range(SEED, SEED + 8):
+        setting, cameras = servo.set_up("spatial", seed, NOMINAL)
+        assert list(cameras) == ["A", "B"]
+        for name, tilts in (("A", servo.ABOVE), ("B", servo.ASIDE)):
+            constants = setting.scenes[name]
+            assert tilts[0] <= constants["tilt"] <= tilts[1]
+            assert 55 <= constants["distance"] <= 65
+        for q in (setting.start, setting.goal):
+            for joint, angle in zip(setting.arm.joints, q, strict=True):
+                assert joint.lower < angle < joint.upper
+            x, y, z = kinematics.forward(setting.arm, q)
+            assert z > servo.LOW
+            assert math.hypot(x, y) > servo.NARROW
+            assert all(0 <= u < 640 and 0 <= v < 480 for u, v in cameras(q).values())
+        assert servo.apart(cameras(setting.start), cameras(setting.goal)) >= 80
+
+
+def test_what_is_beyond_the_edge_is_not_seen():
+    setting, cameras = servo.set_up("spatial", SEED, NOMINAL)
+    brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
+    goal = {"A": (-1.0, 100.0), "B": (639.0, 479.0)}
+    see = servo.points(cameras, brick, lambda t: goal, NOMINAL, SEED)
+    assert see("A", 0, 0.0)["goal"] is None
+    assert see("A", 0, 0.0)["effector"] is not None
+    assert see("B", 0, 0.0)["goal"] is not None
+
+
+def test_the_distance_of_two_places_counts_the_rows_that_count():
+    one, other = {"A": (0.0, 0.0), "B": (0.0, 0.0)}, {"A": (1.0, 2.0), "B": (4.0, 6.0)}
+    assert servo.apart(one, other) == pytest.approx(math.sqrt(57))
+    rows = Rows("xyz", 3, "v")
+    rows.choose({"A": ((1, 0, 0), (0, 1, 0)), "B": ((0, 1, 0), (0, 0, 1))})
+    assert servo.apart(one, other, rows) == pytest.approx(math.sqrt(41))
 
 
 def test_the_cameras_jacobian_is_the_chain_rule():
@@ -189,7 +226,7 @@ def test_who_gives_up_on_a_moving_goal_is_left_behind(monkeypatch):
     result = run_with(monkeypatch, verdict_of("singular"), scene)
     setting, cameras = servo.set_up("planar", SEED, scene)
     at, stands = servo.moving_goal(cameras, setting, 25.0), cameras(setting.start)
-    squares = [math.dist(stands, at(6 + k / 100)) ** 2 for k in range(1400)]
+    squares = [servo.apart(stands, at(6 + k / 100)) ** 2 for k in range(1400)]
     assert not result.success
     assert result.rms == pytest.approx(math.sqrt(np.mean(squares)), rel=0.02)
 
@@ -203,9 +240,10 @@ def verdict_of(word, error=None):
 
 def test_the_goal_on_the_paper_is_covered_by_the_tip_at_the_goal():
     setting, cameras, shown = servo.rendered_set_up("planar", 2, NOMINAL)
+    shown = shown["A"]
     truth = shown.truth(setting.goal)
     assert truth["goal"] == pytest.approx(truth["effector"], abs=1e-6)
-    assert truth["effector"] == pytest.approx(camera(setting.goal), abs=1e-6)
+    assert truth["effector"] == pytest.approx(cameras["A"](setting.goal), abs=1e-6)
     assert min(shown.visible(setting.start).values()) > 0.95
     assert shown.visible(setting.goal)["goal"] < 0.1
     brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
@@ -309,7 +347,7 @@ def bench(monkeypatch):
 def test_bench_servo(bench):
     shown = bench()
     assert shown.exit_code == 0, shown.output
-    assert bench.orders == [(range(1000, 1050), "nominal", servo.ARMS, (), False)]
+    assert bench.orders == [(range(1000, 1050), "nominal", servo.ARMS, (), False, "stereo")]
     assert "50.0" in shown.stdout
     assert "planar; nominal; chain: 1 x budget spent" in shown.stdout
     assert max(len(line) for line in shown.stdout.splitlines()) <= 170
@@ -319,7 +357,8 @@ def test_bench_servo_takes_what_is_asked(bench):
     arguments = "--seeds 3:5 --scene latency --arm geared --method chain --method oracle --rendered"
     shown = bench(*arguments.split(), "--json")
     assert shown.exit_code == 0, shown.output
-    assert bench.orders == [(range(3, 5), "latency", ("geared",), ("chain", "oracle"), True)]
+    methods = "chain", "oracle"
+    assert bench.orders == [(range(3, 5), "latency", ("geared",), methods, True, "stereo")]
     first, second = json.loads(shown.stdout)
     assert (first["success"], first["verdict"], first["rms"]) == (True, "converged", None)
     assert (second["success"], second["seconds"]) == (False, 180.0)
@@ -328,7 +367,8 @@ def test_bench_servo_takes_what_is_asked(bench):
 def test_the_commands_words_are_those_of_the_bench():
     words = {p.name: p for p in laptop.commands["bench"].commands["servo"].params}
     assert tuple(words["scene"].type.choices) == tuple(SCENES)
-    assert tuple(words["arms"].type.choices) == servo.ARMS
+    assert tuple(words["arms"].type.choices) == (*servo.ARMS, "spatial")
+    assert tuple(words["rows"].type.choices) == ROWS
     assert tuple(words["methods"].type.choices) == servo.METHODS
 
 

@@ -206,7 +206,7 @@ def test_a_goal_out_of_reach_is_given_up_soon(watched, goal, mode):
 )
 def test_after_a_bump_it_reaches_the_goal_as_then_seen(watched, t, mode):
     w = watched()
-    w.world.at(t, lambda: setattr(w, "camera", w.camera.bumped()))
+    w.world.at(t, lambda: w.cameras.update(A=w.cameras["A"].bumped()))
     shown = w.run("--mode", mode)
     assert judge(w, shown, "converged")
     assert math.dist(w.tip, w.goal) < 1.0

@@ -175,7 +175,7 @@ def test_what_it_decides_on_was_seen_of_an_arm_that_stood(watched):
     start = shown.log[0]["clock"] - 100  # when the world began
     for step in (line for line in shown.log if line["kind"] == "step"):
         truly = w.brick.record[round(200 * (start + step["t"]))]
-        assert math.dist(step["s"], w.camera.pixel((truly.x, truly.y))) < 1.0
+        assert math.dist(step["s"], w.cameras["A"].pixel((truly.x, truly.y))) < 1.0
 
 
 def test_it_never_moves_on_observations_that_are_too_old(watched):
@@ -238,7 +238,9 @@ def test_a_goal_that_moves_is_followed_until_the_budget_is_spent(watched):
     assert shown.log[-1]["verdict"] == "converged"
     assert 12 < shown.t < 12.6
     off = [
-        math.dist(w.camera.pixel(kinematics.forward(w.arm, m.q)), w.camera.pixel(goal(m.t)))
+        math.dist(
+            w.cameras["A"].pixel(kinematics.forward(w.arm, m.q)), w.cameras["A"].pixel(goal(m.t))
+        )
         for m in w.moments[::20]
         if 8 < m.t < 12
     ]

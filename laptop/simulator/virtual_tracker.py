@@ -95,7 +95,7 @@ class VirtualTracker:
             frame, and gives {name: (u, v, confidence) or None where not seen}, px; None drops
             the frame. It must not let time pass.
         fps: frames/s.
-        latency: from capture until the brick can read it, s.
+        latency: from capture until the brick can read it, s; of all cameras, or by camera.
         jitter: mean of what comes on top (exponential, at most MOST_JITTER times as much), s.
         drops: share of the frames that get lost, 0..1.
         cameras: names.
@@ -113,7 +113,7 @@ class VirtualTracker:
         world: World,
         see: See,
         fps: float = 30.0,
-        latency: float = 0.06,
+        latency: float | Mapping[str, float] = 0.06,
         jitter: float = 0.0,
         drops: float = 0.0,
         cameras: Sequence[str] = ("A",),
@@ -122,7 +122,9 @@ class VirtualTracker:
         self.world = world
         self.see = see
         self.fps = fps
-        self.latency = latency
+        self.latency = (
+            dict(latency) if isinstance(latency, Mapping) else dict.fromkeys(cameras, latency)
+        )
         self.jitter = jitter
         self.drops = drops
         self.code = CODE
@@ -259,7 +261,7 @@ class VirtualTracker:
             markers = self.see(camera, index, t)
             lost = luck.random() < self.drops
             late = self.jitter * min(luck.expovariate(1.0), MOST_JITTER)
-            when = max(arrival, t + self.latency + late)
+            when = max(arrival, t + self.latency[camera] + late)
             self._expose(camera, luck, first, when)
             if markers is not None and not lost:
                 observation = Observation(index, camera, t + AHEAD, dict(markers))

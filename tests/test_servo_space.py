@@ -1,0 +1,244 @@
+"""An arm in space between two cameras: what one of them loses, how late they are, where they stand.
+
+What was reached, and that nothing moved on guesses, is read from the emulated plant.
+"""
+
+import math
+from collections import namedtuple
+
+import pytest
+from rig import degrees
+from servo_rig import SpaceCamera
+
+from robot.servo import Rows
+
+ABOVE, SIDE = SpaceCamera(math.radians(10)), SpaceCamera(math.radians(90))
+START, GOAL = degrees(-30, 60, -80), (11.0, 8.0, 8.0)
+MIDST = 4.8
+"""In the midst of a long move, s."""
+
+FAR = 9.0
+"""Farther from the goal than this nothing has been reached, mm."""
+
+
+@pytest.fixture
+def space(watched):
+    """A spatial arm between two cameras, see servo_rig.Watched."""
+
+    def build(cameras=None, **options):
+        cameras = {"A": ABOVE, "B": SIDE} if cameras is None else cameras
+        options = {"arm": "spatial", "start": START, "goal": GOAL, **options}
+        return watched(cameras=cameras, **options)
+
+    return build
+
+
+def miss(w):
+    """True distance of the tip from the goal, mm."""
+    return 10 * math.dist(w.tip, w.goal)
+
+
+def judge(w, shown, verdict, says=""):
+    """Whether verdict, message, status and truth agree; the arm stands."""
+    assert "Traceback" not in shown.out + shown.err
+    assert shown.log[-1]["verdict"] == verdict, shown.log[-1]
+    assert (shown.status == 0) == (verdict == "converged")
+    assert says in shown.err
+    if verdict == "converged":
+        assert w.error() < 7
+        assert miss(w) < FAR
+    assert w.stands(shown.t + 0.5)
+    return True
+
+
+def notes(shown):
+    return [line["text"] for line in shown.log if line["kind"] == "note"]
+
+
+@pytest.mark.parametrize(
+    ("method", "rows"),
+    [("chain", "stereo"), ("chain", "xyz"), ("kalman", "xyz"), ("broyden", "stereo")],
+)
+def test_the_goal_is_reached_in_space(space, method, rows):
+    w = space()
+    shown = w.run("--method", method, "--rows", rows)
+    assert judge(w, shown, "converged")
+    last = [line for line in shown.log if line["kind"] == "step"][-1]
+    assert len(last["J"][0]) == 3
+    expected = {"stereo": ["A.u", "A.v", "B.u", "B.v"], "xyz": ["A.u", "A.v", "B.v"]}[rows]
+    assert last["rows"] == expected
+    assert len(last["s"]) == len(last["goal"]) == len(last["J"]) == len(expected)
+
+
+def test_the_reports_method_has_a_jacobian_of_three_by_three(space):
+    w = space()
+    shown = w.run("--method", "report", "--rows", "xyz", "--budget", "200")
+    assert judge(w, shown, "converged")
+    steps = [line for line in shown.log if line["kind"] == "step"]
+    assert [step["action"] for step in steps[:4]] == ["explore"] * 3 + ["move"]
+    assert [len(row) for row in steps[-1]["J"]] == [3, 3, 3]
+
+
+def test_the_third_row_can_be_asked_for(space):
+    w = space({"A": ABOVE, "B": SpaceCamera(math.radians(50))})
+    shown = w.run("--rows", "xyz", "--third", "u", "--budget", "30")
+    rows = {tuple(line["rows"]) for line in shown.log if line["kind"] == "step"}
+    assert ("A.u", "A.v", "B.u") in rows
+
+
+def test_in_space_a_pixel_of_each_camera_is_a_goal(space):
+    w = space(goal=GOAL)
+    w.hidden.add("goal")
+    pixels = {name: camera.pixel(GOAL) for name, camera in w.cameras.items()}
+    words = [
+        w for name, p in pixels.items() for w in ("--goal", "{}:{:.1f},{:.1f}".format(name, *p))
+    ]
+    shown = w.run(*words)
+    assert judge(w, shown, "converged")
+
+
+@pytest.mark.parametrize(
+    ("goals", "says"),
+    [
+        (["400,200"], "one pixel does not say where 3 joints are to go"),
+        (["A:400,200", "400,210"], "--goal twice for one camera"),
+        (["A:400,200", "marker"], "or for a marker and a pixel"),
+    ],
+)
+def test_a_goal_that_is_none_is_refused_and_nothing_moves(space, goals, says):
+    w = space()
+    shown = w.run(*(word for goal in goals for word in ("--goal", goal)))
+    assert shown.status != 0
+    assert says in shown.err
+    assert shown.err.count("\n") == 1
+    assert not w.moved()
+
+
+# One camera loses the marker
+
+Covered = namedtuple("Covered", "cameras which since until verdict says")
+TWO, THREE = ("A", "B"), ("A", "B", "C")
+COVERED = {
+    "above for a blink": Covered(TWO, "A", MIDST, 0.2, "converged", ""),
+    "above for 2 s": Covered(TWO, "A", MIDST, 2.0, "converged", ""),
+    "side for 2 s": Covered(TWO, "B", MIDST, 2.0, "converged", ""),
+    "above for ever": Covered(TWO, "A", MIDST, None, "marker lost", "camera B alone does not tell"),
+    "side for ever": Covered(TWO, "B", MIDST, None, "marker lost", "camera A alone does not tell"),
+    "above from the start": Covered(TWO, "A", 0.0, None, "marker lost", "camera B alone"),
+    "side from the start": Covered(TWO, "B", 0.0, None, "marker lost", "camera A alone"),
+    "side for the first 4 s": Covered(TWO, "B", 0.0, 4.0, "converged", ""),
+    "both for 2 s": Covered(TWO, "AB", MIDST, 2.0, "converged", ""),
+    "one of three for ever": Covered(THREE, "B", 3.6, None, "converged", ""),
+    "one of three from the start": Covered(THREE, "A", 0.0, None, "converged", ""),
+    "one of three comes late": Covered(THREE, "C", 0.0, 5.0, "converged", ""),
+}
+PLACES = {"A": ABOVE, "B": SIDE, "C": SpaceCamera(math.radians(60), math.radians(70))}
+
+
+STREAMED = "side for 2 s", "above for ever", "one of three for ever", "one of three comes late"
+
+
+@pytest.mark.parametrize(
+    ("name", "mode"),
+    [(name, "look") for name in sorted(COVERED)] + [(name, "stream") for name in STREAMED],
+)
+def test_a_covered_camera(space, name, mode):
+    it = COVERED[name]
+    w = space({camera: PLACES[camera] for camera in it.cameras})
+
+    def cover():
+        w.struck = w.world.t
+        w.hidden.update(it.which)
+        if it.until:
+            w.world.at(w.struck + it.until, w.hidden.clear)
+
+    if it.since:
+        w.in_motion(it.since - 0.3, cover)
+    else:
+        cover()
+    shown = w.run("--mode", mode)
+    assert judge(w, shown, it.verdict, it.says)
+    left = set(it.cameras) - set(it.which)
+    if len(left) < 2:  # nothing moves on guesses
+        if it.until is None:
+            assert w.stands(w.struck + 0.6)
+            assert shown.t < w.struck + 11.5
+        elif it.until > 1:
+            assert w.stands(w.struck + 0.6, w.struck + it.until)
+            assert "marker lost: held" in notes(shown)
+    elif it.since:
+        on = " and ".join(sorted(left))
+        assert f"camera B: marker lost; on with {on}" in notes(shown)
+    if not it.since and len(left) < 2 and it.until is None:
+        assert not w.moved()
+
+
+def test_a_planar_arm_goes_on_with_the_camera_that_is_left(watched):
+    """Slower, and it says so."""
+    cameras = {"A": watched().cameras["A"]}
+    paces = {}
+    for hidden in (False, True):
+        w = watched(cameras={**cameras, "B": type(cameras["A"])(roll=-0.4)})
+        if hidden:
+            w.world.at(2.0, lambda w=w: w.hidden.add("B"))
+        shown = w.run()
+        assert shown.log[-1]["verdict"] == "converged"
+        assert w.error() < 7
+        assert ("camera B: marker lost; on with A" in notes(shown)) == hidden
+        paces[hidden] = max(m.speed for m in w.moments if m.t > 3.0)
+        w.tracker.close()
+    assert paces[True] < 0.8 * paces[False]
+
+
+# How late, and from where
+
+
+@pytest.mark.parametrize(("late", "mode"), [("A", "stream"), ("B", "look"), ("B", "stream")])
+def test_one_camera_is_100_ms_later_than_the_other(space, late, mode):
+    w = space(tracker={"latency": {"A": 0.04, "B": 0.04, late: 0.14}})
+    shown = w.run("--mode", mode)
+    assert judge(w, shown, "converged")
+    assert shown.log[-1]["moves"] <= 12
+
+
+@pytest.mark.parametrize(
+    ("between", "rows"),
+    [(30, "stereo"), (30, "xyz"), (45, "stereo"), (60, "xyz"), (75, "stereo"), (90, "xyz")],
+)
+def test_cameras_need_not_be_perpendicular(space, between, rows):
+    tilt = math.radians(90 - between)
+    w = space({"A": SpaceCamera(tilt), "B": SIDE})
+    shown = w.run("--rows", rows)
+    assert shown.log[-1]["verdict"] == "converged"
+    assert w.error() < 7
+    # Depth is told the worse the smaller the angle is.
+    assert miss(w) < FAR / math.sin(math.radians(between))
+    assert w.stands(shown.t + 0.5)
+
+
+# Which rows count
+
+
+def test_the_third_row_is_the_one_that_tells_more():
+    first = ((100.0, 0.0, 0.0), (0.0, 100.0, 0.0))
+    for second, chosen in (
+        (((90.0, 5.0, 10.0), (3.0, 4.0, 40.0)), "B.v"),
+        (((20.0, 5.0, 60.0), (300.0, 40.0, 40.0)), "B.u"),
+    ):
+        rows = Rows("xyz", 3)
+        assert rows.names("AB") == ["A.u", "A.v", "B.u", "B.v"]  # until it is known
+        rows.choose({"A": first})
+        assert rows.suffice("AB")
+        rows.choose({"A": first, "B": second, "C": second})
+        assert rows.names("ABC") == ["A.u", "A.v", chosen]
+        assert rows.suffice("AB")
+        assert not rows.suffice("A")
+        assert not rows.suffice("BC")
+
+
+def test_all_rows_count_in_stereo():
+    rows = Rows("stereo", 3)
+    rows.choose({"A": ((1, 0, 0), (0, 1, 0)), "B": ((0, 1, 0), (0, 0, 1))})
+    assert rows.values({"B": (3, 4), "A": (1, 2)}) == [1, 2, 3, 4]
+    assert not rows.suffice("A")
+    assert rows.suffice("AB")
