@@ -19,6 +19,7 @@ import random
 from collections import namedtuple
 from operator import add, mul, sub
 
+from robot import kinematics
 from robot.image_jacobian import (
     ChainModel,
     LocalJacobian,
@@ -113,7 +114,8 @@ CLEARLY = 0.7
 
 STALLED, HOPELESS = 0.9, 2
 """A course stalls that leaves over more than this share of the error; so many may on the way to a
-goal, with a model that is right lately, before all is explored anew; then it is out of reach."""
+goal, with a model that is right lately, before all is explored anew; then it is out of reach,
+unless there is another posture to try."""
 
 STARTS = (0.2, 0.5, 0.8), (0.25, 0.75)
 """Where in their ranges joints begin to be searched for another posture: up to two, and more."""
@@ -739,6 +741,7 @@ class Servo(object):
         self._bound = None  # where it is on its way to, rad
         self._stalled = 0
         self._checked = False  # by exploring anew, that it is out of reach
+        self._postures = []  # that have been tried, rad
         self._refined = False
 
     # Learning
@@ -864,7 +867,7 @@ class Servo(object):
         for camera in cameras:
             self._looks[camera] = self._looks.get(camera, 0) + 1
         known = [camera for camera in cameras if self._known_through(camera)]
-        self.rows.choose({c: self._pictures[self._local, c].jacobian(q) for c in known})
+        self.rows.choose({c: self._pictures[self._in_use(), c].jacobian(q) for c in known})
         if self.rows.suffice(known):
             cameras = known
         elif all(self._explored):
@@ -944,13 +947,32 @@ class Servo(object):
             return Decision(
                 "end", None, UNREACHABLE, "no nearer than {:.1f} px".format(min(self._stuck_at))
             )
+        return self._start_from(
+            self._posture([self._luck.uniform(0.25, 0.75) for _ in range(self._n)])
+        )
+
+    def _start_from(self, q):
+        """Go there, and begin as if nothing were known for certain."""
         self.using = None
         self._best, self._stagnant, self._region, self._bound = None, 0, FIRST_STEP, None
         self._forget_exploring()
         for model in self._models.values():
             model.doubt_all()
-        to = self._posture([self._luck.uniform(0.25, 0.75) for _ in range(self._n)])
-        return self._go("restart", to)
+        return self._go("restart", q)
+
+    def _other_posture(self, q):
+        """One not yet tried in which the tip would be where it is, or nearly, rad; or None.
+
+        Two joints have two, and _best_posture has looked for both; in space it would have to know
+        what half a turn of the base away looks like.
+        """
+        if self._n < 3:
+            return None
+        self._postures.append(q)
+        q = map(min, map(max, q, self._low), self._high)
+        others = kinematics.branches(self._arm, kinematics.forward(self._arm, tuple(q)))
+        others = [q for q in others if min(_apart(q, p) for p in self._postures) > FIRST_STEP]
+        return others[0] if others else None
 
     def _picture(self, name):
         """Of all that counts, as _together."""
@@ -982,10 +1004,11 @@ class Servo(object):
                 self._stalled += 1
                 hopeless = self._stalled > HOPELESS and left > self._tolerance
                 if hopeless and self._wrong[name] < DISAGREES:
-                    if self._checked or self._known:
-                        return self._out_of_reach(to, left)
-                    self._checked = True
-                    return self._explore_anew(q, goal, views)
+                    if not (self._checked or self._known):
+                        self._checked = True
+                        return self._explore_anew(q, goal, views)
+                    other = self._other_posture(q)
+                    return self._start_from(other) if other else self._out_of_reach(to, left)
                 if _apart(to, q) > FIRST_STEP:
                     self._best = float("inf")  # on the way there it may be farther off
             self._bound = to

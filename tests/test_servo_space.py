@@ -10,7 +10,9 @@ import pytest
 from rig import degrees
 from servo_rig import SpaceCamera
 
+from robot import kinematics
 from robot.servo import Rows
+from shared.arm_description import find_arm, read_arm
 
 ABOVE, SIDE = SpaceCamera(math.radians(10)), SpaceCamera(math.radians(90))
 START, GOAL = degrees(-30, 60, -80), (11.0, 8.0, 8.0)
@@ -112,6 +114,17 @@ def test_a_goal_that_is_none_is_refused_and_nothing_moves(space, goals, says):
     assert says in shown.err
     assert shown.err.count("\n") == 1
     assert not w.moved()
+
+
+def test_a_goal_beyond_a_limit_is_had_by_another_posture(space):
+    """Over the base's axis, bent backwards, the shoulder would have to go beyond its limit."""
+    arm = read_arm(find_arm("spatial"))
+    w = space(goal=kinematics.forward(arm, degrees(-82, 99, -61)), start=degrees(63, 40, -59))
+    shown = w.run()
+    assert judge(w, shown, "converged")
+    steps = [line for line in shown.log if line["kind"] == "step"]
+    assert [step["action"] for step in steps].count("restart") == 1
+    assert w.q[0] < 0
 
 
 # One camera loses the marker

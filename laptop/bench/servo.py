@@ -117,6 +117,9 @@ LOW, NARROW = 2.0, 5.0
 """In space a tip starts and ends at least so high above the table and so far from the axis of the
 base (where the base moves nothing), cm."""
 
+INSIDE = math.radians(10)
+"""And its joints are so far from their limits, as those in the plane are, rad."""
+
 ABOVE, ASIDE = (0.0, 20.0), (75.0, 90.0)
 """Tilt of the first camera of an arm in space, and of the second, degrees."""
 
@@ -250,11 +253,11 @@ def _drawn_poses(arm: Arm, scene: Scene, side: int, draw: random.Random) -> Iter
         if arm.chain == "planar":
             yield turn, side * math.radians(draw.uniform(*scene.bend))
             continue
-        shoulder = arm.joints[1]
-        pitch = draw.uniform(shoulder.lower, shoulder.upper)
+        shoulder, elbow = arm.joints[1:]
+        pitch = draw.uniform(shoulder.lower + INSIDE, shoulder.upper - INSIDE)
         pose = turn, pitch, -math.radians(draw.uniform(*scene.bend))
         x, y, z = kinematics.forward(arm, pose)
-        if pose[2] > arm.joints[2].lower and z > LOW and math.hypot(x, y) > NARROW:
+        if pose[2] > elbow.lower + INSIDE and z > LOW and math.hypot(x, y) > NARROW:
             yield pose
 
 
