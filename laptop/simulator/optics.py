@@ -119,7 +119,7 @@ class Pinhole:
     @classmethod
     def aimed(
         cls,
-        target: Sequence[float],
+        target: Point,
         distance: float,
         angles: tuple[float, float, float],
         focal: float,

@@ -43,7 +43,6 @@ from laptop.simulator.solids import (
     SIDE,
     Item,
     Skeleton,
-    Solid,
     ball,
     in_order,
     stadium,

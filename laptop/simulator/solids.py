@@ -99,12 +99,16 @@ class Solid(NamedTuple):
     radius: float = 0.0
 
 
+Mark = tuple[Sequence[np.ndarray], Any]
+"""What is on a face: outlines, each (n, 2), cm, and their light."""
+
+
 def prism(
     outline: np.ndarray,
     across: tuple[float, float],
     light: Any,
     up: str = "y",
-    marks: Sequence[tuple[Sequence[np.ndarray], Any]] = (),
+    marks: Sequence[Mark] = (),
 ) -> Part:
     """A body with two parallel faces of the same outline.
 
@@ -113,7 +117,7 @@ def prism(
         across: from where to where it goes along the axis `up`, cm.
         light: (3,).
         up: "y": the outline is in x and z; "z": it is in x and y.
-        marks: what is on both faces: outlines, each (n, 2), and their light.
+        marks: what is on both faces.
     """
 
     def placed(flat: np.ndarray, height: float) -> np.ndarray:
@@ -142,7 +146,8 @@ def _straights(outline: np.ndarray) -> list[tuple[int, int]]:
     ways = np.roll(outline, -1, axis=0) - outline
     before = np.roll(ways, 1, axis=0)
     bent = np.abs(before[:, 0] * ways[:, 1] - before[:, 1] * ways[:, 0])
-    corners = np.flatnonzero(bent > 1e-6 * np.hypot(*ways.T) * np.hypot(*before.T))
+    limit = 1e-6 * np.hypot(*ways.T) * np.hypot(*before.T)
+    corners = np.flatnonzero(bent > limit).tolist()
     ends = [*corners[1:], corners[0] + len(outline)]
     return [(a, b) for a, b in zip(corners, ends) if b - a > 1]
 
@@ -202,7 +207,7 @@ class Skeleton:
             box((-1.0, 1.0), (-0.9, 0.9), (1.5, height + 0.9), DARK * 2),
             box((-4.0, -1.0), (-0.9, 0.9), (max(1.6, height - 6.0), height - 1.4), GREY),
         ]
-        hubs = [
+        hubs: list[Mark] = [
             ([circle(r, n) + (x, 0.0) for x in (0.0, upper)], tone)
             for r, n, tone in ((0.55, 20, DARK), (0.26, 14, GREY))
         ]
@@ -236,7 +241,7 @@ class Skeleton:
         return [solid(part, eye, axes, at) for parts, axes, at in groups for part in parts]
 
 
-def _holes(length: float, light: Any) -> list[tuple[Sequence[np.ndarray], Any]]:
+def _holes(length: float, light: Any) -> list[Mark]:
     """What a beam's two faces show."""
     count = max(1, round(length / BEAM / 2))
     places = length * np.arange(1, count) / count
