@@ -570,7 +570,7 @@ class Scene:
             solids += stand(centres["goal"], radius, eye)
         for name, centre in centres.items():
             solids += [ball(item) for item in self._marker_items(name, centre, 0.0)]
-        items = [item for solid in in_order(solids, eye) for item in solid.items]
+        items = [item for solid in in_order(solids, self.camera) for item in solid.items]
         hand = self._hand_items(q, t)
         if self.constants["shadow"]:
             bodies = [np.concatenate(solid.items[0].rings) for solid in solids]
@@ -734,7 +734,8 @@ class Scene:
         if shadows and self.constants["shadow"]:
             rings = [ring for item in shadows for ring in item.rings]
             rest.insert(0, Item(rings, self.constants["shadow"], "shadow"))
-        self._draw(ground, rest)
+        if rest:
+            self._draw(ground, rest)
         return ground
 
     def _table(self) -> np.ndarray:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from laptop.simulator.optics import LAMP, circle, light_of, rectangle
+from laptop.simulator.optics import LAMP, NEAR, Pinhole, circle, light_of, rectangle
 from robot import kinematics
 from shared.arm_description import Arm
 
@@ -258,10 +258,10 @@ def stand(place: np.ndarray, radius: float, eye: np.ndarray) -> list[Solid]:
     return [solid(part, eye, np.eye(3), np.array([x, y, 0.0])) for part in parts]
 
 
-def in_order(solids: Sequence[Solid], eye: np.ndarray) -> list[Solid]:
-    """The same, each after all that it can hide from `eye` (3,)."""
-    count = len(solids)
-    one, other = np.triu_indices(count, 1)
+def in_order(solids: Sequence[Solid], camera: Pinhole) -> list[Solid]:
+    """The same, each after all that it can hide from the camera."""
+    eye = camera.position
+    one, other = _overlapping(solids, camera)
     centres = np.array([s.centre for s in solids])
     axes = np.array([s.axes for s in solids])
     half = np.array([s.half for s in solids])
@@ -288,22 +288,35 @@ def in_order(solids: Sequence[Solid], eye: np.ndarray) -> list[Solid]:
 
     upper = np.einsum("pki,pi->pk", normals, centres[one]) + extent(one)
     lower = np.einsum("pki,pi->pk", normals, centres[other]) - extent(other)
-    gap = np.where(length > 1e-6, lower - upper, -np.inf)
-    best = gap.argmax(axis=1)
+    best = np.where(length > 1e-6, lower - upper, -np.inf).argmax(axis=1)
     pairs = np.arange(len(one))
     seen = normals[pairs, best] @ eye
     upper, lower = upper[pairs, best], lower[pairs, best]
     # Where two overlap a little, as at a joint, the middle decides.
     middle = (upper + lower) / 2
-    hides = np.zeros((count, count), bool)
+    hides = np.zeros((len(solids), len(solids)), bool)
     hides[other, one] = seen > np.maximum(lower, middle)
     hides[one, other] = seen < np.minimum(upper, middle)
-    far = np.linalg.norm(centres - eye, axis=1)
-    left = list(np.argsort(-far))
+    left = np.argsort(-np.linalg.norm(centres - eye, axis=1)).tolist()
     order = []
     while left:
-        # In a ring of overlapping ones, the farthest.
-        now = next((k for k in left if not any(hides[k, o] for o in left)), left[0])
+        # In a ring of such that hide one another, the farthest.
+        now = next((k for k in left if not hides[k, left].any()), left[0])
         left.remove(now)
         order.append(solids[now])
     return order
+
+
+def _overlapping(solids: Sequence[Solid], camera: Pinhole) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (their indices) that may overlap in the picture: in each of eight directions."""
+    bodies = [np.concatenate(s.items[0].rings) for s in solids]
+    firsts = np.cumsum([0, *map(len, bodies[:-1])])
+    x, y, z = camera.seen(np.concatenate(bodies)).T
+    places = np.stack([x, y], axis=1) / np.maximum(z, NEAR)[:, None]
+    angles = np.arange(8) * (math.pi / 8)
+    along = places @ np.stack([np.cos(angles), np.sin(angles)])
+    low = np.minimum.reduceat(along, firsts)
+    high = np.maximum.reduceat(along, firsts)
+    one, other = np.triu_indices(len(solids), 1)
+    met = ((low[one] < high[other]) & (low[other] < high[one])).all(axis=1)
+    return one[met], other[met]
