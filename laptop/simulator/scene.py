@@ -311,9 +311,12 @@ def place_camera(arm: Arm, constants: dict[str, Any]) -> Pinhole:
     fixed = np.array([0.0 if value is None else value for value in given])
 
     def fitted(distance: float) -> tuple[Pinhole, bool]:
-        aim = np.where(free, body.mean(axis=0) * (1, 1, space), fixed)
+        aim = start = np.where(free, body.mean(axis=0) * (1, 1, space), fixed)
         for _ in range(8):
             camera = Pinhole.aimed(aim, distance, angles, *lens)
+            if space and camera.seen(body)[:, 2].min() < distance / 4:
+                aim = start  # so near that what is seen says little about where the middle is
+                break
             shown = camera.project(body)
             off = (shown.min(axis=0) + shown.max(axis=0)) / 2 - camera.centre
             # Sideways by what the middle is off.
