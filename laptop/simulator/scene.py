@@ -798,9 +798,12 @@ class Scene:
         blocks: list[tuple[list[Item], np.ndarray]] = []
         places: list[np.ndarray] = []
         r = self.reach
+        area = (-1.6 * r, -1.1 * r), (1.7 * r, 1.2 * r)
+        if self._in_space:
+            area = (-2 * r, -2 * r), (2 * r, 2 * r)
         for word in words:
             for _ in range(200):
-                at = draw.uniform((-1.6 * r, -1.1 * r), (1.7 * r, 1.2 * r))
+                at = draw.uniform(*area)
                 on_paper = -0.52 * r < at[0] < 1.18 * r and -0.9 * r < at[1] < 1.35 * r
                 on_controller = abs(at[0] + 0.85 * r) < 7 and abs(at[1] + 0.55 * r) < 9
                 apart = all(np.linalg.norm(at - other) > 4.2 for other in places)
