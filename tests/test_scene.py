@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from laptop.markers import read_spec
 from laptop.simulator.optics import (
     BadLens,
     Box,
@@ -18,7 +19,6 @@ from laptop.simulator.optics import (
     to_linear,
     to_srgb,
 )
-from laptop.markers import read_spec
 from laptop.simulator.scene import (
     CONSTANTS,
     BadScene,
@@ -516,7 +516,8 @@ def test_all_of_the_workspace_above_the_table_is_in_the_picture(seed):
     draw = np.random.default_rng(seed)
     text = (
         f"tilt={draw.uniform(0, 90)},azimuth={draw.uniform(-180, 180)},"
-        f"roll={draw.uniform(-180, 180)},focal={draw.uniform(500, 900)},k1={draw.uniform(-0.1, 0.1)}"
+        f"roll={draw.uniform(-180, 180)},focal={draw.uniform(500, 900)},"
+        f"k1={draw.uniform(-0.1, 0.1)}"
     )
     camera = place_camera(SPATIAL, read_scene(text))
     tips = np.array([kinematics.forward(SPATIAL, q) for q in poses_above_the_table(seed, 400)])
