@@ -696,7 +696,7 @@ class Scene:
         # In by 0.35, out from 0.65 on, smoothly.
         share = min(1.0, min(phase, 1 - phase) / 0.35)
         share = share * share * (3 - 2 * share)
-        # In space it comes from above, between the target and the camera.
+        # In space it comes from above in the picture, before all that is in it.
         angle = math.radians(-112 if self._in_space else 112)
         way = np.array([math.cos(angle), math.sin(angle)])
         palm = (0 if self._in_space else target[:2]) - (1 - share) * 3 * self.reach * way
@@ -709,9 +709,8 @@ class Scene:
             parts.append((stadium(length * size, 0.85 * size), palm, angle + spread))
         outlines = [_put(outline, at, turned, z) for outline, at, turned in parts]
         if self._in_space:
-            right, down, ahead = self.camera.rotation
-            before = target - (c["marker_radius"] + 0.8) * ahead
-            outlines = [before + o[:, :2] @ np.array([right, -down]) for o in outlines]
+            right, down, _ = self.camera.rotation
+            outlines = [target + o[:, :2] @ np.array([right, -down]) for o in outlines]
         return [Item([outline], skin) for outline in outlines]
 
     # What stands still
@@ -800,7 +799,7 @@ class Scene:
         r = self.reach
         area = (-1.6 * r, -1.1 * r), (1.7 * r, 1.2 * r)
         if self._in_space:
-            area = (-2 * r, -2 * r), (2 * r, 2 * r)
+            area = (-1.7 * r, -1.7 * r), (1.7 * r, 1.7 * r)
         for word in words:
             for _ in range(200):
                 at = draw.uniform(*area)
