@@ -20,6 +20,7 @@ from laptop.simulator.optics import (
     to_srgb,
 )
 from laptop.simulator.scene import (
+    CAMERAS,
     CONSTANTS,
     BadScene,
     Scene,
@@ -705,3 +706,10 @@ def test_every_default_is_allowed():
     for key, constant in CONSTANTS.items():
         if constant.default is not None:
             assert read_scene(f"{key}={constant.default}")[key] == constant.default
+
+
+def test_no_two_cameras_on_an_arm_in_space_stand_at_one_place():
+    places = [place_camera(SPATIAL, read_scene("", name)).position for name in CAMERAS]
+    apart = [math.dist(a, b) for k, a in enumerate(places) for b in places[:k]]
+    assert len(places) == 8
+    assert min(apart) > 20

@@ -136,7 +136,8 @@ CAMERAS = "ABCDEFGH"
 WORLD = tuple(CONSTANTS)[tuple(CONSTANTS).index("marker") :]
 """What all cameras see alike; any other constant a camera may have of its own."""
 
-VIEWS = {"A": (15.0, 0.0), "B": (90.0, 0.0), "C": (60.0, 60.0), "D": (60.0, -60.0)}
+ROUND = (60.0, -60.0, 120.0, -120.0, 180.0, 0.0)
+VIEWS = {"A": (15.0, 0.0), "B": (90.0, 0.0), **{c: (60.0, a) for c, a in zip(CAMERAS[2:], ROUND)}}
 """Tilt and azimuth of cameras on an arm in space, deg: from above, from the side, and askew."""
 
 
@@ -236,7 +237,7 @@ def completed(arm: Arm, constants: dict[str, Any]) -> dict[str, Any]:
     if kinematics.coordinates(arm) == 2:
         tilt, azimuth, marker, height = 25.0, 0.0, "disc", 0.0
     else:
-        tilt, azimuth = VIEWS.get(constants["camera"], (60.0, 180.0))
+        tilt, azimuth = VIEWS[constants["camera"]]
         marker, height = "ball", 9.0
     usual = {"tilt": tilt, "azimuth": azimuth, "marker": marker, "goal_z": height}
     values = {**constants, **{k: v for k, v in usual.items() if constants[k] is None}}
