@@ -424,12 +424,13 @@ def track(**orders: Any) -> None:
     sys.exit(status)
 
 
-def _synthetic(scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
-    """The synthetic camera, and how the markers in its scene look."""
+def _synthetic(name: str, scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
+    """The synthetic camera of this name, and how the markers in its scene look."""
     from laptop.simulator.sight import looks
     from laptop.simulator.synthetic_camera import open_live
 
-    camera = open_live(",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])]))
+    text = ",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])])
+    camera = open_live(text, camera=name)
     return camera, looks(camera.constants)
 
 

@@ -239,9 +239,9 @@ SYNTHETIC = "synthetic"
 NAMES = string.ascii_uppercase[:8]
 """Of cameras in observations; a brick listens to no more."""
 
-Synthetic = Callable[[str, float | None], tuple[Camera, dict[str, str]]]
-"""From the scene's text and frames per second (None: its own) to the camera, and how its markers
-look: SPEC by name."""
+Synthetic = Callable[[str, str, float | None], tuple[Camera, dict[str, str]]]
+"""From a name, the scene's text and frames per second (None: its own) to the camera, and how its
+markers look: SPEC by name."""
 
 
 class _Plan(NamedTuple):
@@ -328,9 +328,9 @@ def _prepare(orders: Orders, synthetic: Synthetic, stack: ExitStack) -> _Plan:
     wanted.check()
     live = orders.serve or any(map(_goes_on, orders.camera))
     cameras: list[Camera] = []
-    for source in orders.camera:
+    for name, source in zip(NAMES, orders.camera, strict=False):
         if source == SYNTHETIC:
-            camera, looks = synthetic(orders.scene, orders.fps)
+            camera, looks = synthetic(name, orders.scene, orders.fps)
             # What was learned from another camera is not known to be in the scene.
             wanted = replace(wanted, default=looks, known=known if orders.markers else {})
         else:
