@@ -15,6 +15,7 @@ from robot.motors import JointMotor
 from robot.pursuit import Moving, Pursuit
 from robot.trajectory import JOINT_ACCELERATION, JointMove, TakingUpBacklash
 from robot.zero import Zero
+from shared.arm_description import ArmError
 
 UNHURRIED = 0.8
 """Longest correction after a move with the pen up, s."""
@@ -46,6 +47,10 @@ CHASE_ASTRAY = math.radians(5)
 
 PEN_SPEED, PEN_ACCELERATION, PEN_ASTRAY = (math.radians(x) for x in (400, 3000, 25))
 """Of the pen's motor: greatest speed and acceleration, rad/s and rad/s^2, and error, rad."""
+
+
+class NoWayDown(ArmError):
+    """No free way leads to where the arm is to rest."""
 
 
 class RobotArm(object):
@@ -189,9 +194,7 @@ class RobotArm(object):
                 sides = self._gravity.sides(motion.start, self.sides)
                 plan = TakingUpBacklash(self.description.joints, motion, sides, self._pressed)
                 noting = self._noting(plan, watch)
-                self._loop.run(
-                    self.joints, plan, settle, watch=noting, weigh=self._gravity.torques
-                )
+                self._loop.run(self.joints, plan, settle, watch=noting, weigh=self._gravity.torques)
                 self.sides = plan.sides
             self._hold(self.joints)
 
@@ -424,10 +427,10 @@ class RobotArm(object):
         Straight there, or by way of the home pose: whichever keeps off the table.
 
         Returns:
-            Whether it went; not if nothing was moved, no resting place is described, or neither way
-            is free.
+            Whether it went; not if nothing was moved, or no resting place is described.
 
         Raises:
+            NoWayDown: neither way is free; nothing has moved.
             Stalled, TooSlow, MotorNotFound: after stopping.
         """
         joints = self.description.joints
@@ -443,7 +446,10 @@ class RobotArm(object):
                 for place in way:
                     self.go_to(place, DOWN)
                 return True
-        return False
+        raise NoWayDown(
+            "the way down to where the arm rests is not free of the table: it is held where it is; "
+            "support it before its motors are let go"
+        )
 
     def _is_free(self, way):
         """Whether elbow and tip keep off the table on the straight joint moves of a way."""
@@ -461,12 +467,13 @@ class RobotArm(object):
     def park(self, low=False):
         """Stop for good, and put on record where; nothing if nothing was moved.
 
-        `low`: go low first, see `go_low`; what that raises goes on, after stopping.
+        With `low` it goes low first if it can, see `go_low`.
         """
         if not self._engaged:
             return
         if low:
-            self.go_low()
+            with contextlib.suppress(NoWayDown):
+                self.go_low()
         if not self._standing:
             self.stop()
         self._engaged = False

@@ -224,9 +224,7 @@ class Pursuit(object):
 
     before = 0.0
 
-    def __init__(
-        self, joints, q, sides, speed=1.0, acceleration=JOINT_ACCELERATION, pressed=None
-    ):
+    def __init__(self, joints, q, sides, speed=1.0, acceleration=JOINT_ACCELERATION, pressed=None):
         self._joints = [
             _Joint(joint, angle, side, speed * joint.max_speed, acceleration)
             for joint, angle, side in zip(joints, q, sides)

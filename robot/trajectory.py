@@ -379,9 +379,7 @@ def _wanted_sides(motion, pressed):
     out = [[] for _ in motion.directions]
     for t in sorted(times):
         held = pressed(motion.at(t).q) if pressed else (0,) * len(out)
-        for wanted, side, direction, turns in zip(
-            out, held, motion.directions, motion.reversals
-        ):
+        for wanted, side, direction, turns in zip(out, held, motion.directions, motion.reversals):
             turned = sum(turn <= t for turn in turns)
             wanted.append((t, side or direction * (-1) ** turned))
     return out

@@ -55,7 +55,9 @@ CONSTANTS = {
         0.003, 1e-5, 0.1, "kg m2", "plant", "first link and all it carries"
     ),
     "elbow_inertia": Constant(0.0006, 1e-5, 0.1, "kg m2", "plant", "second link with the pen"),
-    "pen_drag": Constant(0.04, 0.0, 2.0, "N", "plant", "pen on paper; a pen of 10 g resting on it"),
+    "pen_drag": Constant(
+        0.04, 0.0, 2.0, "N", "plant", "pen on paper, in the plane; a pen of 10 g resting on it"
+    ),
     "load": Constant(0.0, -0.4, 0.4, "Nm", None, "constant torque on every joint"),
     "backlash": Constant(
         None, 0.0, 20.0, "deg", None, "play at every joint; as described if not given"
@@ -80,9 +82,7 @@ IN_SPACE = {
     "gravity": Constant(9.81, 0.0, 25.0, "m/s2", None, "gravity; 0 lets nothing weigh"),
     "upper_arm_mass": Constant(30.0, 1.0, 500.0, "g", "plant", "beams of the upper arm"),
     "forearm_mass": Constant(15.0, 1.0, 500.0, "g", "plant", "beams of the forearm"),
-    "motor_mass": Constant(
-        1.0, 0.2, 3.0, "x", "plant", "motors that are carried, times nominal"
-    ),
+    "motor_mass": Constant(1.0, 0.2, 3.0, "x", "plant", "motors that are carried, times nominal"),
     "tip_mass": Constant(5.0, 0.0, 500.0, "g", "plant", "the tip: a ball, or what it holds"),
     "base_inertia": Constant(
         0.001, 1e-5, 0.1, "kg m2", "plant", "the turntable with the shoulder's motor, without links"
@@ -365,6 +365,7 @@ class ArmPlant(object):
         start = [joint.home for joint in arm.joints] if start is None else start
         error = math.radians(plant["zero_error"])
         self._gravity = Gravity(weighed(arm, plant), plant["gravity"])
+        self._pen_drag = 0.0 if self.weighs else plant["pen_drag"]  # there is no paper in the air
         for joint, angle, inertia in zip(arm.joints, start, inertias(arm, plant)):
             described = plant["backlash"] is None
             link = Link(
@@ -397,6 +398,11 @@ class ArmPlant(object):
         self.pen_lifted = self.pen_lifted or bool(self.arm.pen) and port == self.arm.pen.port
 
     @property
+    def weighs(self):
+        """Whether gravity pulls at the joints."""
+        return self._gravity.loaded
+
+    @property
     def q(self):
         """The TRUE joint angles (of the links), rad."""
         return tuple(drive.link.angle for drive in self.joints)
@@ -424,16 +430,16 @@ class ArmPlant(object):
         links = [drive.link for drive in self.joints]
         for link in links:
             link.load = self.plant["load"]
-        if self._gravity.loaded:
+        if self.weighs:
             for link, torque in zip(links, self._gravity.torques(self.q)):
                 link.load += torque
-        if not self.plant["pen_drag"] or not any(link.speed for link in links) or not self.pen_down:
+        if not self._pen_drag or not any(link.speed for link in links) or not self.pen_down:
             return
         rows = kinematics.jacobian(self.arm, self.q)
         metres = [[0.01 * value for value in row] for row in rows]
         velocity = [sum(a * link.speed for a, link in zip(row, links)) for row in metres]
         # Below 5 mm/s the drag fades with speed: a stiff sign change would ring at this step.
-        force = -self.plant["pen_drag"] / max(math.sqrt(sum(v * v for v in velocity)), 0.005)
+        force = -self._pen_drag / max(math.sqrt(sum(v * v for v in velocity)), 0.005)
         for row, v in zip(metres, velocity):
             for a, link in zip(row, links):
                 link.load += a * force * v
