@@ -15,7 +15,6 @@ from robot.motors import JointMotor
 from robot.pursuit import Moving, Pursuit
 from robot.trajectory import JOINT_ACCELERATION, JointMove, TakingUpBacklash
 from robot.zero import Zero
-from shared.arm_description import ArmError
 
 UNHURRIED = 0.8
 """Longest correction after a move with the pen up, s."""
@@ -47,10 +46,6 @@ CHASE_ASTRAY = math.radians(5)
 
 PEN_SPEED, PEN_ACCELERATION, PEN_ASTRAY = (math.radians(x) for x in (400, 3000, 25))
 """Of the pen's motor: greatest speed and acceleration, rad/s and rad/s^2, and error, rad."""
-
-
-class NoWayDown(ArmError):
-    """No free way leads to where the arm is to rest."""
 
 
 class RobotArm(object):
@@ -351,8 +346,10 @@ class RobotArm(object):
             homing.take_as_it_stands(self.pen, self.description.pen.up)
         found = []
         if here:
-            for motor, joint in zip(self.joints, self.description.joints):
-                homing.take_as_it_stands(motor, joint.home)
+            joints = self.description.joints
+            sides = self._gravity.pressed([joint.home for joint in joints])
+            for motor, joint, side in zip(self.joints, joints, sides):
+                homing.take_as_it_stands(motor, joint.home + side * joint.backlash / 2)
         else:
             self._engage()
             with self._stopping_on_error():
@@ -430,7 +427,7 @@ class RobotArm(object):
             Whether it went; not if nothing was moved, or no resting place is described.
 
         Raises:
-            NoWayDown: neither way is free; nothing has moved.
+            kinematics.Unreachable: neither way is free; nothing has moved.
             Stalled, TooSlow, MotorNotFound: after stopping.
         """
         joints = self.description.joints
@@ -446,9 +443,9 @@ class RobotArm(object):
                 for place in way:
                     self.go_to(place, DOWN)
                 return True
-        raise NoWayDown(
-            "the way down to where the arm rests is not free of the table: it is held where it is; "
-            "support it before its motors are let go"
+        raise kinematics.Unreachable(
+            "no way down to where the arm rests keeps off the table: it is held where it is; "
+            "support it before the brick is switched off"
         )
 
     def _is_free(self, way):
@@ -472,7 +469,7 @@ class RobotArm(object):
         if not self._engaged:
             return
         if low:
-            with contextlib.suppress(NoWayDown):
+            with contextlib.suppress(kinematics.Unreachable):
                 self.go_low()
         if not self._standing:
             self.stop()

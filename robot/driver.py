@@ -119,13 +119,11 @@ class Driver(object):
         self.arm.go_to(q)
 
     def go_low(self):
-        """Go to where the arm rests, if it has such a place and a way there; say what came of it."""
-        from robot.arm import NoWayDown  # not above: a command line is refused without motors
-
+        """Go to where the arm rests, if there is such a place and a way; say what came of it."""
         try:
             if self.arm.go_low():
                 self.say("gone low, where the arm rests")
-        except NoWayDown as problem:
+        except kinematics.Unreachable as problem:
             self.say(str(problem))
 
     def draw_line(self, start, end, method="smooth"):

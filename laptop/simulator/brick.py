@@ -54,10 +54,7 @@ class EmulatedBrick(object):
             self._plug(port, kinds[port])
         if self.plant.weighs:
             for joint in arm.joints:
-                for attribute, text in (
-                    ("stop_action", "hold"), ("command", "stop"), ("stop_action", "coast")
-                ):  # fmt: skip
-                    self.motors[joint.port].write(attribute, text)
+                self.motors[joint.port].hold()
         self.record = []
         self._steps = 0
         self._sample()
