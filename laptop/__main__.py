@@ -485,7 +485,7 @@ def bench_draw(seeds: range, arm: str, as_json: bool) -> None:
     else:
         title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator, lengths in mm"
         if in_space:
-            title += "; greatest deviations, of many lines the p95"
+            title += "; greatest deviations"
             show.table(title, draw.SPACE_HEADINGS, draw.space_table(results), sections=1)
             sags = [f"{draw.sag(weight):.2f} mm" for weight in ("not fed forward", "felt", "off")]
             click.echo(

@@ -26,7 +26,7 @@ import numpy as np
 
 from laptop import drawing
 from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.plant import read_plant
+from laptop.simulator.plant import read_plant, weighed
 from laptop.simulator.session import park_on_file
 from laptop.simulator.world import World
 from robot import kinematics, trajectory
@@ -54,18 +54,22 @@ class Weight(NamedTuple):
 
     words: tuple[str, str] = ("fed forward", "counted on")
     plant: str = ""
-    known: Callable[[Arm], Gravity] = Gravity
+    known: Callable[[Arm, dict[str, float]], Gravity] = lambda arm, plant: Gravity(arm)
 
 
 WEIGHTS = {
     "felt": Weight(),
     "no preload": Weight(
-        ("fed forward", "not counted on"), known=lambda arm: Gravity(arm, presses=False)
+        ("fed forward", "not counted on"), known=lambda arm, plant: Gravity(arm, presses=False)
     ),
     "not fed forward": Weight(
-        ("not fed forward", "counted on"), known=lambda arm: Gravity(arm, known=False)
+        ("not fed forward", "counted on"), known=lambda arm, plant: Gravity(arm, known=False)
     ),
-    "off": Weight(("off", "-"), "gravity=0", lambda arm: Gravity(arm, g=0.0)),
+    "off": Weight(("off", "-"), "gravity=0", lambda arm, plant: Gravity(arm, g=0.0)),
+    "measured": Weight(
+        ("fed forward", "counted on, measured"),
+        known=lambda arm, plant: Gravity(weighed(arm, plant)),
+    ),
 }
 
 EVERYWHERE = "every joint"
@@ -194,13 +198,13 @@ def _drawn(case: Case) -> tuple[EmulatedBrick, int, str]:
     """A line drawn with the real driver: the brick, accesses per tick, and why it was not."""
     arm = described(case.arm, case.described, case.at)
     weight = WEIGHTS[case.weight]
-    plant = ",".join(filter(None, (case.plant, weight.plant)))
-    brick = EmulatedBrick(World(), arm, read_plant(plant))
+    plant = read_plant(",".join(filter(None, (case.plant, weight.plant))))
+    brick = EmulatedBrick(World(), arm, plant)
     clock = _CountingClock(brick)
     error = ""
     with tempfile.TemporaryDirectory() as folder, brick.sysfs.installed():
         zero = park_on_file(arm, [joint.home for joint in arm.joints], folder)
-        robot = RobotArm(arm, clock, zero, gravity=weight.known(arm))
+        robot = RobotArm(arm, clock, zero, gravity=weight.known(arm, plant))
         try:
             robot.wake()
             driver = Driver(robot, elbow=arm.elbow, say=lambda line: None)
@@ -352,7 +356,7 @@ def space_cases(seeds: range) -> list[Case]:
     for weight in ("off", "felt", "no preload", "not fed forward"):
         out += under(2.0, EVERYWHERE, weight)
     out += under(2.0, EVERYWHERE, "felt", "steps")
-    for weight in ("felt", "no preload"):
+    for weight in ("felt", "measured", "no preload"):
         words = "; ".join((f"every joint, {len(seeds)} plants", *WEIGHTS[weight].words))
         out += [
             Case("spatial", "smooth", words, f"seed={seed}", 2.0, line, name, weight=weight)
@@ -363,17 +367,20 @@ def space_cases(seeds: range) -> list[Case]:
 
 
 def space_table(results: list[Result]) -> list[Row]:
-    """One row per condition, the greatest deviation of each line; of many lines their p95."""
+    """One row per condition, the greatest deviation of each line; many as their median and p95."""
     groups: dict[str, dict[str, list[Result]]] = {}
     for r in results:
         groups.setdefault(r.condition, {}).setdefault(r.line, []).append(r)
     rows = []
     for condition, lines in groups.items():
-        figures = [
-            _figures(lines[name], 95)[1:3] if name in lines else ("", "") for name in SPACE_LINES
-        ]
+        many = max(map(len, lines.values())) > 1
         failed = sum(1 for group in lines.values() for r in group if r.error)
-        rows.append((*condition.split("; "), *itertools.chain(*figures), f"{failed}"))
+        where, *words = condition.split("; ")
+        for suffix, q in [(", p50", 50), (", p95", 95)] if many else [("", 50)]:
+            figures = [
+                _figures(lines[name], q)[1:3] if name in lines else ("", "") for name in SPACE_LINES
+            ]
+            rows.append((where + suffix, *words, *itertools.chain(*figures), f"{failed}"))
     return rows
 
 

@@ -319,14 +319,18 @@ def _carried(arm, plant):
 
 
 def weighed(arm, plant):
-    """The Arm whose description says what this plant truly weighs; one in the plane as it is."""
+    """The Arm as one who weighs this plant, and how its joints rub, describes it.
+
+    One in the plane is left as it is.
+    """
     if arm.chain not in PULLED_DOWN:
         return arm
     joints = []
     for joint, parts in zip(arm.joints, _carried(arm, plant)):
         mass = sum(grams for grams, _ in parts)
         centre = sum(grams * at for grams, at in parts) / mass if mass else 0.0
-        joints.append(joint._replace(mass=0.001 * mass, centre=centre))
+        rubs = at_port(plant, joint.port)["link_friction"]
+        joints.append(joint._replace(mass=0.001 * mass, centre=centre, friction=rubs))
     return arm._replace(joints=tuple(joints))
 
 
