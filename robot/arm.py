@@ -245,6 +245,7 @@ class RobotArm(object):
                 self.sides = pursuit.sides_at(t)
                 wanted = aim(now, self._links(angles))
                 if pursuit.duration < math.inf:
+                    pursuit.press(t)
                     return
                 angles = wanted.q if isinstance(wanted, Moving) else wanted
                 if angles is not None and not all(math.isfinite(angle) for angle in angles):

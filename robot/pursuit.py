@@ -93,6 +93,7 @@ class _Joint(object):
         self._side = self._lies = side
         self._crossings = []
         self._ready = self._crossed = -math.inf
+        self._pressed = 0
         self._places = collections.deque(maxlen=LATELY)
         self.rests_from = 0.0
 
@@ -107,18 +108,22 @@ class _Joint(object):
             angle, speed = min(max(angle, self._lower), self._upper), 0.0
         return (angle, speed) + crossed(t, self._side, self._crossings)
 
-    def steer(self, t, aim, certain, speed=None, pressed=0):
-        """Go to `aim` from `t` + LEAD on; None: come to rest.  What is certain is no noise.
-
-        `speed` is the aim's, rad/s; None: as it has moved lately.  `pressed` is the side on which
-        gravity presses the play.
-        """
+    def press(self, t, side):
+        """From `t` + LEAD on gravity presses the play to a side; 0: it is pushed to one again."""
         then = t + LEAD
-        q, v, side, _ = self.at(then)
-        lies = pressed or (v and self._direction)
+        self._pressed = side
+        lies = side or (self.at(then)[1] and self._direction)
         if lies and lies != self._lies:
             self._cross(then, lies, self._lies)
             self.rests_from = max(self.rests_from, self._crossed)
+
+    def steer(self, t, aim, certain, speed=None):
+        """Go to `aim` from `t` + LEAD on; None: come to rest.  What is certain is no noise.
+
+        `speed` is the aim's, rad/s; None: as it has moved lately.
+        """
+        then = t + LEAD
+        q, v, side, _ = self.at(then)
         ready = max(then, self._ready)  # no motion before the play is crossed
         u = 0.0
         if aim is None:
@@ -131,14 +136,14 @@ class _Joint(object):
         e = aim + u * (ready - t) - q
         if not v and ready == then:
             direction = 1 if e > 0 else -1
-            if abs(e) <= (0.0 if certain else self._patience(direction, u, pressed)):
+            if abs(e) <= (0.0 if certain else self._patience(direction, u)):
                 return
             self._direction = direction
-            if abs(side - direction) > 1e-6 and self.half_play and not pressed:
+            if abs(side - direction) > 1e-6 and self.half_play and not self._pressed:
                 self._cross(then, direction, side)
                 ready = self._ready = self._crossed
                 e += u * self._take_up
-            self._lies = pressed or direction
+            self._lies = self._pressed or direction
         self._go(t, then, ready, q, v, e, u)
 
     def _cross(self, then, side, before):
@@ -147,11 +152,11 @@ class _Joint(object):
         self._crossed = then + self._take_up
         self._lies = side
 
-    def _patience(self, direction, u, pressed):
+    def _patience(self, direction, u):
         """How far off (rad) an aim in that direction, moving at `u`, may be from one at rest."""
         if u * direction > 0:
             return 0.0
-        back = direction == -self._direction and not pressed
+        back = direction == -self._direction and not self._pressed
         return self._turns if back else self._stirs
 
     def _go(self, t, then, ready, q, v, e, u):
@@ -232,6 +237,16 @@ class Pursuit(object):
         self.duration = math.inf
         self._pressed = pressed
 
+    def press(self, t):
+        """Take in at time `t` (s) where gravity presses; for ticks in which nothing is steered."""
+        if not self._pressed:
+            return
+        sides = self._pressed([joint.at(t + LEAD)[0] for joint in self._joints])
+        for joint, side in zip(self._joints, sides):
+            joint.press(t, side)
+        if self.duration < math.inf:
+            self.duration = max([self.duration] + [joint.rests_from for joint in self._joints])
+
     def steer(self, t, aim, last=False):
         """Take in at time `t` (s) where the joints should be.
 
@@ -239,15 +254,13 @@ class Pursuit(object):
             aim: rad, or Moving; None: come to rest and end.
             last: whether to end there, however near that is.
         """
-        size = len(self._joints)
-        held = (0,) * size
-        if self._pressed:
-            held = self._pressed([joint.at(t + LEAD)[0] for joint in self._joints])
+        self.press(t)
         moving = isinstance(aim, Moving)
-        places = (None,) * size if aim is None else aim.q if moving else aim
-        speeds = aim.q_dot if moving else (None,) * size
-        for joint, place, speed, side in zip(self._joints, places, speeds, held):
-            joint.steer(t, place, last, speed, side)
+        for k, joint in enumerate(self._joints):
+            if moving:
+                joint.steer(t, aim.q[k], last, aim.q_dot[k])
+            else:
+                joint.steer(t, None if aim is None else aim[k], last)
         if aim is None or last:
             self.duration = max([t] + [joint.rests_from for joint in self._joints])
 
