@@ -375,12 +375,13 @@ def space_table(results: list[Result]) -> list[Row]:
     for condition, lines in groups.items():
         many = max(map(len, lines.values())) > 1
         failed = sum(1 for group in lines.values() for r in group if r.error)
-        where, *words = condition.split("; ")
+        words = condition.split("; ")
         for suffix, q in [(", p50", 50), (", p95", 95)] if many else [("", 50)]:
             figures = [
                 _figures(lines[name], q)[1:3] if name in lines else ("", "") for name in SPACE_LINES
             ]
-            rows.append((where + suffix, *words, *itertools.chain(*figures), f"{failed}"))
+            names = (*words[:-1], words[-1] + suffix)
+            rows.append((*names, *itertools.chain(*figures), f"{failed}"))
     return rows
 
 
