@@ -6,6 +6,7 @@ import signal
 import pytest
 from rig import Shell, degrees, described, switched_on, zero_of
 
+from laptop.simulator.session import run
 from robot.arm import RobotArm
 from robot.control_loop import Stalled
 from robot.gravity import Gravity
@@ -296,3 +297,17 @@ def test_a_stall_on_the_way_down_ends_in_one_line(tmp_path):
         robot.park()
         assert held(rig)
         assert rig.on_file()["parked"] is None, "blocked or blind looks the same"
+
+
+# The emulated brick under it
+
+
+@pytest.mark.parametrize(("start", "drops"), [("lost", True), ("home", False)])
+def test_a_lost_arm_has_dropped_and_a_parked_one_is_held(tmp_path, start, drops):
+    script = tmp_path / "wait.py"
+    script.write_text("import time\ntime.sleep(3)\n")
+    arm = described("spatial")
+    shown = run(arm, str(script), [], start=start)
+    stop = math.degrees(arm.joints[1].stop_lower)
+    assert (math.degrees(shown.record[-1].q[1]) == pytest.approx(stop)) is drops
+    assert {shown.motors[port]["mode"] for port in "ABC"} == {"coast" if drops else "hold"}
