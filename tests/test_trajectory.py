@@ -489,6 +489,7 @@ def test_play_that_gravity_takes_over_at_the_very_ends_is_crossed_smoothly(limit
     places = [plan.at(-plan.before + 0.001 * k).q[0] for k in range(-5, 5000)]
     steps = [abs(b - a) for a, b in zip(places, places[1:])]
     assert max(steps) < 0.001 * (1.0 + 2 * math.radians(2) / 0.14)
+    assert lead_of(plan, motion, -plan.before) == pytest.approx(plays(1)[0]), "it starts as it lies"
     assert plan.at(plan.duration).q_dot[0] == 0
 
 
