@@ -476,17 +476,35 @@ class _Seeds(click.ParamType):
     show_default=True,
     help="Random plants and lines.",
 )
+@click.option(
+    "--arm",
+    type=click.Choice(["planar", "spatial"]),
+    default="planar",
+    show_default=True,
+    help="planar: in direct drive and geared; spatial: what gravity does, and the preload.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Every line's figures instead of the table.")
-def bench_draw(seeds: range, as_json: bool) -> None:
-    """Straightness of lines: smooth and steps, both arms, beside the encoders' floor."""
+def bench_draw(seeds: range, arm: str, as_json: bool) -> None:
+    """Straightness of lines: smooth and steps, beside the encoders' floor."""
     from laptop.bench import draw, show  # what else a command needs is slow to import
 
-    results = list(show.progress(draw.run(seeds), draw.count(seeds), "drawing"))
+    in_space = arm == "spatial"
+    drawings = draw.space_cases(seeds) if in_space else list(draw.cases(seeds))
+    results = list(show.progress(draw.run(drawings), len(drawings), "drawing"))
     if as_json:
         click.echo(json.dumps([asdict(result) for result in results], indent=1))
     else:
         title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator, lengths in mm"
-        show.table(title, draw.HEADINGS, draw.table(results), sections=3)
+        if in_space:
+            title += "; greatest deviations"
+            show.table(title, draw.SPACE_HEADINGS, draw.space_table(results), sections=1)
+            sags = [f"{draw.sag(weight):.2f} mm" for weight in ("not fed forward", "felt", "off")]
+            click.echo(
+                "the level line hangs through by {}; with the weight fed forward {}; without "
+                "gravity {}".format(*sags)
+            )
+        else:
+            show.table(title, draw.HEADINGS, draw.table(results), sections=3)
         for reason, count in draw.failures(results).items():
             click.echo(f"{count} x {reason}")
 
@@ -596,7 +614,8 @@ def bench_limits() -> None:
     """Where straightness ends: the planar arm's three lines on plants farther and farther off."""
     from laptop.bench import draw, show
 
-    results = list(show.progress(draw.limits(), draw.count_limits(), "drawing"))
+    drawings = draw.limit_cases()
+    results = list(show.progress(draw.run(drawings), len(drawings), "drawing"))
     title = "planar arm, smooth, greatest deviation in floors; figures from the emulator"
     show.table(title, draw.LIMIT_HEADINGS, draw.limit_table(results), sections=0)
 

@@ -10,6 +10,7 @@ import math
 from robot import homing, kinematics
 from robot.control_loop import COARSE, SETTLE, TICK, ControlLoop, Stalled
 from robot.follower import GAINS, Follower
+from robot.gravity import Gravity
 from robot.motors import JointMotor
 from robot.pursuit import Moving, Pursuit
 from robot.trajectory import JOINT_ACCELERATION, JointMove, TakingUpBacklash
@@ -33,6 +34,13 @@ GENTLE = math.radians(15)
 RUNS_ON = math.radians(10)
 """A motor stopped at more than this speed leaves its link running on into the play, rad/s."""
 
+TABLE = 1.0
+"""Elbow and tip go no lower than this above the table on the way to where they are parked, cm; or
+than where they have come from."""
+
+DOWN, STAGES = 0.3, 40
+"""Share of full speed with which the arm is parked low, and places looked at on the way there."""
+
 CHASE_ASTRAY = math.radians(5)
 """Greatest error in a chase, rad: a motor faster than described runs ahead on a long way."""
 
@@ -48,16 +56,18 @@ class RobotArm(object):
         clock: has `now()` and `sleep(seconds)`.
         zero: robot.zero.Zero, where the zero is remembered; the arm's own file if None.
         gains: robot.follower.Gains by kind of motor.
+        gravity: robot.gravity.Gravity, what pulls on the joints; as described if None.
 
     Attributes:
-        sides: per joint, on which side its play lies: +1 pushed in the positive direction last,
-            -1 in the negative, 0 unknown; between, it is being crossed.
+        sides: per joint, on which side its play lies: +1 pushed in the positive direction last, or
+            pulled in the negative by gravity; -1 the other way round; 0 unknown; between, it is
+            being crossed.
 
     Raises:
         MotorNotFound: a motor of the description is not there.
     """
 
-    def __init__(self, description, clock, zero=None, gains=GAINS):
+    def __init__(self, description, clock, zero=None, gains=GAINS, gravity=None):
         self.description = description
         self.clock = clock
         self.zero = zero or Zero(description.name)
@@ -76,6 +86,8 @@ class RobotArm(object):
             followers[self.pen] = Follower(1.0, gains[pen.motor])
         self._loop = ControlLoop(description, clock, followers, self.check_plugged_in)
         self.sides = (0,) * len(self.joints)
+        self._gravity = gravity or Gravity(description)
+        self._pressed = self._gravity.pressed if self._gravity.loaded else None
         self._engaged = False
         self._standing = True
         self._homed = False
@@ -99,7 +111,9 @@ class RobotArm(object):
 
     def angles(self):
         """Joint angles, rad, as the encoders have them, allowing for play as far as known."""
-        return self._links([motor.angle() for motor in self.joints])
+        angles = [motor.angle() for motor in self.joints]
+        self.sides = self._gravity.sides(angles, self.sides)
+        return self._links(angles)
 
     def position(self):
         """The tip, cm, as the encoders have it."""
@@ -172,8 +186,10 @@ class RobotArm(object):
         self._engage()
         with self._stopping_on_error():
             for motion in motions:
-                plan = TakingUpBacklash(self.description.joints, motion, self.sides)
-                self._loop.run(self.joints, plan, settle, watch=self._noting(plan, watch))
+                sides = self._gravity.sides(motion.start, self.sides)
+                plan = TakingUpBacklash(self.description.joints, motion, sides, self._pressed)
+                noting = self._noting(plan, watch)
+                self._loop.run(self.joints, plan, settle, watch=noting, weigh=self._gravity.torques)
                 self.sides = plan.sides
             self._hold(self.joints)
 
@@ -222,19 +238,28 @@ class RobotArm(object):
         self._engage()
         with self._stopping_on_error():
             joints = self.description.joints
-            pursuit = Pursuit(joints, self.angles(), self.sides, speed, acceleration)
+            q = self.angles()
+            pursuit = Pursuit(joints, q, self.sides, speed, acceleration, self._pressed)
 
             def steer(t, now, angles):
                 self.sides = pursuit.sides_at(t)
                 wanted = aim(now, self._links(angles))
                 if pursuit.duration < math.inf:
+                    pursuit.press(t)
                     return
                 angles = wanted.q if isinstance(wanted, Moving) else wanted
                 if angles is not None and not all(math.isfinite(angle) for angle in angles):
                     self.check(angles)
                 pursuit.steer(t, wanted, once)
 
-            self._loop.run(self.joints, pursuit, UNHURRIED, astray=CHASE_ASTRAY, watch=steer)
+            self._loop.run(
+                self.joints,
+                pursuit,
+                UNHURRIED,
+                astray=CHASE_ASTRAY,
+                watch=steer,
+                weigh=self._gravity.torques,
+            )
             self._hold(self.joints)
 
     def _noting(self, plan, watch):
@@ -322,8 +347,10 @@ class RobotArm(object):
             homing.take_as_it_stands(self.pen, self.description.pen.up)
         found = []
         if here:
-            for motor, joint in zip(self.joints, self.description.joints):
-                homing.take_as_it_stands(motor, joint.home)
+            joints = self.description.joints
+            sides = self._gravity.pressed([joint.home for joint in joints])
+            for motor, joint, side in zip(self.joints, joints, sides):
+                homing.take_as_it_stands(motor, joint.home + side * joint.backlash / 2)
         else:
             self._engage()
             with self._stopping_on_error():
@@ -392,10 +419,59 @@ class RobotArm(object):
         self._standing = True
         return lost
 
-    def park(self):
-        """Stop for good, and put on record where; nothing if nothing was moved."""
+    def go_low(self):
+        """Go slowly, the base staying, to where the arm is to rest, as its description says.
+
+        Straight there, or by way of the home pose: whichever keeps off the table.
+
+        Returns:
+            Whether it went; not if nothing was moved, or no resting place is described.
+
+        Raises:
+            kinematics.Unreachable: neither way is free; nothing has moved.
+            Stalled, TooSlow, MotorNotFound: after stopping.
+        """
+        joints = self.description.joints
+        if not (self._engaged and self._homed) or all(joint.rest is None for joint in joints):
+            return False
+        q = self.angles()
+        rest, home = (
+            tuple(a if joint.rest is None else getattr(joint, where) for a, joint in zip(q, joints))
+            for where in ("rest", "home")
+        )
+        for way in ((rest,), (home, rest)):
+            if self._is_free((q,) + way):
+                for place in way:
+                    self.go_to(place, DOWN)
+                return True
+        raise kinematics.Unreachable(
+            "no way down to where the arm rests keeps off the table: it is held where it is; "
+            "support it before the brick is switched off"
+        )
+
+    def _is_free(self, way):
+        """Whether elbow and tip keep off the table on the straight joint moves of a way."""
+        lowest = min(TABLE, self._clearance(way[0]))
+        return all(
+            self._clearance([x + (y - x) * k / float(STAGES) for x, y in zip(a, b)]) > lowest - 1e-6
+            for a, b in zip(way, way[1:])
+            for k in range(STAGES + 1)
+        )
+
+    def _clearance(self, q):
+        """Height of what is lowest of the arm, the base aside, cm."""
+        return min(p[-1] for p in kinematics.joint_positions(self.description, q)[1:])
+
+    def park(self, low=False):
+        """Stop for good, and put on record where; nothing if nothing was moved.
+
+        With `low` it goes low first if it can, see `go_low`.
+        """
         if not self._engaged:
             return
+        if low:
+            with contextlib.suppress(kinematics.Unreachable):
+                self.go_low()
         if not self._standing:
             self.stop()
         self._engaged = False

@@ -79,7 +79,9 @@ class ControlLoop(object):
         for motor in motors:
             self._followers[motor].rest()
 
-    def run(self, motors, plan, settle=SETTLE, tolerance=FINE, astray=ASTRAY, watch=None):
+    def run(
+        self, motors, plan, settle=SETTLE, tolerance=FINE, astray=ASTRAY, watch=None, weigh=None
+    ):
         """Let `motors` follow `plan` to its end; they are driven still when this returns.
 
         Args:
@@ -91,6 +93,8 @@ class ControlLoop(object):
             astray: greatest error on the way, rad.
             watch: called in every tick with the plan's time (s), the clock's (s) and the motors'
                 angles as just observed (rad); what it raises goes on.
+            weigh: from the motors' angles (rad) to the torques of the weights that they carry, Nm;
+                None: unknown.
 
         Raises:
             Stalled, TooSlow, MotorNotFound: with the motors driven still, for DEAD_MAN at most.
@@ -114,8 +118,12 @@ class ControlLoop(object):
                 seen.append(motor.bounds())
                 follower.observe(clock.now(), seen[-1])
             now = clock.now()
+            angles = [follower.angle for follower in followers]
             if watch:
-                watch(now - start, now, [follower.angle for follower in followers])
+                watch(now - start, now, angles)
+            torques = weigh(angles) if weigh else [0.0] * len(angles)
+            for follower, torque in zip(followers, torques):
+                follower.carry(torque)
             wanted = plan.at(now - start)
             errors = [angle - f.angle for angle, f in zip(wanted.q, followers)]
             self._watch(motors, errors, lost)

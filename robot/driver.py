@@ -118,6 +118,14 @@ class Driver(object):
         self.pen_up()
         self.arm.go_to(q)
 
+    def go_low(self):
+        """Go to where the arm rests, if there is such a place and a way; say what came of it."""
+        try:
+            if self.arm.go_low():
+                self.say("gone low, where the arm rests")
+        except kinematics.Unreachable as problem:
+            self.say(str(problem))
+
     def draw_line(self, start, end, method="smooth"):
         """Draw the straight line from `start` to `end`, cm.
 
@@ -240,6 +248,11 @@ def _options(**defaults):
         metavar="CM",
         help="z of points given as X,Y to an arm in space (default: 0)",
     )
+    options.add_argument(
+        "--stay",
+        action="store_true",
+        help="stay where it ends; else an arm with a resting place goes there, except after move",
+    )
     options.add_argument("--elbow", choices=("up", "down"), help="(default: the arm's, if it can)")
     options.set_defaults(**defaults)
     return options
@@ -252,6 +265,7 @@ def _parser():
         speed=None,
         elbow=None,
         height=None,
+        stay=False,
     )
     parser = program.Parser(
         prog="driver.py", description="Draw with the arm; all lengths in cm.", parents=[first]
@@ -376,6 +390,8 @@ def _run(parser, args):
         tip = ",".join("{:.2f}".format(value) for value in driver.position())
         angles = ", ".join("{:.1f}".format(math.degrees(a)) for a in arm.angles())
         print("tip at {} cm, joints at {} deg, as the encoders have it".format(tip, angles))
+        if not args.stay and args.command != "move":
+            driver.go_low()
     except BaseException:
         program.ignore_signals()
         with contextlib.suppress(ArmError):  # the first trouble is the one to tell

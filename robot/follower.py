@@ -3,11 +3,12 @@
 Pure: readings and times in, a speed set-point out.  The motor takes a speed set-point w and pushes
 in proportion to w - v; so behind the gear it behaves, to first order, like
 
-    dv/dt = (SHARE (w - f) - v) / LAG
+    dv/dt = (SHARE (w - f - d) - v) / LAG
 
-with f the friction (as a set-point, with the sign of the motion).  The encoder says only between
+with f the friction (as a set-point, with the sign of the motion) and d what else it must hold out
+against: a weight, which is told, and the rest.  The encoder says only between
 which two angles the motor is.  The observer predicts with this model, moves towards the middle of
-what the encoder allows, and learns f and a constant push `d` on the way, so that neither battery
+what the encoder allows, and learns f and the rest of d on the way, so that neither battery
 nor friction need be known.  All angles are those of the motor's side of the joint, in rad at the
 joint.
 """
@@ -26,7 +27,7 @@ ALONG = 0.8
 
 Gains = namedtuple(
     "Gains",
-    "speed_per_duty lag friction position velocity "
+    "speed_per_duty lag torque_per_duty friction position velocity "
     "observe_position observe_velocity learn_push learn_friction deadband "
     "turning moving most_error",
 )
@@ -34,6 +35,7 @@ Gains = namedtuple(
 
 speed_per_duty      deg/s per %, no load
 lag                 s, of the motor alone
+torque_per_duty     Nm per %, at a standstill
 friction            %, first guess
 position, velocity  % per deg, % per deg/s: feedback
 observe_position    1: share of the encoder's surprise that corrects the position
@@ -48,6 +50,7 @@ most_error          deg: the feedback acts on no larger error, so that a blind j
 _LARGE = Gains(
     speed_per_duty=8.6,
     lag=0.07,
+    torque_per_duty=0.004,
     friction=6.7,
     position=7.7,
     velocity=0.091,
@@ -64,7 +67,13 @@ _LARGE = Gains(
 GAINS = {
     "large": _LARGE,
     "medium": _LARGE._replace(
-        speed_per_duty=16.0, lag=0.075, friction=13.0, position=8.0, velocity=0.1, most_error=5.0
+        speed_per_duty=16.0,
+        lag=0.075,
+        torque_per_duty=0.0018,
+        friction=13.0,
+        position=8.0,
+        velocity=0.1,
+        most_error=5.0,
     ),
 }
 """By kind of motor.  The medium one moves the pen, is faster, and so takes only a softer hand."""
@@ -103,6 +112,8 @@ class Follower(object):
         self._per_duty = degree / STIFFNESS
         self._friction = gains.friction * self._per_duty
         self._push = 0.0
+        self._weight = 0.0
+        self._per_newton_metre = self._per_duty / gains.torque_per_duty / gear
         self._turning = 0.0
         self._w = 0.0
         self._t = None
@@ -120,13 +131,17 @@ class Follower(object):
             self.angle = min(max(self.angle, low), high)
         self._t = t
 
+    def carry(self, torque):
+        """From now on a weight turns the joint with this torque, Nm."""
+        self._weight = -torque * self._per_newton_metre
+
     def rest(self):
         """The joint is held now; begin anew with the next reading."""
         self._t = None
         self.speed = 0.0
 
     def _predict(self, dt):
-        push = self._w - self._push
+        push = self._w - self._push - self._weight
         if abs(self.speed) > self._degree:
             friction = self._friction * _faded(self.speed, self._gains.moving * self._degree)
         else:
@@ -167,6 +182,7 @@ class Follower(object):
             (speed + acceleration * self._lag) / self._share
             + self._friction * self._turning
             + self._push
+            + self._weight
             + per_degree * (gains.position * error + gains.velocity * (speed - self.speed))
         )
         return self._w

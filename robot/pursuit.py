@@ -2,7 +2,7 @@
 
 Pure: no I/O, no clock.  Each joint by itself goes to its aim as fast as its limits of speed and
 acceleration allow, without passing it (if the aim moves evenly, it arrives at the aim's speed);
-where it turns round it stands while its motor crosses the play.
+where it turns round it stands while its motor crosses the play, unless gravity keeps that closed.
 
 The control law feeds speeds forward by LEAD.  What was fed forward stands; so an aim heard of at
 time t changes the way from t + LEAD on.
@@ -89,9 +89,11 @@ class _Joint(object):
         # Phases of constant acceleration: (since, angle, speed, acceleration).
         self._phases = [(-math.inf, angle, 0.0, 0.0)]
         self._direction = side if side in (1, -1) else 0
-        # The play: where it lay, and its crossings since: (begin, time, step).
-        self._side = side
+        # The play: where it lay, its crossings since: (begin, time, step), and where it then lies.
+        self._side = self._lies = side
         self._crossings = []
+        self._ready = self._crossed = -math.inf
+        self._pressed = 0
         self._places = collections.deque(maxlen=LATELY)
         self.rests_from = 0.0
 
@@ -106,6 +108,15 @@ class _Joint(object):
             angle, speed = min(max(angle, self._lower), self._upper), 0.0
         return (angle, speed) + crossed(t, self._side, self._crossings)
 
+    def press(self, t, side):
+        """From `t` + LEAD on gravity presses the play to a side; 0: it is pushed to one again."""
+        then = t + LEAD
+        self._pressed = side
+        lies = side or (self.at(then)[1] and self._direction)
+        if lies and lies != self._lies:
+            self._cross(then, lies, self._lies)
+            self.rests_from = max(self.rests_from, self._crossed)
+
     def steer(self, t, aim, certain, speed=None):
         """Go to `aim` from `t` + LEAD on; None: come to rest.  What is certain is no noise.
 
@@ -113,9 +124,7 @@ class _Joint(object):
         """
         then = t + LEAD
         q, v, side, _ = self.at(then)
-        ready = then
-        for begin, time, _ in self._crossings:
-            ready = max(ready, begin + time)  # no motion before the play is crossed
+        ready = max(then, self._ready)  # no motion before the play is crossed
         u = 0.0
         if aim is None:
             aim = q
@@ -130,17 +139,25 @@ class _Joint(object):
             if abs(e) <= (0.0 if certain else self._patience(direction, u)):
                 return
             self._direction = direction
-            if abs(side - direction) > 1e-6 and self.half_play:
-                self._crossings.append((then, self._take_up, direction - side))
-                ready = then + self._take_up
+            if abs(side - direction) > 1e-6 and self.half_play and not self._pressed:
+                self._cross(then, direction, side)
+                ready = self._ready = self._crossed
                 e += u * self._take_up
+            self._lies = self._pressed or direction
         self._go(t, then, ready, q, v, e, u)
+
+    def _cross(self, then, side, before):
+        """Take the play from the side where it lay before to another, from the time `then` on."""
+        self._crossings.append((then, self._take_up, side - before))
+        self._crossed = then + self._take_up
+        self._lies = side
 
     def _patience(self, direction, u):
         """How far off (rad) an aim in that direction, moving at `u`, may be from one at rest."""
         if u * direction > 0:
             return 0.0
-        return self._turns if direction == -self._direction else self._stirs
+        back = direction == -self._direction and not self._pressed
+        return self._turns if back else self._stirs
 
     def _go(self, t, then, ready, q, v, e, u):
         """Plan the phases on from the time `then`, the play being crossed until `ready`."""
@@ -171,7 +188,7 @@ class _Joint(object):
             q += sign * (v * dt + a * dt * dt / 2)
             v += a * dt
         self._phases.append((since, q, sign * u, 0.0))
-        self.rests_from = math.inf if u else since
+        self.rests_from = math.inf if u else max(since, self._crossed)
 
     def _speed_of_aim(self, t, aim):
         """The speed of an aim that moves evenly, by least squares; of any other 0."""
@@ -203,6 +220,8 @@ class Pursuit(object):
         sides: per joint, where the play lies at the start: +1, -1, or between (0: the middle).
         speed: share of each joint's greatest.
         acceleration: greatest of any joint, rad/s^2.
+        pressed: from the links' angles (rad) to the side, per joint, on which gravity presses the
+            play, 0: none; None: it presses on none.
 
     Attributes:
         duration: s; inf until the end is known.
@@ -210,12 +229,23 @@ class Pursuit(object):
 
     before = 0.0
 
-    def __init__(self, joints, q, sides, speed=1.0, acceleration=JOINT_ACCELERATION):
+    def __init__(self, joints, q, sides, speed=1.0, acceleration=JOINT_ACCELERATION, pressed=None):
         self._joints = [
             _Joint(joint, angle, side, speed * joint.max_speed, acceleration)
             for joint, angle, side in zip(joints, q, sides)
         ]
         self.duration = math.inf
+        self._pressed = pressed
+
+    def press(self, t):
+        """Take in at time `t` (s) where gravity presses; for ticks in which nothing is steered."""
+        if not self._pressed:
+            return
+        sides = self._pressed([joint.at(t + LEAD)[0] for joint in self._joints])
+        for joint, side in zip(self._joints, sides):
+            joint.press(t, side)
+        if self.duration < math.inf:
+            self.duration = max([self.duration] + [joint.rests_from for joint in self._joints])
 
     def steer(self, t, aim, last=False):
         """Take in at time `t` (s) where the joints should be.
@@ -224,6 +254,7 @@ class Pursuit(object):
             aim: rad, or Moving; None: come to rest and end.
             last: whether to end there, however near that is.
         """
+        self.press(t)
         moving = isinstance(aim, Moving)
         for k, joint in enumerate(self._joints):
             if moving:

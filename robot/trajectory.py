@@ -31,6 +31,9 @@ TAKE_UP = 0.14
 TAKE_UP_SPEED = math.radians(109)
 """Mean speed of a motor's shaft crossing the play, rad/s: faster, it would knock the link away."""
 
+PRESSED_EVERY = 0.04
+"""How often along a motion it is asked where gravity presses, s."""
+
 STEP_SIZE = math.radians(5)
 """The report's length of a joint step, rad."""
 
@@ -303,12 +306,16 @@ class TakingUpBacklash(object):
 
     A link pushed in the positive direction lags its motor by half the play, in the negative
     direction it leads.  The play is crossed before the start where the first direction differs from
-    where the play lies, and around every reversal, where the link all but stands.
+    where the play lies, and around every reversal, where the link all but stands.  Where gravity
+    presses a link on its motor, whichever way that goes, the play lies as it is pressed; and it is
+    crossed where gravity lets go or takes over.
 
     Args:
         joints: the arm's shared.arm_description.Joints.
         motion: Trajectory or JointMove.
         sides: per joint, where the play lies at the start: +1, -1, or between (0: the middle).
+        pressed: from the links' angles (rad) to the side, per joint, on which gravity presses the
+            play, 0: none; None: it presses on none.
 
     Attributes:
         duration: s, from the start of the motion; `at` begins at -before.
@@ -316,25 +323,29 @@ class TakingUpBacklash(object):
         sides: where the play lies at the end.
     """
 
-    def __init__(self, joints, motion, sides):
+    def __init__(self, joints, motion, sides, pressed=None):
         self._motion = motion
         self.duration = motion.duration
         self._crossings = []
         self.sides = []
         self.before = 0.0
-        for joint, side, direction, turns in zip(
-            joints, sides, motion.directions, motion.reversals
-        ):
+        for joint, side, wanted in zip(joints, sides, _wanted_sides(motion, pressed)):
             play = joint.backlash
             time = take_up_time(joint)
             crossings = []
-            if direction and direction != side and play:
+            _, now = wanted[0]
+            if now and now != side and play:
                 self.before = max(self.before, time)
-                crossings.append((-time, time, direction - side))
-            now = direction or side
-            for turn in turns:
-                crossings.append((turn - time / 2, time, -2 * now))
-                now = -now
+                crossings.append((-time, time, now - side))
+            now = now or side
+            for t, then in wanted[1:]:
+                if not then or then == now:
+                    continue
+                crossings.append((t - time / 2, time, then - now))
+                now = then
+                if pressed and play:  # gravity takes over anywhere, also at the very ends
+                    self.before = max(self.before, time / 2 - t)
+                    self.duration = max(self.duration, t + time / 2)
             self._crossings.append((play / 2, side, crossings))
             self.sides.append(now)
         self.sides = tuple(self.sides)
@@ -358,6 +369,20 @@ class TakingUpBacklash(object):
     def rested(self, t):
         """Per joint, for how long it has been standing at time `t`, s; negative: it moves."""
         return [t - self.duration] * len(self.sides)
+
+
+def _wanted_sides(motion, pressed):
+    """Per joint, where the play is to lie from when on: (s, +1, -1 or 0: as it lies), from 0 on."""
+    times = {0.0}.union(*motion.reversals)
+    if pressed:
+        times.update(PRESSED_EVERY * k for k in range(int(motion.duration / PRESSED_EVERY) + 1))
+    out = [[] for _ in motion.directions]
+    for t in sorted(times):
+        held = pressed(motion.at(t).q) if pressed else (0,) * len(out)
+        for wanted, side, direction, turns in zip(out, held, motion.directions, motion.reversals):
+            turned = sum(turn <= t for turn in turns)
+            wanted.append((t, side or direction * (-1) ** turned))
+    return out
 
 
 def take_up_time(joint):

@@ -22,6 +22,9 @@ CHAINS = {
 # The speed in deg/s beyond which the motor's driver refuses a set-point.
 MOTOR_SPEEDS = {"large": 1050.0, "medium": 1560.0}
 
+PULLED_DOWN = ("spatial",)
+"""The chains whose links gravity turns; those of the others lie level."""
+
 FIND_HOME = ("both", "lower", "upper", "here")
 # The hard stops that each way of finding the zero touches.
 STOPS_TOUCHED = {
@@ -56,7 +59,7 @@ file    path of the file it was read from
 Joint = collections.namedtuple(
     "Joint",
     "name link port motor gear direction lower upper stop_lower stop_upper"
-    " backlash max_speed home find_home",
+    " backlash max_speed home find_home mass centre friction rest",
 )
 Joint.__doc__ = """One joint; angles are relative to the link before it, counter-clockwise, those of
 a spatial arm's shoulder and elbow upwards.
@@ -76,6 +79,10 @@ max_speed   greatest joint speed, rad/s
 home        angle of the home pose, rad
 find_home   how `home` finds the zero: "both" (touch both stops, take the middle), "lower" | "upper"
             (touch that stop) or "here" (a person has placed the joint at `home`)
+mass        of the link with all that it carries but the next link, kg; 0 where nothing is said
+centre      where that balances, cm from the joint's axis along the link
+friction    of the link in its bearings, Nm
+rest        angle at which the arm is parked low, rad, or None: wherever it is
 """
 
 Pen = collections.namedtuple("Pen", "port motor up down")
@@ -111,7 +118,7 @@ def read_arm(path):
             )
     arm = _read_section(path, parser, "arm", ARM_KEYS)
     names = CHAINS[arm["chain"]]
-    joints = tuple(_read_joint(path, parser, name) for name in names)
+    joints = tuple(_read_joint(path, parser, name, arm["chain"]) for name in names)
     pen = _read_pen(path, parser) if parser.has_section("pen") else None
     _check_ports(path, parser, names + (("pen",) if pen else ()))
     name = os.path.splitext(os.path.basename(path))[0]
@@ -182,6 +189,13 @@ JOINT_KEYS = (
     ("home", _ANGLE),
     ("find_home", _one_of(FIND_HOME)),
 )
+# Only of an arm that gravity pulls down: what it weighs, and where it rests.
+WEIGHT_KEYS = (
+    ("mass", _number(1, 2000, 0.001)),
+    ("centre", _number(0.1, 100)),
+    ("friction", _number(0, 50, 0.01)),
+)
+REST_KEYS = (("rest", _ANGLE),)
 PEN_KEYS = (
     ("port", _PORT),
     ("motor", _MOTOR),
@@ -237,8 +251,12 @@ def _known_sections(parser):
     return ("arm",) + tuple(joints) + ("pen",)
 
 
-def _read_section(path, parser, section, keys):
-    """Dict of the section's values, every key read by its rule."""
+def _read_section(path, parser, section, keys, others=()):
+    """Dict of the section's values, every key read by its rule; of the others those that are there.
+
+    Args:
+        keys, others: pairs (key, rule).
+    """
     if not parser.has_section(section):
         raise _bad(
             path,
@@ -246,7 +264,7 @@ def _read_section(path, parser, section, keys):
             None,
             "is missing; needed are the keys {}".format(", ".join(key for key, _ in keys)),
         )
-    known = [key for key, _ in keys]
+    known = [key for key, _ in keys + others]
     for key in parser.options(section):
         if key not in known:
             raise _bad(
@@ -257,7 +275,7 @@ def _read_section(path, parser, section, keys):
                 parser,
             )
     values = {}
-    for key, rule in keys:
+    for key, rule in keys + tuple(one for one in others if parser.has_option(section, one[0])):
         try:
             values[key] = rule(parser.get(section, key, fallback=""))
         except ValueError as error:
@@ -268,8 +286,11 @@ def _read_section(path, parser, section, keys):
     return values
 
 
-def _read_joint(path, parser, name):
-    joint = Joint(name=name, **_read_section(path, parser, name, JOINT_KEYS))
+def _read_joint(path, parser, name, chain):
+    others = WEIGHT_KEYS + REST_KEYS if chain in PULLED_DOWN else ()
+    weightless = {"mass": 0.0, "centre": 0.0, "friction": 0.0, "rest": None}
+    values = _read_section(path, parser, name, JOINT_KEYS, others)
+    joint = Joint(name=name, **dict(weightless, **values))
 
     def refuse(key, problem, *others):
         texts = [parser.get(name, other) for other in others]
@@ -283,6 +304,12 @@ def _read_joint(path, parser, name):
         refuse("upper", "must not be beyond the hard stop, stop_upper = {}", "stop_upper")
     if not joint.lower <= joint.home <= joint.upper:
         refuse("home", "must be within the limits, from {} to {}", "lower", "upper")
+    if joint.rest is not None and not joint.lower <= joint.rest <= joint.upper:
+        refuse("rest", "must be within the limits, from {} to {}", "lower", "upper")
+    weight = [key for key, _ in WEIGHT_KEYS]
+    given = [key for key in weight if key in values]
+    if given and given != weight:
+        refuse(given[0], "is only a part of the weight; give {}".format(", ".join(weight)))
     for stop in STOPS_TOUCHED[joint.find_home]:
         if getattr(joint, stop) is None:
             refuse(

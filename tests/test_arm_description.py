@@ -389,3 +389,58 @@ def test_a_file_below_the_working_folder_is_named_from_there(tmp_path, monkeypat
     path = written(tmp_path, "")
     with pytest.raises(BadArmFile, match="^mine.ini: "):
         read_arm(path)
+
+
+# What weighs
+
+
+def spatial(tmp_path, *edits):
+    """The arm in space that comes along, with some of its text replaced in its first place."""
+    with open(find_arm("spatial"), encoding="utf-8") as file:
+        text = file.read()
+    for before, after in edits:
+        assert before in text
+        text = text.replace(before, after, 1)
+    return written(tmp_path, text)
+
+
+def test_the_arm_in_space_says_what_it_weighs_and_where_it_rests():
+    base, shoulder, elbow = read_arm(find_arm("spatial")).joints
+    assert (base.mass, base.centre, base.friction, base.rest) == (0, 0, 0, None)
+    assert (shoulder.mass, shoulder.centre, shoulder.friction) == pytest.approx((0.106, 5.5, 0.01))
+    assert (elbow.mass, elbow.centre, elbow.friction) == pytest.approx((0.056, 5.3, 0.01))
+    assert [math.degrees(joint.rest) for joint in (shoulder, elbow)] == pytest.approx([-15, -30])
+
+
+def test_without_any_of_it_the_arm_weighs_nothing_and_rests_nowhere(tmp_path):
+    with open(find_arm("spatial"), encoding="utf-8") as file:
+        text = re.sub(r"(?m)^(mass|centre|friction|rest) = .*\n", "", file.read())
+    for joint in read_arm(written(tmp_path, text)).joints:
+        assert (joint.mass, joint.centre, joint.friction, joint.rest) == (0, 0, 0, None)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("mass = 106", "mass = 0", ["[shoulder]", "mass = 0", "from 1 to 2000"]),
+        ("mass = 106", "mass = heavy", ["[shoulder]", "mass = heavy", "from 1 to 2000"]),
+        ("centre = 5.5", "centre = -1", ["[shoulder]", "centre = -1"]),
+        ("centre = 5.3", ";", ["[elbow]", "only a part", "mass, centre, friction"]),
+        ("mass = 56", ";", ["[elbow]", "only a part", "mass, centre, friction"]),
+        ("friction = 1 ", "friction = nan ", ["[shoulder]", "friction = nan"]),
+        ("rest = -15", "rest = -30", ["[shoulder]", "rest = -30", "from -20 to 130"]),
+        ("rest = -15", "rest = low", ["[shoulder]", "rest = low"]),
+    ],
+)
+def test_a_weight_that_is_wrong_is_refused_in_one_line(tmp_path, before, after, words):
+    with pytest.raises(BadArmFile) as error:
+        read_arm(spatial(tmp_path, (before, after)))
+    assert "\n" not in str(error.value)
+    for word in words:
+        assert word in str(error.value)
+
+
+@pytest.mark.parametrize("line", ["mass = 100", "rest = 0"])
+def test_an_arm_in_the_plane_is_not_weighed(tmp_path, line):
+    with pytest.raises(BadArmFile, match="unknown key"):
+        read_arm(written(tmp_path, GOOD.replace("[elbow]\n", "[elbow]\n" + line + "\n")))

@@ -185,3 +185,35 @@ def test_friction_is_pushed_against_in_the_direction_of_the_motion_only():
     assert follower.command(0.0, 0.0, 0.0) == 0.0
     slow, slower = (follower.command(0.0, math.radians(speed), 0.0) for speed in (1.0, 0.01))
     assert slow > slower > 0
+
+
+def test_a_weight_that_is_told_is_carried_from_the_start():
+    """A weight of 6 % of duty: 0.024 Nm at a large motor."""
+
+    def sunk(told):
+        motor = Motor(load=6.0)
+        motor.angle = 0.5
+        gains = GAINS["large"]
+        follower = Follower(1.0, gains)
+        least = 0.0
+        for k in range(100):
+            follower.observe(k * TICK, [math.radians(angle) for angle in motor.bounds()])
+            follower.carry(-6.0 * gains.torque_per_duty if told else 0.0)
+            error = math.radians(0.5) - follower.angle
+            motor.run(math.degrees(follower.command(error, 0.0, 0.0)), TICK)
+            least = min(least, motor.angle - 0.5)
+        return least
+
+    assert sunk(told=False) < -0.4
+    assert sunk(told=True) > -0.1
+
+
+@pytest.mark.parametrize("gear", [1.0, 5.0])
+def test_a_weight_is_carried_through_the_gear(gear):
+    gains = GAINS["large"]
+    follower = Follower(gear, gains)
+    follower.observe(0.0, (0.0, 0.0))
+    follower.carry(-0.1)
+    # What a standing motor pushes with is the stiffness times the set-point, % and deg/s.
+    duty = STIFFNESS * math.degrees(follower.command(0.0, 0.0, 0.0)) * gear
+    assert duty * gains.torque_per_duty * gear == pytest.approx(0.1)

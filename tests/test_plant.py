@@ -17,8 +17,10 @@ from laptop.simulator.plant import (
     at_port,
     motor_constants,
     read_plant,
+    weighed,
 )
 from laptop.simulator.world import World
+from robot import kinematics
 from shared.arm_description import find_arm, read_arm
 
 STEP = 0.001
@@ -393,6 +395,128 @@ def test_pen_touches_shortly_before_it_is_all_the_way_down_and_follows_a_little(
 
 def test_an_arm_without_a_pen_motor_draws_all_the_time():
     assert ArmPlant(read_arm(find_arm("planar"))._replace(pen=None), read_plant()).pen_down
+
+
+# Gravity
+
+
+SPATIAL = read_arm(find_arm("spatial"))
+
+
+def weights(arm, plant):
+    """The emulated arm's point masses by hand: (kg, joints up to there, cm along the last link)."""
+    upper, fore = (joint.link for joint in arm.joints[1:])
+    motors = plant["motor_mass"]
+    return [
+        (0.001 * plant["upper_arm_mass"], 2, upper / 2),
+        (0.076 * motors, 2, 5.5),
+        (0.001 * plant["forearm_mass"], 3, fore / 2),
+        (0.036 * motors, 3, 5.0),
+        (0.001 * plant["tip_mass"], 3, fore),
+    ]
+
+
+def heights(arm, q, plant):
+    """Pairs of kg and m above the table."""
+    for mass, size, along in weights(arm, plant):
+        last = arm.joints[size - 1]._replace(link=along)
+        cut = arm._replace(joints=arm.joints[: size - 1] + (last,))
+        yield mass, 0.01 * kinematics.forward(cut, q[:size])[2]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_links_feel_the_slope_of_the_potential_energy(seed):
+    constants = read_plant(f"seed={seed},gravity=9")
+    draw = random.Random(seed)
+    q = [draw.uniform(joint.lower, joint.upper) for joint in SPATIAL.joints]
+    plant = ArmPlant(SPATIAL, constants, q)
+    plant.step(0.0)
+
+    def energy(q):
+        return sum(9 * mass * height for mass, height in heights(SPATIAL, q, constants))
+
+    for k, drive in enumerate(plant.joints):
+        ahead, behind = (q[:k] + [q[k] + e] + q[k + 1 :] for e in (1e-5, -1e-5))
+        slope = (energy(ahead) - energy(behind)) / 2e-5
+        assert drive.link.load == pytest.approx(-slope, abs=1e-8)
+    assert any(abs(drive.link.load) > 1e-3 for drive in plant.joints)
+
+
+def test_inertias_in_space_are_those_of_the_masses():
+    constants = read_plant("base_inertia=0.002,tip_mass=20")
+    upper = SPATIAL.joints[1].link
+    shoulder = elbow = 0.0
+    for mass, size, along in weights(SPATIAL, constants):
+        shoulder += mass * (0.01 * (along if size == 2 else upper + along)) ** 2
+        elbow += mass * (0.01 * along) ** 2 if size == 3 else 0.0
+    plant = ArmPlant(SPATIAL, constants)
+    assert [drive.link.inertia for drive in plant.joints] == pytest.approx(
+        [0.002 + shoulder, shoulder, elbow]
+    )
+
+
+def test_the_arm_file_in_space_says_what_the_plain_plant_weighs():
+    for said, true in zip(SPATIAL.joints, weighed(SPATIAL, read_plant()).joints):
+        assert said.mass == pytest.approx(true.mass, abs=5e-4)
+        assert said.centre == pytest.approx(true.centre, abs=0.05)
+        assert said.mass == 0 or said.friction == pytest.approx(true.friction)
+
+
+def fallen(text, duty, pose=(0.0, 0.0, 0.0)):
+    """How far the joints have turned after 2 s at a duty, deg."""
+    plant = ArmPlant(SPATIAL, read_plant(text), pose)
+    for drive in plant.joints:
+        drive.duty = duty
+    for _ in range(2000):
+        plant.step(STEP)
+    return [math.degrees(after - before) for after, before in zip(plant.q, pose)]
+
+
+def test_coasting_the_arm_drops_braked_it_sinks_and_weightless_it_stays():
+    base, shoulder, elbow = fallen("", None)
+    assert base == 0
+    assert shoulder == pytest.approx(-35), "down to its stop"
+    assert elbow == pytest.approx(-1, abs=0.05), (
+        "through its play; the motor's friction carries the rest"
+    )
+    assert -30 < fallen("", 0.0)[1] < -5
+    assert fallen("gravity=0", None) == [0, 0, 0]
+
+
+def test_a_brick_in_space_wakes_up_holding_its_arm():
+    brick = EmulatedBrick(World(), SPATIAL)
+    assert {brick.motors[port].mode for port in "ABC"} == {"hold"}
+    assert brick.motors["B"].read("stop_action") == "coast"
+    brick.world.sleep(3)
+    sunk = [math.degrees(q - joint.home) for q, joint in zip(brick.plant.q, SPATIAL.joints)]
+    assert sunk == pytest.approx([0, -1, -1], abs=0.3), "through the play, and no farther"
+    brick.reset_motors()
+    brick.world.sleep(3)
+    assert math.degrees(brick.plant.q[1]) == pytest.approx(-35)
+
+
+def test_arms_in_the_plane_weigh_nothing(arm):
+    plant = ArmPlant(arm, read_plant("tip_mass=500,motor_mass=3"))
+    assert not plant.weighs
+    assert [drive.link.inertia for drive in plant.joints] == [0.003, 0.0006]
+    assert {motor.mode for motor in EmulatedBrick(World(), arm).motors.values()} == {"coast"}
+
+
+def test_no_paper_drags_in_the_air():
+    plant = ArmPlant(SPATIAL._replace(pen=None), read_plant("pen_drag=2,gravity=0"))
+    plant.joints[0].link.speed = 2.0
+    plant.step(0.0)
+    assert plant.pen_down
+    assert [drive.link.load for drive in plant.joints] == [0, 0, 0]
+
+
+def test_what_weighs_in_space_leaves_the_plants_in_the_plane_as_they_were():
+    """Figures of old: the same seed still draws the same plant."""
+    plant = read_plant("seed=7")
+    assert (plant["voltage"], plant["elbow_inertia"]) == pytest.approx(
+        (7.114364686742446, 0.0006362242735295649)
+    )
+    assert at_port(plant, "B")["rotor_friction"] == pytest.approx(1.0629984981452683)
 
 
 # The constants

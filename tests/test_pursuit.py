@@ -207,3 +207,57 @@ def test_one_joint_of_three_does_not_wait_for_another():
     chase.steer(0.0, [5 * DEG, 50 * DEG, 0.0], last=True)
     rested = chase.rested(chase.duration)
     assert rested[1] == 0 < rested[0] < rested[2]
+
+
+def pressed_run(aim, seconds, pressed):
+    """As `run`, with the first joint's play pressed by gravity; rows of (t, q deg, side)."""
+    joints = described("planar", max_speed=FASTEST).joints
+    chase = Pursuit(joints, (0.0, 0.0), (1, 1), 1.0, ACCELERATION, lambda q: (pressed(q[0]), 0))
+    rows = []
+    for k in range(int(seconds / TICK)):
+        t = k * TICK
+        chase.steer(t, [aim(t) * DEG] * 2)
+        rows.append((t, links(chase, joints, t)[0], chase.sides_at(t)[0]))
+    return rows, chase
+
+
+def test_a_joint_that_gravity_presses_turns_round_without_a_pause():
+    there = {
+        name: next(t for t, q, _ in rows if q < -9.99)
+        for name, rows in (
+            ("pressed", pressed_run(lambda t: -10, 2.0, lambda q: 1)[0]),
+            ("usual", pressed_run(lambda t: -10, 2.0, lambda q: 0)[0]),
+        )
+    }
+    assert there["usual"] - there["pressed"] == pytest.approx(TAKE_UP, abs=1.1 * TICK)
+    rows, _ = pressed_run(lambda t: -10, 2.0, lambda q: 1)
+    assert {side for _, _, side in rows} == {1}
+
+
+def test_backwards_it_stirs_as_soon_as_forwards_where_gravity_presses():
+    """0.6 deg back are less than a third of the play, but more than half a count."""
+    rows, _ = pressed_run(lambda t: -0.6, 2.0, lambda q: 1)
+    assert rows[-1][1] == pytest.approx(-0.6, abs=1e-6)
+    rows, _ = pressed_run(lambda t: -0.6, 2.0, lambda q: 0)
+    assert rows[-1][1] == 0
+
+
+def test_where_gravity_takes_over_the_play_is_crossed_on_the_way():
+    rows, _ = pressed_run(lambda t: 40, 3.0, lambda q: -1 if q > 20 * DEG else 0)
+    sides = [side for _, _, side in rows]
+    assert (sides[0], sides[-1]) == (1, -1)
+    assert all(b <= a for a, b in zip(sides, sides[1:]))
+    over = next(q for _, q, side in rows if side < 0)
+    assert 20 < over < 28
+    plain, _ = pressed_run(lambda t: 40, 3.0, lambda q: 0)
+    assert [q for _, q, _ in rows] == pytest.approx([q for _, q, _ in plain]), "links do not wait"
+
+
+def test_a_joint_at_rest_whose_play_is_pressed_elsewhere_is_not_over_before_it_is_crossed():
+    turned = []
+    _, chase = pressed_run(lambda t: 0, 1.0, lambda q: -1 if turned else 1)
+    assert chase.rested(1.0)[0] > 0.5
+    turned.append(True)
+    chase.steer(1.0, [0.0, 0.0])
+    assert chase.rested(1.0)[0] == pytest.approx(-LEAD - TAKE_UP)
+    assert chase.sides_at(1.0 + LEAD + TAKE_UP)[0] == pytest.approx(-1)

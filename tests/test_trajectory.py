@@ -433,6 +433,66 @@ def test_without_play_the_motor_does_what_the_link_does():
         assert plan.at(t) == Setpoint(*motion.at(t))
 
 
+def pressed_below(limit):
+    """Gravity presses the first joint's play to +1 below an angle (rad), to -1 above twice it."""
+
+    def pressed(q):
+        return (1 if q[0] < limit else -1 if q[0] > 2 * limit else 0, 0)
+
+    return pressed
+
+
+def lead_of(plan, motion, t):
+    return plan.at(t).q[0] - motion.at(t).q[0]
+
+
+def test_play_that_gravity_presses_is_not_taken_up():
+    motion = there_and_back()
+    plan = TakingUpBacklash(PLANAR.joints, motion, (1, 1), lambda q: (1, 0))
+    assert plan.before == 0
+    assert plan.sides == (1, 1)
+    for t in (0.0, 1.0, 1.95, 2.0, 2.05, 3.0, 4.0):
+        assert lead_of(plan, motion, t) == pytest.approx(plays(1)[0])
+    usual = TakingUpBacklash(PLANAR.joints, motion, (1, 1))
+    assert lead_of(usual, motion, 3.0) == pytest.approx(plays(-1)[0]), "without it the play is"
+
+
+def test_the_play_is_crossed_where_gravity_lets_go_or_takes_over():
+    motion = there_and_back()  # 0 .. 1 .. 0 rad in 2 s each way
+    plan = TakingUpBacklash(PLANAR.joints, motion, (1, 0), pressed_below(0.3))
+
+    def at(angle, back):
+        """The time at which the joint is there, s."""
+        half = [t / 1000.0 for t in range(2001)]
+        there = min(half, key=lambda t: abs(motion.at(t).q[0] - angle))
+        return 4 - there if back else there
+
+    for t, side in (
+        (0.0, 1),
+        (at(0.45, False), 1),  # between, it is pushed on
+        (at(0.75, False), -1),  # past it, gravity pulls it ahead
+        (at(0.75, True), -1),  # and turning round changes nothing there
+        (at(0.45, True), -1),
+        (at(0.10, True), 1),
+    ):
+        assert lead_of(plan, motion, t) == pytest.approx(plays(side)[0]), t
+    for angle, back in ((0.6, False), (0.3, True)):
+        middle = lead_of(plan, motion, at(angle, back))
+        assert abs(middle) < plays(1)[0], "crossed about there"
+    assert plan.sides == (1, 0)
+
+
+@pytest.mark.parametrize("limit", [0.0005, 0.4998])
+def test_play_that_gravity_takes_over_at_the_very_ends_is_crossed_smoothly(limit):
+    motion = there_and_back()
+    plan = TakingUpBacklash(PLANAR.joints, motion, (1, 0), pressed_below(limit))
+    places = [plan.at(-plan.before + 0.001 * k).q[0] for k in range(-5, 5000)]
+    steps = [abs(b - a) for a, b in zip(places, places[1:])]
+    assert max(steps) < 0.001 * (1.0 + 2 * math.radians(2) / 0.14)
+    assert lead_of(plan, motion, -plan.before) == pytest.approx(plays(1)[0]), "it starts as it lies"
+    assert plan.at(plan.duration).q_dot[0] == 0
+
+
 # The report's steps
 
 

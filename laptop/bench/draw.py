@@ -3,6 +3,9 @@
 The *floor* of a line is the deviation of a perfect controller that knows each joint to half an
 encoder count: half a count at every joint in the worst signs, mapped through the Jacobian onto the
 line's normal, at its largest along the line.
+
+In space the question is what gravity does, and what the driver makes of it: it feeds the weight
+forward, and counts on it to press the play to one side, the *preload*.
 """
 
 from __future__ import annotations
@@ -14,20 +17,22 @@ import random
 import re
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from laptop import drawing
 from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.plant import read_plant
+from laptop.simulator.plant import read_plant, weighed
 from laptop.simulator.session import park_on_file
 from laptop.simulator.world import World
 from robot import kinematics, trajectory
 from robot.arm import RobotArm
 from robot.driver import LINES, Driver
+from robot.gravity import Gravity
 from shared.arm_description import Arm, find_arm, read_arm
 
 Point = tuple[float, float]
@@ -44,9 +49,38 @@ CONDITIONS = (
 """Name, true plant, and the backlash (deg) that the arm's description says."""
 
 
+class Weight(NamedTuple):
+    """What pulls on an arm in space, and what of it the driver knows."""
+
+    words: tuple[str, str] = ("fed forward", "counted on")
+    plant: str = ""
+    known: Callable[[Arm, dict[str, float]], Gravity] = lambda arm, plant: Gravity(arm)
+
+
+WEIGHTS = {
+    "felt": Weight(),
+    "no preload": Weight(
+        ("fed forward", "not counted on"), known=lambda arm, plant: Gravity(arm, presses=False)
+    ),
+    "not fed forward": Weight(
+        ("not fed forward", "counted on"), known=lambda arm, plant: Gravity(arm, known=False)
+    ),
+    "off": Weight(("off", "-"), "gravity=0", lambda arm, plant: Gravity(arm, g=0.0)),
+    "measured": Weight(
+        ("fed forward", "counted on, measured"),
+        known=lambda arm, plant: Gravity(weighed(arm, plant)),
+    ),
+}
+
+EVERYWHERE = "every joint"
+
+
 @dataclass(frozen=True)
 class Case:
-    """One line to draw: which arm, how, on which plant, and the backlash (deg) described."""
+    """One line to draw: which arm, how, on which plant, and the backlash (deg) described.
+
+    `at` names the joint that has the play described, or EVERYWHERE; `weight` is a key of WEIGHTS.
+    """
 
     arm: str
     method: str
@@ -55,6 +89,8 @@ class Case:
     described: float
     line: Line
     name: str
+    at: str = EVERYWHERE
+    weight: str = "felt"
 
 
 @dataclass(frozen=True)
@@ -74,10 +110,13 @@ class Result:
     error: str
 
 
-def described(name: str, backlash: float) -> Arm:
-    """The arm of that name whose description says `backlash` degrees at every joint."""
+def described(name: str, backlash: float, at: str = EVERYWHERE) -> Arm:
+    """The arm of that name whose description says `backlash` degrees at every joint, or at one."""
     arm = read_arm(find_arm(name))
-    joints = tuple(joint._replace(backlash=math.radians(backlash)) for joint in arm.joints)
+    joints = tuple(
+        joint._replace(backlash=math.radians(backlash) if at in (joint.name, EVERYWHERE) else 0.0)
+        for joint in arm.joints
+    )
     return arm._replace(joints=joints)
 
 
@@ -155,15 +194,17 @@ class _CountingClock:
         return int(np.median(ticks)) if ticks else 0
 
 
-def draw(case: Case) -> Result:
-    """Draw one line with the real driver on the emulated brick, and measure the true ink."""
-    arm = described(case.arm, case.described)
-    brick = EmulatedBrick(World(), arm, read_plant(case.plant))
+def _drawn(case: Case) -> tuple[EmulatedBrick, int, str]:
+    """A line drawn with the real driver: the brick, accesses per tick, and why it was not."""
+    arm = described(case.arm, case.described, case.at)
+    weight = WEIGHTS[case.weight]
+    plant = read_plant(",".join(filter(None, (case.plant, weight.plant))))
+    brick = EmulatedBrick(World(), arm, plant)
     clock = _CountingClock(brick)
     error = ""
     with tempfile.TemporaryDirectory() as folder, brick.sysfs.installed():
         zero = park_on_file(arm, [joint.home for joint in arm.joints], folder)
-        robot = RobotArm(arm, clock, zero)
+        robot = RobotArm(arm, clock, zero, gravity=weight.known(arm, plant))
         try:
             robot.wake()
             driver = Driver(robot, elbow=arm.elbow, say=lambda line: None)
@@ -171,26 +212,32 @@ def draw(case: Case) -> Result:
             robot.park()
         except Exception as problem:  # a crash is a result here, and must not end the bench
             error = f"{type(problem).__name__}: {problem}"
+    return brick, clock.usual(), error
+
+
+def draw(case: Case) -> Result:
+    """Draw one line on the emulated brick, and measure the true ink."""
+    brick, accesses, error = _drawn(case)
     measure = drawing.measure(brick.record, [case.line])[0]
     return Result(
         case.arm,
         case.method,
         case.condition,
         case.name,
-        floor(arm, case.line),
+        floor(brick.arm, case.line),
         measure.greatest_mm if measure else math.nan,
         measure.rms_mm if measure else math.nan,
         measure.end_mm if measure else math.nan,
         measure.seconds if measure else math.nan,
-        clock.usual(),
+        accesses,
         error,
     )
 
 
-def run(seeds: range) -> Iterator[Result]:
+def run(drawings: list[Case]) -> Iterator[Result]:
     """The results of all cases in their order, on all cores."""
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        yield from pool.map(draw, cases(seeds), chunksize=4)
+        yield from pool.map(draw, drawings, chunksize=4)
 
 
 Row = tuple[str, ...]
@@ -260,23 +307,13 @@ LIMITS = (
 LIMIT_HEADINGS: Row = ("what is different", "line 1", "line 2", "line 3")
 
 
-def _limit_cases() -> list[Case]:
+def limit_cases() -> list[Case]:
+    """The three lines under conditions that the law was not made for."""
     return [
         Case("planar", "smooth", name, plant, play, line, f"line {n}")
         for name, plant, play in LIMITS
         for n, line in enumerate(LINES[2], 1)
     ]
-
-
-def count_limits() -> int:
-    """How many lines `limits` draws."""
-    return len(_limit_cases())
-
-
-def limits() -> Iterator[Result]:
-    """The three lines under conditions that the law was not made for."""
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        yield from pool.map(draw, _limit_cases())
 
 
 def limit_table(results: list[Result]) -> list[Row]:
@@ -288,6 +325,68 @@ def limit_table(results: list[Result]) -> list[Row]:
     return [tuple(row) for row in rows.values()]
 
 
-def count(seeds: range) -> int:
-    """How many lines `run` draws."""
-    return sum(1 for _ in cases(seeds))
+SPACE_LINES = ("upright", "level", "slanting", "random")
+
+SPACE_HEADINGS: Row = (
+    "2 deg of play at", "gravity", "preload",
+    *(heading for line in SPACE_LINES for heading in (line, "x floor")), "failed",
+)  # fmt: skip
+
+
+def space_cases(seeds: range) -> list[Case]:
+    """The three lines in space, the play at one joint after the other; and random plants."""
+    arm = read_arm(find_arm("spatial"))
+    own = list(zip(SPACE_LINES, LINES[3], strict=False))
+
+    def under(play: float, at: str, weight: str, method: str = "smooth") -> Iterator[Case]:
+        where = at if play else "none"
+        if method == "steps":
+            where += ", the report's steps"
+        gravity, preload = WEIGHTS[weight].words
+        condition = "; ".join((where, gravity, preload if play else "-"))
+        for name, line in own:
+            yield Case("spatial", method, condition, "", play, line, name, at, weight)
+
+    out = [
+        case
+        for play, at in [(0.0, EVERYWHERE), *((2.0, joint.name) for joint in arm.joints)]
+        for weight in ("off", "felt", "not fed forward" if not play else "no preload")
+        for case in under(play, at, weight)
+    ]
+    for weight in ("off", "felt", "no preload", "not fed forward"):
+        out += under(2.0, EVERYWHERE, weight)
+    out += under(2.0, EVERYWHERE, "felt", "steps")
+    for weight in ("felt", "measured", "no preload"):
+        words = "; ".join((f"every joint, {len(seeds)} plants", *WEIGHTS[weight].words))
+        out += [
+            Case("spatial", "smooth", words, f"seed={seed}", 2.0, line, name, weight=weight)
+            for seed in seeds
+            for name, line in [*own, ("random", random_line(arm, seed))]
+        ]
+    return out
+
+
+def space_table(results: list[Result]) -> list[Row]:
+    """One row per condition, the greatest deviation of each line; many as their median and p95."""
+    groups: dict[str, dict[str, list[Result]]] = {}
+    for r in results:
+        groups.setdefault(r.condition, {}).setdefault(r.line, []).append(r)
+    rows = []
+    for condition, lines in groups.items():
+        many = max(map(len, lines.values())) > 1
+        failed = sum(1 for group in lines.values() for r in group if r.error)
+        words = condition.split("; ")
+        for suffix, q in [(", p50", 50), (", p95", 95)] if many else [("", 50)]:
+            figures = [
+                _figures(lines[name], q)[1:3] if name in lines else ("", "") for name in SPACE_LINES
+            ]
+            names = (*words[:-1], words[-1] + suffix)
+            rows.append((*names, *itertools.chain(*figures), f"{failed}"))
+    return rows
+
+
+def sag(weight: str) -> float:
+    """How far the level line hangs through at its lowest, mm: without play, under a `weight`."""
+    line = LINES[3][SPACE_LINES.index("level")]
+    brick, _, _ = _drawn(Case("spatial", "smooth", "", "", 0.0, line, "level", weight=weight))
+    return 10 * max(line[0][2] - sample.z for sample in brick.record if sample.pen)

@@ -30,6 +30,7 @@ class EmulatedBrick(object):
         arm: Arm, what is plugged in where.
         plant: constants from `plant.read_plant`; the honest LEGO arm if None.
         start: joint angles at the start, rad; the home pose if None.  Encoders read 0 there.
+            Where gravity pulls the motors hold, as the last program has left them.
         extra: port -> "large" or "medium", motors that move nothing; none at a joint's port.
 
     Attributes:
@@ -51,6 +52,9 @@ class EmulatedBrick(object):
             self.plant.add_bare_motor(port, kind)
         for port in sorted(kinds):
             self._plug(port, kinds[port])
+        if self.plant.weighs:
+            for joint in arm.joints:
+                self.motors[joint.port].hold()
         self.record = []
         self._steps = 0
         self._sample()

@@ -4,7 +4,8 @@ Per joint two masses, the rotor (seen through the gear) and the link, are separa
 the backlash; where the gap is closed they move as one (contact is rigid, impacts are inelastic).
 All friction is Coulomb's, solved as an impulse per step, so that things at rest stay at rest.  The
 links' inertias are constants: the torques that one joint's acceleration puts on the other are left
-out.
+out.  An arm in space is pulled down by what it weighs, and its inertias are those of the same
+masses with the arm stretched out level.
 
 Constants of the EV3 motors: derived from the loaded and no-load points of published measurements,
 with the rotor inertia set so that the stopping distances of real motors come out (see the README).
@@ -16,7 +17,8 @@ import random
 from collections import namedtuple
 
 from robot import kinematics
-from shared.arm_description import ArmError
+from robot.gravity import Gravity
+from shared.arm_description import PULLED_DOWN, ArmError
 
 MotorConstants = namedtuple(
     "MotorConstants", "torque_constant emf_constant resistance friction inertia"
@@ -53,7 +55,9 @@ CONSTANTS = {
         0.003, 1e-5, 0.1, "kg m2", "plant", "first link and all it carries"
     ),
     "elbow_inertia": Constant(0.0006, 1e-5, 0.1, "kg m2", "plant", "second link with the pen"),
-    "pen_drag": Constant(0.04, 0.0, 2.0, "N", "plant", "pen on paper; a pen of 10 g resting on it"),
+    "pen_drag": Constant(
+        0.04, 0.0, 2.0, "N", "plant", "pen on paper, in the plane; a pen of 10 g resting on it"
+    ),
     "load": Constant(0.0, -0.4, 0.4, "Nm", None, "constant torque on every joint"),
     "backlash": Constant(
         None, 0.0, 20.0, "deg", None, "play at every joint; as described if not given"
@@ -73,6 +77,29 @@ CONSTANTS = {
     "spread": Constant(0.2, 0.0, 0.5, "", None, "half-width of the random draw, as a fraction"),
     "seed": Constant(None, 0, 2**31, "", None, "draw the scattered constants with this seed"),
 }
+
+IN_SPACE = {
+    "gravity": Constant(9.81, 0.0, 25.0, "m/s2", None, "gravity; 0 lets nothing weigh"),
+    "upper_arm_mass": Constant(30.0, 1.0, 500.0, "g", "plant", "beams of the upper arm"),
+    "forearm_mass": Constant(15.0, 1.0, 500.0, "g", "plant", "beams of the forearm"),
+    "motor_mass": Constant(1.0, 0.2, 3.0, "x", "plant", "motors that are carried, times nominal"),
+    "tip_mass": Constant(5.0, 0.0, 500.0, "g", "plant", "the tip: a ball, or what it holds"),
+    "base_inertia": Constant(
+        0.001, 1e-5, 0.1, "kg m2", "plant", "the turntable with the shoulder's motor, without links"
+    ),
+}
+"""Of arms in space only.  Drawn last: so a seed's plants in the plane are what they always were."""
+
+CONSTANTS.update(IN_SPACE)
+
+_DRAWN = sorted(CONSTANTS, key=lambda key: (key in IN_SPACE, key))
+
+MOTOR_MASS = {"large": 76.0, "medium": 36.0}
+"""g, as weighed by LEGO's builders."""
+
+ELBOW_MOTOR_AT, TIP_MOTOR_AT = 5.5, 5.0
+"""Where the carried motors balance, cm from the axis of shoulder and elbow: each lies along its
+link, its shaft at the far end."""
 
 
 class BadPlant(ArmError, ValueError):
@@ -114,7 +141,7 @@ def read_plant(text=""):
     draw = random.Random(int(seed or 0))
     spread = given.get("spread", [CONSTANTS["spread"].default])[0]
     plant = {}
-    for key in sorted(CONSTANTS):
+    for key in _DRAWN:
         constant = CONSTANTS[key]
         bounds = given.get(key, [constant.default])
         luck = draw.uniform(-1, 1)
@@ -131,7 +158,7 @@ def at_port(plant, port):
     """The plant's constants as they are at one port: no two motors are alike where it is random."""
     own = dict(plant)
     draw = random.Random("{}/{}".format(plant["seed"], port))
-    for key in sorted(CONSTANTS):
+    for key in _DRAWN:
         luck = draw.uniform(-1, 1)
         if plant["seed"] is not None and CONSTANTS[key].scatter == "port" and key != "phase":
             own[key] *= 1 + plant["spread"] * luck
@@ -273,6 +300,53 @@ class Link(object):
         self.jammed = False
 
 
+def _carried(arm, plant):
+    """What hangs on each joint of an arm in space.
+
+    Returns:
+        Per joint, the pairs (mass g, cm from its axis) of what its link carries.
+    """
+    _, upper, fore = arm.joints
+    motors = plant["motor_mass"]
+    on_upper = [
+        (plant["upper_arm_mass"], upper.link / 2),
+        (motors * MOTOR_MASS[fore.motor], ELBOW_MOTOR_AT),
+    ]
+    on_fore = [(plant["forearm_mass"], fore.link / 2), (plant["tip_mass"], fore.link)]
+    if arm.pen:
+        on_fore.append((motors * MOTOR_MASS[arm.pen.motor], TIP_MOTOR_AT))
+    return [], on_upper, on_fore
+
+
+def weighed(arm, plant):
+    """The Arm as one who weighs this plant, and how its joints rub, describes it.
+
+    One in the plane is left as it is.
+    """
+    if arm.chain not in PULLED_DOWN:
+        return arm
+    joints = []
+    for joint, parts in zip(arm.joints, _carried(arm, plant)):
+        mass = sum(grams for grams, _ in parts)
+        centre = sum(grams * at for grams, at in parts) / mass if mass else 0.0
+        rubs = at_port(plant, joint.port)["link_friction"]
+        joints.append(joint._replace(mass=0.001 * mass, centre=centre, friction=rubs))
+    return arm._replace(joints=tuple(joints))
+
+
+def inertias(arm, plant):
+    """The inertia of what each joint moves, kg m2; of an arm in space, stretched out level."""
+    if arm.chain not in PULLED_DOWN:
+        return [plant["shoulder_inertia"], plant["elbow_inertia"]]
+    _, on_upper, on_fore = _carried(arm, plant)
+    reach = arm.joints[1].link
+    elbow, shoulder = (
+        1e-7 * sum(grams * at * at for grams, at in parts)
+        for parts in (on_fore, on_upper + [(grams, reach + at) for grams, at in on_fore])
+    )
+    return [plant["base_inertia"] + shoulder, shoulder, elbow]
+
+
 class ArmPlant(object):
     """The arm that the emulated brick moves.
 
@@ -294,11 +368,13 @@ class ArmPlant(object):
         self.pen_lifted = False
         start = [joint.home for joint in arm.joints] if start is None else start
         error = math.radians(plant["zero_error"])
-        for number, (joint, angle) in enumerate(zip(arm.joints, start)):
+        self._gravity = Gravity(weighed(arm, plant), plant["gravity"])
+        self._pen_drag = 0.0 if self.weighs else plant["pen_drag"]  # there is no paper in the air
+        for joint, angle, inertia in zip(arm.joints, start, inertias(arm, plant)):
             described = plant["backlash"] is None
             link = Link(
                 angle + error,
-                plant["shoulder_inertia" if number == 0 else "elbow_inertia"],
+                inertia,
                 at_port(plant, joint.port)["link_friction"],
                 joint.backlash if described else math.radians(plant["backlash"]),
                 -math.inf if joint.stop_lower is None else joint.stop_lower,
@@ -326,6 +402,11 @@ class ArmPlant(object):
         self.pen_lifted = self.pen_lifted or bool(self.arm.pen) and port == self.arm.pen.port
 
     @property
+    def weighs(self):
+        """Whether gravity pulls at the joints."""
+        return self._gravity.loaded
+
+    @property
     def q(self):
         """The TRUE joint angles (of the links), rad."""
         return tuple(drive.link.angle for drive in self.joints)
@@ -349,17 +430,20 @@ class ArmPlant(object):
                 drive.step(h)
 
     def _load_links(self):
-        """Constant load, and the paper dragging at the pen against its motion."""
+        """Constant load, gravity, and the paper dragging at the pen against its motion."""
         links = [drive.link for drive in self.joints]
         for link in links:
             link.load = self.plant["load"]
-        if not self.plant["pen_drag"] or not any(link.speed for link in links) or not self.pen_down:
+        if self.weighs:
+            for link, torque in zip(links, self._gravity.torques(self.q)):
+                link.load += torque
+        if not self._pen_drag or not any(link.speed for link in links) or not self.pen_down:
             return
         rows = kinematics.jacobian(self.arm, self.q)
         metres = [[0.01 * value for value in row] for row in rows]
         velocity = [sum(a * link.speed for a, link in zip(row, links)) for row in metres]
         # Below 5 mm/s the drag fades with speed: a stiff sign change would ring at this step.
-        force = -self.plant["pen_drag"] / max(math.sqrt(sum(v * v for v in velocity)), 0.005)
+        force = -self._pen_drag / max(math.sqrt(sum(v * v for v in velocity)), 0.005)
         for row, v in zip(metres, velocity):
             for a, link in zip(row, links):
                 link.load += a * force * v

@@ -151,6 +151,8 @@ def run(
     q, homed = read_start(start, arm)
     world = World(realtime)
     brick = EmulatedBrick(world, arm, plant, q, extra)
+    if not homed:
+        brick.reset_motors()  # it has just been switched on: an arm that gravity pulls drops
     orders = {"signals": []}
     for fault in faults:
         if FAULTS[fault.kind] == "PORT" and fault.what not in brick.motors:

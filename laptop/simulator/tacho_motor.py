@@ -251,6 +251,11 @@ class TachoMotor(object):
         """Whether a command is turning the motor (held and braked motors are stopped)."""
         return self._mode in ("speed", "direct") and not self.unplugged
 
+    def hold(self):
+        """Hold here, as after a program that has ended so; the attributes are as after `reset`."""
+        self._active = dict(self._set, stop_action="hold")
+        self._stop(self.position)
+
     def unplug(self):
         """Pull the cable: the motor coasts, every access fails."""
         self.unplugged = True

@@ -1,0 +1,67 @@
+"""What gravity does to the joints: the torque on each, and the side of the play it presses on.
+
+Pure.  Weights are lumped: each link's, with all it carries but the next link, where that balances.
+"""
+
+from robot import kinematics
+
+G = 9.81
+"""m/s^2."""
+
+
+class Gravity(object):
+    """The pull on one arm.
+
+    Args:
+        arm: shared.arm_description.Arm; joints of no mass are carried without weight.
+        g: m/s^2.
+        presses: whether `pressed` counts on the weight to take up the play; else it never does.
+        known: whether `torques` tells of the weight; else it tells of none.
+
+    Attributes:
+        loaded: whether the arm has any weight.
+    """
+
+    def __init__(self, arm, g=G, presses=True, known=True):
+        self._rubs = [joint.friction for joint in arm.joints]
+        # A link ends where it balances: what lifts that end lifts the weight.
+        self._weights = [
+            (
+                joint.mass * g * 0.01,
+                arm._replace(joints=arm.joints[:k] + (joint._replace(link=joint.centre),)),
+            )
+            for k, joint in enumerate(arm.joints)
+            if joint.mass
+        ]
+        self.loaded = bool(self._weights)
+        self._presses = presses
+        self._known = known
+
+    def torques(self, q):
+        """The torque on each joint at `q` (rad), Nm: minus the gradient of the potential energy."""
+        return self._pull(q) if self._known else [0.0] * len(q)
+
+    def _pull(self, q):
+        out = [0.0] * len(q)
+        for weight, arm in self._weights:
+            lift = kinematics.jacobian(arm, q[: len(arm.joints)])[-1]
+            for k, slope in enumerate(lift):
+                out[k] -= weight * slope
+        return out
+
+    def pressed(self, q):
+        """Per joint, the side to which gravity presses the play at `q`: +1 or -1.
+
+        0 where it does not: without weight, or where friction holds the link as it is left.  A link
+        that is pulled in the negative direction lies on its motor as if pushed in the positive one.
+        """
+        if not (self.loaded and self._presses):
+            return (0,) * len(q)
+        return tuple(
+            0 if abs(torque) <= rubs else (-1 if torque > 0 else 1)
+            for torque, rubs in zip(self._pull(q), self._rubs)
+        )
+
+    def sides(self, q, sides):
+        """Where the play lies at rest at `q` if it was left as in `sides`."""
+        return tuple(pressed or side for pressed, side in zip(self.pressed(q), sides))

@@ -1,0 +1,115 @@
+"""The drawing bench: what it draws in space, and how it tells of it."""
+
+import itertools
+import math
+
+import pytest
+from click.testing import CliRunner
+
+from laptop.__main__ import laptop
+from laptop.bench import draw
+from robot.driver import LINES
+from robot.kinematics import inverse, jacobian
+
+FELT, WITHOUT, NOT_FED, OFF = "felt", "no preload", "not fed forward", "off"
+
+
+def case(line, weight=FELT, play=2.0, at=draw.EVERYWHERE, plant=""):
+    points = LINES[3][draw.SPACE_LINES.index(line)]
+    return draw.Case("spatial", "smooth", "", plant, play, points, line, at, weight)
+
+
+def floors(*args, **options):
+    """The greatest deviation of a line, in floors."""
+    result = draw.draw(case(*args, **options))
+    assert result.error == ""
+    return result.greatest / result.floor
+
+
+@pytest.mark.parametrize("line", ["upright", "level", "slanting"])
+def test_with_gravity_and_no_play_lines_are_within_one_and_a_half_floors(line):
+    assert floors(line, play=0.0) <= 1.5
+
+
+@pytest.mark.parametrize(
+    ("line", "at"), [("level", "shoulder"), ("upright", "elbow"), ("slanting", "elbow")]
+)
+def test_the_preload_makes_up_for_the_play_of_a_loaded_joint(line, at):
+    assert floors(line, at=at) < 2
+    assert floors(line, WITHOUT, at=at) > 4
+    assert floors(line, OFF, at=at) < 1.5
+
+
+def test_a_turntable_has_no_preload_and_needs_none():
+    with_it, without = (draw.draw(case("level", weight, at="base")) for weight in (FELT, WITHOUT))
+    assert with_it == without
+    assert with_it.greatest < 1.5 * with_it.floor
+
+
+def test_the_sag_is_fed_forward():
+    assert draw.sag(NOT_FED) > 0.7
+    assert draw.sag(FELT) < 0.5
+
+
+def test_play_is_described_where_it_is():
+    plays = [joint.backlash for joint in draw.described("spatial", 2.0, "elbow").joints]
+    assert plays == [0, 0, math.radians(2)]
+    assert all(joint.backlash == math.radians(2) for joint in draw.described("planar", 2.0).joints)
+
+
+@pytest.mark.parametrize("line", LINES[3])
+def test_the_floor_is_half_a_count_at_every_joint_in_the_worst_signs(line):
+    arm = draw.described("spatial", 0.0)
+    way = [(b - a) / math.dist(*line) for a, b in zip(*line)]
+    worst = 0.0
+    for k in range(241):
+        p = [a + (b - a) * k / 240 for a, b in zip(*line)]
+        slopes = jacobian(arm, inverse(arm, p, elbow=arm.elbow))
+        for signs in itertools.product((-1, 1), repeat=3):
+            half = [s * math.radians(0.5) / j.gear for s, j in zip(signs, arm.joints)]
+            off = [sum(a * b for a, b in zip(row, half)) for row in slopes]
+            along = sum(a * b for a, b in zip(off, way))
+            worst = max(worst, math.dist(off, [along * w for w in way]))
+    assert draw.floor(arm, line) == pytest.approx(10 * worst, rel=1e-6)
+
+
+def test_every_joint_and_condition_is_drawn_once():
+    cases = draw.space_cases(range(5, 8))
+    assert len({(c.condition, c.plant, c.line) for c in cases}) == len(cases)
+    assert {c.at for c in cases} == {draw.EVERYWHERE, "base", "shoulder", "elbow"}
+    assert {c.weight for c in cases} == set(draw.WEIGHTS)
+    assert sum(c.plant == "seed=6" for c in cases) == 3 * 4
+
+
+def test_a_row_per_condition_and_two_for_many_plants():
+    def result(condition, line, greatest, error=""):
+        return draw.Result(
+            "spatial", "smooth", condition, line, 0.5, greatest, 0.1, 0.1, 3.0, 9, error
+        )
+
+    rows = draw.space_table(
+        [
+            result("none; off; -", "upright", 0.4),
+            result("none; off; -", "level", 0.6, "Stalled: no"),
+            *(result("all, 3 plants; fed; on", "random", x) for x in (1.0, 2.0, 3.0)),
+        ]
+    )
+    assert len(draw.SPACE_HEADINGS) == len(rows[0])
+    assert rows == [
+        ("none", "off", "-", "0.40", "0.80", "failed", "failed", "", "", "", "", "1"),
+        ("all, 3 plants", "fed", "on, p50", "", "", "", "", "", "", "2.00", "4.00", "0"),
+        ("all, 3 plants", "fed", "on, p95", "", "", "", "", "", "", "3.00", "6.00", "0"),
+    ]
+
+
+@pytest.mark.parametrize("words", ["--arm", "--arm table"])
+def test_an_arm_it_does_not_know_is_refused(words):
+    shown = CliRunner().invoke(laptop, ["bench", "draw", *words.split()])
+    assert shown.exit_code == 2
+
+
+def test_the_planar_cases_are_those_of_old():
+    cases = list(draw.cases(range(1000, 1002)))
+    assert {c.arm for c in cases} == {"planar", "geared"}
+    assert {(c.at, c.weight) for c in cases} == {(draw.EVERYWHERE, FELT)}
+    assert len(cases) == 2 * 2 * (4 * 5 + 2 * 4)
