@@ -157,8 +157,9 @@ class Watched(Rig):
         self.world.at(after, look)
 
     def moved(self):
-        """Whether any motor was driven or any link turned."""
-        return any(m.driven or m.speed for m in self.moments)
+        """Whether any motor was driven or any link turned; a weight settles within its play."""
+        play = max(joint.backlash for joint in self.arm.joints)
+        return any(m.driven for m in self.moments) or self._turned(self.moments) > play
 
     def error(self, goal=None):
         """How far off the tip truly is, px as seen now, from the marker or a pixel of A."""
@@ -186,8 +187,12 @@ class Watched(Rig):
         A motor that is held springs back by what it has overshot.
         """
         during = [m for m in self.moments if since <= m.t < until]
-        turned = (max(angles) - min(angles) for angles in zip(*(m.q for m in during)))
-        return not any(m.driven for m in during) and max(turned) < math.radians(1)
+        return not any(m.driven for m in during) and self._turned(during) < math.radians(1)
+
+    @staticmethod
+    def _turned(moments):
+        """By how much a link truly turned to and fro in these moments, rad."""
+        return max(max(angles) - min(angles) for angles in zip(*(m.q for m in moments)))
 
 
 def _no(word):

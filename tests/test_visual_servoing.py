@@ -267,7 +267,7 @@ def test_an_arm_that_begins_beyond_a_limit_comes_back(watched, over):
 
 
 def test_a_camera_that_goes_blind_in_mid_measurement_does_not_hang_it(watched):
-    w = watched(tracker={"cameras": ("A", "B")})
+    w = watched(cameras={"A": Camera(), "B": Camera(roll=0.0)})
     see = w.tracker.see
 
     def blinded(camera, index, t):
