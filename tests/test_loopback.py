@@ -31,9 +31,11 @@ while client.lost_since is None or began is None:
     pausing = began is not None and clock.now() - began > 1.5
     if pausing:
         time.sleep(0.5)
+    round_trip = client.round_trip or 0.0
     for seen in client.look(0.0 if pausing else 0.2).values():
         began = began or clock.now()
-        row = [seen.camera, pausing, seen.seq, seen.t, clock.now(), seen.markers]
+        round_trip = max(round_trip, client.round_trip or 0.0)
+        row = [seen.camera, pausing, round_trip, seen.seq, seen.t, clock.now(), seen.markers]
         print(json.dumps(row), flush=True)
 client.close()
 """
@@ -127,7 +129,7 @@ def received(both):
 def test_the_position_received_is_that_of_its_frame(received):
     observations, _ = received
     assert len(observations) > 50
-    for _, seq, _, _, markers in observations:
+    for *_, seq, _, _, markers in observations:
         u, v, confidence = markers["effector"]
         assert u == pytest.approx(place(seq), abs=0.2)
         assert v == pytest.approx(120, abs=0.2)
@@ -135,39 +137,37 @@ def test_the_position_received_is_that_of_its_frame(received):
         assert markers["goal"] == [300, 20, 1]
 
 
-def test_the_capture_time_received_is_true_to_5_ms_on_the_receivers_clock(received):
-    observations, told = received
-    first = told[min(told)] - min(told) / RATES["A"]
-    for _, seq, t, now, _ in observations:
-        assert t == pytest.approx(told[seq], abs=0.005)
-        assert t == pytest.approx(first + seq / RATES["A"], abs=0.005)
-        assert t < now
+def test_the_capture_time_received_is_true_to_half_a_round_trip_on_the_receivers_clock(both):
+    for name, (observations, told) in both.items():
+        first = told[min(told)] - min(told) / RATES[name]
+        assert len(observations) > 10
+        for _, round_trip, seq, t, now, _ in observations:
+            assert told[seq] == pytest.approx(first + seq / RATES[name], abs=1e-5)
+            within = round_trip / 2 + 0.001  # for the drift that is allowed for
+            assert t == pytest.approx(told[seq], abs=within)
+            assert t < now + within
 
 
 def test_a_receiver_that_sleeps_gets_the_newest_only(received):
     observations, _ = received
     pausing = [row for row in observations if row[0]]
     assert len(pausing) >= 2
-    for _, _, t, now, _ in pausing[1:]:
+    for *_, t, now, _ in pausing[1:]:
         assert now - t < 0.45  # half a second of older ones waited in the line
     for before, after in zip(pausing[1:], pausing[2:]):
-        assert after[1] - before[1] > 20
+        assert after[2] - before[2] > 20
 
 
 def test_every_frame_comes_once_and_in_order(received):
     observations, _ = received
-    numbers = [row[1] for row in observations]
+    numbers = [row[2] for row in observations]
     assert numbers == sorted(set(numbers))
-    awake = [row[1] for row in observations if not row[0]]
+    awake = [row[2] for row in observations if not row[0]]
     assert len(awake) > 0.5 * (awake[-1] - awake[0])
 
 
-def test_two_cameras_have_their_own_times_places_and_goals(both):
+def test_two_cameras_have_their_own_places_and_goals(both):
     for name, goal in (("A", [300, 20, 1]), ("B", [100, 30, 1])):
-        observations, told = both[name]
-        first = told[min(told)] - min(told) / RATES[name]
-        assert len(observations) > 10
-        for _, seq, t, _, markers in observations:
-            assert t == pytest.approx(first + seq / RATES[name], abs=0.005)
+        for *_, seq, _, _, markers in both[name][0]:
             assert markers["effector"][0] == pytest.approx(place(seq), abs=0.2)
             assert markers["goal"] == goal
