@@ -165,16 +165,26 @@ def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
         raise session.BadOrder(
             "a scene is for virtual time; with --realtime, run track --camera synthetic beside it"
         )
-    from laptop.simulator.scene import Scene, read_scene  # OpenCV is slow to import
+    from laptop.simulator.scene import Scene, cameras, read_scene  # OpenCV is slow to import
     from laptop.simulator.sight import rendered
     from laptop.simulator.virtual_tracker import VirtualTracker
 
-    scene = Scene(arm, {**read_scene(text), "fps_wander": 0.0})
+    scenes = {
+        name: Scene(arm, {**read_scene(text, name), "fps_wander": 0.0})
+        for name in cameras(arm, text)
+    }
+    chain = {key: scenes["A"].constants[key] for key in ("fps", "jitter", "delay", "seed")}
+    for name, scene in scenes.items():
+        for key, value in chain.items():
+            if scene.constants[key] != value:
+                raise session.BadOrder(
+                    f"scene {name}.{key}: cameras in virtual time share it; write {key}=VALUE"
+                )
+    latency = chain.pop("delay")
 
     def watch(brick: Any) -> Any:
-        chain = {key: scene.constants[key] for key in ("fps", "jitter", "seed")}
-        see = rendered(scene, brick)
-        return VirtualTracker(brick.world, see, latency=scene.constants["delay"], **chain)
+        see = rendered(scenes, brick)
+        return VirtualTracker(brick.world, see, latency=latency, cameras=list(scenes), **chain)
 
     return watch
 

@@ -528,6 +528,11 @@ class Show:
         self._folder = folder
         self._crew = crew
         self._progress = progress
+        if arm.chain != "planar":
+            raise DemoFailed(
+                f"{arm.name} is an arm in space, and the demo is of arms in the plane;"
+                " take --arm planar or geared"
+            )
         text, self._goals = choose_goals(arm, orders.seed)
         self._scene = Scene(arm, read_scene(text))
         self._began = time.monotonic()

@@ -209,7 +209,7 @@ def test_the_goal_on_the_paper_is_covered_by_the_tip_at_the_goal():
     assert min(shown.visible(setting.start).values()) > 0.95
     assert shown.visible(setting.goal)["goal"] < 0.1
     brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
-    found = servo.rendered(shown, brick)("A", 4, 0.2)
+    found = servo.rendered({"A": shown}, brick)("A", 4, 0.2)
     for name, place in shown.truth(brick.plant.q).items():
         assert found[name][:2] == pytest.approx(place, abs=0.5)
 

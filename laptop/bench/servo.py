@@ -31,7 +31,7 @@ import numpy as np
 from laptop.simulator import scene as pictured
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
-from laptop.simulator.scene import place_camera, read_scene
+from laptop.simulator.scene import marker_centre, place_camera, read_scene
 from laptop.simulator.session import park_on_file
 from laptop.simulator.sight import rendered
 from laptop.simulator.virtual_tracker import Markers, See, VirtualTracker
@@ -141,12 +141,12 @@ class Camera:
     def __init__(self, arm: Arm, constants: dict[str, Any]) -> None:
         self._arm = arm
         self._pinhole = place_camera(arm, constants)
-        self._height = constants["marker_height"]
+        self._constants = constants
 
     def __call__(self, q: Sequence[float]) -> Pixel:
         """(u, v) with the joints at q, rad."""
-        x, y = kinematics.forward(self._arm, tuple(q))
-        u, v = self._pinhole.project(np.array([[x, y, self._height]]))[0]
+        centre = marker_centre(self._arm, self._constants, q)
+        u, v = self._pinhole.project(centre[None])[0]
         return float(u), float(v)
 
     def jacobian(self, q: Sequence[float]) -> tuple[tuple[float, ...], ...]:
@@ -373,7 +373,7 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
         def goal(t: float) -> Pixel:
             return fixed
 
-    see = rendered(shown, brick) if shown else points(camera, brick, goal, scene, case.seed)
+    see = rendered({"A": shown}, brick) if shown else points(camera, brick, goal, scene, case.seed)
     verdict, rms = None, None
     with (
         tempfile.TemporaryDirectory() as folder,

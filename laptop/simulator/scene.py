@@ -37,6 +37,17 @@ from laptop.simulator.optics import (
     light_of,
     rectangle,
 )
+from laptop.simulator.solids import (
+    BEAM,
+    HOLE,
+    SIDE,
+    Item,
+    Skeleton,
+    ball,
+    in_order,
+    stadium,
+    stand,
+)
 from robot import kinematics
 from shared.arm_description import Arm, ArmError
 
@@ -46,6 +57,12 @@ MARKERS = ("disc", "ball", "aruco")
 ARUCO_IDS = {"effector": 0, "goal": 1}
 ARUCO_SIDE = 3.0
 """Side of the black square of an ArUco marker, in marker radii: a bit takes as much as it needs."""
+
+MOST_TILT = 85.0
+"""Flat markers are seen up to here, deg."""
+
+SAMPLES = 13
+"""Of each joint of an arm in space, to find its workspace: off by less than the marker's room."""
 
 PASS = 2.0
 """How long the hand takes to come, rest and go, s."""
@@ -78,9 +95,9 @@ CONSTANTS = {
     "blur": Constant(0.7, (0.0, 10.0), "px", "sigma of the lens's point spread"),
     "noise": Constant(2.0, (0.0, 50.0), "DN", "sigma of the noise of a pixel, of 255"),
     "jpeg": Constant(90, (0, 100), "", "quality of the camera's JPEG; 0 for none"),
-    "tilt": Constant(25.0, (0.0, 85.0), "deg", "0 looks straight down, 85 across the table"),
+    "tilt": Constant(None, (0.0, 90.0), "deg", "0 looks straight down, 90 across the table"),
     "azimuth": Constant(
-        0.0, (-180.0, 180.0), "deg", "0: stands on the right of the arm, so x points right; ccw"
+        None, (-180.0, 180.0), "deg", "0: stands on the right of the arm, so x points right; ccw"
     ),
     "roll": Constant(0.0, (-180.0, 180.0), "deg", "the camera turned about its axis, clockwise"),
     "focal": Constant(650.0, (50.0, 10000.0), "px", "focal length"),
@@ -89,17 +106,19 @@ CONSTANTS = {
     ),
     "aim_x": Constant(None, (-500.0, 500.0), "cm", "where it aims at; as above if not given"),
     "aim_y": Constant(None, (-500.0, 500.0), "cm", "where it aims at; as above if not given"),
+    "aim_z": Constant(None, (-500.0, 500.0), "cm", "where it aims at; as above if not given"),
     "k1": Constant(-0.06, (-0.5, 0.5), "", "lens distortion, barrel if negative"),
     "k2": Constant(0.0, (-0.5, 0.5), "", "lens distortion of fourth order"),
-    "marker": Constant("disc", MARKERS, "", "kind of both markers"),
+    "marker": Constant(None, MARKERS, "", "kind of both markers; in space a ball"),
     "effector": Constant("red", WORDS, "", "colour of the marker on the tip"),
     "goal": Constant("green", (*WORDS, "none"), "", "colour of the marker on the paper"),
     "goal_x": Constant(12.0, (-200.0, 200.0), "cm", "where the goal is"),
     "goal_y": Constant(-9.0, (-200.0, 200.0), "cm", "where the goal is"),
+    "goal_z": Constant(None, (0.0, 200.0), "cm", "in space, the height of the goal's centre"),
     "marker_radius": Constant(
         1.1, (0.1, 20.0), "cm", "of disc and ball; an ArUco's side is 3 of it"
     ),
-    "marker_height": Constant(2.5, (0.0, 50.0), "cm", "of the tip's marker above the paper"),
+    "marker_height": Constant(2.5, (0.0, 50.0), "cm", "in the plane, of the tip's marker"),
     "rim": Constant(0.35, (0.0, 5.0), "cm", "white rim around a disc"),
     "clutter": Constant(8, (0, 60), "", "LEGO bricks lying about, with brick and cable"),
     "decoys": Constant(0, (0, 30), "", "bricks in the markers' own colours"),
@@ -111,27 +130,47 @@ CONSTANTS = {
 }
 
 
+CAMERAS = "ABCDEFGH"
+"""Names of cameras: a constant belongs to one of them alone with its name and a dot before it."""
+
+WORLD = tuple(CONSTANTS)[tuple(CONSTANTS).index("marker") :]
+"""What all cameras see alike; any other constant a camera may have of its own."""
+
+VIEWS = {"A": (15.0, 0.0), "B": (90.0, 0.0), "C": (60.0, 60.0), "D": (60.0, -60.0)}
+"""Tilt and azimuth of cameras on an arm in space, deg: from above, from the side, and askew."""
+
+
 class BadScene(ArmError, ValueError):
     """A constant of scene or camera that is unknown or out of range."""
 
 
-def read_scene(text: str = "") -> dict[str, Any]:
-    """The constants of a text such as `tilt=40,marker=ball,fps=60`.
+def read_scene(text: str = "", camera: str = "A") -> dict[str, Any]:
+    """The constants of a text such as `tilt=40,marker=ball,B.fps=60`, for one camera.
+
+    What is written for a camera alone, as `B.fps=60`, goes before what is written for all.
 
     Returns:
-        dict, name -> number, word, or None (not given and without a default).
+        dict, name -> number, word, or None (not given, and the default depends on the arm, see
+        `completed`); "camera" -> the camera's name.
 
     Raises:
         BadScene: naming the key, the value and what is allowed.
     """
-    values: dict[str, Any] = {key: constant.default for key, constant in CONSTANTS.items()}
+    given: dict[str, dict[str, Any]] = {name: {} for name in ("", *CAMERAS)}
     for item in filter(None, (part.strip() for part in text.split(","))):
-        key, equals, value = (part.strip() for part in item.partition("="))
+        written, equals, value = (part.strip() for part in item.partition("="))
+        name, dot, key = written.rpartition(".")
         if key not in CONSTANTS:
-            raise BadScene(f"camera: no constant '{key}'; known: {', '.join(CONSTANTS)}")
+            raise BadScene(f"camera: no constant '{written}'; known: {', '.join(CONSTANTS)}")
+        if name not in given or bool(dot) != bool(name):
+            raise BadScene(f"camera '{written}': no camera '{name}'; known: {', '.join(CAMERAS)}")
+        if name and key in WORLD:
+            raise BadScene(f"camera '{written}': all cameras see the same {key}; write {key}=VALUE")
         if not equals:
-            raise BadScene(f"camera '{item}': write {key}=VALUE")
-        values[key] = _read(key, value)
+            raise BadScene(f"camera '{item}': write {written}=VALUE")
+        given[name][key] = _read(written, CONSTANTS[key], value)
+    defaults = {key: constant.default for key, constant in CONSTANTS.items()}
+    values: dict[str, Any] = {**defaults, **given[""], **given[camera], "camera": camera}
     if values["exposure"] > 1 / values["fps"]:
         raise BadScene(
             f"camera exposure = {values['exposure']:g}: must be at most 1/fps = "
@@ -145,8 +184,15 @@ def read_scene(text: str = "") -> dict[str, Any]:
     return values
 
 
-def _read(key: str, text: str) -> float | str:
-    constant = CONSTANTS[key]
+def cameras(arm: Arm, text: str = "") -> str:
+    """Names of the cameras that see an arm: one, or two in space, and those that a text names."""
+    read_scene(text)  # refuses what is wrong
+    prefixes = {item.partition("=")[0].rpartition(".")[0].strip() for item in text.split(",")}
+    usual = "A" if kinematics.coordinates(arm) == 2 else "AB"
+    return "".join(name for name in CAMERAS if name in prefixes.union(usual))
+
+
+def _read(key: str, constant: Constant, text: str) -> float | str:
     if isinstance(constant.allowed[0], str):
         if text not in constant.allowed:
             allowed = ", ".join(constant.allowed)
@@ -168,53 +214,114 @@ def _read(key: str, text: str) -> float | str:
     return int(value) if whole else value
 
 
+def _reached(arm: Arm, count: int) -> np.ndarray:
+    """Points (n, coordinates), cm, that the tip gets to; each joint in `count` places."""
+    grids = [np.linspace(joint.lower, joint.upper, count) for joint in arm.joints]
+    poses = np.stack(np.meshgrid(*grids), axis=-1).reshape(-1, len(grids))
+    return np.array([kinematics.forward(arm, tuple(q)) for q in poses])
+
+
 def _workspace(arm: Arm) -> np.ndarray:
     """Outline (n, 2), cm, of where the tip can get within the joint limits."""
-    grids = [np.linspace(joint.lower, joint.upper, 25) for joint in arm.joints]
-    poses = np.stack(np.meshgrid(*grids), axis=-1).reshape(-1, len(grids))
-    tips = np.array([kinematics.forward(arm, tuple(q))[:2] for q in poses])
+    tips = _reached(arm, 25)
     return cv2.convexHull(tips.astype(np.float32)).reshape(-1, 2).astype(float)
+
+
+def completed(arm: Arm, constants: dict[str, Any]) -> dict[str, Any]:
+    """The constants with the defaults that depend on arm and camera.
+
+    Raises:
+        BadScene: the arm cannot be shown so.
+    """
+    if kinematics.coordinates(arm) == 2:
+        tilt, azimuth, marker, height = 25.0, 0.0, "disc", 0.0
+    else:
+        tilt, azimuth = VIEWS.get(constants["camera"], (60.0, 180.0))
+        marker, height = "ball", 9.0
+    usual = {"tilt": tilt, "azimuth": azimuth, "marker": marker, "goal_z": height}
+    values = {**constants, **{k: v for k, v in usual.items() if constants[k] is None}}
+    if kinematics.coordinates(arm) == 3 and values["marker"] != "ball":
+        raise BadScene(
+            f"camera marker = {values['marker']}: {arm.name} moves in space, where a flat marker is"
+            " not seen from the side; write marker=ball"
+        )
+    if kinematics.coordinates(arm) == 2 and values["goal_z"]:
+        raise BadScene(
+            f"camera goal_z = {values['goal_z']:g}: {arm.name} moves in the plane, and its goal"
+            " lies on the paper; leave goal_z out"
+        )
+    if kinematics.coordinates(arm) == 2 and values["tilt"] > MOST_TILT:
+        raise BadScene(
+            f"camera tilt = {values['tilt']:g}: must be at most {MOST_TILT:g} deg for {arm.name},"
+            " whose markers lie flat"
+        )
+    return values
+
+
+def marker_centre(arm: Arm, constants: dict[str, Any], q: Sequence[float]) -> np.ndarray:
+    """Centre (3,), cm, of the marker on the tip with the joints at q, rad."""
+    tip = kinematics.forward(arm, q)
+    if len(tip) == 3:
+        return np.array(tip)
+    return np.array([*tip, constants["marker_height"] + _lift(constants)])
+
+
+def _lift(constants: dict[str, Any]) -> float:
+    """Of a marker's centre above what it lies on, cm."""
+    return float(constants["marker_radius"]) if constants["marker"] == "ball" else 0.0
+
+
+def _shown(arm: Arm, constants: dict[str, Any]) -> np.ndarray:
+    """Points (n, 3), cm, that are all in a picture when the tip is wherever it can get."""
+    wide = constants["marker_radius"] * 1.5
+    corners = np.array([(-wide, -wide), (wide, -wide), (wide, wide), (-wide, wide)])
+    if kinematics.coordinates(arm) == 2:
+        # Every corner of the widest marker, at the tip's and at the paper's height.
+        around = (_workspace(arm)[:, None] + corners).reshape(-1, 2)
+        heights = 0.0, constants["marker_height"]
+        return np.concatenate([np.c_[around, np.full(len(around), z)] for z in heights])
+    tips = _reached(arm, SAMPLES)
+    tips = tips[tips[:, 2] >= 0]
+    # The outermost in many directions stand for all of them.
+    directions = np.random.default_rng(0).normal(size=(300, 3))
+    tips = tips[np.unique((tips @ directions.T).argmax(axis=0))]
+    cube = [np.c_[corners, np.full(4, z)] for z in (-wide, wide)]
+    return (tips[:, None] + np.concatenate(cube)).reshape(-1, 3)
 
 
 def place_camera(arm: Arm, constants: dict[str, Any]) -> Pinhole:
     """The camera as the constants have it; what they leave open, so that the workspace fits.
 
+    In space that is all above the table; with a distance given, its middle is in the middle.
+
     Raises:
-        BadScene: the arm is one in space.
+        BadScene: the arm cannot be shown so.
     """
-    if kinematics.coordinates(arm) != 2:
-        raise BadScene(
-            f"{arm.name} is an arm in space, and a synthetic camera shows arms in the plane;"
-            " take --arm planar or geared"
-        )
+    constants = completed(arm, constants)
     size = constants["width"], constants["height"]
     tilt, azimuth, roll = (math.radians(constants[key]) for key in ("tilt", "azimuth", "roll"))
     angles = tilt, azimuth, roll
     lens = constants["focal"], size, constants["k1"], constants["k2"]
-    outline = _workspace(arm)
-    # Every corner of the widest marker, at the tip's and at the paper's height.
-    wide = constants["marker_radius"] * 1.5
-    corners = np.array([(-wide, -wide), (wide, -wide), (wide, wide), (-wide, wide)])
-    around = (outline[:, None] + corners).reshape(-1, 2)
-    body = np.concatenate(
-        [np.c_[around, np.full(len(around), z)] for z in (0.0, constants["marker_height"])]
-    )
+    body = _shown(arm, constants)
+    # In the plane it aims at the table, on which a step sideways is longer than in the picture.
+    space = kinematics.coordinates(arm) == 3
+    longer = np.ones(3) if space else np.array([1.0, max(0.2, math.cos(tilt)), math.inf])
+    given = [constants[key] for key in ("aim_x", "aim_y", "aim_z")]
+    free = np.array([value is None for value in given])
+    fixed = np.array([0.0 if value is None else value for value in given])
 
     def fitted(distance: float) -> tuple[Pinhole, bool]:
-        aim = body.mean(axis=0) * (1, 1, 0)
-        for key, axis in (("aim_x", 0), ("aim_y", 1)):
-            if constants[key] is not None:
-                aim[axis] = constants[key]
+        aim = start = np.where(free, body.mean(axis=0) * (1, 1, space), fixed)
         for _ in range(8):
             camera = Pinhole.aimed(aim, distance, angles, *lens)
+            if space and camera.seen(body)[:, 2].min() < distance / 4:
+                aim = start  # so near that what is seen says little about where the middle is
+                break
             shown = camera.project(body)
             off = (shown.min(axis=0) + shown.max(axis=0)) / 2 - camera.centre
-            # Sideways by what the middle is off, on the table.
+            # Sideways by what the middle is off.
             step = camera.rotation[:2].T @ (off / camera.focal * distance)
-            if constants["aim_x"] is None:
-                aim[0] += step[0]
-            if constants["aim_y"] is None:
-                aim[1] += step[1] / max(0.2, math.cos(tilt))
+            aim = aim + np.where(free, step / longer, 0.0)
         camera = Pinhole.aimed(aim, distance, angles, *lens)
         shown = camera.project(body)
         x, y, z = camera.seen(body).T
@@ -222,23 +329,17 @@ def place_camera(arm: Arm, constants: dict[str, Any]) -> Pinhole:
         inside = (shown >= 2).all() and (shown <= np.array(size) - 3).all()
         return camera, bool(in_front and inside)
 
-    if constants["distance"] is not None:
-        return fitted(constants["distance"])[0]
-    near, far = 1.0, 2000.0
-    while far - near > 0.05:
+    near, far = 1.0, constants["distance"] or 2000.0
+    while constants["distance"] is None and far - near > 0.05:
         middle = (near + far) / 2
         near, far = (near, middle) if fitted(middle)[1] else (middle, far)
-    return fitted(far)[0]
-
-
-def _stadium(length: float, radius: float) -> np.ndarray:
-    """A bar with round ends from the origin to (length, 0); its sides in pieces, which can bend."""
-    arc = np.linspace(-math.pi / 2, math.pi / 2, 9)
-    end = radius * np.stack([np.cos(arc), np.sin(arc)], axis=1)
-    side = np.linspace(0, length, 8)[1:-1]
-    top = np.stack([side[::-1], np.full(6, radius)], axis=1)
-    bottom = np.stack([side, np.full(6, -radius)], axis=1)
-    return np.concatenate([end + (length, 0), top, -end, bottom])
+    camera = fitted(far)[0]
+    if camera.position[2] <= 0:
+        raise BadScene(
+            f"camera {constants['camera']} stands {-camera.position[2]:.1f} cm below the table;"
+            " take another aim_z or less tilt"
+        )
+    return camera
 
 
 def _put(outline: np.ndarray, origin: Point, angle: float, z: float) -> np.ndarray:
@@ -251,38 +352,18 @@ def _put(outline: np.ndarray, origin: Point, angle: float, z: float) -> np.ndarr
     return placed
 
 
-class Item(NamedTuple):
-    """One thing to paint.
-
-    rings   its polygons, each (n, 3) in cm; or of a `hull`, the points whose hull is painted
-    light   (3,) B, G, R; of a shadow, how much light it takes
-    kind    "flat", "hull", "shadow" or "ball"
-    name    of the marker it belongs to
-    ball    centre (3,) and radius, cm
-    """
-
-    rings: Sequence[np.ndarray]
-    light: Any
-    kind: str = "flat"
-    name: str = ""
-    ball: tuple[np.ndarray, float] | None = None
-
-
-SIDE = 0.5
-"""What a vertical face shows of its colour."""
 PENUMBRA = 2.0
-"""Softness of the shadows, px."""
+"""Softness of the shadows, px; of those in space, which fall from higher up, twice that."""
 
-BEAM = 0.4
-"""Half the width of a LEGO beam; its holes are twice that apart; cm."""
 PEN = 0.28
 INK_WIDTH = 0.13
 STUD = 0.24
 
+TABLE = 2.4
+"""Half the side of the table of an arm in space, in reaches; behind it is a wall."""
+
 PAPER = light_of("#efeee9")
 INK = light_of("#23262e")
-HOLE = 0.32
-"""What a hole shows of its beam's colour."""
 
 
 class Patch(NamedTuple):
@@ -304,6 +385,8 @@ class Scene:
         constants: from `read_scene`.
 
     Attributes:
+        asked: the constants as they were given.
+        constants: the same, completed for this arm.
         camera: Pinhole.
         ground: float32 (height, width, 3), light of all that stands still, with the ink so far.
         changes: Boxes of the ground that were painted over, in order; the first is all of it.
@@ -311,16 +394,21 @@ class Scene:
 
     def __init__(self, arm: Arm, constants: dict[str, Any]) -> None:
         self.arm = arm
-        self.constants = constants
+        self.asked = constants
+        self.constants = completed(arm, constants)
         self.camera = place_camera(arm, constants)
         self.frame = Box(0, 0, *self.camera.size)
         self.reach = kinematics.reach(arm)[1]
+        self._in_space = kinematics.coordinates(arm) == 3
+        self._penumbra = PENUMBRA * (2 if self._in_space else 1)
         self._rays = self.camera.rays().astype(np.float32)
         self._bit_rings = {name: bit_rings(number) for name, number in ARUCO_IDS.items()}
         near = any(
             alike("yellow", constants[key]) for key in ("effector", "goal") if self._has(key)
         )
         self._beam_light = light_of("grey" if near else "yellow")
+        if self._in_space:
+            self._skeleton = Skeleton(arm, self._beam_light, self.constants["marker_radius"])
         self._bare = self._paint_ground()
         self.ground = self._bare.copy()
         self.changes = [self.frame]
@@ -339,11 +427,10 @@ class Scene:
     def centres(self, q: Sequence[float]) -> dict[str, np.ndarray]:
         """The markers' centres (3,), cm, with the joints at q, rad."""
         c = self.constants
-        lift = c["marker_radius"] if c["marker"] == "ball" else 0.0
-        tip = kinematics.forward(self.arm, q)
-        centres = {"effector": np.array([tip[0], tip[1], c["marker_height"] + lift])}
+        centres = {"effector": marker_centre(self.arm, c, q)}
         if self._has("goal"):
-            centres["goal"] = np.array([c["goal_x"], c["goal_y"], lift])
+            lift = _lift(c) if kinematics.coordinates(self.arm) == 2 else 0.0
+            centres["goal"] = np.array([c["goal_x"], c["goal_y"], c["goal_z"] + lift])
         return centres
 
     def truth(self, q: Sequence[float]) -> dict[str, tuple[float, float]]:
@@ -354,8 +441,8 @@ class Scene:
 
     def visible(self, q: Sequence[float], t: float = 0.0) -> dict[str, float]:
         """Which part of each marker can be seen, 0 .. 1, neither hidden nor beyond the edge."""
-        goal = self._goal_items()
-        items = goal + self._moving_items(q, t)
+        still = [] if self._in_space else self._goal_items()
+        items = still + self._moving_items(q, t)
         outlines = self._outlines(items)
         seen = {}
         for name in self.centres(q):
@@ -395,7 +482,7 @@ class Scene:
         items = [item for layer in layers for item in layer]
         outlines = self._outlines(items)
         points = np.concatenate([ring for rings in outlines for ring in rings])
-        inner = box_of(points, self.frame, margin + math.ceil(3 * PENUMBRA))
+        inner = box_of(points, self.frame, margin + math.ceil(3 * self._penumbra))
         outer = inner.grown(margin, self.frame)
         if inner.empty:
             return Patch(inner, outer, outer.cut(self.ground))
@@ -435,8 +522,9 @@ class Scene:
         self, items: Sequence[Item], outlines: Sequence[list[np.ndarray]], window: Box
     ) -> list[tuple[Item, Box, np.ndarray]]:
         """Each item with the pixels of a window that it spans and how it covers them."""
+        soft = math.ceil(3 * self._penumbra)
         boxes = [
-            box_of(np.concatenate(rings), window, item.kind == "shadow" and math.ceil(3 * PENUMBRA))
+            box_of(np.concatenate(rings), window, item.kind == "shadow" and soft)
             for item, rings in zip(items, outlines)
         ]
         shown = [k for k, box in enumerate(boxes) if not box.empty]
@@ -453,7 +541,7 @@ class Scene:
             return
         local = box.seen_from(window).cut(pixels)
         if item.kind == "shadow":
-            local *= (1 - item.light * cv2.GaussianBlur(cover, (0, 0), PENUMBRA))[..., None]
+            local *= (1 - item.light * cv2.GaussianBlur(cover, (0, 0), self._penumbra))[..., None]
             return
         light = item.light if item.ball is None else self._shaded(item, box)
         local += cover[..., None] * (np.asarray(light, np.float32) - local)
@@ -478,6 +566,26 @@ class Scene:
 
     def _moving_items(self, q: Sequence[float], t: float) -> list[Item]:
         """The arm, its shadow, its marker and perhaps a hand; what is on top comes last."""
+        return self._items_in_space(q, t) if self._in_space else self._items_in_plane(q, t)
+
+    def _items_in_space(self, q: Sequence[float], t: float) -> list[Item]:
+        """The same with the goal, which the arm may hide, or be hidden by."""
+        eye, radius = self.camera.position, self.constants["marker_radius"]
+        centres = self.centres(q)
+        solids = self._skeleton.solids(q, eye)
+        if "goal" in centres:
+            solids += stand(centres["goal"], radius, eye)
+        for name, centre in centres.items():
+            solids += [ball(item) for item in self._marker_items(name, centre, 0.0)]
+        items = [item for solid in in_order(solids, self.camera) for item in solid.items]
+        hand = self._hand_items(q, t)
+        if self.constants["shadow"]:
+            bodies = [np.concatenate(solid.items[0].rings) for solid in solids]
+            fallen = [_hull_ring(_fallen(points)) for points in bodies]
+            items.insert(0, Item(fallen, self.constants["shadow"], "shadow"))
+        return items + hand
+
+    def _items_in_plane(self, q: Sequence[float], t: float) -> list[Item]:
         h = self.constants["marker_height"]
         base, *middle = [np.array(p[:2]) for p in kinematics.joint_positions(self.arm, q)]
         joints = [base, *middle]
@@ -493,7 +601,7 @@ class Scene:
             length = float(np.linalg.norm(b - a))
             angle = math.atan2(b[1] - a[1], b[0] - a[0])
             top, bottom = levels[k] + thick, levels[k]
-            beam = _stadium(length, BEAM)
+            beam = stadium(length, BEAM)
             raised, lowered = _put(beam, a, angle, top), _put(beam, a, angle, bottom)
             if k + 1 < count:
                 body = rectangle(length - 3.2, -1.1, length + 1.2, 1.1, 2)
@@ -519,7 +627,7 @@ class Scene:
         angle = math.atan2(tip[1] - joints[-2][1], tip[0] - joints[-2][0])
         items += self._marker_items("effector", self.centres(q)["effector"], angle)
         shadows.append(_fallen(_put(circle(self._marker_size(), 32), tip, 0, h)))
-        hand = self._hand_items(tip, t)
+        hand = self._hand_items(q, t)
         shadows += [_fallen(item.rings[0]) for item in hand]
         items += hand
         if self.constants["shadow"]:
@@ -573,7 +681,7 @@ class Scene:
     def _home(self) -> tuple[float, ...]:
         return tuple(joint.home for joint in self.arm.joints)
 
-    def _hand_items(self, tip: np.ndarray, t: float) -> list[Item]:
+    def _hand_items(self, q: Sequence[float], t: float) -> list[Item]:
         """A hand that reaches out over the goal, the next time over the tip, and goes again."""
         every = self.constants["occlusion"]
         if not every:
@@ -583,21 +691,28 @@ class Scene:
         if phase < 0:
             return []
         c = self.constants
-        target = tip if turn % 2 else np.array([c["goal_x"], c["goal_y"]])
+        tip = self.centres(q)["effector"]
+        target = tip if turn % 2 else np.array([c["goal_x"], c["goal_y"], c["goal_z"]])
         # In by 0.35, out from 0.65 on, smoothly.
         share = min(1.0, min(phase, 1 - phase) / 0.35)
         share = share * share * (3 - 2 * share)
-        angle = math.radians(112)
+        # In space it comes from above, between the target and the camera.
+        angle = math.radians(-112 if self._in_space else 112)
         way = np.array([math.cos(angle), math.sin(angle)])
-        palm = target - (1 - share) * 3 * self.reach * way
+        palm = (0 if self._in_space else target[:2]) - (1 - share) * 3 * self.reach * way
         z = c["marker_height"] + (2 * c["marker_radius"] if c["marker"] == "ball" else 0.0) + 0.8
         size = max(1.0, c["marker_radius"] / 1.1)
         skin = light_of("#c98f6b")
-        parts = [(_stadium(60, 2.9 * size), palm, angle + math.pi)]
+        parts = [(stadium(60, 2.9 * size), palm, angle + math.pi)]
         parts.append((circle(4.2 * size, 32) * (1.0, 0.9), palm, angle))
         for spread, length in ((-0.42, 6.6), (-0.14, 7.6), (0.12, 7.3), (0.38, 6.0), (1.1, 5.6)):
-            parts.append((_stadium(length * size, 0.85 * size), palm, angle + spread))
-        return [Item([_put(outline, at, turned, z)], skin) for outline, at, turned in parts]
+            parts.append((stadium(length * size, 0.85 * size), palm, angle + spread))
+        outlines = [_put(outline, at, turned, z) for outline, at, turned in parts]
+        if self._in_space:
+            right, down, ahead = self.camera.rotation
+            before = target - (c["marker_radius"] + 0.8) * ahead
+            outlines = [before + o[:, :2] @ np.array([right, -down]) for o in outlines]
+        return [Item([outline], skin) for outline in outlines]
 
     # What stands still
 
@@ -606,17 +721,17 @@ class Scene:
         r = self.reach
         paper = [_put(rectangle(-0.36 * r, -0.78 * r, 1.06 * r, 1.22 * r, 16), (0, 0), 0.02, 0.0)]
         items = [Item([ring + (0.12, -0.15, 0)], light_of("#4b3a29")) for ring in paper]
-        items += [Item(paper, PAPER), *self._goal_items()]
+        items += [Item(paper, PAPER), *([] if self._in_space else self._goal_items())]
         self._draw(ground, items)
         draw = np.random.default_rng([self.constants["seed"], 1])
         blocks = self._bricks(draw)
         if self.constants["clutter"]:
             blocks.append((self._controller(), np.array([-0.85 * r, -0.55 * r, 0.0])))
-        h = self.constants["marker_height"]
-        grey = light_of("#b9bcbf")
-        body = rectangle(-6.5, -1.5, 1.3, 1.5, 3)
-        shoulder = self._block(body, (0, 0), 0.0, 0.28 * h, grey)
-        blocks.append((shoulder, np.zeros(3)))
+        if not self._in_space:
+            body = rectangle(-6.5, -1.5, 1.3, 1.5, 3)
+            height = 0.28 * self.constants["marker_height"]
+            shoulder = self._block(body, (0, 0), 0.0, height, light_of("#b9bcbf"))
+            blocks.append((shoulder, np.zeros(3)))
         # The farthest first.
         blocks.sort(key=lambda block: -float(np.linalg.norm(block[1] - self.camera.position)))
         shadows = [i for items, _ in blocks for i in items if i.kind == "shadow"]
@@ -626,7 +741,8 @@ class Scene:
         if shadows and self.constants["shadow"]:
             rings = [ring for item in shadows for ring in item.rings]
             rest.insert(0, Item(rings, self.constants["shadow"], "shadow"))
-        self._draw(ground, rest)
+        if rest:
+            self._draw(ground, rest)
         return ground
 
     def _table(self) -> np.ndarray:
@@ -653,8 +769,10 @@ class Scene:
             borderMode=cv2.BORDER_REFLECT,
         )
         table = light_of("#a98358") * np.exp(looked_up)[..., None]
-        sky = ray[..., 2] > -0.02
-        table[sky] = light_of("#8d9299")
+        wall = ray[..., 2] > -0.02
+        if self._in_space:
+            wall |= np.maximum(np.abs(x), np.abs(y)) > TABLE * self.reach
+        table[wall] = light_of("#8d9299")
         return np.asarray(table)
 
     def _block(
@@ -680,13 +798,18 @@ class Scene:
         blocks: list[tuple[list[Item], np.ndarray]] = []
         places: list[np.ndarray] = []
         r = self.reach
+        area = (-1.6 * r, -1.1 * r), (1.7 * r, 1.2 * r)
+        if self._in_space:
+            area = (-2 * r, -2 * r), (2 * r, 2 * r)
         for word in words:
             for _ in range(200):
-                at = draw.uniform((-1.6 * r, -1.1 * r), (1.7 * r, 1.2 * r))
+                at = draw.uniform(*area)
                 on_paper = -0.52 * r < at[0] < 1.18 * r and -0.9 * r < at[1] < 1.35 * r
                 on_controller = abs(at[0] + 0.85 * r) < 7 and abs(at[1] + 0.55 * r) < 9
                 apart = all(np.linalg.norm(at - other) > 4.2 for other in places)
-                if apart and not on_paper and not on_controller:
+                # Where it cannot hide an arm in space, nor what that reaches for.
+                within = self._in_space and np.linalg.norm(at) < 1.15 * r
+                if apart and not on_paper and not on_controller and not within:
                     break
             places.append(at)
             across, along = int(draw.integers(1, 3)), int(draw.integers(2, 5))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from laptop.markers import read_spec
@@ -22,18 +23,26 @@ def looks(constants: dict[str, Any]) -> dict[str, str]:
     return {name: f"{kind}:{look}" for name, look in shown.items()}
 
 
-def rendered(scene: Scene, brick: EmulatedBrick) -> See:
-    """A VirtualTracker's `see`: every frame is rendered as the brick stands, and tracked."""
-    constants = scene.constants
-    tracker = Tracker([read_spec(name, look) for name, look in looks(constants).items()])
-    poses = ScriptedPoses(scene.arm, lambda t: brick.plant.q)
-    cameras: list[SyntheticCamera] = []
+def rendered(scenes: Mapping[str, Scene], brick: EmulatedBrick) -> See:
+    """A VirtualTracker's `see`: every frame is rendered as the brick stands, and tracked.
 
-    def see(camera: str, index: int, t: float) -> Markers | None:
-        if not cameras:
-            start = t - index / constants["fps"]
-            cameras.append(SyntheticCamera(scene, poses, brick.world.now, start=start))
-        found = tracker.find(cameras[0].capture(index).image, t).items()
+    Args:
+        scenes: what each camera sees, by its name.
+        brick: the arm is its.
+    """
+    trackers = {
+        name: Tracker([read_spec(*look) for look in looks(scene.constants).items()])
+        for name, scene in scenes.items()
+    }
+    cameras: dict[str, SyntheticCamera] = {}
+
+    def see(name: str, index: int, t: float) -> Markers | None:
+        if name not in cameras:
+            scene = scenes[name]
+            poses = ScriptedPoses(scene.arm, lambda t: brick.plant.q)
+            start = t - index / scene.constants["fps"]
+            cameras[name] = SyntheticCamera(scene, poses, brick.world.now, start=start)
+        found = trackers[name].find(cameras[name].capture(index).image, t).items()
         return {name: seen and (seen.u, seen.v, seen.confidence) for name, seen in found}
 
     return see
