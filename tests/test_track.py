@@ -613,12 +613,21 @@ def test_when_a_camera_is_given_up_the_other_goes_on_and_the_end_is_a_failure(mo
 
 
 def test_what_a_silent_camera_saw_last_is_not_shown_as_if_it_saw_it_now():
-    camera = FakeCamera(frame(0, 0.0, 90), after=lambda timeout: None)
-    watcher = Watcher("A", camera, FakeTracker(), now=lambda: 0.0)
+    time = [50.0]
+    camera = FakeCamera(frame(0, 50.0, 90), frame(1, 54.0, 90), after=lambda timeout: None)
+    watcher = Watcher("A", camera, FakeTracker(), now=lambda: time[0])
     watcher.step(0)
     assert "effector 90.0" in watcher.status()
-    camera.why = "no frame for 3 s"
+    time[0] += 3
     assert watcher.status() == "0 fps, no frame for 3 s"
+    camera.fps = 0.5
+    assert "effector 90.0" in watcher.status(), "a slow one is not silent"
+    camera.why = "trying again"
+    assert watcher.status() == "0 fps, trying again"
+    camera.fps, camera.why = 30.0, ""
+    time[0] += 1
+    watcher.step(0)
+    assert "effector 90.0" in watcher.status()
 
 
 @pytest.mark.parametrize(
