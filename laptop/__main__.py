@@ -361,8 +361,8 @@ def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
 @click.option(
     "--goal",
     multiple=True,
-    metavar="SPEC|U,V",
-    help="The goal's marker, or a fixed point in px (one for each camera).",
+    metavar="SPEC|[A:]U,V",
+    help="The goal's marker, or a fixed point in px (one for each camera, A:U,V, B:U,V, ...).",
 )
 @click.option(
     "--pick",
@@ -379,12 +379,18 @@ def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
     help="The markers file; all of its markers are tracked.  "
     "[default: effector and goal of ~/.brickservo/markers.ini]",
 )
-@click.option("--scene", default="", metavar="KEY=VALUE,...", help="Of the synthetic camera.")
+@click.option(
+    "--scene",
+    default="",
+    metavar="KEY=VALUE,...",
+    help="Of the synthetic cameras; B.KEY=VALUE is for camera B alone.",
+)
 @click.option(
     "--csv",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
-    help="One row per frame and marker: frame,t,marker,u,v,confidence.",
+    help="One row per frame and marker: frame,t,marker,u,v,confidence; of several cameras with "
+    "another column, camera.",
 )
 @click.option(
     "--serve/--no-serve",
@@ -408,12 +414,13 @@ def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
 @click.option(
     "--picture",
     metavar="FILE.png[@FRAME]",
-    help="Write the tracker's view of a frame (the last one if not said).",
+    help="Write the tracker's view of a frame (the last one if not said); of several cameras "
+    "FILE-A.png, FILE-B.png, ...",
 )
 def track(**orders: Any) -> None:
     """Find the markers in every frame, and serve the brick.
 
-    Ends with the video, or by Ctrl-C.
+    Ends with the last video, or by Ctrl-C.
     """
     from laptop import track as tracking  # OpenCV is slow to import
 

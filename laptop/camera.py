@@ -49,8 +49,6 @@ PATIENCE = (0.25, 2.0, 60.0)
 third, s."""
 ARRIVES_WITHIN = 5.0
 """A stream that is not there by then, s, is not reachable."""
-QUIET = 1.0
-"""Without a frame for so long, s, a live camera is said to be silent."""
 UNREAD_IN_A_ROW = 1000
 """Frames in a row that cannot be read, after which a file is at its end whatever it promises."""
 
@@ -418,11 +416,8 @@ class LiveCamera:
 
     @property
     def why(self) -> str:
-        """Why there is nothing to see, or ""."""
-        if self._trouble:
-            return self._trouble
-        silent = self._now() - self._last
-        return f"no frame for {silent:.0f} s" if silent > QUIET else ""
+        """What is wrong with it, or ""."""
+        return self._trouble
 
     @property
     def ended(self) -> bool:
@@ -725,8 +720,7 @@ def open_camera(
         NoCamera: it gives no pictures.
     """
     if webcam := WEBCAM.fullmatch(source):
-        index = int(webcam[1])
-        return LiveCamera(f"camera {index}", _Webcam(index, size, fps, make, now), now)
+        return LiveCamera(name_of(source), _Webcam(int(webcam[1]), size, fps, make, now), now)
     if size:
         raise NoCamera(f"size {size[0]}x{size[1]}: only a webcam has a choice; {source} has none")
     if "://" in source:
@@ -736,6 +730,12 @@ def open_camera(
             return Recording(source, capture, fps, live, now, sleep)
         return LiveCamera(source, stream, now, capture)
     return Recording(source, _open_files(source, make), fps, live, now, sleep)
+
+
+def name_of(source: str) -> str:
+    """What people call a source, whichever way it is written: /dev/video0 is camera 0."""
+    webcam = WEBCAM.fullmatch(source)
+    return f"camera {int(webcam[1])}" if webcam else source
 
 
 def is_live(source: str) -> bool:

@@ -1,8 +1,8 @@
 """Watching: camera -> tracker -> server and CSV, once per frame, until the end or a signal.
 
-Every camera has a tracker of its own.  Live cameras are watched side by side, each in a thread;
-recordings that are not played live are gone through in turn, frame by frame, so that the same files
-give the same CSV.
+Every camera has a tracker of its own.  Live cameras are watched side by side, each in a thread, so
+that none waits for another; when one ends, the others go on.  Recordings that are not played live
+are gone through in turn, frame by frame, so that the same files give the same CSV.
 """
 
 from __future__ import annotations
@@ -40,6 +40,8 @@ TICK = 0.2
 """Between two updates of a status line on a terminal, s."""
 PIPE_EVERY = 2.0
 """Between two status lines for anybody else, s."""
+QUIET = 1.0
+"""Without a frame for so long, s, or three frames, a live camera is said to be silent."""
 HANG_UP = 2.0
 """A watcher that is busy for longer than this at the end, s, is left to itself."""
 
@@ -50,7 +52,7 @@ Point = tuple[float, float]
 
 
 class Interrupted(ArmError):
-    """A camera that was given up, a disk that is full: what ends tracking before its time."""
+    """Cameras that were given up, a disk that is full: what ends tracking before its time."""
 
 
 class Camera(Protocol):
@@ -196,6 +198,9 @@ class Watcher:
         live: the camera goes on whether or not anybody looks.
         keep: index of the frame to keep as a picture; None: the last one.
         now: the clock of live capture times, s.
+
+    Attributes:
+        ended: the camera gives no more frames.
     """
 
     def __init__(
@@ -213,6 +218,7 @@ class Watcher:
         self.name = name
         self.camera = camera
         self.live = live
+        self.ended = False
         self.frames = 0
         self.dropped = 0
         self.tallies: dict[str, Tally] = {}
@@ -227,12 +233,15 @@ class Watcher:
         self._ages: deque[float] = deque(maxlen=30)
         self._moments: deque[tuple[float, int]] = deque(maxlen=60)
         self._index: int | None = None
+        self._heard = now()
 
     def step(self, timeout: float) -> bool:
         """One frame, if one comes within the timeout (s); False once there are no more."""
         frame = self.camera.read(timeout)
         if frame is None:
-            return not self.camera.ended
+            self.ended = self.camera.ended
+            return not self.ended
+        self._heard = self._now()
         found = dict(self._tracker.find(frame.image, frame.t))
         markers: dict[str, tuple[float, float, float] | None] = {
             name: seen and (seen.u, seen.v, seen.confidence) for name, seen in found.items()
@@ -267,8 +276,15 @@ class Watcher:
 
     @property
     def trouble(self) -> str:
-        """Why the camera gives no frames, or ""."""
+        """What is wrong with the camera, or ""."""
         return getattr(self.camera, "why", "")
+
+    @property
+    def silence(self) -> str:
+        """For how long a live camera has given nothing, in words, or ""."""
+        silent = self._now() - self._heard
+        usual = max(QUIET, 3 / self.camera.fps if self.camera.fps else QUIET)
+        return f"no frame for {silent:.0f} s" if self.live and silent > usual else ""
 
     def rate(self) -> float:
         """Frames per second over the last second or two, up to now."""
@@ -281,9 +297,11 @@ class Watcher:
 
     def status(self) -> str:
         """What it sees, in one line."""
+        if self.ended:
+            return f"{self.trouble or 'ended'}, {self.frames} frames"
         parts = [f"{self.rate():.0f} fps"]
-        if self.trouble:
-            parts.append(self.trouble)
+        if missing := self.trouble or self.silence:  # what was seen last is seen no more
+            return ", ".join([*parts, missing])
         if self.view:
             for name, seen in self.view.found.items():
                 if seen:
@@ -324,13 +342,14 @@ class Run:
         self._signal: int | None = None
         self._error: BaseException | None = None
         self._printed = -math.inf
+        self._told: list[Watcher] = []  # that they have ended
         self.threads: list[threading.Thread] = []
 
     def run(self) -> int:
         """Exit status: 0 at the end, or that of the signal.
 
         Raises:
-            Interrupted: a camera was given up, or the sheet cannot be written.
+            Interrupted: no camera is left and some were given up, or the sheet cannot be written.
         """
         with self._signals():
             groups = [[watcher] for watcher in self._watchers if watcher.live]
@@ -352,7 +371,11 @@ class Run:
                     thread.join(max(0.0, deadline - time.monotonic()))
         if self._error:
             raise self._error
-        return STATUS_OF[signal.Signals(self._signal)] if self._signal else 0
+        if self._signal:
+            return STATUS_OF[signal.Signals(self._signal)]
+        if given_up := [watcher.trouble for watcher in self._watchers if watcher.trouble]:
+            raise Interrupted("; ".join(given_up))
+        return 0
 
     @property
     def ended_by(self) -> str:
@@ -368,8 +391,6 @@ class Run:
                 for watcher in list(group):
                     if not watcher.step(TICK):
                         group.remove(watcher)
-                        if watcher.trouble:
-                            raise Interrupted(watcher.trouble)
         except BaseException as error:  # it is the main thread's to tell
             self._error = self._error or error
             self._stop.set()
@@ -384,9 +405,19 @@ class Run:
                 self._over.clear()
                 while left.acquire(blocking=False):
                     running -= 1
+                self._tell_ends()
                 show()
                 if self._sheet:
                     self._sheet.flush()
+
+    def _tell_ends(self) -> None:
+        """Which live cameras have ended since, and who goes on."""
+        going = [watcher.name for watcher in self._watchers if not watcher.ended]
+        for watcher in self._watchers:
+            if watcher.ended and watcher.live and going and watcher not in self._told:
+                self._told.append(watcher)
+                others = f"{' and '.join(going)} {'goes' if len(going) == 1 else 'go'} on"
+                speaker(self._console)(f"camera {watcher.name}: {watcher.status()}; {others}")
 
     @contextmanager
     def _signals(self) -> Iterator[None]:
@@ -447,7 +478,9 @@ class Run:
         now = time.monotonic()
         if now - self._printed >= PIPE_EVERY:
             self._printed = now
-            speaker(self._console)("; ".join(self.lines()))
+            lines = self.lines()
+            for line in lines if len(self._watchers) > 1 else ["; ".join(lines)]:
+                speaker(self._console)(line)
 
 
 def speaker(console: Console) -> Callable[[str], None]:
