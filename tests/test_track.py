@@ -328,6 +328,10 @@ def test_a_live_camera_is_picked_from_that_many_frames_after_its_start(monkeypat
         (["--picture", "no/folder/view.png"], ["no/folder"]),
         (["--picture", "view.png@12"], ["12", "0 to 11"]),
         (["--scene", "seed=1"], ["seed=1", "synthetic"]),
+        (
+            ["--camera", "synthetic", "--scene", "seed=1,A.tilt=9"],
+            ["no synthetic camera is A", "there is B"],
+        ),
         (["--size", "big"], ["big", "640x480"]),
         (["--size", "640x480"], ["only a webcam"]),
         (["--port", "70000"], ["70000", "65535"]),
