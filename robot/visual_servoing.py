@@ -140,6 +140,7 @@ class VisualServoing(object):
         self._held_for = None
         self._error = None
         self._chased, self._chase_began = [], None
+        self._steered_by = {}  # camera: when it last was
         self._behind = {}  # camera: (t, error) smoothed
         self._moves = self._measurements = self._frames = 0
 
@@ -380,8 +381,12 @@ class VisualServoing(object):
 
     def _steer(self, t, q):
         """In every control tick of a chase: where the joints should be, or None."""
-        for frame in self._watch(t, q):
-            self._chased.append(frame)
+        frames = self._watch(t, q)
+        self._chased += frames
+        if frames:
+            # One camera at a time, in turn: the brick would not keep up with all of them.
+            frame = min(frames, key=lambda frame: self._steered_by.get(frame.camera, 0.0))
+            self._steered_by[frame.camera] = t
             self._stream.see(frame, self._goals.get(frame.camera))
         if t - self._chase_began > LONGEST_CHASE and not self._goal_moves():
             self._stream.aim(t, q)  # it notes since when the joints stand
@@ -536,6 +541,10 @@ def _parser():
         "--arm", default=os.environ.get("BRICKSERVO_ARM", "planar"), metavar="FILE",
         help="arm file (default: $BRICKSERVO_ARM, else planar)",
     )  # fmt: skip
+    parser.add_argument(
+        "--low", action="store_true",
+        help="once at the goal, go low before parking, if the arm's file says where it rests",
+    )  # fmt: skip
     parser.add_argument("--log", metavar="FILE", help="what happened, as lines of JSON")
     return parser
 
@@ -637,7 +646,7 @@ def _run(parser, args):
             last.callback(log.close)
             if not reached:
                 last.enter_context(contextlib.suppress(ArmError))  # the first trouble is told
-            arm.park()
+            arm.park(low=args.low and reached)
     if not reached:
         raise NotReached(in_words(verdict))
     _say(in_words(verdict))

@@ -116,6 +116,18 @@ def test_a_goal_that_is_none_is_refused_and_nothing_moves(space, goals, says):
     assert not w.moved()
 
 
+@pytest.mark.parametrize("low", [False, True])
+def test_it_stays_at_the_goal_unless_told_to_go_low(space, low):
+    w = space()
+    shown = w.run(*["--low"] * low)
+    assert shown.status == 0
+    rest = [joint.rest for joint in w.arm.joints]
+    off = max(abs(a - b) for a, b in zip(w.q[1:], rest[1:], strict=True))
+    assert (off < math.radians(2)) == low
+    assert (miss(w) < FAR) == (not low)
+    assert w.stands(shown.t)
+
+
 def test_a_goal_beyond_a_limit_is_had_by_another_posture(space):
     """Over the base's axis, bent backwards, the shoulder would have to go beyond its limit."""
     arm = read_arm(find_arm("spatial"))
