@@ -326,7 +326,8 @@ class ChainModel(object):
         self._rows = rows
         self._joints = len(links)
         self._chain = _CHAINS[chain]
-        precision = _precision(self._chain.axes(links))
+        self._axes = self._chain.axes(links)
+        precision = _precision(self._axes)
         size = len(precision)
         whole = size * (size + 1) // 2
         # The normal equations: the lower triangle row by row, then the right sides.
@@ -429,6 +430,11 @@ class ChainModel(object):
         # slope' N^-1 slope, from one side: N^-1 = L'^-1 L^-1
         halves = [forward_substituted(self._L, slope) for slope in self._slopes]
         return [[sum(map(mul, a, b)) for b in halves] for a in halves]
+
+    def by_space(self):
+        """How the image moves with the tip's place in space, px/cm: m rows, W along the axes."""
+        W = self._fit(self._keys[-1].q)
+        return [[dot(w, axis) / dot(axis, axis) for axis in self._axes] for w in W]
 
     def doubt_all(self):
         """The camera was moved, or the like: what was seen before counts little from now on."""

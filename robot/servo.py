@@ -73,6 +73,12 @@ EXPLORE = math.radians(8)
 UNSEEN = 3.0
 """An exploring step that moves the marker by fewer standard deviations shows nothing."""
 
+SAME = 6.0
+"""Cameras see the same if the condition of the image by space (greatest over least singular value)
+is more: two that stand less than 15 degrees apart, most often."""
+
+FLAT_VIEW = "seen by {}, the tip may be off along the line of sight; look from another side, too"
+
 FIRST_STEP, LEAST_STEP, MOST_STEP = (math.radians(x) for x in (35, 3, 60))
 """Trust region: the greatest step of a joint, rad."""
 
@@ -839,18 +845,21 @@ class Servo(object):
             self._judge(q, seen)
         self._look_from(q, views)
         self._choose_cameras(q, views)
-        shown = self._exploring_showed(q)
+        unknown = self._q is None or self._known or not all(self._explored)
         self._q, self._seen = q, seen
         self._glimpsed = {}
         used = [view for view in views if view.camera in self.cameras]
         goal = self._together({view.camera: view.goal for view in used})
         off = length(error_of(used, self.rows))
-        if off < self._tolerance * (1 if self._refined else CONTENT):
+        there = off < self._tolerance * (1 if self._refined else CONTENT)
+        if there:
+            if not unknown and self._sees_flat():
+                return Decision("end", None, SINGULAR, FLAT_VIEW.format(" and ".join(self.cameras)))
             self._begin()  # should the goal move on
             return Decision("end", None, CONVERGED, "")
-        self._refined = self._refined or off < self._tolerance
-        if not shown:
+        if not unknown and self.using is None and not self._marker_moved(q):
             return Decision("end", None, SINGULAR, "the marker does not move when the joints do")
+        self._refined = self._refined or off < self._tolerance
         if not all(self._explored):
             return self._explore(q, goal)
         self._note_progress(off)
@@ -895,14 +904,20 @@ class Servo(object):
             self._stagnant += 1
         self._diverging = self._diverging + 1 if off > DIVERGED * self._best + SURPRISE else 0
 
-    def _exploring_showed(self, q):
-        """False where joints have been explored, and none has moved the marker."""
-        if self._known or self._q is None or self.using is not None or not all(self._explored):
-            return True
-        for column in zip(*self._picture(self._local).jacobian(q)):
-            if length(column) * EXPLORE > UNSEEN * self.measure.sigma:
-                return True
-        return False
+    def _marker_moved(self, q):
+        """Whether exploring has shown that any joint moves the marker."""
+        columns = zip(*self._picture(self._local).jacobian(q))
+        return max(map(length, columns)) * EXPLORE > UNSEEN * self.measure.sigma
+
+    def _sees_flat(self):
+        """Whether several cameras see all but the same, and leave the depth untold.
+
+        Only the chain knows more than its last few steps have told.
+        """
+        if len(self.cameras) == 1 or "chain" not in self._make:
+            return False
+        C = [row for camera in self.cameras for row in self._models["chain", camera].by_space()]
+        return condition(C) > SAME
 
     def _explore(self, q, goal):
         """Move a joint of which nothing is known; those that are known go on meanwhile."""

@@ -8,10 +8,13 @@ The cameras here are formulas, so that everything that is predicted is known.
 
 import math
 import random
+from operator import mul
 
 import pytest
 
+from robot import kinematics
 from robot.image_jacobian import LEAST_DOUBT, ROUND, ChainModel, LocalJacobian
+from shared.arm_description import find_arm, read_arm
 
 LINKS = (11.3, 9.5)
 TRUE = ((520.0, -210.0), (90.0, 340.0))
@@ -486,3 +489,16 @@ def test_the_chains_covariance_is_positive_and_shrinks_with_what_is_known(joints
         sizes.append(sum(P[k][k] for k in range(joints)))
     assert sizes == sorted(sizes, reverse=True) or sizes[-1] < 0.05 * sizes[0]
     assert sizes[-1] < 0.05 * sizes[0]
+
+
+@pytest.mark.parametrize("chain", ["planar", "spatial"])
+def test_how_the_image_moves_with_the_place_is_that_of_an_affine_camera(chain):
+    arm = read_arm(find_arm(chain))
+    axes = kinematics.coordinates(arm)
+    C = [[12.0, -3.0, 1.0][:axes], [2.0, 5.0, -9.0][:axes]]
+    model = ChainModel(2, arm.chain, [joint.link for joint in arm.joints])
+    for q in scattered(40, joints=len(arm.joints)):
+        p = kinematics.forward(arm, q)
+        model.observe(q, [300 + sum(map(mul, row, p)) for row in C], 0.01)
+    for found, row in zip(model.by_space(), C):
+        assert found == pytest.approx(row, abs=0.1)
