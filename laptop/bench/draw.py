@@ -12,19 +12,18 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
 import random
 import re
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from laptop import drawing
+from laptop.bench import workers
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant, weighed
 from laptop.simulator.session import park_on_file
@@ -236,8 +235,7 @@ def draw(case: Case) -> Result:
 
 def run(drawings: list[Case]) -> Iterator[Result]:
     """The results of all cases in their order, on all cores."""
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        yield from pool.map(draw, drawings, chunksize=4)
+    return workers.results(draw, drawings, chunk=4)
 
 
 Row = tuple[str, ...]

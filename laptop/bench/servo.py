@@ -12,8 +12,6 @@ import functools
 import gc
 import itertools
 import math
-import multiprocessing
-import os
 import random
 import re
 import tempfile
@@ -21,13 +19,12 @@ import time
 import timeit
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 
+from laptop.bench import workers
 from laptop.simulator import scene as pictured
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
@@ -615,10 +612,7 @@ def run(
     rows: str = "stereo",
 ) -> Iterator[list[Result]]:
     """The results of all set-ups in their order, on all cores."""
-    # A forked process would inherit OpenCV's threads without their lives.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(os.cpu_count(), context, cv2.setNumThreads, (1,)) as pool:
-        yield from pool.map(run_case, cases(seeds, scene, arms, methods, rendered, rows))
+    return workers.results(run_case, cases(seeds, scene, arms, methods, rendered, rows))
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:

@@ -12,14 +12,12 @@ estimator is better, though it may know everything but the place.  What a JPEG d
 from __future__ import annotations
 
 import math
-import multiprocessing
 import os
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
@@ -27,6 +25,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from laptop.bench import workers
 from laptop.learning import learn
 from laptop.markers import BadMarker, Color, Marker, gate
 from laptop.simulator.optics import circle, light_of, marker_light, to_linear, to_srgb
@@ -713,10 +712,7 @@ def _run(case: Case) -> list[Result]:
 
 def run(todo: Sequence[Case]) -> Iterator[list[Result]]:
     """The results of all cases in their order, on all cores."""
-    # A forked process would inherit OpenCV's threads without their lives.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(os.cpu_count(), context, cv2.setNumThreads, (1,)) as pool:
-        yield from pool.map(_run, todo)
+    return workers.results(_run, todo)
 
 
 def gathered(results: Iterable[Result]) -> list[Result]:
