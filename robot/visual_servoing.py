@@ -142,7 +142,7 @@ class VisualServoing(object):
         self._chased, self._chase_began = [], None
         self._steered_by = {}  # camera: when it last was
         self._behind = {}  # camera: (t, error) smoothed
-        self._moves = self._measurements = self._frames = 0
+        self._moves = self._measurements = self._frames = self._heard = 0
 
     def run(self):
         """Servo until a verdict.
@@ -202,7 +202,7 @@ class VisualServoing(object):
         if self._eyes.refused:
             raise _Over("link lost", self._eyes.why)
         if now - self._began > self._budget:
-            self._end_from_outside("budget spent", "{:g} s".format(self._budget))
+            self._end_from_outside("budget spent", self._why_so_long(now))
         if not self._eyes.linked:
             self._unlinked_at = now
         self._eyes.report(self._where() or (), self._error)
@@ -212,6 +212,7 @@ class VisualServoing(object):
             if frame is not None:
                 frames.append(frame)
         for frame in frames:
+            self._heard += 1
             self._seen_by[frame.camera] = now
         if frames and self._sees_enough(now):
             self._note_blind(now)
@@ -259,6 +260,15 @@ class VisualServoing(object):
             if self._error < self._follow:
                 word = servoing.CONVERGED
         raise _Over(word, reason)
+
+    def _why_so_long(self, now):
+        rate = self._heard / (now - self._began) / max(1, len(self._seen_by))
+        reason = "{:g} s".format(self._budget)
+        if rate < 2 / LOST:
+            reason += "; {:.1f} pictures a second with the marker in them, {:g} are needed".format(
+                rate, math.ceil(2 / LOST)
+            )
+        return reason
 
     def _where(self):
         """The joints' angles when last seen, rad; None before."""

@@ -281,6 +281,13 @@ def test_a_camera_that_goes_blind_in_mid_measurement_does_not_hang_it(watched):
     assert converged(w, w.run())
 
 
+def test_a_camera_that_is_too_slow_is_blamed_when_the_budget_is_spent(watched):
+    w = watched(tracker={"fps": 3.0})
+    shown = w.run("--budget", "20")
+    assert shown.log[-1]["verdict"] == "budget spent"
+    assert "20 s; 3.0 pictures a second with the marker in them, 7 are needed" in shown.err
+
+
 def test_following_ends_when_the_laptop_says_so(watched):
     w = watched()
     circling(w, 1.5)
