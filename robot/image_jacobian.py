@@ -49,6 +49,10 @@ ROUND = 16
 """After every so manieth fit the key-frames are weighed anew: it makes little difference, and costs
 more than all the rest."""
 
+TERMS = 5
+"""For each so many terms, one key-frame that was seen in motion may wait for the next fit: a fit of
+15 terms takes longer than a control tick on the brick, and must not be due in every one."""
+
 TELLS = 4.0
 """Plain Broyden learns from steps of at least so many standard deviations in the image."""
 
@@ -336,7 +340,8 @@ class ChainModel(object):
         self._sides = [slice(whole + k * size, whole + (k + 1) * size) for k in range(rows)]
         self._keys = []
         self._fits = 0
-        self._fitted = None  # W, until the equations change
+        self._fitted = None  # W
+        self._waiting, self._patience = 0, max(1, size // TERMS)  # key-frames that are not in W
 
     def observe(self, q, s, variance, standing=True):
         """Keep what was seen as a key-frame, in place of one that is nearly the same.
@@ -359,6 +364,7 @@ class ChainModel(object):
         for key in near or self._keys[:-MOST_KEYS]:
             self._weigh(key, 0.0)
             self._keys.remove(key)
+        self._waiting += self._patience if standing else 1
 
     def seen_from(self, q, s):
         """The Picture of an arm that is at q, where s is seen."""
@@ -389,16 +395,15 @@ class ChainModel(object):
         more = weight - key.weight
         self._sums = [total + more * p for total, p in zip(self._sums, key.products)]
         key.weight = weight
-        self._fitted = None
 
     def _fit(self, q):
         """W (m x terms) by least squares."""
         W = self._fitted
-        if W is None:
+        if W is None or self._waiting >= self._patience:
             sums = self._sums
             self._L = L = cholesky([sums[part] for part in self._triangle])
             W = [back_substituted(L, forward_substituted(L, sums[side])) for side in self._sides]
-            self._fitted = W
+            self._fitted, self._waiting = W, 0
         self._fits += 1
         if self._fits % ROUND == 0 and self._keys:
             self._weigh_all(q, W)
@@ -441,3 +446,4 @@ class ChainModel(object):
         for key in self._keys:
             key.variance += MOVED**2
             self._weigh(key, 1 / key.variance)
+        self._fitted = None

@@ -502,3 +502,25 @@ def test_how_the_image_moves_with_the_place_is_that_of_an_affine_camera(chain):
         model.observe(q, [300 + sum(map(mul, row, p)) for row in C], 0.01)
     for found, row in zip(model.by_space(), C):
         assert found == pytest.approx(row, abs=0.1)
+
+
+def test_in_space_a_fit_waits_for_three_key_frames_seen_in_motion_or_one_at_rest():
+    """It takes longer than a control tick."""
+    arm = read_arm(find_arm("spatial"))
+    poses = iter(scattered(20, joints=3))
+
+    def news(model, standing):
+        before = model.by_space()
+        model.observe(next(poses), (300.0, 200.0), 1.0, standing=standing)
+        return model.by_space() != before
+
+    model = ChainModel(2, arm.chain, [joint.link for joint in arm.joints])
+    for k in range(6):
+        q = next(poses)
+        model.observe(q, (10.0 * k, 5.0), 1.0)
+    assert [news(model, False) for _ in range(6)] == [False, False, True] * 2
+    assert news(model, True)
+    planar = taught(affine, scattered(5))
+    before = planar.by_space()
+    planar.observe((1.5, 1.5), (0.0, 0.0), 1.0, standing=False)
+    assert planar.by_space() != before
