@@ -23,7 +23,7 @@ RULES = {
     "robot": ("robot", "shared", "ev3dev2.motor"),
     "laptop.simulator": ("laptop.simulator", "robot", "shared", "ev3dev2"),
     **dict.fromkeys(
-        [f"laptop.simulator.{name}" for name in ("optics", "scene", "synthetic_camera")],
+        [f"laptop.simulator.{name}" for name in ("optics", "solids", "scene", "synthetic_camera")],
         ("laptop.simulator", "laptop.camera", "robot", "shared", "numpy", "cv2"),
     ),
     "laptop.simulator.virtual_tracker": (

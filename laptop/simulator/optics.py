@@ -75,6 +75,10 @@ MOST_RADIUS = 8.0
 """Farther from the axis, as a tangent, no camera here looks."""
 
 
+NEAR = 0.1
+"""What is nearer than this, cm, or behind a camera, lands far outside of its picture."""
+
+
 class Pinhole:
     """A pinhole camera with radial distortion (Brown 1966: x_d = x (1 + k1 r^2 + k2 r^4)).
 
@@ -119,7 +123,7 @@ class Pinhole:
     @classmethod
     def aimed(
         cls,
-        target: Sequence[float],
+        target: Point,
         distance: float,
         angles: tuple[float, float, float],
         focal: float,
@@ -152,7 +156,7 @@ class Pinhole:
         What the lens would fold back, or what is behind the camera, lands far outside.
         """
         x, y, z = self.seen(points).T
-        z = np.maximum(z, 0.1)
+        z = np.maximum(z, NEAR)
         x, y = x / z, y / z
         factor = self._factor(np.hypot(x, y))
         return np.stack([x * factor, y * factor], axis=1) * self.focal + self.centre

@@ -37,6 +37,17 @@ from laptop.simulator.optics import (
     light_of,
     rectangle,
 )
+from laptop.simulator.solids import (
+    BEAM,
+    HOLE,
+    SIDE,
+    Item,
+    Skeleton,
+    ball,
+    in_order,
+    stadium,
+    stand,
+)
 from robot import kinematics
 from shared.arm_description import Arm, ArmError
 
@@ -324,16 +335,6 @@ def place_camera(arm: Arm, constants: dict[str, Any]) -> Pinhole:
     return fitted(far)[0]
 
 
-def _stadium(length: float, radius: float) -> np.ndarray:
-    """A bar with round ends from the origin to (length, 0); its sides in pieces, which can bend."""
-    arc = np.linspace(-math.pi / 2, math.pi / 2, 9)
-    end = radius * np.stack([np.cos(arc), np.sin(arc)], axis=1)
-    side = np.linspace(0, length, 8)[1:-1]
-    top = np.stack([side[::-1], np.full(6, radius)], axis=1)
-    bottom = np.stack([side, np.full(6, -radius)], axis=1)
-    return np.concatenate([end + (length, 0), top, -end, bottom])
-
-
 def _put(outline: np.ndarray, origin: Point, angle: float, z: float) -> np.ndarray:
     """An outline (n, 2) turned, moved and raised: (n, 3)."""
     c, s = math.cos(angle), math.sin(angle)
@@ -344,38 +345,18 @@ def _put(outline: np.ndarray, origin: Point, angle: float, z: float) -> np.ndarr
     return placed
 
 
-class Item(NamedTuple):
-    """One thing to paint.
-
-    rings   its polygons, each (n, 3) in cm; or of a `hull`, the points whose hull is painted
-    light   (3,) B, G, R; of a shadow, how much light it takes
-    kind    "flat", "hull", "shadow" or "ball"
-    name    of the marker it belongs to
-    ball    centre (3,) and radius, cm
-    """
-
-    rings: Sequence[np.ndarray]
-    light: Any
-    kind: str = "flat"
-    name: str = ""
-    ball: tuple[np.ndarray, float] | None = None
-
-
-SIDE = 0.5
-"""What a vertical face shows of its colour."""
 PENUMBRA = 2.0
-"""Softness of the shadows, px."""
+"""Softness of the shadows, px; of those in space, which fall from higher up, twice that."""
 
-BEAM = 0.4
-"""Half the width of a LEGO beam; its holes are twice that apart; cm."""
 PEN = 0.28
 INK_WIDTH = 0.13
 STUD = 0.24
 
+TABLE = 2.4
+"""Half the side of the table of an arm in space, in reaches; behind it is a wall."""
+
 PAPER = light_of("#efeee9")
 INK = light_of("#23262e")
-HOLE = 0.32
-"""What a hole shows of its beam's colour."""
 
 
 class Patch(NamedTuple):
@@ -411,12 +392,16 @@ class Scene:
         self.camera = place_camera(arm, constants)
         self.frame = Box(0, 0, *self.camera.size)
         self.reach = kinematics.reach(arm)[1]
+        self._in_space = kinematics.coordinates(arm) == 3
+        self._penumbra = PENUMBRA * (2 if self._in_space else 1)
         self._rays = self.camera.rays().astype(np.float32)
         self._bit_rings = {name: bit_rings(number) for name, number in ARUCO_IDS.items()}
         near = any(
             alike("yellow", constants[key]) for key in ("effector", "goal") if self._has(key)
         )
         self._beam_light = light_of("grey" if near else "yellow")
+        if self._in_space:
+            self._skeleton = Skeleton(arm, self._beam_light, self.constants["marker_radius"])
         self._bare = self._paint_ground()
         self.ground = self._bare.copy()
         self.changes = [self.frame]
@@ -449,8 +434,8 @@ class Scene:
 
     def visible(self, q: Sequence[float], t: float = 0.0) -> dict[str, float]:
         """Which part of each marker can be seen, 0 .. 1, neither hidden nor beyond the edge."""
-        goal = self._goal_items()
-        items = goal + self._moving_items(q, t)
+        still = [] if self._in_space else self._goal_items()
+        items = still + self._moving_items(q, t)
         outlines = self._outlines(items)
         seen = {}
         for name in self.centres(q):
@@ -490,7 +475,7 @@ class Scene:
         items = [item for layer in layers for item in layer]
         outlines = self._outlines(items)
         points = np.concatenate([ring for rings in outlines for ring in rings])
-        inner = box_of(points, self.frame, margin + math.ceil(3 * PENUMBRA))
+        inner = box_of(points, self.frame, margin + math.ceil(3 * self._penumbra))
         outer = inner.grown(margin, self.frame)
         if inner.empty:
             return Patch(inner, outer, outer.cut(self.ground))
@@ -530,8 +515,9 @@ class Scene:
         self, items: Sequence[Item], outlines: Sequence[list[np.ndarray]], window: Box
     ) -> list[tuple[Item, Box, np.ndarray]]:
         """Each item with the pixels of a window that it spans and how it covers them."""
+        soft = math.ceil(3 * self._penumbra)
         boxes = [
-            box_of(np.concatenate(rings), window, item.kind == "shadow" and math.ceil(3 * PENUMBRA))
+            box_of(np.concatenate(rings), window, item.kind == "shadow" and soft)
             for item, rings in zip(items, outlines)
         ]
         shown = [k for k, box in enumerate(boxes) if not box.empty]
@@ -548,7 +534,7 @@ class Scene:
             return
         local = box.seen_from(window).cut(pixels)
         if item.kind == "shadow":
-            local *= (1 - item.light * cv2.GaussianBlur(cover, (0, 0), PENUMBRA))[..., None]
+            local *= (1 - item.light * cv2.GaussianBlur(cover, (0, 0), self._penumbra))[..., None]
             return
         light = item.light if item.ball is None else self._shaded(item, box)
         local += cover[..., None] * (np.asarray(light, np.float32) - local)
@@ -573,6 +559,26 @@ class Scene:
 
     def _moving_items(self, q: Sequence[float], t: float) -> list[Item]:
         """The arm, its shadow, its marker and perhaps a hand; what is on top comes last."""
+        return self._items_in_space(q, t) if self._in_space else self._items_in_plane(q, t)
+
+    def _items_in_space(self, q: Sequence[float], t: float) -> list[Item]:
+        """The same with the goal, which the arm may hide, or be hidden by."""
+        eye, radius = self.camera.position, self.constants["marker_radius"]
+        centres = self.centres(q)
+        solids = self._skeleton.solids(q, eye)
+        if "goal" in centres:
+            solids += stand(centres["goal"], radius, eye)
+        for name, centre in centres.items():
+            solids += [ball(item) for item in self._marker_items(name, centre, 0.0)]
+        items = [item for solid in in_order(solids, self.camera) for item in solid.items]
+        hand = self._hand_items(q, t)
+        if self.constants["shadow"]:
+            bodies = [np.concatenate(solid.items[0].rings) for solid in solids]
+            fallen = [_hull_ring(_fallen(points)) for points in bodies]
+            items.insert(0, Item(fallen, self.constants["shadow"], "shadow"))
+        return items + hand
+
+    def _items_in_plane(self, q: Sequence[float], t: float) -> list[Item]:
         h = self.constants["marker_height"]
         base, *middle = [np.array(p[:2]) for p in kinematics.joint_positions(self.arm, q)]
         joints = [base, *middle]
@@ -588,7 +594,7 @@ class Scene:
             length = float(np.linalg.norm(b - a))
             angle = math.atan2(b[1] - a[1], b[0] - a[0])
             top, bottom = levels[k] + thick, levels[k]
-            beam = _stadium(length, BEAM)
+            beam = stadium(length, BEAM)
             raised, lowered = _put(beam, a, angle, top), _put(beam, a, angle, bottom)
             if k + 1 < count:
                 body = rectangle(length - 3.2, -1.1, length + 1.2, 1.1, 2)
@@ -614,7 +620,7 @@ class Scene:
         angle = math.atan2(tip[1] - joints[-2][1], tip[0] - joints[-2][0])
         items += self._marker_items("effector", self.centres(q)["effector"], angle)
         shadows.append(_fallen(_put(circle(self._marker_size(), 32), tip, 0, h)))
-        hand = self._hand_items(tip, t)
+        hand = self._hand_items(q, t)
         shadows += [_fallen(item.rings[0]) for item in hand]
         items += hand
         if self.constants["shadow"]:
@@ -668,7 +674,7 @@ class Scene:
     def _home(self) -> tuple[float, ...]:
         return tuple(joint.home for joint in self.arm.joints)
 
-    def _hand_items(self, tip: np.ndarray, t: float) -> list[Item]:
+    def _hand_items(self, q: Sequence[float], t: float) -> list[Item]:
         """A hand that reaches out over the goal, the next time over the tip, and goes again."""
         every = self.constants["occlusion"]
         if not every:
@@ -678,21 +684,28 @@ class Scene:
         if phase < 0:
             return []
         c = self.constants
-        target = tip if turn % 2 else np.array([c["goal_x"], c["goal_y"]])
+        tip = self.centres(q)["effector"]
+        target = tip if turn % 2 else np.array([c["goal_x"], c["goal_y"], c["goal_z"]])
         # In by 0.35, out from 0.65 on, smoothly.
         share = min(1.0, min(phase, 1 - phase) / 0.35)
         share = share * share * (3 - 2 * share)
-        angle = math.radians(112)
+        # In space it comes from above, between the target and the camera.
+        angle = math.radians(-112 if self._in_space else 112)
         way = np.array([math.cos(angle), math.sin(angle)])
-        palm = target - (1 - share) * 3 * self.reach * way
+        palm = (0 if self._in_space else target[:2]) - (1 - share) * 3 * self.reach * way
         z = c["marker_height"] + (2 * c["marker_radius"] if c["marker"] == "ball" else 0.0) + 0.8
         size = max(1.0, c["marker_radius"] / 1.1)
         skin = light_of("#c98f6b")
-        parts = [(_stadium(60, 2.9 * size), palm, angle + math.pi)]
+        parts = [(stadium(60, 2.9 * size), palm, angle + math.pi)]
         parts.append((circle(4.2 * size, 32) * (1.0, 0.9), palm, angle))
         for spread, length in ((-0.42, 6.6), (-0.14, 7.6), (0.12, 7.3), (0.38, 6.0), (1.1, 5.6)):
-            parts.append((_stadium(length * size, 0.85 * size), palm, angle + spread))
-        return [Item([_put(outline, at, turned, z)], skin) for outline, at, turned in parts]
+            parts.append((stadium(length * size, 0.85 * size), palm, angle + spread))
+        outlines = [_put(outline, at, turned, z) for outline, at, turned in parts]
+        if self._in_space:
+            right, down, ahead = self.camera.rotation
+            before = target - (c["marker_radius"] + 0.8) * ahead
+            outlines = [before + o[:, :2] @ np.array([right, -down]) for o in outlines]
+        return [Item([outline], skin) for outline in outlines]
 
     # What stands still
 
@@ -701,17 +714,17 @@ class Scene:
         r = self.reach
         paper = [_put(rectangle(-0.36 * r, -0.78 * r, 1.06 * r, 1.22 * r, 16), (0, 0), 0.02, 0.0)]
         items = [Item([ring + (0.12, -0.15, 0)], light_of("#4b3a29")) for ring in paper]
-        items += [Item(paper, PAPER), *self._goal_items()]
+        items += [Item(paper, PAPER), *([] if self._in_space else self._goal_items())]
         self._draw(ground, items)
         draw = np.random.default_rng([self.constants["seed"], 1])
         blocks = self._bricks(draw)
         if self.constants["clutter"]:
             blocks.append((self._controller(), np.array([-0.85 * r, -0.55 * r, 0.0])))
-        h = self.constants["marker_height"]
-        grey = light_of("#b9bcbf")
-        body = rectangle(-6.5, -1.5, 1.3, 1.5, 3)
-        shoulder = self._block(body, (0, 0), 0.0, 0.28 * h, grey)
-        blocks.append((shoulder, np.zeros(3)))
+        if not self._in_space:
+            body = rectangle(-6.5, -1.5, 1.3, 1.5, 3)
+            height = 0.28 * self.constants["marker_height"]
+            shoulder = self._block(body, (0, 0), 0.0, height, light_of("#b9bcbf"))
+            blocks.append((shoulder, np.zeros(3)))
         # The farthest first.
         blocks.sort(key=lambda block: -float(np.linalg.norm(block[1] - self.camera.position)))
         shadows = [i for items, _ in blocks for i in items if i.kind == "shadow"]
@@ -721,7 +734,8 @@ class Scene:
         if shadows and self.constants["shadow"]:
             rings = [ring for item in shadows for ring in item.rings]
             rest.insert(0, Item(rings, self.constants["shadow"], "shadow"))
-        self._draw(ground, rest)
+        if rest:
+            self._draw(ground, rest)
         return ground
 
     def _table(self) -> np.ndarray:
@@ -748,8 +762,10 @@ class Scene:
             borderMode=cv2.BORDER_REFLECT,
         )
         table = light_of("#a98358") * np.exp(looked_up)[..., None]
-        sky = ray[..., 2] > -0.02
-        table[sky] = light_of("#8d9299")
+        wall = ray[..., 2] > -0.02
+        if self._in_space:
+            wall |= np.maximum(np.abs(x), np.abs(y)) > TABLE * self.reach
+        table[wall] = light_of("#8d9299")
         return np.asarray(table)
 
     def _block(
@@ -781,7 +797,9 @@ class Scene:
                 on_paper = -0.52 * r < at[0] < 1.18 * r and -0.9 * r < at[1] < 1.35 * r
                 on_controller = abs(at[0] + 0.85 * r) < 7 and abs(at[1] + 0.55 * r) < 9
                 apart = all(np.linalg.norm(at - other) > 4.2 for other in places)
-                if apart and not on_paper and not on_controller:
+                # Where it cannot hide an arm in space, nor what that reaches for.
+                within = self._in_space and np.linalg.norm(at) < 1.15 * r
+                if apart and not on_paper and not on_controller and not within:
                     break
             places.append(at)
             across, along = int(draw.integers(1, 3)), int(draw.integers(2, 5))

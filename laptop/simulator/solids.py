@@ -1,0 +1,322 @@
+"""Convex bodies in space: what an arm with a turning base is made of, and what hides what.
+
+A body is painted as its hull and, on that, the faces that a camera can see.  As no two bodies are
+inside one another, to paint them one after the other is exact if each comes after all that it can
+hide; a plane between two bodies tells which that is: the one on the camera's side.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from laptop.simulator.optics import LAMP, NEAR, Pinhole, circle, light_of, rectangle
+from robot import kinematics
+from shared.arm_description import Arm
+
+
+class Item(NamedTuple):
+    """One thing to paint.
+
+    rings   its polygons, each (n, 3) in cm; or of a `hull`, the points whose hull is painted
+    light   (3,) B, G, R; of a shadow, how much light it takes
+    kind    "flat", "hull", "shadow" or "ball"
+    name    of the marker it belongs to
+    ball    centre (3,) and radius, cm
+    """
+
+    rings: Sequence[np.ndarray]
+    light: Any
+    kind: str = "flat"
+    name: str = ""
+    ball: tuple[np.ndarray, float] | None = None
+
+
+SIDE = 0.5
+"""What a vertical face shows of its colour."""
+
+BEAM = 0.4
+"""Half the width of a LEGO beam; its holes are twice that apart; cm."""
+HOLE = 0.32
+"""What a hole shows of its beam's colour."""
+
+GREY = light_of("#b9bcbf")
+DARK = light_of("#3a3d40")
+BLACK = light_of("#26282b")
+
+
+def stadium(length: float, radius: float) -> np.ndarray:
+    """A bar with round ends from the origin to (length, 0); its sides in pieces, which can bend."""
+    arc = np.linspace(-math.pi / 2, math.pi / 2, 9)
+    end = radius * np.stack([np.cos(arc), np.sin(arc)], axis=1)
+    side = np.linspace(0, length, 8)[1:-1]
+    top = np.stack([side[::-1], np.full(6, radius)], axis=1)
+    bottom = np.stack([side, np.full(6, -radius)], axis=1)
+    return np.concatenate([end + (length, 0), top, -end, bottom])
+
+
+class Face(NamedTuple):
+    """Outlines, each (n, 3), in a plane of a body's surface, its normal (3,), and their light."""
+
+    rings: Sequence[np.ndarray]
+    normal: np.ndarray
+    light: Any
+
+
+class Part(NamedTuple):
+    """A body in its own frame, cm.
+
+    points         (n, 3), whose hull it is
+    light          of what is not a face
+    faces          what lies on another comes after it
+    centre, half   of the box that it fills
+    """
+
+    points: np.ndarray
+    light: Any
+    faces: Sequence[Face]
+    centre: np.ndarray
+    half: np.ndarray
+
+
+class Solid(NamedTuple):
+    """A body in the world: what is painted, in this order, and the box that says where it is.
+
+    items      the first is its hull, or a ball
+    centre     (3,), cm
+    axes       (3, 3), of the box, in rows
+    half       (3,), cm: from the centre to the box's sides
+    radius     by which the box is rounded on top of that, cm
+    """
+
+    items: list[Item]
+    centre: np.ndarray
+    axes: np.ndarray
+    half: np.ndarray
+    radius: float = 0.0
+
+
+Mark = tuple[Sequence[np.ndarray], Any]
+"""What is on a face: outlines, each (n, 2), cm, and their light."""
+
+
+def prism(
+    outline: np.ndarray,
+    across: tuple[float, float],
+    light: Any,
+    up: str = "y",
+    marks: Sequence[Mark] = (),
+) -> Part:
+    """A body with two parallel faces of the same outline.
+
+    Args:
+        outline: convex, (n, 2), counter-clockwise, cm.
+        across: from where to where it goes along the axis `up`, cm.
+        light: (3,).
+        up: "y": the outline is in x and z; "z": it is in x and y.
+        marks: what is on both faces.
+    """
+
+    def placed(flat: np.ndarray, height: float) -> np.ndarray:
+        x, other = flat.T
+        third = np.full(len(flat), height)
+        return np.stack([x, third, other] if up == "y" else [x, other, third], axis=1)
+
+    faces = []
+    for height, sign in zip(across, (-1.0, 1.0)):
+        normal = sign * (np.array([0.0, 1.0, 0.0]) if up == "y" else np.array([0.0, 0.0, 1.0]))
+        faces.append(Face([placed(outline, height)], normal, light))
+        faces += [Face([placed(r, height) for r in rings], normal, tone) for rings, tone in marks]
+    low, high = (placed(outline, height) for height in across)
+    for begin, end in _straights(outline):
+        way = outline[end % len(outline)] - outline[begin]
+        normal = placed(np.array([[way[1], -way[0]]]) / np.hypot(*way), 0.0)[0]
+        along = np.arange(begin, end + 1) % len(outline)
+        faces.append(Face([np.concatenate([low[along], high[along][::-1]])], normal, light))
+    points = np.concatenate([low, high])
+    least, most = points.min(axis=0), points.max(axis=0)
+    return Part(points, np.asarray(light) * SIDE, faces, (least + most) / 2, (most - least) / 2)
+
+
+def _straights(outline: np.ndarray) -> list[tuple[int, int]]:
+    """Where the straight sides of an outline begin and end: those of several edges in a line."""
+    ways = np.roll(outline, -1, axis=0) - outline
+    before = np.roll(ways, 1, axis=0)
+    bent = np.abs(before[:, 0] * ways[:, 1] - before[:, 1] * ways[:, 0])
+    limit = 1e-6 * np.hypot(*ways.T) * np.hypot(*before.T)
+    corners = np.flatnonzero(bent > limit).tolist()
+    ends = [*corners[1:], corners[0] + len(outline)]
+    return [(a, b) for a, b in zip(corners, ends) if b - a > 1]
+
+
+def box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], light: Any) -> Part:
+    """A box from ... to ... along its own axes, cm."""
+    return prism(rectangle(x[0], y[0], x[1], y[1], 3), z, light, "z")
+
+
+def ball(item: Item) -> Solid:
+    """The body of a ball's item."""
+    assert item.ball is not None
+    centre, radius = item.ball
+    return Solid([item], centre, np.eye(3), np.zeros(3), radius)
+
+
+def solid(part: Part, eye: np.ndarray, axes: np.ndarray, origin: np.ndarray) -> Solid:
+    """A part in the world, as a camera at `eye` (3,) sees it.
+
+    Args:
+        axes: (3, 3), its own in rows.
+        origin: (3,), cm.
+    """
+    items = [Item([part.points @ axes + origin], part.light, "hull")]
+    for face in part.faces:
+        normal = face.normal @ axes
+        rings = [ring @ axes + origin for ring in face.rings]
+        if (eye - rings[0][0]) @ normal > 0:
+            items.append(Item(rings, face.light * _lit(normal)))
+    return Solid(items, part.centre @ axes + origin, axes, part.half)
+
+
+def _lit(normal: np.ndarray) -> float:
+    """What a face shows of its colour: all of it if it lies flat, as in the plane."""
+    return 0.42 + 0.58 * max(0.0, float(normal @ LAMP)) / float(LAMP[2])
+
+
+class Skeleton:
+    """The bodies of an arm in space: a turntable, a column, two links with a motor between them.
+
+    Args:
+        arm: its links, cm.
+        light: of its beams.
+        radius: of the ball at its tip, cm.
+    """
+
+    def __init__(self, arm: Arm, light: Any, radius: float) -> None:
+        self._arm = arm
+        height, upper, fore = (joint.link for joint in arm.joints)
+        wide, thick = 1.5 * BEAM, BEAM
+        end = max(0.3 * fore, fore - 2.6)
+        self._standing = [
+            prism(circle(2.8, 32), (0.0, 1.5), DARK, "z", [([circle(1.9, 28)], GREY * 0.8)]),
+            box((-8.5, -3.0), (-1.5, 1.5), (0.0, 2.8), GREY),
+        ]
+        self._turning = [
+            box((-1.0, 1.0), (-0.9, 0.9), (1.5, height + 0.9), DARK * 2),
+            box((-4.0, -1.0), (-0.9, 0.9), (max(1.6, height - 6.0), height - 1.4), GREY),
+        ]
+        hubs: list[Mark] = [
+            ([circle(r, n) + (x, 0.0) for x in (0.0, upper)], tone)
+            for r, n, tone in ((0.55, 20, DARK), (0.26, 14, GREY))
+        ]
+        self._upper = [
+            prism(
+                stadium(upper, wide),
+                (y - thick, y + thick),
+                light,
+                marks=_holes(upper, light) + hubs,
+            )
+            for y in (-1.4, 1.4)
+        ]
+        self._upper.append(box((0.42 * upper, 0.82 * upper), (-0.95, 0.95), (-1.2, 1.2), GREY))
+        self._fore = [
+            prism(stadium(end, wide), (-thick, thick), light, marks=_holes(end, light)),
+            box((end + wide, fore - 0.9 * radius), (-0.2, 0.2), (-0.2, 0.2), BLACK),
+        ]
+
+    def solids(self, q: Sequence[float], eye: np.ndarray) -> list[Solid]:
+        """All but the marker, with the joints at q (rad), as a camera at `eye` sees it."""
+        base, shoulder, elbow, tip = np.array(kinematics.joint_positions(self._arm, q))
+        left = np.array([-math.sin(q[0]), math.cos(q[0]), 0.0])
+        groups = [(self._standing, np.eye(3), base)]
+        for parts, way, origin in (
+            (self._turning, np.cross(left, (0.0, 0.0, 1.0)), base),
+            (self._upper, elbow - shoulder, shoulder),
+            (self._fore, tip - elbow, elbow),
+        ):
+            ahead = way / np.linalg.norm(way)
+            groups.append((parts, np.array([ahead, left, np.cross(ahead, left)]), origin))
+        return [solid(part, eye, axes, at) for parts, axes, at in groups for part in parts]
+
+
+def _holes(length: float, light: Any) -> list[Mark]:
+    """What a beam's two faces show."""
+    count = max(1, round(length / BEAM / 2))
+    places = length * np.arange(1, count) / count
+    return [([circle(0.24, 10) + (x, 0.0) for x in places], light * HOLE)] if count > 1 else []
+
+
+def stand(place: np.ndarray, radius: float, eye: np.ndarray) -> list[Solid]:
+    """What holds a ball of a radius at a place (3,), cm, above the table."""
+    x, y, z = place
+    foot = prism(circle(1.3, 24), (0.0, 0.3), GREY, "z")
+    parts = [foot]
+    if z - 0.9 * radius > 0.4:
+        parts.append(box((-0.15, 0.15), (-0.15, 0.15), (0.3, z - 0.9 * radius), GREY))
+    return [solid(part, eye, np.eye(3), np.array([x, y, 0.0])) for part in parts]
+
+
+def in_order(solids: Sequence[Solid], camera: Pinhole) -> list[Solid]:
+    """The same, each after all that it can hide from the camera."""
+    eye = camera.position
+    one, other = _overlapping(solids, camera)
+    centres = np.array([s.centre for s in solids])
+    axes = np.array([s.axes for s in solids])
+    half = np.array([s.half for s in solids])
+    radius = np.array([s.radius for s in solids])
+
+    def nearest(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """Of the boxes a the points nearest to the centres of b."""
+        off = np.einsum("pij,pj->pi", axes[a], centres[b] - centres[a])
+        return centres[a] + np.einsum("pi,pij->pj", np.clip(off, -half[a], half[a]), axes[a])
+
+    # Normals of planes that may part two boxes: those of their sides, those along two of their
+    # edges, and those across the shortest way from one to the other.
+    edges = np.cross(axes[one][:, :, None], axes[other][:, None]).reshape(-1, 9, 3)
+    ways = [nearest(one, other) - centres[other], nearest(other, one) - centres[one]]
+    normals = np.concatenate([axes[one], axes[other], edges, np.stack(ways, axis=1)], axis=1)
+    length = np.linalg.norm(normals, axis=2)
+    normals = normals / np.maximum(length, 1e-9)[..., None]
+    apart = np.einsum("pki,pi->pk", normals, centres[other] - centres[one])
+    normals = normals * np.where(apart < 0, -1.0, 1.0)[..., None]
+
+    def extent(which: np.ndarray) -> np.ndarray:
+        along = np.abs(np.einsum("pki,pji->pkj", normals, axes[which]))
+        return np.einsum("pkj,pj->pk", along, half[which]) + radius[which][:, None]
+
+    upper = np.einsum("pki,pi->pk", normals, centres[one]) + extent(one)
+    lower = np.einsum("pki,pi->pk", normals, centres[other]) - extent(other)
+    best = np.where(length > 1e-6, lower - upper, -np.inf).argmax(axis=1)
+    pairs = np.arange(len(one))
+    seen = normals[pairs, best] @ eye
+    upper, lower = upper[pairs, best], lower[pairs, best]
+    # Where two overlap a little, as at a joint, the middle decides.
+    middle = (upper + lower) / 2
+    hides = np.zeros((len(solids), len(solids)), bool)
+    hides[other, one] = seen > np.maximum(lower, middle)
+    hides[one, other] = seen < np.minimum(upper, middle)
+    left = np.argsort(-np.linalg.norm(centres - eye, axis=1)).tolist()
+    order = []
+    while left:
+        # In a ring of such that hide one another, the farthest.
+        now = next((k for k in left if not hides[k, left].any()), left[0])
+        left.remove(now)
+        order.append(solids[now])
+    return order
+
+
+def _overlapping(solids: Sequence[Solid], camera: Pinhole) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (their indices) that may overlap in the picture: in each of eight directions."""
+    bodies = [np.concatenate(s.items[0].rings) for s in solids]
+    firsts = np.cumsum([0, *map(len, bodies[:-1])])
+    x, y, z = camera.seen(np.concatenate(bodies)).T
+    places = np.stack([x, y], axis=1) / np.maximum(z, NEAR)[:, None]
+    angles = np.arange(8) * (math.pi / 8)
+    along = places @ np.stack([np.cos(angles), np.sin(angles)])
+    low = np.minimum.reduceat(along, firsts)
+    high = np.maximum.reduceat(along, firsts)
+    one, other = np.triu_indices(len(solids), 1)
+    met = ((low[one] < high[other]) & (low[other] < high[one])).all(axis=1)
+    return one[met], other[met]
