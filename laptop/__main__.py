@@ -361,8 +361,8 @@ def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
 @click.option(
     "--goal",
     multiple=True,
-    metavar="SPEC|U,V",
-    help="The goal's marker, or a fixed point in px (one for each camera).",
+    metavar="SPEC|[A:]U,V",
+    help="The goal's marker, or a fixed point in px (one for each camera, A:U,V, B:U,V, ...).",
 )
 @click.option(
     "--pick",
@@ -379,12 +379,18 @@ def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
     help="The markers file; all of its markers are tracked.  "
     "[default: effector and goal of ~/.brickservo/markers.ini]",
 )
-@click.option("--scene", default="", metavar="KEY=VALUE,...", help="Of the synthetic camera.")
+@click.option(
+    "--scene",
+    default="",
+    metavar="KEY=VALUE,...",
+    help="Of the synthetic cameras; B.KEY=VALUE is for camera B alone.",
+)
 @click.option(
     "--csv",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
-    help="One row per frame and marker: frame,t,marker,u,v,confidence.",
+    help="One row per frame and marker: frame,t,marker,u,v,confidence; of several cameras with "
+    "another column, camera.",
 )
 @click.option(
     "--serve/--no-serve",
@@ -408,12 +414,13 @@ def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
 @click.option(
     "--picture",
     metavar="FILE.png[@FRAME]",
-    help="Write the tracker's view of a frame (the last one if not said).",
+    help="Write the tracker's view of a frame (the last one if not said); of several cameras "
+    "FILE-A.png, FILE-B.png, ...",
 )
 def track(**orders: Any) -> None:
     """Find the markers in every frame, and serve the brick.
 
-    Ends with the video, or by Ctrl-C.
+    Ends with the last video, or by Ctrl-C.
     """
     from laptop import track as tracking  # OpenCV is slow to import
 
@@ -424,12 +431,13 @@ def track(**orders: Any) -> None:
     sys.exit(status)
 
 
-def _synthetic(scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
-    """The synthetic camera, and how the markers in its scene look."""
+def _synthetic(name: str, scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
+    """The synthetic camera of this name, and how the markers in its scene look."""
     from laptop.simulator.sight import looks
     from laptop.simulator.synthetic_camera import open_live
 
-    camera = open_live(",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])]))
+    text = ",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])])
+    camera = open_live(text)
     return camera, looks(camera.constants)
 
 

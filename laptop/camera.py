@@ -725,8 +725,7 @@ def open_camera(
         NoCamera: it gives no pictures.
     """
     if webcam := WEBCAM.fullmatch(source):
-        index = int(webcam[1])
-        return LiveCamera(f"camera {index}", _Webcam(index, size, fps, make, now), now)
+        return LiveCamera(name_of(source), _Webcam(int(webcam[1]), size, fps, make, now), now)
     if size:
         raise NoCamera(f"size {size[0]}x{size[1]}: only a webcam has a choice; {source} has none")
     if "://" in source:
@@ -736,6 +735,12 @@ def open_camera(
             return Recording(source, capture, fps, live, now, sleep)
         return LiveCamera(source, stream, now, capture)
     return Recording(source, _open_files(source, make), fps, live, now, sleep)
+
+
+def name_of(source: str) -> str:
+    """What people call a source, whichever way it is written: /dev/video0 is camera 0."""
+    webcam = WEBCAM.fullmatch(source)
+    return f"camera {int(webcam[1])}" if webcam else source
 
 
 def is_live(source: str) -> bool:

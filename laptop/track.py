@@ -16,7 +16,7 @@ from typing import NamedTuple
 import cv2
 from rich.console import Console
 
-from laptop.camera import Frame, is_live, open_camera, quiet_decoders
+from laptop.camera import WEBCAM, Frame, is_live, name_of, open_camera, quiet_decoders
 from laptop.learning import learn
 from laptop.markers import Marker, read_markers, read_spec, write_markers
 from laptop.tracker import Tracker
@@ -44,6 +44,9 @@ DEFAULTS = {EFFECTOR: "disc:red", GOAL: "disc:green"}
 
 LEARNED = ("disc", "ball")
 """Kinds of marker whose colour can be picked."""
+
+NAMES = string.ascii_uppercase[:8]
+"""Of cameras in observations; a brick listens to no more."""
 
 FIRST_FRAME = 5.0
 """A live camera that gives no picture within this time, s, gives none."""
@@ -90,24 +93,34 @@ def read_pick(text: str) -> Pick:
 
 
 def read_goals(texts: Sequence[str], cameras: int) -> str | list[Point] | None:
-    """A marker's SPEC, or one fixed point U,V per camera, or None.
+    """A marker's SPEC, or one fixed point per camera, or None.
+
+    Args:
+        texts: a SPEC; or U,V for every camera in turn; or A:U,V, B:U,V, ... in any order.
+        cameras: how many there are.
 
     Raises:
         BadOrder: points and cameras do not match.
     """
-    points = [read_numbers(text) for text in texts]
-    fixed = [(point[0], point[1]) for point in points if point and len(point) == 2]
+    fixed: dict[str, Point] = {}
+    for name, text in zip(NAMES, texts, strict=False):
+        camera, colon, where = text.rpartition(":")
+        point = read_numbers(where)
+        if point and len(point) == 2:
+            fixed[camera if colon else name] = (point[0], point[1])
     if not fixed:
         if len(texts) > 1:
             raise BadOrder(f"goal '{texts[1]}': one marker is the goal; give --goal once")
         return texts[0] if texts else None
-    if len(fixed) != len(texts) or len(fixed) != cameras:
+    names = NAMES[:cameras]
+    if len(texts) != cameras or set(fixed) != set(names):
+        each = " ".join(f"--goal {name}:U,V" for name in names)
         raise BadOrder(
-            f"goal '{' '.join(texts)}': give one point U,V for each of the {cameras} cameras"
+            f"goal '{' '.join(texts)}': give one point for each of the {cameras} cameras: {each}"
             if cameras > 1
             else f"goal '{' '.join(texts)}': give one point U,V, or one marker"
         )
-    return fixed
+    return [fixed[name] for name in names]
 
 
 def read_size(text: str) -> tuple[int, int]:
@@ -236,12 +249,10 @@ class Orders:
 
 
 SYNTHETIC = "synthetic"
-NAMES = string.ascii_uppercase[:8]
-"""Of cameras in observations; a brick listens to no more."""
 
-Synthetic = Callable[[str, float | None], tuple[Camera, dict[str, str]]]
-"""From the scene's text and frames per second (None: its own) to the camera, and how its markers
-look: SPEC by name."""
+Synthetic = Callable[[str, str, float | None], tuple[Camera, dict[str, str]]]
+"""From the camera's name, the scene's text and frames per second (None: its own) to the camera, and
+how its markers look: SPEC by name."""
 
 
 class _Plan(NamedTuple):
@@ -262,7 +273,7 @@ def command(orders: Orders, synthetic: Synthetic, console: Console | None = None
 
     Args:
         orders: checked here, all of it before anything starts.
-        synthetic: opens the synthetic camera.
+        synthetic: opens a synthetic camera.
         console: where the status and the summary go.
 
     Raises:
@@ -289,7 +300,7 @@ def command(orders: Orders, synthetic: Synthetic, console: Console | None = None
         ]
         _introduce(speaker(console), watchers, orders.camera, plan)
         if server:
-            for line in invitation(server.commands()):
+            for line in invitation(server.commands(), len(watchers)):
                 speaker(console)(line)
         link = (lambda: link_text(server.state())) if server else None
         run = Run(watchers, sheet, link, console)
@@ -310,6 +321,10 @@ def _prepare(orders: Orders, synthetic: Synthetic, stack: ExitStack) -> _Plan:
     """Check everything and open the cameras; they are closed by the stack."""
     if len(orders.camera) > len(NAMES):
         raise BadOrder(f"{len(orders.camera)} cameras: give --camera at most {len(NAMES)} times")
+    devices = [name_of(source) for source in orders.camera if is_live(source)]
+    for device in devices:
+        if devices.count(device) > 1:
+            raise BadOrder(f"{device} is given twice; another --camera sees from another place")
     if orders.scene and SYNTHETIC not in orders.camera:
         raise BadOrder(f"scene '{orders.scene}': only --camera synthetic has a scene")
     goal = read_goals(orders.goal, len(orders.camera))
@@ -321,29 +336,33 @@ def _prepare(orders: Orders, synthetic: Synthetic, stack: ExitStack) -> _Plan:
         specs[GOAL] = goal
     picture = read_picture(orders.picture) if orders.picture else None
     size = read_size(orders.size) if orders.size else None
-    if size and SYNTHETIC in orders.camera:
+    webcams = [source for source in orders.camera if WEBCAM.fullmatch(source)]
+    if size and not webcams and SYNTHETIC in orders.camera:
         raise BadOrder(f"size {orders.size}: write --scene width={size[0]},height={size[1]}")
     wanted, file = _wanted(orders, specs)
     known = wanted.known
     wanted.check()
     live = orders.serve or any(map(_goes_on, orders.camera))
     cameras: list[Camera] = []
-    for source in orders.camera:
+    shown: dict[str, str] = {}
+    for name, source in zip(NAMES, orders.camera, strict=False):
         if source == SYNTHETIC:
-            camera, looks = synthetic(orders.scene, orders.fps)
+            camera, looks = synthetic(name, orders.scene, orders.fps)
+            shown = {**looks, **shown}
             # What was learned from another camera is not known to be in the scene.
-            wanted = replace(wanted, default=looks, known=known if orders.markers else {})
+            wanted = replace(wanted, default=shown, known=known if orders.markers else {})
         else:
-            camera = open_camera(source, live, orders.fps, size)
+            asked = size if source in webcams or not webcams else None
+            camera = open_camera(source, live, orders.fps, asked)
         cameras.append(camera)
         stack.callback(camera.close)
     learned = _learn(orders.camera[0], cameras[0], wanted)
-    for source, camera, point in zip(orders.camera, cameras, points, strict=True):
+    for name, source, camera, point in zip(NAMES, orders.camera, cameras, points, strict=False):
         if _goes_on(source):
             height, width = _frame_of(camera, 0).image.shape[:2]
         else:
             width, height = getattr(camera, "size", (0, 0))
-        _check_point(point, width, height)
+        _check_point(point, f"camera {name}'s" if len(cameras) > 1 else "the", width, height)
         _check_frame("picture", picture[1] if picture and picture[1] else 0, camera)
     markers = wanted.markers(lambda pick: learned[pick.name])
     _check_names(markers, file)
@@ -419,10 +438,10 @@ def _check_frame(what: str, index: int, camera: Camera) -> None:
         )
 
 
-def _check_point(point: Point | None, width: int, height: int) -> None:
+def _check_point(point: Point | None, whose: str, width: int, height: int) -> None:
     if point and width and not (0 <= point[0] <= width - 1 and 0 <= point[1] <= height - 1):
         raise BadOrder(
-            f"goal {point[0]:g},{point[1]:g} is outside the picture; u from 0 to {width - 1}, "
+            f"goal {point[0]:g},{point[1]:g} is outside {whose} picture; u from 0 to {width - 1}, "
             f"v from 0 to {height - 1}"
         )
 
@@ -434,11 +453,19 @@ def _serve(orders: Orders, stack: ExitStack) -> TrackingServer:
     return server
 
 
-def invitation(commands: Sequence[str]) -> list[str]:
-    """What to type on the brick, for people; `commands` as TrackingServer.commands gives them."""
+def invitation(commands: Sequence[str], cameras: int = 1) -> list[str]:
+    """What to type on the brick, for people.
+
+    Args:
+        commands: as TrackingServer.commands gives them.
+        cameras: how many watch.
+    """
     first, *others = commands
     lines = [f"on the brick, over ssh from here: {first}"]
-    return lines + [f"                 or otherwise: {other}" for other in others]
+    lines += [f"                 or otherwise: {other}" for other in others]
+    if cameras > 1:
+        lines.append("         for an arm in space: add --arm spatial, or your own arm's FILE.ini")
+    return lines
 
 
 def link_text(state: State) -> str:

@@ -1,8 +1,8 @@
 """Watching: camera -> tracker -> server and CSV, once per frame, until the end or a signal.
 
-Every camera has a tracker of its own.  Live cameras are watched side by side, each in a thread;
-recordings that are not played live are gone through in turn, frame by frame, so that the same files
-give the same CSV.
+Every camera has a tracker of its own.  Live cameras are watched side by side, each in a thread, so
+that none waits for another; when one ends, the others go on.  Recordings that are not played live
+are gone through in turn, frame by frame, so that the same files give the same CSV.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ Point = tuple[float, float]
 
 
 class Interrupted(ArmError):
-    """A camera that was given up, a disk that is full: what ends tracking before its time."""
+    """Cameras that were given up, a disk that is full: what ends tracking before its time."""
 
 
 class Camera(Protocol):
@@ -196,6 +196,9 @@ class Watcher:
         live: the camera goes on whether or not anybody looks.
         keep: index of the frame to keep as a picture; None: the last one.
         now: the clock of live capture times, s.
+
+    Attributes:
+        ended: the camera gives no more frames.
     """
 
     def __init__(
@@ -213,6 +216,7 @@ class Watcher:
         self.name = name
         self.camera = camera
         self.live = live
+        self.ended = False
         self.frames = 0
         self.dropped = 0
         self.tallies: dict[str, Tally] = {}
@@ -232,7 +236,8 @@ class Watcher:
         """One frame, if one comes within the timeout (s); False once there are no more."""
         frame = self.camera.read(timeout)
         if frame is None:
-            return not self.camera.ended
+            self.ended = self.camera.ended
+            return not self.ended
         found = dict(self._tracker.find(frame.image, frame.t))
         markers: dict[str, tuple[float, float, float] | None] = {
             name: seen and (seen.u, seen.v, seen.confidence) for name, seen in found.items()
@@ -281,9 +286,11 @@ class Watcher:
 
     def status(self) -> str:
         """What it sees, in one line."""
+        if self.ended:
+            return f"{self.trouble or 'ended'}, {self.frames} frames"
         parts = [f"{self.rate():.0f} fps"]
-        if self.trouble:
-            parts.append(self.trouble)
+        if self.trouble:  # what was seen last is seen no more
+            return ", ".join([*parts, self.trouble])
         if self.view:
             for name, seen in self.view.found.items():
                 if seen:
@@ -324,13 +331,14 @@ class Run:
         self._signal: int | None = None
         self._error: BaseException | None = None
         self._printed = -math.inf
+        self._told: list[Watcher] = []  # that they have ended
         self.threads: list[threading.Thread] = []
 
     def run(self) -> int:
         """Exit status: 0 at the end, or that of the signal.
 
         Raises:
-            Interrupted: a camera was given up, or the sheet cannot be written.
+            Interrupted: no camera is left and some were given up, or the sheet cannot be written.
         """
         with self._signals():
             groups = [[watcher] for watcher in self._watchers if watcher.live]
@@ -352,7 +360,11 @@ class Run:
                     thread.join(max(0.0, deadline - time.monotonic()))
         if self._error:
             raise self._error
-        return STATUS_OF[signal.Signals(self._signal)] if self._signal else 0
+        if self._signal:
+            return STATUS_OF[signal.Signals(self._signal)]
+        if given_up := [watcher.trouble for watcher in self._watchers if watcher.trouble]:
+            raise Interrupted("; ".join(given_up))
+        return 0
 
     @property
     def ended_by(self) -> str:
@@ -368,8 +380,6 @@ class Run:
                 for watcher in list(group):
                     if not watcher.step(TICK):
                         group.remove(watcher)
-                        if watcher.trouble:
-                            raise Interrupted(watcher.trouble)
         except BaseException as error:  # it is the main thread's to tell
             self._error = self._error or error
             self._stop.set()
@@ -384,9 +394,19 @@ class Run:
                 self._over.clear()
                 while left.acquire(blocking=False):
                     running -= 1
+                self._tell_ends()
                 show()
                 if self._sheet:
                     self._sheet.flush()
+
+    def _tell_ends(self) -> None:
+        """Which live cameras have ended since, and who goes on."""
+        going = [watcher.name for watcher in self._watchers if not watcher.ended]
+        for watcher in self._watchers:
+            if watcher.ended and watcher.live and going and watcher not in self._told:
+                self._told.append(watcher)
+                others = f"{' and '.join(going)} {'goes' if len(going) == 1 else 'go'} on"
+                speaker(self._console)(f"camera {watcher.name}: {watcher.status()}; {others}")
 
     @contextmanager
     def _signals(self) -> Iterator[None]:
@@ -447,7 +467,9 @@ class Run:
         now = time.monotonic()
         if now - self._printed >= PIPE_EVERY:
             self._printed = now
-            speaker(self._console)("; ".join(self.lines()))
+            lines = self.lines()
+            for line in lines if len(self._watchers) > 1 else ["; ".join(lines)]:
+                speaker(self._console)(line)
 
 
 def speaker(console: Console) -> Callable[[str], None]:

@@ -22,6 +22,7 @@ from rich.console import Console
 
 from laptop import track, watching
 from laptop.__main__ import laptop
+from laptop.__main__ import track as track_command
 from laptop.camera import Frame
 from laptop.markers import Marker, read_markers, read_spec, write_markers
 from laptop.tracker import Sighting
@@ -159,6 +160,58 @@ def test_two_cameras_are_told_apart(run, video, tmp_path):
     assert out.read_bytes() == first
 
 
+def test_a_colour_learned_at_the_first_camera_is_looked_for_at_all(run, video, tmp_path):
+    green, red = video(3, "green.avi", effector=GREEN, goal=None), video(3, "red.avi", goal=GREEN)
+    words = ["--camera", green, "--camera", red, "--pick", "effector=30,60", "--effector", "disc"]
+    run(*words, "--no-serve", "--csv", tmp_path / "out.csv")
+    table = {(row["camera"], row["frame"]): row for row in rows(tmp_path / "out.csv")}
+    for number in range(3):
+        for camera, wanted in (("A", place(number)), ("B", (120, 25))):
+            row = table[camera, str(number)]
+            assert math.dist((float(row["u"]), float(row["v"])), wanted) < 0.3
+
+
+@pytest.mark.parametrize(
+    ("texts", "cameras", "goals"),
+    [
+        ([], 2, None),
+        (["disc:green"], 2, "disc:green"),
+        (["400,200"], 1, [(400, 200)]),
+        (["A:400,200"], 1, [(400, 200)]),
+        (["400,200", "300,150"], 2, [(400, 200), (300, 150)]),
+        (["B:300,150", "A:400,200"], 2, [(400, 200), (300, 150)]),
+    ],
+)
+def test_the_goal_is_one_marker_or_a_point_for_each_camera(texts, cameras, goals):
+    assert track.read_goals(texts, cameras) == goals
+
+
+def test_every_camera_is_opened_under_its_letter_and_asked_what_it_can_do(monkeypatch):
+    opened = []
+
+    def opener(*order):
+        opened.append(order)
+        camera = FakeCamera(frame(0, 0.0, 1))
+        camera.size = (640, 480)
+        return camera
+
+    def synthetic(*order):
+        return opener(*order), {"effector": "disc:red"}
+
+    monkeypatch.setattr(track, "open_camera", opener)
+    words = ["--no-serve", "--scene", "B.tilt=60", "--size", "320x240", "--fps", "20"]
+    for source in ("film.avi", "synthetic", "3", "synthetic"):
+        words += ["--camera", source]
+    with track_command.make_context("track", words) as context:
+        assert track.command(track.Orders(**context.params), synthetic) == 0
+    assert opened == [
+        ("film.avi", True, 20.0, None),
+        ("B", "B.tilt=60", 20.0),
+        ("3", True, 20.0, (320, 240)),
+        ("D", "B.tilt=60", 20.0),
+    ]
+
+
 def test_frames_that_cannot_be_read_are_told(run, video, tmp_path):
     film = video()
     data = bytearray(film.read_bytes())
@@ -252,6 +305,13 @@ def test_a_live_camera_is_picked_from_that_many_frames_after_its_start(monkeypat
         (["--goal", "160,10"], ["160,10", "outside", "159"]),
         (["--goal", "10,10", "--goal", "20,20"], ["10,10 20,20", "one point"]),
         (["--goal", "red", "--goal", "blue"], ["blue", "once"]),
+        (["--goal", "B:10,10"], ["B:10,10", "one point"]),
+        (["--camera", "5", "--camera", "/dev/video5"], ["camera 5 is given twice"]),
+        (["--camera", "rtsp://a/b", "--camera", "rtsp://a/b"], ["rtsp://a/b is given twice"]),
+        (
+            ["--camera", "5", "--goal", "1,1", "--goal", "A:2,2"],
+            ["one point for each of the 2 cameras", "--goal A:U,V --goal B:U,V"],
+        ),
         (["--goal", "nan,1"], ["nan,1"]),
         (["--pick", "effector=160,10@0"], ["160,10", "outside", "159"]),
         (["--pick", "effector=10,10@12"], ["12", "film.avi", "0 to 11"]),
@@ -442,13 +502,15 @@ def test_every_frame_is_published_with_its_own_time_and_number():
     server = FakeServer()
     camera = FakeCamera(frame(4, 10.5, 90), None, frame(7, 10.6, 0))
     watcher = Watcher("B", camera, FakeTracker(), (5, 6), server, None, True, now=lambda: 10.7)
-    assert [watcher.step(0.1) for _ in range(4)] == [True, True, True, False]
+    assert [watcher.step(0.1) for _ in range(3)] == [True, True, True]
     assert [tuple(observation) for observation in server.sent] == [
         (4, "B", 10.5, {"effector": (90, 10.5, 0.9), "goal": (5, 6, 1.0)}),
         (7, "B", 10.6, {"effector": None, "goal": (5, 6, 1.0)}),
     ]
     assert (watcher.frames, watcher.dropped) == (2, 2)
     assert "effector lost: too dark, goal 5,6 (fixed), age 150 ms, 2 dropped" in watcher.status()
+    assert not watcher.step(0.1)
+    assert watcher.status() == "ended, 2 frames"
 
 
 def test_the_rate_is_that_of_the_last_second():
@@ -501,6 +563,61 @@ def test_live_cameras_do_not_wait_for_each_other():
     camera_a, camera_b = FakeCamera(after=meet), FakeCamera(after=meet)
     watchers = [Watcher(name, c, FakeTracker()) for name, c in (("A", camera_a), ("B", camera_b))]
     assert Run(watchers, None, None, silent()).run() == 0
+
+
+def test_a_camera_that_hangs_keeps_no_frame_of_another_back():
+    """A hangs in its very first `read` until B has given all it has."""
+    over = threading.Event()
+    hung = []
+
+    def hang(timeout):
+        hung.append(over.wait(20))
+        camera_a.after = None
+
+    def end(timeout):
+        camera_b.after = None
+        over.set()
+
+    server = FakeServer()
+    camera_a = FakeCamera(after=hang)
+    camera_b = FakeCamera(*(frame(k, 5 + k / 30, 9) for k in range(20)), after=end)
+    watchers = [
+        Watcher(name, camera, FakeTracker(), server=server, now=lambda: 6.0)
+        for name, camera in (("A", camera_a), ("B", camera_b))
+    ]
+    assert Run(watchers, None, None, silent()).run() == 0
+    assert hung == [True]
+    assert [(seen.camera, seen.t) for seen in server.sent] == [("B", 5 + k / 30) for k in range(20)]
+
+
+def test_when_a_camera_is_given_up_the_other_goes_on_and_the_end_is_a_failure(monkeypatch):
+    monkeypatch.setattr(watching, "TICK", 0.001)
+    out = io.StringIO()
+    deadline = time.monotonic() + 20
+
+    def until_told(timeout):
+        if "goes on" in out.getvalue() or time.monotonic() > deadline:
+            camera_b.frames.append(frame(0, 0.0, 9))
+            camera_b.after = None
+
+    camera_a, camera_b = FakeCamera(frame(0, 0.0, 9)), FakeCamera(after=until_told)
+    camera_a.why = "camera 0 did not come back"
+    watchers = [Watcher(name, c, FakeTracker()) for name, c in (("A", camera_a), ("B", camera_b))]
+    run = Run(watchers, None, None, Console(file=out))
+    with pytest.raises(Interrupted, match="^camera 0 did not come back$"):
+        run.run()
+    assert out.getvalue() == "camera A: camera 0 did not come back, 1 frames; B goes on\n"
+    assert watchers[1].frames == 1, "it came after A had been given up"
+    assert run.lines() == ["A: camera 0 did not come back, 1 frames", "B: ended, 1 frames"]
+
+
+def test_what_a_silent_camera_saw_last_is_not_shown_as_if_it_saw_it_now():
+    camera = FakeCamera(frame(0, 0.0, 90), after=lambda timeout: None)
+    watcher = Watcher("A", camera, FakeTracker(), now=lambda: 0.0)
+    watcher.step(0)
+    assert "effector 90.0" in watcher.status()
+    camera.why = "no frame for 3 s"
+    assert watcher.status() == "0 fps, no frame for 3 s"
 
 
 @pytest.mark.parametrize(
@@ -562,6 +679,25 @@ def test_on_a_pipe_a_line_comes_now_and_then(monkeypatch):
     assert line.endswith("effector 90.0,0.0 (0.90), age 0 ms; no brick connected")
 
 
+def test_on_a_pipe_every_camera_has_a_line_of_its_own(monkeypatch):
+    monkeypatch.setattr(watching, "PIPE_EVERY", 0.0)
+    out = io.StringIO()
+    cameras = FakeCamera(frame(0, 0.0, 90)), FakeCamera(frame(0, 0.0, 0))
+    watchers = [
+        Watcher(name, camera, FakeTracker(), now=lambda: 0.0)
+        for name, camera in zip("AB", cameras, strict=True)
+    ]
+    for watcher in watchers:
+        watcher.step(0)
+    run = Run(watchers, None, lambda: "no brick connected", Console(file=out))
+    run._print_lines()
+    assert out.getvalue().splitlines() == [
+        "A: 0 fps, effector 90.0,0.0 (0.90), age 0 ms",
+        "B: 0 fps, effector lost: too dark, age 0 ms",
+        "no brick connected",
+    ]
+
+
 class Ticking:
     """A second passes whenever somebody looks at the clock."""
 
@@ -595,6 +731,13 @@ def test_on_a_terminal_the_line_stays_in_its_place():
 )
 def test_the_link_in_a_few_words(state, text):
     assert track.link_text(state) == text
+
+
+def test_who_has_several_cameras_is_told_how_to_say_that_the_arm_is_in_space():
+    one = track.invitation(["visual_servoing.py --code ABCD-EFGH"])
+    two = track.invitation(["visual_servoing.py --code ABCD-EFGH"], cameras=2)
+    assert one == two[:1]
+    assert "--arm spatial" in two[1]
 
 
 # Real processes
