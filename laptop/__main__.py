@@ -437,7 +437,7 @@ def _synthetic(name: str, scene: str, fps: float | None) -> tuple[Any, dict[str,
     from laptop.simulator.synthetic_camera import open_live
 
     text = ",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])])
-    camera = open_live(text)
+    camera = open_live(text, camera=name)
     return camera, looks(camera.constants)
 
 

@@ -105,12 +105,8 @@ def test_the_image_of_an_arm_in_space_is_learned_from_a_few_looks():
     assert max(off) < 25
 
 
-@pytest.mark.parametrize(
-    "words", ["demo --arm spatial", "simulate --arm spatial --scene tilt=20 {script}"]
-)
-def test_what_only_knows_arms_in_the_plane_says_so(words, tmp_path):
-    words = words.format(script=ROOT / "robot" / "visual_servoing.py")
-    shown = CliRunner().invoke(laptop, [*words.split(), "--out", str(tmp_path)])
+def test_the_demo_only_knows_arms_in_the_plane_and_says_so(tmp_path):
+    shown = CliRunner().invoke(laptop, ["demo", "--arm", "spatial", "--out", str(tmp_path)])
     assert shown.exit_code == 1
     assert shown.output.count("\n") == 1
     assert "spatial is an arm in space" in shown.output

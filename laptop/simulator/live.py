@@ -29,6 +29,8 @@ SIGN_OF_LIFE = 0.5
 
 STILL = 1e-6
 """A joint that moved less than this has not moved, rad."""
+TOUCH = 0.5
+"""An arm in space leaves ink where its tip is no higher than this above the table, cm."""
 FINEST_INK = 0.02
 """Ink is kept in segments of at least this length, cm."""
 KEPT = 30.0
@@ -79,10 +81,11 @@ class History(object):
             old = bisect.bisect_left(self._times, t - self._kept)
             del self._times[:old]
             del self._poses[:old]
-        if not pen:
+        x, y, *height = kinematics.forward(self.arm, q)
+        if not pen or (height and height[0] > TOUCH):
             self._pen_at = None
             return
-        p = tuple(kinematics.forward(self.arm, q)[:2])
+        p = x, y
         before = self._pen_at
         if before is None:
             self._pen_at = p

@@ -326,13 +326,17 @@ def place_camera(arm: Arm, constants: dict[str, Any]) -> Pinhole:
         inside = (shown >= 2).all() and (shown <= np.array(size) - 3).all()
         return camera, bool(in_front and inside)
 
-    if constants["distance"] is not None:
-        return fitted(constants["distance"])[0]
-    near, far = 1.0, 2000.0
-    while far - near > 0.05:
+    near, far = 1.0, constants["distance"] or 2000.0
+    while constants["distance"] is None and far - near > 0.05:
         middle = (near + far) / 2
         near, far = (near, middle) if fitted(middle)[1] else (middle, far)
-    return fitted(far)[0]
+    camera = fitted(far)[0]
+    if camera.position[2] <= 0:
+        raise BadScene(
+            f"camera {constants['camera']} stands {-camera.position[2]:.1f} cm below the table;"
+            " take another aim_z or less tilt"
+        )
+    return camera
 
 
 def _put(outline: np.ndarray, origin: Point, angle: float, z: float) -> np.ndarray:

@@ -20,7 +20,7 @@ import numpy as np
 from laptop.camera import Frame
 from laptop.simulator.live import NO_RUN, Follower, History, Pose
 from laptop.simulator.optics import Box, light_of, marker_light, to_linear, to_srgb
-from laptop.simulator.scene import Patch, Scene, read_scene
+from laptop.simulator.scene import CAMERAS, Patch, Scene, read_scene
 from shared.arm_description import Arm, find_arm, read_arm
 
 STEPS = 64
@@ -137,7 +137,7 @@ class Sensor:
         self._ground = np.zeros(0, np.int16)
         self._noise = np.zeros(0, np.int16)
         if c["noise"]:
-            draw = np.random.default_rng([c["seed"], 3])
+            draw = np.random.default_rng([c["seed"], 3, CAMERAS.index(c["camera"])])
             shape = c["height"] + 67, c["width"] + 83, 3
             bank = draw.standard_normal(shape, np.float32) * (STEPS * c["noise"])
             self._noise = np.round(bank).astype(np.int16)
@@ -308,7 +308,7 @@ class SyntheticCamera:
     ) -> None:
         self.scene = scene
         self.constants = scene.constants
-        self.name = "synthetic"
+        self.name = f"synthetic {self.constants['camera']}"
         self.fps: float = self.constants["fps"]
         self.ended = False
         self._poses = poses
@@ -355,7 +355,9 @@ class SyntheticCamera:
         return self.time_of(index) + self._least_delay + late
 
     def _luck(self, index: int, what: int) -> random.Random:
-        return random.Random((self.constants["seed"] << 40) + (index << 1) + what)
+        c = self.constants
+        source = (c["seed"] << 4) + CAMERAS.index(c["camera"])
+        return random.Random((source << 36) + (index << 1) + what)
 
     def newest(self, t: float) -> int:
         """Index of the newest frame that has been handed over by time t, -1 if none has."""
@@ -394,7 +396,7 @@ class SyntheticCamera:
     def _pose(self, t: float) -> Pose:
         pose = self._poses(t)
         if pose.arm != self.scene.arm:
-            self.scene = Scene(pose.arm, self.constants)
+            self.scene = Scene(pose.arm, self.scene.asked)
         return pose
 
     def _shutter(self, t: float, pose: Pose) -> float:
@@ -466,21 +468,22 @@ class SyntheticCamera:
         self.close()
 
 
-def open_live(text: str = "", folder: str | None = None) -> SyntheticCamera:
+def open_live(text: str = "", folder: str | None = None, camera: str = "A") -> SyntheticCamera:
     """A camera that looks at the arm of `simulate --realtime`, or at one at home if none runs.
 
     Args:
         text: constants, see `scene.read_scene`.
         folder: see `live.Follower`.
+        camera: its name, which says where it stands and what the text has for it alone.
     """
-    constants = read_scene(text)
+    constants = read_scene(text, camera)
     poses = LivePoses(read_arm(find_arm("planar")), folder)
     arm = poses(time.monotonic()).arm
     return SyntheticCamera(Scene(arm, constants), poses)
 
 
-def film(brick: Any, text: str = "") -> SyntheticCamera:
+def film(brick: Any, text: str = "", camera: str = "A") -> SyntheticCamera:
     """A camera in the virtual time of an emulated brick: `capture`, `frame_at`, `truth`."""
-    scene = Scene(brick.arm, read_scene(text))
+    scene = Scene(brick.arm, read_scene(text, camera))
     world = brick.world
     return SyntheticCamera(scene, RecordedPoses(brick), world.now, world.sleep, start=0.0)
