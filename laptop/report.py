@@ -38,6 +38,7 @@ from laptop.picture import (
     QUIET,
     REACH,
     REACH_EDGE,
+    STEEL,
     TICKS,
     WIDTH,
     new_figure,
@@ -360,7 +361,7 @@ def draw_camera(run: Run) -> bytes:
         for view in range(count):
             box = (view / count, 90 / tall, 1 / count, 1 - 90 / tall)
             _draw_camera(figure.add_axes(box), run, view)
-        _draw_legend(figure, run, 42 / tall)
+        _draw_legend(figure, run, 42 / tall, {"goal, tolerance": {"marker": "+", "ms": 11}})
         return png_of(figure)
 
 
@@ -369,10 +370,11 @@ def draw_space(run: Run) -> bytes | None:
     if not _in_space(run):
         return None
     with new_figure(1000) as figure:
-        _draw_space(figure.add_axes((-0.03, 0.07, 0.62, 0.93), **ASKEW), run)
-        for names, bottom in (("xy", 0.575), ("xz", 0.13)):
-            _draw_side(figure.add_axes((0.62, bottom, 0.365, 0.375)), run, names)
-        _draw_legend(figure, run, 0.035)
+        _draw_space(figure.add_axes((-0.02, 0.05, 0.6, 0.95), **ASKEW), run)
+        for names, bottom in (("xy", 0.595), ("xz", 0.125)):
+            _draw_side(figure.add_axes((0.62, bottom, 0.365, 0.365)), run, names)
+        marks = {"goal": {"marker": "o", "ms": 11, "mfc": "white"}, "base": BASE}
+        _draw_legend(figure, run, 0.035, marks)
         return png_of(figure)
 
 
@@ -425,12 +427,12 @@ def write_overview(folder: str, file: str) -> None:
     if not (place / STORY).exists():
         place = max((there.parent for there in place.glob(f"*/{STORY}")), default=place)
     run = read_run(place)
-    with new_figure(1010 if _in_space(run) else 690) as figure:
+    with new_figure(1040 if _in_space(run) else 690) as figure:
         if _in_space(run):
             for view in range(2):
-                _draw_camera(figure.add_axes((0.345 * view, 0.5938, 0.3425, 0.4062)), run, view)
-            _draw_space(figure.add_axes((0.685, 0.565, 0.32, 0.455), **ASKEW), run)
-            boxes = (0.055, 0.075, 0.425, 0.445), (0.555, 0.075, 0.425, 0.445)
+                _draw_camera(figure.add_axes((0.345 * view, 0.605, 0.3425, 0.395)), run, view)
+            _draw_space(figure.add_axes((0.68, 0.555, 0.32, 0.445), **ASKEW), run)
+            boxes = (0.055, 0.073, 0.425, 0.41), (0.555, 0.073, 0.425, 0.41)
         else:
             _draw_camera(figure.add_axes((0, 0, 920 / WIDTH, 1)), run)
             boxes = (0.635, 0.605, 0.355, 0.325), (0.635, 0.105, 0.355, 0.325)
@@ -467,11 +469,12 @@ def _draw_camera(axes: Axes, run: Run, view: int = 0) -> None:
             )
             for dx, dy in ((11, 0), (0, 11)):
                 axes.plot([x - dx, x + dx], [y - dy, y + dy], color=ink, lw=wide - 0.6, zorder=7)
-        axes.text(x + 17, y + 15, str(number), **_badge(colour))
+        apart = 1.4 if several else 1.0  # the picture is smaller, what is drawn on it is not
+        axes.text(x + 17 * apart, y + 15 * apart, str(number), **_badge(colour, 11 / apart))
     if several:
-        words = {"size": 9.5, "color": "white", "weight": "bold", "va": "top", "zorder": 9}
         shade = [effects.withStroke(linewidth=2.5, foreground=INK)]
-        axes.text(9, 9, f"camera {names[view]}", path_effects=shade, **words)
+        words: dict[str, Any] = {"size": 9.5, "color": "white", "weight": "bold", "zorder": 9}
+        axes.text(9, height - 12, f"camera {names[view]}", path_effects=shade, **words)
 
 
 def _looks(approach: Approach, camera: str) -> np.ndarray:
@@ -483,10 +486,10 @@ def _looks(approach: Approach, camera: str) -> np.ndarray:
     )
 
 
-def _badge(colour: str) -> dict[str, Any]:
+def _badge(colour: str, size: float = 8.0) -> dict[str, Any]:
     """How the number of a goal looks."""
     return {
-        "size": 11,
+        "size": size,
         "color": "white",
         "weight": "bold",
         "ha": "center",
@@ -531,19 +534,30 @@ ASKEW: dict[str, Any] = {
     "proj_type": "ortho",
 }
 """Axes in space, and from where they are seen."""
+BASE: dict[str, Any] = {
+    "ls": "",
+    "marker": "s",
+    "ms": 8,
+    "color": STEEL,
+    "mec": "white",
+    "zorder": 1,
+}
+"""Where the arm stands."""
 
 
 def _draw_space(axes: Any, run: Run) -> None:
     """The ways in space, on axes in ASKEW."""
     low, high = _extent(run)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(0, high[2]))
-    axes.set_box_aspect(high - low, zoom=1.12)
+    axes.set_box_aspect(high - low)
     for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", strict=True):
         axis.set_pane_color(REACH if name == "z" else "white")
         axis.line.set_color(REACH_EDGE)
         axis._axinfo["grid"].update(color=REACH_EDGE, linewidth=0.5)
         axis.set_label_text(f"{name}  cm")
-    axes.tick_params(pad=-2, labelsize=7.5)
+        axis.labelpad = -4
+    axes.tick_params(pad=-3)
+    axes.plot([0], [0], [0], **BASE)
     axes.locator_params(nbins=5, steps=TICKS)
     ends = [np.array([approach.space.place]) for approach in run.approaches if approach.space]
     for end, colour in zip(ends, GOALS, strict=False):
@@ -560,8 +574,13 @@ def _draw_side(axes: Axes, run: Run, names: str) -> None:
     """The ways from one side, which shows two coordinates."""
     view = ["xyz".index(name) for name in names]
     low, high = (corner[view] for corner in _extent(run))
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    axes.set_aspect("equal", adjustable="datalim")
+    middle, sides = (low + high) / 2, axes.bbox.size
+    half = max((high - low) / sides) * sides / 2  # equal scales
+    axes.set(
+        xlim=(middle[0] - half[0], middle[0] + half[0]),
+        ylim=(middle[1] - half[1], middle[1] + half[1]),
+    )
+    axes.plot([0], [0], **BASE)
     axes.grid(color=REACH_EDGE, lw=0.5)
     axes.set_axisbelow(True)
     title = "From above" if names == "xy" else "From the side"
@@ -582,7 +601,7 @@ def _draw_side(axes: Axes, run: Run, names: str) -> None:
                     (x, y), approach.within_mm / 10, fill=False, ec=ink, lw=wide, zorder=7
                 )
                 axes.add_patch(ring)
-            offset: dict[str, Any] = {"xytext": (15, 13), "textcoords": "offset points"}
+            offset: dict[str, Any] = {"xytext": (13, 11), "textcoords": "offset points"}
             axes.annotate(str(number), (x, y), **offset, **_badge(colour))
 
 
@@ -607,7 +626,10 @@ def _extent(run: Run) -> tuple[np.ndarray, np.ndarray]:
     return np.floor(points.min(axis=0) - (2, 2, 0)), np.ceil(points.max(axis=0) + 2)
 
 
-def _draw_legend(figure: Figure, run: Run, height: float) -> None:
+def _draw_legend(
+    figure: Figure, run: Run, height: float, others: dict[str, dict[str, Any]]
+) -> None:
+    """What is what, in one line; `others` are marks of one picture alone, by their names."""
     axes = figure.add_axes((0, 0, 1, 1), zorder=-1)
     axes.set_axis_off()
     handles = [
@@ -623,14 +645,17 @@ def _draw_legend(figure: Figure, run: Run, height: float) -> None:
     handles += [
         (axes.plot([], [], marker="o", ms=8, mfc="white", mew=2, **grey)[0], "start"),
         (axes.plot([], [], marker="o", ms=4.5, **grey)[0], "where it looked"),
-        (axes.plot([], [], marker="+", ms=11, mew=2, **grey)[0], "goal, tolerance"),
+    ]
+    handles += [
+        (axes.plot([], [], **{"mew": 2, **grey, **style})[0], name)
+        for name, style in others.items()
     ]
     figure.legend(
         *zip(*handles, strict=True),
         loc="center",
         bbox_to_anchor=(0.5, height),
         ncols=len(handles),
-        columnspacing=1.6,
+        columnspacing=1.4,
         handlelength=1.7,
     )
 
