@@ -54,7 +54,7 @@ ON_THE_BRICK = click.option(
     show_default=True,
     show_envvar=True,
     metavar="FILE",
-    help="Arm on the emulated brick: planar, geared or a file.",
+    help="Arm on the emulated brick: planar, geared, spatial or a file.",
 )
 
 

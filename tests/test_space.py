@@ -105,13 +105,6 @@ def test_the_image_of_an_arm_in_space_is_learned_from_a_few_looks():
     assert max(off) < 25
 
 
-def test_the_demo_only_knows_arms_in_the_plane_and_says_so(tmp_path):
-    shown = CliRunner().invoke(laptop, ["demo", "--arm", "spatial", "--out", str(tmp_path)])
-    assert shown.exit_code == 1
-    assert shown.output.count("\n") == 1
-    assert "spatial is an arm in space" in shown.output
-
-
 def test_one_camera_cannot_guide_an_arm_in_space(capsys):
     assert servo_main(["--arm", "spatial", "127.0.0.1:9"]) == 1
     err = capsys.readouterr().err
