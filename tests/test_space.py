@@ -13,7 +13,6 @@ from robot import trajectory
 from robot.driver import LINES, main
 from robot.image_jacobian import ChainModel
 from robot.kinematics import branches, forward, joint_positions
-from robot.visual_servoing import main as servo_main
 from shared.arm_description import find_arm, read_arm
 
 ROOT = Path(__file__).parents[1]
@@ -103,13 +102,6 @@ def test_the_image_of_an_arm_in_space_is_learned_from_a_few_looks():
             assert np.allclose(J[:, k], slope, atol=1e-3)
     assert np.median(off) < 5
     assert max(off) < 25
-
-
-def test_one_camera_cannot_guide_an_arm_in_space(capsys):
-    assert servo_main(["--arm", "spatial", "127.0.0.1:9"]) == 1
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1
-    assert "one camera" in err
 
 
 def test_a_run_in_space_is_shown_from_above_and_from_the_side(tmp_path):
