@@ -14,6 +14,7 @@ from rig import DRIVER, Rig
 from laptop.simulator import session
 from laptop.simulator.live import FILE, Follower, History, Publisher
 from laptop.simulator.world import World
+from robot import kinematics
 from shared.arm_description import find_arm, read_arm
 
 ROOT = os.path.dirname(os.path.dirname(DRIVER))
@@ -113,6 +114,19 @@ def test_who_comes_late_sees_the_same_as_who_was_there(run):
     late = run.follower()
     assert late.at(run.zero + 1e6) == early.at(run.zero + 1e6)
     assert late.newest == early.newest
+
+
+def test_in_space_ink_lies_on_the_table_where_the_tip_touches_it():
+    arm = read_arm(find_arm("spatial"))
+    history = History(arm)
+    way = [(10.0 + 0.05 * k, 2.0, 0.0 if k < 40 else 0.2 * (k - 40)) for k in range(60)]
+    for k, p in enumerate(way):
+        history.append(k, kinematics.inverse(arm, p), True)
+    ink = history.at(99).ink
+    assert ink[0][:2] == pytest.approx((10.0, 2.0))
+    assert all(abs(y) == pytest.approx(2.0) for segment in ink for y in segment[1::2])
+    assert ink[-1][2] == pytest.approx(way[42][0], abs=0.01), "0.4 cm up, it still touches"
+    assert length(ink) == pytest.approx(2.1, abs=0.01)
 
 
 def test_lifting_the_pen_leaves_a_gap_in_the_ink():

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from laptop.markers import read_spec
 from laptop.simulator.optics import (
     BadLens,
     Box,
@@ -18,11 +19,24 @@ from laptop.simulator.optics import (
     to_linear,
     to_srgb,
 )
-from laptop.simulator.scene import CONSTANTS, BadScene, Scene, read_scene
+from laptop.simulator.scene import (
+    CAMERAS,
+    CONSTANTS,
+    BadScene,
+    Scene,
+    cameras,
+    marker_centre,
+    place_camera,
+    read_scene,
+)
+from laptop.simulator.sight import looks
+from laptop.simulator.synthetic_camera import ScriptedPoses, SyntheticCamera
+from laptop.tracker import Tracker
 from robot import kinematics
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))
+SPATIAL = read_arm(find_arm("spatial"))
 PLAIN = "clutter=0,shadow=0,k1=0,tilt=0,rim=1.5,"
 SIZE = (640, 480)
 
@@ -434,7 +448,221 @@ def test_several_poses_of_one_exposure_are_averaged(furnished):
     np.testing.assert_allclose(patch.pixels, expected, atol=1e-5)
 
 
+# In space
+
+
+def in_space(text="", camera="A"):
+    return Scene(SPATIAL, read_scene(text, camera))
+
+
+def poses_above_the_table(seed, count, arm=SPATIAL):
+    draw = np.random.default_rng(seed)
+    while count:
+        q = tuple(draw.uniform(joint.lower, joint.upper) for joint in arm.joints)
+        if kinematics.forward(arm, q)[2] > 1.5:
+            count -= 1
+            yield q
+
+
+def test_in_space_the_tip_is_the_balls_centre_and_the_goal_stands_where_it_is_said():
+    q = (0.3, 0.9, -1.2)
+    base, up, bend = q
+    out = 11.3 * math.cos(up) + 9.5 * math.cos(up + bend)
+    height = 12 + 11.3 * math.sin(up) + 9.5 * math.sin(up + bend)
+    expected = out * math.cos(base), out * math.sin(base), height
+    constants = read_scene("goal_x=7,goal_y=-4,goal_z=6.5")
+    np.testing.assert_allclose(marker_centre(SPATIAL, constants, q), expected)
+    centres = Scene(SPATIAL, constants).centres(q)
+    np.testing.assert_allclose(centres["effector"], expected)
+    assert tuple(centres["goal"]) == (7, -4, 6.5)
+
+
+@pytest.mark.parametrize(
+    ("tilt", "azimuth", "roll"), [(15, 0, 0), (90, 0, 0), (90, -50, 0), (60, 140, 35), (0, 20, -90)]
+)
+def test_truth_is_what_a_pinhole_at_the_place_sees(tilt, azimuth, roll):
+    """Plain numpy: where the camera stands, what it looks along, and Brown's distortion."""
+    text = f"tilt={tilt},azimuth={azimuth},roll={roll},aim_x=3,aim_y=-2,aim_z=14,distance=60,k1=-.1"
+    t, a, r = np.radians([tilt, azimuth, roll])
+    away = np.array([math.sin(a) * math.sin(t), -math.cos(a) * math.sin(t), math.cos(t)])
+    right = np.array([math.cos(a), math.sin(a), 0])
+    up = np.cross(away, right)
+    right, up = math.cos(r) * right - math.sin(r) * up, math.cos(r) * up + math.sin(r) * right
+    view = in_space(text + ",clutter=0,focal=600")
+    for q in poses_above_the_table(3, 20):
+        seen = np.array(kinematics.forward(SPATIAL, q)) - ((3, -2, 14) + 60 * away)
+        x, y = seen @ right / -(seen @ away), -(seen @ up) / -(seen @ away)
+        bent = 600 * (1 - 0.1 * (x * x + y * y))
+        expected = 319.5 + bent * x, 239.5 + bent * y
+        assert view.truth(q)["effector"] == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_looks_from_above_and_b_from_the_side():
+    above, side = (place_camera(SPATIAL, read_scene("", name)) for name in "AB")
+    x_y_z = np.array([(5, 0, 15), (15, 0, 15), (5, 10, 15), (5, 0, 25.0)])
+    start, *ends = above.project(x_y_z)
+    right, forth, high = (end - start for end in ends)
+    assert right[0] > 60 > 3 * abs(right[1])
+    assert -forth[1] > 60 > 3 * abs(forth[0])
+    assert np.hypot(*high) < 50
+    start, *ends = side.project(x_y_z)
+    right, forth, high = (end - start for end in ends)
+    assert right[0] > 60 > 3 * abs(right[1])
+    assert -high[1] > 60 > 3 * abs(high[0])
+    assert np.hypot(*forth) < 50
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_all_of_the_workspace_above_the_table_is_in_the_picture(seed):
+    draw = np.random.default_rng(seed)
+    text = (
+        f"tilt={draw.uniform(0, 90)},azimuth={draw.uniform(-180, 180)},"
+        f"roll={draw.uniform(-180, 180)},focal={draw.uniform(500, 900)},"
+        f"k1={draw.uniform(-0.1, 0.1)}"
+    )
+    camera = place_camera(SPATIAL, read_scene(text))
+    tips = np.array([kinematics.forward(SPATIAL, q) for q in poses_above_the_table(seed, 400)])
+    places = camera.project(tips)
+    assert places.min() > 8
+    assert (places.max(axis=0) < (632, 472)).all()
+    assert np.ptp(places, axis=0)[1] > 300 or np.ptp(places, axis=0)[0] > 450
+
+
+@pytest.mark.parametrize("name", "ABC")
+def test_a_camera_at_a_distance_has_the_workspace_in_the_middle(name):
+    camera = place_camera(SPATIAL, read_scene("distance=90", name))
+    places = camera.project(np.array([kinematics.forward(SPATIAL, q) for q in corners(SPATIAL)]))
+    assert (places.min(axis=0) + places.max(axis=0)) / 2 == pytest.approx((319.5, 239.5), abs=12)
+
+
+def corners(arm):
+    """Poses all over the joints' ranges whose tip is above the table."""
+    ranges = [np.linspace(joint.lower, joint.upper, 15) for joint in arm.joints]
+    poses = np.stack(np.meshgrid(*ranges), axis=-1).reshape(-1, 3)
+    return [q for q in poses if kinematics.forward(arm, q)[2] >= 0]
+
+
+def test_a_camera_amid_the_workspace_still_looks_at_it():
+    view = in_space("distance=25,clutter=0", "D")
+    (u, v), _ = view.project(np.array([(0, 0, 14.0), (0, 0, 0)]))
+    assert 0 < u < 640
+    assert 0 < v < 480
+
+
+@pytest.mark.parametrize("name", "ABC")
+def test_the_tracker_finds_the_balls_where_they_truly_are(name):
+    view = in_space("clutter=6", name)
+    poses = list(poses_above_the_table(11, 24))
+    camera = SyntheticCamera(view, ScriptedPoses(SPATIAL, lambda t: poses[round(30 * t)]), start=0)
+    camera.constants["exposure"] = camera.constants["fps_wander"] = 0.0
+    off = {"effector": [], "goal": []}
+    for index, q in enumerate(poses):
+        tracker = Tracker([read_spec(*look) for look in looks(view.constants).items()])
+        found = tracker.find(camera.capture(index).image, 0.0)
+        for marker, part in view.visible(q).items():
+            if part > 0.98:
+                assert found[marker] is not None, (marker, q)
+                seen = found[marker].u, found[marker].v
+                off[marker].append(math.dist(seen, view.truth(q)[marker]))
+            elif part < 0.02:
+                assert found[marker] is None, (marker, q)
+    # Shading and what is behind pull at a ball, as at one in the plane.
+    for distances in off.values():
+        assert len(distances) >= 8
+        assert np.median(distances) < 0.45
+        assert max(distances) < 1.5
+
+
+def test_the_goal_behind_the_arm_is_hidden_and_before_it_is_not():
+    # Half way along the forearm, nearer to the camera and farther away.
+    q = (0.0, 0.7, -1.2)
+    _, _, elbow, tip = np.array(kinematics.joint_positions(SPATIAL, q))
+    x, _, z = (elbow + tip) / 2
+    for y, least, most in ((-4, 0.99, 1.01), (4, 0.0, 0.6)):
+        view = in_space(f"goal_x={x},goal_y={y},goal_z={z},aim_z={z},aim_x={x},distance=60", "B")
+        assert least < view.visible(q)["goal"] < most
+        u, v = (round(c) for c in view.truth(q)["goal"])
+        green = hues(view.image(q)[v - 2 : v + 3, u - 2 : u + 3])
+        assert ((green > 120) & (green < 170)).sum() == (25 if least else 0)
+
+
+def test_seen_from_the_side_there_is_a_wall_behind_the_table():
+    view = in_space("clutter=0,goal=none", "B")
+    wall = view.ground[:200].reshape(-1, 3)
+    np.testing.assert_allclose(wall, np.broadcast_to(light_of("#8d9299"), wall.shape), rtol=1e-5)
+    far, near = np.round(view.project(np.array([(0, 60.0, 0), (0, 40.0, 0)]))).astype(int)
+    np.testing.assert_allclose(view.ground[far[1], far[0]], light_of("#8d9299"), rtol=1e-5)
+    blue, _, red = view.ground[near[1], near[0]]
+    assert red > 2 * blue
+
+
+def test_in_space_too_shadows_and_ink_are_on_the_table():
+    view = in_space("clutter=0,goal=none,shadow=0.5")
+    q = (0.6, 0.9, -0.9)
+    x, y, z = kinematics.forward(SPATIAL, q)
+    fallen = view.project(np.array([(x + z * 0.38 / 0.875, y - z * 0.30 / 0.875, 0)]))[0]
+    u, v = np.round(fallen).astype(int)
+    assert (view.image(q) / view.ground)[v, u] == pytest.approx(0.5, abs=0.1)
+    drawn = view.image((-1.5, 1.0, -1.0), INK)
+    u, v = np.round(view.project(np.array([(7.5, 5.0, 0)]))[0]).astype(int)
+    assert drawn[v - 1 : v + 2, u - 1 : u + 2].min() < 0.5 * view.image((-1.5, 1, -1))[v, u].min()
+
+
+@pytest.mark.parametrize("name", "AB")
+def test_in_space_a_hand_hides_the_goal_and_the_next_time_the_tip_from_every_camera(name):
+    view = in_space("occlusion=4,clutter=0", name)
+    q = (0.5, 0.8, -1.0)
+    assert min(view.visible(q, 1.0).values()) > 0.9
+    assert view.visible(q, 3.0)["goal"] < 0.01
+    assert view.visible(q, 7.0)["effector"] < 0.01
+
+
+def test_clutter_lies_beyond_what_an_arm_in_space_reaches():
+    view = in_space("clutter=30,decoys=5")
+    places = [place for _, place in view._bricks(np.random.default_rng(2))]
+    assert len(places) == 35
+    assert min(np.hypot(x, y) for x, y, _ in places) > 11.3 + 9.5 + 2
+
+
 # Constants
+
+
+def test_what_is_written_for_one_camera_is_its_alone():
+    text = "B.tilt=80,focal=500,B.focal=450,A.noise=1"
+    a, b, c = (read_scene(text, name) for name in "ABC")
+    assert [v["focal"] for v in (a, b, c)] == [500, 450, 500]
+    assert [v["tilt"] for v in (a, b, c)] == [None, 80, None]
+    assert [v["noise"] for v in (a, b, c)] == [1, 2, 2]
+    assert read_scene("B.focal=450,focal=500", "B")["focal"] == 450
+    assert [v["camera"] for v in (a, b, c)] == ["A", "B", "C"]
+
+
+def test_there_are_as_many_cameras_as_the_arm_needs_and_the_text_names():
+    assert cameras(ARM) == "A"
+    assert cameras(SPATIAL, "tilt=20") == "AB"
+    assert cameras(SPATIAL, "C.tilt=45, B.tilt=80") == "ABC"
+    assert cameras(ARM, "B.tilt=45") == "AB"
+    with pytest.raises(BadScene, match=r"no constant 'C\.tlit'"):
+        cameras(SPATIAL, "C.tlit=45")
+
+
+@pytest.mark.parametrize(
+    ("arm", "text", "words"),
+    [
+        (SPATIAL, "marker=disc", ["marker = disc", "not seen from the side", "marker=ball"]),
+        (SPATIAL, "marker=aruco", ["marker = aruco", "not seen from the side"]),
+        (SPATIAL, "tilt=90,aim_z=-3,distance=60", ["camera A", "3.0 cm below the table", "aim_z"]),
+        (ARM, "goal_z=4", ["goal_z = 4", "planar", "leave goal_z out"]),
+        (ARM, "tilt=90", ["tilt = 90", "at most 85", "planar"]),
+    ],
+)
+def test_what_an_arm_cannot_be_shown_with_is_refused_in_one_line(arm, text, words):
+    with pytest.raises(BadScene) as caught:
+        place_camera(arm, read_scene(text))
+    message = str(caught.value)
+    assert "\n" not in message
+    for word in words:
+        assert word in message
 
 
 def test_the_constants_are_the_defaults_with_what_is_given():
@@ -457,6 +685,12 @@ def test_the_constants_are_the_defaults_with_what_is_given():
         ("goal=invisible", ["goal = invisible", "green", "none"]),
         ("fps=100,exposure=0.02", ["exposure = 0.02", "1/fps", "0.0100 s"]),
         ("occlusion=1", ["occlusion = 1", "0 (never) or from 2"]),
+        ("B.tilt=95", ["B.tilt = 95", "0 to 90"]),
+        ("J.tilt=9", ["J.tilt", "no camera 'J'", "A, B, C"]),
+        (".tilt=9", ["'.tilt'", "no camera ''"]),
+        ("B.goal_x=9", ["B.goal_x", "all cameras see the same goal_x", "goal_x=VALUE"]),
+        ("B.tlit=9", ["B.tlit", "no constant", "tilt"]),
+        ("B.tilt", ["B.tilt", "write B.tilt=VALUE"]),
     ],
 )
 def test_a_wrong_constant_is_refused_in_one_line(text, words):
@@ -472,3 +706,10 @@ def test_every_default_is_allowed():
     for key, constant in CONSTANTS.items():
         if constant.default is not None:
             assert read_scene(f"{key}={constant.default}")[key] == constant.default
+
+
+def test_no_two_cameras_on_an_arm_in_space_stand_at_one_place():
+    places = [place_camera(SPATIAL, read_scene("", name)).position for name in CAMERAS]
+    apart = [math.dist(a, b) for k, a in enumerate(places) for b in places[:k]]
+    assert len(places) == 8
+    assert min(apart) > 20

@@ -1,6 +1,7 @@
 """The arm in space: points of three numbers, lines at any slope, shapes at one height."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from click.testing import CliRunner
 
 from laptop.__main__ import laptop
 from laptop.bench.draw import Case, draw
+from laptop.simulator.scene import Scene, read_scene
 from robot import trajectory
 from robot.driver import LINES, main
 from robot.image_jacobian import ChainModel
@@ -102,6 +104,48 @@ def test_the_image_of_an_arm_in_space_is_learned_from_a_few_looks():
             assert np.allclose(J[:, k], slope, atol=1e-3)
     assert np.median(off) < 5
     assert max(off) < 25
+
+
+SEES = """import sys
+sys.path.insert(0, {root!r})
+from robot.clock import Clock
+from robot.tracking_client import TrackingClient, find_tracker
+
+clock = Clock()
+client = TrackingClient(*find_tracker(), clock=clock)
+seen = {{}}
+while len(seen) < {count}:
+    seen.update(client.look(0.1))
+for name in sorted(seen):
+    u, v, confidence = seen[name].markers["effector"]
+    print("camera {{}}: {{:.2f}} {{:.2f}} {{:.2f}}".format(name, u, v, confidence))
+client.close()
+"""
+
+
+@pytest.mark.parametrize(("scene", "names"), [("", "AB"), ("C.tilt=45,B.azimuth=20", "ABC")])
+def test_scripts_in_virtual_time_are_served_by_all_cameras(tmp_path, monkeypatch, scene, names):
+    monkeypatch.setenv("SSH_CLIENT", "192.0.2.1 1 22")
+    script = tmp_path / "sees.py"
+    script.write_text(SEES.format(root=str(ROOT), count=len(names)))
+    words = ["simulate", "--arm", "spatial", "--scene", scene, "--start", "30,45,-60"]
+    result = CliRunner().invoke(laptop, [*words, "--out", str(tmp_path / "out"), str(script)])
+    assert result.exit_code == 0, result.output
+    found = dict(re.findall(r"camera (\w): (.*)", result.output))
+    q = tuple(map(math.radians, (30, 45, -60)))
+    for name in names:
+        *place, confidence = map(float, found[name].split())
+        truth = Scene(ARM, read_scene(scene, name)).truth(q)["effector"]
+        assert place == pytest.approx(truth, abs=1.0)
+        assert confidence > 0.5
+
+
+def test_cameras_in_virtual_time_share_their_rate(tmp_path):
+    words = ["simulate", "--arm", "spatial", "--scene", "B.fps=20", "--out", str(tmp_path)]
+    shown = CliRunner().invoke(laptop, [*words, str(ROOT / "robot" / "driver.py")])
+    assert shown.exit_code == 1
+    assert shown.output.count("\n") == 1
+    assert "B.fps" in shown.output
 
 
 def test_a_run_in_space_is_shown_from_above_and_from_the_side(tmp_path):

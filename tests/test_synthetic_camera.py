@@ -368,6 +368,51 @@ def test_a_run_that_begins_later_is_shown_with_its_own_arm(tmp_path):
         assert made.truth(2) == made.scene.truth((0.5, 0.7))
 
 
+def test_two_cameras_see_one_arm_in_space_from_above_and_from_the_side(tmp_path):
+    q = (0.5, 0.9, -1.1)
+    spatial = read_arm(find_arm("spatial"))
+    rig = Rig(tmp_path, arm=spatial, start=q)
+    publisher = Publisher(rig.brick, "mine.py", str(tmp_path))
+    rig.world.bodies.append(publisher.advance)
+    rig.world.sleep(0.05)
+    text = "width=320,height=240,focal=325,clutter=0,B.noise=0"
+    with open_live(text, str(tmp_path)) as a, open_live(text, str(tmp_path), "B") as b:
+        assert (a.name, b.name) == ("synthetic A", "synthetic B")
+        for name, made in ("A", a), ("B", b):
+            assert made.scene.arm.name == "spatial"
+            assert made.constants["marker"] == "ball"
+            own = Scene(spatial, read_scene(text, name))
+            assert made.truth(0) == own.truth(rig.brick.plant.q)
+            assert made.capture(0).image.shape == (240, 320, 3)
+        assert math.dist(a.truth(0)["effector"], b.truth(0)["effector"]) > 5
+        assert (a.constants["noise"], b.constants["noise"]) == (2, 0)
+    publisher.close()
+
+
+def test_an_arm_in_space_that_begins_later_carries_a_ball(tmp_path):
+    with open_live("width=160,height=120,focal=160,clutter=0", str(tmp_path)) as made:
+        assert made.scene.constants["marker"] == "disc"
+        rig = Rig(tmp_path, arm=read_arm(find_arm("spatial")))
+        publisher = Publisher(rig.brick, "mine.py", str(tmp_path))
+        rig.world.bodies.append(publisher.advance)
+        rig.world.sleep(0.05)
+        made.capture(1)
+        assert made.scene.constants["marker"] == "ball"
+        publisher.close()
+
+
+def test_the_noise_of_two_cameras_is_not_the_same():
+    plain = camera(CLEAN).capture(3).image.astype(int)
+    noise = []
+    for name in "AB":
+        scene = Scene(ARM, read_scene("noise=3,jpeg=0,clutter=0", name))
+        made = SyntheticCamera(scene, STILL, lambda: 0.0, start=0.0)
+        noise.append(made.capture(3).image - plain)
+        assert made.due(3) != camera().due(4)
+    inside = (plain > 20) & (plain < 235)
+    assert abs(np.corrcoef(*(n[inside] for n in noise))[0, 1]) < 0.05
+
+
 def test_a_file_that_is_not_followed_is_named(tmp_path):
     (tmp_path / FILE).write_text("{}\n")
     with open_live("width=160,height=120,focal=160,clutter=0", str(tmp_path)) as made:

@@ -136,7 +136,8 @@ CAMERAS = "ABCDEFGH"
 WORLD = tuple(CONSTANTS)[tuple(CONSTANTS).index("marker") :]
 """What all cameras see alike; any other constant a camera may have of its own."""
 
-VIEWS = {"A": (15.0, 0.0), "B": (90.0, 0.0), "C": (60.0, 60.0), "D": (60.0, -60.0)}
+ROUND = (60.0, -60.0, 120.0, -120.0, 180.0, 0.0)
+VIEWS = {"A": (15.0, 0.0), "B": (90.0, 0.0), **{c: (60.0, a) for c, a in zip(CAMERAS[2:], ROUND)}}
 """Tilt and azimuth of cameras on an arm in space, deg: from above, from the side, and askew."""
 
 
@@ -236,7 +237,7 @@ def completed(arm: Arm, constants: dict[str, Any]) -> dict[str, Any]:
     if kinematics.coordinates(arm) == 2:
         tilt, azimuth, marker, height = 25.0, 0.0, "disc", 0.0
     else:
-        tilt, azimuth = VIEWS.get(constants["camera"], (60.0, 180.0))
+        tilt, azimuth = VIEWS[constants["camera"]]
         marker, height = "ball", 9.0
     usual = {"tilt": tilt, "azimuth": azimuth, "marker": marker, "goal_z": height}
     values = {**constants, **{k: v for k, v in usual.items() if constants[k] is None}}
@@ -311,9 +312,12 @@ def place_camera(arm: Arm, constants: dict[str, Any]) -> Pinhole:
     fixed = np.array([0.0 if value is None else value for value in given])
 
     def fitted(distance: float) -> tuple[Pinhole, bool]:
-        aim = np.where(free, body.mean(axis=0) * (1, 1, space), fixed)
+        aim = start = np.where(free, body.mean(axis=0) * (1, 1, space), fixed)
         for _ in range(8):
             camera = Pinhole.aimed(aim, distance, angles, *lens)
+            if space and camera.seen(body)[:, 2].min() < distance / 4:
+                aim = start  # so near that what is seen says little about where the middle is
+                break
             shown = camera.project(body)
             off = (shown.min(axis=0) + shown.max(axis=0)) / 2 - camera.centre
             # Sideways by what the middle is off.
@@ -699,7 +703,7 @@ class Scene:
         # In by 0.35, out from 0.65 on, smoothly.
         share = min(1.0, min(phase, 1 - phase) / 0.35)
         share = share * share * (3 - 2 * share)
-        # In space it comes from above, between the target and the camera.
+        # In space it comes from above in the picture, before all that is in it.
         angle = math.radians(-112 if self._in_space else 112)
         way = np.array([math.cos(angle), math.sin(angle)])
         palm = (0 if self._in_space else target[:2]) - (1 - share) * 3 * self.reach * way
@@ -712,9 +716,8 @@ class Scene:
             parts.append((stadium(length * size, 0.85 * size), palm, angle + spread))
         outlines = [_put(outline, at, turned, z) for outline, at, turned in parts]
         if self._in_space:
-            right, down, ahead = self.camera.rotation
-            before = target - (c["marker_radius"] + 0.8) * ahead
-            outlines = [before + o[:, :2] @ np.array([right, -down]) for o in outlines]
+            right, down, _ = self.camera.rotation
+            outlines = [target + o[:, :2] @ np.array([right, -down]) for o in outlines]
         return [Item([outline], skin) for outline in outlines]
 
     # What stands still
@@ -801,9 +804,12 @@ class Scene:
         blocks: list[tuple[list[Item], np.ndarray]] = []
         places: list[np.ndarray] = []
         r = self.reach
+        area = (-1.6 * r, -1.1 * r), (1.7 * r, 1.2 * r)
+        if self._in_space:
+            area = (-1.7 * r, -1.7 * r), (1.7 * r, 1.7 * r)
         for word in words:
             for _ in range(200):
-                at = draw.uniform((-1.6 * r, -1.1 * r), (1.7 * r, 1.2 * r))
+                at = draw.uniform(*area)
                 on_paper = -0.52 * r < at[0] < 1.18 * r and -0.9 * r < at[1] < 1.35 * r
                 on_controller = abs(at[0] + 0.85 * r) < 7 and abs(at[1] + 0.55 * r) < 9
                 apart = all(np.linalg.norm(at - other) > 4.2 for other in places)

@@ -59,24 +59,24 @@ def stadium(length: float, radius: float) -> np.ndarray:
 
 
 class Face(NamedTuple):
-    """Outlines, each (n, 3), in a plane of a body's surface, its normal (3,), and their light."""
+    """Outlines (k, n, 3) in a plane of a body's surface, its normal (3,), and their light (3,)."""
 
-    rings: Sequence[np.ndarray]
+    rings: np.ndarray
     normal: np.ndarray
-    light: Any
+    light: np.ndarray
 
 
 class Part(NamedTuple):
     """A body in its own frame, cm.
 
     points         (n, 3), whose hull it is
-    light          of what is not a face
+    light          of what is not a face, None if there is no such thing
     faces          what lies on another comes after it
     centre, half   of the box that it fills
     """
 
     points: np.ndarray
-    light: Any
+    light: np.ndarray | None
     faces: Sequence[Face]
     centre: np.ndarray
     half: np.ndarray
@@ -106,7 +106,7 @@ Mark = tuple[Sequence[np.ndarray], Any]
 def prism(
     outline: np.ndarray,
     across: tuple[float, float],
-    light: Any,
+    light: np.ndarray,
     up: str = "y",
     marks: Sequence[Mark] = (),
 ) -> Part:
@@ -125,20 +125,23 @@ def prism(
         third = np.full(len(flat), height)
         return np.stack([x, third, other] if up == "y" else [x, other, third], axis=1)
 
-    faces = []
-    for height, sign in zip(across, (-1.0, 1.0)):
-        normal = sign * (np.array([0.0, 1.0, 0.0]) if up == "y" else np.array([0.0, 0.0, 1.0]))
-        faces.append(Face([placed(outline, height)], normal, light))
-        faces += [Face([placed(r, height) for r in rings], normal, tone) for rings, tone in marks]
     low, high = (placed(outline, height) for height in across)
-    for begin, end in _straights(outline):
+    sides = _straights(outline)
+    faces = []
+    for begin, end in sides:
         way = outline[end % len(outline)] - outline[begin]
         normal = placed(np.array([[way[1], -way[0]]]) / np.hypot(*way), 0.0)[0]
         along = np.arange(begin, end + 1) % len(outline)
-        faces.append(Face([np.concatenate([low[along], high[along][::-1]])], normal, light))
+        faces.append(Face(np.concatenate([low[along], high[along][::-1]])[None], normal, light))
+    for height, sign in zip(across, (-1.0, 1.0)):
+        normal = sign * placed(np.zeros((1, 2)), 1.0)[0]
+        for rings, tone in (([outline], light), *marks):
+            faces.append(Face(np.array([placed(ring, height) for ring in rings]), normal, tone))
     points = np.concatenate([low, high])
     least, most = points.min(axis=0), points.max(axis=0)
-    return Part(points, np.asarray(light) * SIDE, faces, (least + most) / 2, (most - least) / 2)
+    straight = sum(end - begin for begin, end in sides) == len(outline)
+    rest = None if straight else light * SIDE
+    return Part(points, rest, faces, (least + most) / 2, (most - least) / 2)
 
 
 def _straights(outline: np.ndarray) -> list[tuple[int, int]]:
@@ -152,7 +155,9 @@ def _straights(outline: np.ndarray) -> list[tuple[int, int]]:
     return [(a, b) for a, b in zip(corners, ends) if b - a > 1]
 
 
-def box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], light: Any) -> Part:
+def box(
+    x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], light: np.ndarray
+) -> Part:
     """A box from ... to ... along its own axes, cm."""
     return prism(rectangle(x[0], y[0], x[1], y[1], 3), z, light, "z")
 
@@ -171,18 +176,22 @@ def solid(part: Part, eye: np.ndarray, axes: np.ndarray, origin: np.ndarray) -> 
         axes: (3, 3), its own in rows.
         origin: (3,), cm.
     """
-    items = [Item([part.points @ axes + origin], part.light, "hull")]
-    for face in part.faces:
-        normal = face.normal @ axes
-        rings = [ring @ axes + origin for ring in face.rings]
-        if (eye - rings[0][0]) @ normal > 0:
-            items.append(Item(rings, face.light * _lit(normal)))
+    points, there, lamp = part.points @ axes + origin, axes @ (eye - origin), axes @ LAMP
+    faces = [face for face in part.faces if (there - face.rings[0, 0]) @ face.normal > 0]
+    # What a box shows are faces: the first lies under the others, so that no seam is left open.
+    # From within it nothing is seen.
+    lights = [face.light * _lit(float(face.normal @ lamp)) for face in faces]
+    items = [Item(list(face.rings @ axes + origin), tone) for face, tone in zip(faces, lights)]
+    if part.light is None and items:
+        items[0] = Item([points], lights[0], "hull")
+    else:
+        items.insert(0, Item([points], part.light if items else BLACK, "hull"))
     return Solid(items, part.centre @ axes + origin, axes, part.half)
 
 
-def _lit(normal: np.ndarray) -> float:
-    """What a face shows of its colour: all of it if it lies flat, as in the plane."""
-    return 0.42 + 0.58 * max(0.0, float(normal @ LAMP)) / float(LAMP[2])
+def _lit(towards: float) -> float:
+    """What a face shows of its colour by how it faces the lamp (cosine): all of it if it is up."""
+    return 0.42 + 0.58 * max(0.0, towards) / float(LAMP[2])
 
 
 class Skeleton:

@@ -138,7 +138,7 @@ class Sensor:
         self._ground = np.zeros(0, np.int16)
         self._noise = np.zeros(0, np.int16)
         if c["noise"]:
-            draw = np.random.default_rng([c["seed"], 3, CAMERAS.index(c["camera"])])
+            draw = np.random.default_rng([c["seed"], 3])
             shape = c["height"] + 67, c["width"] + 83, 3
             bank = draw.standard_normal(shape, np.float32) * (STEPS * c["noise"])
             self._noise = np.round(bank).astype(np.int16)
