@@ -49,8 +49,6 @@ PATIENCE = (0.25, 2.0, 60.0)
 third, s."""
 ARRIVES_WITHIN = 5.0
 """A stream that is not there by then, s, is not reachable."""
-QUIET = 1.0
-"""Without a frame for so long, s, a live camera is said to be silent."""
 UNREAD_IN_A_ROW = 1000
 """Frames in a row that cannot be read, after which a file is at its end whatever it promises."""
 
@@ -418,11 +416,8 @@ class LiveCamera:
 
     @property
     def why(self) -> str:
-        """Why there is nothing to see, or ""."""
-        if self._trouble:
-            return self._trouble
-        silent = self._now() - self._last
-        return f"no frame for {silent:.0f} s" if silent > QUIET else ""
+        """What is wrong with it, or ""."""
+        return self._trouble
 
     @property
     def ended(self) -> bool:

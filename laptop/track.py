@@ -327,6 +327,13 @@ def _prepare(orders: Orders, synthetic: Synthetic, stack: ExitStack) -> _Plan:
             raise BadOrder(f"{device} is given twice; another --camera sees from another place")
     if orders.scene and SYNTHETIC not in orders.camera:
         raise BadOrder(f"scene '{orders.scene}': only --camera synthetic has a scene")
+    shown_to = [name for name, s in zip(NAMES, orders.camera, strict=False) if s == SYNTHETIC]
+    for name in re.findall(r"(?:^|,)\s*([A-Z])\.", orders.scene):
+        if name not in shown_to:
+            raise BadOrder(
+                f"scene '{orders.scene}': no synthetic camera is {name}; "
+                f"there is {', '.join(shown_to)}"
+            )
     goal = read_goals(orders.goal, len(orders.camera))
     points: list[Point | None] = [None] * len(orders.camera)
     specs = {EFFECTOR: orders.effector}

@@ -40,6 +40,8 @@ TICK = 0.2
 """Between two updates of a status line on a terminal, s."""
 PIPE_EVERY = 2.0
 """Between two status lines for anybody else, s."""
+QUIET = 1.0
+"""Without a frame for so long, s, or three frames, a live camera is said to be silent."""
 HANG_UP = 2.0
 """A watcher that is busy for longer than this at the end, s, is left to itself."""
 
@@ -231,6 +233,7 @@ class Watcher:
         self._ages: deque[float] = deque(maxlen=30)
         self._moments: deque[tuple[float, int]] = deque(maxlen=60)
         self._index: int | None = None
+        self._heard = now()
 
     def step(self, timeout: float) -> bool:
         """One frame, if one comes within the timeout (s); False once there are no more."""
@@ -238,6 +241,7 @@ class Watcher:
         if frame is None:
             self.ended = self.camera.ended
             return not self.ended
+        self._heard = self._now()
         found = dict(self._tracker.find(frame.image, frame.t))
         markers: dict[str, tuple[float, float, float] | None] = {
             name: seen and (seen.u, seen.v, seen.confidence) for name, seen in found.items()
@@ -272,8 +276,15 @@ class Watcher:
 
     @property
     def trouble(self) -> str:
-        """Why the camera gives no frames, or ""."""
+        """What is wrong with the camera, or ""."""
         return getattr(self.camera, "why", "")
+
+    @property
+    def silence(self) -> str:
+        """For how long a live camera has given nothing, in words, or ""."""
+        silent = self._now() - self._heard
+        usual = max(QUIET, 3 / self.camera.fps if self.camera.fps else QUIET)
+        return f"no frame for {silent:.0f} s" if self.live and silent > usual else ""
 
     def rate(self) -> float:
         """Frames per second over the last second or two, up to now."""
@@ -289,8 +300,8 @@ class Watcher:
         if self.ended:
             return f"{self.trouble or 'ended'}, {self.frames} frames"
         parts = [f"{self.rate():.0f} fps"]
-        if self.trouble:  # what was seen last is seen no more
-            return ", ".join([*parts, self.trouble])
+        if missing := self.trouble or self.silence:  # what was seen last is seen no more
+            return ", ".join([*parts, missing])
         if self.view:
             for name, seen in self.view.found.items():
                 if seen:

@@ -688,15 +688,6 @@ def test_a_webcam_that_does_not_come_back_is_given_up(webcam, monkeypatch):
     assert len(made) >= 3
 
 
-def test_silence_is_said(webcam):
-    time = [50.0]
-    source, (capture,) = webcam(now=lambda: time[0])
-    capture.give(1)
-    assert source.why == ""
-    time[0] += 3
-    assert source.why == "no frame for 3 s"
-
-
 def test_closing_does_not_wait_for_a_driver_that_hangs(webcam, monkeypatch):
     source, (capture,) = webcam()
     assert capture.hungry.wait(20)

@@ -384,7 +384,7 @@ BAD = [
 
 @pytest.mark.parametrize(("words", "says"), BAD, ids=[words for words, _ in BAD])
 def test_bad_arguments_are_refused_in_one_line(shell, words, says):
-    shown = shell.run(*words.split())
+    shown = shell.run(*words.split(), aftermath=0.1)
     assert shown.status in (1, 2)
     assert shown.err.count("\n") == 1
     assert says in shown.err

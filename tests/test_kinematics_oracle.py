@@ -1,5 +1,7 @@
 """Kinematics against numpy: turns as matrices, the inverse by numerical minimisation."""
 
+from operator import sub
+
 import numpy as np
 import pytest
 
@@ -64,13 +66,17 @@ def test_inverse_and_jacobian_agree_with_numerical_minimisation(name, count):
     assert inside.mean() > 0.4
     size = len(kinematics.forward(arm, truth[0].tolist()))
     assert np.allclose([kinematics.forward(arm, q) for q in truth.tolist()], p[:, :size], atol=1e-9)
-    for pose, other, wanted in zip(truth, np.where(inside[:, None], found, truth), p, strict=True):
-        wanted = wanted[:size].tolist()
-        branches = np.array(kinematics.branches(arm, wanted))
+    others, again = np.where(inside[:, None], found, truth), []
+    for pose, other, wanted in zip(
+        truth.tolist(), others.tolist(), p[:, :size].tolist(), strict=True
+    ):
+        branches = kinematics.branches(arm, wanted)
         # (Stretched, the elbow's angle goes with the root of a rounding error.)
-        assert np.abs(branches - pose).max(axis=1).min() < 1e-5
-        assert np.abs(branches - other).max(axis=1).min() < 1e-5
-        assert np.abs(kinematics.inverse(arm, wanted, near=pose.tolist()) - pose).max() < 1e-5
+        for solution in (pose, other):
+            off = min(max(map(abs, map(sub, q, solution))) for q in branches)
+            assert off < 1e-5
+        again.append(kinematics.inverse(arm, wanted, near=pose))
+    assert np.abs(again - truth).max() < 1e-5
 
     h = 1e-6
     for q in truth[:500]:

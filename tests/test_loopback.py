@@ -55,12 +55,12 @@ def oldest_python():
 
 
 def place(frame):
-    """Where the disc is in a frame, px."""
-    return START + SPEED * (frame % LAP)
+    """Where the disc is in a frame, px: to and fro."""
+    return START + SPEED * (LAP - abs(LAP - frame % (2 * LAP)))
 
 
 def video(file, fps, frames):
-    """A red disc that moves by SPEED px per frame: where it is tells which frame it is in."""
+    """A red disc that moves by SPEED px per frame: where it is tells in which frame."""
     out = cv2.VideoWriter(str(file), cv2.VideoWriter_fourcc(*"MJPG"), fps, (320, 240))
     for frame in range(frames):
         image = np.full((240, 320, 3), 150, np.uint8)
@@ -133,7 +133,7 @@ def test_the_position_received_is_that_of_its_frame(received):
         u, v, confidence = markers["effector"]
         assert u == pytest.approx(place(seq), abs=0.2)
         assert v == pytest.approx(120, abs=0.2)
-        assert confidence > 0.9
+        assert confidence > 0.5  # less than usual after frames that were left out
         assert markers["goal"] == [300, 20, 1]
 
 

@@ -258,11 +258,9 @@ def test_objects_are_let_go_before_the_world_stops_listening(run, brick):
     ],
 )  # fmt: skip
 def test_what_waits_waits_in_virtual_time(run, source, seconds):
-    start = time.monotonic()
     outcome, _, err = run(source, aftermath=0)
     assert (outcome.status, err) == (0, "")
     assert seconds <= outcome.t < seconds + 0.1
-    assert time.monotonic() - start < 3
 
 
 def test_clocks_agree(run):

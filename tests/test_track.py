@@ -328,6 +328,10 @@ def test_a_live_camera_is_picked_from_that_many_frames_after_its_start(monkeypat
         (["--picture", "no/folder/view.png"], ["no/folder"]),
         (["--picture", "view.png@12"], ["12", "0 to 11"]),
         (["--scene", "seed=1"], ["seed=1", "synthetic"]),
+        (
+            ["--camera", "synthetic", "--scene", "seed=1,A.tilt=9"],
+            ["no synthetic camera is A", "there is B"],
+        ),
         (["--size", "big"], ["big", "640x480"]),
         (["--size", "640x480"], ["only a webcam"]),
         (["--port", "70000"], ["70000", "65535"]),
@@ -606,18 +610,28 @@ def test_when_a_camera_is_given_up_the_other_goes_on_and_the_end_is_a_failure(mo
     run = Run(watchers, None, None, Console(file=out))
     with pytest.raises(Interrupted, match="^camera 0 did not come back$"):
         run.run()
-    assert out.getvalue() == "camera A: camera 0 did not come back, 1 frames; B goes on\n"
+    told = [line for line in out.getvalue().splitlines() if line.startswith("camera")]
+    assert told == ["camera A: camera 0 did not come back, 1 frames; B goes on"]
     assert watchers[1].frames == 1, "it came after A had been given up"
     assert run.lines() == ["A: camera 0 did not come back, 1 frames", "B: ended, 1 frames"]
 
 
 def test_what_a_silent_camera_saw_last_is_not_shown_as_if_it_saw_it_now():
-    camera = FakeCamera(frame(0, 0.0, 90), after=lambda timeout: None)
-    watcher = Watcher("A", camera, FakeTracker(), now=lambda: 0.0)
+    time = [50.0]
+    camera = FakeCamera(frame(0, 50.0, 90), frame(1, 54.0, 90), after=lambda timeout: None)
+    watcher = Watcher("A", camera, FakeTracker(), now=lambda: time[0])
     watcher.step(0)
     assert "effector 90.0" in watcher.status()
-    camera.why = "no frame for 3 s"
+    time[0] += 3
     assert watcher.status() == "0 fps, no frame for 3 s"
+    camera.fps = 0.5
+    assert "effector 90.0" in watcher.status(), "a slow one is not silent"
+    camera.why = "trying again"
+    assert watcher.status() == "0 fps, trying again"
+    camera.fps, camera.why = 30.0, ""
+    time[0] += 1
+    watcher.step(0)
+    assert "effector 90.0" in watcher.status()
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """The world's clock and its scheduler, in virtual time, against times worked out by hand."""
 
+import sys
 import threading
 import time as wall
 
@@ -321,9 +322,7 @@ def test_valve_lets_time_pass_beside_a_thread_that_spins(world):
         for _ in range(20):
             world.sleep(1)
 
-    start = wall.monotonic()
     _, log = play(world, main, other)
-    assert wall.monotonic() - start < 5
     # The spinner sees the flag at once; a slow machine is given some of the other thread's steps.
     assert 2 <= log[0][0] <= 8
 
@@ -371,11 +370,10 @@ def test_a_program_that_computes_for_ever_is_stopped(world):
 
 
 def test_realtime_keeps_pace_with_the_wall():
-    world = World(realtime=True)
     start = wall.monotonic()
+    world = World(realtime=True)
     _, log = play(world, lambda say: (world.sleep(0.2), say("slept")))
-    assert 0.19 < wall.monotonic() - start < 1.0
-    assert log[0][0] == pytest.approx(0.2, abs=0.05)
+    assert 0.2 <= log[0][0] <= wall.monotonic() - start
 
 
 def test_in_realtime_an_event_asked_for_meanwhile_happens_first():
@@ -393,6 +391,7 @@ def test_in_realtime_an_event_asked_for_meanwhile_happens_first():
 
 
 def test_in_realtime_computing_takes_time():
+    start = wall.monotonic()
     world = World(realtime=True)
 
     def main(say):
@@ -401,17 +400,18 @@ def test_in_realtime_computing_takes_time():
         say("touched")
 
     _, log = play(world, main)
-    assert 0.15 <= log[0][0] < 1.0
+    assert 0.15 <= log[0][0] <= wall.monotonic() - start
 
 
 def test_an_access_is_cheap(world):
-    accesses = 20000
+    """A run makes millions: each may take a few calls, however many came before."""
+    accesses, calls = 1000, []
 
     def main(say):
+        sys.setprofile(lambda frame, event, arg: calls.append(event))
         for _ in range(accesses):
             world.touch(0.001)
+        sys.setprofile(None)
 
-    start = wall.perf_counter()
     play(world, main)
-    # Millions a minute: 60 us each would be one million.
-    assert (wall.perf_counter() - start) / accesses < 60e-6
+    assert sum(event.endswith("call") for event in calls) < 12 * accesses
