@@ -97,7 +97,7 @@ def story(folder, offs=(2.0, 1.0, 3.0), cameras="A", **changes):
         "scene": "seed=0",
         "cameras": cameras,
         "size": [64, 48],
-        "ink": [[[12, y, 8, *GOAL, *GOAL] for y in (-6, 6)]] if cameras != "A" else [],
+        "ink": [[[12, y, 8, 20 + y, 30, 40, 30 + y] for y in (-6, 6)]] if cameras != "A" else [],
         "command": "python -m laptop demo",
         "lines": LINES,
         "seconds": 61.0,
@@ -330,7 +330,8 @@ def test_each_camera_shows_the_way_that_it_saw(tmp_path, monkeypatch):
     ways = [lines_of(axes, report.GOALS[0])[0].get_xdata() for axes in views]
     assert (ways[0][0], ways[0][-1]) == (GOAL[0] - 200, GOAL[0] - 1)
     assert set(ways[1]) == {GOAL[0]}  # from there it moved along the line of sight
-    assert all(len(lines_of(axes, report.QUIET)) == 1 for axes in views)  # the ink in the air
+    inks = [lines_of(axes, report.QUIET)[0].get_xydata().tolist() for axes in views]
+    assert inks == [[[14, 30], [26, 30]], [[40, 24], [40, 36]]]  # in the air
 
 
 def test_the_way_in_space_is_shown_askew_from_above_and_from_the_side(tmp_path, monkeypatch):
