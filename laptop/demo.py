@@ -79,7 +79,8 @@ EXPLORED = 0.2
 """Around a start it is seen, too, with each joint turned by so much, rad: the servo explores."""
 LOW = 2.5
 """Least height of the tip, where it has a choice, cm."""
-TRIES = 300
+TRIES, SETS = 300, 10
+"""Postures that are drawn for one set of goals, and sets."""
 NEWTON = 12
 """Iterations."""
 
@@ -250,7 +251,7 @@ def choose_goals(arm: Arm, seed: int) -> tuple[str, list[Goal]]:
     bare = Views(arm, scene_text(arm.chain, seed))
     resting = bare.postures_at(STANDS[arm.chain].left)
     draw = random.Random(f"goals {seed}")
-    for _ in range(TRIES):
+    for _ in range(SETS):
         chosen = _choose_postures(bare, resting, draw)
         if len(chosen) < GOALS:
             continue

@@ -463,13 +463,13 @@ def _draw_camera(axes: Axes, run: Run, view: int = 0) -> None:
     )
     for number, (approach, colour) in enumerate(zip(run.approaches, GOALS, strict=False), 1):
         x, y = approach.goal[columns]
-        for ink, wide in (("white", 4.2), (colour, 2.0)):
+        apart = 1.4 if several else 1.0  # in a smaller picture
+        for ink, wide in (("white", 4.2 / apart), (colour, 2.0 / apart)):
             axes.add_patch(
                 Circle((x, y), approach.tolerance, fill=False, ec=ink, lw=wide, zorder=7)
             )
             for dx, dy in ((11, 0), (0, 11)):
                 axes.plot([x - dx, x + dx], [y - dy, y + dy], color=ink, lw=wide - 0.6, zorder=7)
-        apart = 1.4 if several else 1.0  # the picture is smaller, what is drawn on it is not
         axes.text(x + 17 * apart, y + 15 * apart, str(number), **_badge(colour, 11 / apart))
     if several:
         shade = [effects.withStroke(linewidth=2.5, foreground=INK)]
