@@ -73,13 +73,15 @@ ROUND = 5.0
 """Greatest condition number of the true image Jacobian at a goal: no singular posture is near."""
 PLAIN = 0.9
 """What can be seen of a marker that nothing hides but what holds it."""
+CLEAR = 0.85
+"""As much where the tip stands to be looked at: the stand of a goal before it hides more."""
 GLIMPSE, GLIMPSES = 0.6, 7
 """So much of the tip's marker is seen at so many places on its way to each goal."""
 EXPLORED = 0.2
 """Around a start it is seen, too, with each joint turned by so much, rad: the servo explores."""
 LOW = 2.5
 """Least height of the tip, where it has a choice, cm."""
-TRIES, SETS = 300, 10
+TRIES, SETS = 300, 20
 """Postures that are drawn for one set of goals, and sets."""
 NEWTON = 12
 """Iterations."""
@@ -217,9 +219,11 @@ class Views(dict[str, Scene]):
         """Whether the tip is in sight, and above the table, around a posture and on to another."""
         way = np.linspace(start, end, GLIMPSES)
         steps = EXPLORED * np.eye(len(way[0]))
+        between = *way[1:-1], *(way[0] + steps), *(way[0] - steps)
         return all(
-            self.centre("effector", q)[2] >= LOW and self.visible(q) > GLIMPSE
-            for q in (*way, *(way[0] + steps), *(way[0] - steps))
+            self.centre("effector", q)[2] >= LOW and self.visible(q) > least
+            for least, places in ((CLEAR, (way[0], way[-1])), (GLIMPSE, between))
+            for q in places
         )
 
 

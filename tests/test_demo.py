@@ -392,6 +392,17 @@ def test_the_tip_is_seen_by_both_cameras_on_its_way():
     assert not views.way_is_seen((1.6, -0.1, -0.3), (1.3, 0.0, -0.4))  # hidden while it explores
 
 
+def test_a_tip_behind_the_stand_of_a_goal_is_not_in_sight():
+    text = demo.scene_text("spatial", 0)
+    start, end = Views(ARMS["spatial"], text).postures_at((9.0, 4.0, 12.6))[0], (0, 0.6, -1.2)
+    eye = Views(ARMS["spatial"], text)["B"].camera.position
+    x, y, _ = (9.0, 4.0, 12.6) + 0.2 * (eye - (9.0, 4.0, 12.6))
+    behind = Views(ARMS["spatial"], f"{text},goal_x={x:.2f},goal_y={y:.2f},goal_z=25")
+    assert demo.GLIMPSE < behind.visible(start) < demo.CLEAR
+    assert not behind.way_is_seen(start, end)
+    assert Views(ARMS["spatial"], f"{text},goal_x=-20").way_is_seen(start, end)
+
+
 @pytest.mark.parametrize(
     ("name", "marker", "places"),
     [
