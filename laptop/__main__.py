@@ -54,7 +54,7 @@ ON_THE_BRICK = click.option(
     show_default=True,
     show_envvar=True,
     metavar="FILE",
-    help="Arm on the emulated brick: planar, geared or a file.",
+    help="Arm on the emulated brick: planar, geared, spatial or a file.",
 )
 
 
@@ -326,9 +326,10 @@ def _report(summary: dict, took: float) -> str:
 def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
     """Show everything without brick or camera: draw three lines, then reach three goals by sight.
 
-    The programs of the brick run unmodified and in real time, linked to the tracker by TCP.  Leaves
-    a report and all raw files in a folder of its own under --out.  Its exit status is 0 only if the
-    arm truly got everywhere, whatever the brick says.
+    The programs of the brick run unmodified and in real time, linked to the tracker by TCP; one
+    camera watches, or two where --arm spatial moves in space.  Leaves a report and all raw files in
+    a folder of its own under --out.  Its exit status is 0 only if the arm truly got everywhere,
+    whatever the brick says.
     """
     from rich.console import Console
 

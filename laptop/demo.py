@@ -1,9 +1,10 @@
 """`python -m laptop demo`: everything at once, on this machine alone, and whether it truly worked.
 
-Separate processes in real time: the tracker on rendered frames, and one after the other the
-unmodified programs of the brick, which reach it by TCP on loopback.  First the driver draws its
-lines, then the servo brings the tip to three goals, each from where the arm was left.  Beside it
-the method of the report goes to the first goal, in virtual time.
+Separate processes in real time: the tracker on rendered frames, of one camera or, for an arm in
+space, of two; and one after the other the unmodified programs of the brick, which reach it by TCP
+on loopback.  First the driver draws its lines, then the servo brings the tip to three goals, each
+from where the arm was left.  Beside it the method of the report goes to the first goal, in virtual
+time.
 
 What the brick claims decides nothing: every goal is judged by the true pose of the emulated arm.
 """
@@ -38,8 +39,9 @@ from rich.table import Table
 from rich.text import Text
 
 from laptop import report
+from laptop.drawing import pen_down_runs
 from laptop.simulator.clocks import UPTIME
-from laptop.simulator.scene import Scene, read_scene
+from laptop.simulator.scene import Scene, cameras, read_scene
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
 LAPTOP = (sys.executable, "-m", "laptop")
@@ -59,7 +61,8 @@ COMPARED = 80.0
 """So long after the beginning of the demo nobody waits for the comparison any more, s."""
 
 APART = 150.0
-"""Least distance of a goal from the others, and from where the driver leaves the tip, px."""
+"""Least distance of a goal from the others, and from where the driver leaves the tip, px; of two
+cameras as one distance in four rows."""
 DIFFERENT = 0.7
 """Least distance between the goals' postures, rad."""
 MARGIN = 45.0
@@ -68,13 +71,55 @@ SHARE = 0.85
 """Of the joint limits that postures are drawn from."""
 ROUND = 5.0
 """Greatest condition number of the true image Jacobian at a goal: no singular posture is near."""
-PLAIN = 0.99
-"""What can be seen of a marker that nothing hides."""
-LAST_POINT = (0.0, 15.0)
-"""Where the driver's lines end, cm."""
-TRIES = 300
+PLAIN = 0.9
+"""What can be seen of a marker that nothing hides but what holds it."""
+CLEAR = 0.85
+"""As much where the tip stands to be looked at: the stand of a goal before it hides more."""
+GLIMPSE, GLIMPSES = 0.6, 7
+"""So much of the tip's marker is seen at so many places on its way to each goal."""
+EXPLORED = 0.2
+"""Around a start it is seen, too, with each joint turned by so much, rad: the servo explores."""
+LOW = 2.5
+"""Least height of the tip, where it has a choice, cm."""
+TRIES, SETS = 300, 20
+"""Postures that are drawn for one set of goals, and sets."""
 NEWTON = 12
 """Iterations."""
+
+
+class Stand(NamedTuple):
+    """How an arm of one kind of chain is shown.
+
+    words   of every scene's text
+    rival   beyond these, of the scene in virtual time for the report's method
+    usual   of seed 0
+    views   per camera (its prefix in the text) ranges of tilt, azimuth and roll, deg, for others
+    left    where the driver's lines end, cm
+    bent    a posture that is bent one way, rad; the other way it is its negative
+    """
+
+    words: dict[str, str]
+    rival: str
+    usual: dict[str, str]
+    views: dict[str, tuple[tuple[float, float], ...]]
+    left: tuple[float, ...]
+    bent: tuple[float, ...]
+
+
+STANDS = {
+    "planar": Stand({}, "", {}, {"": ((10, 40), (-60, 60), (-15, 15))}, (0.0, 15.0), (1.0, 1.0)),
+    "spatial": Stand(
+        # Two pictures at once are more work than one: fewer, and quicker to paint.
+        {"fps": "20", "exposure": "0.004", "jpeg": "0"},
+        ",fps=10",  # no more would be looked at
+        # From above in front, where no link hides the tip, and from the side.
+        {"A.tilt": "40", "A.azimuth": "90", "B.tilt": "85", "B.azimuth": "10"},
+        {"A.": ((32, 48), (60, 110), (-10, 10)), "B.": ((75, 88), (-10, 35), (-5, 5))},
+        (9.0, 4.0, 12.6),
+        (0.0, 1.2, -2.0),
+    ),
+}
+"""By the arm's chain."""
 
 
 class DemoFailed(ArmError):
@@ -104,101 +149,174 @@ Vector = tuple[float, ...]
 
 
 class Goal(NamedTuple):
-    """Where the tip is to get in the picture (px), and what the servo is told."""
+    """Where the tip is to get, and what the servo is told.
+
+    name    for people
+    pixels  u and v in the picture of each camera, one after the other, px
+    place   of the tip's marker there, cm
+    told    what --goal is given, once or camera by camera
+    """
 
     name: str
-    pixel: tuple[float, float]
-    told: str
+    pixels: Vector
+    place: Vector
+    told: tuple[str, ...]
 
 
-def scene_text(seed: int, place: tuple[float, ...] = ()) -> str:
-    """A camera somewhere above the table, drawn from the seed; 0 is the usual one."""
+class Views(dict[str, Scene]):
+    """What each camera sees of one arm, by the camera's name.
+
+    Args:
+        arm: its description.
+        text: of the scene.
+    """
+
+    def __init__(self, arm: Arm, text: str) -> None:
+        names = cameras(arm, text)
+        super().__init__({name: Scene(arm, read_scene(text, name)) for name in names})
+        self.arm = arm
+        self.text = text
+        self._first = self[names[0]]
+
+    def centre(self, marker: str, q: Sequence[float] | None = None) -> np.ndarray:
+        """Where a marker is (3,), cm, with the joints at q (rad; at home if None)."""
+        home = [joint.home for joint in self.arm.joints]
+        return self._first.centres(home if q is None else q)[marker]
+
+    def truth(self, q: Sequence[float], marker: str = "effector") -> Vector:
+        """Where a marker is in all pictures, px: u and v of each."""
+        return tuple(value for scene in self.values() for value in scene.truth(q)[marker])
+
+    def visible(self, q: Sequence[float], marker: str = "effector") -> float:
+        """The part of a marker, 0 .. 1, that the camera sees that sees least of it."""
+        return min(scene.visible(q)[marker] for scene in self.values())
+
+    def project(self, place: Sequence[float]) -> np.ndarray:
+        """Where a place (x, y, z), cm, is in all pictures, px: u and v of each."""
+        return np.concatenate([s.project(np.array([place]))[0] for s in self.values()])
+
+    def place_at(self, pixels: Sequence[float], marker: str) -> Vector:
+        """The place (x, y, z), cm, that is seen at these pixels.
+
+        In the plane one camera does, which knows how high a marker is; in space it takes two.
+        """
+        at_home = self.centre(marker)
+        known = at_home[len(STANDS[self.arm.chain].left) :]
+
+        def seen(free: Vector) -> np.ndarray:
+            return self.project([*free, *known])
+
+        start = self.centre("effector")[: 3 - len(known)] / 2
+        return (*map(float, _solve(seen, tuple(start), pixels)), *map(float, known))
+
+    def postures_at(self, place: Sequence[float]) -> list[Vector]:
+        """Postures (rad) that have the tip at a place, cm: bent one way and the other."""
+        bent = STANDS[self.arm.chain].bent
+        bends = [tuple(sign * angle for angle in bent) for sign in (1.0, -1.0)]
+        return [_solve(lambda q: self.centre("effector", q)[: len(place)], q, place) for q in bends]
+
+    def way_is_seen(self, start: Sequence[float], end: Sequence[float]) -> bool:
+        """Whether the tip is in sight, and above the table, around a posture and on to another."""
+        way = np.linspace(start, end, GLIMPSES)
+        steps = EXPLORED * np.eye(len(way[0]))
+        between = *way[1:-1], *(way[0] + steps), *(way[0] - steps)
+        return all(
+            self.centre("effector", q)[2] >= LOW and self.visible(q) > least
+            for least, places in ((CLEAR, (way[0], way[-1])), (GLIMPSE, between))
+            for q in places
+        )
+
+
+def scene_text(chain: str, seed: int, place: Sequence[float] = ()) -> str:
+    """Cameras somewhere around the table, drawn from the seed; 0 is the usual ones."""
     draw = random.Random(f"camera {seed}")
-    words = {"seed": f"{seed}"}
-    if seed:
-        words["tilt"] = f"{draw.uniform(10, 40):.0f}"
-        words["azimuth"] = f"{draw.uniform(-60, 60):.0f}"
-        words["roll"] = f"{draw.uniform(-15, 15):.0f}"
-    if place:
-        words["goal_x"], words["goal_y"] = (f"{value:.2f}" for value in place)
+    stand = STANDS[chain]
+    words = {"seed": f"{seed}", **stand.words, **({} if seed else stand.usual)}
+    for camera, ranges in stand.views.items() if seed else ():
+        for key, bounds in zip(("tilt", "azimuth", "roll"), ranges, strict=True):
+            words[camera + key] = f"{draw.uniform(*bounds):.0f}"
+    words.update(
+        (key, f"{value:.2f}")
+        for key, value in zip(("goal_x", "goal_y", "goal_z"), place, strict=False)
+    )
     return ",".join(f"{key}={value}" for key, value in words.items())
 
 
 def choose_goals(arm: Arm, seed: int) -> tuple[str, list[Goal]]:
-    """The scene's text, and the goals: its marker, and pixels.
+    """The scene's text, and the goals: its marker, and pixels of every camera.
 
     They are where the tip is seen in postures inside the joint limits, away from singular ones, and
-    apart from one another and from where the driver leaves the tip: all can be reached.
+    apart from one another and from where the driver leaves the tip: all can be reached, and the tip
+    is seen on a way there.
 
     Raises:
         DemoFailed: this arm has no such postures.
     """
-    bare = Scene(arm, read_scene(scene_text(seed)))
-    resting = _postures_at(bare, LAST_POINT)
+    bare = Views(arm, scene_text(arm.chain, seed))
+    resting = bare.postures_at(STANDS[arm.chain].left)
     draw = random.Random(f"goals {seed}")
-    for _ in range(TRIES):
+    for _ in range(SETS):
         chosen = _choose_postures(bare, resting, draw)
         if len(chosen) < GOALS:
             continue
-        pixels = [bare.truth(q)["effector"] for q in chosen]
-        text = scene_text(seed, place_at(bare, pixels[0], _height(bare, "goal")))
-        scene = Scene(arm, read_scene(text))
-        if all(scene.visible(q)["goal"] > PLAIN for q in resting):
-            first = Goal("goal 1", scene.truth(chosen[0])["goal"], "marker")
-            told = [f"{u:.1f},{v:.1f}" for u, v in pixels[1:]]
-            return text, [first, *(_fixed_goal(k, words) for k, words in enumerate(told, 2))]
+        pixels = [bare.truth(q) for q in chosen]
+        size = len(STANDS[arm.chain].left)
+        text = scene_text(arm.chain, seed, bare.place_at(pixels[0], "goal")[:size])
+        views = Views(arm, text)
+        ways = zip([resting[0], *chosen], chosen, strict=False)
+        if all(views.visible(q, "goal") > PLAIN for q in resting) and all(
+            views.way_is_seen(*way) for way in ways
+        ):
+            marker = views.truth(resting[0], "goal")
+            told = [("marker",), *(_told(views, there) for there in pixels[1:])]
+            ends = [marker, *(_read(words) for words in told[1:])]
+            return text, [
+                Goal(f"goal {number}", end, views.place_at(end, "effector"), words)
+                for number, (end, words) in enumerate(zip(ends, told, strict=True), 1)
+            ]
     raise DemoFailed(
         f"seed {seed} gives no {GOALS} goals that this arm can reach; try another --seed"
     )
 
 
-def _fixed_goal(number: int, told: str) -> Goal:
-    u, v = (float(part) for part in told.split(","))
-    return Goal(f"goal {number}", (u, v), told)
+def _told(views: Views, pixels: Vector) -> tuple[str, ...]:
+    """A goal in words: a pixel, or one of each camera."""
+    pairs = zip(views, pixels[::2], pixels[1::2], strict=True)
+    return tuple(f"{f'{name}:' * (len(views) > 1)}{u:.1f},{v:.1f}" for name, u, v in pairs)
 
 
-def _choose_postures(scene: Scene, resting: Sequence[Vector], draw: random.Random) -> list[Vector]:
+def _read(told: Sequence[str]) -> Vector:
+    """The pixels of such words."""
+    return tuple(float(part) for words in told for part in words.split(":")[-1].split(","))
+
+
+def _choose_postures(views: Views, resting: Sequence[Vector], draw: random.Random) -> list[Vector]:
     """Postures (rad) for the goals; fewer than GOALS if it found no more."""
-    width, height = scene.camera.size
     chosen: list[Vector] = []
-    taken = [scene.truth(q)["effector"] for q in resting[:1]]
+    taken = [views.truth(q) for q in resting[:1]]
     for _ in range(TRIES):
-        q = tuple(draw.uniform(SHARE * j.lower, SHARE * j.upper) for j in scene.arm.joints)
-        u, v = scene.truth(q)["effector"]
+        q = tuple(draw.uniform(SHARE * j.lower, SHARE * j.upper) for j in views.arm.joints)
+        seen = views.truth(q)
         if (
-            MARGIN < u < width - MARGIN
-            and MARGIN < v < height - MARGIN
-            and all(math.dist((u, v), place) >= APART for place in taken)
+            _inside(views, seen)
+            and views.centre("effector", q)[2] >= LOW
+            and all(math.dist(seen, other) >= APART for other in taken)
             and all(math.dist(q, other) >= DIFFERENT for other in chosen)
-            and np.linalg.cond(_slope(lambda q: scene.truth(q)["effector"], q)) <= ROUND
-            and scene.visible(q)["effector"] > PLAIN
+            and np.linalg.cond(_slope(views.truth, q)) <= ROUND
+            and views.visible(q) > PLAIN
+            and views.way_is_seen([*resting[:1], *chosen][-1], q)
         ):
             chosen.append(q)
-            taken.append((u, v))
+            taken.append(seen)
             if len(chosen) == GOALS:
                 break
     return chosen
 
 
-def _height(scene: Scene, marker: str) -> float:
-    """Of a marker's centre above the table, cm."""
-    return float(scene.centres([joint.home for joint in scene.arm.joints])[marker][2])
-
-
-def place_at(scene: Scene, pixel: Sequence[float], height: float) -> Vector:
-    """The place (x, y), cm, at a height (cm) above the table that is seen at a pixel."""
-
-    def seen(place: Vector) -> Any:
-        return scene.project(np.array([[*place, height]]))[0]
-
-    tip = scene.centres([joint.home for joint in scene.arm.joints])["effector"]
-    return _solve(seen, (tip[0] / 2, tip[1] / 2), pixel)
-
-
-def _postures_at(scene: Scene, place: Sequence[float]) -> list[Vector]:
-    """Postures (rad) that have the tip at a place (x, y), cm: bent one way and the other."""
-    bends = [(bend,) * len(scene.arm.joints) for bend in (1.0, -1.0)]
-    return [_solve(lambda q: scene.centres(q)["effector"][:2], bend, place) for bend in bends]
+def _inside(views: Views, pixels: Vector) -> bool:
+    """Whether pixels are in their pictures, away from the edges."""
+    sizes = [size for scene in views.values() for size in scene.camera.size]
+    return all(MARGIN < x < size - MARGIN for x, size in zip(pixels, sizes, strict=True))
 
 
 def _solve(function: Callable[[Vector], Any], x: Vector, wanted: Sequence[float]) -> Vector:
@@ -226,7 +344,7 @@ class Program:
         name: for people.
         words: after `python -m laptop`.
         log: where its lines go.
-        state: its BRICKSERVO_STATE.
+        surroundings: what it is told by environment variables.
         told: called with every line, in another thread.
     """
 
@@ -235,18 +353,17 @@ class Program:
         name: str,
         words: Sequence[str],
         log: Path,
-        state: Path,
+        surroundings: dict[str, str],
         told: Callable[[str], None] = lambda line: None,
     ) -> None:
         self.name = name
         self.log = log
         self.lines: deque[str] = deque(maxlen=50)
         self._told = told
-        surroundings = {**os.environ, "BRICKSERVO_STATE": str(state), "PYTHONUNBUFFERED": "1"}
         self._process = subprocess.Popen(
             [*LAPTOP, *words],
             cwd=ROOT,
-            env=surroundings,
+            env={**os.environ, **surroundings, "PYTHONUNBUFFERED": "1"},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -327,12 +444,12 @@ class Crew:
 
     Args:
         folder: for what they say.
-        state: BRICKSERVO_STATE of all.
+        surroundings: of all.
     """
 
-    def __init__(self, folder: Path, state: Path) -> None:
+    def __init__(self, folder: Path, surroundings: dict[str, str]) -> None:
         self._folder = folder
-        self._state = state
+        self._surroundings = surroundings
         self._programs: list[Program] = []
         # A signal interrupts the main thread alone: what has been started is always on the list.
         self._starter = ThreadPoolExecutor(1)
@@ -344,7 +461,7 @@ class Crew:
         log = self._folder / f"{re.sub('[^a-z0-9]+', '-', name)}.txt"
 
         def make() -> Program:
-            self._programs.append(Program(name, words, log, self._state, told))
+            self._programs.append(Program(name, words, log, self._surroundings, told))
             return self._programs[-1]
 
         return self._starter.submit(make).result()
@@ -485,7 +602,10 @@ def run(orders: Orders, console: Console) -> tuple[int, Path]:
     )
     with ExitStack() as stack:
         state = stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-demo-"))
-        crew = Crew(folder, Path(state))
+        # The cameras show this arm from the start, before it moves.
+        crew = Crew(
+            folder, {"BRICKSERVO_STATE": state, "BRICKSERVO_ARM": os.path.abspath(arm.file)}
+        )
         stack.enter_context(_ending_on_signals())
         stack.callback(crew.close)
         stack.enter_context(progress.shown())
@@ -528,22 +648,19 @@ class Show:
         self._folder = folder
         self._crew = crew
         self._progress = progress
-        if arm.chain != "planar":
-            raise DemoFailed(
-                f"{arm.name} is an arm in space, and the demo is of arms in the plane;"
-                " take --arm planar or geared"
-            )
         text, self._goals = choose_goals(arm, orders.seed)
-        self._scene = Scene(arm, read_scene(text))
+        self._views = Views(arm, text)
         self._began = time.monotonic()
         self._played: list[Program] = []
         self._rival: Program | None = None
         self.story: dict[str, Any] = {
             "arm": arm.name,
             "scene": text,
-            "size": list(self._scene.camera.size),
+            "cameras": "".join(self._views),
+            "size": list(self._views["A"].camera.size),
             "command": _command(orders),
             "lines": [],
+            "ink": [],
             "approaches": [],
             "rival": None,
             "trouble": "",
@@ -559,8 +676,9 @@ class Show:
         stages[TRACKER].begin("starting")
         tracker = self._crew.start(
             TRACKER,
-            ["track", "--camera", "synthetic", "--scene", self.story["scene"], "--host"]
-            + ["127.0.0.1", "--port", "0", "--csv", str(self._folder / "track.csv")]
+            ["track", *["--camera", "synthetic"] * len(self._views)]
+            + ["--scene", self.story["scene"], "--host", "127.0.0.1", "--port", "0"]
+            + ["--csv", str(self._folder / "track.csv")]
             + ["--picture", str(self._folder / "camera.png")],
         )
         home = self._folder / "drawing"
@@ -574,6 +692,7 @@ class Show:
             drawing.wait(ENDED)
             raise drawing.complain()
         lines = self.story["lines"] = summary["paths"]
+        self.story["ink"] = _ink(self._views, read_trace(home / "trace.csv"))
         self._progress.finish(DRAWING, report.drawn(lines), report.lines_text(lines))
 
         for goal in self._goals:
@@ -584,13 +703,13 @@ class Show:
                 goal.name,
                 ["--realtime", start],
                 home,
-                [str(self._orders.servo), place, "--code", code, f"--goal={goal.told}"]
+                [str(self._orders.servo), place, "--code", code, *_goal_words(goal)]
                 + ["--log", f"{home}.jsonl"],
             )
             if self._rival is None:
                 self._compare(goal, start)
             self._wait(program, tracker, home, SERVOED)
-            self._take(goal.name, _approach(self._scene, goal, home, program), "approaches")
+            self._take(goal.name, _approach(self._views, goal, home, program), "approaches")
         self._conclude_comparison()
         for program in self._played:
             program.wait(ENDED)  # it may be at its picture
@@ -607,9 +726,9 @@ class Show:
         home = self._folder / RIVAL_HOME
         self._rival = self._simulate(
             RIVAL,
-            ["--scene", self.story["scene"], start],
+            ["--scene", self.story["scene"] + STANDS[self._arm.chain].rival, start],
             home,
-            [str(self._orders.servo), f"--goal={goal.told}", "--method", "report"]
+            [str(self._orders.servo), *_goal_words(goal), "--method", "report"]
             + ["--budget", f"{REPORT_BUDGET:g}", "--log", f"{home}.jsonl"],
         )
         # What runs in real time goes first.
@@ -626,7 +745,7 @@ class Show:
         try:
             self._rival.interrupt()
             self._rival.wait(ENDED)
-            approach = _approach(self._scene, self._goals[0], home, self._rival)
+            approach = _approach(self._views, self._goals[0], home, self._rival)
             self._take(RIVAL, approach, "rival")
         except DemoFailed as trouble:
             self.story["trouble"] = str(trouble)
@@ -712,10 +831,11 @@ def _invited(tracker: Program) -> tuple[str, str]:
 
 
 class Row(NamedTuple):
-    """One of trace.csv: s, true joint angles (rad)."""
+    """One of trace.csv: s, true joint angles (rad), whether the pen was down."""
 
     t: float
     q: tuple[float, ...]
+    pen: bool
 
 
 def read_trace(file: Path) -> list[Row]:
@@ -728,7 +848,10 @@ def read_trace(file: Path) -> list[Row]:
         with file.open(newline="", encoding="ascii") as lines:
             heading, *rows = csv.reader(lines)
             joints = [column for column, name in enumerate(heading) if name.startswith("q")]
-            trace = [Row(float(row[0]), tuple(float(row[k]) for k in joints)) for row in rows]
+            trace = [
+                Row(float(row[0]), tuple(float(row[k]) for k in joints), row[-1] == "1")
+                for row in rows
+            ]
         if trace:
             return trace
         raise ValueError("no row")
@@ -745,7 +868,11 @@ def _start_words(arm: Arm, home: Path) -> str:
     return "--start=" + ",".join(f"{angle:.4f}" for angle in angles)
 
 
-def _approach(scene: Scene, goal: Goal, home: Path, program: Program) -> dict[str, Any]:
+def _goal_words(goal: Goal) -> list[str]:
+    return [f"--goal={words}" for words in goal.told]
+
+
+def _approach(views: Views, goal: Goal, home: Path, program: Program) -> dict[str, Any]:
     """One run of the servo as it truly was; what report.read_approach reads.
 
     Raises:
@@ -758,15 +885,48 @@ def _approach(scene: Scene, goal: Goal, home: Path, program: Program) -> dict[st
         raise program.complain()
     rows = read_trace(home / "trace.csv")
     zero = notes.run["clock"] - UPTIME
-    height = _height(scene, "effector")
-    tip = scene.centres(rows[-1].q)["effector"][:2]
-    return {
+    path = _path(views, rows)
+    tip = views.centre("effector", rows[-1].q)
+    record = {
         "name": goal.name,
         "log": log.name,
-        "goal": [round(value, 3) for value in goal.pixel],
-        "path": [[round(t - zero, 3), round(u, 2), round(v, 2)] for t, u, v in _path(scene, rows)],
-        "miss_mm": round(10 * math.dist(tip, place_at(scene, goal.pixel, height)), 3),
+        "goal": [round(value, 3) for value in goal.pixels],
+        "path": [
+            [round(t - zero, 3), *(round(value, 2) for value in views.truth(q))] for t, q in path
+        ],
+        "miss_mm": round(10 * math.dist(tip, goal.place), 3),
     }
+    if len(views) > 1:
+        record["place"] = [round(value, 3) for value in goal.place]
+        record["tips"] = [_rounded(views.centre("effector", q)) for _, q in path]
+        record["mm_per_px"] = round(_worth(views, goal.place), 4)
+    return record
+
+
+def _rounded(values: Sequence[float] | np.ndarray) -> list[float]:
+    return [round(float(value), 3) for value in values]
+
+
+def _worth(views: Views, place: Sequence[float]) -> float:
+    """How far apart, mm, places near this one may be that are 1 px apart in the pictures.
+
+    That is in the direction in which the cameras together tell least.
+    """
+    slope = _slope(views.project, tuple(place))
+    return 10 / float(np.linalg.svd(slope, compute_uv=False)[-1])
+
+
+def _ink(views: Views, rows: Sequence[Row]) -> list[list[list[float]]]:
+    """The lines drawn in the air: x, y, z (cm) and the pixels of each camera, point by point.
+
+    In the plane the pictures show the ink itself.
+    """
+    if len(views) == 1:
+        return []
+    return [
+        [[*_rounded(views.centre("effector", q)), *_rounded(views.truth(q))] for _, q in stroke]
+        for stroke in (_path(views, run) for run in pen_down_runs(rows))
+    ]
 
 
 LOOK = 0.05
@@ -783,17 +943,18 @@ REST = 0.05
 """After so long a rest it is kept when it ended, s."""
 
 
-def _path(scene: Scene, rows: Sequence[Row]) -> Iterator[tuple[float, float, float]]:
-    """When (s) the tip truly was where in the picture (px); what lies between is straight."""
+def _path(views: Views, rows: Sequence[Row]) -> list[tuple[float, Vector]]:
+    """When (s) the joints truly were where (rad); in the pictures what lies between is straight."""
     kept = rows[0]
-    place = scene.truth(kept.q)["effector"]
-    yield kept.t, *place
+    place = views.truth(kept.q)
+    path = [(kept.t, kept.q)]
     for before, row in zip(rows, rows[1:], strict=False):
         if row is not rows[-1] and max(map(abs, np.subtract(row.q, kept.q))) < STILL:
             continue
-        here = scene.truth(row.q)["effector"]
+        here = views.truth(row.q)
         if row is rows[-1] or math.dist(here, place) > FINEST:
             if before.t - kept.t > REST:
-                yield before.t, *place
-            yield row.t, *here
+                path.append((before.t, kept.q))
+            path.append((row.t, row.q))
             kept, place = row, here
+    return path

@@ -52,7 +52,7 @@ class Measure:
         length_cm: length of the path.
         ink_cm: length of the ink.
         lateral: rows (cm along the path, mm of deviation), in the order of drawing; positive to the
-            left of the path's direction; places before the start are negative.
+            left of the path's direction, in space always; places before the start are negative.
         floor_mm: what the arm's encoders allow at best, where the caller knows it.
     """
 
@@ -192,7 +192,7 @@ def _measured(path: np.ndarray, ink: np.ndarray, seconds: float) -> Measure:
 
 
 def _profile(points: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Place along the path and signed distance from it of every point of an ink, cm."""
+    """Place along the path of every point of an ink, and its (in the plane signed) distance, cm."""
     if len(path) == 1:
         path = np.repeat(path, 2, axis=0)
     lengths = _steps(path)
@@ -210,7 +210,8 @@ def _profile(points: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarr
             along[i] = expected = places[k, j]
             if (j == 0 and share[k, j] < 0) or (j == len(lengths) - 1 and share[k, j] > 1):
                 along[i] = starts[j] + share[k, j] * lengths[j]  # before the start, past the end
-            deviation[i] = np.copysign(nearest[k], side[k, j])
+            # Beside a line in space there is no left and right.
+            deviation[i] = nearest[k] if path.shape[1] == 3 else np.copysign(nearest[k], side[k, j])
     return along, deviation
 
 

@@ -168,7 +168,7 @@ def _draw_sheet(
         hole = hole if names[1] == "z" else 0.0
     wide = max(outer - hole, 1e-6)
     axes.add_patch(Annulus(shoulder, outer, wide, fc=REACH, ec=REACH_EDGE, lw=0.8, zorder=0))
-    _draw_arm(axes, arm, cm)
+    _draw_arm(axes, arm, cm, standing=names[1] == "z")
     handles = []
     if paths:
         for path in paths:
@@ -230,14 +230,14 @@ def _frame(axes: Axes, points: np.ndarray, reach: tuple[float, float]) -> float:
     return float(box[0] / DPI * 72 / span[0])
 
 
-def _draw_arm(axes: Axes, arm: np.ndarray, cm: float) -> None:
-    """Beams with their holes from joint to joint, over the base."""
+def _draw_arm(axes: Axes, arm: np.ndarray, cm: float, standing: bool) -> None:
+    """Beams with their holes from joint to joint, over the base, which from the side is flat."""
     axes.add_patch(
         FancyBboxPatch(
-            (-BASE, -BASE),
+            (-BASE, -BASE / 2 if standing else -BASE),
             2 * BASE,
-            2 * BASE,
-            "round,pad=0,rounding_size=0.5",
+            BASE / 2 if standing else 2 * BASE,
+            f"round,pad=0,rounding_size={0.2 if standing else 0.5}",
             fc="#DDE1E5",
             ec=STEEL,
             lw=0.8,
@@ -365,7 +365,8 @@ def _draw_deviations(
         _draw_deviation(axes, k + 1, m)
     assert axes is not None
     axes.tick_params(axis="x", labelbottom=True)
-    axes.set_xlabel("cm along the path   (+ is left of its direction)")
+    side = "" if rows[0].z is not None else "   (+ is left of its direction)"
+    axes.set_xlabel(f"cm along the path{side}")
     if alone:
         _draw_angles(figure.add_axes(boxes[1]), rows)
     figure.text(COLUMN[0] + COLUMN[2], 0.018, footnote, ha="right", size=8, color=QUIET)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import base64
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -36,7 +36,9 @@ from laptop.picture import (
     INK,
     JOINTS,
     QUIET,
+    REACH,
     REACH_EDGE,
+    STEEL,
     TICKS,
     WIDTH,
     new_figure,
@@ -97,6 +99,19 @@ def read_log(file: Path) -> Log:
     )
 
 
+class Space(NamedTuple):
+    """The way to a goal in space.
+
+    place      x, y, z of the goal, cm
+    tips       the same of the true tip, row by row of the path
+    mm_per_px  how far apart places there may be that differ by 1 px in the pictures
+    """
+
+    place: tuple[float, ...]
+    tips: np.ndarray
+    mm_per_px: float
+
+
 @dataclass(frozen=True, eq=False)
 class Approach:
     """One run of the servo, as it says it was and as it truly was.
@@ -104,16 +119,19 @@ class Approach:
     Attributes:
         name: of the goal.
         log: what the servo wrote; it has a verdict.
-        goal: where it truly is in the picture, px.
-        path: rows (s since the servo began, u, v) of the true tip, px.
-        miss_mm: at the end, from the true tip to the place, at its height, that shows at the goal.
+        goal: where it truly is in the pictures, u and v in each, px.
+        path: rows (s since the servo began, u, v in each picture) of the true tip, px.
+        miss_mm: at the end, from the true tip to the place that shows at the goal; in the plane at
+            the tip's height.
+        space: where that was in space; None in the plane.
     """
 
     name: str
     log: Log
-    goal: tuple[float, float]
+    goal: tuple[float, ...]
     path: np.ndarray
     miss_mm: float
+    space: Space | None = None
 
     @property
     def verdict(self) -> dict[str, Any]:
@@ -133,8 +151,9 @@ class Approach:
 
     @property
     def errors(self) -> np.ndarray:
-        """Rows (s since the servo began, true distance from the goal in px)."""
-        return np.column_stack([self.path[:, 0], np.hypot(*(self.path[:, 1:] - self.goal).T)])
+        """Rows (s since the servo began, true distance from the goal in px, all pictures')."""
+        off = np.linalg.norm(self.path[:, 1:] - self.goal, axis=1)
+        return np.column_stack([self.path[:, 0], off])
 
     @property
     def error(self) -> float:
@@ -154,7 +173,14 @@ class Approach:
     @property
     def reached(self) -> bool:
         """Whether it truly is, whatever the brick says."""
+        if self.within_mm is not None:
+            return self.miss_mm <= self.within_mm
         return self.error <= TRUE_SHARE * self.tolerance
+
+    @property
+    def within_mm(self) -> float | None:
+        """What counts as reached in space; None in the plane, where px decide."""
+        return self.space and TRUE_SHARE * self.tolerance * self.space.mm_per_px
 
     @property
     def outcome(self) -> str:
@@ -208,9 +234,13 @@ def read_approach(folder: Path, record: dict[str, Any]) -> Approach:
         log = read_log(folder / record["log"])
         if log.verdict is None:
             raise BadRun(f"{folder / record['log']} ends without a verdict; run the demo again")
-        u, v = record["goal"]
-        path = np.array(record["path"], dtype=float).reshape(-1, 3)
-        return Approach(record["name"], log, (u, v), path, float(record["miss_mm"]))
+        goal = tuple(map(float, record["goal"]))
+        path = np.array(record["path"], dtype=float).reshape(-1, 1 + len(goal))
+        space = None
+        if "place" in record:
+            tips = np.array(record["tips"], dtype=float).reshape(-1, 3)
+            space = Space(tuple(record["place"]), tips, float(record["mm_per_px"]))
+        return Approach(record["name"], log, goal, path, float(record["miss_mm"]), space)
     except (LookupError, TypeError, ValueError):
         raise BadRun(f"{folder / STORY} is not of a demo; run the demo again") from None
 
@@ -253,15 +283,21 @@ def headline(run: Run) -> str:
     there = [a for a in run.approaches if a.reached]
     lines = lines_text(run.story["lines"])
     if run.worked:
-        worst = max(a.error for a in there)
+        worst = f"{max(a.error for a in there):.1f} px"
+        if _in_space(run):
+            worst = f"{max(a.miss_mm for a in there):.1f} mm in space ({worst} in the pictures)"
         return (
             f"{lines[0].upper()}{lines[1:]}; all {_number(len(there))} goals truly reached, "
-            f"to {worst:.1f} px or better."
+            f"to {worst} or better."
         )
     missed = [f"{a.name} was {a.outcome}" for a in run.approaches if not a.reached]
     if not drawn(run.story["lines"]):
         missed.insert(0, lines)
     return f"Not everything worked: {'; '.join(missed)}."
+
+
+def _in_space(run: Run) -> bool:
+    return any(approach.space for approach in run.approaches)
 
 
 def _number(count: int) -> str:
@@ -317,11 +353,43 @@ def table(run: Run) -> Table:
 
 
 def draw_camera(run: Run) -> bytes:
-    """The camera's last picture with the true way of the tip, as PNG."""
-    with new_figure(1290) as figure:
-        _draw_camera(figure.add_axes((0, 90 / 1290, 1, 1200 / 1290)), run)
-        _draw_legend(figure, run, 42 / 1290)
+    """Every camera's last picture with the true way of the tip, as PNG."""
+    count = len(run.story["cameras"])
+    width, height = run.story["size"]
+    tall = round(WIDTH / count * height / width) + 90
+    with new_figure(tall) as figure:
+        for view in range(count):
+            box = (view / count, 90 / tall, 1 / count, 1 - 90 / tall)
+            _draw_camera(figure.add_axes(box), run, view)
+        _draw_legend(figure, run, 42 / tall, {"goal, tolerance": {"marker": "+", "ms": 11}})
         return png_of(figure)
+
+
+def draw_space(run: Run) -> bytes | None:
+    """The true way of the tip in space, seen askew, from above and from the side, as PNG."""
+    if not _in_space(run):
+        return None
+    with new_figure(1000) as figure:
+        _draw_space(figure.add_axes((-0.02, 0.05, 0.6, 0.95), **ASKEW), run)
+        for names, bottom in (("xy", 0.595), ("xz", 0.125)):
+            _draw_side(figure.add_axes((0.62, bottom, 0.365, 0.365)), run, names)
+        marks = {"goal": {"marker": "o", "ms": 11, "mfc": "white"}, "base": BASE}
+        _draw_legend(figure, run, 0.035, marks)
+        return png_of(figure)
+
+
+def draw_lines(run: Run) -> bytes | None:
+    """The lines, as `simulate` has drawn them, as PNG."""
+    return _left(run.folder / "drawing" / "picture.png")
+
+
+def draw_lines_from_the_side(run: Run) -> bytes | None:
+    """The same from the side; None in the plane."""
+    return _left(run.folder / "drawing" / "picture-side.png")
+
+
+def _left(file: Path) -> bytes | None:
+    return file.read_bytes() if file.exists() else None
 
 
 def draw_errors(run: Run) -> bytes:
@@ -359,15 +427,25 @@ def write_overview(folder: str, file: str) -> None:
     if not (place / STORY).exists():
         place = max((there.parent for there in place.glob(f"*/{STORY}")), default=place)
     run = read_run(place)
-    with new_figure(690) as figure:
-        _draw_camera(figure.add_axes((0, 0, 920 / WIDTH, 1)), run)
-        _draw_errors(figure, run, (0.635, 0.605, 0.355, 0.325), (0.635, 0.105, 0.355, 0.325))
+    with new_figure(1040 if _in_space(run) else 690) as figure:
+        if _in_space(run):
+            for view in range(2):
+                _draw_camera(figure.add_axes((0.345 * view, 0.605, 0.3425, 0.395)), run, view)
+            _draw_space(figure.add_axes((0.68, 0.555, 0.32, 0.445), **ASKEW), run)
+            boxes = (0.055, 0.073, 0.425, 0.41), (0.555, 0.073, 0.425, 0.41)
+        else:
+            _draw_camera(figure.add_axes((0, 0, 920 / WIDTH, 1)), run)
+            boxes = (0.635, 0.605, 0.355, 0.325), (0.635, 0.105, 0.355, 0.325)
+        _draw_errors(figure, run, *boxes)
         picture = png_of(figure)
     Path(file).write_bytes(_photograph(picture, 82))
 
 
-def _draw_camera(axes: Axes, run: Run) -> None:
-    data = cv2.imread(str(run.folder / "camera.png"))
+def _draw_camera(axes: Axes, run: Run, view: int = 0) -> None:
+    """One camera's last picture, and what truly went on in it."""
+    names = run.story["cameras"]
+    several = len(names) > 1
+    data = cv2.imread(str(run.folder / (f"camera-{names[view]}.png" if several else "camera.png")))
     width, height = run.story["size"]
     axes.set_axis_off()
     if data is not None:
@@ -375,41 +453,183 @@ def _draw_camera(axes: Axes, run: Run) -> None:
         frame = (-0.5, width - 0.5, height - 0.5, -0.5)
         axes.imshow(data[:, :, ::-1], extent=frame, interpolation="antialiased", aspect="auto")
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
-    halo = [effects.withStroke(linewidth=4.5, foreground="white")]
-    if run.rival:
-        _, u, v = run.rival.path.T
-        axes.plot(u, v, color=INK, lw=1.4, ls=(0, (1, 1.6)), zorder=3)
-    for approach, colour in zip(run.approaches, GOALS, strict=False):
-        _, u, v = approach.path.T
-        axes.plot(u, v, color=colour, lw=2.4, zorder=4, path_effects=halo, solid_capstyle="round")
-        looks = np.array([step["s"] for step in approach.log.steps if step.get("s")])
-        if len(looks):
-            axes.plot(*looks[:, :2].T, "o", color=colour, ms=4.5, mec="white", mew=0.9, zorder=5)
-        axes.plot(u[0], v[0], "o", ms=9, mfc="white", mec=colour, mew=2.2, zorder=6)
-        x, y = approach.goal
-        for ink, wide in (("white", 4.2), (colour, 2.0)):
+    columns = slice(2 * view, 2 * view + 2)
+    inks = [np.array(stroke)[:, 3:][:, columns] for stroke in run.story["ink"]]
+    _draw_ways(
+        axes,
+        run,
+        inks,
+        lambda approach: (approach.path[:, 1:][:, columns], _looks(approach, names[view])),
+    )
+    for number, (approach, colour) in enumerate(zip(run.approaches, GOALS, strict=False), 1):
+        x, y = approach.goal[columns]
+        apart = 1.4 if several else 1.0  # in a smaller picture
+        for ink, wide in (("white", 4.2 / apart), (colour, 2.0 / apart)):
             axes.add_patch(
                 Circle((x, y), approach.tolerance, fill=False, ec=ink, lw=wide, zorder=7)
             )
             for dx, dy in ((11, 0), (0, 11)):
                 axes.plot([x - dx, x + dx], [y - dy, y + dy], color=ink, lw=wide - 0.6, zorder=7)
+        axes.text(x + 17 * apart, y + 15 * apart, str(number), **_badge(colour, 11 / apart))
+    if several:
+        shade = [effects.withStroke(linewidth=2.5, foreground=INK)]
+        words: dict[str, Any] = {"size": 9.5, "color": "white", "weight": "bold", "zorder": 9}
+        axes.text(9, height - 12, f"camera {names[view]}", path_effects=shade, **words)
+
+
+def _looks(approach: Approach, camera: str) -> np.ndarray:
+    """Where the servo saw the tip in a camera's picture (n, 2) as it stopped to look, px."""
+    names = [f"{camera}.u", f"{camera}.v"]
+    seen = [dict(zip(step["rows"], step["s"] or (), strict=False)) for step in approach.log.steps]
+    return np.array([[s[name] for name in names] for s in seen if s.keys() >= set(names)]).reshape(
+        -1, 2
+    )
+
+
+def _badge(colour: str, size: float = 8.0) -> dict[str, Any]:
+    """How the number of a goal looks."""
+    return {
+        "size": size,
+        "color": "white",
+        "weight": "bold",
+        "ha": "center",
+        "va": "center",
+        "zorder": 9,
+        "bbox": {"boxstyle": "circle,pad=0.25", "fc": colour, "ec": "white", "lw": 1.2},
+    }
+
+
+def _draw_ways(
+    axes: Axes,
+    run: Run,
+    inks: Sequence[np.ndarray],
+    seen: Callable[[Approach], tuple[np.ndarray, np.ndarray]],
+) -> None:
+    """The ways of the tip.
+
+    Args:
+        axes: of two or three coordinates.
+        run: the demo.
+        inks: the lines drawn before, points (n, coordinates) of each.
+        seen: of an approach, points (n, coordinates) of its way and of where it looked.
+    """
+    halo = [effects.withStroke(linewidth=4.5, foreground="white")]
+    for ink in inks:
+        axes.plot(*ink.T, color=QUIET, lw=1.6, zorder=2, solid_capstyle="round")
+    if run.rival:
+        axes.plot(*seen(run.rival)[0].T, color=INK, lw=1.4, ls=(0, (1, 1.6)), zorder=3)
+    for approach, colour in zip(run.approaches, GOALS, strict=False):
+        way, looks = seen(approach)
+        dots: dict[str, Any] = {"ls": "", "marker": "o", "color": colour}
+        axes.plot(*way.T, color=colour, lw=2.4, zorder=4, path_effects=halo, solid_capstyle="round")
+        axes.plot(*looks.T, ms=4.5, mec="white", mew=0.9, zorder=5, **dots)
+        axes.plot(*way[:1].T, ms=9, mfc="white", mec=colour, mew=2.2, zorder=6, **dots)
+
+
+ASKEW: dict[str, Any] = {
+    "projection": "3d",
+    "computed_zorder": False,
+    "elev": 20,
+    "azim": -62,
+    "proj_type": "ortho",
+}
+"""Axes in space, and from where they are seen."""
+BASE: dict[str, Any] = {
+    "ls": "",
+    "marker": "s",
+    "ms": 8,
+    "color": STEEL,
+    "mec": "white",
+    "zorder": 1,
+}
+"""Where the arm stands."""
+
+
+def _draw_space(axes: Any, run: Run) -> None:
+    """The ways in space, on axes in ASKEW."""
+    low, high = _extent(run)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(0, high[2]))
+    axes.set_box_aspect(high - low)
+    for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", strict=True):
+        axis.set_pane_color(REACH if name == "z" else "white")
+        axis.line.set_color(REACH_EDGE)
+        axis._axinfo["grid"].update(color=REACH_EDGE, linewidth=0.5)
+        axis.set_label_text(f"{name}  cm")
+        axis.labelpad = -4
+    axes.tick_params(pad=-3)
+    axes.plot([0], [0], [0], **BASE)
+    axes.locator_params(nbins=5, steps=TICKS)
+    ends = [np.array([approach.space.place]) for approach in run.approaches if approach.space]
+    for end, colour in zip(ends, GOALS, strict=False):
+        foot = np.concatenate([end, end * (1, 1, 0)])
+        axes.plot(*foot.T, color=colour, lw=0.9, ls=(0, (2, 2)), zorder=1)
+        axes.plot(*foot[1:].T, "x", color=colour, ms=4, zorder=1)
+    _draw_ways(axes, run, _inks(run), _in_cm)
+    for number, (end, colour) in enumerate(zip(ends, GOALS, strict=False), 1):
+        axes.plot(*end.T, "o", ms=8.5, mfc=colour, mec="white", mew=1.2, zorder=7)
+        axes.text(*(end[0] + (0, 0, 0.075 * high[2])), str(number), **_badge(colour))
+
+
+def _draw_side(axes: Axes, run: Run, names: str) -> None:
+    """The ways from one side, which shows two coordinates."""
+    view = ["xyz".index(name) for name in names]
+    low, high = (corner[view] for corner in _extent(run))
+    middle, sides = (low + high) / 2, axes.bbox.size
+    half = max((high - low) / sides) * sides / 2  # equal scales
+    axes.set(
+        xlim=(middle[0] - half[0], middle[0] + half[0]),
+        ylim=(middle[1] - half[1], middle[1] + half[1]),
+    )
+    axes.plot([0], [0], **BASE)
+    axes.grid(color=REACH_EDGE, lw=0.5)
+    axes.set_axisbelow(True)
+    title = "From above" if names == "xy" else "From the side"
+    axes.set_title(title, loc="left", size=9.5, color=INK, weight="bold", pad=6)
+    axes.set(xlabel=f"{names[0]}  cm", ylabel=f"{names[1]}  cm")
+    axes.locator_params(nbins=7, steps=TICKS)
+
+    def seen(approach: Approach) -> tuple[np.ndarray, np.ndarray]:
+        way, looks = _in_cm(approach)
+        return way[:, view], looks[:, view]
+
+    _draw_ways(axes, run, [ink[:, view] for ink in _inks(run)], seen)
     for number, (approach, colour) in enumerate(zip(run.approaches, GOALS, strict=False), 1):
-        x, y = approach.goal
-        axes.text(
-            x + 17,
-            y + 15,
-            str(number),
-            size=11,
-            color="white",
-            weight="bold",
-            ha="center",
-            va="center",
-            zorder=9,
-            bbox={"boxstyle": "circle,pad=0.25", "fc": colour, "ec": "white", "lw": 1.2},
-        )
+        if approach.space and approach.within_mm:
+            x, y = np.array(approach.space.place)[view]
+            for ink, wide in (("white", 3.6), (colour, 1.8)):
+                ring = Circle(
+                    (x, y), approach.within_mm / 10, fill=False, ec=ink, lw=wide, zorder=7
+                )
+                axes.add_patch(ring)
+            offset: dict[str, Any] = {"xytext": (13, 11), "textcoords": "offset points"}
+            axes.annotate(str(number), (x, y), **offset, **_badge(colour))
 
 
-def _draw_legend(figure: Figure, run: Run, height: float) -> None:
+def _inks(run: Run) -> list[np.ndarray]:
+    """The lines drawn in space, points (n, 3) of each, cm."""
+    return [np.array(stroke)[:, :3] for stroke in run.story["ink"]]
+
+
+def _in_cm(approach: Approach) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) of an approach in space, cm: its way, and where it looked."""
+    assert approach.space
+    tips, t = approach.space.tips, approach.path[:, 0]
+    times = [step["t"] for step in approach.log.steps]
+    return tips, np.column_stack([np.interp(times, t, values) for values in tips.T])
+
+
+def _extent(run: Run) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (3,), cm, of a box on the table that holds all ways, and the arm's base."""
+    everybody = [*run.approaches, *([run.rival] if run.rival else [])]
+    ways = [approach.space.tips for approach in everybody if approach.space]
+    points = np.concatenate([np.zeros((1, 3)), *ways, *_inks(run)])
+    return np.floor(points.min(axis=0) - (2, 2, 0)), np.ceil(points.max(axis=0) + 2)
+
+
+def _draw_legend(
+    figure: Figure, run: Run, height: float, others: dict[str, dict[str, Any]]
+) -> None:
+    """What is what, in one line; `others` are marks of one picture alone, by their names."""
     axes = figure.add_axes((0, 0, 1, 1), zorder=-1)
     axes.set_axis_off()
     handles = [
@@ -419,18 +639,23 @@ def _draw_legend(figure: Figure, run: Run, height: float) -> None:
     if run.rival:
         line = axes.plot([], [], color=INK, lw=1.4, ls=(0, (1, 1.6)))[0]
         handles.append((line, f"to {run.rival.name}, the report's method"))
+    if run.story["ink"]:
+        handles.append((axes.plot([], [], color=QUIET, lw=1.6)[0], "drawn before"))
     grey: dict[str, Any] = {"ls": "", "color": QUIET}
     handles += [
         (axes.plot([], [], marker="o", ms=8, mfc="white", mew=2, **grey)[0], "start"),
         (axes.plot([], [], marker="o", ms=4.5, **grey)[0], "where it looked"),
-        (axes.plot([], [], marker="+", ms=11, mew=2, **grey)[0], "goal, tolerance"),
+    ]
+    handles += [
+        (axes.plot([], [], **{"mew": 2, **grey, **style})[0], name)
+        for name, style in others.items()
     ]
     figure.legend(
         *zip(*handles, strict=True),
         loc="center",
         bbox_to_anchor=(0.5, height),
         ncols=len(handles),
-        columnspacing=1.6,
+        columnspacing=1.4,
         handlelength=1.7,
     )
 
@@ -591,12 +816,18 @@ def _draw_joints(figure: Figure, run: Run) -> None:
 CAPTIONS = (
     (
         "What the camera saw",
-        "The last picture that the tracker took, with the true way of the tip to each goal. "
+        "The last picture of each camera, with the true way of the tip to each goal. "
         "Rings are where it started, dots where the servo stopped to look, crosses the goals, each "
         "with its circle of tolerance. Nothing about camera or arm was calibrated: the first "
         "short moves show how the picture answers to each joint, every later one corrects that. "
-        "The grey lines on the paper are what the pen drew before.",
+        "The grey lines are what the pen drew before.",
         draw_camera,
+    ),
+    (
+        "The way in space",
+        "The same in centimetres, as the emulator knows it: the servo saw nothing but the pictures "
+        "above. The rings round the goals are what counts as reached.",
+        draw_space,
     ),
     (
         "The way to the goal in time",
@@ -608,9 +839,14 @@ CAPTIONS = (
     ),
     (
         "The three lines",
-        "The lines of the report, drawn before anything was seen: ink and arm on the left, and on "
-        "the right how far the ink is off the wanted line, magnified.",
-        None,
+        "Drawn before anything was seen: ink and arm on the left, and on the right how far the ink "
+        "is off the wanted line, magnified.",
+        draw_lines,
+    ),
+    (
+        "The three lines from the side",
+        "The same ink and the same arm.",
+        draw_lines_from_the_side,
     ),
     (
         "How well the image Jacobian could be inverted",
@@ -637,7 +873,7 @@ def write(run: Run) -> Path:
     """
     figures = []
     for heading, caption, draw in CAPTIONS:
-        picture = _drawing(run) if draw is None else draw(run)
+        picture = draw(run)
         if picture:
             figures.append(_figure(heading, caption, picture))
     good = run.worked
@@ -662,11 +898,6 @@ def write(run: Run) -> Path:
     except OSError as error:
         raise BadRun(f"cannot write {file}: {error.strerror}; make room there") from None
     return file
-
-
-def _drawing(run: Run) -> bytes | None:
-    file = run.folder / "drawing" / "picture.png"
-    return file.read_bytes() if file.exists() else None
 
 
 def _figure(heading: str, caption: str, picture: bytes) -> str:
@@ -701,12 +932,19 @@ def _facts(run: Run) -> str:
 
 def _note(run: Run) -> str:
     tolerance = run.approaches[0].tolerance if run.approaches else 5.0
+    within = [a.within_mm for a in run.approaches if a.within_mm]
     words = (
         "What the brick claims decides nothing here: the emulator knows where the tip truly is, "
         f"and a goal counts as reached where that is at most {TRUE_SHARE:g} times the tolerance of "
-        f"{tolerance:g} px away in the picture. Millimetres are measured in the plane in which the "
-        "marker on the tip moves."
+        f"{tolerance:g} px away in the picture"
     )
+    if within:
+        words += (
+            f"s, or rather in space: that is at most {max(within):.0f} mm, in the direction in "
+            "which the cameras tell least. A distance in px is that of all cameras together."
+        )
+    else:
+        words += ". Millimetres are measured in the plane in which the marker on the tip moves."
     if run.rival:
         words += (
             " The last row is the report's own method for comparison, on the same emulated arm "
@@ -768,7 +1006,7 @@ _FILES = (
     ("goal-1.jsonl, ..., report-method.jsonl", "what the servo saw, decided and did"),
     ("goal-1/trace.csv, ...", "the true motion of the arm"),
     ("drawing/", "the lines: their true ink, their picture, their figures"),
-    ("track.csv, camera.png", "what the tracker found in every picture, and the last one"),
+    ("track.csv, camera*.png", "what the tracker found in every picture, and the last one"),
     ("*.txt", "what each program printed"),
 )
 

@@ -4,6 +4,7 @@ The programs are stand-ins here, that leave in no time what the real ones leave.
 """
 
 import functools
+import itertools
 import json
 import math
 import os
@@ -23,12 +24,13 @@ from test_report import log_text
 
 from laptop import demo, report
 from laptop.__main__ import laptop
-from laptop.demo import DemoFailed, Orders
+from laptop.demo import DemoFailed, Orders, Views
 from laptop.simulator.scene import Scene, read_scene
 from laptop.tracking_server import TrackingServer
 from shared.arm_description import find_arm, read_arm
 
-ARM = read_arm(find_arm("planar"))
+ARMS = {name: read_arm(find_arm(name)) for name in ("planar", "geared", "spatial")}
+ARM = ARMS["planar"]
 TILTED = "tilt=30,azimuth=30,roll=5"
 
 # What `python -m laptop` would do, as far as the demo sees it. FAULT says what goes wrong.
@@ -39,8 +41,8 @@ words, fault = sys.argv[1:], os.environ.get("FAULT", "")
 command, script = words[0], words[-1]
 value = lambda key: words[words.index(key) + 1]
 signal.signal(signal.SIGINT, signal.default_int_handler)
-with open(os.path.join(os.environ["PIDS"], str(os.getpid())), "w"):
-    pass
+with open(os.path.join(os.environ["PIDS"], str(os.getpid())), "w") as file:
+    file.write(" ".join([*words, "on", os.environ.get("BRICKSERVO_ARM", "")]))
 
 
 def wait_for_ever(deaf=False):
@@ -55,10 +57,10 @@ def leave(folder, end, paths=(), status=0):
     """The arm goes to the joint angles `end`, rad."""
     os.makedirs(folder)
     with open(folder + "/trace.csv", "w") as file:
-        file.write("t,q1,q2,x,y,pen\\n")
+        file.write("t,%s,pen\\n" % ",".join("q%d" % k for k in range(1, len(end) + 1)))
         for k in range(41):
-            q = [a * min(1, k / 20) for a in end]
-            file.write("%.4f,%.6f,%.6f,0,0,0\\n" % (0.1 * k, *q))
+            q = ["%.6f" % (a * min(1, k / 20)) for a in end]
+            file.write("%.4f,%s,%d\\n" % (0.1 * k, ",".join(q), 10 <= k < 15))
     with open(folder + "/summary.part", "w") as file:
         json.dump({"status": status, "paths": paths}, file)
     os.replace(folder + "/summary.part", folder + "/summary.json")
@@ -75,20 +77,21 @@ if command == "track":
         wait_for_ever()
     except KeyboardInterrupt:
         sys.exit(130)
+ends = json.loads(os.environ["ENDS"])
 if script.endswith("driver.py"):
     lines = [{"greatest_mm": 1.0}] * 3
     if fault == "a line is missing":
         lines[2] = None
     if fault == "driver fails":
         print("driver.py: joint shoulder is blocked", flush=True)
-    leave(value("--out"), [0.9, 1.5], lines, int(fault == "driver fails"))
+    leave(value("--out"), ends["driver"], lines, int(fault == "driver fails"))
     sys.exit(0)
 rival = "report" in words
-goal = next(word for word in words if word.startswith("--goal="))[7:]
+goal = " ".join(word[7:] for word in words if word.startswith("--goal="))
 if fault == "servo fails" and goal != "marker":
     print("servo.py: the motor at port A is not plugged in")
     print("out/picture.png, trace.csv, summary.json")
-    leave(value("--out"), [0, 0], status=1)
+    leave(value("--out"), ends["driver"], status=1)
     sys.exit(1)
 if fault in ("servo hangs", "deaf servo") and goal != "marker":
     wait_for_ever(fault == "deaf servo")
@@ -96,67 +99,80 @@ if fault == "rival fails" and rival:
     sys.exit("laptop: no room")
 if fault == "rival hangs" and rival:
     wait_for_ever(True)
-ends = json.loads(os.environ["ENDS"])
 missed = fault == "not reached" and goal != "marker"
 with open(value("--log"), "w") as file:
     file.write(os.environ["LOG"].replace('"chain"', '"report"' if rival else '"chain"'))
 print("converged", flush=True)
-leave(value("--out"), [0.1, 0.1] if missed else ends[goal])
+leave(value("--out"), ends["driver"] if missed else ends[goal])
 '''
 
 
 @functools.cache
 def scene_of(arm, text):
-    """The Scene; to paint one takes longer than most tests."""
-    return Scene(arm, read_scene(text))
+    """The Scene of a text and a camera; to paint one takes longer than most tests."""
+    return Scene(arm, read_scene(*text))
 
 
 @pytest.fixture(scope="module", autouse=True)
 def scenes_painted_once():
-    """The demo's scenes, too: nothing changes them."""
+    """The demo's scenes: nothing changes them."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(demo, "read_scene", lambda text: text)
+        patch.setattr(demo, "read_scene", lambda *text: text)
         patch.setattr(demo, "Scene", scene_of)
         yield
 
 
-@pytest.fixture(scope="module")
-def goals():
-    return demo.choose_goals(ARM, 0)
+really_choose = functools.cache(demo.choose_goals)
 
 
-@pytest.fixture(scope="module")
-def ends(goals):
-    """Joint angles, rad, with the tip at each goal, by what the servo is told."""
-    text, chosen = goals
-    scene = scene_of(ARM, text)
-    found = {
-        goal.told: demo._solve(lambda q: scene.truth(q)["effector"], (0.9, 1.2), goal.pixel)
-        for goal in chosen
-    }
-    return {told: list(map(float, q)) for told, q in found.items()}
+@functools.cache
+def ends_of(name):
+    """Joint angles, rad, where the driver ends, and with the tip at each goal by what is told."""
+    arm = ARMS[name]
+    text, goals = really_choose(arm, 0)
+    views = Views(arm, text)
+    start = views.postures_at(demo.STANDS[arm.chain].left)[0]
+    ends = {"driver": start, **{" ".join(goal.told): posture_at(views, goal) for goal in goals}}
+    return {told: list(map(float, q)) for told, q in ends.items()}
+
+
+BENDS = {2: [(-1.5,), (1.5,)], 3: [(0.3, -1.5), (1.2, -0.8), (1.5, -1.8)]}
+"""Of the joints after the first, rad."""
+
+
+def posture_at(views, goal):
+    """A posture within the limits, rad, with the tip at a goal."""
+    joints = views.arm.joints
+    for start in itertools.product((-0.8, 0.2, 1.2, 2.0), BENDS[len(joints)]):
+        q = demo._solve(views.truth, (start[0], *start[1]), goal.pixels)
+        if np.isfinite(q).all() and all(
+            j.lower <= a <= j.upper for a, j in zip(q, joints, strict=True)
+        ):
+            return q
+    raise AssertionError(goal)
 
 
 @pytest.fixture
-def play(tmp_path, monkeypatch, goals, ends):
+def play(tmp_path, monkeypatch):
     """Run the demo with the stand-ins and one of their faults; its exit status and its folder."""
     stand_in = tmp_path / "stand_in.py"
     stand_in.write_text(STAND_IN)
     pids = tmp_path / "pids"
     pids.mkdir()
-    for key, value in {
-        "PIDS": str(pids),
-        "ENDS": json.dumps(ends),
-        "LOG": log_text(1.0),
-    }.items():
-        monkeypatch.setenv(key, value)
+    monkeypatch.setenv("PIDS", str(pids))
     monkeypatch.setattr(demo, "LAPTOP", (sys.executable, "-S", "-E", str(stand_in)))
-    monkeypatch.setattr(demo, "choose_goals", lambda arm, seed: goals)
+    monkeypatch.setattr(demo, "choose_goals", really_choose)
     monkeypatch.setattr(demo, "LOOK", 0.005)
     monkeypatch.setattr(report, "CAPTIONS", ())
 
     def run(fault="", **orders):
-        monkeypatch.setenv("FAULT", fault)
+        name = orders.get("arm", "planar")
+        for key, value in {
+            "FAULT": fault,
+            "ENDS": json.dumps(ends_of(name)),
+            "LOG": log_text(1.0, cameras="A" if name == "planar" else "AB"),
+        }.items():
+            monkeypatch.setenv(key, value)
         console = Console(file=(tmp_path / "out.txt").open("w"), width=100)
         with console.file:
             try:
@@ -216,8 +232,32 @@ def test_a_demo_that_works_leaves_its_report_and_no_process(play):
     assert max(a.error for a in run.approaches) < 0.1
 
 
-def test_a_goal_that_is_only_claimed_fails_the_demo(play):
-    status, folder = play("not reached")
+def test_an_arm_in_space_is_shown_by_two_cameras_and_judged_in_space(play):
+    status, folder = play(arm="spatial")
+    assert status == 0, play.said
+    told = [(play.pids / name).read_text() for name in os.listdir(play.pids)]
+    (track,) = [words for words in told if words.startswith("track")]
+    assert track.count("--camera synthetic") == 2
+    assert track.endswith(f"on {os.path.abspath(ARMS['spatial'].file)}")
+    assert sum(len(re.findall(r"--goal=[AB]:\d", words)) == 2 for words in told) == 2
+    run = report.read_run(folder)
+    assert run.story["cameras"] == "AB"
+    assert max(a.miss_mm for a in run.approaches) < 0.2
+    assert all(5 < a.within_mm < 12 for a in run.approaches)
+    views, ends = Views(ARMS["spatial"], run.story["scene"]), ends_of("spatial")
+    for told, approach in zip(list(ends)[1:], run.approaches, strict=True):
+        there = views.centre("effector", ends[told])
+        assert approach.space.tips[-1] == pytest.approx(there, abs=0.01)
+        assert approach.path[-1, 1:] == pytest.approx(views.truth(ends[told]), abs=0.02)
+    ink = run.story["ink"][0]
+    begins = 0.5 * np.array(ends["driver"])  # there the pen goes down
+    here = [*views.centre("effector", begins), *views.truth(begins)]
+    assert ink[0] == pytest.approx(here, abs=0.02)
+
+
+@pytest.mark.parametrize("arm", ["planar", "spatial"])
+def test_a_goal_that_is_only_claimed_fails_the_demo(play, arm):
+    status, folder = play("not reached", arm=arm)
     assert status == 1
     assert "goal 2 was not reached, though the brick says so" in play.said
     assert (folder / "report.html").exists()
@@ -317,37 +357,73 @@ def test_who_interrupts_while_a_program_starts_leaves_none_behind(play, monkeypa
 # The goals
 
 
-@pytest.mark.parametrize(("name", "seed"), [("planar", 0), ("geared", 7)])
-def test_goals_are_in_the_picture_and_apart_and_can_be_reached(name, seed):
-    arm = read_arm(find_arm(name))
-    text, goals = demo.choose_goals(arm, seed)
-    scene = scene_of(arm, text)
-    pixels = [goal.pixel for goal in goals]
-    assert [goal.told for goal in goals] == [
-        "marker",
-        *("{:.1f},{:.1f}".format(*p) for p in pixels[1:]),
-    ]
-    assert goals[0].pixel == scene.truth([0, 0])["goal"]
-    for number, (u, v) in enumerate(pixels):
-        assert 40 < u < 600
-        assert 40 < v < 440
-        assert all(math.dist((u, v), other) > 149 for other in pixels[:number])
-        starts = [(a, b) for a in (-0.8, 0.2, 1.2, 2.0) for b in (-1.5, 1.5)]
-        found = (demo._solve(lambda q: scene.truth(q)["effector"], q, (u, v)) for q in starts)
-        assert any(
-            all(j.lower <= a <= j.upper for a, j in zip(q, arm.joints, strict=True))
-            and math.dist(scene.truth(q)["effector"], (u, v)) < 0.1
-            for q in found
-            if np.isfinite(q).all() and max(map(abs, q)) < 10
-        )
-    assert demo.choose_goals(arm, seed) == (text, goals)
+@pytest.mark.parametrize(("name", "seed"), [("planar", 0), ("geared", 7), ("spatial", 0)])
+def test_goals_are_in_the_pictures_and_apart_and_can_be_reached(name, seed):
+    arm = ARMS[name]
+    text, goals = really_choose(arm, seed)
+    views = Views(arm, text)
+    assert goals[0].told == ("marker",)
+    assert goals[0].pixels == views.truth([joint.home for joint in arm.joints], "goal")
+    for number, goal in enumerate(goals):
+        places = list(zip(goal.pixels[::2], goal.pixels[1::2], strict=True))
+        if number:
+            names = [f"{camera}:" for camera in views] if len(views) > 1 else [""]
+            pairs = zip(names, places, strict=True)
+            assert goal.told == tuple(f"{camera}{u:.1f},{v:.1f}" for camera, (u, v) in pairs)
+        assert all(40 < u < 600 and 40 < v < 440 for u, v in places)
+        assert all(math.dist(goal.pixels, other.pixels) > 149 for other in goals[:number])
+        assert views.project(goal.place) == pytest.approx(goal.pixels, abs=0.1)
+        assert math.dist(views.truth(posture_at(views, goal)), goal.pixels) < 0.1
 
 
-def test_a_place_is_found_by_its_pixel():
-    scene = scene_of(ARM, TILTED)
-    for place in ((12.0, -3.0), (-5.0, 14.0)):
-        pixel = scene.project(np.array([[*place, 2.5]]))[0]
-        assert demo.place_at(scene, pixel, 2.5) == pytest.approx(place, abs=1e-6)
+@pytest.mark.parametrize("name", ["planar", "spatial"])
+def test_the_same_seed_gives_the_same_goals(name):
+    assert demo.choose_goals(ARMS[name], 0) == really_choose(ARMS[name], 0)
+
+
+def test_the_tip_is_seen_by_both_cameras_on_its_way():
+    views = Views(ARMS["spatial"], demo.scene_text("spatial", 0))
+    left = demo.STANDS["spatial"].left
+    start = views.postures_at(left)[0]
+    assert views.centre("effector", start) == pytest.approx(left)
+    assert views.way_is_seen(start, (0.0, 0.6, -1.2))
+    assert not views.way_is_seen(start, (0.7, -0.3, -0.5))  # in sight, but near the table
+    assert not views.way_is_seen(start, (1.6, 1.9, -2.0))  # behind the upper arm
+    assert not views.way_is_seen((1.6, -0.1, -0.3), (1.3, 0.0, -0.4))  # hidden while it explores
+
+
+def test_a_tip_behind_the_stand_of_a_goal_is_not_in_sight():
+    text = demo.scene_text("spatial", 0)
+    start, end = Views(ARMS["spatial"], text).postures_at((9.0, 4.0, 12.6))[0], (0, 0.6, -1.2)
+    eye = Views(ARMS["spatial"], text)["B"].camera.position
+    x, y, _ = (9.0, 4.0, 12.6) + 0.2 * (eye - (9.0, 4.0, 12.6))
+    behind = Views(ARMS["spatial"], f"{text},goal_x={x:.2f},goal_y={y:.2f},goal_z=25")
+    assert demo.GLIMPSE < behind.visible(start) < demo.CLEAR
+    assert not behind.way_is_seen(start, end)
+    assert Views(ARMS["spatial"], f"{text},goal_x=-20").way_is_seen(start, end)
+
+
+@pytest.mark.parametrize(
+    ("name", "marker", "places"),
+    [
+        ("planar", "effector", [(12.0, -3.0, 2.5), (-5.0, 14.0, 2.5)]),
+        ("planar", "goal", [(12.0, -3.0, 0.0)]),
+        ("spatial", "goal", [(12.0, -3.0, 2.5), (-5.0, 9.0, 20.0)]),
+    ],
+)
+def test_a_place_is_found_by_its_pixels(name, marker, places):
+    views = Views(ARMS[name], TILTED if name == "planar" else demo.scene_text(name, 0))
+    for place in places:
+        assert views.place_at(views.project(place), marker) == pytest.approx(place, abs=1e-6)
+
+
+def test_a_pixel_is_worth_most_where_the_cameras_tell_least():
+    views = Views(ARMS["spatial"], demo.scene_text("spatial", 0))
+    place = np.array([12.0, 0.0, 10.0])
+    worth = demo._worth(views, place)
+    ways = [views.project(place + d) - views.project(place) for d in 0.1 * np.eye(3)]
+    assert all(1 / np.linalg.norm(way) <= worth + 1e-3 for way in ways)  # 1 mm each way
+    assert 0.7 < worth < 1.4
 
 
 # What the programs leave
@@ -368,7 +444,7 @@ def test_the_next_start_is_where_the_arm_was_left_within_its_limits(tmp_path):
     rows = "t,q1,q2,x,y,pen\n0.0,0,0,1,1,0\n0.1,-3.0,0.5,1,1,0\n"
     (tmp_path / "trace.csv").write_text(rows)
     assert demo._start_words(ARM, tmp_path) == f"--start=-90.0000,{math.degrees(0.5):.4f}"
-    assert demo.read_trace(tmp_path / "trace.csv")[1] == (0.1, (-3.0, 0.5))
+    assert demo.read_trace(tmp_path / "trace.csv")[1] == (0.1, (-3.0, 0.5), False)
 
 
 @pytest.mark.parametrize("text", [None, "", "t,q1\n1,x\n"])
@@ -379,13 +455,15 @@ def test_a_trace_that_cannot_be_read_is_told_in_one_line(tmp_path, text):
         demo._start_words(ARM, tmp_path)
 
 
-def test_the_true_path_keeps_when_rests_end():
-    scene = scene_of(ARM, "seed=0")
-    rows = [demo.Row(0.1 * k, (0.01 * max(0, k - 10), 0.0)) for k in range(16)]
-    path = list(demo._path(scene, rows))
-    assert [round(t, 1) for t, _, _ in path] == [0.0, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5]
-    assert path[0][1:] == path[1][1:]
-    assert path[-1][1:] == scene.truth((0.05, 0.0))["effector"]
+@pytest.mark.parametrize("name", ["planar", "spatial"])
+def test_the_true_path_keeps_when_rests_end(name):
+    views = Views(ARMS[name], "seed=0")
+    still = (0.0,) * (len(ARMS[name].joints) - 1)
+    rows = [demo.Row(0.1 * k, (0.01 * max(0, k - 10), *still), False) for k in range(16)]
+    path = demo._path(views, rows)
+    assert [round(t, 1) for t, _ in path] == [0.0, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5]
+    assert path[0][1] == path[1][1]
+    assert path[-1][1] == (0.05, *still)
 
 
 # The command
@@ -431,7 +509,7 @@ def test_a_script_in_virtual_time_is_served_with_what_a_camera_would_see(tmp_pat
     assert result.exit_code == 0, result.output
     u, v, age = map(float, re.search(r"(\S+) (\S+) (\S+) s ago", result.output).groups())
     q = math.radians(30), math.radians(45)
-    assert (u, v) == pytest.approx(scene_of(ARM, TILTED).truth(q)["effector"], abs=0.3)
+    assert (u, v) == pytest.approx(scene_of(ARM, (TILTED,)).truth(q)["effector"], abs=0.3)
     assert 0.02 < age < 0.2
 
 

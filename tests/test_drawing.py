@@ -20,8 +20,8 @@ def record(*strokes, period=0.01):
     rows, t = [], 0.0
     for stroke in strokes:
         for pen, points in ((0, [stroke[0]] * 50), (1, stroke)):
-            for x, y in points:
-                rows.append(Row(t, (0.25, -0.5), x, y, pen))
+            for x, y, *z in points:
+                rows.append(Row(t, (0.25, -0.5), x, y, pen, *z))
                 t += period
     return rows
 
@@ -52,6 +52,15 @@ def test_the_profile_is_positive_on_the_left(y, sign):
     assert deviation == pytest.approx(sign * 1.5)
     assert (place[0], place[-1]) == pytest.approx((0, 10))
     assert (np.diff(place) > 0).all()
+
+
+@pytest.mark.parametrize("y", [0.15, -0.15])
+def test_in_space_there_is_no_left(y):
+    upright = [(5.0, 0.0, 2.0), (5.0, 0.0, 12.0)]
+    m = the_measure(along((5, y, 2), (5, y, 12)), upright)
+    assert m.lateral[:, 1] == pytest.approx(1.5)
+    assert (m.lateral[0, 0], m.lateral[-1, 0]) == pytest.approx((0, 10))
+    assert m.greatest_mm == pytest.approx(1.5)
 
 
 def test_a_wedge_has_the_rms_of_a_triangle():

@@ -22,8 +22,10 @@ def line(kind, t=0.0, **values):
     return json.dumps({"kind": kind, "t": t, **values}) + "\n"
 
 
-def log_text(off=2.0, verdict="converged", method="chain", joints=("shoulder", "elbow"), **words):
-    """What the servo writes of a run from 200 px away to `off` px."""
+def log_text(off=2.0, verdict="converged", method="chain", cameras="A", **words):
+    """What the servo writes of a run from 200 px away to `off` px, all along the first row."""
+    joints = ("base", "shoulder", "elbow")[1 - len(cameras) :]
+    rows = [f"{camera}.{axis}" for camera in cameras for axis in "uv"]
     n = len(joints)
     text = line(
         "run",
@@ -35,24 +37,26 @@ def log_text(off=2.0, verdict="converged", method="chain", joints=("shoulder", "
         tolerance=5.0,
         budget=60.0,
         goal="marker",
+        rows="stereo",
         clock=100.0,
     )
     for number in range(5):
         share = number / 4
         error = 200 + share * (off - 200)
-        q, s = [0.1 * number] * n, [GOAL[0] - error, GOAL[1]]
-        text += line("seen", number, camera="A", q=q, s=s, goal=list(GOAL))
+        q, s = [0.1 * number] * n, [GOAL[0] - error, GOAL[1], *GOAL][: len(rows)]
+        text += line("seen", number, camera="A", q=q, s=s[:2], goal=list(GOAL))
         explores = number < 2
         text += line(
             "step",
             number,
             q=q,
+            rows=rows,
             s=s,
-            goal=list(GOAL),
+            goal=GOAL * len(cameras),
             error=error,
             sigma=0.1,
             frames=6,
-            J=None if explores else [[300.0] * n] * 2,
+            J=None if explores else [[300.0] * n] * len(rows),
             condition=None if explores else 3.5,
             model=None if explores else method,
             action="explore" if explores else "move" if number < 4 else "hold",
@@ -66,29 +70,42 @@ def log_text(off=2.0, verdict="converged", method="chain", joints=("shoulder", "
     )
 
 
-def approach(folder, name="goal 1", off=2.0, log=None, **words):
-    """An entry of the story, with its log in the folder; `off` is the truth."""
+PLACE = (10.0, 5.0, 12.0)
+
+
+def approach(folder, name="goal 1", off=2.0, log=None, cameras="A", **words):
+    """An entry of the story, with its log in the folder; `off` is the truth, px."""
     file = name.replace(" ", "-") + words.pop("suffix", "") + ".jsonl"
-    (folder / file).write_text(log or log_text(off, **words))
-    path = [[t, GOAL[0] - 200 - t / 4 * (off - 200), GOAL[1]] for t in np.linspace(0, 5, 51)]
-    path = [[t, GOAL[0] - max(off, 200 - 50 * t), GOAL[1]] for t, _, _ in path]
-    return {"name": name, "log": file, "goal": GOAL, "path": path, "miss_mm": 0.9 * off}
+    (folder / file).write_text(log or log_text(off, cameras=cameras, **words))
+    goal = GOAL * len(cameras)
+    ways = [(t, max(off, 200 - 50 * t)) for t in np.linspace(0, 5, 51)]
+    path = [[t, goal[0] - way, *goal[1:]] for t, way in ways]
+    record = {"name": name, "log": file, "goal": goal, "path": path, "miss_mm": 0.9 * off}
+    if cameras != "A":
+        tips = [[PLACE[0] - 0.09 * way, *PLACE[1:]] for _, way in ways]
+        record.update(place=PLACE, tips=tips, mm_per_px=1.1)
+    return record
 
 
-def story(folder, offs=(2.0, 1.0, 3.0), **changes):
+def story(folder, offs=(2.0, 1.0, 3.0), cameras="A", **changes):
     """A demo's folder; the Run."""
     image = np.full((96, 128, 3), 180, np.uint8)
-    cv2.imwrite(str(folder / "camera.png"), image)
+    for name in ("camera", *(f"camera-{camera}" for camera in cameras)):
+        cv2.imwrite(str(folder / f"{name}.png"), image)
     record = {
         "arm": "planar",
         "scene": "seed=0",
+        "cameras": cameras,
         "size": [64, 48],
+        "ink": [[[12, y, 8, 20 + y, 30, 40, 30 + y] for y in (-6, 6)]] if cameras != "A" else [],
         "command": "python -m laptop demo",
         "lines": LINES,
         "seconds": 61.0,
         "trouble": "",
-        "approaches": [approach(folder, f"goal {k}", off) for k, off in enumerate(offs, 1)],
-        "rival": approach(folder, off=4.0, method="report", suffix="-rival"),
+        "approaches": [
+            approach(folder, f"goal {k}", off, cameras=cameras) for k, off in enumerate(offs, 1)
+        ],
+        "rival": approach(folder, off=4.0, cameras=cameras, method="report", suffix="-rival"),
         **changes,
     }
     (folder / report.STORY).write_text(json.dumps(record))
@@ -128,12 +145,25 @@ def test_the_truth_decides_and_not_what_the_brick_says(tmp_path, off, verdict, r
     assert f"truly {off:.1f} px ({0.9 * off:.1f} mm) off after 4 moves, 4.5 s" in told.words
 
 
+@pytest.mark.parametrize(("off", "reached"), [(9.7, True), (9.8, False)])
+def test_in_space_millimetres_decide(tmp_path, off, reached):
+    told = report.read_approach(tmp_path, approach(tmp_path, off=off, cameras="AB"))
+    assert told.within_mm == pytest.approx(8.8)  # 1.6 tolerances of 5 px, of 1.1 mm each
+    assert told.error == pytest.approx(off)
+    assert told.reached is reached
+
+
 def test_a_demo_worked_if_all_lines_are_drawn_and_all_goals_reached(tmp_path):
     run = story(tmp_path)
     assert run.worked
     assert report.headline(run) == (
         "3 lines drawn, at most 1.2 mm off; all three goals truly reached, to 3.0 px or better."
     )
+
+
+def test_of_an_arm_in_space_it_is_said_how_near_it_came_there(tmp_path):
+    run = story(tmp_path, cameras="AB")
+    assert report.headline(run).endswith("to 2.7 mm in space (3.0 px in the pictures) or better.")
 
 
 def test_one_goal_missed_is_named(tmp_path):
@@ -273,11 +303,61 @@ def test_pictures_are_drawn_of_no_goal_at_all(tmp_path):
     assert report.draw_errors(run).startswith(b"\x89PNG")
 
 
-def test_pictures_are_drawn_of_any_number_of_joints_and_of_no_error_at_all(tmp_path):
-    log = log_text(0.0, joints=("yaw", "shoulder", "elbow"))
-    run = story(tmp_path, rival=None, approaches=[approach(tmp_path, off=0.0, log=log)])
-    for draw in (report.draw_errors, report.draw_joints, report.draw_condition):
+@pytest.mark.parametrize("cameras", ["A", "AB"])
+def test_pictures_are_drawn_of_any_number_of_joints_and_of_no_error_at_all(tmp_path, cameras):
+    run = story(tmp_path, offs=(0.0,), cameras=cameras, rival=None)
+    draws = [report.draw_camera, report.draw_errors, report.draw_joints, report.draw_condition]
+    for draw in draws + [report.draw_space] * (cameras == "AB"):
         assert draw(run).startswith(b"\x89PNG")
+
+
+def drawn_in(monkeypatch, draw, run):
+    """The axes of a picture."""
+    figures = []
+    monkeypatch.setattr(report, "png_of", lambda figure: figures.append(figure) or b"")
+    draw(run)
+    return figures[0].axes
+
+
+def lines_of(axes, colour):
+    return [line for line in axes.lines if line.get_color() == colour]
+
+
+def test_each_camera_shows_the_way_that_it_saw(tmp_path, monkeypatch):
+    run = story(tmp_path, offs=(1.0,), cameras="AB", rival=None)
+    *views, legend = drawn_in(monkeypatch, report.draw_camera, run)
+    assert len(views) == 2
+    ways = [lines_of(axes, report.GOALS[0])[0].get_xdata() for axes in views]
+    assert (ways[0][0], ways[0][-1]) == (GOAL[0] - 200, GOAL[0] - 1)
+    assert set(ways[1]) == {GOAL[0]}  # from there it moved along the line of sight
+    inks = [lines_of(axes, report.QUIET)[0].get_xydata().tolist() for axes in views]
+    assert inks == [[[14, 30], [26, 30]], [[40, 24], [40, 36]]]  # in the air
+
+
+def test_the_way_in_space_is_shown_askew_from_above_and_from_the_side(tmp_path, monkeypatch):
+    run = story(tmp_path, offs=(1.0,), cameras="AB", rival=None)
+    askew, above, side, legend = drawn_in(monkeypatch, report.draw_space, run)
+    assert askew.name == "3d"
+    for axes, height in ((above, PLACE[1]), (side, PLACE[2])):
+        way = lines_of(axes, report.GOALS[0])[0]
+        assert way.get_xdata()[-1] == pytest.approx(PLACE[0] - 0.09)
+        assert set(way.get_ydata()) == {height}
+        (ring,) = [patch for patch in axes.patches if patch.get_edgecolor()[:3] != (1, 1, 1)]
+        assert ring.radius == pytest.approx(0.88)
+
+
+def test_there_is_no_way_in_space_of_an_arm_in_the_plane(tmp_path):
+    assert report.draw_space(story(tmp_path)) is None
+
+
+def test_where_a_camera_was_blind_it_saw_nothing(tmp_path):
+    lines = [json.loads(text) for text in log_text(cameras="AB").splitlines()]
+    blind = next(entry for entry in lines if entry["kind"] == "step")
+    blind.update(rows=["B.u", "B.v"], s=[1.0, 2.0])
+    log = "".join(json.dumps(entry) + "\n" for entry in lines)
+    told = report.read_approach(tmp_path, approach(tmp_path, log=log, cameras="AB"))
+    assert len(report._looks(told, "A")) == 4
+    assert report._looks(told, "B")[0].tolist() == [1.0, 2.0]
 
 
 def test_the_overview_is_of_the_newest_demo_and_small(tmp_path, monkeypatch):
@@ -291,6 +371,15 @@ def test_the_overview_is_of_the_newest_demo_and_small(tmp_path, monkeypatch):
     report.write_overview(str(tmp_path), str(file))
     assert cv2.imread(str(file)).shape == (690, 1600, 3)
     assert file.stat().st_size < 200_000
+
+
+def test_the_overview_of_an_arm_in_space_shows_both_cameras_and_the_way(tmp_path, monkeypatch):
+    axes = []
+    monkeypatch.setattr(report, "png_of", lambda figure: axes.extend(figure.axes) or png_of(figure))
+    story(tmp_path, offs=(2.0,), cameras="AB")
+    report.write_overview(str(tmp_path), str(tmp_path / "space.jpg"))
+    assert [len(view.images) for view in axes] == [1, 1, 0, 0, 0]
+    assert axes[2].name == "3d"
 
 
 def test_a_terminal_of_80_columns_shows_the_whole_table(tmp_path):

@@ -586,6 +586,18 @@ def test_the_goal_behind_the_arm_is_hidden_and_before_it_is_not():
         assert ((green > 120) & (green < 170)).sum() == (25 if least else 0)
 
 
+@pytest.mark.parametrize("camera", "AB")
+def test_who_reaches_the_goal_is_seen_over_it_and_hidden_only_from_farther_away(camera):
+    q = (0.3, 0.8, -0.9)
+    tip = np.array(kinematics.forward(SPATIAL, q))
+    way = tip - in_space("", camera).camera.position
+    way = way / np.linalg.norm(way)
+    for before, least, most in ((0.3, 0.9, 1.01), (2.1, 0.9, 1.01), (2.3, 0.0, 0.1)):
+        x, y, z = tip - before * way
+        scene = in_space(f"goal_x={x},goal_y={y},goal_z={z}", camera)
+        assert least <= scene.visible(q)["effector"] <= most
+
+
 def test_seen_from_the_side_there_is_a_wall_behind_the_table():
     view = in_space("clutter=0,goal=none", "B")
     wall = view.ground[:200].reshape(-1, 3)

@@ -15,7 +15,6 @@ from robot import trajectory
 from robot.driver import LINES, main
 from robot.image_jacobian import ChainModel
 from robot.kinematics import branches, forward, joint_positions
-from robot.visual_servoing import main as servo_main
 from shared.arm_description import find_arm, read_arm
 
 ROOT = Path(__file__).parents[1]
@@ -107,13 +106,6 @@ def test_the_image_of_an_arm_in_space_is_learned_from_a_few_looks():
     assert max(off) < 25
 
 
-def test_the_demo_only_knows_arms_in_the_plane_and_says_so(tmp_path):
-    shown = CliRunner().invoke(laptop, ["demo", "--arm", "spatial", "--out", str(tmp_path)])
-    assert shown.exit_code == 1
-    assert shown.output.count("\n") == 1
-    assert "spatial is an arm in space" in shown.output
-
-
 SEES = """import sys
 sys.path.insert(0, {root!r})
 from robot.clock import Clock
@@ -154,13 +146,6 @@ def test_cameras_in_virtual_time_share_their_rate(tmp_path):
     assert shown.exit_code == 1
     assert shown.output.count("\n") == 1
     assert "B.fps" in shown.output
-
-
-def test_one_camera_cannot_guide_an_arm_in_space(capsys):
-    assert servo_main(["--arm", "spatial", "127.0.0.1:9"]) == 1
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1
-    assert "one camera" in err
 
 
 def test_a_run_in_space_is_shown_from_above_and_from_the_side(tmp_path):

@@ -343,6 +343,13 @@ def test_reading_a_filmed_arm_lets_its_world_go_on(tmp_path):
     assert rig.world.now() == pytest.approx(filmed.due(2))
 
 
+def test_as_long_as_no_arm_runs_the_one_of_the_environment_is_shown(tmp_path, monkeypatch):
+    for name, joints in (("spatial", 3), ("planar", 2)):
+        monkeypatch.setenv("BRICKSERVO_ARM", name)
+        with open_live("width=160,height=120,focal=160,clutter=0", str(tmp_path)) as made:
+            assert len(made.scene.arm.joints) == joints
+
+
 def test_without_a_run_the_arm_is_shown_at_home_and_that_is_said(tmp_path):
     with open_live("width=160,height=120,focal=160,clutter=0", str(tmp_path)) as made:
         assert made.notes[0] == NO_RUN

@@ -573,12 +573,18 @@ class Scene:
         """The same with the goal, which the arm may hide, or be hidden by."""
         eye, radius = self.camera.position, self.constants["marker_radius"]
         centres = self.centres(q)
-        solids = self._skeleton.solids(q, eye)
+        balls = {
+            name: [ball(item) for item in self._marker_items(name, centre, 0.0)]
+            for name, centre in centres.items()
+        }
+        groups = [self._skeleton.solids(q, eye) + balls["effector"]]
         if "goal" in centres:
-            solids += stand(centres["goal"], radius, eye)
-        for name, centre in centres.items():
-            solids += [ball(item) for item in self._marker_items(name, centre, 0.0)]
-        items = [item for solid in in_order(solids, self.camera) for item in solid.items]
+            goal = stand(centres["goal"], radius, eye) + balls["goal"]
+            # Where the balls are inside one another, the tip's is over the goal's, as in the plane.
+            met = math.dist(centres["effector"], centres["goal"]) < 2 * radius
+            groups = [goal, *groups] if met else [goal + groups[0]]
+        solids = [solid for group in groups for solid in in_order(group, self.camera)]
+        items = [item for solid in solids for item in solid.items]
         hand = self._hand_items(q, t)
         if self.constants["shadow"]:
             bodies = [np.concatenate(solid.items[0].rings) for solid in solids]

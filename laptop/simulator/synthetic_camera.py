@@ -9,6 +9,7 @@ the same bytes.
 from __future__ import annotations
 
 import math
+import os
 import random
 import time
 from collections.abc import Callable, Sequence
@@ -471,13 +472,15 @@ class SyntheticCamera:
 def open_live(text: str = "", folder: str | None = None, camera: str = "A") -> SyntheticCamera:
     """A camera that looks at the arm of `simulate --realtime`, or at one at home if none runs.
 
+    At home is the arm that $BRICKSERVO_ARM names, else the planar one.
+
     Args:
         text: constants, see `scene.read_scene`.
         folder: see `live.Follower`.
         camera: its name, which says where it stands and what the text has for it alone.
     """
     constants = read_scene(text, camera)
-    poses = LivePoses(read_arm(find_arm("planar")), folder)
+    poses = LivePoses(read_arm(find_arm(os.environ.get("BRICKSERVO_ARM", "planar"))), folder)
     arm = poses(time.monotonic()).arm
     return SyntheticCamera(Scene(arm, constants), poses)
 
