@@ -749,6 +749,7 @@ class Servo(object):
         self._checked = False  # by exploring anew, that it is out of reach
         self._postures = []  # that have been tried, rad
         self._refined = False
+        self._flat = False  # has it once been found that the cameras see the same?
 
     # Learning
 
@@ -854,7 +855,11 @@ class Servo(object):
         there = off < self._tolerance * (1 if self._refined else CONTENT)
         if there:
             if not unknown and self._sees_flat():
-                return Decision("end", None, SINGULAR, FLAT_VIEW.format(" and ".join(self.cameras)))
+                if self._flat:
+                    reason = FLAT_VIEW.format(" and ".join(self.cameras))
+                    return Decision("end", None, SINGULAR, reason)
+                self._flat = True  # false sightings may say so, too: look again
+                return self._explore_anew(q, goal, views)
             self._begin()  # should the goal move on
             return Decision("end", None, CONVERGED, "")
         if not unknown and self.using is None and not self._marker_moved(q):
