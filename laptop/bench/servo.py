@@ -423,7 +423,8 @@ PAPER = (-0.3, 1.0), (-0.7, 1.1)
 def rendered_set_up(
     arm_name: str, seed: int, scene: Scene
 ) -> tuple[SetUp, Cameras, dict[str, pictured.Scene]]:
-    """A set-up whose goal is a marker, on the paper or in space; both are seen at the start.
+    """A set-up whose goal is a marker, on the paper or in space; both are seen at the start, and in
+    space, where the arm may stand before it, the tip at the goal.
 
     The first of the seed's own, then of those far behind it, for which that is so.
     """
@@ -443,7 +444,10 @@ def rendered_set_up(
             name: pictured.Scene(arm, {**constants, **goal, "fps_wander": 0.0})
             for name, constants in setting.scenes.items()
         }
-        if min(min(s.visible(setting.start).values()) for s in shown.values()) > 0.95:
+        seen = [min(s.visible(setting.start).values()) for s in shown.values()]
+        if kinematics.coordinates(arm) == 3:
+            seen += [s.visible(setting.goal)["effector"] for s in shown.values()]
+        if min(seen) > 0.95:
             return setting, cameras, shown
     raise AssertionError("never")
 
