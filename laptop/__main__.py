@@ -598,6 +598,10 @@ def bench_servo(
     """Servoing from random starts to random goals, beside the report's method and an oracle."""
     from laptop.bench import servo, show
 
+    if scene == "moving" and "spatial" in arms:
+        raise click.ClickException(
+            "--scene moving: its goals run round in the plane; take another with --arm spatial"
+        )
     if rendered and scene not in servo.RENDERED:
         raise click.ClickException(
             f"--scene {scene} is made of points with noise; with --rendered take one of "

@@ -185,9 +185,16 @@ class RobotArm(object):
         """
         self._engage()
         with self._stopping_on_error():
+            # All of it is planned before anything moves: from one stroke to the next the motors are
+            # driven, and their dead-man would stop them.
+            plans, sides = [], self.sides
             for motion in motions:
-                sides = self._gravity.sides(motion.start, self.sides)
-                plan = TakingUpBacklash(self.description.joints, motion, sides, self._pressed)
+                sides = self._gravity.sides(motion.start, sides)
+                plans.append(
+                    TakingUpBacklash(self.description.joints, motion, sides, self._pressed)
+                )
+                sides = plans[-1].sides
+            for plan in plans:
                 noting = self._noting(plan, watch)
                 self._loop.run(self.joints, plan, settle, watch=noting, weigh=self._gravity.torques)
                 self.sides = plan.sides
@@ -436,7 +443,12 @@ class RobotArm(object):
             return False
         q = self.angles()
         rest, home = (
-            tuple(a if joint.rest is None else getattr(joint, where) for a, joint in zip(q, joints))
+            tuple(
+                min(max(a, joint.lower), joint.upper)
+                if joint.rest is None
+                else getattr(joint, where)
+                for a, joint in zip(q, joints)
+            )
             for where in ("rest", "home")
         )
         for way in ((rest,), (home, rest)):

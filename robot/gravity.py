@@ -23,7 +23,8 @@ class Gravity(object):
     """
 
     def __init__(self, arm, g=G, presses=True, known=True):
-        self._rubs = [joint.friction for joint in arm.joints]
+        # Of a joint whose own weight is not told, the next one's is not all that it carries.
+        self._rubs = [joint.friction if joint.mass else float("inf") for joint in arm.joints]
         # A link ends where it balances: what lifts that end lifts the weight.
         self._weights = [
             (

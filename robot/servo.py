@@ -75,7 +75,7 @@ UNSEEN = 3.0
 
 SAME = 6.0
 """Cameras see the same if the condition of the image by space (greatest over least singular value)
-is more: two that stand less than 15 degrees apart, most often."""
+is more: two less than 15 degrees apart, most often, and none that are 30 degrees apart."""
 
 FLAT_VIEW = "seen by {}, the tip may be off along the line of sight; look from another side, too"
 
@@ -478,7 +478,7 @@ class ReportServo(object):
         self.using, self.J = "report", None
         self.rows = rows or Rows("stereo", len(joints))
         self.measure = ReportMeasure(robust)
-        self._cameras = None
+        self.cameras = None
         self._low = [joint.lower for joint in joints]
         self._high = [joint.upper for joint in joints]
         self._tolerance = tolerance
@@ -487,18 +487,18 @@ class ReportServo(object):
 
     def suffices(self, cameras):
         """As Servo.suffices."""
-        if self._cameras is None:
+        if self.cameras is None:
             return self.rows.suffice(cameras)
-        return set(self._cameras) <= set(cameras)
+        return set(self.cameras) <= set(cameras)
 
     def glimpse(self, camera, q, s):
         """What is seen in motion is not used."""
 
     def decide(self, q, views):
         """As Servo.decide."""
-        if self._cameras is None:
-            self._cameras = [view.camera for view in views]
-        views = [view for view in views if view.camera in self._cameras]
+        if self.cameras is None:
+            self.cameras = [view.camera for view in views]
+        views = [view for view in views if view.camera in self.cameras]
         n = len(q)
         self._x = list(q) if self._x is None else self._x
         seen = {view.camera: view.s for view in views}
@@ -513,6 +513,7 @@ class ReportServo(object):
             if len(self._columns) == n:
                 J = {c: tuple(zip(*[column[c] for column in self._columns])) for c in seen}
                 self.rows.choose(J)
+                self.cameras = [c for c in self.cameras if self.rows.count([c])]
                 self.J, before = tuple(self.rows.values(J)), None
         e = error_of(views, self.rows)
         if length(e) < self._tolerance or not any(e):
@@ -660,8 +661,8 @@ def stacked(pictures):
         pictures: [(Picture, slice of its rows that counts, their weight)].
     """
     if len(pictures) == 1:
-        picture, rows, _ = pictures[0]
-        if rows == Rows.BOTH:
+        picture, rows, weight = pictures[0]
+        if rows == Rows.BOTH and weight == 1.0:
             return picture
 
     def predict(q):
@@ -886,7 +887,7 @@ class Servo(object):
             cameras = known
         elif all(self._explored):
             self._explored = [False] * self._n  # before the eyes of those that have come since
-        if self.cameras and cameras != self.cameras:
+        if self.cameras and not set(cameras) & set(self.cameras):
             self._begin()
         self.cameras = cameras
         # Of cameras that see unequally well, each counts by its noise.
@@ -921,7 +922,7 @@ class Servo(object):
         """
         if len(self.cameras) == 1 or "chain" not in self._make:
             return False
-        C = [row for camera in self.cameras for row in self._models["chain", camera].by_space()]
+        C = self.rows.values({c: self._models["chain", c].by_space() for c in self.cameras})
         return condition(C) > SAME
 
     def _explore(self, q, goal):
@@ -1013,7 +1014,8 @@ class Servo(object):
         name = min(self._names, key=self._wrong.get)
         self.using = name
         picture, caution = self._picture(name), self._caution(name)
-        self.J = picture.jacobian(q)
+        J = {c: self._pictures[name, c].jacobian(q) for c in self.cameras}
+        self.J = tuple(self.rows.values(J))
         if name == "chain":
             to, left = self._course(picture, goal, q, caution)
             if left > max(self._tolerance, STALLED * off):
@@ -1028,7 +1030,10 @@ class Servo(object):
                         self._checked = True
                         return self._explore_anew(q, goal, views)
                     other = self._other_posture(q)
-                    return self._start_from(other) if other else self._out_of_reach(to, left)
+                    if other is None:
+                        return self._out_of_reach(to, left)
+                    self._stalled = 0
+                    return self._start_from(other)
                 if _apart(to, q) > FIRST_STEP:
                     self._best = float("inf")  # on the way there it may be farther off
             self._bound = to

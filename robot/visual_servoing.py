@@ -51,6 +51,9 @@ SETTLED = 0.03
 LONGEST_CHASE = 6.0
 """After a goal that stands; then the arm stands, too, and is looked at, s."""
 
+MOST_CHASED = 200
+"""Frames of a chase that are kept: those since it stands are measured."""
+
 SMOOTHED = 0.5
 """Over so long the error is smoothed when a moving goal is followed, s."""
 
@@ -137,6 +140,7 @@ class VisualServoing(object):
         self._unlinked_at = self._began
         self._seen_by = {}  # camera: when both tip and goal were last heard of
         self._blind = set()  # those that were told of as blind
+        self._heard_of = set()  # those that send, whatever they see
         self._held_for = None
         self._error = None
         self._chased, self._chase_began = [], None
@@ -171,6 +175,8 @@ class VisualServoing(object):
             seen = ()
             began = self._clock.now()
             decision = self._servo.decide(q, views)
+            views = [view for view in views if view.camera in self._servo.cameras]
+            self._error = length(servoing.error_of(views, self._servo.rows))
             self._record_step(q, views, frames, decision, self._clock.now() - began)
             if decision.action == "end":
                 if self._follow and decision.verdict == servoing.CONVERGED:
@@ -277,6 +283,7 @@ class VisualServoing(object):
 
     def _frame(self, seen):
         """The Frame of an Observation; None unless the tip is seen and the goal known."""
+        self._heard_of.add(seen.camera)
         tip, goal = (seen.markers.get(name) for name in (EFFECTOR, GOAL))
         tip = tip if tip and tip[2] >= BELIEVED else None
         if tip and goal and goal[2] >= BELIEVED and not self._fixed_goals:
@@ -326,7 +333,6 @@ class VisualServoing(object):
             if views:
                 self._measurements += 1
                 self._frames += count
-                self._error = length(servoing.error_of(views, self._servo.rows))
                 return q, views, count
             if self._clock.now() - self._seen_at > LOST:
                 self._note_lost()
@@ -359,22 +365,24 @@ class VisualServoing(object):
                 "both, or give --goal U,V".format(MARKER_PATIENCE)
             )
         seeing = self._seeing(self._clock.now())
+        missing = sorted((set(self._seen_by) | set(self._fixed_goals)) - set(seeing))
+        unheard = [camera for camera in missing if camera not in self._heard_of]
+        if unheard and self._fixed_goals:
+            return "no camera {}, of which --goal gives a pixel; those that send are {}".format(
+                " and ".join(unheard), " and ".join(sorted(self._heard_of)) or "none"
+            )
         if seeing:
             return (
-                "camera {} alone does not tell where {} joints are to go; let {} see effector and"
-                " goal, too".format(
+                "what {} sees is not enough to move {} joints; let {} see effector and goal".format(
                     " and ".join(seeing),
                     len(self._arm.description.joints),
-                    " and ".join(sorted(self._known_cameras() - set(seeing))) or "another",
+                    " and ".join(missing) or "another camera",
                 )
             )
         return "{} has not been seen for {:g} s; look at the tracker's status line".format(
             "the effector, or the goal, which moves," if self._goal_moves() else "the effector",
             MARKER_PATIENCE,
         )
-
-    def _known_cameras(self):
-        return set(self._seen_by) | set(self._fixed_goals)
 
     # Moving
 
@@ -385,7 +393,8 @@ class VisualServoing(object):
         for frame in frames:
             if frame.q is not None:
                 self._servo.glimpse(frame.camera, frame.q, frame.s)
-        if self._clock.now() - self._seen_at > LOST:
+        going_by = [c for c in self._seeing(self._clock.now()) if c in self._servo.cameras]
+        if not self._servo.suffices(going_by):
             raise _Unseen
         return frames
 
@@ -393,6 +402,7 @@ class VisualServoing(object):
         """In every control tick of a chase: where the joints should be, or None."""
         frames = self._watch(t, q)
         self._chased += frames
+        del self._chased[:-MOST_CHASED]
         if frames:
             # One camera at a time, in turn: the brick would not keep up with all of them.
             frame = min(frames, key=lambda frame: self._steered_by.get(frame.camera, 0.0))
@@ -616,6 +626,12 @@ def make_servo(arm, method, mode, tolerance, seed=0, rows="stereo", third=None):
 def _run(parser, args):
     description = read_arm(find_arm(args.arm))
     goals = _fixed_goals(args.goal, len(description.joints))
+    if args.third and args.rows != "xyz":
+        parser.error(
+            "--third is the second camera's row with --rows xyz; add that, or leave it out"
+        )
+    if args.low and all(joint.rest is None for joint in description.joints):
+        parser.error("--low: {} does not say where it rests; leave it out".format(description.name))
     if args.method == "report" and args.mode == "stream":
         parser.error("the report's method looks, then moves; leave --mode stream out")
     if args.follow and (args.mode != "stream" or goals):
@@ -649,6 +665,8 @@ def _run(parser, args):
         )  # fmt: skip
         verdict = loop.run()
         reached = verdict.word == servoing.CONVERGED
+        if reached and args.low:
+            arm.go_low()
     finally:
         program.ignore_signals()
         with contextlib.ExitStack() as last:
@@ -656,7 +674,7 @@ def _run(parser, args):
             last.callback(log.close)
             if not reached:
                 last.enter_context(contextlib.suppress(ArmError))  # the first trouble is told
-            arm.park(low=args.low and reached)
+            arm.park()
     if not reached:
         raise NotReached(in_words(verdict))
     _say(in_words(verdict))

@@ -195,5 +195,20 @@ class Watched(Rig):
         return max(max(angles) - min(angles) for angles in zip(*(m.q for m in moments)))
 
 
+def circling(w, speed):
+    """Let the goal marker go round at so many cm/s; where it is at a time, cm."""
+
+    def goal(t):
+        angle = speed / 3.0 * t
+        return 4.0 + 3.0 * math.cos(angle), 12.0 + 3.0 * math.sin(angle)
+
+    def go():
+        w.goal = goal(w.world.t)
+        w.world.at(w.world.t + 0.01, go)
+
+    go()
+    return goal
+
+
 def _no(word):
     raise ValueError(f"{word} is no JSON")

@@ -4,11 +4,13 @@ What was reached, and that nothing moved on guesses, is read from the emulated p
 """
 
 import math
+import random
+import signal
 from collections import namedtuple
 
 import pytest
 from rig import degrees
-from servo_rig import SpaceCamera
+from servo_rig import Camera, SpaceCamera, circling
 
 from robot import kinematics
 from robot.servo import Rows
@@ -83,9 +85,17 @@ def test_the_reports_method_has_a_jacobian_of_three_by_three(space):
 
 def test_the_third_row_can_be_asked_for(space):
     w = space({"A": ABOVE, "B": SpaceCamera(math.radians(50))})
-    shown = w.run("--rows", "xyz", "--third", "u", "--budget", "30")
+    shown = w.run("--rows", "xyz", "--third", "v", "--budget", "30")
+    assert judge(w, shown, "converged")
     rows = {tuple(line["rows"]) for line in shown.log if line["kind"] == "step"}
-    assert ("A.u", "A.v", "B.u") in rows
+    assert ("A.u", "A.v", "B.v") in rows
+
+
+def test_a_third_row_that_tells_nothing_new_is_not_believed(space):
+    """Seen from the side, u says what u from above says."""
+    w = space()
+    shown = w.run("--rows", "xyz", "--third", "u", "--budget", "60")
+    assert judge(w, shown, "singular", "seen by A and B")
 
 
 def test_in_space_a_pixel_of_each_camera_is_a_goal(space):
@@ -105,6 +115,10 @@ def test_in_space_a_pixel_of_each_camera_is_a_goal(space):
         (["400,200"], "one pixel does not say where 3 joints are to go"),
         (["A:400,200", "400,210"], "--goal twice for one camera"),
         (["A:400,200", "marker"], "or for a marker and a pixel"),
+        (
+            ["A:400,200", "C:1,2"],
+            "no camera C, of which --goal gives a pixel; those that send are A and B",
+        ),
     ],
 )
 def test_a_goal_that_is_none_is_refused_and_nothing_moves(space, goals, says):
@@ -114,6 +128,15 @@ def test_a_goal_that_is_none_is_refused_and_nothing_moves(space, goals, says):
     assert says in shown.err
     assert shown.err.count("\n") == 1
     assert not w.moved()
+
+
+def test_a_signal_on_the_way_down_stops_it(space):
+    w = space()
+    shown = w.run("--low", signals=[(8.0, signal.SIGTERM)])
+    assert shown.log[-1]["verdict"] == "converged"
+    assert any(m.speed > 0.1 for m in w.moments if 7.9 < m.t < 8.0)
+    assert shown.status == 128 + signal.SIGTERM
+    assert w.stands(8.5)
 
 
 @pytest.mark.parametrize("low", [False, True])
@@ -147,10 +170,12 @@ COVERED = {
     "above for a blink": Covered(TWO, "A", MIDST, 0.2, "converged", ""),
     "above for 2 s": Covered(TWO, "A", MIDST, 2.0, "converged", ""),
     "side for 2 s": Covered(TWO, "B", MIDST, 2.0, "converged", ""),
-    "above for ever": Covered(TWO, "A", MIDST, None, "marker lost", "camera B alone does not tell"),
-    "side for ever": Covered(TWO, "B", MIDST, None, "marker lost", "camera A alone does not tell"),
-    "above from the start": Covered(TWO, "A", 0.0, None, "marker lost", "camera B alone"),
-    "side from the start": Covered(TWO, "B", 0.0, None, "marker lost", "camera A alone"),
+    "above for ever": Covered(TWO, "A", MIDST, None, "marker lost", "what B sees is not enough"),
+    "side for ever": Covered(TWO, "B", MIDST, None, "marker lost", "what A sees is not enough"),
+    "above from the start": Covered(
+        TWO, "A", 0.0, None, "marker lost", "what B sees is not enough"
+    ),
+    "side from the start": Covered(TWO, "B", 0.0, None, "marker lost", "what A sees is not enough"),
     "side for the first 4 s": Covered(TWO, "B", 0.0, 4.0, "converged", ""),
     "both for 2 s": Covered(TWO, "AB", MIDST, 2.0, "converged", ""),
     "one of three for ever": Covered(THREE, "B", MIDST, None, "converged", ""),
@@ -213,6 +238,97 @@ def test_a_planar_arm_goes_on_with_the_camera_that_is_left(watched):
         paces[hidden] = max(m.speed for m in w.moments if m.t > 3.0)
         w.tracker.close()
     assert paces[True] < 0.8 * paces[False]
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--third", "u"], "--third is the second camera's row with --rows xyz"),
+        (["--arm", "planar", "--low"], "--low: planar does not say where it rests"),
+    ],
+)
+def test_an_option_that_would_do_nothing_is_refused(space, words, says):
+    w = space()
+    shown = w.run(*words)
+    assert shown.status == 2
+    assert says in shown.err
+    assert not w.moved()
+
+
+def twice():
+    """Two cameras before a planar arm."""
+    return {"cameras": {"A": Camera(), "B": Camera(roll=-0.4)}}
+
+
+def test_a_camera_that_is_not_gone_by_is_none_to_go_on_with(watched):
+    """B comes while the goal is chased with A alone; when A is lost nothing is known of B."""
+    w = watched(**twice())
+    w.hidden.add("B")
+    circling(w, 1.5)
+    w.world.at(4.5, lambda: w.hidden.clear())
+    w.world.at(5.0, lambda: w.hidden.add("A"))
+    shown = w.run("--mode", "stream", "--follow", "--budget", "14", "--tolerance", "10")
+    assert w.stands(5.5, 5.7)
+    assert any("held" in text for text in notes(shown))
+    assert shown.log[-1]["verdict"] == "converged"
+    steps = [line for line in shown.log if line["kind"] == "step"]
+    assert [step["action"] for step in steps if step["t"] > 5].count("explore") == 2
+
+
+def test_the_camera_that_is_left_counts_in_full_however_noisy(watched):
+    w = watched(**twice())
+    luck = random.Random(3)
+    see = w.tracker.see
+
+    def noisy(camera, index, t):
+        seen = see(camera, index, t)
+        if camera == "B":
+            for name, marker in seen.items():
+                if marker:
+                    seen[name] = (*(x + luck.gauss(0, 4) for x in marker[:2]), 1.0)
+        return seen
+
+    w.tracker.see = noisy
+    w.in_motion(3.2, lambda: w.hidden.add("A"))
+    shown = w.run("--mode", "stream")
+    assert shown.log[-1]["verdict"] == "converged"
+    off = [math.dist(kinematics.forward(w.arm, m.q), w.goal) for m in w.moments]
+    least = [min(off[: k + 1]) for k in range(0, len(off), 50)]
+    assert max(a - b for a, b in zip(off[::50], least, strict=True)) < 3.5
+    assert shown.t < 9
+
+
+def test_a_blinking_camera_does_not_keep_it_from_giving_up(watched):
+    w = watched(goal=(28.0, 10.0), **twice())
+
+    def blink():
+        w.hidden ^= {"B"}
+        w.world.at(w.world.t + 0.8, blink)
+
+    w.world.at(2.0, blink)
+    shown = w.run()
+    assert shown.log[-1]["verdict"] in ("unreachable", "limit")
+    assert shown.log[-1]["moves"] <= 20
+
+
+def test_what_is_told_of_a_step_is_what_it_was_decided_by(space):
+    """Also when a third camera has come, of which little is known yet."""
+    w = space(PLACES)
+    w.hidden.add("C")
+    w.world.at(4.0, lambda: w.hidden.clear())
+    shown = w.run()
+    for step in (line for line in shown.log if line["kind"] == "step"):
+        assert len(step["rows"]) == len(step["s"]) == len(step["goal"])
+        assert step["J"] is None or len(step["J"]) in (4, 6)
+        if step["action"] == "move":
+            assert len(step["J"]) == len(step["rows"])
+
+
+def test_the_report_needs_only_the_cameras_whose_rows_count(space):
+    w = space(PLACES)
+    w.world.at(6.0 + 8, lambda: w.hidden.add("C"))
+    shown = w.run("--method", "report", "--rows", "xyz", "--budget", "200")
+    assert shown.log[-1]["verdict"] == "converged"
 
 
 # How late, and from where

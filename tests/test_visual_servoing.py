@@ -9,7 +9,7 @@ import math
 import signal
 
 import pytest
-from servo_rig import PROGRAM, Camera, Watched
+from servo_rig import PROGRAM, Camera, Watched, circling
 
 from laptop.tracking_server import State
 from robot import kinematics
@@ -213,21 +213,6 @@ def test_a_chase_of_a_standing_goal_does_not_go_on_for_ever(watched):
 
 
 # Following
-
-
-def circling(w, speed):
-    """Let the goal marker go round at so many cm/s; where it is at a time, cm."""
-
-    def goal(t):
-        angle = speed / 3.0 * t
-        return 4.0 + 3.0 * math.cos(angle), 12.0 + 3.0 * math.sin(angle)
-
-    def go():
-        w.goal = goal(w.world.t)
-        w.world.at(w.world.t + 0.01, go)
-
-    go()
-    return goal
 
 
 def test_a_goal_that_moves_is_followed_until_the_budget_is_spent(watched):

@@ -37,7 +37,7 @@ from robot import kinematics
 from robot.arm import RobotArm
 from robot.image_jacobian import ROUND, Picture
 from robot.servo import ReportServo, Rows, Servo, Stream, View
-from robot.visual_servoing import VisualServoing, make_servo
+from robot.visual_servoing import BELIEVED, VisualServoing, make_servo
 from shared.arm_description import Arm, find_arm, read_arm
 
 Pose = tuple[float, ...]
@@ -423,10 +423,10 @@ PAPER = (-0.3, 1.0), (-0.7, 1.1)
 def rendered_set_up(
     arm_name: str, seed: int, scene: Scene
 ) -> tuple[SetUp, Cameras, dict[str, pictured.Scene]]:
-    """A set-up whose goal is a marker, on the paper or in space; both are seen at the start, and in
-    space, where the arm may stand before it, the tip at the goal.
+    """A set-up whose goal is a marker, on the paper or in space; both are seen at the start.
 
-    The first of the seed's own, then of those far behind it, for which that is so.
+    In space, where the arm may stand before it, the tip is seen at the goal, too.  The first of the
+    seed's own, then of those far behind it, for which that is so.
     """
     for turn in itertools.count():
         setting, cameras = set_up(arm_name, seed + turn * 1_000_000, scene)
@@ -447,9 +447,17 @@ def rendered_set_up(
         seen = [min(s.visible(setting.start).values()) for s in shown.values()]
         if kinematics.coordinates(arm) == 3:
             seen += [s.visible(setting.goal)["effector"] for s in shown.values()]
-        if min(seen) > 0.95:
+        if min(seen) > 0.95 and (kinematics.coordinates(arm) == 2 or _found(setting, shown)):
             return setting, cameras, shown
     raise AssertionError("never")
+
+
+def _found(setting: SetUp, shown: dict[str, pictured.Scene]) -> bool:
+    """Whether the tracker is sure of both markers in every camera's first frame."""
+    brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
+    see = rendered(shown, brick)
+    seen = [marker for name in shown for marker in (see(name, 0, 0.0) or {}).values()]
+    return all(marker is not None and marker[2] >= BELIEVED for marker in seen)
 
 
 def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result:
