@@ -437,7 +437,7 @@ class FakeCapture:
         self.opened, self.released = True, threading.Event()
         self.setup = 100  # frames that come by themselves, until `begin`
         self.frames = queue.Queue()
-        self.hungry = threading.Event()
+        self.hungry, self.giving = threading.Event(), threading.Lock()
         self.settings = {
             cv2.CAP_PROP_FPS: 30.0,
             cv2.CAP_PROP_EXPOSURE: 157.0,
@@ -469,8 +469,9 @@ class FakeCapture:
     def grab(self):
         if not self.begun:
             return True
-        if self.frames.empty():
-            self.hungry.set()
+        with self.giving:  # or it would be hungry between two frames of one gift
+            if self.frames.empty():
+                self.hungry.set()
         item = self.frames.get(timeout=20)
         self.hungry.clear()
         if item is None:
@@ -487,9 +488,10 @@ class FakeCapture:
     def give(self, *numbers, stamp=0.0):
         """Let frames come, and wait until they have all been taken."""
         self.hungry.wait(20)
-        self.hungry.clear()
-        for number in numbers:
-            self.frames.put((None if number is None else picture(number), stamp))
+        with self.giving:
+            self.hungry.clear()
+            for number in numbers:
+                self.frames.put((None if number is None else picture(number), stamp))
         assert self.hungry.wait(20)
 
 
