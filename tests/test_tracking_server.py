@@ -356,7 +356,7 @@ def test_an_old_version_is_told_both_versions_and_what_to_update(server, call):
     caller.say(b'{"kind":"hello","version":0}\n')
     answer = caller.hear()
     assert answer.cause == "version"
-    assert "version 0, the laptop's 1; copy robot/ and shared/ to the brick" in answer.reason
+    assert "version 0, the laptop's 2; copy robot/ and shared/ to the brick" in answer.reason
     assert caller.hear() is None
     assert answer.reason in server.state().refusal
 
