@@ -120,7 +120,7 @@ class Shown(NamedTuple):
     """
 
     camera: str
-    index: int
+    index: int  # type: ignore[assignment]  # hides tuple.index, which nobody needs here
     t: float
     age: float
     width: int
@@ -250,9 +250,7 @@ class _Watched:
     def jpeg(self, view: View) -> bytes:
         """Of one picture; encoded once, however many look."""
         if self.encoded is None or self.encoded[0] != view.frame.index:
-            _, data = cv2.imencode(
-                ".jpg", view.frame.image, (cv2.IMWRITE_JPEG_QUALITY, QUALITY)
-            )
+            _, data = cv2.imencode(".jpg", view.frame.image, (cv2.IMWRITE_JPEG_QUALITY, QUALITY))
             self.encoded = view.frame.index, data.tobytes()
         return self.encoded[1]
 
