@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import json
 import os
 import signal
+import subprocess
 import sys
 import tempfile
 import time
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -25,9 +27,14 @@ try:
     from laptop.simulator import peripherals, session
     from laptop.simulator.plant import CONSTANTS, read_plant
     from shared.arm_description import Arm, ArmError, find_arm, read_arm
+    from shared.state import state_folder
 except ImportError as missing:
     sys.exit(f"laptop: {missing.name} is not installed here; run .uv/bin/uv run python -m laptop")
 
+
+SERVO = Path(__file__).resolve().parent.parent / "robot" / "visual_servoing.py"
+FOREVER = 1e6
+"""For an emulated brick that ends with the tracker, s."""
 
 FREE_MOTOR = ("D=large",)
 """What is plugged in beside the arm if nothing is said, where the arm leaves the port free."""
@@ -417,18 +424,71 @@ def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
     help="Write the tracker's view of a frame (the last one if not said); of several cameras "
     "FILE-A.png, FILE-B.png, ...",
 )
-def track(**orders: Any) -> None:
+@click.option(
+    "--page/--no-page",
+    default=None,
+    help="Serve a web page to watch, pick, aim and stop from; its address is printed.  "
+    "[default: with --serve]",
+)
+@click.option(
+    "--page-port",
+    type=click.IntRange(0, 65535),
+    metavar="P",
+    help="Of the page, 0 for any.  [default: 7780, or any if that is taken]",
+)
+@click.option(
+    "--page-host",
+    default="127.0.0.1",
+    metavar="H",
+    show_default=True,
+    help="Address at which the page is to be had; 0.0.0.0 for the whole network.",
+)
+@click.option("--open", "open", is_flag=True, help="Open the page in a browser.")
+def track(page: bool | None, **orders: Any) -> None:
     """Find the markers in every frame, and serve the brick.
 
     Ends with the last video, or by Ctrl-C.
     """
     from laptop import track as tracking  # OpenCV is slow to import
 
+    shown = orders["serve"] if page is None else page
+    if orders["open"] and not shown:
+        raise click.UsageError("--open opens the page; leave --no-page out.")
     try:
-        status = tracking.command(tracking.Orders(**orders), _synthetic)
+        status = tracking.command(
+            tracking.Orders(page=shown, **orders), _synthetic, own_brick=_own_brick
+        )
     except ArmError as error:
         raise click.ClickException(str(error)) from None
     sys.exit(status)
+
+
+@contextlib.contextmanager
+def _own_brick(place: str, code: str, cameras: int) -> Iterator[None]:
+    """An emulated brick that waits for orders; its lines go to its folder in the state folder."""
+    home = Path(state_folder()) / "emulated-brick"
+    home.mkdir(parents=True, exist_ok=True)
+    arm = "spatial" if cameras > 1 else "planar"
+    words = ["simulate", "--realtime", "--timeout", f"{FOREVER:g}", "--arm", arm]
+    words += ["--out", str(home), str(SERVO), place, "--code", code, "--arm", arm, "--wait"]
+    with open(home / "lines.txt", "w") as lines:
+        brick = subprocess.Popen(
+            [sys.executable, "-m", "laptop", *words],
+            cwd=SERVO.parent.parent,
+            stdin=subprocess.DEVNULL,
+            stdout=lines,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,  # Ctrl-C is the tracker's, who then ends this
+        )
+        try:
+            yield
+        finally:
+            brick.terminate()
+            try:
+                brick.wait(5.0)
+            except subprocess.TimeoutExpired:
+                brick.kill()
+                brick.wait()
 
 
 def _synthetic(name: str, scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:

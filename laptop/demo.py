@@ -559,8 +559,8 @@ class Show:
         stages[TRACKER].begin("starting")
         tracker = self._crew.start(
             TRACKER,
-            ["track", "--camera", "synthetic", "--scene", self.story["scene"], "--host"]
-            + ["127.0.0.1", "--port", "0", "--csv", str(self._folder / "track.csv")]
+            ["track", "--no-page", "--camera", "synthetic", "--scene", self.story["scene"]]
+            + ["--host", "127.0.0.1", "--port", "0", "--csv", str(self._folder / "track.csv")]
             + ["--picture", str(self._folder / "camera.png")],
         )
         home = self._folder / "drawing"
