@@ -100,7 +100,8 @@ class Gate:
             await receive()
             await send({"type": "websocket.close", "code": 1008})
         else:
-            await _say(send, 403, why or NO_TOKEN)
+            # What may follow the head is not even thrown away.
+            await _say(send, 403, why or NO_TOKEN, connection="close")
 
     def _refusal(self, scope: Scope, headers: Mapping[str, str]) -> str | None:
         """Why a request is not even looked at, or None."""
@@ -417,6 +418,7 @@ body { font-size: 16px; }
 .pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr));
             gap: 1rem; width: 100%; }
 .pictures.one .picture { max-width: calc((100vh - 13rem) * 4 / 3); margin: 0 auto; }
+.picture img { display: block; }
 .picture { position: relative; border-radius: .6rem; overflow: hidden; background: #000;
            width: 100%; min-height: 8rem; }
 .picture .aiming { cursor: crosshair; touch-action: none; }
@@ -610,6 +612,7 @@ class Page:
         await self.desk.ask("opened")
         state = await self.desk.look()
         ui.add_css(STYLE)
+        ui.colors(primary="#1c62ad", positive="#23814a", negative="#c8101c")
         self._dark = ui.dark_mode(None)
         self._header()
         several = len(state.eyes) > 1
