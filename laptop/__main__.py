@@ -35,6 +35,16 @@ except ImportError as missing:
 SERVO = Path(__file__).resolve().parent.parent / "robot" / "visual_servoing.py"
 FOREVER = 1e6
 """For an emulated brick that ends with the tracker, s."""
+BESIDE = """
+import os, signal, sys, threading
+def follow():
+    sys.stdin.read()
+    os.kill(os.getpid(), signal.SIGTERM)
+threading.Thread(target=follow, daemon=True).start()
+from laptop.__main__ import main
+sys.exit(main())
+"""
+"""A command in a process that ends with the one that has the other end of its input."""
 
 FREE_MOTOR = ("D=large",)
 """What is plugged in beside the arm if nothing is said, where the arm leaves the port free."""
@@ -471,24 +481,24 @@ def _own_brick(place: str, code: str, cameras: int) -> Iterator[None]:
     arm = "spatial" if cameras > 1 else "planar"
     words = ["simulate", "--realtime", "--timeout", f"{FOREVER:g}", "--arm", arm]
     words += ["--out", str(home), str(SERVO), place, "--code", code, "--arm", arm, "--wait"]
-    with open(home / "lines.txt", "w") as lines:
+    with open(home / "lines.txt", "wb") as lines:
         brick = subprocess.Popen(
-            [sys.executable, "-m", "laptop", *words],
+            [sys.executable, "-c", BESIDE, *words],
             cwd=SERVO.parent.parent,
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE,
             stdout=lines,
             stderr=subprocess.STDOUT,
             start_new_session=True,  # Ctrl-C is the tracker's, who then ends this
         )
+    try:
+        yield
+    finally:
+        brick.terminate()
         try:
-            yield
-        finally:
-            brick.terminate()
-            try:
-                brick.wait(5.0)
-            except subprocess.TimeoutExpired:
-                brick.kill()
-                brick.wait()
+            brick.wait(5.0)
+        except subprocess.TimeoutExpired:
+            brick.kill()
+        brick.communicate()
 
 
 def _synthetic(name: str, scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:

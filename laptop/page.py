@@ -528,11 +528,12 @@ class Picture:
             facts.append("paused")
         self._caption.set_text(" · ".join(facts))
 
-    def _on_loaded(self, event: events.GenericEventArguments) -> None:
+    async def _on_loaded(self, event: events.GenericEventArguments) -> None:
         if self._sent is None:
             return
         self.shown = self._view.desk.feeds[self.camera].shown.get(self._sent[0], self.shown)
         self._sent = None
+        await self.refresh()
 
     async def pin(self) -> None:
         """Keep what is shown, to pick in it."""

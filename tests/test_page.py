@@ -29,7 +29,7 @@ ROOT = Path(__file__).parent.parent
 CHROMIUM = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
 )
-PATIENCE = 60.0
+PATIENCE = 30.0
 """For what is bound to come, s."""
 
 
@@ -65,6 +65,13 @@ class Tracker:
             pytest.fail("".join(self.lines))
         self.reader = threading.Thread(target=lambda: self.lines.extend(self.process.stdout))
         self.reader.start()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        if self.process.poll() is None:
+            self.close()
 
     @property
     def cookie(self):
@@ -108,17 +115,17 @@ class Tracker:
             answer += data
         return sock, answer.split(b"\r\n")[0].decode()
 
-    def close(self):
-        self.process.send_signal(signal.SIGINT)
+    def close(self, number=signal.SIGINT):
+        self.process.send_signal(number)
         self.process.wait(PATIENCE)
         self.reader.join(PATIENCE)
+        self.process.stdout.close()
 
 
 @pytest.fixture(scope="module")
 def tracker(tmp_path_factory):
-    tracker = Tracker(tmp_path_factory.mktemp("page"), "--camera", "synthetic")
-    yield tracker
-    tracker.close()
+    with Tracker(tmp_path_factory.mktemp("page"), "--camera", "synthetic") as tracker:
+        yield tracker
 
 
 # The gate
@@ -507,21 +514,24 @@ def test_a_page_that_was_closed_changes_nothing_and_another_goes_on(browser, tra
     surfer.close()
 
 
-def children(pid):
-    listed = subprocess.run(
-        ["ps", "-o", "pid=", "--ppid", str(pid)], capture_output=True, text=True
-    )
-    return [int(word) for word in listed.stdout.split()]
+def processes(of=None):
+    """PIDs that live, of everything or the children of one."""
+    listed = subprocess.run(["ps", "-eo", "pid=,ppid=,stat="], capture_output=True, text=True)
+    rows = [line.split() for line in listed.stdout.splitlines()]
+    return {int(pid) for pid, parent, stat in rows if stat[0] != "Z" and of in (None, int(parent))}
 
 
-def test_with_the_tracker_page_and_brick_end(tmp_path):
-    tracker = Tracker(tmp_path, "--camera", "synthetic")
-    status, _, _ = tracker.get()
-    assert status == 200
-    others = children(tracker.process.pid)
-    assert others
-    tracker.close()
-    with pytest.raises(OSError, match="refused"):
-        tracker.get()
-    assert not any(Path(f"/proc/{pid}").exists() for pid in others)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_with_the_tracker_page_and_brick_end(browser, tmp_path, number):
+    with Tracker(tmp_path, "--camera", "synthetic") as tracker:
+        surfer = Surfer(browser, tracker)
+        surfer.verdict("Ready")
+        others = processes(of=tracker.process.pid)
+        assert len(others) >= 2, "the page and the brick"
+        surfer.close()
+        tracker.close(number)
+    deadline = time.monotonic() + PATIENCE
+    while others & processes():
+        assert time.monotonic() < deadline, "they live on"
+        time.sleep(0.05)
     assert "Traceback" not in "".join(tracker.lines)
