@@ -9,6 +9,7 @@ import signal
 
 import pytest
 
+from laptop.simulator.virtual_tracker import HOST
 from robot.visual_servoing import LINK_PATIENCE, MARKER_PATIENCE
 from shared.messages import Start, Stop
 
@@ -112,7 +113,7 @@ def test_neither_a_lost_link_nor_a_stop_moves_anything(waiting):
     assert ended(w, shown)
     assert not w.moved()
     assert w.tracker.server.state().refusal == ""
-    assert shown.out.count("linked to 127.0.0.1") == 3
+    assert shown.out.count(f"linked to {HOST}") == 3
 
 
 def test_a_start_that_is_taken_back_in_the_same_breath_moves_nothing(waiting):
@@ -415,7 +416,7 @@ def test_an_arm_that_is_not_homed_does_not_wait(waiting):
 
 def test_a_wrong_code_ends_it_in_one_line(waiting):
     w, _ = waiting()
-    shown = w.run(f"127.0.0.1:{w.tracker.port}", "--code", "ZZZZ-ZZZZ", "--wait")
+    shown = w.run(f"{HOST}:{w.tracker.port}", "--code", "ZZZZ-ZZZZ", "--wait")
     assert shown.status == 1
     assert shown.err.count("\n") == 1
     assert "this is not the pairing code" in shown.err
