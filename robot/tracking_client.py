@@ -298,7 +298,7 @@ class TrackingClient(object):
         if self.linked and (due or (run, verdict) != self._reported[1]):
             self._reported = now, (run, verdict)
             reason = one_line(reason)
-            status = Status(now, q, error, verdict, reason, e or {}, condition, moves, run)
+            status = Status(now, q, error, verdict, reason, e, condition, moves, run)
             try:
                 self._link.send(status)
             except BadMessage:

@@ -81,20 +81,30 @@ t        capture time, s on the sender's clock
 markers  {name: (u, v, confidence), or None when it is not seen}; u, v in px, confidence 0..1
 """
 
-Status = collections.namedtuple("Status", "t q error verdict reason e condition moves run")
-Status.__new__.__defaults__ = "", {}, None, 0, 0
-Status.__doc__ = """How the brick is doing.
 
-t          when q was read, s on the sender's clock
-q          joint angles, rad
-error      distance of effector and goal in the image, px; None while not known
-verdict    how the run ended; "" while it goes on, READY before the first Start
-reason     of the verdict, or why the arm is held in mid-run, one line for people; "" for none
-e          components of the error by row, {"A.u": px}; {} while not known
-condition  of the image Jacobian; None while not known, and where it is infinite
-moves      that the run has made
-run        its number, from 1 on; a Start that is taken or refused raises it
-"""
+class Status(collections.namedtuple("Status", "t q error verdict reason e condition moves run")):
+    """How the brick is doing.
+
+    t          when q was read, s on the sender's clock
+    q          joint angles, rad
+    error      distance of effector and goal in the image, px; None while not known
+    verdict    how the run ended; "" while it goes on, READY before the first Start
+    reason     of the verdict, or why the arm is held in mid-run, one line for people; "" for none
+    e          components of the error by row, {"A.u": px}; {} while not known
+    condition  of the image Jacobian; None while not known, and where it is infinite
+    moves      that the run has made
+    run        its number, from 1 on; a Start that is taken or refused raises it
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, t, q, error, verdict, reason="", e=None, condition=None, moves=0, run=0):
+        """A Status of which no more is known than what is said."""
+        e = {} if e is None else e
+        return super(Status, cls).__new__(
+            cls, t, q, error, verdict, reason, e, condition, moves, run
+        )
+
 
 READY = "ready"
 """The verdict of a brick that waits for its first Start."""
@@ -102,20 +112,28 @@ READY = "ready"
 REFUSED = "refused"
 """The verdict on a Start whose orders make no sense."""
 
-Start = collections.namedtuple("Start", "method mode rows tolerance budget follow goals")
-Start.__new__.__defaults__ = "chain", "look", "stereo", 5.0, 60.0, False, {}
-Start.__doc__ = """The laptop asks the brick for a run, and orders how it is to be done.
 
-method     how the image Jacobian is known
-mode       "look", then move, or "stream"
-rows       of the cameras' u and v: "stereo" | "xyz"
-tolerance  px
-budget     s
-follow     go on after a goal that moves
-goals      {camera: (u, v)}, px; {} for the goal marker
+class Start(collections.namedtuple("Start", "method mode rows tolerance budget follow goals")):
+    """The laptop asks the brick for a run, and orders how it is to be done.
 
-What is not said is as usual; the command line of the brick has the same defaults.
-"""
+    method     how the image Jacobian is known
+    mode       "look", then move, or "stream"
+    rows       of the cameras' u and v: "stereo" | "xyz"
+    tolerance  px
+    budget     s
+    follow     go on after a goal that moves
+    goals      {camera: (u, v)}, px; {} for the goal marker
+    """
+
+    __slots__ = ()
+
+    def __new__(
+        cls, method="chain", mode="look", rows="stereo", tolerance=5.0, budget=60.0, follow=False,
+        goals=None
+    ):  # fmt: skip
+        """The usual run, but for what is said; the brick's command line has the same defaults."""
+        goals = {} if goals is None else goals
+        return super(Start, cls).__new__(cls, method, mode, rows, tolerance, budget, follow, goals)
 
 
 Stop = collections.namedtuple("Stop", "reason")

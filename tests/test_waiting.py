@@ -8,7 +8,10 @@ import math
 import signal
 
 import pytest
+from rig import degrees
+from servo_rig import SpaceCamera
 
+from laptop.simulator.virtual_tracker import HOST
 from robot.visual_servoing import LINK_PATIENCE, MARKER_PATIENCE
 from shared.messages import Start, Stop
 
@@ -112,7 +115,7 @@ def test_neither_a_lost_link_nor_a_stop_moves_anything(waiting):
     assert ended(w, shown)
     assert not w.moved()
     assert w.tracker.server.state().refusal == ""
-    assert shown.out.count("linked to 127.0.0.1") == 3
+    assert shown.out.count(f"linked to {HOST}") == 3
 
 
 def test_a_start_that_is_taken_back_in_the_same_breath_moves_nothing(waiting):
@@ -225,6 +228,24 @@ def test_the_laptop_is_told_what_goes_on(waiting):
     assert max(gaps) < 0.5
 
 
+def test_in_space_it_goes_where_the_pixels_of_two_cameras_say(waiting):
+    cameras = {"A": SpaceCamera(math.radians(10)), "B": SpaceCamera(math.radians(90))}
+    goal = 11.0, 8.0, 8.0
+    pixels = {name: camera.pixel(goal) for name, camera in cameras.items()}
+    w, laptop = waiting(
+        arm="spatial", cameras=cameras, start=degrees(-30, 60, -80), goal=goal, noise=0.3
+    )
+    w.hidden.add("goal")
+    laptop.at(1.0, Start(rows="xyz", goals=pixels))
+    laptop.after(1, laptop.end, 3.0)
+    shown = w.run("--wait")
+    assert ended(w, shown)
+    assert laptop.verdicts() == [(0, "ready"), (1, "converged")]
+    assert sorted(laptop.told(1).e) == ["A.u", "A.v", "B.v"]
+    assert w.error() < 7
+    assert w.stands(shown.t - 2.0, shown.t), "it is held against gravity"
+
+
 # Faults
 
 
@@ -316,6 +337,16 @@ def test_a_signal_in_mid_run_stops_the_arm_and_ends_the_program(waiting, number)
     assert laptop.verdicts() == [(0, "ready"), (1, "stopped")]
     assert laptop.told(1).reason == f"stopped by {signal.Signals(number).name}"
     assert shown.log[-1]["verdict"] == "stopped"
+
+
+def test_who_is_killed_between_runs_leaves_the_arm_parked(waiting):
+    w, laptop = waiting()
+    laptop.at(1.0, Start())
+    shown = w.run("--wait", kill_at=25.0)
+    assert shown.status == 137
+    assert laptop.verdicts() == [(0, "ready"), (1, "converged")]
+    assert w.on_file()["parked"] is not None
+    assert w.stands(shown.t - 1)
 
 
 @pytest.mark.parametrize(
@@ -415,7 +446,7 @@ def test_an_arm_that_is_not_homed_does_not_wait(waiting):
 
 def test_a_wrong_code_ends_it_in_one_line(waiting):
     w, _ = waiting()
-    shown = w.run(f"127.0.0.1:{w.tracker.port}", "--code", "ZZZZ-ZZZZ", "--wait")
+    shown = w.run(f"{HOST}:{w.tracker.port}", "--code", "ZZZZ-ZZZZ", "--wait")
     assert shown.status == 1
     assert shown.err.count("\n") == 1
     assert "this is not the pairing code" in shown.err
