@@ -14,6 +14,7 @@ import time
 import webbrowser
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -462,11 +463,15 @@ def track(page: bool | None, **orders: Any) -> None:
     from laptop import track as tracking  # OpenCV is slow to import
 
     shown = orders["serve"] if page is None else page
+    # The page brings an emulated brick along; its arm is there from the beginning.
+    arm = "spatial" if shown and orders["camera"].count("synthetic") > 1 else "planar"
     if orders["open"] and not shown:
         raise click.UsageError("--open opens the page; leave --no-page out.")
     try:
         status = tracking.command(
-            tracking.Orders(page=shown, **orders), _synthetic, own_brick=_own_brick
+            tracking.Orders(page=shown, **orders),
+            partial(_synthetic, arm),
+            own_brick=partial(_own_brick, arm),
         )
     except ArmError as error:
         raise click.ClickException(str(error)) from None
@@ -474,11 +479,10 @@ def track(page: bool | None, **orders: Any) -> None:
 
 
 @contextlib.contextmanager
-def _own_brick(place: str, code: str, cameras: int) -> Iterator[None]:
+def _own_brick(arm: str, place: str, code: str) -> Iterator[None]:
     """An emulated brick that waits for orders; its lines go to its folder in the state folder."""
     home = Path(state_folder()) / "emulated-brick"
     home.mkdir(parents=True, exist_ok=True)
-    arm = "spatial" if cameras > 1 else "planar"
     words = ["simulate", "--realtime", "--timeout", f"{FOREVER:g}", "--arm", arm]
     words += ["--out", str(home), str(SERVO), place, "--code", code, "--arm", arm, "--wait"]
     with open(home / "lines.txt", "wb") as lines:
@@ -501,13 +505,13 @@ def _own_brick(place: str, code: str, cameras: int) -> Iterator[None]:
         brick.communicate()
 
 
-def _synthetic(name: str, scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
+def _synthetic(arm: str, name: str, scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
     """The synthetic camera of this name, and how the markers in its scene look."""
     from laptop.simulator.sight import looks
     from laptop.simulator.synthetic_camera import open_live
 
     text = ",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])])
-    camera = open_live(text, camera=name)
+    camera = open_live(text, camera=name, resting=arm)
     return camera, looks(camera.constants)
 
 

@@ -675,10 +675,10 @@ def _advice(why: str) -> str:
 
 
 def _mask(image: np.ndarray, marker: Marker) -> bytes:
-    """A PNG, white where the picture has the marker's colour, and transparent elsewhere."""
+    """A PNG, magenta where the picture has the marker's colour, and transparent elsewhere."""
     assert marker.color is not None
     inside = gate(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), marker.color)
-    layer = np.full((*inside.shape, 4), 255, np.uint8)
+    layer = np.full((*inside.shape, 4), (255, 60, 255, 0), np.uint8)
     layer[..., 3] = inside
     _, data = cv2.imencode(".png", layer, (cv2.IMWRITE_PNG_COMPRESSION, 1))
     return data.tobytes()

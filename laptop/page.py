@@ -448,13 +448,16 @@ body { font-size: 16px; }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 17rem), 1fr));
          gap: .6rem; width: 100%; }
 .plot { height: 10.5rem; width: 100%; }
-table.facts { border-collapse: collapse; width: 100%; font-size: .95rem;
+table.facts { border-collapse: collapse; width: 100%; table-layout: fixed; font-size: .95rem;
               font-variant-numeric: tabular-nums; }
-table.facts td { padding: .15rem 0; vertical-align: top; }
-table.facts td:first-child { opacity: .75; padding-right: .8rem; white-space: nowrap; }
+table.facts td { padding: .15rem 0; vertical-align: top; overflow-wrap: anywhere; }
+table.facts td:first-child { opacity: .75; padding-right: .8rem; width: 6.2rem; }
+.body--dark .text-primary { color: #86bcff !important; }
 :focus-visible { outline: 3px solid #ff9f0a !important; outline-offset: 2px; }
 @media (max-width: 60rem) {
   .desk { grid-template-columns: minmax(0, 1fr); padding: .5rem; gap: .5rem; }
+  .side { display: contents; }
+  .later { order: 1; }
   .stop { min-width: 7rem; flex: 1; }
   .word { display: none; }
   .q-header { padding: .4rem .5rem; }
@@ -577,7 +580,8 @@ class Plot:
                 "xAxis": {"type": "value", "min": -HISTORY, "max": 0, "axisLabel":
                           {**quiet, ":formatter": "v => v + ' s'"}, "splitLine": grid},
                 "yAxis": {"type": "log" if log else "value", "scale": True, "axisLabel": quiet,
-                          "splitLine": grid, "splitNumber": 3},
+                          "splitLine": grid, "splitNumber": 3, "axisLine": {"show": False},
+                          "axisTick": {"show": False}},
                 "color": ["#e8590c", "#1c7ed6", "#37b24d", "#ae3ec9", "#f59f00", "#0ca678"],
                 "series": [],
             }
@@ -716,7 +720,7 @@ class Page:
                 ui.checkbox("Windows", value=True, on_change=self._on_windows).props("dense")
 
     def _state_card(self) -> None:
-        with ui.element("section").classes("card").props('aria-label="state"'):
+        with ui.element("section").classes("card later").props('aria-label="state"'):
             ui.html("<h2>State</h2>", sanitize=False)
             self._note = ui.label().classes("quiet")
             self._invite = ui.element("div")
@@ -726,7 +730,7 @@ class Page:
             self._table = ui.html("", sanitize=False).classes("w-full")
 
     def _plots_card(self) -> None:
-        with ui.element("section").classes("card").props('aria-label="the last minute"'):
+        with ui.element("section").classes("card later").props('aria-label="the last minute"'):
             with ui.row().classes("w-full items-center gap-2"):
                 ui.html("<h2>The last minute</h2>", sanitize=False)
                 ui.space()
@@ -739,7 +743,7 @@ class Page:
                     Plot("error, px"),
                     Plot("components, px"),
                     Plot("joints, degrees"),
-                    Plot("steps; condition of the Jacobian"),
+                    Plot("steps, condition"),
                     Plot("frame age, ms"),
                     Plot("frames per second"),
                 ]

@@ -262,9 +262,8 @@ Synthetic = Callable[[str, str, float | None], tuple[Camera, dict[str, str]]]
 """From the camera's name, the scene's text and frames per second (None: its own) to the camera, and
 how its markers look: SPEC by name."""
 
-OwnBrick = Callable[[str, str, int], AbstractContextManager[object]]
-"""From the server's address, the code and the number of cameras to an emulated brick that calls
-there until it is left."""
+OwnBrick = Callable[[str, str], AbstractContextManager[object]]
+"""From the server's address and the code to an emulated brick that calls there until it is left."""
 
 
 class _Plan(NamedTuple):
@@ -329,7 +328,7 @@ def command(
         if listener:
             bring = None
             if server and own_brick and SYNTHETIC in orders.camera:
-                bring = partial(_bring, stack, own_brick, server, len(watchers))
+                bring = partial(_bring, stack, own_brick, server)
             desk = Desk(watchers, trackers, orders.camera, server, plan.file, bring)
             _show(speaker(console), desk, listener, orders, stack)
         link = (lambda: link_text(server.state())) if server else None
@@ -507,11 +506,11 @@ def _show(
         webbrowser.open(page.address)
 
 
-def _bring(stack: ExitStack, own_brick: OwnBrick, server: TrackingServer, cameras: int) -> None:
+def _bring(stack: ExitStack, own_brick: OwnBrick, server: TrackingServer) -> None:
     """Let an emulated brick come; it is ended by the stack."""
     host = server.host or "127.0.0.1"
     place = f"[{host}]:{server.port}" if ":" in host else f"{host}:{server.port}"
-    stack.enter_context(own_brick(place, pairing_code(), cameras))
+    stack.enter_context(own_brick(place, pairing_code()))
 
 
 def invitation(commands: Sequence[str], cameras: int = 1) -> list[str]:
