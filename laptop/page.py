@@ -429,6 +429,7 @@ body { font-size: 16px; }
         display: flex; flex-direction: column; gap: .4rem; }
 .lost > div { background: #b3121fee; color: #fff; border-radius: .5rem; padding: .4rem .8rem;
               font-size: 1.05rem; line-height: 1.3; }
+.lost > .doubt { background: #8a5a00ee; }
 .side { display: flex; flex-direction: column; gap: 1rem; }
 .card { border-radius: .6rem; padding: .9rem 1rem; width: 100%; background: #fff;
         border: 1px solid #0002; display: flex; flex-direction: column; gap: .6rem; }
@@ -508,16 +509,19 @@ class Picture:
         if drawn != self._drawn:
             self._drawn = drawn
             self.image.set_content(drawn)
-        lost = [(mark.name, mark.why, mark.advice) for mark in shown.marks if mark.why]
+        lost = [
+            (mark.name, mark.why, mark.advice)
+            for mark in shown.marks
+            if mark.why and not (mark.name == GOAL and shown.aim)
+        ]
         if lost != self._told:
             self._told = lost
             self._lost.clear()
             with self._lost:
                 for name, why, advice in lost:
-                    ui.label(
-                        f"{name}: {why}"
-                        + (f". {advice[:1].upper()}{advice[1:]}." if advice else "")
-                    )
+                    what = f"{name} lost: {why}" if why != "doubtful" else f"{name} {why}"
+                    then = f". {advice[:1].upper()}{advice[1:]}." if advice else "."
+                    ui.label(what + then).classes("doubt" if why == "doubtful" else "")
 
     def describe(self, state: State) -> None:
         """The camera in a line."""
