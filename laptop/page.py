@@ -308,7 +308,9 @@ def overlay(
             f'<image width="{shown.width}" height="{shown.height}" opacity=".95" '
             f'href="data:image/png;base64,{data}"/>'
         )
-    parts.append('<g transform="translate(.5 .5)" fill="none" stroke-linecap="round">')
+    parts.append(
+        f'<g transform="translate(.5 .5)" style="--k:{k:g}" fill="none" stroke-linecap="round">'
+    )
     if len(shown.trail) > 1:
         parts.append(_line(shown.trail, "#ffd60a", 1.6 * k, "opacity='.75'"))
     if shown.aim:
@@ -379,7 +381,7 @@ def _marked(mark: Mark, color: str, shown: Shown, k: float) -> str:
     label = (
         f'<text x="{(radius + 5 * k) * (1 if right else -1):.1f}" '
         f'y="{(radius + size) if below else -radius * 0.6:.1f}" '
-        f'text-anchor="{"start" if right else "end"}" font-size="{size:g}" font-weight="600" '
+        f'text-anchor="{"start" if right else "end"}" font-weight="600" '
         f'fill="{color}" stroke="#000c" stroke-width="{3.2 * k:g}" paint-order="stroke" '
         f'font-family="Roboto, sans-serif">{escape(text)}</text>'
     )
@@ -453,11 +455,14 @@ table.facts { border-collapse: collapse; width: 100%; table-layout: fixed; font-
               font-variant-numeric: tabular-nums; }
 table.facts td { padding: .15rem 0; vertical-align: top; overflow-wrap: anywhere; }
 table.facts td:first-child { opacity: .75; padding-right: .8rem; width: 6.2rem; }
-.body--dark .text-primary { color: #86bcff !important; }
+.body--dark .q-btn--flat, .body--dark .q-btn--outline { --q-primary: #86bcff; }
+.picture text { font-size: calc(14px * var(--k)); }
+.pictures:not(.one) .picture text { font-size: calc(21px * var(--k)); }
 :focus-visible { outline: 3px solid #ff9f0a !important; outline-offset: 2px; }
 @media (max-width: 60rem) {
   .desk { grid-template-columns: minmax(0, 1fr); padding: .5rem; gap: .5rem; }
   .side { display: contents; }
+  .picture text, .pictures:not(.one) .picture text { font-size: calc(24px * var(--k)); }
   .later { order: 1; }
   .stop { min-width: 7rem; flex: 1; }
   .word { display: none; }
