@@ -46,8 +46,11 @@ from laptop.watching import GOAL, Point
 
 LARGEST = 64 * 1024
 """Bytes of a message from a browser; ours need a few hundred."""
-FRAMES = 30.0
-"""Pictures per second that are asked for at most."""
+FRAMES, ALTOGETHER = 20.0, 30.0
+"""Pictures per second of a camera that one browser gets, and all of them: more show nobody more,
+and browsers on this machine take the tracker's time."""
+PLOTS = 1.0
+"""Plots are drawn anew every so many s for each browser."""
 UNSEEN = 1.0
 """A picture that a browser has not shown so long after it was sent, s, is given up."""
 AT_HAND = 40
@@ -201,7 +204,7 @@ class Feed:
     async def refresh(self) -> Shown | None:
         """The newest picture there is."""
         async with self._lock:
-            if time.monotonic() - self._asked > 0.8 / FRAMES:
+            if time.monotonic() - self._asked > 0.8 / ALTOGETHER:
                 self._asked = time.monotonic()
                 newest = self.newest
                 masks = tuple(set(self.masks.values()))
@@ -226,8 +229,14 @@ class Desk:
         self.feeds: dict[str, Feed] = {}
         self.state: State | None = None
         self.past: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
+        self.pages: set[str] = set()  # of browsers, by NiceGUI's id
         self._looked = -math.inf
         self._lock = asyncio.Lock()
+
+    @property
+    def pace(self) -> float:
+        """Between two pictures of a camera for one browser, s."""
+        return max(1 / FRAMES, len(self.pages) / ALTOGETHER)
 
     async def ask(self, question: str, *args: Any) -> Any:
         """See `laptop.desk.Door.ask`."""
@@ -477,7 +486,8 @@ class Picture:
     def __init__(self, view: Page, camera: str) -> None:
         self._view = view
         self.camera = camera
-        self._sent: tuple[int, float] | None = None  # index, when
+        self._sent: int | None = None  # what it was sent and has not shown yet
+        self._last = -math.inf  # when that was
         self.shown: Shown | None = None  # what the browser shows
         self._drawn = ""
         self._drag: list[Point] = []
@@ -499,12 +509,12 @@ class Picture:
             if self.shown:
                 self._draw(self.shown)
             return
-        if self._sent and time.monotonic() - self._sent[1] < UNSEEN:
+        if time.monotonic() - self._last < (UNSEEN if self._sent else self._view.desk.pace):
             return
         shown = await feed.refresh()
         if shown is None or (self._sent is None and self.shown and shown.index <= self.shown.index):
             return
-        self._sent = shown.index, time.monotonic()
+        self._sent, self._last = shown.index, time.monotonic()
         self.image.set_source(f"/view/{self.camera}/{shown.index}.jpg")
         self._draw(shown)
 
@@ -543,7 +553,7 @@ class Picture:
     async def _on_loaded(self, event: events.GenericEventArguments) -> None:
         if self._sent is None:
             return
-        self.shown = self._view.desk.feeds[self.camera].shown.get(self._sent[0], self.shown)
+        self.shown = self._view.desk.feeds[self.camera].shown.get(self._sent, self.shown)
         self._sent = None
         await self.refresh()
 
@@ -620,9 +630,11 @@ class Page:
         self._pictures: dict[str, Picture] = {}
         self._marker = EFFECTOR
         self._facts = ""
+        self._plot_next = -math.inf
 
     async def build(self) -> None:
         """Everything on it."""
+        self.desk.pages.add(ui.context.client.id)
         await self.desk.ask("opened")
         state = await self.desk.look()
         ui.add_css(STYLE)
@@ -642,9 +654,9 @@ class Page:
                 self._state_card()
         ui.keyboard(self._on_escape, ignore=[], repeating=False)
         ui.keyboard(self._on_key, ignore=["input", "select", "textarea"], repeating=False)
-        ui.timer(1 / FRAMES, self._refresh)
+        ui.timer(0.5 / FRAMES, self._refresh)
         ui.timer(SAMPLE, self._describe)
-        ui.timer(0.5, self._plot)
+        ui.timer(PLOTS, self._plot)
         self._show_state(state)
 
     # Parts
@@ -810,8 +822,9 @@ class Page:
                     ui.label(f"{command} --wait").classes("mono")
 
     async def _plot(self) -> None:
-        if not self._plotting.value:
+        if not self._plotting.value or time.monotonic() < self._plot_next:
             return
+        self._plot_next = time.monotonic() + PLOTS * (len(self.desk.pages) - 0.5)
         past = list(self.desk.past)
         if not past:
             return
@@ -1010,6 +1023,7 @@ def serve(pipe: Connection, listener: socket.socket, token: str, hosts: Sequence
         await Page(desk).build()
 
     def forget(client: Any) -> None:
+        desk.pages.discard(client.id)
         for feed in desk.feeds.values():
             feed.masks.pop(client.id, None)
 

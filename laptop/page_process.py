@@ -9,6 +9,7 @@ import errno
 import importlib.util
 import ipaddress
 import multiprocessing
+import os
 import secrets
 import signal
 import socket
@@ -25,6 +26,8 @@ HOST, PORT = "127.0.0.1", 7780
 """Where a page is if nothing is said; another free port if this one is taken."""
 ENDING = 2.0
 """A page that has not ended so long after it was told, s, is killed."""
+NICE = 5
+"""Added to the page's niceness: tracker and brick come first."""
 WHOLE = ("0.0.0.0", "::", "")
 """Hosts that mean every address of this machine."""
 
@@ -136,6 +139,8 @@ class PageProcess:
 def _work(pipe: Connection, listener: socket.socket, token: str, names: Sequence[str]) -> None:
     """What the page's process does: serve until the tracker's is no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
+    if hasattr(os, "nice"):
+        os.nice(NICE)
     from laptop import page
 
     threading.Thread(target=page.serve, args=(pipe, listener, token, names), daemon=True).start()

@@ -491,6 +491,23 @@ def test_pause_keeps_the_picture_and_one_can_pick_in_it(surfer):
     surfer.button("Undo").click()
 
 
+def test_without_the_colour_the_reason_and_the_advice_are_shown_and_a_pick_mends_it(
+    browser, tmp_path
+):
+    with Tracker(tmp_path, "--camera", "synthetic", "--effector", "disc:purple") as tracker:
+        context = browser.new_context(viewport={"width": 1440, "height": 1000})
+        page = context.new_page()
+        page.goto(tracker.address)
+        page.get_by_text("effector lost: nothing of this colour. Bring it into").wait_for()
+        page.locator(".tools").get_by_role("button", name="Pick", exact=True).click()
+        box = page.locator(".picture img").bounding_box()
+        u, v = Scene(read_arm(find_arm("planar")), read_scene("")).truth((0.0, 0.0))["effector"]
+        page.mouse.click(box["x"] + u * box["width"] / 640, box["y"] + v * box["height"] / 480)
+        page.locator("[data-marker=effector]").wait_for(state="attached")
+        page.get_by_text("effector lost").wait_for(state="detached")
+        context.close()
+
+
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (1024, 768), (1920, 1080)])
 def test_on_a_phone_as_on_a_projector_nothing_sticks_out_and_stop_is_in_sight(
     surfer, width, height
