@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import json
 import os
 import signal
+import subprocess
 import sys
 import tempfile
 import time
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +28,24 @@ try:
     from laptop.simulator import peripherals, session
     from laptop.simulator.plant import CONSTANTS, read_plant
     from shared.arm_description import Arm, ArmError, find_arm, read_arm
+    from shared.state import state_folder
 except ImportError as missing:
     sys.exit(f"laptop: {missing.name} is not installed here; run .uv/bin/uv run python -m laptop")
 
+
+SERVO = Path(__file__).resolve().parent.parent / "robot" / "visual_servoing.py"
+FOREVER = 1e6
+"""For an emulated brick that ends with the tracker, s."""
+BESIDE = """
+import os, signal, sys, threading
+def follow():
+    sys.stdin.read()
+    os.kill(os.getpid(), signal.SIGTERM)
+threading.Thread(target=follow, daemon=True).start()
+from laptop.__main__ import main
+sys.exit(main())
+"""
+"""A command in a process that ends with the one that has the other end of its input."""
 
 FREE_MOTOR = ("D=large",)
 """What is plugged in beside the arm if nothing is said, where the arm leaves the port free."""
@@ -418,27 +436,84 @@ def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
     help="Write the tracker's view of a frame (the last one if not said); of several cameras "
     "FILE-A.png, FILE-B.png, ...",
 )
-def track(**orders: Any) -> None:
+@click.option(
+    "--page/--no-page",
+    default=None,
+    help="Serve a web page to watch, pick, aim and stop from; its address is printed.  "
+    "[default: with --serve]",
+)
+@click.option(
+    "--page-port",
+    type=click.IntRange(0, 65535),
+    metavar="P",
+    help="Of the page, 0 for any.  [default: 7780, or any if that is taken]",
+)
+@click.option(
+    "--page-host",
+    default="127.0.0.1",
+    metavar="H",
+    show_default=True,
+    help="Address at which the page is to be had; 0.0.0.0 for the whole network.",
+)
+@click.option("--open", "open", is_flag=True, help="Open the page in a browser.")
+def track(page: bool | None, **orders: Any) -> None:
     """Find the markers in every frame, and serve the brick.
 
     Ends with the last video, or by Ctrl-C.
     """
     from laptop import track as tracking  # OpenCV is slow to import
 
+    shown = orders["serve"] if page is None else page
+    # The page brings an emulated brick along; its arm is there from the beginning.
+    usual = "spatial" if shown and orders["camera"].count("synthetic") > 1 else "planar"
+    arm = os.environ.get("BRICKSERVO_ARM", usual)
+    if orders["open"] and not shown:
+        raise click.UsageError("--open opens the page; leave --no-page out.")
     try:
-        status = tracking.command(tracking.Orders(**orders), _synthetic)
+        status = tracking.command(
+            tracking.Orders(page=shown, **orders),
+            partial(_synthetic, arm),
+            own_brick=partial(_own_brick, arm),
+        )
     except ArmError as error:
         raise click.ClickException(str(error)) from None
     sys.exit(status)
 
 
-def _synthetic(name: str, scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
+@contextlib.contextmanager
+def _own_brick(arm: str, place: str, code: str) -> Iterator[None]:
+    """An emulated brick that waits for orders; its lines go to its folder in the state folder."""
+    home = Path(state_folder()) / "emulated-brick"
+    home.mkdir(parents=True, exist_ok=True)
+    words = ["simulate", "--realtime", "--timeout", f"{FOREVER:g}", "--arm", arm]
+    words += ["--out", str(home), str(SERVO), place, "--code", code, "--arm", arm, "--wait"]
+    with open(home / "lines.txt", "wb") as lines:
+        brick = subprocess.Popen(
+            [sys.executable, "-c", BESIDE, *words],
+            cwd=SERVO.parent.parent,
+            stdin=subprocess.PIPE,
+            stdout=lines,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,  # Ctrl-C is the tracker's, who then ends this
+        )
+    try:
+        yield
+    finally:
+        brick.terminate()
+        try:
+            brick.wait(5.0)
+        except subprocess.TimeoutExpired:
+            brick.kill()
+        brick.communicate()
+
+
+def _synthetic(arm: str, name: str, scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
     """The synthetic camera of this name, and how the markers in its scene look."""
     from laptop.simulator.sight import looks
     from laptop.simulator.synthetic_camera import open_live
 
     text = ",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])])
-    camera = open_live(text, camera=name)
+    camera = open_live(text, camera=name, resting=arm)
     return camera, looks(camera.constants)
 
 

@@ -676,7 +676,7 @@ class Show:
         stages[TRACKER].begin("starting")
         tracker = self._crew.start(
             TRACKER,
-            ["track", *["--camera", "synthetic"] * len(self._views)]
+            ["track", "--no-page", *["--camera", "synthetic"] * len(self._views)]
             + ["--scene", self.story["scene"], "--host", "127.0.0.1", "--port", "0"]
             + ["--csv", str(self._folder / "track.csv")]
             + ["--picture", str(self._folder / "camera.png")],

@@ -9,10 +9,22 @@ import cv2
 import numpy as np
 
 from laptop.circles import Circle, ellipse_of, find_circle
-from laptop.markers import BadMarker, Color, Marker, gate, hsv_of, scene_of
+from laptop.markers import (
+    SATURATION_FLOOR,
+    VALUE_FLOOR,
+    BadMarker,
+    Color,
+    Marker,
+    gate,
+    hsv_of,
+    hue_distance,
+    scene_of,
+)
 
 _TOLERANCES = (40.0, 32.0, 24.0, 17.0, 12.0)
 """Of the hue, degrees: as wide as the surroundings allow, for the sake of changing light."""
+_BESIDE = 6.0
+"""Hue that is added on either side of a pixel's own, degrees."""
 _LARGEST = 0.4
 """Part of the picture that a marker may fill; what is larger is a table."""
 _ROUND = 0.25
@@ -31,15 +43,7 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
     """
     height, width = image.shape[:2]
     where = ",".join(f"{part:g}" for part in pick)
-    us, vs = pick[::2], pick[1::2]
-    if not all(0 <= u < width for u in us) or not all(0 <= v < height for v in vs):
-        raise BadMarker(
-            f"{name}: {where} is outside the picture; pick u from 0 to {width - 1} "
-            f"and v from 0 to {height - 1}"
-        )
-    reach = 5 if len(pick) == 2 else 0
-    u0, u1 = max(0, round(min(us)) - reach), round(max(us)) + reach + 1
-    v0, v1 = max(0, round(min(vs)) - reach), round(max(vs)) + reach + 1
+    u0, v0, u1, v1 = _box(name, image, pick, reach=5)
     patch = image[v0:v1, u0:u1].reshape(-1, 3)
     # A highlight or a stripe may lie under the finger: the colour is where there is most of it.
     # The fewer pixels tell it, the clearer it must be: noise on black looks coloured, too.
@@ -91,6 +95,96 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
         )
     color = replace(color, tolerance=min(color.tolerance, _room(hsv, region, color)))
     return Marker(name, kind or _kind(hsv, region), color, radius=found.radius)
+
+
+def include(marker: Marker, image: np.ndarray, pick: tuple[float, ...]) -> Marker:
+    """The marker with the colour at a picked pixel, or in a rectangle, added to its own.
+
+    Args:
+        image, pick: as for `learn`.
+
+    Raises:
+        BadMarker: outside the picture, or the marker has no colour.
+    """
+    color = _color_of(marker)
+    hue, saturation, value = _shade(marker.name, image, pick)
+    away = hue_distance(hue, color.hue)
+    low, high = min(-color.tolerance, away - _BESIDE), max(color.tolerance, away + _BESIDE)
+    return replace(
+        marker,
+        color=replace(
+            color,
+            hue=(color.hue + (low + high) / 2) % 360,
+            tolerance=min(90.0, (high - low) / 2),
+            # So low that the gate's floors let it in.
+            saturation=max(0.05, min(color.saturation, 0.85 * saturation / SATURATION_FLOOR)),
+            value=max(0.02, min(color.value, 0.85 * value / VALUE_FLOOR)),
+        ),
+    )
+
+
+def exclude(marker: Marker, image: np.ndarray, pick: tuple[float, ...]) -> Marker:
+    """The marker without the colour at a picked pixel, or in a rectangle.
+
+    What differs most is made the border: hue, else saturation, else brightness.
+
+    Args:
+        image, pick: as for `learn`.
+
+    Raises:
+        BadMarker: that colour is none of its own, or too much like it.
+    """
+    color = _color_of(marker)
+    shade = _shade(marker.name, image, pick)
+    pixel = np.array([[[shade[0] / 2, 255 * shade[1], 255 * shade[2]]]]).astype(np.uint8)
+    if not gate(pixel, color).any():
+        raise BadMarker(f"{marker.name}: this is not of its colour; there is nothing to remove")
+    away = hue_distance(shade[0], color.hue)
+    if abs(away) > 0.4 * color.tolerance:
+        side = math.copysign(1.0, away)
+        kept = (abs(away) - _BESIDE / 2 + color.tolerance) / 2  # half of what is left
+        middle = color.hue + side * (kept - color.tolerance)
+        return replace(marker, color=replace(color, hue=middle % 360, tolerance=max(4.0, kept)))
+    saturation, value = 1.1 * shade[1] / SATURATION_FLOOR, 1.1 * shade[2] / VALUE_FLOOR
+    if color.saturation < saturation < 1.3 * color.saturation and saturation <= 1:
+        return replace(marker, color=replace(color, saturation=saturation))
+    if color.value < value < 1.3 * color.value and value <= 1:
+        return replace(marker, color=replace(color, value=value))
+    raise BadMarker(
+        f"{marker.name}: this looks like the marker itself; take it out of the picture, or give "
+        "the marker another colour"
+    )
+
+
+def _color_of(marker: Marker) -> Color:
+    if marker.color is None:
+        raise BadMarker(f"{marker.name} is {marker}: it has no colour; pick it anew")
+    return marker.color
+
+
+def _shade(name: str, image: np.ndarray, pick: tuple[float, ...]) -> tuple[float, float, float]:
+    u0, v0, u1, v1 = _box(name, image, pick, reach=2)
+    return hsv_of(np.median(image[v0:v1, u0:u1].reshape(-1, 3), axis=0).tolist())
+
+
+def _box(
+    name: str, image: np.ndarray, pick: tuple[float, ...], reach: int
+) -> tuple[int, int, int, int]:
+    """The pixels that are meant, u0, v0 to before u1, v1; around a single one so many more."""
+    height, width = image.shape[:2]
+    us, vs = pick[::2], pick[1::2]
+    if not all(0 <= u < width for u in us) or not all(0 <= v < height for v in vs):
+        raise BadMarker(
+            f"{name}: {','.join(f'{part:g}' for part in pick)} is outside the picture; "
+            f"pick u from 0 to {width - 1} and v from 0 to {height - 1}"
+        )
+    reach = reach if len(pick) == 2 else 0
+    return (
+        max(0, round(min(us)) - reach),
+        max(0, round(min(vs)) - reach),
+        round(max(us)) + reach + 1,
+        round(max(vs)) + reach + 1,
+    )
 
 
 def _blob(mask: np.ndarray, box: tuple[int, int, int, int]) -> np.ndarray | None:

@@ -265,6 +265,10 @@ def write_markers(file: str | Path, markers: Mapping[str, Marker]) -> None:
 # Pixels
 
 
+SATURATION_FLOOR, VALUE_FLOOR = 0.55, 0.4
+"""Shares of the typical ones below which a pixel is no longer of the colour."""
+
+
 def gate(hsv: np.ndarray, color: Color) -> np.ndarray:
     """Which pixels are of this colour: closed in hue, with floors for saturation and value.
 
@@ -275,7 +279,10 @@ def gate(hsv: np.ndarray, color: Color) -> np.ndarray:
         uint8, shape (h, w), 255 inside.
     """
     low, high = (color.hue - color.tolerance) / 2, (color.hue + color.tolerance) / 2
-    floors = (0.55 * color.saturation * 255, 0.4 * color.value * 255)
+    floors = (
+        SATURATION_FLOOR * color.saturation * 255,
+        VALUE_FLOOR * color.value * 255,
+    )
     mask = cv2.inRange(hsv, (low, *floors), (high, 255, 255))
     if low < 0:  # hue is a circle
         mask = cv2.bitwise_or(mask, cv2.inRange(hsv, (low + 180, *floors), (180, 255, 255)))

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import math
 import re
+import socket
 import string
 import sys
 import time
+import webbrowser
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import cv2
 from rich.console import Console
 
+from laptop import page_process
 from laptop.camera import WEBCAM, Frame, is_live, name_of, open_camera, quiet_decoders
+from laptop.desk import EFFECTOR, Desk
 from laptop.learning import learn
 from laptop.markers import Marker, read_markers, read_spec, write_markers
 from laptop.tracker import Tracker
@@ -38,7 +43,6 @@ from shared import messages
 from shared.arm_description import ArmError
 from shared.state import state_folder
 
-EFFECTOR = "effector"
 DEFAULTS = {EFFECTOR: "disc:red", GOAL: "disc:green"}
 """What is looked for if nothing is said."""
 
@@ -246,6 +250,10 @@ class Orders:
     fps: float | None
     size: str | None
     picture: str | None
+    page: bool = False
+    page_host: str = page_process.HOST
+    page_port: int | None = None
+    open: bool = False
 
 
 SYNTHETIC = "synthetic"
@@ -253,6 +261,9 @@ SYNTHETIC = "synthetic"
 Synthetic = Callable[[str, str, float | None], tuple[Camera, dict[str, str]]]
 """From the camera's name, the scene's text and frames per second (None: its own) to the camera, and
 how its markers look: SPEC by name."""
+
+OwnBrick = Callable[[str, str], AbstractContextManager[object]]
+"""From the server's address and the code to an emulated brick that calls there until it is left."""
 
 
 class _Plan(NamedTuple):
@@ -268,13 +279,19 @@ class _Plan(NamedTuple):
     learned: dict[str, Marker]
 
 
-def command(orders: Orders, synthetic: Synthetic, console: Console | None = None) -> int:
+def command(
+    orders: Orders,
+    synthetic: Synthetic,
+    console: Console | None = None,
+    own_brick: OwnBrick | None = None,
+) -> int:
     """Do what the command line says; its exit status.
 
     Args:
         orders: checked here, all of it before anything starts.
         synthetic: opens a synthetic camera.
         console: where the status and the summary go.
+        own_brick: what the page brings along for a synthetic camera; None: nothing.
 
     Raises:
         ArmError: one line that says what is wrong.
@@ -287,6 +304,9 @@ def command(orders: Orders, synthetic: Synthetic, console: Console | None = None
         stack.enter_context(quiet_decoders())
         plan = _prepare(orders, synthetic, stack)
         server = _serve(orders, stack) if orders.serve else None
+        listener = None
+        if orders.page:
+            listener = stack.enter_context(page_process.listen(orders.page_host, orders.page_port))
         if plan.learned:
             write_markers(plan.file, {**plan.known, **plan.learned})
         # Only now: an old file is not given up for a run that does not begin.
@@ -294,14 +314,23 @@ def command(orders: Orders, synthetic: Synthetic, console: Console | None = None
         if sheet:
             stack.callback(sheet.close)
         keep = plan.picture and plan.picture[1]
+        trackers = [Tracker(plan.markers) for _ in plan.cameras]
         watchers = [
-            Watcher(name, camera, Tracker(plan.markers), point, server, sheet, plan.live, keep)
-            for name, camera, point in zip(NAMES, plan.cameras, plan.points, strict=False)
+            Watcher(name, camera, tracker, point, server, sheet, plan.live, keep)
+            for name, camera, tracker, point in zip(
+                NAMES, plan.cameras, trackers, plan.points, strict=False
+            )
         ]
         _introduce(speaker(console), watchers, orders.camera, plan)
         if server:
             for line in invitation(server.commands(), len(watchers)):
                 speaker(console)(line)
+        if listener:
+            bring = None
+            if server and own_brick and SYNTHETIC in orders.camera:
+                bring = partial(_bring, stack, own_brick, server)
+            desk = Desk(watchers, trackers, orders.camera, server, plan.file, bring)
+            _show(speaker(console), desk, listener, orders, stack)
         link = (lambda: link_text(server.state())) if server else None
         run = Run(watchers, sheet, link, console)
         try:
@@ -458,6 +487,30 @@ def _serve(orders: Orders, stack: ExitStack) -> TrackingServer:
     server = TrackingServer(orders.host, port, pairing_code())
     stack.callback(server.close)
     return server
+
+
+def _show(
+    say: Callable[[str], None],
+    desk: Desk,
+    listener: socket.socket,
+    orders: Orders,
+    stack: ExitStack,
+) -> None:
+    """Start the page; it is ended by the stack."""
+    page = page_process.PageProcess(desk, listener, orders.page_host)
+    stack.callback(page.close)
+    if page.warning:
+        say(page.warning)
+    say(f"page: {page.address}")
+    if orders.open:
+        webbrowser.open(page.address)
+
+
+def _bring(stack: ExitStack, own_brick: OwnBrick, server: TrackingServer) -> None:
+    """Let an emulated brick come; it is ended by the stack."""
+    host = server.host or "127.0.0.1"
+    place = f"[{host}]:{server.port}" if ":" in host else f"{host}:{server.port}"
+    stack.enter_context(own_brick(place, pairing_code()))
 
 
 def invitation(commands: Sequence[str], cameras: int = 1) -> list[str]:

@@ -23,6 +23,9 @@ import numpy as np
 from laptop.circles import Circle, ellipse_of, find_circle
 from laptop.markers import Color, Marker, gate, hsv_of, hue_distance, scene_of
 
+Window = tuple[float, float, float, float]
+"""Left, top, right, bottom, px."""
+
 
 class Sighting(NamedTuple):
     """Where a marker is: u, v (px, sub-pixel), confidence (0 to 1), radius (px)."""
@@ -52,13 +55,17 @@ class Tracker:
         markers: what to look for.
 
     Attributes:
+        markers: what is looked for; may be set at any time, also from another thread.
         why: per marker why it was not seen in the last frame; "" if it was.
+        windows: per marker where it was looked for first: left, top, right, bottom (px); None is
+            the whole frame.
     """
 
     def __init__(self, markers: Sequence[Marker]):
         self.markers = tuple(markers)
         self.why = {marker.name: "" for marker in markers}
-        self._tracks: dict[str, Track] = {}
+        self.windows: dict[str, Window | None] = {}
+        self._tracks: dict[Marker, Track] = {}  # by what it looks like: a new look, a new start
 
     def find(self, image: np.ndarray, t: float) -> dict[str, Sighting | None]:
         """The markers in one frame.
@@ -70,10 +77,14 @@ class Tracker:
         Returns:
             per marker a Sighting, or None if it is not seen.
         """
+        markers = self.markers
+        before, self._tracks = self._tracks, {}
+        self.why, self.windows = {}, {}
         found = {}
-        for marker in self.markers:
-            track = find(image, t, marker, self._tracks.get(marker.name))
-            self._tracks[marker.name] = track
+        for marker in markers:
+            known = before.get(marker)
+            self.windows[marker.name] = None if known is None else _window(known, t)
+            track = self._tracks[marker] = find(image, t, marker, known)
             self.why[marker.name] = track.why
             found[marker.name] = track.sighting
         return found
@@ -155,6 +166,20 @@ def _expected(image: np.ndarray, t: float, marker: Marker, track: Track) -> Trac
     if marker.kind == "disc" and math.isinf(measured.whole) and t - track.whole > COVERED:
         return None
     return _moved(measured, track, t)
+
+
+def _window(track: Track, t: float) -> Window | None:
+    """Where a marker is looked for first: left, top, right, bottom, px; None: everywhere."""
+    if track.seen is None:
+        return None
+    u, v = _predicted(track.seen, track, t)
+    half = _reach(track.seen.radius)
+    return u - half, v - half, u + half, v + half
+
+
+def _reach(radius: float) -> float:
+    """Half a side of the window for a marker of this radius, px."""
+    return 2.2 * radius + 6
 
 
 def _predicted(seen: Sighting, track: Track, t: float) -> tuple[float, float]:
@@ -329,7 +354,7 @@ def _measure(
         u, v, radius: where to look, px.
         expected: radius before, px, if it was seen before; then what is nearest is meant.
     """
-    cropped = _crop(image, u, v, 2.2 * radius + 6)
+    cropped = _crop(image, u, v, _reach(radius))
     if cropped is None:
         return None
     window, left, top = cropped

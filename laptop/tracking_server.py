@@ -217,7 +217,7 @@ class TrackingServer:
             which is to be called at least every TICK s, and whenever somebody is `calling`.
 
     Attributes:
-        port: where it listens.
+        host, port: where it listens; host "" is everywhere.
 
     Raises:
         CannotListen: in one line with the next step.
@@ -233,7 +233,7 @@ class TrackingServer:
     ) -> None:
         host = "" if host in ("0.0.0.0", "::") else host  # no address to type on the brick
         self._listener = _listen(host, port)
-        self._host = host
+        self.host = host
         self.port: int = self._listener.getsockname()[1]
         self._code = code
         self._key = pairing.key_of(code)
@@ -268,7 +268,7 @@ class TrackingServer:
     def commands(self) -> list[str]:
         """What to type on the brick: the first if ssh is used from here, the others always work."""
         code = pairing.show_code(self._code)
-        addresses = [self._host] if self._host else own_addresses()
+        addresses = [self.host] if self.host else own_addresses()
         port = "" if self.port == PORT else f":{self.port}"
         places = [
             (f"[{address}]{port}" if ":" in address and port else f"{address}{port}")

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 
 from laptop.camera import Frame
-from laptop.tracker import BELIEVED, Sighting
+from laptop.tracker import BELIEVED, Sighting, Window
 from shared.arm_description import ArmError
 
 
@@ -19,12 +21,16 @@ class BadPicture(ArmError, OSError):
 
 
 class View(NamedTuple):
-    """What a tracker made of a frame."""
+    """What a tracker made of a frame.
+
+    windows  per marker where it was looked for first, see Tracker
+    """
 
     frame: Frame
     found: dict[str, Sighting | None]
     why: dict[str, str]
     fixed: dict[str, tuple[float, float, float]]
+    windows: Mapping[str, Window | None] = MappingProxyType({})
 
 
 _INK = {"effector": (40, 240, 255), "goal": (255, 230, 60)}

@@ -28,7 +28,7 @@ from rich.table import Table
 from rich.text import Text
 
 from laptop.camera import Frame
-from laptop.tracker import BELIEVED, Sighting
+from laptop.tracker import BELIEVED, Sighting, Window
 from laptop.view import View
 from shared import messages
 from shared.arm_description import ArmError
@@ -74,6 +74,7 @@ class Finder(Protocol):
     """What is used of a tracker."""
 
     why: dict[str, str]
+    windows: dict[str, Window | None]
 
     def find(self, image: np.ndarray, t: float) -> Mapping[str, Sighting | None]: ...  # noqa: D102
 
@@ -265,7 +266,7 @@ class Watcher:
             self.dropped += max(0, frame.index - self._index - 1)
         self._index = frame.index
         self.frames += 1
-        self.view = View(frame, found, why, self._fixed)
+        self.view = View(frame, found, why, self._fixed, self._tracker.windows)
         if self._keep is not None and self._kept is None and frame.index >= self._keep:
             self._kept = self.view
 
@@ -285,6 +286,12 @@ class Watcher:
         silent = self._now() - self._heard
         usual = max(QUIET, 3 / self.camera.fps if self.camera.fps else QUIET)
         return f"no frame for {silent:.0f} s" if self.live and silent > usual else ""
+
+    @property
+    def age(self) -> float | None:
+        """Of the last frames of a live camera when they had been looked at, s; None without any."""
+        ages = list(self._ages)
+        return statistics.median(ages) if ages else None
 
     def rate(self) -> float:
         """Frames per second over the last second or two, up to now."""
@@ -309,8 +316,8 @@ class Watcher:
                 else:
                     parts.append(f"{name} lost: {self.view.why.get(name) or 'not seen'}")
         parts += [f"{name} {u:g},{v:g} (fixed)" for name, (u, v, _) in self._fixed.items()]
-        if self._ages:
-            parts.append(f"age {1000 * statistics.median(self._ages):.0f} ms")
+        if self.age is not None:
+            parts.append(f"age {1000 * self.age:.0f} ms")
         if self.dropped:
             parts.append(f"{self.dropped} dropped")
         return ", ".join(parts)

@@ -94,6 +94,11 @@ class RobotArm(object):
 
     # Where it is
 
+    @property
+    def homed(self):
+        """Whether its zero is known; a stall puts it in doubt."""
+        return self._homed
+
     def counts(self):
         """The encoders' readings by port."""
         return {motor.port: motor.counts() for motor in self._motors}

@@ -44,6 +44,7 @@ from shared.messages import (  # noqa: E402
     Status,
     Stop,
     Welcome,
+    one_line,
 )
 from shared.state import state_folder  # noqa: E402
 
@@ -238,7 +239,7 @@ class TrackingClient(object):
         self._next_try = clock.now()
         self._seen = {}  # camera: capture time of the newest observation handed over
         self._commands = []
-        self._reported = None  # (when, verdict) of the last report
+        self._reported = None  # (when, (run, verdict)) of the last report
 
     def look(self, timeout=0.0):
         """Do what is due, and hand over what is new; better wait here than sleep elsewhere.
@@ -283,22 +284,25 @@ class TrackingClient(object):
         commands, self._commands = self._commands, []
         return commands
 
-    def report(self, q, error, verdict=""):
+    def report(self, q, error, verdict="", reason="", e=None, condition=None, moves=0, run=1):
         """Tell the laptop how it goes; more often than every STATUS_PERIOD, only what is final.
 
         What is not finite, or too large for a message, is told as not known: no angles, no error.
 
         Args:
             q: joint angles, rad.  error: px, or None.  verdict: "" while the run goes on.
+            reason: cut to one line.  e, condition, moves, run: as in Status.
         """
         now = self._clock.now()
         due = self._reported is None or now - self._reported[0] >= STATUS_PERIOD
-        if self.linked and (due or verdict != self._reported[1]):
-            self._reported = now, verdict
+        if self.linked and (due or (run, verdict) != self._reported[1]):
+            self._reported = now, (run, verdict)
+            reason = one_line(reason)
+            status = Status(now, q, error, verdict, reason, e, condition, moves, run)
             try:
-                self._link.send(Status(now, q, error, verdict))
+                self._link.send(status)
             except BadMessage:
-                self._link.send(Status(now, (), None, verdict))
+                self._link.send(status._replace(q=(), error=None, e={}, condition=None))
 
     @property
     def round_trip(self):

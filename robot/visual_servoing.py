@@ -6,6 +6,7 @@
     visual_servoing.py --goal 400,200        to a pixel
     visual_servoing.py --arm spatial --goal A:400,200 --goal B:310,150     in space, by two cameras
     visual_servoing.py --mode stream --follow --budget 30    after a goal marker that moves
+    visual_servoing.py --wait                a run whenever the laptop says so, and as it orders
 
 The joints' zero must be known (driver.py home), because of their limits.
 """
@@ -29,9 +30,9 @@ if __name__ == "__main__":
 from robot import servo as servoing  # noqa: E402
 from robot.clock import Clock  # noqa: E402
 from robot.servo import Goal, JointHistory, length  # noqa: E402
-from robot.tracking_client import TrackingClient, find_tracker  # noqa: E402
+from robot.tracking_client import Refusal, TrackingClient, find_tracker  # noqa: E402
 from shared.arm_description import ArmError, find_arm, read_arm  # noqa: E402
-from shared.messages import Stop  # noqa: E402
+from shared.messages import BUDGET, READY, REFUSED, TOLERANCE, Start, Stop  # noqa: E402
 
 EFFECTOR, GOAL = "effector", "goal"
 """Names of the markers."""
@@ -69,8 +70,8 @@ CAMERA = "A"
 FEWER = 0.5
 """The share of its speed at which it goes on when a camera has lost sight of the marker."""
 
-BUDGET = 60.0
-"""Of a run, s."""
+USUAL = Start()
+"""What is done unless something else is ordered."""
 
 Verdict = namedtuple("Verdict", "word reason error q moves measurements frames seconds")
 Verdict.__doc__ = """How a run ended.
@@ -88,6 +89,10 @@ Frame.__doc__ = "One picture of one camera: when it was taken (s), where the joi
 
 class NotReached(ArmError):
     """The run has ended with another verdict than `converged`."""
+
+
+class BadOrders(ArmError):
+    """What is ordered does not go together."""
 
 
 class LogLost(ArmError):
@@ -122,17 +127,19 @@ class VisualServoing(object):
             has converged if the smoothed error is then less than so many px. None: end at the goal.
         log: called with a dict per line of the log; None for none.
         say: called with each line of progress.
+        number: of the run, for the laptop.
     """
 
     def __init__(
-        self, arm, eyes, clock, servo, goals=None, stream=None, budget=BUDGET, most_moves=None,
-        follow=None, log=None, say=print
+        self, arm, eyes, clock, servo, goals=None, stream=None, budget=USUAL.budget,
+        most_moves=None, follow=None, log=None, say=print, number=1
     ):  # fmt: skip
         self._arm, self._eyes, self._clock, self._servo = arm, eyes, clock, servo
         self._fixed_goals, self._stream = goals or {}, stream
         self._budget, self._most_moves, self._follow = budget, most_moves, follow
         self._log = log or (lambda line: None)
         self._say = say
+        self._number = number
         self._speed = min(1.0, FASTEST / max(j.max_speed for j in arm.description.joints))
         self._history = JointHistory()
         self._goals = {}
@@ -142,7 +149,7 @@ class VisualServoing(object):
         self._blind = set()  # those that were told of as blind
         self._heard_of = set()  # those that send, whatever they see
         self._held_for = None
-        self._error = None
+        self._error, self._e, self._condition = None, {}, None
         self._chased, self._chase_began = [], None
         self._steered_by = {}  # camera: when it last was
         self._behind = {}  # camera: (t, error) smoothed
@@ -167,6 +174,13 @@ class VisualServoing(object):
         except BaseException as error:
             self._conclude("stopped", str(error))
             raise
+
+    def progress(self):
+        """What the laptop is told of the run so far, as TrackingClient.report takes it."""
+        return {
+            "error": self._error, "e": self._e, "condition": self._condition,
+            "moves": self._moves, "run": self._number,
+        }  # fmt: skip
 
     def _serve(self):
         seen = ()
@@ -205,13 +219,14 @@ class VisualServoing(object):
         for command in self._eyes.commands():
             if isinstance(command, Stop):
                 self._end_from_outside("stopped", command.reason or "by the laptop")
+            self._note("a start of the laptop is ignored: this run is not over; stop it first")
         if self._eyes.refused:
             raise _Over("link lost", self._eyes.why)
         if now - self._began > self._budget:
             self._end_from_outside("budget spent", self._why_so_long(now))
         if not self._eyes.linked:
             self._unlinked_at = now
-        self._eyes.report(self._where() or (), self._error)
+        self._eyes.report(self._where() or (), reason=self._held_for or "", **self.progress())
         frames = []
         for camera in sorted(new):
             frame = self._frame(new[camera])
@@ -422,15 +437,16 @@ class VisualServoing(object):
     def _record_step(self, q, views, frames, decision, computing):
         using = self._servo.using
         condition = self._servo.J and servoing.condition(self._servo.J)
-        if condition == math.inf:
-            condition = None  # JSON knows no infinity
+        self._condition = None if condition == math.inf else condition  # JSON knows no infinity
         rows = self._servo.rows
+        names = rows.names(view.camera for view in views)
+        s = rows.values({view.camera: view.s for view in views})
+        goal = rows.values({view.camera: view.goal for view in views})
+        self._e = {name: a - b for name, a, b in zip(names, s, goal)}
         self._log_line(
-            "step", self._clock.now(), q=q, rows=rows.names(view.camera for view in views),
-            s=rows.values({view.camera: view.s for view in views}),
-            goal=rows.values({view.camera: view.goal for view in views}),
+            "step", self._clock.now(), q=q, rows=names, s=s, goal=goal,
             error=self._error, sigma=self._servo.measure.sigma, frames=frames,
-            J=self._servo.J, condition=condition, model=using,
+            J=self._servo.J, condition=self._condition, model=using,
             action="hold" if decision.action == "end" else decision.action,
             q_wanted=decision.q, computing=computing,
         )  # fmt: skip
@@ -460,7 +476,7 @@ class VisualServoing(object):
             word, reason, self._error, q, self._moves, self._measurements, self._frames,
             now - self._began,
         )  # fmt: skip
-        self._eyes.report(q or (), self._error, word)
+        self._eyes.report(q or (), verdict=word, reason=reason, **self.progress())
         self._log_line(
             "verdict", now, verdict=word, reason=reason, error=self._error, q=q,
             moves=self._moves, measurements=self._measurements, frames=self._frames,
@@ -505,22 +521,49 @@ def _goal(text):
     return match.group(1) or CAMERA, tuple(float(x) for x in match.groups()[1:])
 
 
-def _fixed_goals(goals, joints):
+def _fixed_goals(goals):
     """{camera: (u, v)} of what was given with --goal.
 
     Raises:
-        ArmError: that is no one goal, or one that leaves joints undetermined.
+        ArmError: that is no one goal.
     """
-    pixels = [goal for goal in goals if goal is not None]
-    fixed = dict(pixels)
+    fixed = dict(goal for goal in goals if goal is not None)
     if len(fixed) != len(goals) and len(goals) > 1:
         raise ArmError("--goal twice for one camera, or for a marker and a pixel; give one of them")
-    if fixed and 2 * len(fixed) < joints:
+    return fixed
+
+
+def check(orders, joints):
+    """Refuse what no run can be made of.
+
+    Args:
+        orders: shared.messages.Start.
+        joints: how many the arm has.
+
+    Raises:
+        BadOrders: they do not go together.
+        ArmError: the goals leave joints undetermined.
+    """
+    for what, known in (
+        ("method", servoing.METHODS), ("mode", servoing.MODES), ("rows", servoing.ROWS),
+    ):  # fmt: skip
+        if getattr(orders, what) not in known:
+            raise BadOrders(
+                "'{}' is no {}; take one of {}".format(
+                    getattr(orders, what), what, ", ".join(known)
+                )
+            )
+    if orders.goals and 2 * len(orders.goals) < joints:
         raise ArmError(
             "one pixel does not say where {} joints are to go; give one of each of two cameras,"
             " like --goal A:400,200 --goal B:310,150".format(joints)
         )
-    return fixed
+    if orders.method == "report" and orders.mode == "stream":
+        raise BadOrders("the report's method looks, then moves; leave --mode stream out")
+    if orders.follow and (orders.mode != "stream" or orders.goals):
+        raise BadOrders(
+            "--follow is for a goal marker that moves; add --mode stream, leave --goal out"
+        )
 
 
 def _parser():
@@ -537,7 +580,7 @@ def _parser():
         help="once, or a pixel of each camera (default: marker)",
     )  # fmt: skip
     parser.add_argument(
-        "--rows", choices=servoing.ROWS, default="stereo",
+        "--rows", choices=servoing.ROWS, default=USUAL.rows,
         help="of the cameras' u and v, all, weighed by their noise, or as the report has it, those"
         " of the first and one of the second (default: stereo)",
     )  # fmt: skip
@@ -545,18 +588,23 @@ def _parser():
         "--third", choices=sorted(servoing.Rows.ONE),
         help="the second camera's row with --rows xyz (default: as exploring shows)",
     )  # fmt: skip
-    parser.add_argument("--method", choices=servoing.METHODS, default="chain")
-    parser.add_argument("--mode", choices=servoing.MODES, default="look")
+    parser.add_argument("--method", choices=servoing.METHODS, default=USUAL.method)
+    parser.add_argument("--mode", choices=servoing.MODES, default=USUAL.mode)
     parser.add_argument(
         "--follow", action="store_true",
         help="after a goal that moves, until the budget is spent; needs --mode stream",
     )  # fmt: skip
     parser.add_argument(
-        "--tolerance", type=program.number_in(0.5, 200, "px"), default=5.0, metavar="PX"
+        "--tolerance", type=program.number_in(*TOLERANCE), default=USUAL.tolerance, metavar="PX"
     )
     parser.add_argument(
-        "--budget", type=program.number_in(1, 3600, "s"), default=BUDGET, metavar="S"
+        "--budget", type=program.number_in(*BUDGET), default=USUAL.budget, metavar="S"
     )
+    parser.add_argument(
+        "--wait", action="store_true",
+        help="until ended by a signal, do a run whenever the laptop says so, as it orders, and hold"
+        " the arm between them",
+    )  # fmt: skip
     parser.add_argument(
         "--arm", default=os.environ.get("BRICKSERVO_ARM", "planar"), metavar="FILE",
         help="arm file (default: $BRICKSERVO_ARM, else planar)",
@@ -565,7 +613,10 @@ def _parser():
         "--low", action="store_true",
         help="once at the goal, go low before parking, if the arm's file says where it rests",
     )  # fmt: skip
-    parser.add_argument("--log", metavar="FILE", help="what happened, as lines of JSON")
+    parser.add_argument(
+        "--log", metavar="FILE",
+        help="what happened, as lines of JSON; with --wait, in the last run",
+    )  # fmt: skip
     return parser
 
 
@@ -623,55 +674,156 @@ def make_servo(arm, method, mode, tolerance, seed=0, rows="stereo", third=None):
     return servo, servoing.Stream(servo) if mode == "stream" else None
 
 
+class _Runs(object):
+    """Runs of one arm, each as ordered.
+
+    Args:
+        args: of the command line: what is the same in every run.
+        arm, eyes, clock: as for VisualServoing.
+    """
+
+    def __init__(self, args, arm, eyes, clock):
+        self._args, self._arm, self._eyes, self._clock = args, arm, eyes, clock
+        self._told = {"error": None, "verdict": READY, "run": 0}
+        self._learned = None  # orders and servo of a run that was a success
+
+    def run(self, orders, number=1):
+        """Do one run; its Verdict.
+
+        Raises:
+            ArmError: the log cannot be written; nothing has moved.
+            LogLost, and what VisualServoing.run raises.
+        """
+        with contextlib.closing(_Log(self._args.log)) as log:
+            return self._run(orders, number, log)
+
+    def _run(self, orders, number, log):
+        description = self._arm.description
+        servo, stream = self._servo(orders)
+        loop = VisualServoing(
+            self._arm, self._eyes, self._clock, servo, orders.goals, stream, orders.budget,
+            follow=orders.tolerance if orders.follow else None, log=log, say=_say,
+            number=number,
+        )  # fmt: skip
+        log(
+            OrderedDict(
+                [
+                    ("kind", "run"), ("version", 1), ("method", orders.method),
+                    ("mode", orders.mode), ("arm", description.name),
+                    ("joints", [joint.name for joint in description.joints]),
+                    ("tolerance", orders.tolerance), ("budget", orders.budget),
+                    ("goal", orders.goals or "marker"), ("rows", orders.rows),
+                    ("clock", self._clock.now()),
+                ]
+            )
+        )  # fmt: skip
+        verdict = loop.run()
+        self._told = dict(loop.progress(), verdict=verdict.word, reason=verdict.reason)
+        success = verdict.word == servoing.CONVERGED and orders.method != "report"
+        self._learned = (_kind(orders), (servo, stream)) if success else None
+        return verdict
+
+    def _servo(self, orders):
+        """As make_servo; the one that has just been a success knows the way, and goes on."""
+        if self._learned and self._learned[0] == _kind(orders):
+            return self._learned[1]
+        return make_servo(
+            self._arm.description, orders.method, orders.mode, orders.tolerance,
+            rows=orders.rows, third=self._args.third,
+        )  # fmt: skip
+
+    def wait(self):
+        """Do a run for every Start of the laptop, one after the other; never returns.
+
+        Between them the arm is held, and the laptop is told where it is and how the last run ended.
+
+        Raises:
+            Refusal: the tracker will never serve us.
+        """
+        number = 0
+        _say("waiting for the laptop to say start")
+        while True:
+            self._eyes.look(WAIT)
+            if self._eyes.refused:
+                raise Refusal(self._eyes.why)
+            orders = None
+            for command in self._eyes.commands():
+                orders = command if isinstance(command, Start) else None  # a Stop takes it back
+            if orders is not None:
+                number += 1
+                self._obey(orders, number)
+            self._eyes.report(self._where(), **self._told)
+
+    def _obey(self, orders, number):
+        """Do the run that is ordered, if that is possible; the arm is held."""
+        try:
+            check(orders, len(self._arm.description.joints))
+            if not self._arm.homed:
+                self._arm.wake()
+            try:
+                _say(in_words(self.run(orders, number)))
+            finally:
+                self._arm.park()
+        except ArmError as error:
+            if self._told["run"] < number:  # it has come to no run
+                self._told = {
+                    "error": None, "verdict": REFUSED, "reason": str(error), "run": number,
+                }  # fmt: skip
+            _say("{}: {}".format(self._told["verdict"], error))
+
+    def _where(self):
+        """The joints' angles, rad; none if a motor does not answer, of which a run would tell."""
+        try:
+            return self._arm.angles()
+        except ArmError:
+            return ()
+
+
+def _kind(orders):
+    """What a servo is made for."""
+    return orders.method, orders.mode, orders.rows, orders.tolerance
+
+
 def _run(parser, args):
     description = read_arm(find_arm(args.arm))
-    goals = _fixed_goals(args.goal, len(description.joints))
+    goals = _fixed_goals(args.goal)
     if args.third and args.rows != "xyz":
         parser.error(
             "--third is the second camera's row with --rows xyz; add that, or leave it out"
         )
+    orders = Start(
+        args.method, args.mode, args.rows, args.tolerance, args.budget, args.follow,
+        goals,
+    )  # fmt: skip
+    if args.wait and (orders != USUAL or args.low):
+        parser.error(
+            "with --wait the laptop orders each run, and the arm is held at its goal; leave all but"
+            " HOST, --code, --arm, --third and --log out"
+        )
     if args.low and all(joint.rest is None for joint in description.joints):
         parser.error("--low: {} does not say where it rests; leave it out".format(description.name))
-    if args.method == "report" and args.mode == "stream":
-        parser.error("the report's method looks, then moves; leave --mode stream out")
-    if args.follow and (args.mode != "stream" or goals):
-        parser.error(
-            "--follow is for a goal marker that moves; add --mode stream, leave --goal out"
-        )
+    try:
+        check(orders, len(description.joints))
+    except BadOrders as error:
+        parser.error(str(error))
     tracker = find_tracker(args.place, args.code)
     clock = Clock()
     arm = program.connect(description, clock)
     arm.wake()
     eyes = TrackingClient(*tracker, clock=clock, say=_say)
-    log = _Log(args.log)
-    servo, stream = make_servo(
-        description, args.method, args.mode, args.tolerance, rows=args.rows, third=args.third
-    )
-    loop = VisualServoing(
-        arm, eyes, clock, servo, goals, stream, args.budget,
-        follow=args.tolerance if args.follow else None, log=log, say=_say,
-    )  # fmt: skip
+    runs = _Runs(args, arm, eyes, clock)
     reached = False
     try:
-        log(
-            OrderedDict(
-                [
-                    ("kind", "run"), ("version", 1), ("method", args.method), ("mode", args.mode),
-                    ("arm", description.name), ("joints", [j.name for j in description.joints]),
-                    ("tolerance", args.tolerance), ("budget", args.budget),
-                    ("goal", goals or "marker"), ("rows", args.rows), ("clock", clock.now()),
-                ]
-            )
-        )  # fmt: skip
-        verdict = loop.run()
+        if args.wait:
+            runs.wait()
+        verdict = runs.run(orders)
         reached = verdict.word == servoing.CONVERGED
         if reached and args.low:
             arm.go_low()
     finally:
         program.ignore_signals()
         with contextlib.ExitStack() as last:
-            last.callback(eyes.close, "the run has ended")
-            last.callback(log.close)
+            last.callback(eyes.close, "the program has ended" if args.wait else "the run has ended")
             if not reached:
                 last.enter_context(contextlib.suppress(ArmError))  # the first trouble is told
             arm.park()

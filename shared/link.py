@@ -11,6 +11,7 @@ import select
 import socket
 
 from shared.messages import (
+    MAX_CAMERAS,
     MAX_LINE,
     BadMessage,
     Bye,
@@ -41,9 +42,6 @@ MAX_UNCERTAINTY = 0.1
 
 MAX_BAD_LINES = 20
 """So many in a row end the connection."""
-
-MAX_CAMERAS = 8
-"""Cameras that are listened to."""
 
 MAX_QUEUE = 16
 """Messages, other than observations, that wait to be sent or taken."""

@@ -13,7 +13,7 @@ from numbers import Integral, Real
 
 from shared.arm_description import ArmError
 
-VERSION = 1
+VERSION = 2
 """Raised whenever the other side would misunderstand; `hello` keeps its form in every version."""
 
 PORT = 7711
@@ -23,8 +23,13 @@ MAX_LINE = 2048
 """Bytes of a line, without its newline."""
 
 MAX_MARKERS = 16
+MAX_CAMERAS = 8
 MAX_JOINTS = 8
 MAX_TEXT = 200
+
+TOLERANCE = 0.5, 200.0, "px"
+BUDGET = 1.0, 3600.0, "s"
+"""What may be ordered: from, to, unit."""
 
 BRICK = "brick"
 """The role of the side that connects."""
@@ -76,23 +81,59 @@ t        capture time, s on the sender's clock
 markers  {name: (u, v, confidence), or None when it is not seen}; u, v in px, confidence 0..1
 """
 
-Status = collections.namedtuple("Status", "t q error verdict")
-Status.__doc__ = """How the brick is doing.
 
-t        when q was read, s on the sender's clock
-q        joint angles, rad
-error    distance of effector and goal in the image, px; None while not known
-verdict  how the run ended; "" while it goes on
-"""
+class Status(collections.namedtuple("Status", "t q error verdict reason e condition moves run")):
+    """How the brick is doing.
 
-
-class Start(collections.namedtuple("Start", "")):
-    """The laptop asks the brick to begin."""
+    t          when q was read, s on the sender's clock
+    q          joint angles, rad
+    error      distance of effector and goal in the image, px; None while not known
+    verdict    how the run ended; "" while it goes on, READY before the first Start
+    reason     of the verdict, or why the arm is held in mid-run, one line for people; "" for none
+    e          components of the error by row, {"A.u": px}; {} while not known
+    condition  of the image Jacobian; None while not known, and where it is infinite
+    moves      that the run has made
+    run        its number, from 1 on; a Start that is taken or refused raises it
+    """
 
     __slots__ = ()
 
-    def __bool__(self):
-        return True  # an empty tuple would pass for no message
+    def __new__(cls, t, q, error, verdict, reason="", e=None, condition=None, moves=0, run=0):
+        """A Status of which no more is known than what is said."""
+        e = {} if e is None else e
+        return super(Status, cls).__new__(
+            cls, t, q, error, verdict, reason, e, condition, moves, run
+        )
+
+
+READY = "ready"
+"""The verdict of a brick that waits for its first Start."""
+
+REFUSED = "refused"
+"""The verdict on a Start whose orders make no sense."""
+
+
+class Start(collections.namedtuple("Start", "method mode rows tolerance budget follow goals")):
+    """The laptop asks the brick for a run, and orders how it is to be done.
+
+    method     how the image Jacobian is known
+    mode       "look", then move, or "stream"
+    rows       of the cameras' u and v: "stereo" | "xyz"
+    tolerance  px
+    budget     s
+    follow     go on after a goal that moves
+    goals      {camera: (u, v)}, px; {} for the goal marker
+    """
+
+    __slots__ = ()
+
+    def __new__(
+        cls, method="chain", mode="look", rows="stereo", tolerance=5.0, budget=60.0, follow=False,
+        goals=None
+    ):  # fmt: skip
+        """The usual run, but for what is said; the brick's command line has the same defaults."""
+        goals = {} if goals is None else goals
+        return super(Start, cls).__new__(cls, method, mode, rows, tolerance, budget, follow, goals)
 
 
 Stop = collections.namedtuple("Stop", "reason")
@@ -151,10 +192,22 @@ def _matching(pattern, allowed):
     return check
 
 
+def one_line(text):
+    """A text that may be anything, as one that a message takes: printable, and cut to MAX_TEXT."""
+    text = "".join(letter if letter.isprintable() else " " for letter in text)
+    return text if len(text) <= MAX_TEXT else text[: MAX_TEXT - 3] + "..."
+
+
 def _text(value):
     # Printable: no line ends, no lone surrogates, nothing that would steer a terminal.
     if not isinstance(value, str) or len(value) > MAX_TEXT or not value.isprintable():
         raise _Wrong("at most {} printable characters".format(MAX_TEXT))
+    return value
+
+
+def _flag(value):
+    if not isinstance(value, bool):
+        raise _Wrong("true or false")
     return value
 
 
@@ -166,12 +219,17 @@ _nonce = _matching(r"[0-9a-f]{32}\Z", "32 hex digits")
 _proof = _matching(r"[0-9a-f]{64}\Z", "64 hex digits")
 _name = _matching(r"[A-Za-z0-9_-]{1,32}\Z", "1 to 32 of A-Z a-z 0-9 _ -")
 _camera = _matching(r"[A-Za-z0-9_-]{1,16}\Z", "1 to 16 of A-Z a-z 0-9 _ -")
+_row = _matching(r"[A-Za-z0-9_-]{1,16}\.[uv]\Z", "a camera's name and .u or .v")
 _word = _matching(r"[a-z-]{1,16}\Z", "1 to 16 of a-z -")
+_verdict = _matching(r"[a-z ]{0,32}\Z", "at most 32 of a-z and spaces")
 _count = _integer(0, 2**53)
 _time = _number(0, 1e9, "s", 6)
 _pixel = _number(-1e5, 1e5, "px", 3)
 _confidence = _number(0, 1, "", 3)
 _angle = _number(-1000, 1000, "rad", 6)
+_error = _number(0, 1e6, "px", 3)
+_component = _number(-1e6, 1e6, "px", 3)
+_condition = _number(0, 1e12, "", 3)
 
 
 def _angles(value):
@@ -180,10 +238,19 @@ def _angles(value):
     return tuple(_angle(angle) for angle in value)
 
 
-def _markers(value):
-    if not isinstance(value, dict) or len(value) > MAX_MARKERS:
-        raise _Wrong("a table of at most {} markers".format(MAX_MARKERS))
-    return {_name(name): _sighting(seen) for name, seen in value.items()}
+def _table(most, what, key, check):
+    def check_all(value):
+        if not isinstance(value, dict) or len(value) > most:
+            raise _Wrong("a table of at most {} {}".format(most, what))
+        return {key(name): check(item) for name, item in value.items()}
+
+    return check_all
+
+
+def _pixels(value):
+    if not isinstance(value, (list, tuple)) or len(value) != 2:
+        raise _Wrong("u and v for each camera")
+    return _pixel(value[0]), _pixel(value[1])
 
 
 def _sighting(value):
@@ -209,18 +276,39 @@ _KINDS = {
     "pong": (Pong, (("id", _count), ("received", _time), ("sent", _time))),
     "observation": (
         Observation,
-        (("camera", _camera), ("seq", _count), ("t", _time), ("markers", _markers)),
+        (
+            ("camera", _camera),
+            ("seq", _count),
+            ("t", _time),
+            ("markers", _table(MAX_MARKERS, "markers", _name, _sighting)),
+        ),
     ),
     "status": (
         Status,
         (
             ("t", _time),
             ("q", _angles),
-            ("error", _or_none(_number(0, 1e6, "px", 3))),
-            ("verdict", _text),
+            ("error", _or_none(_error)),
+            ("verdict", _verdict),
+            ("reason", _text),
+            ("e", _table(2 * MAX_CAMERAS, "rows", _row, _component)),
+            ("condition", _or_none(_condition)),
+            ("moves", _count),
+            ("run", _count),
         ),
     ),
-    "start": (Start, ()),
+    "start": (
+        Start,
+        (
+            ("method", _word),
+            ("mode", _word),
+            ("rows", _word),
+            ("tolerance", _number(*TOLERANCE, decimals=3)),
+            ("budget", _number(*BUDGET, decimals=3)),
+            ("follow", _flag),
+            ("goals", _table(MAX_CAMERAS, "goals", _camera, _pixels)),
+        ),
+    ),
     "stop": (Stop, (("reason", _text),)),
     "bye": (Bye, (("reason", _text),)),
 }

@@ -36,6 +36,7 @@ RULES = {
     "laptop.bench": ("laptop", "robot", "shared", *LIBRARIES),
     "laptop.demo": ("laptop", "-laptop.bench", "shared", *LIBRARIES),
     "laptop.__main__": ("laptop", "shared", *LIBRARIES),
+    "laptop.page": ("laptop.desk", "laptop.watching", "nicegui", "fastapi", "uvicorn"),
     "laptop": ("laptop", "-laptop.bench", "-laptop.simulator", "shared", *LIBRARIES),
 }
 # The brick imports these only where they are used: each costs it a second at the start.

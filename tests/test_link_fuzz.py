@@ -43,8 +43,8 @@ VALID = [
         Pong(1, 5100.0, 5100.5),
         Observation(7, "A", 5100.0, {"effector": (320.125, 240.5, 0.98), "goal": None}),
         Observation(2**53, "B", 5099.5, {"goal": (1.0, 2.0, 0.0)}),
-        Status(99.5, (0.1, -3.2), 12.25, "converged"),
-        Start(),
+        Status(99.5, (0.1, -3.2), 12.25, "converged", "why", {"A.u": 3.5}, 17.5, 12, 3),
+        Start(goals={"A": (400.5, 200.0)}),
         Stop("enough"),
         Bye("the tracker has ended"),
     )

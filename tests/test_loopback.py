@@ -78,7 +78,7 @@ def both(tmp_path_factory):
         video(folder / f"{name}.avi", fps, fps * LASTS)
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
     tracker = subprocess.Popen(
-        [sys.executable, "-m", "laptop", "track", "--effector", "disc:red"]
+        [sys.executable, "-m", "laptop", "track", "--no-page", "--effector", "disc:red"]
         + ["--camera", str(folder / "A.avi"), "--camera", str(folder / "B.avi")]
         + ["--goal", "A:300,20", "--goal", "B:100,30", "--csv", str(folder / "film.csv")]
         + ["--host", "127.0.0.1", "--port", "0"],

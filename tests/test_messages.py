@@ -7,6 +7,7 @@ import pytest
 from shared.arm_description import ArmError
 from shared.messages import (
     BRICK,
+    MAX_CAMERAS,
     MAX_JOINTS,
     MAX_LINE,
     MAX_MARKERS,
@@ -28,6 +29,7 @@ from shared.messages import (
     Welcome,
     decode,
     encode,
+    one_line,
 )
 
 SEEN = Observation(7, "A", 12.5, {"effector": (320.125, 240.5, 0.98), "goal": None})
@@ -43,7 +45,9 @@ MESSAGES = [
     Observation(0, "top-left_2", 0.0, {}),
     Status(99.5, (0.1, -3.2), 12.25, ""),
     Status(99.5, (), None, "marker lost"),
+    Status(99.5, (0.1,), 5.0, "limit", "the elbow", {"A.u": 3.0, "A.v": -4.0}, 17.5, 12, 3),
     Start(),
+    Start("report", "stream", "xyz", 2.5, 120.0, True, {"A": (400.5, 200.0), "B": (-3.0, 9.25)}),
     Stop("the button on the page"),
     Bye(""),
 ]
@@ -100,7 +104,16 @@ def test_numbers_are_rounded_to_what_is_measurable():
             2 ** 53, "c" * 16, 1e9 - 0.123457,
             {f"{n:x<32}": (-99999.123, -99999.123, 0.123) for n in range(MAX_MARKERS)},
         ),
-        Status(1e9 - 0.123457, (-999.123457,) * MAX_JOINTS, 999999.123, "\U0001d11e" * MAX_TEXT),
+        Status(
+            1e9 - 0.123457, (-999.123457,) * MAX_JOINTS, 999999.123, "x" * 32,
+            "\U0001d11e" * MAX_TEXT,
+            {f"{n:x<16}.u": -999999.123 for n in range(2 * MAX_CAMERAS)},
+            1e12 - 0.123, 2**53, 2**53,
+        ),
+        Start(
+            "x" * 16, "x" * 16, "x" * 16, 199.999, 3599.999, False,
+            {f"{n:x<16}": (-99999.123, -99999.123) for n in range(MAX_CAMERAS)},
+        ),
         Refused("x" * 16, "\U0001d11e" * MAX_TEXT, 3599.999),
     ],
     ids=lambda message: type(message).__name__,
@@ -163,6 +176,78 @@ def test_too_many_markers_or_joints():
     assert "at most 8 angles" in refused(status.encode())
 
 
+def changed(message, **changes):
+    """The line of a message with some values changed; ... leaves one out."""
+    values = json.loads(encode(message).decode())
+    values.update(changes)
+    kept = {key: value for key, value in values.items() if value is not ...}
+    return json.dumps(kept).encode()
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"method": ...}, "method is missing"),
+        ({"method": "Chain"}, "method is 'Chain'; it must be 1 to 16 of a-z -"),
+        ({"mode": 7}, "mode is 7"),
+        ({"rows": ""}, "rows is ''"),
+        ({"tolerance": 0}, "tolerance is 0; it must be a number from 0.5 to 200 px"),
+        ({"tolerance": 201}, "tolerance is 201; it must be"),
+        ({"tolerance": "5"}, "tolerance is '5'; it must be"),
+        ({"budget": 0.5}, "budget is 0.5; it must be a number from 1 to 3600 s"),
+        ({"budget": 1e9}, "budget is 1000000000.0; it must be"),
+        ({"follow": 1}, "follow is 1; it must be true or false"),
+        ({"goals": []}, "goals is a list of 0; it must be a table of at most 8 goals"),
+        ({"goals": {f"c{n}": [1, 2] for n in range(9)}}, "a table of at most 8 goals"),
+        ({"goals": {"A B": [1, 2]}}, "1 to 16 of A-Z a-z 0-9 _ -"),
+        ({"goals": {"A": [1]}}, "u and v for each camera"),
+        ({"goals": {"A": "12"}}, "u and v for each camera"),
+        ({"goals": {"A": [1, 1e6]}}, "a number from -100000 to 100000 px"),
+    ],
+    ids=str,
+)
+def test_orders_that_no_laptop_may_give_are_refused(changes, words):
+    assert words in refused(changed(Start(), **changes))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"verdict": "x" * 33}, "at most 32 of a-z and spaces"),
+        ({"verdict": "<b>"}, "at most 32 of a-z and spaces"),
+        ({"reason": "x" * (MAX_TEXT + 1)}, "at most 200 printable characters"),
+        ({"reason": "two\nlines"}, "at most 200 printable characters"),
+        ({"e": [1, 2]}, "a table of at most 16 rows"),
+        ({"e": {f"c{n}.u": 1 for n in range(17)}}, "a table of at most 16 rows"),
+        ({"e": {"A": 1}}, "a camera's name and .u or .v"),
+        ({"e": {"A.u": None}}, "a number from -1e+06 to 1e+06 px"),
+        ({"condition": 1e13}, "a number from 0 to 1e+12"),
+        ({"moves": -1}, "moves is -1; it must be a whole number"),
+        ({"run": ...}, "run is missing"),
+        ({"run": 1.5}, "run is 1.5; it must be a whole number"),
+    ],
+    ids=str,
+)
+def test_a_status_that_no_brick_may_send_is_refused(changes, words):
+    assert words in refused(changed(Status(1.0, (), None, ""), **changes))
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("", ""),
+        ("as it is", "as it is"),
+        ("two\nlines\x1b[2J \ud800", "two lines [2J  "),
+        ("x" * MAX_TEXT, "x" * MAX_TEXT),
+        ("x" * (MAX_TEXT + 1), "x" * (MAX_TEXT - 3) + "..."),
+    ],
+    ids=ascii,
+)
+def test_any_text_becomes_one_that_a_message_takes(text, line):
+    assert one_line(text) == line
+    encode(Stop(line))
+
+
 @pytest.mark.parametrize(
     "text", ["\x1b[2J", "two\nlines", "\ud800", "x" * (MAX_TEXT + 1), "\u202eevil"], ids=ascii
 )
@@ -187,7 +272,7 @@ def test_a_text_that_would_steer_a_terminal_is_refused(text):
         b"\xef\xbb\xbf" + b'{"kind":"start"}',
         b"[" * MAX_LINE,
         b'{"a":' * 400,
-        b'{"kind":"start","x":' + b"[" * 900 + b"]" * 900 + b"}  ",
+        b'{"kind":"bye","reason":"","x":' + b"[" * 900 + b"]" * 900 + b"}  ",
     ],
     ids=lambda data: repr(data[:20]),
 )
@@ -212,7 +297,7 @@ def test_json_that_is_no_object_is_refused(data):
 
 def test_a_long_line_is_refused_unread():
     assert "at most 2048" in refused(b" " * (MAX_LINE + 2))
-    assert decode(b'{"kind":"start"}' + b" " * (MAX_LINE - 16) + b"\n") == Start()
+    assert decode(encode(Start()).strip().ljust(MAX_LINE) + b"\n") == Start()
 
 
 def test_unknown_keys_are_ignored():
@@ -222,7 +307,7 @@ def test_unknown_keys_are_ignored():
 def test_a_hello_of_another_version_is_understood_whatever_else_it_says():
     assert decode(b'{"kind":"hello","version":0}').version == 0
     assert decode(b'{"kind":"hello","version":9,"role":7,"nonce":[]}').version == 9
-    assert "nonce is missing" in refused(b'{"kind":"hello","version":1,"role":"brick"}')
+    assert "nonce is missing" in refused(b'{"kind":"hello","version":2,"role":"brick"}')
     assert "version is True" in refused(b'{"kind":"hello","version":true}')
 
 

@@ -483,6 +483,7 @@ class FakeTracker:
 
     def __init__(self):
         self.why = {"effector": ""}
+        self.windows = {}
 
     def find(self, image, t):
         value = int(image[0, 0, 0])

@@ -30,6 +30,7 @@ from shared.link import SILENCE, Link
 from shared.messages import (
     BRICK,
     LAPTOP,
+    MAX_TEXT,
     PORT,
     Bye,
     Challenge,
@@ -223,6 +224,26 @@ def test_reports_go_out_ten_times_a_second_and_a_verdict_at_once(make, clock):
     assert isinstance(tracker.heard[0], Status)
 
 
+def test_the_same_verdict_on_another_run_goes_out_at_once(make):
+    client, tracker = linked(make)
+    client.report((), None, "refused", run=1)
+    client.report((), None, "refused", run=1)
+    client.report((), None, "refused", run=2)
+    until(lambda: len(tracker.heard) == 2, client, tracker)
+    assert [status.run for status in tracker.heard] == [1, 2]
+
+
+def test_a_reason_is_cut_to_one_line_and_the_rest_is_told_as_it_is(make):
+    client, tracker = linked(make)
+    client.report((0.5,), 5.0, "limit", "a\n" * 200, {"A.u": -3.0}, 12.5, moves=7, run=3)
+    until(lambda: tracker.heard, client, tracker)
+    ((_, *told),) = tracker.heard
+    reason = told.pop(3)
+    assert told == [(0.5,), 5.0, "limit", {"A.u": -3.0}, 12.5, 7, 3]
+    assert reason.startswith("a a a")
+    assert len(reason) == MAX_TEXT
+
+
 @pytest.mark.parametrize(
     ("q", "error"),
     [
@@ -236,10 +257,10 @@ def test_reports_go_out_ten_times_a_second_and_a_verdict_at_once(make, clock):
 )
 def test_a_report_of_what_is_no_number_still_tells_the_verdict(make, q, error):
     client, tracker = linked(make)
-    client.report(q, error, "singular")
+    client.report(q, error, "singular", "why", {"A.u": 3.0}, 9.0, moves=4, run=2)
     until(lambda: tracker.heard, client, tracker)
     ((_, *told),) = tracker.heard
-    assert told == [(), None, "singular"]
+    assert told == [(), None, "singular", "why", {}, None, 4, 2]
 
 
 def test_it_waits_only_as_it_is_told_to(make, clock):

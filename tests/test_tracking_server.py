@@ -227,11 +227,12 @@ def test_the_state_tells_who_is_there_and_how_it_is_doing(server, brick, clock):
     assert state.client == "127.0.0.1"
     assert state.since == clock.laptop()
     assert state.status is None
-    client.report((0.5, 1.0), 12.5)
+    client.report((0.5, 1.0), 5.0, "limit", "the elbow", {"A.u": 3.0, "A.v": -4.0}, 17.5, 6, 2)
     until(lambda: server.state().status, client)
     clock.t += 0.5
     state = server.state()
-    assert state.status.q == (0.5, 1.0)
+    told = (0.5, 1.0), 5.0, "limit", "the elbow", {"A.u": 3.0, "A.v": -4.0}, 17.5, 6, 2
+    assert state.status[1:] == told
     assert state.status_age == pytest.approx(0.5, abs=0.01)
     until(lambda: server.state().round_trip is not None, client)
     assert state.counters["bad"] == 0
@@ -356,7 +357,7 @@ def test_an_old_version_is_told_both_versions_and_what_to_update(server, call):
     caller.say(b'{"kind":"hello","version":0}\n')
     answer = caller.hear()
     assert answer.cause == "version"
-    assert "version 0, the laptop's 1; copy robot/ and shared/ to the brick" in answer.reason
+    assert "version 0, the laptop's 2; copy robot/ and shared/ to the brick" in answer.reason
     assert caller.hear() is None
     assert answer.reason in server.state().refusal
 

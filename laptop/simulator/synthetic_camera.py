@@ -469,18 +469,21 @@ class SyntheticCamera:
         self.close()
 
 
-def open_live(text: str = "", folder: str | None = None, camera: str = "A") -> SyntheticCamera:
+def open_live(
+    text: str = "", folder: str | None = None, camera: str = "A", resting: str | None = None
+) -> SyntheticCamera:
     """A camera that looks at the arm of `simulate --realtime`, or at one at home if none runs.
-
-    At home is the arm that $BRICKSERVO_ARM names, else the planar one.
 
     Args:
         text: constants, see `scene.read_scene`.
         folder: see `live.Follower`.
         camera: its name, which says where it stands and what the text has for it alone.
+        resting: the arm at home, its name or file; None: as $BRICKSERVO_ARM says, else planar.
     """
     constants = read_scene(text, camera)
-    poses = LivePoses(read_arm(find_arm(os.environ.get("BRICKSERVO_ARM", "planar"))), folder)
+    poses = LivePoses(
+        read_arm(find_arm(resting or os.environ.get("BRICKSERVO_ARM", "planar"))), folder
+    )
     arm = poses(time.monotonic()).arm
     return SyntheticCamera(Scene(arm, constants), poses)
 

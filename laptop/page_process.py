@@ -1,0 +1,149 @@
+"""The page's process: made to listen, started and ended by the tracker, and never waited for.
+
+What the page needs to look nice is slow to import, so that only its own process does.
+"""
+
+from __future__ import annotations
+
+import errno
+import importlib.util
+import ipaddress
+import multiprocessing
+import os
+import secrets
+import signal
+import socket
+import threading
+from collections.abc import Sequence
+from contextlib import suppress
+from multiprocessing.connection import Connection
+
+from laptop.desk import Desk, answer, keep_beating
+from laptop.tracking_server import own_addresses
+from shared.arm_description import ArmError
+
+HOST, PORT = "127.0.0.1", 7780
+"""Where a page is if nothing is said; another free port if this one is taken."""
+ENDING = 2.0
+"""A page that has not ended so long after it was told, s, is killed."""
+NICE = 5
+"""Added to the page's niceness: tracker and brick come first."""
+WHOLE = ("0.0.0.0", "::", "")
+"""Hosts that mean every address of this machine."""
+
+
+class NoPage(ArmError):
+    """A page that cannot be had."""
+
+
+def listen(host: str, port: int | None) -> socket.socket:
+    """A socket for the page.
+
+    Args:
+        port: None for the usual one, or a free one.
+
+    Raises:
+        NoPage: address or port are not to be had, or what the page is made with is missing.
+    """
+    if importlib.util.find_spec("nicegui") is None:
+        raise NoPage("nicegui is not installed here, which the page needs; install it or --no-page")
+    ports = [PORT, 0] if port is None else [port]
+    for number in ports:
+        try:
+            family = socket.AF_INET6 if ":" in host else socket.AF_INET
+            return socket.create_server((host, number), family=family)
+        except OSError as error:
+            if number != ports[-1] and error.errno == errno.EADDRINUSE:
+                continue
+            here = ", ".join([HOST, *own_addresses()])
+            advice = {
+                errno.EADDRINUSE: "is in use; take another --page-port, or 0 for any",
+                errno.EACCES: "is not for everybody; take a --page-port from 1024 on",
+            }.get(error.errno or 0, f"cannot be had; give --page-host one of {here}")
+            raise NoPage(f"page: {host} port {number} {advice}") from None
+    raise AssertionError("there is always a port to try")
+
+
+def hosts(host: str, port: int) -> list[str]:
+    """How browsers may call a page, HOST:PORT: by other names somebody else may have led them here.
+
+    Args:
+        host: where it listens.
+    """
+    if host in WHOLE:
+        names = ["localhost", HOST, *own_addresses(), socket.gethostname()]
+    elif _is_loopback(host):
+        names = ["localhost", host]
+    else:
+        names = [host]
+    bracketed = [f"[{name}]" if ":" in name else name for name in names]
+    return [f"{name}:{port}".lower() for name in bracketed]
+
+
+def _is_loopback(host: str) -> bool:
+    with suppress(ValueError):
+        return ipaddress.ip_address(host).is_loopback
+    return host == "localhost"
+
+
+class PageProcess:
+    """A page for a desk, in a process of its own.
+
+    Args:
+        desk: what it shows.
+        listener: see `listen`; the page takes it over.
+        host: where that listens.
+
+    Attributes:
+        address: to type into a browser; holds the token that lets one in.
+        warning: what there is to fear, or "".
+    """
+
+    def __init__(self, desk: Desk, listener: socket.socket, host: str) -> None:
+        port = listener.getsockname()[1]
+        names = hosts(host, port)
+        token = secrets.token_urlsafe(24)
+        shown = names[0] if host in WHOLE else names[-1]
+        if host in WHOLE and own_addresses():
+            shown = f"{own_addresses()[0]}:{port}"
+        self.address = f"http://{shown}/?token={token}"
+        self.warning = (
+            ""
+            if _is_loopback(host)
+            else f"page: others in its network can reach it at {host}, unencrypted; who reads "
+            "the address along can move the arm"
+        )
+        self._over = threading.Event()
+        ours, theirs = multiprocessing.Pipe()
+        self._pipe = ours
+        for work in ((answer, (desk, ours)), (keep_beating, (desk, self._over))):
+            threading.Thread(target=work[0], args=work[1], daemon=True).start()
+        # A fork would share the cameras, and threads that hold locks.
+        self.process = multiprocessing.get_context("spawn").Process(
+            target=_work, args=(theirs, listener, token, names), daemon=True
+        )
+        self.process.start()
+        theirs.close()
+        listener.close()
+
+    def close(self) -> None:
+        """End it."""
+        self._over.set()
+        self.process.terminate()
+        self.process.join(ENDING)
+        if self.process.is_alive():
+            self.process.kill()
+        self._pipe.close()
+
+
+def _work(pipe: Connection, listener: socket.socket, token: str, names: Sequence[str]) -> None:
+    """What the page's process does: serve until the tracker's is no more."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
+    if hasattr(os, "nice"):
+        os.nice(NICE)
+    from laptop import page
+
+    threading.Thread(target=page.serve, args=(pipe, listener, token, names), daemon=True).start()
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()

@@ -1,0 +1,518 @@
+"""What a page may see and do, without any page."""
+
+import multiprocessing
+import threading
+
+import cv2
+import numpy as np
+import pytest
+
+from laptop import desk as desks
+from laptop.camera import Frame
+from laptop.desk import EFFECTOR, Desk, Door, answer
+from laptop.learning import exclude, include, learn
+from laptop.markers import BadMarker, read_markers, read_spec
+from laptop.tracker import Tracker
+from laptop.tracking_server import State as LinkState
+from laptop.watching import GOAL, Watcher
+from robot import servo
+from shared.messages import BUDGET, TOLERANCE, Start, Status, Stop
+
+WIDTH, HEIGHT = 320, 240
+RED, GREEN, BLUE = (30, 30, 200), (60, 150, 30), (190, 70, 20)
+
+
+class FakeCamera:
+    name, fps, notes, ended = "fake", 30.0, (), False
+
+    def __init__(self):
+        self.frames = []
+
+    def read(self, timeout):
+        return self.frames.pop(0) if self.frames else None
+
+
+class FakeServer:
+    """A brick that does what the test says."""
+
+    def __init__(self):
+        self.sent = []
+        self.there = True
+        self.status = Status(0.0, (0.1, 0.2), None, "ready")
+
+    def send(self, message):
+        self.sent.append(message)
+        return self.there
+
+    def publish(self, observation):
+        pass
+
+    def commands(self):
+        return ["robot/visual_servoing.py --code ABCD-EFGH"]
+
+    def state(self):
+        return LinkState(client="10.0.0.2" if self.there else None, status=self.status)
+
+    def tell(self, verdict, run, **more):
+        self.status = Status(0.0, (0.1, 0.2), 12.5, verdict, run=run, **more)
+
+
+class Scene:
+    """Cameras that show what a test wants, and the desk they belong to."""
+
+    def __init__(self, folder, cameras=1, goal=None, **options):
+        self.t = 100.0
+        self.server = FakeServer()
+        self.file = folder / "markers.ini"
+        self.trackers = [
+            Tracker([read_spec(EFFECTOR, "disc:red"), read_spec(GOAL, "disc:green")])
+            for _ in range(cameras)
+        ]
+        self.watchers = [
+            Watcher(name, FakeCamera(), tracker, goal, self.server, now=lambda: self.t)
+            for name, tracker in zip("AB", self.trackers, strict=False)
+        ]
+        sources = ["fake"] * cameras
+        self.desk = Desk(
+            self.watchers,
+            self.trackers,
+            sources,
+            self.server,
+            self.file,
+            now=lambda: self.t,
+            **options,
+        )
+        self.index = -1
+
+    def show(self, tip=(100, 120), goal=(220, 60), ink=RED, light=1.0):
+        """One more frame, 0.05 s later; the desk looks at it."""
+        self.t += desks.BEAT
+        self.index += 1
+        image = np.full((HEIGHT, WIDTH, 3), 130, np.uint8)
+        for where, color in ((tip, ink), (goal, GREEN)):
+            if where:
+                cv2.circle(image, where, 14, color, -1, cv2.LINE_AA)
+        image = (image * light).astype(np.uint8)
+        for watcher in self.watchers:
+            watcher.camera.frames.append(Frame(self.index, self.t - 0.02, image))
+            watcher.step(0)
+        self.desk.beat()
+        return self.desk.view("A")
+
+
+@pytest.fixture
+def scene(tmp_path):
+    return Scene(tmp_path)
+
+
+def mark(shown, name=EFFECTOR):
+    return next(mark for mark in shown.marks if mark.name == name)
+
+
+# Views
+
+
+def test_a_view_is_a_picture_with_what_was_found_in_this_very_picture(scene):
+    for k in range(8):
+        shown = scene.show(tip=(60 + 20 * k, 120))
+        image = cv2.imdecode(np.frombuffer(shown.jpeg, np.uint8), cv2.IMREAD_COLOR)
+        assert image.shape == (shown.height, shown.width, 3) == (HEIGHT, WIDTH, 3)
+        seen = mark(shown)
+        assert (seen.u, seen.v) == pytest.approx((60 + 20 * k, 120), abs=0.3)
+        blue, green, red = image[round(seen.v), round(seen.u)]
+        assert red > 150 > 80 > max(blue, green), "the tip is where the overlay says"
+        assert shown.index == k
+
+
+def test_nothing_comes_twice_and_what_is_older_is_never_shown(scene):
+    assert scene.desk.view("A") is None
+    shown = scene.show()
+    assert scene.desk.view("A", shown.index) is None
+    scene.show()
+    assert scene.desk.view("A", shown.index).index == shown.index + 1
+
+
+def test_its_age_is_told_when_it_is_handed_over(scene):
+    scene.show()
+    scene.t += 0.5
+    assert scene.desk.view("A").age == pytest.approx(0.52)
+
+
+def test_where_the_marker_is_expected_is_looked_first(scene):
+    assert mark(scene.show(tip=(100, 120))).window is None, "the whole picture"
+    left, top, right, bottom = mark(scene.show(tip=(104, 120))).window
+    assert (left + right) / 2 == pytest.approx(100, abs=0.5)
+    assert (top + bottom) / 2 == pytest.approx(120, abs=0.5)
+    assert bottom - top == pytest.approx(right - left)
+    assert right - left > 2 * 14
+
+
+def test_the_trail_ends_where_the_tip_is_in_this_picture(scene):
+    places = [(60 + 10 * k, 120) for k in range(6)]
+    shown = [scene.show(tip=place) for place in places][-1]
+    assert np.array(shown.trail) == pytest.approx(np.array(places, float), abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("looks", "why", "advice"),
+    [
+        ({"tip": None}, "nothing of this colour", "bring it into the picture"),
+        ({"ink": BLUE}, "nothing of this colour", "pick it anew"),
+        ({"light": 0.02}, "too dark", "more light"),
+        ({"goal": None}, "", ""),
+    ],
+)
+def test_a_lost_marker_has_its_reason_and_what_to_do(scene, looks, why, advice):
+    seen = mark(scene.show(**looks))
+    assert seen.why == why
+    assert advice in seen.advice
+    assert (seen.u is None) == bool(why)
+
+
+def test_a_mask_shows_the_pixels_of_the_colour_in_this_very_picture(scene):
+    scene.show(tip=(80, 120))
+    shown = scene.desk.view("A", masks=(EFFECTOR,))
+    (png,) = shown.masks.values()
+    layer = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
+    v, u = np.nonzero(layer[..., 3])
+    assert (u.mean(), v.mean()) == pytest.approx((80, 120), abs=0.5)
+    assert len(u) == pytest.approx(np.pi * 14**2, rel=0.1)
+
+
+def test_a_picture_is_encoded_once_however_many_look(scene, monkeypatch):
+    scene.show()
+    monkeypatch.setattr(desks.cv2, "imencode", None)
+    assert [scene.desk.view("A").index for _ in range(5)] == [0] * 5
+
+
+# Colours
+
+
+def test_a_colour_is_picked_in_the_picture_that_was_shown(scene):
+    shown = scene.show(ink=BLUE)
+    assert mark(shown).why
+    for _ in range(5):
+        scene.show(tip=(250, 200), ink=BLUE)  # it has moved on when the click comes in
+    assert scene.desk.pick(EFFECTOR, "A", shown.index, (100, 120)) == ""
+    seen = mark(scene.show(tip=(120, 150), ink=BLUE))
+    assert (seen.u, seen.v) == pytest.approx((120, 150), abs=0.5)
+    assert read_markers(scene.file)[EFFECTOR].color.hue == pytest.approx(223, abs=12)
+
+
+def test_a_rectangle_does_as_well_as_a_click_and_may_name_a_new_marker(scene):
+    shown = scene.show()
+    assert scene.desk.pick("third", "A", shown.index, (210, 50, 230, 70)) == ""
+    assert mark(scene.show(), "third").u == pytest.approx(220, abs=0.5)
+    assert set(read_markers(scene.file)) == {EFFECTOR, GOAL, "third"}
+
+
+def test_undo_takes_back_what_was_picked_on_the_disk_too(scene):
+    shown = scene.show()
+    before = scene.desk.state().markers
+    scene.desk.pick(EFFECTOR, "A", shown.index, (220, 60))
+    assert scene.desk.state().markers != before
+    assert scene.desk.state().undoable == 1
+    assert scene.desk.undo() == ""
+    assert scene.desk.state().markers == before
+    assert abs(read_markers(scene.file)[EFFECTOR].color.hue) < 1
+    assert scene.desk.undo() == "there is nothing to undo"
+
+
+def test_where_there_is_nothing_to_pick_the_old_colour_stays(scene):
+    shown = scene.show()
+    before = scene.desk.state().markers
+    assert "no colour at 20,20" in scene.desk.pick(EFFECTOR, "A", shown.index, (20, 20))
+    assert "outside the picture" in scene.desk.pick(EFFECTOR, "A", shown.index, (20, 900))
+    assert "name it" in scene.desk.pick("a b", "A", shown.index, (100, 120))
+    assert scene.desk.state().markers == before
+    assert not scene.file.exists()
+
+
+def test_an_old_picture_is_gone_unless_it_is_pinned(scene):
+    first, second = scene.show(), scene.show()
+    assert scene.desk.pin("A", second.index) == ""
+    for _ in range(desks.KEPT):
+        scene.show()
+    assert "too old" in scene.desk.pick(EFFECTOR, "A", first.index, (100, 120))
+    assert "too old" in scene.desk.pin("A", first.index)
+    assert scene.desk.pick(EFFECTOR, "A", second.index, (100, 120)) == ""
+
+
+def test_a_marker_can_be_renamed(scene):
+    scene.show()
+    assert scene.desk.rename(GOAL, "target") == ""
+    assert mark(scene.show(), "target").u == pytest.approx(220, abs=0.5)
+    assert set(scene.desk.state().markers) == {EFFECTOR, "target"}
+    assert "none of this name" in scene.desk.rename(GOAL, "other")
+
+
+def disc(ink):
+    image = np.full((HEIGHT, WIDTH, 3), 130, np.uint8)
+    cv2.circle(image, (160, 120), 30, ink, -1, cv2.LINE_AA)
+    return image
+
+
+ORANGE, DULL = (30, 110, 200), (70, 70, 110)
+
+
+def test_a_colour_is_added_to_and_removed_from_a_marker(scene):
+    red = learn(EFFECTOR, disc(RED), (160, 120))
+    assert Tracker([red]).find(disc(DULL), 0.0)[EFFECTOR] is None
+    wide = include(red, disc(DULL), (160, 120))
+    assert desks.gate(cv2.cvtColor(disc(DULL), cv2.COLOR_BGR2HSV), wide.color)[120, 160]
+    orange = include(red, disc(ORANGE), (160, 120))
+    for ink, inside in ((RED, True), (ORANGE, True), (BLUE, False)):
+        mask = desks.gate(cv2.cvtColor(disc(ink), cv2.COLOR_BGR2HSV), orange.color)
+        assert bool(mask[120, 160]) == inside
+    without = exclude(orange, disc(ORANGE), (160, 120))
+    for ink, inside in ((RED, True), (ORANGE, False)):
+        mask = desks.gate(cv2.cvtColor(disc(ink), cv2.COLOR_BGR2HSV), without.color)
+        assert bool(mask[120, 160]) == inside
+    with pytest.raises(BadMarker, match="nothing to remove"):
+        exclude(red, disc(BLUE), (160, 120))
+    with pytest.raises(BadMarker, match="looks like the marker itself"):
+        exclude(red, disc(RED), (160, 120))
+
+
+def test_adding_and_removing_act_on_the_tracker(scene):
+    shown = scene.show()
+    assert "pick it first" in scene.desk.add("third", "A", shown.index, (220, 60))
+    before = scene.desk.state().markers[EFFECTOR]
+    assert scene.desk.add(EFFECTOR, "A", shown.index, (220, 60)) == ""
+    assert scene.desk.state().markers[EFFECTOR] != before
+    assert scene.desk.remove(EFFECTOR, "A", shown.index, (220, 60)) == ""
+    assert mark(scene.show()).u == pytest.approx(100, abs=0.5)
+
+
+# Aims and runs
+
+
+def test_the_orders_are_those_of_the_brick():
+    assert sorted(desks.METHODS) == sorted(servo.METHODS)
+    assert desks.MODES == servo.MODES
+    assert desks.ROWS == servo.ROWS
+    assert TOLERANCE[:2] == desks.TOLERANCES
+    assert BUDGET[0] <= Start().budget <= BUDGET[1]
+
+
+def test_a_start_goes_to_the_point_that_was_clicked(scene):
+    scene.show()
+    assert scene.desk.aim("A", 40.0, 50.0) == ""
+    assert scene.show().aim == (40.0, 50.0)
+    assert scene.desk.start("kalman", "stream", "stereo", 3.0) == ""
+    assert scene.server.sent == [
+        Start("kalman", "stream", "stereo", 3.0, goals={"A": (40.0, 50.0)})
+    ]
+
+
+def test_a_start_goes_to_the_marker_if_no_point_was_clicked(scene):
+    scene.show()
+    scene.desk.aim("A", 40.0, 50.0)
+    assert scene.desk.aim_at_marker() == ""
+    assert scene.desk.start() == ""
+    assert scene.server.sent == [Start()]
+    assert scene.show().aim is None
+
+
+def test_without_any_goal_nothing_starts(scene):
+    scene.show()
+    scene.desk.rename(GOAL, "other")
+    assert "no goal yet" in scene.desk.start()
+    assert scene.server.sent == []
+
+
+def test_a_goal_outside_the_picture_is_refused(scene):
+    assert "gives no picture" in scene.desk.aim("A", 1.0, 1.0)
+    scene.show()
+    assert "outside the picture" in scene.desk.aim("A", 400.0, 50.0)
+    assert scene.show().aim is None
+
+
+def test_two_cameras_want_a_goal_each(tmp_path):
+    scene = Scene(tmp_path, cameras=2)
+    scene.show()
+    scene.desk.aim("A", 40.0, 50.0)
+    assert "camera B" in scene.desk.start()
+    scene.desk.aim("B", 140.0, 150.0)
+    assert scene.desk.start(rows="xyz") == ""
+    assert scene.server.sent[0].goals == {"A": (40.0, 50.0), "B": (140.0, 150.0)}
+    assert "several cameras" in scene.desk.follow("A", [(1.0, 1.0), (99.0, 99.0)])
+
+
+@pytest.mark.parametrize("verdict", ["", "ready", "converged"])
+def test_a_start_while_a_run_is_on_is_refused(scene, verdict):
+    scene.show()
+    scene.server.tell(verdict, 1)
+    why = scene.desk.start()
+    assert ("a run is on" in why) == (verdict == "")
+    assert len(scene.server.sent) == (verdict != "")
+    # From the order on, even before the brick has said a word about it.
+    assert "a run is on" in scene.desk.start()
+    assert "a run is on" in scene.desk.aim("A", 40.0, 50.0)
+    assert "a run is on" in scene.desk.aim_at_marker()
+    assert scene.desk.state().running
+
+
+def test_a_brick_that_does_not_begin_is_told_of_and_may_be_asked_again(scene):
+    scene.show()
+    scene.desk.start()
+    scene.t += desks.ANSWER
+    scene.show()
+    assert "--wait" in scene.desk.state().note
+    assert scene.desk.start() == ""
+
+
+@pytest.mark.parametrize(
+    ("orders", "why"),
+    [
+        (("guess",), "method 'guess'"),
+        (("chain", "jump"), "mode 'jump'"),
+        (("chain", "look", "all"), "rows 'all'"),
+        (("chain", "look", "stereo", 0.1), "tolerance 0.1: from 0.5 to 200 px"),
+        (("report", "stream"), "looks, then moves"),
+    ],
+)
+def test_orders_that_make_no_sense_are_refused(scene, orders, why):
+    scene.show()
+    assert why in scene.desk.start(*orders)
+    assert scene.server.sent == []
+
+
+def test_without_a_brick_nothing_starts_and_the_command_is_told(scene):
+    scene.show()
+    scene.server.there = False
+    assert "no brick is connected" in scene.desk.start()
+    assert "no brick is connected" in scene.desk.stop()
+    assert not scene.desk.state().running
+    assert scene.desk.state().commands == tuple(scene.server.commands())
+
+
+@pytest.mark.parametrize("order", ["hold", "stop"])
+def test_hold_and_stop_end_the_run_at_once(scene, order):
+    scene.show()
+    scene.desk.start()
+    assert getattr(scene.desk, order)() == ""
+    assert isinstance(scene.server.sent[-1], Stop)
+
+
+PATH = [(float(u), 100.0) for u in range(50, 151, 5)]
+
+
+def test_a_path_is_followed_point_after_point(scene):
+    scene.show()
+    assert scene.desk.follow("A", PATH) == ""
+    shown = scene.show()
+    assert shown.aim == PATH[0]
+    assert [u for u, _ in shown.ahead] == [75, 100, 125, 150]
+    assert scene.desk.start("broyden", "look", "stereo", 4.0) == ""
+    for run in range(1, 6):
+        scene.server.tell("", run)
+        scene.show()
+        assert len(scene.server.sent) == run, "it waits for the verdict"
+        scene.server.tell("converged", run)
+        scene.show()
+        scene.show()
+    assert [start.goals["A"][0] for start in scene.server.sent] == [50, 75, 100, 125, 150]
+    assert {start.method for start in scene.server.sent} == {"broyden"}
+    assert scene.desk.state().left == 0
+
+
+@pytest.mark.parametrize("verdict", ["unreachable", "stopped", "marker lost"])
+def test_a_path_ends_where_a_point_is_not_reached(scene, verdict):
+    scene.show()
+    scene.desk.follow("A", PATH)
+    scene.desk.start()
+    scene.server.tell(verdict, 1)
+    scene.show()
+    scene.show()
+    assert len(scene.server.sent) == 1
+    assert "4 points before its end" in scene.desk.state().note
+
+
+@pytest.mark.parametrize(("order", "left"), [("hold", 4), ("stop", 0)])
+def test_after_hold_a_path_goes_on_and_after_stop_it_does_not(scene, order, left):
+    scene.show()
+    scene.desk.follow("A", PATH)
+    scene.desk.start()
+    scene.server.tell("", 1)
+    getattr(scene.desk, order)()
+    scene.server.tell("converged", 1)  # it was there just before
+    scene.show()
+    assert len(scene.server.sent) == 2
+    assert scene.desk.state().left == left
+
+
+# State and history
+
+
+def test_the_state_tells_of_cameras_link_and_markers(scene):
+    for _ in range(40):
+        scene.show()
+    scene.watchers[0].dropped = 3
+    state = scene.desk.state()
+    (eye,) = state.eyes
+    assert eye.rate == pytest.approx(1 / desks.BEAT)
+    assert eye.age == pytest.approx(0.02)
+    assert (eye.dropped, eye.trouble) == (3, "")
+    assert state.brick == "10.0.0.2"
+    assert set(state.markers) == {EFFECTOR, GOAL}
+    scene.t += 5
+    assert "no frame for 5 s" in scene.desk.state().eyes[0].trouble
+
+
+def test_the_history_is_the_last_minute(scene):
+    scene.server.tell("", 1, e={"A.u": 3.0}, condition=2.5, moves=4)
+    for _ in range(1300):
+        scene.t += desks.BEAT
+        scene.desk.beat()
+    history = scene.desk.history()
+    assert history[-1].t - history[0].t == pytest.approx(desks.HISTORY, abs=0.3)
+    assert (history[-1].error, history[-1].e, history[-1].condition) == (12.5, {"A.u": 3.0}, 2.5)
+    assert len(scene.desk.history(history[-4].t)) == 3
+
+
+def test_an_own_brick_comes_when_somebody_looks_and_no_other_is_there(tmp_path):
+    brought = []
+    scene = Scene(tmp_path, bring=lambda: brought.append(1))
+    scene.desk.opened()
+    assert brought == [], "there is one"
+    scene.server.there = False
+    scene.desk.opened()
+    scene.desk.opened()
+    assert brought == [1]
+    assert scene.desk.state().own
+
+
+# The door
+
+
+@pytest.fixture
+def door(scene):
+    ours, theirs = multiprocessing.Pipe()
+    thread = threading.Thread(target=answer, args=(scene.desk, theirs))
+    thread.start()
+    yield Door(ours)
+    ours.close()
+    thread.join(5)
+    assert not thread.is_alive(), "it ends with the other side"
+
+
+def test_what_goes_through_the_door_is_what_the_desk_says(scene, door):
+    shown = scene.show()
+    assert door.ask("view", "A") == shown._replace(age=door.ask("view", "A").age)
+    assert door.ask("state") == scene.desk.state()
+    assert door.ask("history") == scene.desk.history()
+    assert door.ask("aim", "A", 5.0, 6.0) == ""
+    assert scene.show().aim == (5.0, 6.0)
+
+
+@pytest.mark.parametrize("question", ["_look_for", "beat", "__init__", "server"])
+def test_through_the_door_there_is_nothing_but_the_desk(scene, door, question):
+    with pytest.raises(desks.AskedWrongly, match="none of a desk's"):
+        door.ask(question)
+
+
+def test_a_wrong_question_does_no_harm(scene, door):
+    with pytest.raises(desks.AskedWrongly, match="KeyError"):
+        door.ask("view", "Z")
+    assert door.ask("state") == scene.desk.state()

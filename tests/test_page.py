@@ -1,0 +1,554 @@
+"""The page, in a real browser, before the tracker on rendered frames and an emulated brick."""
+
+import base64
+import csv
+import http.client
+import io
+import math
+import os
+import re
+import shutil
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from laptop import page_process
+from laptop.markers import read_markers
+from laptop.simulator.live import Follower
+from laptop.simulator.scene import Scene, read_scene
+from shared.arm_description import find_arm, read_arm
+
+ROOT = Path(__file__).parent.parent
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
+PATIENCE = 30.0
+"""For what is bound to come, s."""
+
+
+class Tracker:
+    """`track --camera synthetic` with its page, until it is closed."""
+
+    def __init__(self, folder, *words):
+        self.state = folder / "state"
+        environment = {
+            **os.environ,
+            "BRICKSERVO_STATE": str(self.state),
+            "PYTHONPATH": str(ROOT),
+            "PYTHONUNBUFFERED": "1",
+        }
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "laptop", "track", *words, "--host", "127.0.0.1", "--port", "0"]
+            + ["--page-port", "0"],
+            cwd=ROOT,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        self.lines = []
+        for line in self.process.stdout:
+            self.lines.append(line)
+            told = re.match(r"page: (http://(127\.0\.0\.1:(\d+))/\?token=(\S+))", line)
+            if told:
+                self.address, self.host, port, self.token = told.groups()
+                self.port = int(port)
+                break
+        else:
+            pytest.fail("".join(self.lines))
+        self.reader = threading.Thread(target=lambda: self.lines.extend(self.process.stdout))
+        self.reader.start()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        if self.process.poll() is None:
+            self.close()
+
+    @property
+    def cookie(self):
+        return f"brickservo-{self.port}={self.token}"
+
+    def get(self, path="/", method="GET", **headers):
+        """Status, headers and body of an answer; Host and Cookie are the right ones if not said."""
+        headers = {"Host": self.host, "Cookie": self.cookie, **headers}
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
+        connection.putrequest(method, path, skip_host=True)
+        for name, value in headers.items():
+            if value is not None:
+                connection.putheader(name, value)
+        connection.endheaders()
+        answer = connection.getresponse()
+        body = answer.read()
+        connection.close()
+        return answer.status, dict(answer.getheaders()), body.decode("utf-8", "replace")
+
+    def upgrade(self, **headers):
+        """A socket that has asked for the page's WebSocket, and the first line of the answer."""
+        headers = {
+            "Host": self.host,
+            "Cookie": self.cookie,
+            "Origin": f"http://{self.host}",
+            "Upgrade": "websocket",
+            "Connection": "Upgrade",
+            "Sec-WebSocket-Version": "13",
+            "Sec-WebSocket-Key": base64.b64encode(os.urandom(16)).decode(),
+            **headers,
+        }
+        sock = socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE)
+        lines = [f"{name}: {value}" for name, value in headers.items() if value is not None]
+        path = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
+        sock.sendall("\r\n".join([f"GET {path} HTTP/1.1", *lines, "", ""]).encode())
+        answer = b""
+        while b"\r\n\r\n" not in answer:
+            data = sock.recv(4096)
+            if not data:
+                break
+            answer += data
+        return sock, answer.split(b"\r\n")[0].decode()
+
+    def close(self, number=signal.SIGINT):
+        self.process.send_signal(number)
+        self.process.wait(PATIENCE)
+        self.reader.join(PATIENCE)
+        self.process.stdout.close()
+
+
+@pytest.fixture(scope="module")
+def tracker(tmp_path_factory):
+    with Tracker(tmp_path_factory.mktemp("page"), "--camera", "synthetic") as tracker:
+        yield tracker
+
+
+# The gate
+
+
+def test_the_printed_address_lets_one_in_and_is_left_at_once(tracker):
+    status, headers, _ = tracker.get(f"/?token={tracker.token}", Cookie=None)
+    assert (status, headers["location"]) == (303, "/")
+    assert headers["set-cookie"].startswith(tracker.cookie + ";")
+    assert "HttpOnly" in headers["set-cookie"]
+    assert "SameSite" in headers["set-cookie"]
+    status, headers, body = tracker.get()
+    assert (status, "BrickServo" in body) == (200, True)
+    assert headers["x-frame-options"] == "DENY"
+    assert "default-src 'self'" in headers["content-security-policy"]
+
+
+OTHER = {
+    "no token": {"Cookie": None},
+    "a wrong token": {"Cookie": "brickservo-{port}=guess"},
+    "another page's cookie": {"Cookie": "brickservo-1={token}"},
+    "a foreign Origin": {"Origin": "http://evil.example"},
+    "an Origin of another port": {"Origin": "http://127.0.0.1:1"},
+    "an Origin of nowhere": {"Origin": "null"},
+    "a foreign Host": {"Host": "evil.example:{port}"},
+    "a Host without the port": {"Host": "127.0.0.1"},
+    "no Host": {"Host": None},
+}
+
+
+def filled(tracker, headers):
+    return {
+        name: value and value.format(port=tracker.port, token=tracker.token)
+        for name, value in headers.items()
+    }
+
+
+@pytest.mark.parametrize("headers", OTHER.values(), ids=OTHER)
+def test_over_http_nobody_else_is_let_in(tracker, headers):
+    for path in ("/", "/view/A/1.jpg", "/history.csv", "/_nicegui_ws/socket.io/"):
+        status, answered, body = tracker.get(path, **filled(tracker, headers))
+        assert status in (400, 403), path
+        assert tracker.token not in body + str(answered)
+
+
+@pytest.mark.parametrize("headers", OTHER.values(), ids=OTHER)
+def test_over_the_websocket_nobody_else_is_let_in(tracker, headers):
+    sock, answer = tracker.upgrade(**filled(tracker, headers))
+    sock.close()
+    assert re.match(r"HTTP/1.1 40[03]", answer), answer
+
+
+def test_over_the_websocket_only_browsers_are_let_in_and_ours_are(tracker):
+    sock, answer = tracker.upgrade(Origin=None)
+    sock.close()
+    assert " 403 " in answer
+    sock, answer = tracker.upgrade()
+    sock.close()
+    assert " 101 " in answer
+
+
+@pytest.mark.parametrize("token", ["", "guess", "%00", "%C3%A4"])
+def test_a_wrong_token_in_the_address_is_told_what_to_do(tracker, token):
+    status, headers, body = tracker.get(f"/?token={token}", Cookie=None)
+    assert status == 403
+    assert "set-cookie" not in headers
+    assert "Open the address that the tracker prints" in body
+
+
+def test_nothing_can_be_posted(tracker):
+    assert tracker.get("/", "POST")[0] == 403
+    assert tracker.get("/_nicegui_ws/socket.io/?EIO=4&transport=polling", "POST")[0] == 403
+
+
+def pushed(sock, data, times):
+    """How many times it could be sent before the other side had enough."""
+    for k in range(times):
+        try:
+            sock.sendall(data)
+        except OSError:
+            return k
+    return times
+
+
+def test_a_message_of_100_mb_is_cut_off_and_the_page_goes_on(tracker):
+    sock, answer = tracker.upgrade()
+    assert " 101 " in answer
+    size = 100 * 1000 * 1000
+    sock.sendall(b"\x81\xff" + struct.pack("!Q", size) + b"\0\0\0\0")
+    taken = pushed(sock, b"4" * 1_000_000, size // 1_000_000)
+    sock.close()
+    assert taken < 50, "MB were taken"
+    assert tracker.get()[0] == 200
+
+
+def test_a_body_of_100_mb_is_cut_off_and_the_page_goes_on(tracker):
+    sock = socket.create_connection(("127.0.0.1", tracker.port), timeout=PATIENCE)
+    head = f"POST / HTTP/1.1\r\nHost: {tracker.host}\r\nCookie: {tracker.cookie}\r\n"
+    sock.sendall(f"{head}Content-Length: 100000000\r\n\r\n".encode())
+    taken = pushed(sock, b"4" * 1_000_000, 100)
+    sock.close()
+    assert taken < 50, "MB were taken"
+    assert tracker.get()[0] == 200
+
+
+@pytest.mark.parametrize(
+    ("host", "names"),
+    [
+        ("127.0.0.1", ["localhost:7780", "127.0.0.1:7780"]),
+        ("192.0.2.7", ["192.0.2.7:7780"]),
+        ("::1", ["localhost:7780", "[::1]:7780"]),
+    ],
+)
+def test_the_names_by_which_a_page_may_be_called(host, names):
+    assert page_process.hosts(host, 7780) == names
+    assert "evil.example:7780" not in page_process.hosts("0.0.0.0", 7780)
+    assert "127.0.0.1:7780" in page_process.hosts("0.0.0.0", 7780)
+
+
+def test_a_page_for_the_whole_network_warns(tmp_path):
+    whole = subprocess.Popen(
+        [sys.executable, "-m", "laptop", "track", "--camera", "synthetic", "--page-host", "0.0.0.0"]
+        + ["--port", "0", "--page-port", "0"],
+        cwd=ROOT,
+        env={**os.environ, "BRICKSERVO_STATE": str(tmp_path), "PYTHONUNBUFFERED": "1"},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    lines = []
+    for line in whole.stdout:
+        lines.append(line)
+        if "token" in line:
+            break
+    whole.send_signal(signal.SIGINT)
+    whole.communicate(timeout=PATIENCE)
+    assert any("others in its network can reach it" in line for line in lines), lines
+
+
+def test_a_port_that_is_taken_is_refused_if_it_was_asked_for():
+    with page_process.listen("127.0.0.1", 0) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(page_process.NoPage, match=f"port {port} is in use.*--page-port"):
+            page_process.listen("127.0.0.1", port)
+    with pytest.raises(page_process.NoPage, match="--page-host one of 127.0.0.1"):
+        page_process.listen("192.0.2.1", 0)
+
+
+# The browser
+
+
+@pytest.fixture(scope="module")
+def browser():
+    why = "" if CHROMIUM else "chromium is not installed here"
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        why = "playwright is not installed here"
+    if why and os.environ.get("CI") == "true":
+        pytest.fail(why)
+    if why:
+        pytest.skip(why)
+    with sync_playwright() as playwright:
+        words = ["--no-sandbox"] if os.geteuid() == 0 else []
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=words)
+        yield browser
+        browser.close()
+
+
+class Surfer:
+    """Somebody before a browser, and the true arm behind it all."""
+
+    def __init__(self, browser, tracker, **options):
+        self.tracker = tracker
+        self.context = browser.new_context(viewport={"width": 1440, "height": 1000}, **options)
+        self.context.set_default_timeout(1000 * PATIENCE)
+        self.page = self.context.new_page()
+        self.errors, self.addresses = [], []
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.on("request", lambda request: self.addresses.append(request.url))
+        self.page.goto(tracker.address)
+        self.page.wait_for_selector("[data-marker=effector]", state="attached")
+        self.scene = Scene(read_arm(find_arm("planar")), read_scene(""))
+        self.follower = Follower(str(tracker.state))
+
+    def at(self, u, v):
+        """Where a pixel of the picture is on the page."""
+        box = self.page.locator(".picture img").bounding_box()
+        return box["x"] + (u + 0.5) * box["width"] / 640, box["y"] + (v + 0.5) * box["height"] / 480
+
+    def click(self, u, v):
+        self.page.mouse.click(*self.at(u, v))
+
+    def drag(self, *points):
+        self.page.mouse.move(*self.at(*points[0]))
+        self.page.mouse.down()
+        for point in points[1:]:
+            self.page.mouse.move(*self.at(*point), steps=8)
+        self.page.mouse.up()
+
+    def button(self, name):
+        return self.page.get_by_role("button", name=name)
+
+    def tool(self, name):
+        self.page.locator(".tools").get_by_role("button", name=name, exact=True).click()
+
+    def start(self):
+        self.page.wait_for_function(
+            "() => [...document.querySelectorAll('.go')].some(b => b.innerText.includes('START') "
+            "&& !b.disabled)"
+        )
+        self.button("Start").click()
+
+    def verdict(self, text):
+        """Wait for a verdict."""
+        self.page.locator(".verdict", has_text=text).wait_for()
+
+    def reads(self, text):
+        self.page.get_by_text(text).first.wait_for()
+
+    def joints(self):
+        """The true ones, rad."""
+        self.follower.poll()
+        return self.follower.at(time.monotonic()).q
+
+    def tip(self):
+        """Where the true tip is, px."""
+        return self.scene.truth(self.joints())["effector"]
+
+    def close(self):
+        self.context.close()
+        self.follower.close()
+        assert self.errors == []
+
+
+@pytest.fixture
+def surfer(browser, tracker):
+    surfer = Surfer(browser, tracker)
+    yield surfer
+    surfer.page.keyboard.press("Escape")
+    surfer.close()
+
+
+def test_two_clicks_bring_the_true_tip_to_the_goal(surfer):
+    goal = surfer.scene.truth((0.5, 0.6))["effector"]
+    surfer.click(*goal)
+    surfer.page.locator("[data-aim]").wait_for(state="attached")
+    surfer.start()
+    surfer.verdict("On its way")
+    surfer.verdict("Arrived")
+    assert math.dist(surfer.tip(), goal) < 8, "px, of 5 that are allowed as measured"
+    assert float(surfer.page.locator(".error").inner_text().split()[0]) <= 5
+
+
+def test_a_colour_is_picked_by_a_click_undone_and_kept_in_the_file(surfer):
+    u, v = surfer.tip()
+    surfer.tool("Pick")
+    surfer.click(u, v)
+    surfer.reads("effector: kept")
+    kept = read_markers(surfer.tracker.state / "markers.ini")["effector"]
+    assert min(kept.color.hue, 360 - kept.color.hue) < 15
+    assert kept.color.scene, "learned in this picture"
+    surfer.button("Undo").click()
+    surfer.page.wait_for_function("() => document.body.innerText.includes('hue 0 +- 20')")
+    assert read_markers(surfer.tracker.state / "markers.ini")["effector"].color.scene is None
+
+
+def test_what_cannot_be_picked_says_why(surfer):
+    surfer.tool("Pick")
+    surfer.click(5, 5)
+    surfer.reads("pick the middle of a")
+
+
+def test_the_overlay_is_where_the_true_tip_is(surfer):
+    where = surfer.page.locator("[data-marker=effector]").get_attribute("transform")
+    seen = [float(part) for part in re.findall(r"-?[\d.]+", where)]
+    assert math.dist(seen, surfer.tip()) < 1.5
+
+
+def still_since(surfer, since):
+    """When the true arm last moved, s, once it has stood for a second; after `since` it must."""
+    moved, before = since, surfer.joints()
+    while time.monotonic() - moved < 1.0:
+        surfer.page.wait_for_timeout(20)
+        now = surfer.joints()
+        if any(abs(a - b) > 2e-3 for a, b in zip(now, before, strict=True)):
+            moved, before = time.monotonic(), now
+        assert time.monotonic() - since < PATIENCE, "it never stops"
+    return moved
+
+
+@pytest.mark.parametrize("by", ["Escape", "STOP"])
+def test_stop_in_mid_run_stands_still_within_half_a_second(surfer, by):
+    here = surfer.tip()
+    far = max(
+        (surfer.scene.truth(q)["effector"] for q in ((0.9, 0.5), (-0.7, -0.6))),
+        key=lambda goal: math.dist(goal, here),
+    )
+    surfer.click(*far)
+    surfer.start()
+    surfer.verdict("On its way")
+    began = surfer.joints()
+    while math.dist(surfer.joints(), began) < 0.1:
+        surfer.page.wait_for_timeout(10)
+    pressed = time.monotonic()
+    if by == "Escape":
+        surfer.page.keyboard.press("Escape")
+    else:
+        surfer.page.locator(".stop").click()
+    assert still_since(surfer, pressed) - pressed < 0.5
+    surfer.verdict("Stopped")
+    assert math.dist(surfer.tip(), far) > 20
+
+
+def test_a_start_while_a_run_is_on_is_refused(surfer):
+    surfer.click(*surfer.scene.truth((0.2, -0.9))["effector"])
+    surfer.start()
+    surfer.page.keyboard.press("s")
+    surfer.reads("a run is on; hold or stop it first")
+
+
+def test_a_dragged_path_is_followed(surfer):
+    way = [surfer.scene.truth(q)["effector"] for q in ((0.3, 0.6), (0.45, 0.75), (0.65, 0.8))]
+    surfer.drag(*way)
+    surfer.reads("more")
+    surfer.start()
+    nearest = [math.inf] * len(way)
+    surfer.verdict("Along the path")
+    began = time.monotonic()
+    while "Arrived" not in surfer.page.locator(".verdict").inner_text():
+        nearest = [
+            min(near, math.dist(surfer.tip(), where))
+            for near, where in zip(nearest, way, strict=True)
+        ]
+        surfer.page.wait_for_timeout(20)
+        assert time.monotonic() - began < 3 * PATIENCE
+    assert max(nearest) < 15
+    assert math.dist(surfer.tip(), way[-1]) < 8
+
+
+def test_the_history_comes_as_csv(surfer):
+    with surfer.page.expect_download() as download:
+        surfer.button("CSV").click()
+    table = list(csv.DictReader(io.StringIO(Path(download.value.path()).read_text())))
+    assert {"t", "error_px", "q1_deg", "q2_deg", "condition", "age_ms_A", "fps_A"} <= set(table[0])
+    assert len(table) > 5
+
+
+def test_nothing_comes_from_anywhere_else(surfer):
+    own = f"http://{surfer.tracker.host}/", "data:", "blob:"
+    assert [url for url in surfer.addresses if not url.startswith(own)] == []
+
+
+def test_pause_keeps_the_picture_and_one_can_pick_in_it(surfer):
+    surfer.button("Pause").click()
+    surfer.reads("paused")
+    surfer.page.wait_for_timeout(300)  # what was under way has come
+    index = surfer.page.locator("[data-marker=effector]").get_attribute("data-frame")
+    surfer.page.wait_for_timeout(1000)
+    assert surfer.page.locator("[data-marker=effector]").get_attribute("data-frame") == index
+    surfer.tool("Pick")
+    surfer.click(*surfer.tip())
+    surfer.reads("effector: kept")
+    surfer.button("Undo").click()
+
+
+def test_without_the_colour_the_reason_and_the_advice_are_shown_and_a_pick_mends_it(
+    browser, tmp_path
+):
+    with Tracker(tmp_path, "--camera", "synthetic", "--effector", "disc:purple") as tracker:
+        context = browser.new_context(viewport={"width": 1440, "height": 1000})
+        page = context.new_page()
+        page.goto(tracker.address)
+        page.get_by_text("effector lost: nothing of this colour. Bring it into").wait_for()
+        page.locator(".tools").get_by_role("button", name="Pick", exact=True).click()
+        box = page.locator(".picture img").bounding_box()
+        u, v = Scene(read_arm(find_arm("planar")), read_scene("")).truth((0.0, 0.0))["effector"]
+        page.mouse.click(box["x"] + u * box["width"] / 640, box["y"] + v * box["height"] / 480)
+        page.locator("[data-marker=effector]").wait_for(state="attached")
+        page.get_by_text("effector lost").wait_for(state="detached")
+        context.close()
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (1024, 768), (1920, 1080)])
+def test_on_a_phone_as_on_a_projector_nothing_sticks_out_and_stop_is_in_sight(
+    surfer, width, height
+):
+    surfer.page.set_viewport_size({"width": width, "height": height})
+    surfer.page.wait_for_timeout(300)
+    assert surfer.page.evaluate("document.documentElement.scrollWidth") <= width
+    surfer.page.mouse.wheel(0, 5000)
+    box = surfer.page.locator(".stop").bounding_box()
+    assert 0 <= box["y"] < 120
+    assert box["height"] >= 44
+
+
+def test_a_page_that_was_closed_changes_nothing_and_another_goes_on(browser, tracker):
+    for _ in range(2):
+        surfer = Surfer(browser, tracker)
+        surfer.close()
+    assert tracker.process.poll() is None
+    surfer = Surfer(browser, tracker)
+    surfer.reads("emulated brick")
+    surfer.close()
+
+
+def processes(of=None):
+    """PIDs that live, of everything or the children of one."""
+    listed = subprocess.run(["ps", "-eo", "pid=,ppid=,stat="], capture_output=True, text=True)
+    rows = [line.split() for line in listed.stdout.splitlines()]
+    return {int(pid) for pid, parent, stat in rows if stat[0] != "Z" and of in (None, int(parent))}
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_with_the_tracker_page_and_brick_end(browser, tmp_path, number):
+    with Tracker(tmp_path, "--camera", "synthetic") as tracker:
+        surfer = Surfer(browser, tracker)
+        surfer.verdict("Ready")
+        others = processes(of=tracker.process.pid)
+        assert len(others) >= 2, "the page and the brick"
+        surfer.close()
+        tracker.close(number)
+    deadline = time.monotonic() + PATIENCE
+    while others & processes():
+        assert time.monotonic() < deadline, "they live on"
+        time.sleep(0.05)
+    assert "Traceback" not in "".join(tracker.lines)
