@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop import desk as desks
 from laptop.camera import Frame
-from laptop.desk import EFFECTOR, Desk, Door, answer
 from laptop.learning import exclude, include, learn
 from laptop.markers import BadMarker, read_markers, read_spec
+from laptop.page import desk as desks
+from laptop.page.desk import EFFECTOR, Desk, Door, answer
 from laptop.tracker import Tracker
 from laptop.tracking_server import State as LinkState
 from laptop.watching import GOAL, Watcher

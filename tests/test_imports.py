@@ -36,7 +36,10 @@ RULES = {
     "laptop.bench": ("laptop", "robot", "shared", *LIBRARIES),
     "laptop.demo": ("laptop", "-laptop.bench", "shared", *LIBRARIES),
     "laptop.__main__": ("laptop", "shared", *LIBRARIES),
-    "laptop.page": ("laptop.desk", "laptop.watching", "nicegui", "fastapi", "uvicorn"),
+    **{  # only these import what the page is made with
+        f"laptop.page.{name}": ("laptop.page", "laptop.watching", "nicegui", "fastapi", "uvicorn")
+        for name in ("browser", "server")
+    },
     "laptop": ("laptop", "-laptop.bench", "-laptop.simulator", "shared", *LIBRARIES),
 }
 # The brick imports these only where they are used: each costs it a second at the start.

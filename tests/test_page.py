@@ -19,8 +19,8 @@ from pathlib import Path
 
 import pytest
 
-from laptop import page_process
 from laptop.markers import read_markers
+from laptop.page import process as page_process
 from laptop.simulator.live import Follower
 from laptop.simulator.scene import Scene, read_scene
 from shared.arm_description import find_arm, read_arm

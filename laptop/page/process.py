@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
 
-from laptop.desk import Desk, answer, keep_beating
+from laptop.page.desk import Desk, answer, keep_beating
 from laptop.tracking_server import own_addresses
 from shared.arm_description import ArmError
 
@@ -141,9 +141,9 @@ def _work(pipe: Connection, listener: socket.socket, token: str, names: Sequence
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
     if hasattr(os, "nice"):
         os.nice(NICE)
-    from laptop import page
+    from laptop.page import server
 
-    threading.Thread(target=page.serve, args=(pipe, listener, token, names), daemon=True).start()
+    threading.Thread(target=server.serve, args=(pipe, listener, token, names), daemon=True).start()
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()

@@ -1,33 +1,19 @@
-"""The page: watch, pick, aim, start, stop; a web page, in a process of its own.
+"""One browser's page: what it shows and what can be done on it.
 
-It knows nothing but what a `Door` to the tracker's desk answers.  Who has the token gets in, and
-only from pages of ours: what another page makes a browser send here is refused at the gate.
+It knows nothing but what the tracker's desk answers.
 """
 
 from __future__ import annotations
 
 import asyncio
-import base64
-import csv
-import hmac
-import io
 import math
-import socket
 import time
-from collections import OrderedDict, deque
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
-from http.cookies import CookieError, SimpleCookie
-from multiprocessing.connection import Connection
-from typing import Any
-from urllib.parse import parse_qs
 
-import uvicorn
-from fastapi import FastAPI, Response
-from nicegui import app as nice
-from nicegui import core, events, ui
+from nicegui import events, ui
 
-from laptop.desk import (
+from laptop.page.desk import (
     EFFECTOR,
     HISTORY,
     METHODS,
@@ -36,372 +22,20 @@ from laptop.desk import (
     SAMPLE,
     TOLERANCES,
     VERDICTS,
-    Door,
-    Mark,
     Sample,
     Shown,
     State,
 )
+from laptop.page.feeds import FRAMES, FarDesk
+from laptop.page.overlay import overlay
 from laptop.watching import GOAL, Point
 
-LARGEST = 64 * 1024
-"""Bytes of a message from a browser; ours need a few hundred."""
-FRAMES, ALTOGETHER = 20.0, 30.0
-"""Pictures per second of a camera that one browser gets, and all of them: more show nobody more,
-and browsers on this machine take the tracker's time."""
 PLOTS = 1.0
 """Plots are drawn anew every so many s for each browser."""
 UNSEEN = 1.0
 """A picture that a browser has not shown so long after it was sent, s, is given up."""
-AT_HAND = 40
-"""Pictures of a camera that browsers may still fetch."""
 CLICK = 5.0
 """A pointer that moves less than this, px of the picture, has clicked."""
-
-Scope = Mapping[str, Any]
-Receive = Callable[[], Awaitable[Any]]
-Send = Callable[[Any], Awaitable[None]]
-
-
-# The gate
-
-
-class Gate:
-    """Lets nobody in without the token, nor from elsewhere.
-
-    The address with the token gives a cookie, and is left at once; from then on the cookie is
-    asked for, with everything.
-
-    Args:
-        inside: the ASGI application behind it.
-        token: the secret.
-        hosts: HOST:PORT by which browsers may call it.
-    """
-
-    def __init__(self, inside: Any, token: str, hosts: Sequence[str]) -> None:
-        self._inside = inside
-        self._token = token
-        self._hosts = frozenset(hosts)
-        self._origins = frozenset(f"http://{host}" for host in hosts)
-        # Cookies know no ports: two pages on one machine would take each other's away.
-        self._cookie = f"brickservo-{hosts[0].rpartition(':')[2]}"
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """One request or connection, see ASGI."""
-        if scope["type"] == "lifespan":
-            await self._inside(scope, receive, send)
-            return
-        headers = {
-            key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]
-        }
-        why = self._refusal(scope, headers)
-        if why is None and scope["type"] == "http" and self._asks_for_cookie(scope):
-            await self._welcome(send)
-        elif why is None and self._is_known(headers):
-            await self._inside(scope, receive, send if scope["type"] != "http" else _shut(send))
-        elif scope["type"] == "websocket":
-            await receive()
-            await send({"type": "websocket.close", "code": 1008})
-        else:
-            # What may follow the head is not even thrown away.
-            await _say(send, 403, why or NO_TOKEN, connection="close")
-
-    def _refusal(self, scope: Scope, headers: Mapping[str, str]) -> str | None:
-        """Why a request is not even looked at, or None."""
-        if headers.get("host", "").lower() not in self._hosts:
-            return "This page is not to be reached by that name."
-        origin = headers.get("origin")
-        if origin is None and scope["type"] == "websocket":
-            return "No browser connects like that."
-        if origin is not None and origin.lower() not in self._origins:
-            return "Another page has no business here."
-        if scope["type"] == "http" and scope["method"] not in ("GET", "HEAD"):
-            return "There is nothing to be sent here."
-        return None
-
-    def _asks_for_cookie(self, scope: Scope) -> bool:
-        given = parse_qs(scope["query_string"].decode("latin-1")).get("token", [])
-        return any(self._is_token(token) for token in given)
-
-    def _is_known(self, headers: Mapping[str, str]) -> bool:
-        try:
-            cookie = SimpleCookie(headers.get("cookie", "")).get(self._cookie)
-        except CookieError:
-            return False
-        return cookie is not None and self._is_token(cookie.value)
-
-    def _is_token(self, text: str) -> bool:
-        return hmac.compare_digest(text.encode("utf-8", "replace"), self._token.encode())
-
-    async def _welcome(self, send: Send) -> None:
-        cookie = f"{self._cookie}={self._token}; Path=/; HttpOnly; SameSite=Lax"
-        await _say(send, 303, "", location="/", set_cookie=cookie)
-
-
-NO_TOKEN = (
-    "Open the address that the tracker prints: it holds a token, without which nobody gets in. "
-    "Each start of the tracker has a new one."
-)
-
-_MANNERS = {
-    # Nothing comes from elsewhere, nothing goes there, and no other page shows this one in itself.
-    "content-security-policy": "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; "
-    "frame-ancestors 'none'; base-uri 'self'; form-action 'none'",
-    "x-frame-options": "DENY",
-    "x-content-type-options": "nosniff",
-    "referrer-policy": "no-referrer",
-}
-
-
-def _headers(more: Mapping[str, str]) -> list[tuple[bytes, bytes]]:
-    return [
-        (key.replace("_", "-").encode(), value.encode())
-        for key, value in {**_MANNERS, **more}.items()
-    ]
-
-
-async def _say(send: Send, status: int, text: str, **headers: str) -> None:
-    headers.update(content_type="text/plain; charset=utf-8", cache_control="no-store")
-    await send({"type": "http.response.start", "status": status, "headers": _headers(headers)})
-    await send({"type": "http.response.body", "body": text.encode()})
-
-
-def _shut(send: Send) -> Send:
-    """Adds to every answer what keeps other pages out."""
-
-    async def say(message: Any) -> None:
-        if message["type"] == "http.response.start":
-            message = {**message, "headers": [*message["headers"], *_headers({})]}
-        await send(message)
-
-    return say
-
-
-# What all browsers share
-
-
-class Feed:
-    """One camera's pictures, asked for once however many browsers look.
-
-    Args:
-        desk: asks it.
-        camera: its name.
-    """
-
-    def __init__(self, desk: Desk, camera: str) -> None:
-        self._desk = desk
-        self.camera = camera
-        self.shown: OrderedDict[int, Shown] = OrderedDict()
-        self.masks: dict[str, str] = {}  # whose pixels are to be shown, per browser
-        self._asked = -math.inf
-        self._lock = asyncio.Lock()
-
-    @property
-    def newest(self) -> Shown | None:
-        """The newest picture that is here."""
-        return next(reversed(self.shown.values())) if self.shown else None
-
-    async def refresh(self) -> Shown | None:
-        """The newest picture there is."""
-        async with self._lock:
-            if time.monotonic() - self._asked > 0.8 / ALTOGETHER:
-                self._asked = time.monotonic()
-                newest = self.newest
-                masks = tuple(set(self.masks.values()))
-                index = newest.index if newest else -1
-                shown = await self._desk.ask("view", self.camera, index, masks)
-                if shown:
-                    self.shown[shown.index] = shown
-                    while len(self.shown) > AT_HAND:
-                        self.shown.popitem(last=False)
-        return self.newest
-
-
-class Desk:
-    """The tracker's desk, seen from here: never blocks, and what many ask is asked once.
-
-    Args:
-        pipe: to it.
-    """
-
-    def __init__(self, pipe: Connection) -> None:
-        self._door = Door(pipe)
-        self.feeds: dict[str, Feed] = {}
-        self.state: State | None = None
-        self.past: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
-        self.pages: set[str] = set()  # of browsers, by NiceGUI's id
-        self._looked = -math.inf
-        self._lock = asyncio.Lock()
-
-    @property
-    def pace(self) -> float:
-        """Between two pictures of a camera for one browser, s."""
-        return max(1 / FRAMES, len(self.pages) / ALTOGETHER)
-
-    async def ask(self, question: str, *args: Any) -> Any:
-        """See `laptop.desk.Door.ask`."""
-        return await asyncio.to_thread(self._door.ask, question, *args)
-
-    async def look(self) -> State:
-        """The newest state and history."""
-        async with self._lock:
-            if self.state is None or time.monotonic() - self._looked > SAMPLE / 2:
-                self._looked = time.monotonic()
-                self.state = await self.ask("state")
-                for eye in self.state.eyes:
-                    self.feeds.setdefault(eye.camera, Feed(self, eye.camera))
-                last = self.past[-1].t if self.past else -math.inf
-                self.past.extend(await self.ask("history", last))
-        return self.state
-
-
-def csv_of(samples: Sequence[Sample]) -> str:
-    """The history as CSV: t, error, components, joints in degrees, condition, moves, cameras."""
-    rows = sorted({row for sample in samples for row in sample.e})
-    joints = max((len(sample.q) for sample in samples), default=0)
-    cameras = sorted({name for sample in samples for name in sample.ages})
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(
-        ["t", "error_px"]
-        + [f"e_{row}_px" for row in rows]
-        + [f"q{n}_deg" for n in range(1, joints + 1)]
-        + ["condition", "moves"]
-        + [f"{what}_{name}" for name in cameras for what in ("age_ms", "fps")]
-    )
-    for sample in samples:
-        angles = [math.degrees(angle) for angle in sample.q]
-        numbers: list[float | None] = [sample.t, sample.error]
-        numbers += [sample.e.get(row) for row in rows]
-        numbers += [*angles, *[None] * (joints - len(angles)), sample.condition, sample.moves]
-        for name in cameras:
-            age = sample.ages.get(name)
-            numbers += [None if age is None else 1000 * age, sample.rates.get(name)]
-        writer.writerow(["" if n is None else f"{n:.10g}" for n in numbers])
-    return out.getvalue()
-
-
-# Overlays
-
-
-_INK = {EFFECTOR: "#ffd60a", GOAL: "#40e0ff"}
-_OTHERS = ("#7dff8a", "#ff9df5", "#b9a5ff")
-
-
-def ink(name: str, names: Sequence[str]) -> str:
-    """The colour of a marker's overlay."""
-    others = [other for other in names if other not in _INK]
-    return _INK.get(name) or _OTHERS[others.index(name) % len(_OTHERS)]
-
-
-def overlay(
-    shown: Shown,
-    mask: str = "",
-    windows: bool = True,
-    drag: Sequence[Point] = (),
-    box: bool = False,
-) -> str:
-    """What is drawn over a picture, as SVG in its pixels.
-
-    Args:
-        mask: the marker whose pixels are to be shown, or "".
-        drag: what the pointer draws just now, px; `box`: a rectangle, else a path.
-    """
-    k = shown.width / 640
-    names = [mark.name for mark in shown.marks]
-    parts = []
-    if png := shown.masks.get(mask):
-        data = base64.b64encode(png).decode()
-        parts.append(
-            f'<rect width="{shown.width}" height="{shown.height}" fill="#000" opacity=".55"/>'
-            f'<image width="{shown.width}" height="{shown.height}" opacity=".95" '
-            f'href="data:image/png;base64,{data}"/>'
-        )
-    parts.append(
-        f'<g transform="translate(.5 .5)" style="--k:{k:g}" fill="none" stroke-linecap="round">'
-    )
-    if len(shown.trail) > 1:
-        parts.append(_line(shown.trail, "#ffd60a", 1.6 * k, "opacity='.75'"))
-    if shown.aim:
-        if shown.ahead:
-            way = [shown.aim, *shown.ahead]
-            dashes = f"stroke-dasharray='{5 * k:g} {5 * k:g}'"
-            parts.append(_line(way, "#ff5ca8", 2 * k, dashes))
-            parts += [_dot(u, v, 3 * k, "#ff5ca8") for u, v in shown.ahead]
-        parts.append(_target(*shown.aim, k))
-    for mark in shown.marks:
-        color = ink(mark.name, names)
-        if windows and mark.window:
-            left, top, right, bottom = mark.window
-            parts.append(
-                f'<rect x="{left:.1f}" y="{top:.1f}" width="{right - left:.1f}" '
-                f'height="{bottom - top:.1f}" stroke="{color}" stroke-width="{k:g}" '
-                f'stroke-dasharray="{3 * k:g} {4 * k:g}" opacity=".8"/>'
-            )
-        parts.append(_marked(mark, color, shown, k))
-    if len(drag) > 1:
-        if box:
-            (u0, v0), (u1, v1) = drag[0], drag[-1]
-            parts.append(
-                f'<rect x="{min(u0, u1):.1f}" y="{min(v0, v1):.1f}" width="{abs(u1 - u0):.1f}" '
-                f'height="{abs(v1 - v0):.1f}" stroke="#fff" stroke-width="{1.5 * k:g}" '
-                f'stroke-dasharray="{4 * k:g}"/>'
-            )
-        else:
-            parts.append(_line(drag, "#ff5ca8", 2.5 * k))
-    return "".join([*parts, "</g>"])
-
-
-def _line(points: Sequence[Point], color: str, width: float, more: str = "") -> str:
-    way = " ".join(f"{u:.1f},{v:.1f}" for u, v in points)
-    return f'<polyline points="{way}" stroke="{color}" stroke-width="{width:g}" {more}/>'
-
-
-def _dot(u: float, v: float, radius: float, color: str) -> str:
-    return f'<circle cx="{u:.1f}" cy="{v:.1f}" r="{radius:g}" fill="{color}"/>'
-
-
-def _target(u: float, v: float, k: float) -> str:
-    rings = "".join(
-        f'<circle r="{9 * k:g}" stroke="{color}" stroke-width="{width * k:g}"/>'
-        f'<path d="M{-15 * k:g},0H{15 * k:g}M0,{-15 * k:g}V{15 * k:g}" stroke="{color}" '
-        f'stroke-width="{width * k:g}"/>'
-        for color, width in (("#000a", 5), ("#ff5ca8", 2.4))
-    )
-    return f'<g data-aim="{u:.1f},{v:.1f}" transform="translate({u:.1f} {v:.1f})">{rings}</g>'
-
-
-def _marked(mark: Mark, color: str, shown: Shown, k: float) -> str:
-    if mark.u is None or mark.v is None:
-        return ""
-    radius = mark.radius or 10 * k
-    shapes = "".join(
-        f'<circle r="{radius:.1f}" stroke="{tone}" stroke-width="{width * k:g}"/>'
-        f'<path d="M{-5 * k:g},0H{5 * k:g}M0,{-5 * k:g}V{5 * k:g}" stroke="{tone}" '
-        f'stroke-width="{width * k:g}"/>'
-        for tone, width in (("#000a", 4.5), (color, 2))
-    )
-    text = mark.name
-    if mark.confidence is not None:
-        text += f" {mark.confidence:.2f}" + (f" {mark.why}" if mark.why else "")
-    size = 14 * k
-    right = mark.u + radius + 6 * k + 0.58 * size * len(text) < shown.width
-    below = mark.v - radius - size < 0
-    label = (
-        f'<text x="{(radius + 5 * k) * (1 if right else -1):.1f}" '
-        f'y="{(radius + size) if below else -radius * 0.6:.1f}" '
-        f'text-anchor="{"start" if right else "end"}" font-weight="600" '
-        f'fill="{color}" stroke="#000c" stroke-width="{3.2 * k:g}" paint-order="stroke" '
-        f'font-family="Roboto, sans-serif">{escape(text)}</text>'
-    )
-    return (
-        f'<g data-marker="{escape(mark.name)}" data-frame="{shown.index}" '
-        f'transform="translate({mark.u:.2f} {mark.v:.2f})">{shapes}{label}</g>'
-    )
-
-
-# One browser
-
 
 LOOK, AIM, PICK, ADD, REMOVE = "look", "aim", "pick", "add", "remove"
 TOOLS = {
@@ -621,7 +255,7 @@ class Plot:
 class Page:
     """One browser's page."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: FarDesk) -> None:
         self.desk = desk
         self.tool = AIM
         self.mask = ""
@@ -988,68 +622,3 @@ def facts_of(state: State) -> str:
     rows.append(("colours in", state.file))
     cells = "".join(f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in rows)
     return f'<table class="facts">{cells}</table>'
-
-
-# The server
-
-
-def serve(pipe: Connection, listener: socket.socket, token: str, hosts: Sequence[str]) -> None:
-    """Serve the page until the process ends.
-
-    Args:
-        pipe: to the tracker's desk.
-        listener: bound already.
-        token: lets a browser in.
-        hosts: HOST:PORT by which browsers may call it.
-    """
-    desk = Desk(pipe)
-    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-
-    @app.get("/view/{camera}/{index}.jpg")
-    def view(camera: str, index: int) -> Response:
-        feed = desk.feeds.get(camera)
-        shown = feed and feed.shown.get(index)
-        if not shown:
-            return Response(status_code=404)
-        fresh = {"cache-control": "private, max-age=60"}
-        return Response(shown.jpeg, media_type="image/jpeg", headers=fresh)
-
-    @app.get("/history.csv")
-    def history() -> Response:
-        named = {"content-disposition": "attachment; filename=history.csv"}
-        return Response(csv_of(list(desk.past)), media_type="text/csv", headers=named)
-
-    async def root() -> None:
-        await Page(desk).build()
-
-    def forget(client: Any) -> None:
-        desk.pages.discard(client.id)
-        for feed in desk.feeds.values():
-            feed.masks.pop(client.id, None)
-
-    nice.on_delete(forget)
-    # Its own socket would take every origin; and what is polled is posted, which the gate refuses.
-    core.sio.eio.cors_allowed_origins = [f"http://{host}" for host in hosts]
-    core.sio.eio.transports = ["websocket"]
-    nice.config.socket_io_js_transports = ["websocket"]
-    ui.run_with(
-        app,
-        root=root,
-        title="BrickServo",
-        dark=None,
-        language="en-US",
-        reconnect_timeout=10.0,
-        message_history_length=200,
-        tailwind=False,
-        show_welcome_message=False,
-    )
-    gate = Gate(app, token, hosts)
-    config = uvicorn.Config(
-        gate,
-        log_level="critical",  # addresses hold the token
-        access_log=False,
-        ws="wsproto",
-        ws_max_size=LARGEST,
-        server_header=False,
-    )
-    uvicorn.Server(config).run(sockets=[listener])

@@ -1,0 +1,1 @@
+"""The page: watch, pick, aim, start, stop; a web page, in a process of its own."""

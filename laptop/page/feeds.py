@@ -1,0 +1,122 @@
+"""What all browsers share: the tracker's desk as the page's process sees it."""
+
+from __future__ import annotations
+
+import asyncio
+import csv
+import io
+import math
+import time
+from collections import OrderedDict, deque
+from collections.abc import Sequence
+from multiprocessing.connection import Connection
+from typing import Any
+
+from laptop.page.desk import HISTORY, SAMPLE, Door, Sample, Shown, State
+
+FRAMES, ALTOGETHER = 20.0, 30.0
+"""Pictures per second of a camera that one browser gets, and all of them: more show nobody more,
+and browsers on this machine take the tracker's time."""
+AT_HAND = 40
+"""Pictures of a camera that browsers may still fetch."""
+
+
+class Feed:
+    """One camera's pictures, asked for once however many browsers look.
+
+    Args:
+        desk: asks it.
+        camera: its name.
+    """
+
+    def __init__(self, desk: FarDesk, camera: str) -> None:
+        self._desk = desk
+        self.camera = camera
+        self.shown: OrderedDict[int, Shown] = OrderedDict()
+        self.masks: dict[str, str] = {}  # whose pixels are to be shown, per browser
+        self._asked = -math.inf
+        self._lock = asyncio.Lock()
+
+    @property
+    def newest(self) -> Shown | None:
+        """The newest picture that is here."""
+        return next(reversed(self.shown.values())) if self.shown else None
+
+    async def refresh(self) -> Shown | None:
+        """The newest picture there is."""
+        async with self._lock:
+            if time.monotonic() - self._asked > 0.8 / ALTOGETHER:
+                self._asked = time.monotonic()
+                newest = self.newest
+                masks = tuple(set(self.masks.values()))
+                index = newest.index if newest else -1
+                shown = await self._desk.ask("view", self.camera, index, masks)
+                if shown:
+                    self.shown[shown.index] = shown
+                    while len(self.shown) > AT_HAND:
+                        self.shown.popitem(last=False)
+        return self.newest
+
+
+class FarDesk:
+    """The tracker's desk, seen from here: never blocks, and what many ask is asked once.
+
+    Args:
+        pipe: to it.
+    """
+
+    def __init__(self, pipe: Connection) -> None:
+        self._door = Door(pipe)
+        self.feeds: dict[str, Feed] = {}
+        self.state: State | None = None
+        self.past: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
+        self.pages: set[str] = set()  # of browsers, by NiceGUI's id
+        self._looked = -math.inf
+        self._lock = asyncio.Lock()
+
+    @property
+    def pace(self) -> float:
+        """Between two pictures of a camera for one browser, s."""
+        return max(1 / FRAMES, len(self.pages) / ALTOGETHER)
+
+    async def ask(self, question: str, *args: Any) -> Any:
+        """See `laptop.desk.Door.ask`."""
+        return await asyncio.to_thread(self._door.ask, question, *args)
+
+    async def look(self) -> State:
+        """The newest state and history."""
+        async with self._lock:
+            if self.state is None or time.monotonic() - self._looked > SAMPLE / 2:
+                self._looked = time.monotonic()
+                self.state = await self.ask("state")
+                for eye in self.state.eyes:
+                    self.feeds.setdefault(eye.camera, Feed(self, eye.camera))
+                last = self.past[-1].t if self.past else -math.inf
+                self.past.extend(await self.ask("history", last))
+        return self.state
+
+
+def csv_of(samples: Sequence[Sample]) -> str:
+    """The history as CSV: t, error, components, joints in degrees, condition, moves, cameras."""
+    rows = sorted({row for sample in samples for row in sample.e})
+    joints = max((len(sample.q) for sample in samples), default=0)
+    cameras = sorted({name for sample in samples for name in sample.ages})
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(
+        ["t", "error_px"]
+        + [f"e_{row}_px" for row in rows]
+        + [f"q{n}_deg" for n in range(1, joints + 1)]
+        + ["condition", "moves"]
+        + [f"{what}_{name}" for name in cameras for what in ("age_ms", "fps")]
+    )
+    for sample in samples:
+        angles = [math.degrees(angle) for angle in sample.q]
+        numbers: list[float | None] = [sample.t, sample.error]
+        numbers += [sample.e.get(row) for row in rows]
+        numbers += [*angles, *[None] * (joints - len(angles)), sample.condition, sample.moves]
+        for name in cameras:
+            age = sample.ages.get(name)
+            numbers += [None if age is None else 1000 * age, sample.rates.get(name)]
+        writer.writerow(["" if n is None else f"{n:.10g}" for n in numbers])
+    return out.getvalue()

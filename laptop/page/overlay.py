@@ -1,0 +1,125 @@
+"""What is drawn over a picture of a camera, as SVG in its pixels."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from html import escape
+
+from laptop.page.desk import EFFECTOR, Mark, Shown
+from laptop.watching import GOAL, Point
+
+_INK = {EFFECTOR: "#ffd60a", GOAL: "#40e0ff"}
+_OTHERS = ("#7dff8a", "#ff9df5", "#b9a5ff")
+
+
+def ink(name: str, names: Sequence[str]) -> str:
+    """The colour of a marker's overlay."""
+    others = [other for other in names if other not in _INK]
+    return _INK.get(name) or _OTHERS[others.index(name) % len(_OTHERS)]
+
+
+def overlay(
+    shown: Shown,
+    mask: str = "",
+    windows: bool = True,
+    drag: Sequence[Point] = (),
+    box: bool = False,
+) -> str:
+    """The SVG that belongs to one picture.
+
+    Args:
+        mask: the marker whose pixels are to be shown, or "".
+        drag: what the pointer draws just now, px; `box`: a rectangle, else a path.
+    """
+    k = shown.width / 640
+    names = [mark.name for mark in shown.marks]
+    parts = []
+    if png := shown.masks.get(mask):
+        data = base64.b64encode(png).decode()
+        parts.append(
+            f'<rect width="{shown.width}" height="{shown.height}" fill="#000" opacity=".55"/>'
+            f'<image width="{shown.width}" height="{shown.height}" opacity=".95" '
+            f'href="data:image/png;base64,{data}"/>'
+        )
+    parts.append(
+        f'<g transform="translate(.5 .5)" style="--k:{k:g}" fill="none" stroke-linecap="round">'
+    )
+    if len(shown.trail) > 1:
+        parts.append(_line(shown.trail, "#ffd60a", 1.6 * k, "opacity='.75'"))
+    if shown.aim:
+        if shown.ahead:
+            way = [shown.aim, *shown.ahead]
+            dashes = f"stroke-dasharray='{5 * k:g} {5 * k:g}'"
+            parts.append(_line(way, "#ff5ca8", 2 * k, dashes))
+            parts += [_dot(u, v, 3 * k, "#ff5ca8") for u, v in shown.ahead]
+        parts.append(_target(*shown.aim, k))
+    for mark in shown.marks:
+        color = ink(mark.name, names)
+        if windows and mark.window:
+            left, top, right, bottom = mark.window
+            parts.append(
+                f'<rect x="{left:.1f}" y="{top:.1f}" width="{right - left:.1f}" '
+                f'height="{bottom - top:.1f}" stroke="{color}" stroke-width="{k:g}" '
+                f'stroke-dasharray="{3 * k:g} {4 * k:g}" opacity=".8"/>'
+            )
+        parts.append(_marked(mark, color, shown, k))
+    if len(drag) > 1:
+        if box:
+            (u0, v0), (u1, v1) = drag[0], drag[-1]
+            parts.append(
+                f'<rect x="{min(u0, u1):.1f}" y="{min(v0, v1):.1f}" width="{abs(u1 - u0):.1f}" '
+                f'height="{abs(v1 - v0):.1f}" stroke="#fff" stroke-width="{1.5 * k:g}" '
+                f'stroke-dasharray="{4 * k:g}"/>'
+            )
+        else:
+            parts.append(_line(drag, "#ff5ca8", 2.5 * k))
+    return "".join([*parts, "</g>"])
+
+
+def _line(points: Sequence[Point], color: str, width: float, more: str = "") -> str:
+    way = " ".join(f"{u:.1f},{v:.1f}" for u, v in points)
+    return f'<polyline points="{way}" stroke="{color}" stroke-width="{width:g}" {more}/>'
+
+
+def _dot(u: float, v: float, radius: float, color: str) -> str:
+    return f'<circle cx="{u:.1f}" cy="{v:.1f}" r="{radius:g}" fill="{color}"/>'
+
+
+def _target(u: float, v: float, k: float) -> str:
+    rings = "".join(
+        f'<circle r="{9 * k:g}" stroke="{color}" stroke-width="{width * k:g}"/>'
+        f'<path d="M{-15 * k:g},0H{15 * k:g}M0,{-15 * k:g}V{15 * k:g}" stroke="{color}" '
+        f'stroke-width="{width * k:g}"/>'
+        for color, width in (("#000a", 5), ("#ff5ca8", 2.4))
+    )
+    return f'<g data-aim="{u:.1f},{v:.1f}" transform="translate({u:.1f} {v:.1f})">{rings}</g>'
+
+
+def _marked(mark: Mark, color: str, shown: Shown, k: float) -> str:
+    if mark.u is None or mark.v is None:
+        return ""
+    radius = mark.radius or 10 * k
+    shapes = "".join(
+        f'<circle r="{radius:.1f}" stroke="{tone}" stroke-width="{width * k:g}"/>'
+        f'<path d="M{-5 * k:g},0H{5 * k:g}M0,{-5 * k:g}V{5 * k:g}" stroke="{tone}" '
+        f'stroke-width="{width * k:g}"/>'
+        for tone, width in (("#000a", 4.5), (color, 2))
+    )
+    text = mark.name
+    if mark.confidence is not None:
+        text += f" {mark.confidence:.2f}" + (f" {mark.why}" if mark.why else "")
+    size = 14 * k
+    right = mark.u + radius + 6 * k + 0.58 * size * len(text) < shown.width
+    below = mark.v - radius - size < 0
+    label = (
+        f'<text x="{(radius + 5 * k) * (1 if right else -1):.1f}" '
+        f'y="{(radius + size) if below else -radius * 0.6:.1f}" '
+        f'text-anchor="{"start" if right else "end"}" font-weight="600" '
+        f'fill="{color}" stroke="#000c" stroke-width="{3.2 * k:g}" paint-order="stroke" '
+        f'font-family="Roboto, sans-serif">{escape(text)}</text>'
+    )
+    return (
+        f'<g data-marker="{escape(mark.name)}" data-frame="{shown.index}" '
+        f'transform="translate({mark.u:.2f} {mark.v:.2f})">{shapes}{label}</g>'
+    )

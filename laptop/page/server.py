@@ -1,0 +1,79 @@
+"""The page's server: behind the gate, pictures to fetch and a page for each browser."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Sequence
+from multiprocessing.connection import Connection
+from typing import Any
+
+import uvicorn
+from fastapi import FastAPI, Response
+from nicegui import app as nice
+from nicegui import core, ui
+
+from laptop.page.browser import Page
+from laptop.page.feeds import FarDesk, csv_of
+from laptop.page.gate import LARGEST, Gate
+
+
+def serve(pipe: Connection, listener: socket.socket, token: str, hosts: Sequence[str]) -> None:
+    """Serve the page until the process ends.
+
+    Args:
+        pipe: to the tracker's desk.
+        listener: bound already.
+        token: lets a browser in.
+        hosts: HOST:PORT by which browsers may call it.
+    """
+    desk = FarDesk(pipe)
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+
+    @app.get("/view/{camera}/{index}.jpg")
+    def view(camera: str, index: int) -> Response:
+        feed = desk.feeds.get(camera)
+        shown = feed and feed.shown.get(index)
+        if not shown:
+            return Response(status_code=404)
+        fresh = {"cache-control": "private, max-age=60"}
+        return Response(shown.jpeg, media_type="image/jpeg", headers=fresh)
+
+    @app.get("/history.csv")
+    def history() -> Response:
+        named = {"content-disposition": "attachment; filename=history.csv"}
+        return Response(csv_of(list(desk.past)), media_type="text/csv", headers=named)
+
+    async def root() -> None:
+        await Page(desk).build()
+
+    def forget(client: Any) -> None:
+        desk.pages.discard(client.id)
+        for feed in desk.feeds.values():
+            feed.masks.pop(client.id, None)
+
+    nice.on_delete(forget)
+    # Its own socket would take every origin; and what is polled is posted, which the gate refuses.
+    core.sio.eio.cors_allowed_origins = [f"http://{host}" for host in hosts]
+    core.sio.eio.transports = ["websocket"]
+    nice.config.socket_io_js_transports = ["websocket"]
+    ui.run_with(
+        app,
+        root=root,
+        title="BrickServo",
+        dark=None,
+        language="en-US",
+        reconnect_timeout=10.0,
+        message_history_length=200,
+        tailwind=False,
+        show_welcome_message=False,
+    )
+    gate = Gate(app, token, hosts)
+    config = uvicorn.Config(
+        gate,
+        log_level="critical",  # addresses hold the token
+        access_log=False,
+        ws="wsproto",
+        ws_max_size=LARGEST,
+        server_header=False,
+    )
+    uvicorn.Server(config).run(sockets=[listener])
