@@ -76,6 +76,28 @@ ON_THE_BRICK = click.option(
 )
 
 
+def on_the_page(command: Callable[..., None]) -> Callable[..., None]:
+    """Options of a command that serves the page."""
+    for option in (
+        click.option("--open", "open", is_flag=True, help="Open what is to be seen in a browser."),
+        click.option(
+            "--page-host",
+            default="127.0.0.1",
+            metavar="H",
+            show_default=True,
+            help="Address at which the page is to be had; 0.0.0.0 for the whole network.",
+        ),
+        click.option(
+            "--page-port",
+            type=click.IntRange(0, 65535),
+            metavar="P",
+            help="Of the page, 0 for any.  [default: 7780, or any if that is taken]",
+        ),
+    ):
+        command = option(command)
+    return command
+
+
 @laptop.command(
     context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
     epilog=f"Plant constants: {_plants()}.",
@@ -340,8 +362,13 @@ def _report(summary: dict, took: float) -> str:
 @click.option(
     "--out", default="runs", metavar="DIR", type=click.Path(path_type=Path), show_default=True
 )
-@click.option("--open/--no-open", "show", help="Open the report in a browser at the end.")
-def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
+@click.option(
+    "--page/--no-page",
+    default=True,
+    help="Serve a web page to watch from, and to stop the arm (default); its address is printed.",
+)
+@on_the_page
+def demo(arm_file: str, **orders: Any) -> None:
     """Show everything without brick or camera: draw three lines, then reach three goals by sight.
 
     The programs of the brick run unmodified and in real time, linked to the tracker by TCP; one
@@ -354,11 +381,11 @@ def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
     from laptop import demo as show_off  # OpenCV and matplotlib are slow to import
 
     try:
-        status, page = show_off.run(show_off.Orders(out, arm_file, seed), Console())
+        status, report = show_off.run(show_off.Orders(arm=arm_file, **orders), Console())
     except ArmError as error:
         raise click.ClickException(str(error)) from None
-    if show:
-        webbrowser.open(page.as_uri())
+    if orders["open"]:
+        webbrowser.open(report.as_uri())
     sys.exit(status)
 
 
@@ -442,21 +469,14 @@ def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
     help="Serve a web page to watch, pick, aim and stop from; its address is printed.  "
     "[default: with --serve]",
 )
+@on_the_page
 @click.option(
-    "--page-port",
-    type=click.IntRange(0, 65535),
-    metavar="P",
-    help="Of the page, 0 for any.  [default: 7780, or any if that is taken]",
+    "--brick/--no-brick",
+    default=True,
+    help="Before a synthetic camera, an emulated brick comes when the page is first opened and "
+    "none has called (default).",
 )
-@click.option(
-    "--page-host",
-    default="127.0.0.1",
-    metavar="H",
-    show_default=True,
-    help="Address at which the page is to be had; 0.0.0.0 for the whole network.",
-)
-@click.option("--open", "open", is_flag=True, help="Open the page in a browser.")
-def track(page: bool | None, **orders: Any) -> None:
+def track(page: bool | None, brick: bool, **orders: Any) -> None:
     """Find the markers in every frame, and serve the brick.
 
     Ends with the last video, or by Ctrl-C.
@@ -473,7 +493,7 @@ def track(page: bool | None, **orders: Any) -> None:
         status = tracking.command(
             tracking.Orders(page=shown, **orders),
             partial(_synthetic, arm),
-            own_brick=partial(_own_brick, arm),
+            own_brick=partial(_own_brick, arm) if brick else None,
         )
     except ArmError as error:
         raise click.ClickException(str(error)) from None

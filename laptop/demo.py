@@ -29,7 +29,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from rich.console import Console
@@ -43,6 +43,8 @@ from laptop.drawing import pen_down_runs
 from laptop.simulator.clocks import UPTIME
 from laptop.simulator.scene import Scene, cameras, read_scene
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
+
+Told = TypeVar("Told")
 
 LAPTOP = (sys.executable, "-m", "laptop")
 ROOT = Path(__file__).resolve().parent.parent
@@ -134,12 +136,18 @@ class Orders:
     arm    name or file
     seed   draws camera, table and goals
     servo  the program that servoes
+    page, page_host, page_port   whether the tracker serves its page, and where
+    open   the page is opened in a browser
     """
 
     out: Path
     arm: str = "planar"
     seed: int = 0
     servo: Path = SERVO
+    page: bool = False
+    page_host: str = "127.0.0.1"
+    page_port: int | None = None
+    open: bool = False
 
 
 # The scene and the goals
@@ -563,6 +571,10 @@ class Progress:
             )
         return table
 
+    def say(self, line: str) -> None:
+        """A line of its own, above all."""
+        self._console.print(line, soft_wrap=True, highlight=False, markup=False)
+
     @contextmanager
     def shown(self) -> Iterator[None]:
         """While the block runs."""
@@ -577,9 +589,7 @@ class Progress:
         stage = self.stages[name]
         stage.finish(well, text)
         if not self._console.is_terminal:
-            self._console.print(
-                f"{name}: {text} ({stage.seconds})", soft_wrap=True, highlight=False, markup=False
-            )
+            self.say(f"{name}: {text} ({stage.seconds})")
 
 
 # The demo
@@ -676,7 +686,7 @@ class Show:
         stages[TRACKER].begin("starting")
         tracker = self._crew.start(
             TRACKER,
-            ["track", "--no-page", *["--camera", "synthetic"] * len(self._views)]
+            ["track", *["--camera", "synthetic"] * len(self._views), *self._page_words()]
             + ["--scene", self.story["scene"], "--host", "127.0.0.1", "--port", "0"]
             + ["--csv", str(self._folder / "track.csv")]
             + ["--picture", str(self._folder / "camera.png")],
@@ -684,8 +694,10 @@ class Show:
         home = self._folder / "drawing"
         stages[DRAWING].begin("starting")
         drawing = self._simulate(DRAWING, ["--realtime"], home, [str(DRIVER)])
-        place, code = _invited(tracker)
+        place, code = _said(tracker, read_invitation)
         self._progress.finish(TRACKER, True, f"listens at {place}")
+        if self._orders.page:
+            self._progress.say(f"page: {_said(tracker, read_page)}")
         self._wait(drawing, tracker, home, DRAWN)
         summary = json.loads((home / SUMMARY).read_text(encoding="utf-8"))
         if summary["status"]:
@@ -713,6 +725,15 @@ class Show:
         self._conclude_comparison()
         for program in self._played:
             program.wait(ENDED)  # it may be at its picture
+
+    def _page_words(self) -> list[str]:
+        """What the tracker is told of the page; it is to bring no brick along."""
+        orders = self._orders
+        if not orders.page:
+            return ["--no-page"]
+        words = ["--page", "--no-brick", "--page-host", orders.page_host]
+        words += [] if orders.page_port is None else ["--page-port", str(orders.page_port)]
+        return words + ["--open"] * orders.open
 
     def _simulate(
         self, name: str, options: Sequence[str], home: Path, script: Sequence[str]
@@ -816,13 +837,20 @@ def read_invitation(line: str) -> tuple[str, str] | None:
     return (found.group(1), found.group(2)) if found else None
 
 
-def _invited(tracker: Program) -> tuple[str, str]:
+def read_page(line: str) -> str | None:
+    """The page's address from what the tracker prints; None of another line."""
+    found = re.match(r"page: (http://\S+)", line)
+    return found.group(1) if found else None
+
+
+def _said(tracker: Program, read: Callable[[str], Told | None]) -> Told:
+    """What is read from the first line of the tracker that has it."""
     deadline = time.monotonic() + READY
     while time.monotonic() < deadline:
         for line in list(tracker.lines):
-            invitation = read_invitation(line)
-            if invitation:
-                return invitation
+            told = read(line)
+            if told is not None:
+                return told
         if not tracker.running:
             tracker.wait(ENDED)
             raise tracker.complain()

@@ -70,6 +70,9 @@ if command == "track":
     if fault == "no tracker":
         sys.exit("laptop: cannot listen; choose another port")
     print("on the brick: robot/visual_servoing.py 127.0.0.1:7712 --code ABCD-EFGH", flush=True)
+    if "--page" in words:
+        print("page: others can reach it")
+        print("page: http://127.0.0.1:%s/?token=t" % value("--page-port"), flush=True)
     if fault == "tracker dies":
         time.sleep(0.05)
         sys.exit("laptop: the camera is gone")
@@ -230,6 +233,28 @@ def test_a_demo_that_works_leaves_its_report_and_no_process(play):
     assert [a.name for a in run.approaches] == ["goal 1", "goal 2", "goal 3"]
     assert run.rival.method == "report"
     assert max(a.error for a in run.approaches) < 0.1
+
+
+def words_of(play, command):
+    """What the one program of this command was told."""
+    told = [(play.pids / name).read_text() for name in os.listdir(play.pids)]
+    (words,) = [words for words in told if words.startswith(command)]
+    return words.partition(" on ")[0].split()
+
+
+def test_its_page_can_be_watched_and_brings_no_brick_of_its_own(play):
+    assert play(page=True, page_port=7790, page_host="127.0.0.1", open=True)[0] == 0, play.said
+    assert "page: http://127.0.0.1:7790/?token=t\n" in play.said
+    track, *words = words_of(play, "track")
+    told = laptop.commands[track].make_context(track, words).params
+    assert (told["page"], told["brick"], told["open"]) == (True, False, True)
+    assert (told["page_host"], told["page_port"]) == ("127.0.0.1", 7790)
+
+
+def test_without_a_page_none_is_served(play):
+    assert play()[0] == 0, play.said
+    assert "page:" not in play.said
+    assert "--no-page" in words_of(play, "track")
 
 
 def test_an_arm_in_space_is_shown_by_two_cameras_and_judged_in_space(play):

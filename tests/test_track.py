@@ -203,6 +203,7 @@ def test_every_camera_is_opened_under_its_letter_and_asked_what_it_can_do(monkey
     for source in ("film.avi", "synthetic", "3", "synthetic"):
         words += ["--camera", source]
     with track_command.make_context("track", words) as context:
+        assert context.params.pop("brick")
         assert track.command(track.Orders(**context.params), synthetic) == 0
     assert opened == [
         ("film.avi", True, 20.0, None),
