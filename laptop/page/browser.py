@@ -30,8 +30,8 @@ from laptop.page.feeds import FRAMES, FarDesk
 from laptop.page.overlay import overlay
 from laptop.watching import GOAL, Point
 
-PLOTS = 1.0
-"""Plots are drawn anew every so many s for each browser."""
+FACTS, PLOTS = 1.0, 1.0
+"""Figures and plots are shown anew every so many s for each browser."""
 UNSEEN = 1.0
 """A picture that a browser has not shown so long after it was sent, s, is given up."""
 CLICK = 5.0
@@ -263,8 +263,8 @@ class Page:
         self.paused = False
         self._pictures: dict[str, Picture] = {}
         self._marker = EFFECTOR
-        self._facts = ""
-        self._plot_next = -math.inf
+        self._typed: tuple[str, ...] = ()  # what is shown to be typed on the brick
+        self._state_due = self._facts_due = self._plot_due = -math.inf
 
     async def build(self) -> None:
         """Everything on it."""
@@ -409,11 +409,11 @@ class Page:
         await asyncio.gather(*(picture.refresh() for picture in self._pictures.values()))
 
     async def _describe(self) -> None:
-        self._show_state(await self.desk.look())
+        if time.monotonic() >= self._state_due:
+            self._state_due = self.desk.due(SAMPLE)
+            self._show_state(await self.desk.look())
 
     def _show_state(self, state: State) -> None:
-        for picture in self._pictures.values():
-            picture.describe(state)
         status = state.status if state.brick else None
         verdict = status.verdict if status else None
         if state.running:
@@ -446,19 +446,22 @@ class Page:
         names = list(state.markers)
         if self._which.options != [*dict.fromkeys([EFFECTOR, GOAL, *names, self._marker])]:
             self._which.set_options([*dict.fromkeys([EFFECTOR, GOAL, *names, self._marker])])
-        facts = facts_of(state)
-        if facts != self._facts:
-            self._facts = facts
-            self._table.set_content(facts)
+        if state.commands != self._typed:
+            self._typed = state.commands
             self._commands.clear()
             with self._commands:
                 for command in state.commands:
                     ui.label(f"{command} --wait").classes("mono")
+        if time.monotonic() >= self._facts_due:  # figures that change all the time
+            self._facts_due = self.desk.due(FACTS)
+            for picture in self._pictures.values():
+                picture.describe(state)
+            self._table.set_content(facts_of(state))
 
     async def _plot(self) -> None:
-        if not self._plotting.value or time.monotonic() < self._plot_next:
+        if not self._plotting.value or time.monotonic() < self._plot_due:
             return
-        self._plot_next = time.monotonic() + PLOTS * (len(self.desk.pages) - 0.5)
+        self._plot_due = self.desk.due(PLOTS)
         past = list(self.desk.past)
         if not past:
             return

@@ -54,6 +54,8 @@ UNDONE = 50
 """Changes of colours that can be taken back."""
 ANSWER = 3.0
 """A brick that has not begun so long after a start, s, does not."""
+FINEST = 2.0
+"""The tip's trail goes on where it has moved so far, px."""
 APART = 25.0
 """Between two points of a path, px."""
 QUALITY = 80
@@ -226,9 +228,9 @@ class _Watched:
         view = self.watcher.view
         seen = view and view.found.get(EFFECTOR)
         if view and seen and seen.confidence >= BELIEVED:
-            t = view.frame.t
-            if not self.trail or self.trail[-1][0] != t:
-                self.trail.append((t, (seen.u, seen.v)))
+            where = seen.u, seen.v
+            if not self.trail or math.dist(self.trail[-1][1], where) >= FINEST:
+                self.trail.append((view.frame.t, where))
 
     def count(self, now: float) -> None:
         """How many frames there were until now (s)."""

@@ -14,9 +14,9 @@ from typing import Any
 
 from laptop.page.desk import HISTORY, SAMPLE, Door, Sample, Shown, State
 
-FRAMES, ALTOGETHER = 20.0, 30.0
-"""Pictures per second of a camera that one browser gets, and all of them: more show nobody more,
-and browsers on this machine take the tracker's time."""
+FRAMES, ALTOGETHER = 16.0, 20.0
+"""Pictures per second of a camera that one browser gets, and of all cameras all browsers: more
+show nobody more, and browsers on this machine take the tracker's time."""
 AT_HAND = 40
 """Pictures of a camera that browsers may still fetch."""
 
@@ -77,7 +77,11 @@ class FarDesk:
     @property
     def pace(self) -> float:
         """Between two pictures of a camera for one browser, s."""
-        return max(1 / FRAMES, len(self.pages) / ALTOGETHER)
+        return max(1 / FRAMES, len(self.pages) * len(self.feeds) / ALTOGETHER)
+
+    def due(self, period: float) -> float:
+        """When a browser's next thing is due that comes every so many s; the more, the later."""
+        return time.monotonic() + period * (max(1, len(self.pages)) - 0.5)
 
     async def ask(self, question: str, *args: Any) -> Any:
         """See `laptop.desk.Door.ask`."""
