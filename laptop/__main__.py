@@ -716,6 +716,30 @@ def bench_servo(
         click.echo(line)
 
 
+@bench.command("page")
+@click.option(
+    "--seeds", type=_Seeds(), default="1000:1004", show_default=True, help="Cameras and goals."
+)
+@click.option("--json", "as_json", is_flag=True, help="All figures instead of the table.")
+def bench_page(seeds: range, as_json: bool) -> None:
+    """What it matters how many look at the page: tracking, servoing, and how late they see."""
+    from laptop.bench import page, show
+
+    try:
+        todo = len(seeds) * len(page.CASES)
+        results = list(show.progress(page.run(seeds), todo, "looking"))
+    except ArmError as error:
+        raise click.ClickException(str(error)) from None
+    if as_json:
+        click.echo(json.dumps([asdict(result) for result in results], indent=1))
+        return
+    title = (
+        f"seeds {seeds.start}:{seeds.stop}; camera, brick and browsers on one machine, "
+        f"{os.cpu_count()} cores; figures from the emulator, in real time"
+    )
+    show.table(title, page.HEADINGS, page.table(results), sections=0)
+
+
 @bench.command("limits")
 def bench_limits() -> None:
     """Where straightness ends: the planar arm's three lines on plants farther and farther off."""

@@ -694,10 +694,10 @@ class Show:
         home = self._folder / "drawing"
         stages[DRAWING].begin("starting")
         drawing = self._simulate(DRAWING, ["--realtime"], home, [str(DRIVER)])
-        place, code = _said(tracker, read_invitation)
+        place, code = said(tracker, read_invitation)
         self._progress.finish(TRACKER, True, f"listens at {place}")
         if self._orders.page:
-            self._progress.say(f"page: {_said(tracker, read_page)}")
+            self._progress.say(f"page: {said(tracker, read_page)}")
         self._wait(drawing, tracker, home, DRAWN)
         summary = json.loads((home / SUMMARY).read_text(encoding="utf-8"))
         if summary["status"]:
@@ -708,20 +708,20 @@ class Show:
         self._progress.finish(DRAWING, report.drawn(lines), report.lines_text(lines))
 
         for goal in self._goals:
-            start = _start_words(self._arm, home)
+            start = start_words(self._arm, home)
             home = self._folder / goal.name.replace(" ", "-")
             stages[goal.name].begin("starting")
             program = self._simulate(
                 goal.name,
                 ["--realtime", start],
                 home,
-                [str(self._orders.servo), place, "--code", code, *_goal_words(goal)]
+                [str(self._orders.servo), place, "--code", code, *goal_words(goal)]
                 + ["--log", f"{home}.jsonl"],
             )
             if self._rival is None:
                 self._compare(goal, start)
             self._wait(program, tracker, home, SERVOED)
-            self._take(goal.name, _approach(self._views, goal, home, program), "approaches")
+            self._take(goal.name, approach_of(self._views, goal, home, program), "approaches")
         self._conclude_comparison()
         for program in self._played:
             program.wait(ENDED)  # it may be at its picture
@@ -749,7 +749,7 @@ class Show:
             RIVAL,
             ["--scene", self.story["scene"] + STANDS[self._arm.chain].rival, start],
             home,
-            [str(self._orders.servo), *_goal_words(goal), "--method", "report"]
+            [str(self._orders.servo), *goal_words(goal), "--method", "report"]
             + ["--budget", f"{REPORT_BUDGET:g}", "--log", f"{home}.jsonl"],
         )
         # What runs in real time goes first.
@@ -766,7 +766,7 @@ class Show:
         try:
             self._rival.interrupt()
             self._rival.wait(ENDED)
-            approach = _approach(self._views, self._goals[0], home, self._rival)
+            approach = approach_of(self._views, self._goals[0], home, self._rival)
             self._take(RIVAL, approach, "rival")
         except DemoFailed as trouble:
             self.story["trouble"] = str(trouble)
@@ -843,7 +843,7 @@ def read_page(line: str) -> str | None:
     return found.group(1) if found else None
 
 
-def _said(tracker: Program, read: Callable[[str], Told | None]) -> Told:
+def said(tracker: Program, read: Callable[[str], Told | None]) -> Told:
     """What is read from the first line of the tracker that has it."""
     deadline = time.monotonic() + READY
     while time.monotonic() < deadline:
@@ -887,7 +887,7 @@ def read_trace(file: Path) -> list[Row]:
         raise DemoFailed(f"{file} cannot be read; is the disk full?") from None
 
 
-def _start_words(arm: Arm, home: Path) -> str:
+def start_words(arm: Arm, home: Path) -> str:
     """Where a run left the arm, for the next one; within what is allowed."""
     q = read_trace(home / "trace.csv")[-1].q
     angles = [
@@ -896,11 +896,12 @@ def _start_words(arm: Arm, home: Path) -> str:
     return "--start=" + ",".join(f"{angle:.4f}" for angle in angles)
 
 
-def _goal_words(goal: Goal) -> list[str]:
+def goal_words(goal: Goal) -> list[str]:
+    """What the servo is told of a goal."""
     return [f"--goal={words}" for words in goal.told]
 
 
-def _approach(views: Views, goal: Goal, home: Path, program: Program) -> dict[str, Any]:
+def approach_of(views: Views, goal: Goal, home: Path, program: Program) -> dict[str, Any]:
     """One run of the servo as it truly was; what report.read_approach reads.
 
     Raises:

@@ -34,6 +34,7 @@ RULES = {
     ),
     "laptop.simulator.sight": ("laptop.simulator", "laptop.markers", "laptop.tracker"),
     "laptop.bench": ("laptop", "robot", "shared", *LIBRARIES),
+    "laptop.bench.page": ("laptop", "robot", "shared", *LIBRARIES, "playwright"),
     "laptop.demo": ("laptop", "-laptop.bench", "shared", *LIBRARIES),
     "laptop.__main__": ("laptop", "shared", *LIBRARIES),
     **{  # only these import what the page is made with

@@ -26,10 +26,12 @@ from laptop.page.desk import (
     Shown,
     State,
 )
-from laptop.page.feeds import FRAMES, FarDesk
+from laptop.page.feeds import FarDesk
 from laptop.page.overlay import overlay
 from laptop.watching import GOAL, Point
 
+GLANCE = 0.015
+"""Between two looks whether there is a new picture, s; a picture waits half as long on average."""
 FACTS, PLOTS = 1.0, 1.0
 """Figures and plots are shown anew every so many s for each browser."""
 UNSEEN = 1.0
@@ -288,7 +290,7 @@ class Page:
                 self._state_card()
         ui.keyboard(self._on_escape, ignore=[], repeating=False)
         ui.keyboard(self._on_key, ignore=["input", "select", "textarea"], repeating=False)
-        ui.timer(0.5 / FRAMES, self._refresh)
+        ui.timer(GLANCE, self._refresh)
         ui.timer(SAMPLE, self._describe)
         ui.timer(PLOTS, self._plot)
         self._show_state(state)

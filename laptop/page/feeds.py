@@ -34,7 +34,6 @@ class Feed:
         self.camera = camera
         self.shown: OrderedDict[int, Shown] = OrderedDict()
         self.masks: dict[str, str] = {}  # whose pixels are to be shown, per browser
-        self._asked = -math.inf
         self._lock = asyncio.Lock()
 
     @property
@@ -45,16 +44,14 @@ class Feed:
     async def refresh(self) -> Shown | None:
         """The newest picture there is."""
         async with self._lock:
-            if time.monotonic() - self._asked > 0.8 / ALTOGETHER:
-                self._asked = time.monotonic()
-                newest = self.newest
-                masks = tuple(set(self.masks.values()))
-                index = newest.index if newest else -1
-                shown = await self._desk.ask("view", self.camera, index, masks)
-                if shown:
-                    self.shown[shown.index] = shown
-                    while len(self.shown) > AT_HAND:
-                        self.shown.popitem(last=False)
+            newest = self.newest
+            masks = tuple(set(self.masks.values()))
+            index = newest.index if newest else -1
+            shown = await self._desk.ask("view", self.camera, index, masks)
+            if shown:
+                self.shown[shown.index] = shown
+                while len(self.shown) > AT_HAND:
+                    self.shown.popitem(last=False)
         return self.newest
 
 

@@ -1,0 +1,278 @@
+"""The page, measured: whether it matters to tracker and arm how many look, and how late they see.
+
+In real time, with real browsers: the tracker on rendered frames, a client that listens as a brick
+does, then the unmodified servo on the emulated brick, judged by the true pose.  The same seeds
+without a page are the reference.  A picture cannot be on a page before the camera has taken it and
+the tracker has looked at it: that is the limit, the age at the brick.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import shutil
+import signal
+import statistics
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from laptop import report
+from laptop.demo import (
+    SERVO,
+    SERVOED,
+    Crew,
+    Program,
+    Views,
+    approach_of,
+    choose_goals,
+    goal_words,
+    read_invitation,
+    read_page,
+    said,
+    start_words,
+)
+from robot.clock import Clock
+from robot.tracking_client import Memory, TrackingClient
+from shared.arm_description import ArmError, find_arm, read_arm
+from shared.pairing import read_code
+
+FPS = 30.0
+WARM, LISTENED = 4.0, 10.0
+"""A page is left alone, then for so long frames and pictures are counted, s."""
+SIZE = {"width": 1440, "height": 1000}
+"""Of a browser's window, px."""
+
+COLLECT = """() => {
+  window.drawn = [];
+  const image = document.querySelector('.picture img');
+  image.addEventListener('load', () => {
+    const source = image.src;
+    requestAnimationFrame(() => requestAnimationFrame(
+      () => window.drawn.push([Date.now() / 1000, source])));
+  });
+}"""
+"""Notes when which picture was on the screen: two frames of the screen after it was loaded."""
+
+
+class NoBrowser(ArmError):
+    """There is nothing to look at a page with."""
+
+
+@dataclass(frozen=True)
+class Looking:
+    """How many pages are open, and whether their browser is frozen while all else goes on."""
+
+    pages: int
+    frozen: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.pages}, frozen" if self.frozen else str(self.pages)
+
+
+CASES = (Looking(0), Looking(1), Looking(5), Looking(1, frozen=True))
+
+
+@dataclass(frozen=True)
+class Result:
+    """One seed with so many pages.
+
+    rate     frames per second that came in
+    ages     of the frames, from their capture to the brick's side, s
+    shown    pictures per second on one page
+    behind   of those, from their capture until they were on the screen, s
+    runs     per goal: truly reached, moves, s, px off
+    """
+
+    looking: Looking
+    seed: int
+    rate: float
+    ages: list[float]
+    shown: float
+    behind: list[float]
+    runs: list[tuple[bool, int, float, float]]
+
+
+@contextmanager
+def browser() -> Iterator[Any]:
+    """A real one, without a window.
+
+    Raises:
+        NoBrowser: playwright or chromium is not installed.
+    """
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        raise NoBrowser(
+            "playwright is not installed, which opens the pages; install it: uv sync --group dev"
+        ) from None
+    names = ("chromium", "chromium-browser", "google-chrome")
+    found = next(filter(None, map(shutil.which, names)), None)
+    if found is None:
+        raise NoBrowser("there is no chromium to open the pages; install it, e.g. by apt")
+    with sync_playwright() as playwright:
+        words = ["--no-sandbox"] if os.geteuid() == 0 else []
+        made = playwright.chromium.launch(executable_path=found, args=words)
+        yield made
+        made.close()
+
+
+def run(seeds: Sequence[int], cases: Sequence[Looking] = CASES) -> Iterator[Result]:
+    """All cases, seed by seed, in turn, so that a machine that slows down hits all alike.
+
+    Raises:
+        NoBrowser: pages cannot be opened.
+        ArmError: a program fails.
+    """
+    with browser() as made:
+        for k, seed in enumerate(seeds):
+            for looking in (*cases[k % len(cases) :], *cases[: k % len(cases)]):
+                yield _measure(made, seed, looking)
+
+
+def _measure(made: Any, seed: int, looking: Looking) -> Result:
+    arm = read_arm(find_arm("planar"))
+    scene, goals = choose_goals(arm, seed)
+    views = Views(arm, scene)
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-bench-")))
+        crew = Crew(folder, {"BRICKSERVO_STATE": str(folder), "BRICKSERVO_ARM": arm.file})
+        stack.callback(crew.close)
+        tracker = crew.start(
+            "tracker",
+            ["track", "--camera", "synthetic", "--scene", f"{scene},fps={FPS:g}"]
+            + ["--host", "127.0.0.1", "--port", "0", "--csv", str(folder / "track.csv")]
+            + ["--page", "--page-port", "0", "--no-brick"],
+        )
+        place, code = said(tracker, read_invitation)
+        pages = _open(made, said(tracker, read_page), looking.pages, stack)
+        time.sleep(WARM)
+        with _frozen(made) if looking.frozen else ExitStack():
+            if pages and not looking.frozen:
+                pages[0].evaluate(COLLECT)
+            rate, ages = _listen(place, code)
+            drawn = pages[0].evaluate("window.drawn") if pages and not looking.frozen else []
+            runs = []
+            start = "--start=home"
+            for number, goal in enumerate(goals, 1):
+                home = folder / f"goal-{number}"
+                words = ["simulate", "--realtime", start, "--arm", arm.file, "--out", str(home)]
+                words += [str(SERVO), place, "--code", code, *goal_words(goal)]
+                servo = crew.start(goal.name, [*words, "--log", f"{home}.jsonl"])
+                servo.wait(SERVOED)
+                runs.append(_judged(views, goal, home, servo))
+                start = start_words(arm, home)
+        crew.close()
+        return Result(
+            looking, seed, rate, ages, len(drawn) / LISTENED, _behind(folder, drawn), runs
+        )
+
+
+def _open(made: Any, address: str, count: int, stack: ExitStack) -> list[Any]:
+    pages = []
+    for _ in range(count):
+        context = made.new_context(viewport=SIZE)
+        stack.callback(context.close)
+        page = context.new_page()
+        page.goto(address)
+        page.wait_for_selector("[data-marker=effector]", state="attached")
+        pages.append(page)
+    return pages
+
+
+@contextmanager
+def _frozen(made: Any) -> Iterator[None]:
+    """All of the browser's processes stand still meanwhile."""
+    told = made.new_browser_cdp_session().send("SystemInfo.getProcessInfo")
+    numbers = [process["id"] for process in told["processInfo"]]
+    try:
+        for number in numbers:
+            os.kill(number, signal.SIGSTOP)
+        yield
+    finally:
+        for number in numbers:
+            with suppress(ProcessLookupError):
+                os.kill(number, signal.SIGCONT)
+
+
+def _listen(place: str, code: str) -> tuple[float, list[float]]:
+    """Frames per second, and their ages (s), as a brick gets them."""
+    host, _, port = place.rpartition(":")
+    with tempfile.TemporaryDirectory() as folder:
+        memory = Memory(folder)
+        clock = Clock()
+        client = TrackingClient(
+            host, int(port), read_code(code), clock, memory=memory, say=lambda line: None
+        )
+        try:
+            while not client.look(0.05):
+                pass
+            ages = []
+            began = clock.now()
+            while clock.now() - began < LISTENED:
+                for seen in client.look(0.05).values():
+                    ages.append(clock.now() - seen.t)
+        finally:
+            client.close("measured")
+    return len(ages) / LISTENED, ages
+
+
+def _behind(folder: Path, drawn: Sequence[tuple[float, str]]) -> list[float]:
+    """How old the pictures were when they were on the screen, s."""
+    ahead = time.time() - time.monotonic()
+    with (folder / "track.csv").open(newline="") as file:
+        taken = {row["frame"]: float(row["t"]) for row in csv.DictReader(file)}
+    pictures = ((when, source.rpartition("/")[2].partition(".")[0]) for when, source in drawn)
+    return [when - ahead - taken[index] for when, index in pictures if index in taken]
+
+
+def _judged(views: Views, goal: Any, home: Path, servo: Program) -> tuple[bool, int, float, float]:
+    record = approach_of(views, goal, home, servo)
+    told = report.read_approach(home.parent, record)
+    return told.reached, int(told.verdict["moves"]), told.seconds, told.error
+
+
+HEADINGS = (
+    "pages", "frames/s\nat the brick", "age there, ms\np50/p95", "pictures/s\non a page",
+    "behind camera, ms\np50/p95", "goals truly\nreached", "moves\np50/p95", "time s\np50/p95",
+    "truly off, px\np50/p95",
+)  # fmt: skip
+
+
+def table(results: Sequence[Result]) -> list[list[str]]:
+    """A row for each number of pages."""
+    rows = []
+    for looking in dict.fromkeys(result.looking for result in results):
+        of_it = [result for result in results if result.looking == looking]
+        runs = [one for result in of_it for one in result.runs]
+        reached = [one for one in runs if one[0]]
+        behind = [1000 * t for result in of_it for t in result.behind]
+        seen = looking.pages and not looking.frozen
+        rows.append(
+            [
+                str(looking),
+                f"{statistics.mean(result.rate for result in of_it):.1f}",
+                _spread([1000 * t for result in of_it for t in result.ages], 0),
+                f"{statistics.mean(result.shown for result in of_it):.1f}" if seen else "",
+                _spread(behind, 0),
+                f"{len(reached)} of {len(runs)}",
+                _spread([one[1] for one in reached], 0),
+                _spread([one[2] for one in reached], 1),
+                _spread([one[3] for one in reached], 1),
+            ]
+        )
+    return rows
+
+
+def _spread(values: Sequence[float], decimals: int) -> str:
+    """Median and 95th percentile."""
+    if not values:
+        return ""
+    half, most = np.percentile(values, (50, 95), method="higher")
+    return f"{half:.{decimals}f}/{most:.{decimals}f}"

@@ -1,0 +1,39 @@
+"""The bench of the page: how pictures find their frames, what the table says, and no browser."""
+
+import time
+
+import pytest
+from click.testing import CliRunner
+
+from laptop.__main__ import laptop
+from laptop.bench import page
+from laptop.bench.page import Looking, Result
+
+
+def test_a_picture_is_as_old_as_its_frame_when_it_is_on_the_screen(tmp_path):
+    (tmp_path / "track.csv").write_text("frame,t,marker,u,v,confidence\n7,50.0,effector,1,2,1\n")
+    now = time.time() - time.monotonic() + 50.0
+    drawn = [
+        (now + 0.08, "http://127.0.0.1:7780/view/A/7.jpg"),
+        (now + 0.1, "http://127.0.0.1:7780/view/A/8.jpg"),  # of a frame that nobody tells of
+    ]
+    assert page._behind(tmp_path, drawn) == pytest.approx([0.08], abs=1e-3)
+
+
+def test_the_table_has_a_row_for_each_number_of_pages():
+    runs = [(True, 4, 5.0, 1.0), (True, 8, 9.0, 3.0), (False, 60, 60.0, 90.0)]
+    shown = Result(Looking(5), 1, 30.0, [0.03] * 19 + [0.05], 4.0, [0.1] * 19 + [0.2], runs)
+    none = Result(Looking(0), 1, 29.0, [0.03], 0.0, [], runs[:1])
+    frozen = Result(Looking(1, frozen=True), 1, 29.0, [0.03], 0.0, [], runs[:1])
+    assert page.table([none, shown, none, frozen]) == [
+        ["0", "29.0", "30/30", "", "", "2 of 2", "4/4", "5.0/5.0", "1.0/1.0"],
+        ["5", "30.0", "30/50", "4.0", "100/200", "2 of 3", "8/8", "9.0/9.0", "3.0/3.0"],
+        ["1, frozen", "29.0", "30/30", "", "", "1 of 1", "4/4", "5.0/5.0", "1.0/1.0"],
+    ]
+
+
+def test_without_a_browser_it_says_what_to_install(monkeypatch):
+    monkeypatch.setattr(page.shutil, "which", lambda name: None)
+    result = CliRunner().invoke(laptop, ["bench", "page", "--seeds", "1:2"])
+    assert result.exit_code == 1
+    assert "there is no chromium to open the pages; install it" in result.output
