@@ -49,5 +49,5 @@ def test_the_proof_is_hmac_sha256_as_openssl_has_it():
     assert key.hex() == "ed483fce58a1f0d7fa0b0a72884c237aa9f5aa577d71843887a7ab25825d63a0"
     assert (
         pairing.proof(key, BRICK, "1" * 32, "2" * 32)
-        == "c9f081cfb36f1d114023f52725aeedc1b8aff9caa7ed082782d027282b877edf"
+        == "be4584161c0c08370dd5f17a8293349d3f77c5aaa563ec67a200229dc5750121"
     )

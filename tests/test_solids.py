@@ -78,7 +78,7 @@ def test_what_is_painted_last_is_what_a_ray_meets_first(camera, text):
     places = np.stack([u.ravel(), v.ravel()], axis=1).astype(float)
     rays = rays_through(view.camera, places)
     wrong = total = 0
-    for q in poses(4, 12):
+    for q in poses(4, 5):
         ordered = in_order(bodies(view, q)[0], view.camera)
         first = np.argmin([met(body, view.camera.position, rays) for body in ordered], axis=0)
         painted = np.full(len(places), -1)
@@ -89,7 +89,7 @@ def test_what_is_painted_last_is_what_a_ray_meets_first(camera, text):
         shown = painted >= 0
         wrong += (first != painted)[shown].sum()
         total += shown.sum()
-    assert total > 1000
+    assert total > 500
     # Two that touch, as a ball and what holds it, may be taken for one another at their border.
     assert wrong < 0.002 * total
 
@@ -100,7 +100,7 @@ def test_the_part_of_a_ball_that_is_visible_is_what_rays_say(camera, text):
     share = circle(1.0, 40)
     disc = np.concatenate([share * math.sqrt((k + 0.5) / 25) for k in range(25)])
     hidden = 0
-    for q in poses(9, 40):
+    for q in poses(10, 16):
         every, balls = bodies(view, q)
         visible = view.visible(q)
         for name, centre in view.centres(q).items():
