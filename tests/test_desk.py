@@ -429,6 +429,35 @@ def test_a_path_ends_where_a_point_is_not_reached(scene, verdict):
     assert "4 points before its end" in scene.desk.state().note
 
 
+def test_between_the_points_of_a_path_it_is_still_on_its_way(scene):
+    scene.show()
+    scene.desk.follow("A", PATH)
+    scene.desk.start()
+    scene.server.tell("converged", run=1)
+    assert scene.desk.state().running
+    assert "a run is on" in scene.desk.start()
+    scene.desk.beat()
+    for run in range(2, 10):
+        scene.server.tell("converged", run=run)
+        scene.desk.beat()
+    assert not scene.desk.state().running
+
+
+def test_a_path_waits_where_the_link_is_lost(scene):
+    scene.show()
+    scene.desk.follow("A", PATH)
+    scene.desk.start()
+    scene.server.there = False
+    scene.desk.beat()
+    scene.server.there = True
+    scene.server.tell("ready", run=0)  # another brick
+    state = scene.desk.state()
+    assert not state.running
+    assert "the path ends here" in state.note
+    assert state.left == 4
+    assert scene.desk.start() == ""
+
+
 @pytest.mark.parametrize(("order", "left"), [("hold", 4), ("stop", 0)])
 def test_after_hold_a_path_goes_on_and_after_stop_it_does_not(scene, order, left):
     scene.show()

@@ -578,7 +578,12 @@ class Desk:
         ordered, status = self._ordered, link.status
         if ordered and (status is None or status.run <= ordered[1]):
             return self._now() - ordered[0] < ANSWER
-        return status is not None and status.verdict == ""
+        return status is not None and (status.verdict == "" or self._goes_on(status))
+
+    def _goes_on(self, status: Status) -> bool:
+        """Whether a run has ended where the next point of a path is due."""
+        arrived = status.run == self._awaited and status.verdict == "converged"
+        return arrived and bool(self._path)
 
     # Beats
 
@@ -631,15 +636,16 @@ class Desk:
                 self._note = "the brick did not begin; does its program run with --wait?"
                 self._awaited = 0
             self._ordered = None
-        if not (self._awaited and status and status.run >= self._awaited and status.verdict):
+        over = status is not None and status.run >= self._awaited and status.verdict
+        if not self._awaited or (link.client and not over):
             return
-        if status.run > self._awaited or status.verdict != "converged":
-            self._awaited = 0
-            self._note = f"the path ends here, {len(self._path)} points before its end"
-        elif self._path:
+        if link.client and status and self._goes_on(status):
             self._aims[self._along] = self._path.popleft()
             self._awaited = 0
             self._note = self._send_start()
+        else:
+            self._awaited = 0
+            self._note = f"the path ends here, {len(self._path)} points before its end"
 
 
 _BUSY = "a run is on; hold or stop it first"
