@@ -381,7 +381,7 @@ class Stills:
         self._index = {stamp: index for index, stamp in enumerate(self._stamps)}
         if len(self._index) != self._capture.get(cv2.CAP_PROP_FRAME_COUNT):
             self._distrust()  # they stand still, or pictures are missing
-        self._at = -1  # which frame was grabbed last
+        self._at, self._here = -1, False  # which frame was grabbed last, and whether that worked
 
     def read(self, index: int, unread: int = 0) -> np.ndarray | None:
         """One frame: BGR, uint8, shape (h, w, 3); None if it cannot be read.
@@ -395,11 +395,9 @@ class Stills:
         if not self._at <= index <= self._at + NEAR:
             self._seek(index)
         while self._at < index:
-            if not self._capture.grab():
-                self._rewind()
-                return None
+            self._here = self._capture.grab()  # if not: others may come still, as in `Recording`
             self._at += 1
-        done, image = self._capture.retrieve()
+        done, image = self._capture.retrieve() if self._here else (False, None)
         return bgr(image) if done and image is not None else None
 
     def _seek(self, index: int) -> None:
@@ -409,7 +407,7 @@ class Stills:
             self._capture.set(cv2.CAP_PROP_POS_MSEC, self._stamps[aim] / 1000)
             at = self._index.get(_stamp(self._capture)) if self._capture.grab() else None
             if at is not None and at <= index:
-                self._at = at
+                self._at, self._here = at, True
                 return
             aim -= NEAR if at is None else 1 + 2 * (at - index)
         if self._index or index < self._at:
