@@ -459,7 +459,7 @@ def demo(arm_file: str, seed: int, out: Path, show: bool) -> None:
 def track(page: bool | None, **orders: Any) -> None:
     """Find the markers in every frame, and serve the brick.
 
-    Ends with the last video, or by Ctrl-C.
+    Ends with the last video, once nobody has the page open, or by Ctrl-C.
     """
     from laptop import track as tracking  # OpenCV is slow to import
 

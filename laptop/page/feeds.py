@@ -33,6 +33,7 @@ class Feed:
         self._desk = desk
         self.camera = camera
         self.shown: OrderedDict[int, Shown] = OrderedDict()
+        self.stills: OrderedDict[int, Shown] = OrderedDict()
         self.masks: dict[str, str] = {}  # whose pixels are to be shown, per browser
         self._asked = -math.inf
         self._lock = asyncio.Lock()
@@ -52,10 +53,22 @@ class Feed:
                 index = newest.index if newest else -1
                 shown = await self._desk.ask("view", self.camera, index, masks)
                 if shown:
-                    self.shown[shown.index] = shown
-                    while len(self.shown) > AT_HAND:
-                        self.shown.popitem(last=False)
+                    _put(self.shown, shown)
         return self.newest
+
+    async def still(self, index: int, masks: Sequence[str]) -> Shown | str:
+        """See `laptop.page.desk.Desk.still`."""
+        still = await self._desk.ask_slowly("still", self.camera, index, masks)
+        if isinstance(still, Shown):
+            _put(self.stills, still)
+        return still
+
+
+def _put(kept: OrderedDict[int, Shown], shown: Shown) -> None:
+    kept[shown.index] = shown
+    kept.move_to_end(shown.index)
+    while len(kept) > AT_HAND:
+        kept.popitem(last=False)
 
 
 class FarDesk:
@@ -63,10 +76,12 @@ class FarDesk:
 
     Args:
         pipe: to it.
+        slow: to it, too, for what takes a while.
     """
 
-    def __init__(self, pipe: Connection) -> None:
-        self._door = Door(pipe)
+    def __init__(self, pipe: Connection, slow: Connection) -> None:
+        self._door, self._slow = Door(pipe), Door(slow)
+        self._asking = asyncio.Lock()  # so that it takes one thread, however many wait
         self.feeds: dict[str, Feed] = {}
         self.state: State | None = None
         self.past: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
@@ -80,8 +95,13 @@ class FarDesk:
         return max(1 / FRAMES, len(self.pages) / ALTOGETHER)
 
     async def ask(self, question: str, *args: Any) -> Any:
-        """See `laptop.desk.Door.ask`."""
+        """See `laptop.page.desk.Door.ask`."""
         return await asyncio.to_thread(self._door.ask, question, *args)
+
+    async def ask_slowly(self, question: str, *args: Any) -> Any:
+        """The same, while other questions go on."""
+        async with self._asking:
+            return await asyncio.to_thread(self._slow.ask, question, *args)
 
     async def look(self) -> State:
         """The newest state and history."""
