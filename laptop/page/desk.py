@@ -361,8 +361,10 @@ class Desk:
         self._awaited = 0  # the run that the rest of a path waits for; 0: none
         self._note = ""
         self._history: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
-        # One order after the other; what only looks takes no lock.
+        # One order after the other; what only looks takes no lock.  (To learn a colour takes a
+        # while, for which a STOP does not wait.)
         self._lock = threading.RLock()
+        self._colours = threading.RLock()
 
     # See
 
@@ -500,7 +502,7 @@ class Desk:
         """Give a marker another name; one that has that name already is forgotten."""
         if not re.fullmatch(r"[A-Za-z0-9_-]{1,32}", new):
             return f"marker '{new[:40]}': name it with 1 to 32 of A-Z a-z 0-9 _ -"
-        with self._lock:
+        with self._colours:
             markers = {marker.name: marker for marker in self._markers()}
             if name not in markers:
                 return f"marker '{name}': there is none of this name"
@@ -509,7 +511,7 @@ class Desk:
 
     def undo(self) -> str:
         """Take the last change of a colour back."""
-        with self._lock:
+        with self._colours:
             if not self._before:
                 return "there is nothing to undo"
             before = self._before.pop()
@@ -526,7 +528,7 @@ class Desk:
     ) -> str:
         try:
             image = self._cameras[camera].frame(index).image
-            with self._lock:
+            with self._colours:
                 markers = {marker.name: marker for marker in self._markers()}
                 return self._look_for({**markers, name: change(markers.get(name), image)})
         except ArmError as error:

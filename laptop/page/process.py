@@ -118,11 +118,9 @@ class PageProcess:
         pipes = [multiprocessing.Pipe() for _ in range(2)]
         self._pipes = [ours for ours, _ in pipes]
         theirs = [pipe for _, pipe in pipes]
-        for target, args in (
-            *((answer, (desk, ours)) for ours in self._pipes),
-            (keep_beating, (desk, self._over)),
-        ):
-            threading.Thread(target=target, args=args, daemon=True).start()
+        for ours in self._pipes:
+            threading.Thread(target=answer, args=(desk, ours), daemon=True).start()
+        threading.Thread(target=keep_beating, args=(desk, self._over), daemon=True).start()
         # A fork would share the cameras, and threads that hold locks.
         self.process = multiprocessing.get_context("spawn").Process(
             target=_work, args=(theirs, listener, token, names), daemon=True
