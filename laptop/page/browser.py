@@ -646,7 +646,12 @@ class Page:
         self.tell(await self.desk.ask("aim_at_marker"))
 
     async def _undo_colour(self) -> None:
+        before = dict(self.desk.state.markers) if self.desk.state else {}
         self.tell(await self.desk.ask("undo"))
+        now = (await self.desk.ask("state")).markers
+        if self._marker in before and self._marker not in now:  # its name was undone
+            back = next((name for name in now if name not in before), EFFECTOR)
+            self._which.set_options([*dict.fromkeys([*self._which.options, back])], value=back)
 
     def _ask_name(self) -> None:
         self._new_name.props(f'label="{self._marker} is from now on"').set_value(self._marker)
