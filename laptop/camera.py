@@ -380,18 +380,11 @@ class Stills:
         self._stamps = _stamps(self._capture, source, make)
         self._index = {stamp: index for index, stamp in enumerate(self._stamps)}
         if len(self._index) != self._capture.get(cv2.CAP_PROP_FRAME_COUNT):
-            self._distrust()  # they stand still, or pictures are missing
+            self._stamps, self._index = [], {}  # they stand still, or pictures are missing
         self._at, self._here = -1, False  # which frame was grabbed last, and whether that worked
 
-    def read(self, index: int, unread: int = 0) -> np.ndarray | None:
-        """One frame: BGR, uint8, shape (h, w, 3); None if it cannot be read.
-
-        Args:
-            unread: how many are known that cannot be decoded, and so are not counted.
-        """
-        if unread and self._index:
-            self._distrust()
-            self._rewind()
+    def read(self, index: int) -> np.ndarray | None:
+        """One frame: BGR, uint8, shape (h, w, 3); None if it cannot be read."""
         if not self._at <= index <= self._at + NEAR:
             self._seek(index)
         while self._at < index:
@@ -412,9 +405,6 @@ class Stills:
             aim -= NEAR if at is None else 1 + 2 * (at - index)
         if self._index or index < self._at:
             self._rewind()
-
-    def _distrust(self) -> None:
-        self._stamps, self._index = [], {}
 
     def _rewind(self) -> None:
         self._capture.release()

@@ -350,6 +350,7 @@ def uneven(path):
     data[at : at + 24] = struct.pack(">I4s2I", len(table) + 16, b"stts", 0, LONG) + table
     data = data.replace(b"edts", b"free")  # says how long it all lasts
     path.write_bytes(bytes(data))
+    return path
 
 
 def damaged(path):
@@ -380,10 +381,33 @@ def test_a_frame_by_its_index_is_the_very_one_that_comes_in_order(tmp_path, make
     there = sorted(frames)
     anywhere = random.Random(2).sample(there, min(40, len(there)))
     for index in [*anywhere, *there[-9:], *reversed(there[-30:]), there[0], there[0]]:
-        assert np.array_equal(stills.read(index, source.unread), frames[index]), index
+        assert np.array_equal(stills.read(index), frames[index]), index
     missing = set(range(source.count)) - set(frames)
-    assert all(stills.read(index, source.unread) is None for index in [*missing, source.count])
-    assert np.array_equal(stills.read(there[3], source.unread), frames[there[3]])
+    assert all(stills.read(index) is None for index in [*missing, source.count])
+    assert np.array_equal(stills.read(there[3]), frames[there[3]])
+
+
+@pytest.mark.parametrize("make", [film, uneven])
+def test_to_find_a_frame_takes_few_others(tmp_path, make):
+    path = make(tmp_path / "film.mp4")
+    grabbed = []
+
+    class Counted:
+        def __init__(self, *words):
+            self.capture = cv2.VideoCapture(*words)
+
+        def __getattr__(self, name):
+            return getattr(self.capture, name)
+
+        def grab(self):
+            grabbed.append(1)
+            return self.capture.grab()
+
+    stills = Stills(str(path), Counted)
+    anywhere = random.Random(3).sample(range(LONG), 40)
+    grabbed.clear()
+    assert [bars_of(stills.read(index)) for index in anywhere] == anywhere
+    assert len(grabbed) < 40 * LONG / 10
 
 
 def test_what_gives_no_pictures_gives_no_single_ones(tmp_path):

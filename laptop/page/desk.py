@@ -298,7 +298,7 @@ class _Watched:
             raise _Gone(f"frame {index}: {self.source} has frames 0 to {self.frames - 1}")
         camera = self.watcher.camera
         self._reel = self._reel or Stills(self.source)
-        image = self._reel.read(index, getattr(camera, "unread", 0))
+        image = self._reel.read(index)
         if image is None:
             raise _Gone(f"frame {index} of {self.source} cannot be read; take another one")
         # Its time on the clock of those that were tracked.
