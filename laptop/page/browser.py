@@ -185,14 +185,20 @@ class Picture:
 
     async def refresh(self) -> None:
         """Send the newest picture once the browser has shown the last one."""
-        if self._view.paused or self._wanted is not None:
-            return
-        if time.monotonic() - self._last < (UNSEEN if self._sent else self._view.desk.pace):
+        if not self._due:
             return
         shown = await self._view.desk.feeds[self.camera].refresh()
         # (After a look ahead in a recording it may well be an earlier one.)
-        if shown and (self._sent or not self.shown or shown.index != self.shown.index):
+        new = shown and (self._sent or not self.shown or shown.index != self.shown.index)
+        if shown and new and self._due:  # nobody has sent one meanwhile
             self._send(shown)
+
+    @property
+    def _due(self) -> bool:
+        """Whether the browser has time for the next picture of those that run."""
+        runs = not self._view.paused and self._wanted is None
+        pause = UNSEEN if self._sent else self._view.desk.pace
+        return runs and time.monotonic() - self._last >= pause
 
     async def stand(self) -> None:
         """While it stands: send the frame that is wanted, as the markers are looked for now."""
@@ -459,7 +465,7 @@ class Page:
                     "flat dense no-caps"
                 )
             self._named.set_visibility(False)
-            with ui.dialog() as self._naming, ui.element("section").classes("card naming"):
+            with ui.dialog() as self._naming, ui.element("div").classes("card naming"):
                 self._new_name = (
                     ui.input().classes("w-full").props("autofocus").on("keydown.enter", self.rename)
                 )
