@@ -216,6 +216,7 @@ class Picture:
         if self._stood is None or (self._wanted is None and self._stood[0] != index):
             self._stood = now
             self._slider.set_value(index)
+            self._view.desk.feeds[self.camera].keep(self.shown)
             await self._view.desk.ask("pin", self.camera, index)
         elif self._stood != now:
             self._stood = now
@@ -248,7 +249,7 @@ class Picture:
         """Whether there is anything new for the browser to load."""
         view = self._view
         drawn = overlay(shown, view.mask, view.windows, self._drag, view.tool != AIM)
-        source = f"/view/{self.camera}/{shown.index}.jpg"
+        source = f"/view/{self.camera}/{shown.index}.jpg?{view.desk.run}"
         new = (source, drawn) != self._drawn
         if new:
             self._drawn = source, drawn
@@ -286,7 +287,7 @@ class Picture:
         self._caption.set_text(" · ".join(facts))
 
     async def _on_loaded(self, event: events.GenericEventArguments) -> None:
-        if self._sent and f"/{self._sent.index}.jpg#" in str(event.args):
+        if self._sent and f"/{self._sent.index}.jpg?" in str(event.args):
             self.shown, self._sent = self._sent, None
             await self.refresh()
 

@@ -6,6 +6,7 @@ import asyncio
 import csv
 import io
 import math
+import secrets
 import time
 from collections import OrderedDict, deque
 from collections.abc import Sequence
@@ -60,8 +61,12 @@ class Feed:
         """See `laptop.page.desk.Desk.still`."""
         still = await self._desk.ask_slowly("still", self.camera, index, masks)
         if isinstance(still, Shown):
-            _put(self.stills, still)
+            self.keep(still)
         return still
+
+    def keep(self, shown: Shown) -> None:
+        """Have a picture at hand that stands."""
+        _put(self.stills, shown)
 
 
 def _put(kept: OrderedDict[int, Shown], shown: Shown) -> None:
@@ -81,6 +86,8 @@ class FarDesk:
 
     def __init__(self, pipe: Connection, slow: Connection) -> None:
         self._door, self._slow = Door(pipe), Door(slow)
+        # In the addresses of pictures: what a browser kept of an earlier run is none of this one.
+        self.run = secrets.token_hex(4)
         self._asking = asyncio.Lock()  # so that it takes one thread, however many wait
         self.feeds: dict[str, Feed] = {}
         self.state: State | None = None
