@@ -119,8 +119,6 @@ table.facts td:first-child { opacity: .75; padding-right: .8rem; width: 6.2rem; 
 """
 
 
-OVERLAY = "over"
-"""Class of what the overlay of the picture goes into."""
 TOGETHER = (
     "e => {{ const c = getHtmlElement({id}); "
     "c.querySelector('.over').innerHTML = c.dataset.over; emit(e.source); }}"
@@ -149,7 +147,7 @@ class Picture:
         with ui.element("div").classes("sight"):
             with ui.element("div").classes("picture"):
                 self.image = ui.interactive_image(
-                    content=f'<g class="{OVERLAY}"></g>',
+                    content='<g class="over"></g>',
                     events=["pointerdown", "pointermove", "pointerup", "pointercancel"],
                     sanitize=False,
                 )
