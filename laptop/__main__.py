@@ -479,7 +479,7 @@ def demo(arm_file: str, **orders: Any) -> None:
 def track(page: bool | None, brick: bool, **orders: Any) -> None:
     """Find the markers in every frame, and serve the brick.
 
-    Ends with the last video, or by Ctrl-C.
+    Ends with the last video, once nobody has the page open, or by Ctrl-C.
     """
     from laptop import track as tracking  # OpenCV is slow to import
 

@@ -304,7 +304,7 @@ def command(
         stack.enter_context(quiet_decoders())
         plan = _prepare(orders, synthetic, stack)
         server = _serve(orders, stack) if orders.serve else None
-        listener = None
+        listener = desk = None
         if orders.page:
             listener = stack.enter_context(page_process.listen(orders.page_host, orders.page_port))
         if plan.learned:
@@ -332,7 +332,8 @@ def command(
             desk = Desk(watchers, trackers, orders.camera, server, plan.file, bring)
             _show(speaker(console), desk, listener, orders, stack)
         link = (lambda: link_text(server.state())) if server else None
-        run = Run(watchers, sheet, link, console)
+        watched = (lambda: desk.watched) if desk else (lambda: False)
+        run = Run(watchers, sheet, link, console, watched)
         try:
             status = run.run()
         except Interrupted as error:

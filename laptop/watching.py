@@ -324,13 +324,14 @@ class Watcher:
 
 
 class Run:
-    """Watches until every camera has ended, or a signal comes.
+    """Watches until every camera has ended and nobody looks any more, or a signal comes.
 
     Args:
         watchers: one for each camera.
         sheet: is kept on the disk meanwhile, or None.
         link: says in a few words who is connected, or None.
         console: where the status goes.
+        watched: whether somebody still looks at what there was, as long as all went well.
     """
 
     def __init__(
@@ -339,11 +340,14 @@ class Run:
         sheet: Sheet | None,
         link: Callable[[], str] | None,
         console: Console,
+        watched: Callable[[], bool] = lambda: False,
     ) -> None:
         self._watchers = watchers
         self._sheet = sheet
         self._link = link
         self._console = console
+        self._watched = watched
+        self._staying = False  # though every camera has ended
         self._stop = threading.Event()
         self._over = threading.Event()
         self._signal: int | None = None
@@ -353,7 +357,7 @@ class Run:
         self.threads: list[threading.Thread] = []
 
     def run(self) -> int:
-        """Exit status: 0 at the end, or that of the signal.
+        """Exit status: 0 at the end, or that of the signal that came before.
 
         Raises:
             Interrupted: no camera is left and some were given up, or the sheet cannot be written.
@@ -378,7 +382,7 @@ class Run:
                     thread.join(max(0.0, deadline - time.monotonic()))
         if self._error:
             raise self._error
-        if self._signal:
+        if self._signal and not self._staying:
             return STATUS_OF[signal.Signals(self._signal)]
         if given_up := [watcher.trouble for watcher in self._watchers if watcher.trouble]:
             raise Interrupted("; ".join(given_up))
@@ -386,8 +390,8 @@ class Run:
 
     @property
     def ended_by(self) -> str:
-        """The name of the signal that ended it, or ""."""
-        if not self._signal:
+        """The name of the signal that ended it before its time, or ""."""
+        if not self._signal or self._staying:
             return ""
         name = signal.Signals(self._signal).name
         return "Ctrl-C" if name == "SIGINT" else name
@@ -407,7 +411,7 @@ class Run:
 
     def _wait(self, running: int, left: threading.Semaphore) -> None:
         with self._display() as show:
-            while running and not self._stop.is_set():
+            while (running or self._stays()) and not self._stop.is_set():
                 self._over.wait(TICK)
                 self._over.clear()
                 while left.acquire(blocking=False):
@@ -416,6 +420,18 @@ class Run:
                 show()
                 if self._sheet:
                     self._sheet.flush()
+
+    def _stays(self) -> bool:
+        """Whether somebody looks at what has ended."""
+        if self._error or any(watcher.trouble for watcher in self._watchers):
+            return False
+        stays = self._watched()
+        if stays and not self._staying:
+            self._staying = True
+            speaker(self._console)(
+                "all is tracked; the page shows it as long as it is open: close it, or Ctrl-C"
+            )
+        return stays
 
     def _tell_ends(self) -> None:
         """Which live cameras have ended since, and who goes on."""

@@ -2,14 +2,15 @@
 
 import multiprocessing
 import threading
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
-from laptop.camera import Frame
+from laptop.camera import Frame, open_camera
 from laptop.learning import exclude, include, learn
-from laptop.markers import BadMarker, read_markers, read_spec
+from laptop.markers import BadMarker, read_markers, read_spec, write_markers
 from laptop.page import desk as desks
 from laptop.page.desk import EFFECTOR, Desk, Door, answer
 from laptop.tracker import Tracker
@@ -246,6 +247,27 @@ def test_a_marker_can_be_renamed(scene):
     assert "none of this name" in scene.desk.rename(GOAL, "other")
 
 
+def test_renamed_it_has_no_old_name_in_the_file_and_an_undo_takes_it_back(scene):
+    other = read_spec("target", "disc:blue")
+    write_markers(scene.file, {"target": other, "mine": other})
+    scene.show()
+    assert scene.desk.rename(GOAL, "target") == ""
+    assert set(read_markers(scene.file)) == {EFFECTOR, "target", "mine"}
+    assert read_markers(scene.file)["target"].color.hue == 125, "it was the goal's"
+    assert scene.desk.undo() == ""
+    assert set(scene.desk.state().markers) == {EFFECTOR, GOAL}
+    assert set(read_markers(scene.file)) == {EFFECTOR, GOAL, "target", "mine"}
+    assert read_markers(scene.file)["target"] == other
+
+
+def test_an_undone_marker_that_was_new_is_not_kept_either(scene):
+    shown = scene.show()
+    scene.desk.pick("third", "A", shown.index, (220, 60))
+    assert "third" in read_markers(scene.file)
+    scene.desk.undo()
+    assert set(read_markers(scene.file)) == {EFFECTOR, GOAL}
+
+
 def disc(ink):
     image = np.full((HEIGHT, WIDTH, 3), 130, np.uint8)
     cv2.circle(image, (160, 120), 30, ink, -1, cv2.LINE_AA)
@@ -282,6 +304,92 @@ def test_adding_and_removing_act_on_the_tracker(scene):
     assert scene.desk.state().markers[EFFECTOR] != before
     assert scene.desk.remove(EFFECTOR, "A", shown.index, (220, 60)) == ""
     assert mark(scene.show()).u == pytest.approx(100, abs=0.5)
+
+
+# Frames that stand
+
+
+FRAMES, PACE = 40, 20.0
+
+
+@pytest.fixture
+def film(tmp_path):
+    """A blue disc that goes on by 5 px from frame to frame; the tracker has seen 7 of them."""
+    path = str(tmp_path / "film.mp4")
+    out = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*"mp4v"), PACE, (WIDTH, HEIGHT))
+    for index in range(FRAMES):
+        image = np.full((HEIGHT, WIDTH, 3), 130, np.uint8)
+        out.write(cv2.circle(image, (40 + 5 * index, 120), 14, BLUE, -1, cv2.LINE_AA))
+    out.release()
+    tracker = Tracker([read_spec(EFFECTOR, "disc:red")])
+    with open_camera(path) as camera:
+        watcher = Watcher("A", camera, tracker, live=False)
+        for _ in range(7):
+            watcher.step(0)
+        yield Desk([watcher], [tracker], [path], None, tmp_path / "markers.ini"), watcher
+
+
+def test_any_frame_of_a_recording_can_be_looked_at_and_picked_in(film):
+    desk, watcher = film
+    assert desk.state().eyes[0].frames == FRAMES
+    for index in (31, 3, 39, 12, 13, 6):
+        shown = desk.still("A", index)
+        assert shown.index == index
+        assert mark(shown).why == "nothing of this colour"
+        image = cv2.imdecode(np.frombuffer(shown.jpeg, np.uint8), cv2.IMREAD_COLOR)
+        assert image[120, 40 + 5 * index, 0] > 150, "blue"
+        assert desk.pick(EFFECTOR, "A", index, (40 + 5 * index, 120)) == ""
+        shown = desk.still("A", index, (EFFECTOR,))
+        assert (mark(shown).u, mark(shown).v) == pytest.approx((40 + 5 * index, 120), abs=0.5)
+        layer = cv2.imdecode(np.frombuffer(shown.masks[EFFECTOR], np.uint8), cv2.IMREAD_UNCHANGED)
+        assert np.nonzero(layer[..., 3])[1].mean() == pytest.approx(40 + 5 * index, abs=1)
+        assert desk.undo() == ""
+    assert watcher.step(0)
+    assert watcher.view.frame.index == 7, "what is tracked goes on as if nobody had looked"
+
+
+def test_the_trail_of_a_still_frame_ends_there(film):
+    desk, watcher = film
+    desk.pick(EFFECTOR, "A", 0, (40, 120))
+    while watcher.step(0):
+        desk.beat()
+    assert desk.still("A", 20).trail[-1] == pytest.approx((140, 120), abs=0.5)
+    assert desk.still("A", 39).trail[-1] == pytest.approx((235, 120), abs=0.5)
+    assert desk.state().eyes[0].ended
+
+
+@pytest.mark.parametrize("index", [-1, FRAMES, 10**9])
+def test_a_recording_has_no_more_frames_than_it_has(film, index):
+    assert film[0].still("A", index).endswith("has frames 0 to 39")
+    assert "has frames 0 to 39" in film[0].pick(EFFECTOR, "A", index, (1, 1))
+
+
+def test_a_file_that_is_gone_is_told(film):
+    desk, _ = film
+    Path(desk.state().eyes[0].source).unlink()
+    assert "no camera, file or folder" in desk.still("A", 20)
+
+
+def test_of_a_live_camera_a_picture_that_was_given_out_is_looked_at_anew(scene):
+    shown = scene.show(ink=BLUE)
+    assert scene.desk.state().eyes[0].frames == 0
+    scene.desk.pin("A", shown.index)
+    for _ in range(desks.KEPT + 1):
+        scene.show(tip=(200, 200))
+    assert mark(scene.desk.still("A", shown.index)).why
+    scene.desk.pick(EFFECTOR, "A", shown.index, (100, 120))
+    still = scene.desk.still("A", shown.index)
+    assert (still.index, mark(still).u) == (shown.index, pytest.approx(100, abs=0.5))
+    assert still.jpeg == shown.jpeg
+    assert "too old" in scene.desk.still("A", shown.index + 1)
+
+
+def test_somebody_looks_who_has_asked_lately(scene):
+    assert not scene.desk.watched
+    scene.desk.state()
+    assert scene.desk.watched
+    scene.t += desks.AWAY
+    assert not scene.desk.watched
 
 
 # Aims and runs
@@ -535,7 +643,7 @@ def test_what_goes_through_the_door_is_what_the_desk_says(scene, door):
     assert scene.show().aim == (5.0, 6.0)
 
 
-@pytest.mark.parametrize("question", ["_look_for", "beat", "__init__", "server"])
+@pytest.mark.parametrize("question", ["_look_for", "beat", "__init__", "server", "watched"])
 def test_through_the_door_there_is_nothing_but_the_desk(scene, door, question):
     with pytest.raises(desks.AskedWrongly, match="none of a desk's"):
         door.ask(question)

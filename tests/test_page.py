@@ -17,6 +17,8 @@ import threading
 import time
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from laptop.markers import read_markers
@@ -116,7 +118,7 @@ class Tracker:
         return sock, answer.split(b"\r\n")[0].decode()
 
     def close(self, number=signal.SIGINT):
-        self.process.send_signal(number)
+        self.process.send_signal(number)  # to none that has ended
         self.process.wait(PATIENCE)
         self.reader.join(PATIENCE)
         self.process.stdout.close()
@@ -506,6 +508,84 @@ def test_without_the_colour_the_reason_and_the_advice_are_shown_and_a_pick_mends
         page.locator("[data-marker=effector]").wait_for(state="attached")
         page.get_by_text("effector lost").wait_for(state="detached")
         context.close()
+
+
+def test_the_overlay_waits_for_its_picture(surfer):
+    surfer.page.route("**/view/**", lambda route: (time.sleep(0.1), route.continue_()))
+    wrong = surfer.page.evaluate(
+        """() => new Promise(done => {
+            const [right, wrong] = [new Set(), new Set()];
+            let loaded = '';
+            document.addEventListener('load', e => { loaded = e.target.src || ''; }, true);
+            const look = setInterval(() => {
+                const frame = document.querySelector('[data-marker=effector]').dataset.frame;
+                if (!loaded.includes('/view/')) return;
+                (loaded.includes(`/${frame}.jpg`) ? right : wrong).add(`${loaded} ${frame}`);
+                if (right.size > 8) { clearInterval(look); done([...wrong]); }
+            }, 1);
+        })"""
+    )
+    surfer.page.unroute("**/view/**")
+    assert wrong == []
+
+
+def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, tmp_path):
+    film = str(tmp_path / "film.mp4")
+    out = cv2.VideoWriter(film, cv2.VideoWriter.fourcc(*"mp4v"), 10.0, (640, 480))
+    for index in range(120):
+        image = np.full((480, 640, 3), 130, np.uint8)
+        out.write(cv2.circle(image, (80 + 4 * index, 240), 24, (190, 70, 20), -1, cv2.LINE_AA))
+    out.release()
+    with Tracker(tmp_path, "--camera", film) as tracker:
+        page = browser.new_page()
+        page.set_default_timeout(1000 * PATIENCE)
+        page.goto(tracker.address)
+        page.get_by_text("effector lost: nothing of this colour").wait_for()
+        page.get_by_role("button", name="Pause").click()
+        slider = page.locator(".scrub .q-slider")
+        slider.wait_for()
+        box = slider.bounding_box()
+        page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        told = page.locator(".scrub", has_text=re.compile(r"frame (5[6-9]|6[0-3]) of 0 to 119"))
+        before = int(re.search(r"frame (\d+)", told.inner_text())[1])
+        page.get_by_role("button", name="frame on").click()
+        slider.press("ArrowRight")
+        slider.evaluate("document.activeElement.blur()")
+        page.keyboard.press("ArrowRight")
+        index = before + 3
+        page.get_by_text(f"frame {index} of").wait_for()
+
+        page.locator(".tools").get_by_role("button", name="Pick", exact=True).click()
+        place = page.locator(".picture img").bounding_box()
+        u, v = 80 + 4 * index, 240
+        page.mouse.click(
+            place["x"] + (u + 0.5) * place["width"] / 640,
+            place["y"] + (v + 0.5) * place["height"] / 480,
+        )
+        page.locator(f"[data-marker=effector][data-frame='{index}']").wait_for(state="attached")
+        where = page.locator("[data-marker=effector]").get_attribute("transform")
+        assert math.dist([float(part) for part in re.findall(r"[\d.]+", where)], (u, v)) < 1
+        page.get_by_text("effector lost").wait_for(state="detached")
+
+        page.get_by_role("button", name="Rename").click()
+        page.get_by_label("effector is from now on").fill("ball")
+        page.get_by_role("button", name="Rename it").click()
+        page.locator(f"[data-marker=ball][data-frame='{index}']").wait_for(state="attached")
+        kept = read_markers(tracker.state / "markers.ini")
+        assert kept["ball"].color.hue == pytest.approx(223, abs=12)
+        assert "effector" not in kept
+        page.get_by_role("button", name="Undo").click()
+        page.locator("[data-marker=effector]").wait_for(state="attached")
+
+        page.get_by_role("button", name="Go on").click()
+        page.get_by_text("· ended").wait_for()
+        page.locator(".scrub", has_text="frame 119 of").wait_for()
+        page.get_by_role("button", name="frame back").click()
+        page.locator("[data-marker=effector][data-frame='118']").wait_for(state="attached")
+        page.close()
+        assert tracker.process.wait(PATIENCE) == 0, "nobody looks any more"
+        tracker.close()
+        assert "close it, or Ctrl-C" in "".join(tracker.lines)
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (1024, 768), (1920, 1080)])

@@ -636,6 +636,34 @@ def test_what_a_silent_camera_saw_last_is_not_shown_as_if_it_saw_it_now():
     assert "effector 90.0" in watcher.status()
 
 
+@pytest.mark.parametrize("by", ["closing the page", "Ctrl-C"])
+def test_what_has_ended_stays_as_long_as_somebody_looks(monkeypatch, by):
+    monkeypatch.setattr(watching, "TICK", 0.001)
+    looked = []
+
+    def watched():
+        looked.append(watcher.ended)
+        if by == "Ctrl-C" and len(looked) == 5:
+            os.kill(os.getpid(), signal.SIGINT)
+        return by == "Ctrl-C" or len(looked) < 5
+
+    out = io.StringIO()
+    watcher = Watcher("A", FakeCamera(frame(0, 0.0, 9)), FakeTracker(), live=False)
+    run = Run([watcher], None, None, Console(file=out), watched)
+    assert run.run() == 0, "nothing was cut short"
+    assert run.ended_by == ""
+    assert looked[:5] == [True] * 5
+    assert out.getvalue().count("close it, or Ctrl-C") == 1
+
+
+def test_for_a_camera_that_was_given_up_nobody_is_waited_for():
+    camera = FakeCamera(frame(0, 0.0, 9))
+    camera.why = "camera 0 did not come back"
+    run = Run([Watcher("A", camera, FakeTracker())], None, None, silent(), lambda: True)
+    with pytest.raises(Interrupted, match="did not come back"):
+        run.run()
+
+
 @pytest.mark.parametrize(
     ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 )

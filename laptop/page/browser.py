@@ -22,11 +22,12 @@ from laptop.page.desk import (
     SAMPLE,
     TOLERANCES,
     VERDICTS,
+    Eye,
     Sample,
     Shown,
     State,
 )
-from laptop.page.feeds import FarDesk
+from laptop.page.feeds import FRAMES, FarDesk
 from laptop.page.overlay import overlay
 from laptop.watching import GOAL, Point
 
@@ -64,7 +65,10 @@ body { font-size: 16px; }
         width: 100%; align-items: start; }
 .pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr));
             gap: 1rem; width: 100%; }
-.pictures.one .picture { max-width: calc((100vh - 13rem) * 4 / 3); margin: 0 auto; }
+.pictures.one .sight { max-width: calc((100vh - 13rem) * 4 / 3); margin: 0 auto; width: 100%; }
+.scrub { flex-wrap: nowrap; align-items: center; gap: .3rem .6rem; padding: .2rem .2rem 0; }
+.scrub .q-slider { flex: 1; }
+.scrub > :last-child { font-variant-numeric: tabular-nums; white-space: nowrap; font-size: .95rem; }
 .picture img { display: block; }
 .picture { position: relative; border-radius: .6rem; overflow: hidden; background: #000;
            width: 100%; min-height: 8rem; }
@@ -92,6 +96,7 @@ body { font-size: 16px; }
 .mono { font-family: ui-monospace, monospace; font-size: .85rem; overflow-wrap: anywhere;
         user-select: all; background: #8882; border-radius: .3rem; padding: .4rem .5rem; }
 .go { font-size: 1.15rem !important; min-height: 3rem; flex: 1; }
+.card.naming { width: min(24rem, 90vw); }
 .tools { width: 100%; } .tools .q-btn { flex: 1; padding: .3rem; }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 17rem), 1fr));
          gap: .6rem; width: 100%; }
@@ -116,50 +121,141 @@ table.facts td:first-child { opacity: .75; padding-right: .8rem; width: 6.2rem; 
 """
 
 
+TOGETHER = (
+    "e => {{ const c = getHtmlElement({id}); "
+    "c.querySelector('.over').innerHTML = c.dataset.over; emit(e.source); }}"
+)
+"""In the browser, once a picture is there: only now is its overlay shown."""
+
+
 class Picture:
-    """One camera in one browser: the newest picture that it has time for, and what is clicked."""
+    """One camera in one browser: the newest picture that it has time for, and what is clicked.
+
+    It stands still while the page is paused, or once its recording has ended; then any frame of a
+    recording can be had, and what is seen in it is told anew whenever a marker's colour changes.
+    """
 
     def __init__(self, view: Page, camera: str) -> None:
         self._view = view
         self.camera = camera
-        self._sent: int | None = None  # what it was sent and has not shown yet
+        self._sent: Shown | None = None  # what it was sent and has not shown yet
         self._last = -math.inf  # when that was
         self.shown: Shown | None = None  # what the browser shows
-        self._drawn = ""
+        self._drawn = "", ""
+        self._draws = 0
         self._drag: list[Point] = []
-        with ui.element("div").classes("picture"):
-            self.image = ui.interactive_image(
-                events=["pointerdown", "pointermove", "pointerup", "pointercancel"], sanitize=False
-            )
-            self.image.classes("aiming w-full").on_mouse(self._on_pointer)
-            self.image.on("loaded", self._on_loaded)
-            self.image.props(f'alt="camera {camera}"')
-            self._caption = ui.label().classes("caption")
-            self._lost = ui.element("div").classes("lost").props("role=status aria-live=polite")
+        self._wanted: int | None = None  # a frame of a recording
+        self._stood: tuple[object, ...] | None = None  # what was asked for while it stands
+        with ui.element("div").classes("sight"):
+            with ui.element("div").classes("picture"):
+                self.image = ui.interactive_image(
+                    content='<g class="over"></g>',
+                    events=["pointerdown", "pointermove", "pointerup", "pointercancel"],
+                    sanitize=False,
+                )
+                self.image.classes("aiming w-full").on_mouse(self._on_pointer)
+                self.image.on(
+                    "loaded", self._on_loaded, js_handler=TOGETHER.format(id=self.image.id)
+                )
+                self.image.props(f'alt="camera {camera}"')
+                self._caption = ui.label().classes("caption")
+                self._lost = ui.element("div").classes("lost").props("role=status aria-live=polite")
+            self._scrub = ui.row().classes("scrub")
+            with self._scrub:
+                self._button("chevron_left", "frame back", -1)
+                self._slider = ui.slider(min=0, max=max(1, self._eye.frames - 1), value=0).props(
+                    f'aria-label="frame of camera {camera}"'
+                )
+                self._slider.on("update:model-value", self._on_slider, throttle=0.05)
+                self._button("chevron_right", "frame on", 1)
+                self._which = ui.label()
+            self._scrub.set_visibility(False)
         self._told: list[tuple[str, str, str]] = []
+
+    def _button(self, icon: str, what: str, frames: int) -> None:
+        ui.button(icon=icon, on_click=lambda: self.step(frames)).props(
+            f'flat round dense aria-label="{what}"'
+        )
+
+    @property
+    def _eye(self) -> Eye:
+        state = self._view.desk.state
+        assert state is not None
+        return next(eye for eye in state.eyes if eye.camera == self.camera)
 
     async def refresh(self) -> None:
         """Send the newest picture once the browser has shown the last one."""
-        feed = self._view.desk.feeds[self.camera]
-        if self._view.paused:
-            if self.shown:
-                self._draw(self.shown)
+        if not self._due:
             return
-        if time.monotonic() - self._last < (UNSEEN if self._sent else self._view.desk.pace):
-            return
-        shown = await feed.refresh()
-        if shown is None or (self._sent is None and self.shown and shown.index <= self.shown.index):
-            return
-        self._sent, self._last = shown.index, time.monotonic()
-        self.image.set_source(f"/view/{self.camera}/{shown.index}.jpg")
-        self._draw(shown)
+        shown = await self._view.desk.feeds[self.camera].refresh()
+        # (After a look ahead in a recording it may well be an earlier one.)
+        new = shown and (self._sent or not self.shown or shown.index != self.shown.index)
+        if shown and new and self._due:  # nobody has sent one meanwhile
+            self._send(shown)
 
-    def _draw(self, shown: Shown) -> None:
+    @property
+    def _due(self) -> bool:
+        """Whether the browser has time for the next picture of those that run."""
+        runs = not self._view.paused and self._wanted is None
+        pause = UNSEEN if self._sent else self._view.desk.pace
+        return runs and time.monotonic() - self._last >= pause
+
+    async def stand(self) -> None:
+        """While it stands: send the frame that is wanted, as the markers are looked for now."""
+        standing = self._view.paused or self._eye.ended
+        self._scrub.set_visibility(standing and self._eye.frames > 0)
+        if not standing:
+            self._stood = self._wanted = None
+        if not standing or not self.shown:
+            return
+        if self._sent and time.monotonic() - self._last < UNSEEN:
+            return
+        mask, state = self._view.mask, self._view.desk.state
+        index = self.shown.index if self._wanted is None else self._wanted
+        now = index, mask, tuple(state.markers.items()) if state else ()
+        if self._stood is None or (self._wanted is None and self._stood[0] != index):
+            self._stood = now
+            self._slider.set_value(index)
+            self._view.desk.feeds[self.camera].keep(self.shown)
+            await self._view.desk.ask("pin", self.camera, index)
+        elif self._stood != now:
+            self._stood = now
+            still = await self._view.desk.feeds[self.camera].still(index, (mask,) if mask else ())
+            if isinstance(still, Shown):
+                self._send(still)
+            else:
+                self._view.tell(still)
+        else:
+            self._draw(self.shown)
+        self._which.set_text(f"frame {self.shown.index} of 0 to {self._eye.frames - 1}")
+
+    def step(self, frames: int) -> None:
+        """Go on by so many frames, or back, in a recording that stands."""
+        if self._stood and self.shown and self._eye.frames:
+            index = self.shown.index if self._wanted is None else self._wanted
+            self._wanted = min(max(0, index + frames), self._eye.frames - 1)
+            self._slider.set_value(self._wanted)
+
+    def _on_slider(self, event: events.GenericEventArguments) -> None:
+        if isinstance(event.args, (int, float)):
+            self._wanted = min(max(0, int(event.args)), self._eye.frames - 1)
+
+    def _send(self, shown: Shown) -> None:
+        self._sent, self._last = shown, time.monotonic()
+        if not self._draw(shown):  # it looks the same
+            self.shown, self._sent = shown, None
+
+    def _draw(self, shown: Shown) -> bool:
+        """Whether there is anything new for the browser to load."""
         view = self._view
         drawn = overlay(shown, view.mask, view.windows, self._drag, view.tool != AIM)
-        if drawn != self._drawn:
-            self._drawn = drawn
-            self.image.set_content(drawn)
+        source = f"/view/{self.camera}/{shown.index}.jpg?{view.desk.run}"
+        new = (source, drawn) != self._drawn
+        if new:
+            self._drawn = source, drawn
+            self._draws += 1  # what has another fragment is loaded anew, if only from memory
+            self.image.props["data-over"] = drawn
+            self.image.set_source(f"{source}#{self._draws}")
         lost = [
             (mark.name, mark.why, mark.advice)
             for mark in shown.marks
@@ -173,30 +269,27 @@ class Picture:
                     what = f"{name} lost: {why}" if why != "doubtful" else f"{name} {why}"
                     then = f". {advice[:1].upper()}{advice[1:]}." if advice else "."
                     ui.label(what + then).classes("doubt" if why == "doubtful" else "")
+        return new
 
     def describe(self, state: State) -> None:
         """The camera in a line."""
         eye = next(eye for eye in state.eyes if eye.camera == self.camera)
+        if self._view.paused or eye.ended:
+            self._caption.set_text(
+                " · ".join([eye.camera, eye.source, eye.trouble if eye.ended else "paused"])
+            )
+            return
         facts = [f"{eye.camera}", eye.source, f"{eye.rate:.0f} fps"]
         if eye.age is not None:
             facts.append(f"{1000 * eye.age:.0f} ms")
         if eye.trouble:
             facts.append(eye.trouble)
-        if self._view.paused:
-            facts.append("paused")
         self._caption.set_text(" · ".join(facts))
 
     async def _on_loaded(self, event: events.GenericEventArguments) -> None:
-        if self._sent is None:
-            return
-        self.shown = self._view.desk.feeds[self.camera].shown.get(self._sent, self.shown)
-        self._sent = None
-        await self.refresh()
-
-    async def pin(self) -> None:
-        """Keep what is shown, to pick in it."""
-        if self.shown:
-            self._view.tell(await self._view.desk.ask("pin", self.camera, self.shown.index))
+        if self._sent and f"/{self._sent.index}.jpg?" in str(event.args):
+            self.shown, self._sent = self._sent, None
+            await self.refresh()
 
     async def _on_pointer(self, event: events.MouseEventArguments) -> None:
         if self.shown is None:
@@ -290,7 +383,9 @@ class Page:
                 self._state_card()
         ui.keyboard(self._on_escape, ignore=[], repeating=False)
         ui.keyboard(self._on_key, ignore=["input", "select", "textarea"], repeating=False)
+        ui.keyboard(self._on_arrow, ignore=["input", "select", "textarea"])
         ui.timer(GLANCE, self._refresh)
+        ui.timer(1 / FRAMES, self._stand)
         ui.timer(SAMPLE, self._describe)
         ui.timer(PLOTS, self._plot)
         self._show_state(state)
@@ -327,14 +422,14 @@ class Page:
                     ui.button("Start", icon="play_arrow", on_click=self.start)
                     .props("color=positive unelevated")
                     .classes("go")
-                    .tooltip("to the goal (S)")
                 )
+                _say_above(self._start, "to the goal (S)")
                 self._hold = (
                     ui.button("Hold", icon="pause", on_click=self.hold)
                     .props("outline")
                     .classes("go")
-                    .tooltip("halt here; Start goes on (H)")
                 )
+                _say_above(self._hold, "halt here; Start goes on (H)")
             self._to_marker = ui.button(
                 "Aim at the goal marker", on_click=self._aim_at_marker
             ).props("flat dense no-caps icon=my_location")
@@ -359,13 +454,28 @@ class Page:
                 .on_value_change(self._on_tool)
             )
             self._explained = ui.label(TOOLS[AIM][2]).classes("quiet")
-            self._which = (
-                ui.select([EFFECTOR, GOAL], value=EFFECTOR, label="of the marker (or a new name)",
-                          new_value_mode="add-unique", with_input=True)
-                .classes("w-full").props("dense")
-                .on_value_change(self._on_which)
-            )  # fmt: skip
-            self._which.set_visibility(False)
+            self._named = ui.row().classes("w-full gap-2 no-wrap items-end")
+            with self._named:
+                self._which = (
+                    ui.select([EFFECTOR, GOAL], value=EFFECTOR, with_input=True,
+                              label="of the marker (or a new name)", new_value_mode="add-unique")
+                    .classes("grow").props("dense")
+                    .on_value_change(self._on_which)
+                )  # fmt: skip
+                self._rename = ui.button("Rename", icon="edit", on_click=self._ask_name).props(
+                    "flat dense no-caps"
+                )
+            self._named.set_visibility(False)
+            with ui.dialog() as self._naming, ui.element("div").classes("card naming"):
+                self._new_name = (
+                    ui.input().classes("w-full").props("autofocus").on("keydown.enter", self.rename)
+                )
+                ui.label(
+                    f"The arm brings the marker named {EFFECTOR} to the one named {GOAL}."
+                ).classes("quiet")
+                with ui.row().classes("w-full justify-end"):
+                    ui.button("Leave it", on_click=self._naming.close).props("flat no-caps")
+                    ui.button("Rename it", on_click=self.rename).props("unelevated no-caps")
             with ui.row().classes("w-full gap-2 items-center"):
                 self._undo = ui.button("Undo", icon="undo", on_click=self._undo_colour).props(
                     "flat dense no-caps"
@@ -410,8 +520,12 @@ class Page:
     async def _refresh(self) -> None:
         await asyncio.gather(*(picture.refresh() for picture in self._pictures.values()))
 
+    async def _stand(self) -> None:
+        await asyncio.gather(*(picture.stand() for picture in self._pictures.values()))
+
     async def _describe(self) -> None:
-        if time.monotonic() >= self._state_due:
+        seen = ui.context.client.has_socket_connection
+        if seen and time.monotonic() >= self._state_due:
             self._state_due = self.desk.due(SAMPLE)
             self._show_state(await self.desk.look())
 
@@ -445,6 +559,8 @@ class Page:
         self._brick.classes(remove="ok warm", add="ok" if state.brick else "warm")
         self._note.set_text(state.note)
         self._invite.set_visibility(state.brick is None and not state.own)
+        self._rename.set_enabled(self._marker in state.markers)
+        self._pause.set_visibility(not all(eye.ended for eye in state.eyes))
         names = list(state.markers)
         if self._which.options != [*dict.fromkeys([EFFECTOR, GOAL, *names, self._marker])]:
             self._which.set_options([*dict.fromkeys([EFFECTOR, GOAL, *names, self._marker])])
@@ -513,7 +629,7 @@ class Page:
                 why = await self.desk.ask("aim", camera, *points[0])
         else:
             where = (*points[0], *points[-1]) if len(points) > 1 else points[0]
-            why = await self.desk.ask(self.tool, self._marker, camera, index, where)
+            why = await self.desk.ask_slowly(self.tool, self._marker, camera, index, where)
             if not why:
                 ui.notify(f"{self._marker}: kept", type="positive", position="bottom", timeout=1500)
         self.tell(why)
@@ -539,15 +655,32 @@ class Page:
         self.tell(await self.desk.ask("aim_at_marker"))
 
     async def _undo_colour(self) -> None:
+        before = dict(self.desk.state.markers) if self.desk.state else {}
         self.tell(await self.desk.ask("undo"))
+        now = (await self.desk.ask("state")).markers
+        if self._marker in before and self._marker not in now:  # its name was undone
+            back = next((name for name in now if name not in before), EFFECTOR)
+            self._which.set_options([*dict.fromkeys([*self._which.options, back])], value=back)
 
-    async def _toggle_pause(self) -> None:
+    def _ask_name(self) -> None:
+        self._new_name.props(f'label="{self._marker} is from now on"').set_value(self._marker)
+        self._naming.open()
+
+    async def rename(self) -> None:
+        """Give the chosen marker the name that was written."""
+        old, new = self._marker, str(self._new_name.value).strip()
+        if new != old:
+            why = await self.desk.ask("rename", old, new)
+            self.tell(why)
+            if why:
+                return
+            self._which.set_options([*{**dict.fromkeys(self._which.options), new: None}], value=new)
+        self._naming.close()
+
+    def _toggle_pause(self) -> None:
         self.paused = not self.paused
         self._pause.set_text("Go on" if self.paused else "Pause")
         self._pause.set_icon("play_circle" if self.paused else "pause_circle")
-        if self.paused:
-            for picture in self._pictures.values():
-                await picture.pin()
 
     def _toggle_dark(self) -> None:
         # The first time it is as the system has it; then the other way round.
@@ -556,7 +689,7 @@ class Page:
     def _on_tool(self, event: events.ValueChangeEventArguments) -> None:
         self.tool = event.value
         self._explained.set_text(TOOLS[self.tool][2])
-        self._which.set_visibility(self.tool != AIM)
+        self._named.set_visibility(self.tool != AIM)
 
     def _on_which(self, event: events.ValueChangeEventArguments) -> None:
         self._marker = str(event.value or EFFECTOR)
@@ -576,6 +709,11 @@ class Page:
         if event.action.keydown and event.key.escape:
             await self.stop()
 
+    def _on_arrow(self, event: events.KeyEventArguments) -> None:
+        if event.action.keydown and (event.key.arrow_left or event.key.arrow_right):
+            for picture in self._pictures.values():
+                picture.step((10 if event.modifiers.shift else 1) * (-1) ** event.key.arrow_left)
+
     async def _on_key(self, event: events.KeyEventArguments) -> None:
         modified = event.modifiers.ctrl or event.modifiers.alt or event.modifiers.meta
         if not event.action.keydown or modified:
@@ -588,13 +726,19 @@ class Page:
         elif key == "h":
             await self.hold()
         elif key == "p":
-            await self._toggle_pause()
+            self._toggle_pause()
         elif key == "u":
             await self._undo_colour()
         elif key == "m":
             self._masked.set_value(not self._masked.value)
         elif key == "d":
             self._toggle_dark()
+
+
+def _say_above(element: ui.element, text: str) -> None:
+    """A tooltip that hides nothing below."""
+    with element:
+        ui.tooltip(text).props('anchor="top middle" self="bottom middle"')
 
 
 def goal_text(state: State) -> str:

@@ -17,14 +17,16 @@ from contextlib import suppress
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
 import cv2
 import numpy as np
 
+from laptop.camera import Frame, Stills
 from laptop.learning import exclude, include, learn
 from laptop.markers import BadMarker, Marker, gate, read_markers, write_markers
-from laptop.tracker import BELIEVED, Window
+from laptop.tracker import BELIEVED, Tracker, Window
 from laptop.tracking_server import State as LinkState
 from laptop.view import View
 from laptop.watching import GOAL, Point, Watcher
@@ -50,8 +52,12 @@ KEPT = 24
 """Pictures of each camera that stay at hand after they were given out, so that one can pick."""
 PINNED = 4
 """Of each camera, pictures that are paused at."""
+STILLS = 8
+"""Frames of a recording that stay at hand; others are read again."""
 UNDONE = 50
 """Changes of colours that can be taken back."""
+AWAY = 5.0
+"""Who has asked nothing for so long, s, has closed the page."""
 ANSWER = 3.0
 """A brick that has not begun so long after a start, s, does not."""
 FINEST = 2.0
@@ -136,7 +142,14 @@ class Shown(NamedTuple):
 
 
 class Eye(NamedTuple):
-    """How a camera is doing; rate in frames per second, age in s, `trouble` in words or ""."""
+    """How a camera is doing.
+
+    rate     frames per second
+    age      s
+    trouble  in words, or ""
+    frames   of a recording, each of which can be looked at; 0: it is none
+    ended    there are no more to come
+    """
 
     camera: str
     source: str
@@ -144,6 +157,8 @@ class Eye(NamedTuple):
     dropped: int
     age: float | None
     trouble: str
+    frames: int = 0
+    ended: bool = False
 
 
 class State(NamedTuple):
@@ -209,6 +224,13 @@ class _Gone(ArmError):
     """A picture that is no longer at hand."""
 
 
+class _Change(NamedTuple):
+    """What there was before a change: the markers that were tracked, and those in the file."""
+
+    tracked: Mapping[str, Marker]
+    kept: Mapping[str, Marker]
+
+
 class _Watched:
     """A watcher, its tracker, and what the desk keeps of them."""
 
@@ -222,6 +244,12 @@ class _Watched:
         self.trail: deque[tuple[float, Point]] = deque(maxlen=round(HISTORY / BEAT))
         self.counts: deque[tuple[float, int]] = deque(maxlen=round(2.0 / SAMPLE))
         self.rate = 0.0
+        # (What lies on a server would all have to be fetched again.)
+        count = getattr(watcher.camera, "count", None)
+        self.frames: int = 0 if "://" in source else count or 0
+        self._reel: Stills | None = None
+        self._stills: deque[Frame] = deque(maxlen=STILLS)
+        self._lock = threading.Lock()  # of these two
 
     def note(self) -> None:
         """Where the tip is now."""
@@ -249,12 +277,46 @@ class _Watched:
                 return view
         raise _Gone("this picture is too old; click into a newer one, or pause first")
 
+    def frame(self, index: int) -> Frame:
+        """A frame that was given out, or any of a recording.
+
+        Raises:
+            ArmError: it is not to be had.
+        """
+        try:
+            return self.find(index).frame
+        except _Gone:
+            if not self.frames:
+                raise
+        with self._lock:
+            for still in self._stills:
+                if still.index == index:
+                    return still
+            return self._read(index)
+
+    def _read(self, index: int) -> Frame:
+        """From the source, which is opened a second time."""
+        if not 0 <= index < self.frames:
+            raise _Gone(f"frame {index}: {self.source} has frames 0 to {self.frames - 1}")
+        camera = self.watcher.camera
+        self._reel = self._reel or Stills(self.source)
+        image = self._reel.read(index)
+        if image is None:
+            raise _Gone(f"frame {index} of {self.source} cannot be read; take another one")
+        # Its time on the clock of those that were tracked.
+        t = 0.0
+        if (view := self.watcher.view) and camera.fps:
+            t = view.frame.t + (index - view.frame.index) / camera.fps
+        self._stills.append(Frame(index, t, image))
+        return self._stills[-1]
+
     def jpeg(self, view: View) -> bytes:
         """Of one picture; encoded once, however many look."""
-        if self.encoded is None or self.encoded[0] != view.frame.index:
+        encoded = self.encoded
+        if encoded is None or encoded[0] != view.frame.index:
             _, data = cv2.imencode(".jpg", view.frame.image, (cv2.IMWRITE_JPEG_QUALITY, QUALITY))
-            self.encoded = view.frame.index, data.tobytes()
-        return self.encoded[1]
+            self.encoded = encoded = view.frame.index, data.tobytes()
+        return encoded[1]
 
 
 class Desk:
@@ -291,7 +353,8 @@ class Desk:
         self._bring = bring
         self._now = now
         self._own = False
-        self._before: deque[dict[str, Marker]] = deque(maxlen=UNDONE)
+        self._asked = -math.inf
+        self._before: deque[_Change] = deque(maxlen=UNDONE)
         self._aims: dict[str, Point] = {}
         self._path: deque[Point] = deque()
         self._along = ""  # the camera in which the path was drawn
@@ -300,8 +363,10 @@ class Desk:
         self._awaited = 0  # the run that the rest of a path waits for; 0: none
         self._note = ""
         self._history: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
-        # One order after the other; what only looks takes no lock.
+        # One order after the other; what only looks takes no lock.  (To learn a colour takes a
+        # while, for which a STOP does not wait.)
         self._lock = threading.RLock()
+        self._colours = threading.RLock()
 
     # See
 
@@ -317,7 +382,29 @@ class Desk:
             return None
         if not eye.given or eye.given[-1] is not view:
             eye.given.append(view)
-        frame = view.frame
+        return self._shown(eye, view, masks)
+
+    def still(self, camera: str, index: int, masks: Sequence[str] = ()) -> Shown | str:
+        """A frame that was given out, or any of a recording, as the markers are looked for now.
+
+        It is looked at by itself: what was known from the frames before it is not used.  To read it
+        may take a while, in which this thread answers nothing else.
+
+        Returns:
+            the frame; or in one line why it is not to be had.
+        """
+        eye = self._cameras[camera]
+        try:
+            frame = eye.frame(index)
+        except ArmError as error:
+            return str(error)
+        tracker = Tracker(eye.tracker.markers)
+        found = tracker.find(frame.image, frame.t)
+        fixed = eye.watcher.view.fixed if eye.watcher.view else {}
+        return self._shown(eye, View(frame, found, tracker.why, fixed, tracker.windows), masks)
+
+    def _shown(self, eye: _Watched, view: View, masks: Sequence[str]) -> Shown:
+        camera, frame = eye.watcher.name, view.frame
         height, width = frame.image.shape[:2]
         path = tuple(self._path) if camera == self._along else ()
         return Shown(
@@ -347,8 +434,14 @@ class Desk:
             return str(gone)
         return ""
 
+    @property
+    def watched(self) -> bool:
+        """Whether somebody has the page open."""
+        return self._now() - self._asked < AWAY
+
     def state(self) -> State:
         """How everything is doing."""
+        self._asked = self._now()
         link = self._server.state() if self._server else LinkState()
         return State(
             tuple(self._eye(name, eye) for name, eye in self._cameras.items()),
@@ -374,7 +467,10 @@ class Desk:
         watcher = eye.watcher
         ended = "ended" if watcher.ended else ""
         trouble = watcher.trouble or ended or watcher.silence
-        return Eye(name, eye.source, eye.rate, watcher.dropped, watcher.age, trouble)
+        return Eye(
+            name, eye.source, eye.rate, watcher.dropped, watcher.age, trouble, eye.frames,
+            watcher.ended,
+        )  # fmt: skip
 
     # Colours
 
@@ -408,7 +504,7 @@ class Desk:
         """Give a marker another name; one that has that name already is forgotten."""
         if not re.fullmatch(r"[A-Za-z0-9_-]{1,32}", new):
             return f"marker '{new[:40]}': name it with 1 to 32 of A-Z a-z 0-9 _ -"
-        with self._lock:
+        with self._colours:
             markers = {marker.name: marker for marker in self._markers()}
             if name not in markers:
                 return f"marker '{name}': there is none of this name"
@@ -417,10 +513,11 @@ class Desk:
 
     def undo(self) -> str:
         """Take the last change of a colour back."""
-        with self._lock:
+        with self._colours:
             if not self._before:
                 return "there is nothing to undo"
-            why = self._look_for(self._before.pop())
+            before = self._before.pop()
+            why = self._look_for(dict(before.tracked), before.kept)
             self._before.pop()
             return why
 
@@ -431,25 +528,36 @@ class Desk:
         index: int,
         change: Callable[[Marker | None, np.ndarray], Marker],
     ) -> str:
-        with self._lock:
-            markers = {marker.name: marker for marker in self._markers()}
-            try:
-                image = self._cameras[camera].find(index).frame.image
+        try:
+            image = self._cameras[camera].frame(index).image
+            with self._colours:
+                markers = {marker.name: marker for marker in self._markers()}
                 return self._look_for({**markers, name: change(markers.get(name), image)})
-            except ArmError as error:
-                return str(error)
+        except ArmError as error:
+            return str(error)
 
-    def _look_for(self, markers: dict[str, Marker]) -> str:
-        """Track these markers from now on, and keep them."""
-        self._before.append({marker.name: marker for marker in self._markers()})
-        for eye in self._cameras.values():
-            eye.tracker.markers = tuple(markers.values())
+    def _look_for(
+        self, markers: dict[str, Marker], once: Mapping[str, Marker] = MappingProxyType({})
+    ) -> str:
+        """Track these markers from now on, and keep them; those that are not tracked any more go.
+
+        Args:
+            once: in the file if they go.
+        """
+        tracked = {marker.name: marker for marker in self._markers()}
+        kept: dict[str, Marker] = {}
+        trouble = ""
         try:
             kept = read_markers(self._file) if self._file.exists() else {}
-            write_markers(self._file, {**kept, **markers})
+            others = {name: marker for name, marker in kept.items() if name not in tracked}
+            gone = {name: once[name] for name in tracked if name in once}
+            write_markers(self._file, {**others, **gone, **markers})
         except BadMarker as error:
-            return f"tracked, but not kept: {error}"
-        return ""
+            trouble = f"tracked, but not kept: {error}"
+        self._before.append(_Change(tracked, kept))
+        for eye in self._cameras.values():
+            eye.tracker.markers = tuple(markers.values())
+        return trouble
 
     def _markers(self) -> tuple[Marker, ...]:
         return next(iter(self._cameras.values())).tracker.markers

@@ -6,6 +6,7 @@ import asyncio
 import csv
 import io
 import math
+import secrets
 import time
 from collections import OrderedDict, deque
 from collections.abc import Sequence
@@ -33,6 +34,7 @@ class Feed:
         self._desk = desk
         self.camera = camera
         self.shown: OrderedDict[int, Shown] = OrderedDict()
+        self.stills: OrderedDict[int, Shown] = OrderedDict()
         self.masks: dict[str, str] = {}  # whose pixels are to be shown, per browser
         self._lock = asyncio.Lock()
 
@@ -49,10 +51,26 @@ class Feed:
             index = newest.index if newest else -1
             shown = await self._desk.ask("view", self.camera, index, masks)
             if shown:
-                self.shown[shown.index] = shown
-                while len(self.shown) > AT_HAND:
-                    self.shown.popitem(last=False)
+                _put(self.shown, shown)
         return self.newest
+
+    async def still(self, index: int, masks: Sequence[str]) -> Shown | str:
+        """See `laptop.page.desk.Desk.still`."""
+        still = await self._desk.ask_slowly("still", self.camera, index, masks)
+        if isinstance(still, Shown):
+            self.keep(still)
+        return still
+
+    def keep(self, shown: Shown) -> None:
+        """Have a picture at hand that stands."""
+        _put(self.stills, shown)
+
+
+def _put(kept: OrderedDict[int, Shown], shown: Shown) -> None:
+    kept[shown.index] = shown
+    kept.move_to_end(shown.index)
+    while len(kept) > AT_HAND:
+        kept.popitem(last=False)
 
 
 class FarDesk:
@@ -60,10 +78,14 @@ class FarDesk:
 
     Args:
         pipe: to it.
+        slow: to it, too, for what takes a while.
     """
 
-    def __init__(self, pipe: Connection) -> None:
-        self._door = Door(pipe)
+    def __init__(self, pipe: Connection, slow: Connection) -> None:
+        self._door, self._slow = Door(pipe), Door(slow)
+        # In the addresses of pictures: what a browser kept of an earlier run is none of this one.
+        self.run = secrets.token_hex(4)
+        self._asking = asyncio.Lock()  # so that it takes one thread, however many wait
         self.feeds: dict[str, Feed] = {}
         self.state: State | None = None
         self.past: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
@@ -81,8 +103,13 @@ class FarDesk:
         return time.monotonic() + period * (max(1, len(self.pages)) - 0.5)
 
     async def ask(self, question: str, *args: Any) -> Any:
-        """See `laptop.desk.Door.ask`."""
+        """See `laptop.page.desk.Door.ask`."""
         return await asyncio.to_thread(self._door.ask, question, *args)
+
+    async def ask_slowly(self, question: str, *args: Any) -> Any:
+        """The same, while other questions go on."""
+        async with self._asking:
+            return await asyncio.to_thread(self._slow.ask, question, *args)
 
     async def look(self) -> State:
         """The newest state and history."""

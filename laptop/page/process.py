@@ -114,16 +114,20 @@ class PageProcess:
             "the address along can move the arm"
         )
         self._over = threading.Event()
-        ours, theirs = multiprocessing.Pipe()
-        self._pipe = ours
-        for work in ((answer, (desk, ours)), (keep_beating, (desk, self._over))):
-            threading.Thread(target=work[0], args=work[1], daemon=True).start()
+        # Two: a STOP does not wait for a frame to be read from a disk.
+        pipes = [multiprocessing.Pipe() for _ in range(2)]
+        self._pipes = [ours for ours, _ in pipes]
+        theirs = [pipe for _, pipe in pipes]
+        for ours in self._pipes:
+            threading.Thread(target=answer, args=(desk, ours), daemon=True).start()
+        threading.Thread(target=keep_beating, args=(desk, self._over), daemon=True).start()
         # A fork would share the cameras, and threads that hold locks.
         self.process = multiprocessing.get_context("spawn").Process(
             target=_work, args=(theirs, listener, token, names), daemon=True
         )
         self.process.start()
-        theirs.close()
+        for pipe in theirs:
+            pipe.close()
         listener.close()
 
     def close(self) -> None:
@@ -133,17 +137,20 @@ class PageProcess:
         self.process.join(ENDING)
         if self.process.is_alive():
             self.process.kill()
-        self._pipe.close()
+        for pipe in self._pipes:
+            pipe.close()
 
 
-def _work(pipe: Connection, listener: socket.socket, token: str, names: Sequence[str]) -> None:
+def _work(
+    pipes: Sequence[Connection], listener: socket.socket, token: str, names: Sequence[str]
+) -> None:
     """What the page's process does: serve until the tracker's is no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
     if hasattr(os, "nice"):
         os.nice(NICE)
     from laptop.page import server
 
-    threading.Thread(target=server.serve, args=(pipe, listener, token, names), daemon=True).start()
+    threading.Thread(target=server.serve, args=(pipes, listener, token, names), daemon=True).start()
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()

@@ -17,22 +17,24 @@ from laptop.page.feeds import FarDesk, csv_of
 from laptop.page.gate import LARGEST, Gate
 
 
-def serve(pipe: Connection, listener: socket.socket, token: str, hosts: Sequence[str]) -> None:
+def serve(
+    pipes: Sequence[Connection], listener: socket.socket, token: str, hosts: Sequence[str]
+) -> None:
     """Serve the page until the process ends.
 
     Args:
-        pipe: to the tracker's desk.
+        pipes: two, to the tracker's desk.
         listener: bound already.
         token: lets a browser in.
         hosts: HOST:PORT by which browsers may call it.
     """
-    desk = FarDesk(pipe)
+    desk = FarDesk(*pipes)
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
 
     @app.get("/view/{camera}/{index}.jpg")
     def view(camera: str, index: int) -> Response:
         feed = desk.feeds.get(camera)
-        shown = feed and feed.shown.get(index)
+        shown = feed and (feed.shown.get(index) or feed.stills.get(index))
         if not shown:
             return Response(status_code=404)
         fresh = {"cache-control": "private, max-age=60"}
