@@ -503,8 +503,8 @@ def _show(
     if page.warning:
         say(page.warning)
     say(f"page: {page.address}")
-    if orders.open:
-        webbrowser.open(page.address)
+    if orders.open and webbrowser.open(page.address):
+        desk.expect()  # a short film may be over before the browser is there
 
 
 def _bring(stack: ExitStack, own_brick: OwnBrick, server: TrackingServer) -> None:

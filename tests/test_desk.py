@@ -392,6 +392,15 @@ def test_somebody_looks_who_has_asked_lately(scene):
     assert not scene.desk.watched
 
 
+def test_who_is_expected_may_take_any_time(scene):
+    scene.desk.expect()
+    scene.t += 10 * desks.AWAY
+    assert scene.desk.watched
+    scene.desk.state()
+    scene.t += desks.AWAY
+    assert not scene.desk.watched
+
+
 # Aims and runs
 
 

@@ -436,8 +436,12 @@ class Desk:
 
     @property
     def watched(self) -> bool:
-        """Whether somebody has the page open."""
+        """Whether somebody has the page open, or is about to."""
         return self._now() - self._asked < AWAY
+
+    def expect(self) -> None:
+        """Somebody is about to open the page."""
+        self._asked = math.inf
 
     def state(self) -> State:
         """How everything is doing."""
@@ -819,7 +823,7 @@ def _thinned(points: Sequence[Point]) -> list[Point]:
 OPEN = {
     name
     for name in vars(Desk)
-    if not name.startswith("_") and name != "beat" and callable(getattr(Desk, name))
+    if not name.startswith("_") and name not in ("beat", "expect") and callable(getattr(Desk, name))
 }
 """What may be asked through a door."""
 
