@@ -32,10 +32,6 @@ from robot.image_jacobian import (
 from robot.kinematics import Singular, broyden_update, damped_solve, solve
 from robot.pursuit import Moving
 
-METHODS = ("report", "broyden", "kalman", "chain")
-MODES = ("look", "stream")
-ROWS = ("stereo", "xyz")
-
 CONVERGED, UNREACHABLE, LIMIT, SINGULAR = "converged", "unreachable", "limit", "singular"
 
 # Measuring
