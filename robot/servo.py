@@ -152,7 +152,7 @@ class Rows(object):
     second one, the row that tells what the first does not see.
 
     Args:
-        kind: one of ROWS.
+        kind: one of shared.orders.ROWS.
         joints: how many the rows must determine.
         third: "u" | "v" of the second camera; None: as exploring shows.
     """

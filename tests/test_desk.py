@@ -15,8 +15,7 @@ from laptop.page.desk import EFFECTOR, Desk, Door, answer
 from laptop.tracker import Tracker
 from laptop.tracking_server import State as LinkState
 from laptop.watching import GOAL, Watcher
-from robot import servo
-from shared.messages import BUDGET, TOLERANCE, Start, Status, Stop
+from shared.messages import Start, Status, Stop
 
 WIDTH, HEIGHT = 320, 240
 RED, GREEN, BLUE = (30, 30, 200), (60, 150, 30), (190, 70, 20)
@@ -287,14 +286,6 @@ def test_adding_and_removing_act_on_the_tracker(scene):
 # Aims and runs
 
 
-def test_the_orders_are_those_of_the_brick():
-    assert sorted(desks.METHODS) == sorted(servo.METHODS)
-    assert desks.MODES == servo.MODES
-    assert desks.ROWS == servo.ROWS
-    assert TOLERANCE[:2] == desks.TOLERANCES
-    assert BUDGET[0] <= Start().budget <= BUDGET[1]
-
-
 def test_a_start_goes_to_the_point_that_was_clicked(scene):
     scene.show()
     assert scene.desk.aim("A", 40.0, 50.0) == ""
@@ -303,6 +294,42 @@ def test_a_start_goes_to_the_point_that_was_clicked(scene):
     assert scene.server.sent == [
         Start("kalman", "stream", "stereo", 3.0, goals={"A": (40.0, 50.0)})
     ]
+
+
+FOLLOW = ("chain", "stream", "stereo", 8.0, 300.0, True)
+
+
+def test_a_goal_marker_that_moves_is_followed_until_it_is_said_otherwise(scene):
+    scene.show()
+    assert scene.desk.start(*FOLLOW) == ""
+    assert scene.server.sent == [Start(*FOLLOW)]
+    scene.server.tell("", 1)
+    scene.show()
+    assert scene.desk.state().following
+    assert scene.desk.hold() == ""
+    scene.server.tell("converged", 1)
+    scene.show()
+    assert not scene.desk.state().following
+    scene.server.tell("", 2)  # the brick's own, of which nobody here knows the orders
+    scene.show()
+    assert not scene.desk.state().following
+
+
+def test_only_a_goal_marker_can_be_followed(scene):
+    scene.show()
+    scene.desk.aim("A", 40.0, 50.0)
+    assert "only a goal marker can be followed" in scene.desk.start(*FOLLOW)
+    assert scene.server.sent == []
+    scene.desk.aim_at_marker()
+    assert scene.desk.start(*FOLLOW) == ""
+
+
+def test_what_leaves_joints_undetermined_is_refused_here_already(scene):
+    scene.show()
+    scene.server.status = Status(0.0, (0.1, 0.2, 0.3), None, "ready")
+    scene.desk.aim("A", 40.0, 50.0)
+    assert "where 3 joints are to go" in scene.desk.start()
+    assert scene.server.sent == []
 
 
 def test_a_start_goes_to_the_marker_if_no_point_was_clicked(scene):
@@ -365,11 +392,13 @@ def test_a_brick_that_does_not_begin_is_told_of_and_may_be_asked_again(scene):
 @pytest.mark.parametrize(
     ("orders", "why"),
     [
-        (("guess",), "method 'guess'"),
-        (("chain", "jump"), "mode 'jump'"),
-        (("chain", "look", "all"), "rows 'all'"),
+        (("guess",), "'guess' is no method; take one of report, broyden"),
+        (("chain", "jump"), "'jump' is no mode"),
+        (("chain", "look", "all"), "'all' is no rows"),
         (("chain", "look", "stereo", 0.1), "tolerance 0.1: from 0.5 to 200 px"),
+        (("chain", "look", "stereo", 5.0, 0.0), "budget 0: from 1 to 3600 s"),
         (("report", "stream"), "looks, then moves"),
+        (("chain", "look", "stereo", 5.0, 60.0, True), "in the mode stream only"),
     ],
 )
 def test_orders_that_make_no_sense_are_refused(scene, orders, why):

@@ -16,11 +16,9 @@ from nicegui import events, ui
 from laptop.page.desk import (
     EFFECTOR,
     HISTORY,
-    METHODS,
-    MODES,
-    ROWS,
+    LOW,
     SAMPLE,
-    TOLERANCES,
+    USUAL,
     VERDICTS,
     Sample,
     Shown,
@@ -29,6 +27,8 @@ from laptop.page.desk import (
 from laptop.page.feeds import FRAMES, FarDesk
 from laptop.page.overlay import overlay
 from laptop.watching import GOAL, Point
+from shared.messages import BUDGET, TOLERANCE
+from shared.orders import METHODS, MODES, ROWS
 
 PLOTS = 1.0
 """Plots are drawn anew every so many s for each browser."""
@@ -98,6 +98,8 @@ table.facts { border-collapse: collapse; width: 100%; table-layout: fixed; font-
               font-variant-numeric: tabular-nums; }
 table.facts td { padding: .15rem 0; vertical-align: top; overflow-wrap: anywhere; }
 table.facts td:first-child { opacity: .75; padding-right: .8rem; width: 6.2rem; }
+table.facts .warn td { color: var(--bad); font-weight: 700; opacity: 1; }
+.body--dark table.facts .warn td { color: #ff7a83; }
 .body--dark .q-btn--flat, .body--dark .q-btn--outline { --q-primary: #86bcff; }
 .picture text { font-size: calc(14px * var(--k)); }
 .pictures:not(.one) .picture text { font-size: calc(21px * var(--k)); }
@@ -337,15 +339,24 @@ class Page:
                 "Aim at the goal marker", on_click=self._aim_at_marker
             ).props("flat dense no-caps icon=my_location")
             with ui.expansion("How", icon="tune").classes("w-full").props("dense"):
-                self._method = ui.select(list(METHODS), value=METHODS[0], label="method")
-                self._mode = ui.select(list(MODES), value=MODES[0], label="mode")
-                self._rows = ui.select(list(ROWS), value=ROWS[0], label="rows of two cameras")
+                self._method = ui.select(list(METHODS), value=USUAL.method, label="method")
+                self._mode = ui.select(list(MODES), value=USUAL.mode, label="mode")
+                self._rows = ui.select(list(ROWS), value=USUAL.rows, label="rows of two cameras")
                 self._rows.set_visibility(several)
-                self._tolerance = ui.number(
-                    "tolerance, px", value=5.0, min=TOLERANCES[0], max=TOLERANCES[1], step=0.5
+                self._tolerance, self._budget = (
+                    ui.number(f"{what}, {unit}", value=usual, min=least, max=most, step=step)
+                    for what, usual, (least, most, unit), step in (
+                        ("tolerance", USUAL.tolerance, TOLERANCE, 0.5),
+                        ("budget", USUAL.budget, BUDGET, 10.0),
+                    )
                 )
-                for choice in (self._method, self._mode, self._rows, self._tolerance):
+                choices = self._method, self._mode, self._rows, self._tolerance, self._budget
+                for choice in choices:
                     choice.classes("w-full").props("dense")
+                self._follow = ui.switch("follow the goal marker as it moves").props("dense")
+                ui.label(
+                    "in the mode stream, until the budget is spent or Hold or STOP ends it"
+                ).classes("quiet")
 
     def _click_card(self) -> None:
         with ui.element("section").classes("card").props('aria-label="a click in the picture"'):
@@ -426,6 +437,8 @@ class Page:
             tone = {"converged": "ok", "ready": "", "stopped": ""}.get(status.verdict, "bad")
         if state.running and state.left:
             words = f"Along the path, {state.left} points to go."
+        if state.following and verdict == "":
+            words = "Following the goal marker. Hold or STOP ends it."
         self._verdict.set_text(words)
         self._verdict.classes(remove="ok bad", add=tone)
         self._reason.set_text(status.reason if status else "")
@@ -515,12 +528,17 @@ class Page:
 
     async def start(self) -> None:
         """Start a run."""
-        tolerance = self._tolerance.value
-        if tolerance is None:
-            self.tell("tolerance: write a number of px, e.g. 5")
-            return
-        orders = self._method.value, self._mode.value, self._rows.value, float(tolerance)
-        self.tell(await self.desk.ask("start", *orders))
+        numbers = []
+        for what, field, (_, _, unit) in (
+            ("tolerance", self._tolerance, TOLERANCE),
+            ("budget", self._budget, BUDGET),
+        ):
+            if field.value is None:
+                self.tell(f"{what}: write a number of {unit}, e.g. {getattr(USUAL, what):g}")
+                return
+            numbers.append(float(field.value))
+        how = self._method.value, self._mode.value, self._rows.value
+        self.tell(await self.desk.ask("start", *how, *numbers, self._follow.value))
 
     async def hold(self) -> None:
         """Halt."""
@@ -615,10 +633,19 @@ def facts_of(state: State) -> str:
     rows = []
     if state.round_trip is not None:
         rows.append(("link", f"{1000 * state.round_trip:.1f} ms round trip"))
+    volts = state.status.battery if state.brick and state.status else None
+    low = volts is not None and volts < LOW
+    if volts is not None:
+        advice = ": low, charge it or put in fresh cells" if low else ""
+        rows.append(("battery", f"{volts:.1f} V{advice}"))
     for eye in state.eyes:
         age = "" if eye.age is None else f", {1000 * eye.age:.0f} ms old"
         rows.append((f"camera {eye.camera}", f"{eye.rate:.0f} fps{age}, {eye.dropped} dropped"))
     rows += [(name, look) for name, look in state.markers.items()]
     rows.append(("colours in", state.file))
-    cells = "".join(f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in rows)
+    cells = "".join(
+        f"<tr{' class=warn' * (low and a == 'battery')}><td>{escape(a)}</td>"
+        f"<td>{escape(b)}</td></tr>"
+        for a, b in rows
+    )
     return f'<table class="facts">{cells}</table>'
