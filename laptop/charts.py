@@ -93,30 +93,32 @@ def draw_way(axes: Axes, way: np.ndarray, looks: np.ndarray, colour: str) -> Non
 
 
 def draw_goal(
-    axes: Axes, x: float, y: float, tolerance: float, colour: str, number: int, small: bool
+    axes: Axes, x: float, y: float, tolerance: float | None, colour: str, number: str, small: bool
 ) -> None:
-    """A goal in a picture, px, its circle of tolerance, and its number.
+    """A goal in a picture, px, its circle of tolerance if that is known, and its number or "".
 
     Args:
         small: the picture is one of several.
     """
     apart = 1.4 if small else 1.0
     for ink, wide in (("white", 4.2 / apart), (colour, 2.0 / apart)):
-        axes.add_patch(Circle((x, y), tolerance, fill=False, ec=ink, lw=wide, zorder=7))
+        if tolerance:
+            axes.add_patch(Circle((x, y), tolerance, fill=False, ec=ink, lw=wide, zorder=7))
         for dx, dy in ((11, 0), (0, 11)):
             axes.plot([x - dx, x + dx], [y - dy, y + dy], color=ink, lw=wide - 0.6, zorder=7)
-    axes.text(x + 17 * apart, y + 15 * apart, str(number), **badge(colour, 11 / apart))
+    if number:
+        axes.text(x + 17 * apart, y + 15 * apart, number, **badge(colour, 11 / apart))
 
 
 # Curves
 
 
-def frame_errors(axes: Axes, most: float, tolerance: float, title: str, free: float) -> None:
+def frame_errors(axes: Axes, most: float, tolerance: float | None, title: str, free: float) -> None:
     """Axes for errors in time.
 
     Args:
         most: the greatest, px.
-        tolerance: px.
+        tolerance: px, or None.
         free: where along the axis no curve crosses the tolerance, 0 to 1.
     """
     axes.set_yscale("log")
@@ -127,6 +129,8 @@ def frame_errors(axes: Axes, most: float, tolerance: float, title: str, free: fl
     head(axes, title)
     axes.set_xlabel("s")
     axes.locator_params(axis="x", nbins=7, steps=TICKS)
+    if tolerance is None:
+        return
     axes.axhspan(LEAST, tolerance, color=BAND, alpha=0.16, lw=0)
     axes.text(
         free,

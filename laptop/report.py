@@ -455,7 +455,7 @@ def _draw_camera(axes: Axes, run: Run, view: int = 0) -> None:
     )
     for number, (approach, colour) in enumerate(zip(run.approaches, GOALS, strict=False), 1):
         x, y = approach.goal[columns]
-        draw_goal(axes, x, y, approach.tolerance, colour, number, several)
+        draw_goal(axes, x, y, approach.tolerance, colour, str(number), several)
     if several:
         name_camera(axes, names[view], height)
 

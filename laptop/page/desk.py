@@ -24,6 +24,7 @@ import numpy as np
 
 from laptop.learning import exclude, include, learn
 from laptop.markers import BadMarker, Marker, gate, read_markers, write_markers
+from laptop.page.record import EFFECTOR, Record, Recorder, Summary
 from laptop.tracker import BELIEVED, Window
 from laptop.tracking_server import State as LinkState
 from laptop.view import View
@@ -31,8 +32,6 @@ from laptop.watching import GOAL, Point, Watcher
 from shared.arm_description import ArmError
 from shared.messages import BUDGET, MAX_MARKERS, TOLERANCE, Start, Status, Stop
 from shared.orders import check
-
-EFFECTOR = "effector"
 
 USUAL = Start()
 """What is ordered unless something else is said."""
@@ -159,6 +158,7 @@ class State(NamedTuple):
     file      where colours are kept
     note      what was last to be said about the link or the run, or ""
     own       the brick is an emulated one that came with the camera
+    runs      of which there can be a report, oldest first
     """
 
     eyes: tuple[Eye, ...]
@@ -175,6 +175,7 @@ class State(NamedTuple):
     file: str
     note: str
     own: bool
+    runs: tuple[Summary, ...]
 
 
 class Sample(NamedTuple):
@@ -297,7 +298,10 @@ class Desk:
         self._orders = USUAL
         self._ordered: tuple[float, int] | None = None  # when, and the brick's last run by then
         self._awaited = 0  # the run that the rest of a path waits for; 0: none
+        self._order = 0  # number of the last start from here
+        self._obeyed: tuple[int, int] | None = None  # that number, and the brick's last run by then
         self._note = ""
+        self._recorder = Recorder()
         self._history: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
         # One order after the other; what only looks takes no lock.
         self._lock = threading.RLock()
@@ -350,6 +354,8 @@ class Desk:
         """How everything is doing."""
         link = self._server.state() if self._server else LinkState()
         running = self._running(link)
+        with self._lock:
+            runs = self._recorder.summaries()
         return State(
             tuple(self._eye(name, eye) for name, eye in self._cameras.items()),
             link.client,
@@ -357,7 +363,7 @@ class Desk:
             link.round_trip,
             link.status,
             running,
-            running and self._ordered is not None and self._orders.follow,
+            running and self._obeyed is not None and self._orders.follow,
             dict(self._aims),
             len(self._path),
             {marker.name: str(marker) for marker in self._markers()},
@@ -365,11 +371,17 @@ class Desk:
             str(self._file),
             self._note or (link.client is None and (link.lost or link.refusal)) or "",
             self._own,
+            runs,
         )
 
     def history(self, after: float = -math.inf) -> list[Sample]:
         """The last minute, or what of it is later than `after` (s)."""
         return [sample for sample in list(self._history) if sample.t > after]
+
+    def record(self, number: int | None = None) -> Record | None:
+        """What is known of a run, the newest by default; None if there is none of this number."""
+        with self._lock:
+            return self._recorder.record(number)
 
     def _eye(self, name: str, eye: _Watched) -> Eye:
         watcher = eye.watcher
@@ -523,6 +535,7 @@ class Desk:
             except ArmError as error:
                 return str(error)
             self._orders = orders
+            self._order += 1
             return self._send_start()
 
     def hold(self) -> str:
@@ -570,6 +583,7 @@ class Desk:
         if not self._server.send(self._orders):
             return "the link has just broken; it mends by itself, then start again"
         self._ordered = self._now(), run
+        self._obeyed = self._order, run
         self._awaited = run + 1 if self._path else 0
         self._note = ""
         return ""
@@ -595,6 +609,7 @@ class Desk:
         if not self._history or now - self._history[-1].t >= SAMPLE - BEAT / 2:
             self._sample(now)
         with self._lock:
+            self._record()
             self._go_on()
 
     def opened(self) -> None:
@@ -625,6 +640,20 @@ class Desk:
             )
         )
 
+    def _record(self) -> None:
+        """What is to be kept of a run."""
+        link = self._server.state() if self._server else LinkState()
+        status = link.status
+        if link.client and status:
+            order, before = self._obeyed or (0, status.run)
+            ours = status.run > before
+            t = self._now() - (link.status_age or 0.0)
+            orders = self._orders if ours else None
+            self._recorder.hear(status, t, link.client, order if ours else 0, orders)
+            if ours and status.verdict:
+                self._obeyed = None
+        self._recorder.see({name: eye.watcher.view for name, eye in self._cameras.items()})
+
     def _go_on(self) -> None:
         """What is due after a run: the next point of a path."""
         if self._server is None:
@@ -635,6 +664,7 @@ class Desk:
             if link.client and (status is None or status.run <= self._ordered[1]):
                 self._note = "the brick did not begin; does its program run with --wait?"
                 self._awaited = 0
+                self._obeyed = None
             self._ordered = None
         if not (self._awaited and status and status.run >= self._awaited and status.verdict):
             return
