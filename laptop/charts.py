@@ -13,6 +13,7 @@ from typing import Any
 import matplotlib.patheffects as effects
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
@@ -42,6 +43,18 @@ def name_curves(axes: Axes) -> None:
         borderaxespad=0.3,
         columnspacing=1.2,
         handlelength=1.2,
+    )
+
+
+def draw_legend(figure: Figure, handles: Sequence[tuple[Any, str]], height: float) -> None:
+    """What is what, in one line; `height` as a share of the figure's."""
+    figure.legend(
+        *zip(*handles, strict=True),
+        loc="center",
+        bbox_to_anchor=(0.5, height),
+        ncols=len(handles),
+        columnspacing=1.4,
+        handlelength=1.7,
     )
 
 

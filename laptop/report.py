@@ -33,6 +33,7 @@ from laptop.charts import (
     draw_angle,
     draw_error,
     draw_goal,
+    draw_legend,
     draw_way,
     frame_angles,
     frame_condition,
@@ -615,14 +616,7 @@ def _draw_legend(
         (axes.plot([], [], **{"mew": 2, **grey, **style})[0], name)
         for name, style in others.items()
     ]
-    figure.legend(
-        *zip(*handles, strict=True),
-        loc="center",
-        bbox_to_anchor=(0.5, height),
-        ncols=len(handles),
-        columnspacing=1.4,
-        handlelength=1.7,
-    )
+    draw_legend(figure, handles, height)
 
 
 def _draw_errors(figure: Figure, run: Run, own: Any, both: Any) -> None:

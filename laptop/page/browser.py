@@ -26,6 +26,7 @@ from laptop.page.desk import (
 )
 from laptop.page.feeds import FRAMES, FarDesk
 from laptop.page.overlay import overlay
+from laptop.page.record import Summary
 from laptop.watching import GOAL, Point
 from shared.messages import BUDGET, TOLERANCE
 from shared.orders import METHODS, MODES, ROWS
@@ -89,6 +90,7 @@ body { font-size: 16px; }
 .quiet { opacity: .8; font-size: .95rem; line-height: 1.35; }
 .mono { font-family: ui-monospace, monospace; font-size: .85rem; overflow-wrap: anywhere;
         user-select: all; background: #8882; border-radius: .3rem; padding: .4rem .5rem; }
+.field { width: 100%; }
 .go { font-size: 1.15rem !important; min-height: 3rem; flex: 1; }
 .tools { width: 100%; } .tools .q-btn { flex: 1; padding: .3rem; }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 17rem), 1fr));
@@ -266,6 +268,7 @@ class Page:
         self._pictures: dict[str, Picture] = {}
         self._marker = EFFECTOR
         self._facts = ""
+        self._runs: tuple[Summary, ...] = ()
         self._plot_next = -math.inf
 
     async def build(self) -> None:
@@ -338,6 +341,15 @@ class Page:
             self._to_marker = ui.button(
                 "Aim at the goal marker", on_click=self._aim_at_marker
             ).props("flat dense no-caps icon=my_location")
+            with ui.row().classes("w-full gap-2 no-wrap"):
+                self._report = (
+                    ui.button("Report", icon="assessment")
+                    .props("flat dense no-caps type=a href=/report target=_blank")
+                    .tooltip("of the last run, in a new tab")
+                )
+                with ui.button("Earlier", icon="history").props("flat dense no-caps") as earlier:
+                    self._reports = ui.menu()
+                self._earlier = earlier
             with ui.expansion("How", icon="tune").classes("w-full").props("dense"):
                 self._method = ui.select(list(METHODS), value=USUAL.method, label="method")
                 self._mode = ui.select(list(MODES), value=USUAL.mode, label="mode")
@@ -352,7 +364,7 @@ class Page:
                 )
                 choices = self._method, self._mode, self._rows, self._tolerance, self._budget
                 for choice in choices:
-                    choice.classes("w-full").props("dense")
+                    choice.classes("field").props("dense")
                 self._follow = ui.switch("follow the goal marker as it moves").props("dense")
                 ui.label(
                     "in the mode stream, until the budget is spent or Hold or STOP ends it"
@@ -452,6 +464,7 @@ class Page:
         self._start.set_enabled(state.brick is not None and not state.running)
         self._hold.set_enabled(state.running)
         self._undo.set_enabled(state.undoable > 0)
+        self._show_runs(state.runs)
         self._brick.set_text(brick_text(state))
         self._brick.classes(remove="ok warm", add="ok" if state.brick else "warm")
         self._note.set_text(state.note)
@@ -467,6 +480,20 @@ class Page:
             with self._commands:
                 for command in state.commands:
                     ui.label(f"{command} --wait").classes("mono")
+
+    def _show_runs(self, runs: tuple[Summary, ...]) -> None:
+        """Let there be a report of each."""
+        self._report.set_enabled(bool(runs))
+        self._earlier.set_enabled(len(runs) > 1)
+        if runs == self._runs:
+            return
+        self._runs = runs
+        self._reports.clear()
+        with self._reports:
+            for run in reversed(runs[:-1]):
+                words = f"{clock(run.when)} {run.verdict or 'on its way'}"
+                href = f"href=/report/{run.number} target=_blank"
+                ui.menu_item(words).props(href)
 
     async def _plot(self) -> None:
         if not self._plotting.value or time.monotonic() < self._plot_next:
@@ -608,6 +635,11 @@ class Page:
             self._masked.set_value(not self._masked.value)
         elif key == "d":
             self._toggle_dark()
+
+
+def clock(when: float) -> str:
+    """The time of day."""
+    return time.strftime("%H:%M:%S", time.localtime(when))
 
 
 def goal_text(state: State) -> str:
