@@ -446,6 +446,7 @@ def test_a_path_is_followed_point_after_point(scene):
         scene.show()
         assert len(scene.server.sent) == run, "it waits for the verdict"
         scene.server.tell("converged", run)
+        assert scene.desk.state().running == (run < 5), "even before it has gone on"
         scene.show()
         scene.show()
     assert [start.goals["A"][0] for start in scene.server.sent] == [50, 75, 100, 125, 150]

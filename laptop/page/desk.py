@@ -597,7 +597,10 @@ class Desk:
         ordered, status = self._ordered, link.status
         if ordered and (status is None or status.run <= ordered[1]):
             return self._now() - ordered[0] < ANSWER
-        return status is not None and status.verdict == ""
+        if status is None:
+            return False
+        on_along_the_path = self._path and self._awaited == status.run
+        return status.verdict == "" or bool(on_along_the_path and status.verdict == "converged")
 
     # Beats
 

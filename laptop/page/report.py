@@ -95,7 +95,7 @@ def write(record: Record) -> str:
     legs = legs_of(record)
     last = legs[-1].run
     body = [
-        f'<p><a style="color:inherit" href="" download="{file_name(record)}">Save this report</a></p>',
+        f'<p><a href="" download="{file_name(record)}" style="color:inherit">Save this report</a>',
         *(
             section(heading, caption, picture)
             for heading, caption, draw in _FIGURES
@@ -371,7 +371,7 @@ def draw_errors(record: Record, legs: Sequence[Leg]) -> bytes:
                 draw_error(axes, leg.t, leg.errors, looks, _colour(number), "")
         axes.set_xlim(0, _end(legs))
         axes = figure.add_axes(RIGHT)
-        frame_angles(axes, "Its components: tip less goal")
+        frame_angles(axes, "Tip less goal")
         axes.set_ylabel("px")
         axes.axhline(0, color=REACH_EDGE, lw=1.2)
         if tolerance:

@@ -48,7 +48,7 @@ def serve(pipe: Connection, listener: socket.socket, token: str, hosts: Sequence
     async def report(number: int | None = None) -> Response:
         drawn = await desk.report(number)
         if drawn is None:
-            return Response("There is no such run (any more).", 404, media_type="text/plain")
+            return Response("There is no report of such a run.", 404, media_type="text/plain")
         name, text = drawn
         named = {"content-disposition": f"inline; filename={name}", "cache-control": "no-store"}
         return Response(text, media_type="text/html", headers=named)
