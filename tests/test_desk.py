@@ -497,6 +497,24 @@ def test_the_state_tells_of_cameras_link_and_markers(scene):
     assert "no frame for 5 s" in scene.desk.state().eyes[0].trouble
 
 
+@pytest.mark.parametrize(
+    ("volts", "says"),
+    [
+        (7.44, "<tr><td>battery</td><td>7.4 V</td>"),
+        (6.2, "<tr class=warn><td>battery</td><td>6.2 V: low, charge it"),
+        (None, ""),
+    ],
+)
+def test_the_battery_is_shown_if_the_brick_tells_with_a_warning_if_it_is_low(scene, volts, says):
+    browser = pytest.importorskip("laptop.page.browser")
+    scene.server.tell("ready", 0, battery=volts)
+    shown = browser.facts_of(scene.desk.state())
+    assert says in shown
+    assert ("<td>battery<" in shown) == (volts is not None)
+    scene.server.there = False
+    assert "<td>battery<" not in browser.facts_of(scene.desk.state()), "of a brick that has gone"
+
+
 def test_the_history_is_the_last_minute(scene):
     scene.server.tell("", 1, e={"A.u": 3.0}, condition=2.5, moves=4)
     for _ in range(1300):
@@ -681,6 +699,7 @@ def test_only_the_last_runs_are_kept_and_long_ones_get_thinner(scene, monkeypatc
         run(scene, number)
     assert [run.number for run in scene.desk.state().runs] == list(range(3, records.KEPT + 3))
     assert scene.desk.record(1) is None
+    assert all(scene.desk.record(run.number).pictures for run in scene.desk.state().runs)
     tips = scene.desk.record().runs[0].tips["A"]
     assert 15 <= len(tips) <= 30
     assert tips[-1][1] - tips[0][1] == pytest.approx(40, abs=0.5)
