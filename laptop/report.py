@@ -9,7 +9,6 @@ Pictures are in the style of `laptop.picture`.  The README's one is made of the 
 
 from __future__ import annotations
 
-import base64
 import json
 import math
 from collections.abc import Callable, Sequence
@@ -20,30 +19,32 @@ from string import Template
 from typing import Any, NamedTuple
 
 import cv2
-import matplotlib.patheffects as effects
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from rich import box
 from rich.markup import escape as escape_markup
 from rich.table import Table
 
-from laptop.picture import (
-    BAND,
-    BAND_TEXT,
-    INK,
-    JOINTS,
-    QUIET,
-    REACH,
-    REACH_EDGE,
-    STEEL,
-    TICKS,
-    WIDTH,
-    new_figure,
-    png_of,
+from laptop.charts import (
+    GOALS,
+    badge,
+    draw_angle,
+    draw_error,
+    draw_goal,
+    draw_legend,
+    draw_way,
+    frame_angles,
+    frame_condition,
+    frame_errors,
+    name_camera,
+    name_curves,
+    show_picture,
 )
+from laptop.document import cells, document, figures, photograph, section
+from laptop.document import table as html_table
+from laptop.picture import INK, QUIET, REACH, REACH_EDGE, STEEL, TICKS, WIDTH, new_figure, png_of
 from shared.arm_description import ArmError
 
 STORY = "demo.json"
@@ -53,10 +54,7 @@ PAGE = "report.html"
 TRUE_SHARE = 1.6
 """A goal is reached where the true distance is at most so many tolerances."""
 
-GOALS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 RIVAL = "#5b6167"
-LEAST = 0.3
-"""Errors below are drawn there: the axis is logarithmic, px."""
 
 
 class BadRun(ArmError):
@@ -438,7 +436,7 @@ def write_overview(folder: str, file: str) -> None:
             boxes = (0.635, 0.605, 0.355, 0.325), (0.635, 0.105, 0.355, 0.325)
         _draw_errors(figure, run, *boxes)
         picture = png_of(figure)
-    Path(file).write_bytes(_photograph(picture, 82))
+    Path(file).write_bytes(photograph(picture, 82))
 
 
 def _draw_camera(axes: Axes, run: Run, view: int = 0) -> None:
@@ -447,12 +445,7 @@ def _draw_camera(axes: Axes, run: Run, view: int = 0) -> None:
     several = len(names) > 1
     data = cv2.imread(str(run.folder / (f"camera-{names[view]}.png" if several else "camera.png")))
     width, height = run.story["size"]
-    axes.set_axis_off()
-    if data is not None:
-        # Pixel centres are at integers, before and after the view enlarged the picture.
-        frame = (-0.5, width - 0.5, height - 0.5, -0.5)
-        axes.imshow(data[:, :, ::-1], extent=frame, interpolation="antialiased", aspect="auto")
-    axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
+    show_picture(axes, data, width, height)
     columns = slice(2 * view, 2 * view + 2)
     inks = [np.array(stroke)[:, 3:][:, columns] for stroke in run.story["ink"]]
     _draw_ways(
@@ -463,18 +456,9 @@ def _draw_camera(axes: Axes, run: Run, view: int = 0) -> None:
     )
     for number, (approach, colour) in enumerate(zip(run.approaches, GOALS, strict=False), 1):
         x, y = approach.goal[columns]
-        apart = 1.4 if several else 1.0  # in a smaller picture
-        for ink, wide in (("white", 4.2 / apart), (colour, 2.0 / apart)):
-            axes.add_patch(
-                Circle((x, y), approach.tolerance, fill=False, ec=ink, lw=wide, zorder=7)
-            )
-            for dx, dy in ((11, 0), (0, 11)):
-                axes.plot([x - dx, x + dx], [y - dy, y + dy], color=ink, lw=wide - 0.6, zorder=7)
-        axes.text(x + 17 * apart, y + 15 * apart, str(number), **_badge(colour, 11 / apart))
+        draw_goal(axes, x, y, approach.tolerance, colour, str(number), several)
     if several:
-        shade = [effects.withStroke(linewidth=2.5, foreground=INK)]
-        words: dict[str, Any] = {"size": 9.5, "color": "white", "weight": "bold", "zorder": 9}
-        axes.text(9, height - 12, f"camera {names[view]}", path_effects=shade, **words)
+        name_camera(axes, names[view], height)
 
 
 def _looks(approach: Approach, camera: str) -> np.ndarray:
@@ -484,19 +468,6 @@ def _looks(approach: Approach, camera: str) -> np.ndarray:
     return np.array([[s[name] for name in names] for s in seen if s.keys() >= set(names)]).reshape(
         -1, 2
     )
-
-
-def _badge(colour: str, size: float = 8.0) -> dict[str, Any]:
-    """How the number of a goal looks."""
-    return {
-        "size": size,
-        "color": "white",
-        "weight": "bold",
-        "ha": "center",
-        "va": "center",
-        "zorder": 9,
-        "bbox": {"boxstyle": "circle,pad=0.25", "fc": colour, "ec": "white", "lw": 1.2},
-    }
 
 
 def _draw_ways(
@@ -513,17 +484,12 @@ def _draw_ways(
         inks: the lines drawn before, points (n, coordinates) of each.
         seen: of an approach, points (n, coordinates) of its way and of where it looked.
     """
-    halo = [effects.withStroke(linewidth=4.5, foreground="white")]
     for ink in inks:
         axes.plot(*ink.T, color=QUIET, lw=1.6, zorder=2, solid_capstyle="round")
     if run.rival:
         axes.plot(*seen(run.rival)[0].T, color=INK, lw=1.4, ls=(0, (1, 1.6)), zorder=3)
     for approach, colour in zip(run.approaches, GOALS, strict=False):
-        way, looks = seen(approach)
-        dots: dict[str, Any] = {"ls": "", "marker": "o", "color": colour}
-        axes.plot(*way.T, color=colour, lw=2.4, zorder=4, path_effects=halo, solid_capstyle="round")
-        axes.plot(*looks.T, ms=4.5, mec="white", mew=0.9, zorder=5, **dots)
-        axes.plot(*way[:1].T, ms=9, mfc="white", mec=colour, mew=2.2, zorder=6, **dots)
+        draw_way(axes, *seen(approach), colour)
 
 
 ASKEW: dict[str, Any] = {
@@ -567,7 +533,7 @@ def _draw_space(axes: Any, run: Run) -> None:
     _draw_ways(axes, run, _inks(run), _in_cm)
     for number, (end, colour) in enumerate(zip(ends, GOALS, strict=False), 1):
         axes.plot(*end.T, "o", ms=8.5, mfc=colour, mec="white", mew=1.2, zorder=7)
-        axes.text(*(end[0] + (0, 0, 0.075 * high[2])), str(number), **_badge(colour))
+        axes.text(*(end[0] + (0, 0, 0.075 * high[2])), str(number), **badge(colour))
 
 
 def _draw_side(axes: Axes, run: Run, names: str) -> None:
@@ -602,7 +568,7 @@ def _draw_side(axes: Axes, run: Run, names: str) -> None:
                 )
                 axes.add_patch(ring)
             offset: dict[str, Any] = {"xytext": (13, 11), "textcoords": "offset points"}
-            axes.annotate(str(number), (x, y), **offset, **_badge(colour))
+            axes.annotate(str(number), (x, y), **offset, **badge(colour))
 
 
 def _inks(run: Run) -> list[np.ndarray]:
@@ -650,14 +616,7 @@ def _draw_legend(
         (axes.plot([], [], **{"mew": 2, **grey, **style})[0], name)
         for name, style in others.items()
     ]
-    figure.legend(
-        *zip(*handles, strict=True),
-        loc="center",
-        bbox_to_anchor=(0.5, height),
-        ncols=len(handles),
-        columnspacing=1.4,
-        handlelength=1.7,
-    )
+    draw_legend(figure, handles, height)
 
 
 def _draw_errors(figure: Figure, run: Run, own: Any, both: Any) -> None:
@@ -669,7 +628,7 @@ def _draw_errors(figure: Figure, run: Run, own: Any, both: Any) -> None:
     for approach, colour in zip(run.approaches, GOALS, strict=False):
         _draw_error(axes, approach, colour, approach.name)
     axes.set_xlim(0, max((a.seconds for a in run.approaches), default=1.0) * 1.05 + 0.3)
-    _name_curves(axes)
+    name_curves(axes)
     axes = figure.add_axes(both)
     if run.rival is None:
         axes.set_axis_off()
@@ -682,21 +641,7 @@ def _draw_errors(figure: Figure, run: Run, own: Any, both: Any) -> None:
     colour = GOALS[run.approaches.index(same) % len(GOALS)]
     _draw_error(axes, same, colour, f"{same.method} {same.seconds:.0f} s")
     axes.set_xlim(0, max(same.seconds, run.rival.seconds) * 1.03)
-    _name_curves(axes)
-
-
-def _name_curves(axes: Axes) -> None:
-    """A legend in the line of the title."""
-    if not axes.get_legend_handles_labels()[0]:
-        return
-    axes.legend(
-        loc="lower right",
-        bbox_to_anchor=(1, 1),
-        ncols=4,
-        borderaxespad=0.3,
-        columnspacing=1.2,
-        handlelength=1.2,
-    )
+    name_curves(axes)
 
 
 def _methods(run: Run) -> str:
@@ -705,49 +650,21 @@ def _methods(run: Run) -> str:
 
 def _frame_errors(axes: Axes, run: Run, most: float, title: str, free: float) -> None:
     """Axes for errors up to `most` px; `free` is where no curve crosses the tolerance."""
-    axes.set_yscale("log")
-    axes.set_ylim(LEAST, most * 1.6)
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.grid(axis="y", color=REACH_EDGE, lw=0.5)
-    axes.set_axisbelow(True)
-    axes.set_title(title, loc="left", size=9.5, color=INK, weight="bold", pad=8)
-    axes.set(xlabel="s", ylabel="true distance from the goal  px")
-    axes.locator_params(axis="x", nbins=7, steps=TICKS)
     tolerance = run.approaches[0].tolerance if run.approaches else 5.0
-    axes.axhspan(LEAST, tolerance, color=BAND, alpha=0.16, lw=0)
-    axes.text(
-        free,
-        tolerance * 0.93,
-        f"tolerance {tolerance:g} px",
-        transform=axes.get_yaxis_transform(),
-        va="top",
-        size=8,
-        color=BAND_TEXT,
-    )
+    frame_errors(axes, most, tolerance, title, free)
+    axes.set_ylabel("true distance from the goal  px")
 
 
 def _draw_error(axes: Axes, approach: Approach, colour: str, label: str) -> None:
     t, error = approach.errors.T
     now = t <= approach.seconds
     t = np.append(t[now], approach.seconds)
-    error = np.maximum(
-        np.append(error[now], np.interp(approach.seconds, *approach.errors.T)), LEAST
-    )
-    axes.plot(t, error, color=colour, lw=1.7, label=label)
-    axes.plot(t[-1], error[-1], "o", color=colour, ms=5.5, mec="white", mew=0.9, clip_on=False)
+    error = np.append(error[now], np.interp(approach.seconds, *approach.errors.T))
     looks = [(step["t"], step["error"]) for step in approach.log.steps if step.get("error")]
-    if looks:
-        x, y = np.array(looks).T
-        axes.plot(x, np.maximum(y, LEAST), ".", color=colour, ms=4, alpha=0.55)
+    draw_error(axes, t, error, np.array(looks), colour, label)
 
 
 def _draw_condition(axes: Axes, run: Run) -> None:
-    axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.grid(axis="y", color=REACH_EDGE, lw=0.5)
-    axes.set_axisbelow(True)
     everybody = list(zip(run.approaches, GOALS, strict=False))
     everybody += [(run.rival, RIVAL)] if run.rival else []
     greatest = 10.0
@@ -763,18 +680,10 @@ def _draw_condition(axes: Axes, run: Run) -> None:
         x, y = np.array(known, dtype=float).reshape(-1, 2).T
         axes.plot(x, y, color=colour, lw=1.7, ls=ends, marker="o", ms=4, label=label)
         greatest = max(greatest, float(y.max(initial=0.0)))
-    axes.set_ylim(1, min(greatest, 1e4) * 1.3)
-    axes.set_title(
-        "Condition number of the image Jacobian (1 is best)",
-        loc="left",
-        size=9.5,
-        color=INK,
-        weight="bold",
-        pad=8,
-    )
-    axes.set(xlabel="step", ylabel="condition")
+    frame_condition(axes, greatest)
+    axes.set_xlabel("step")
     axes.locator_params(axis="x", nbins=12, steps=TICKS, integer=True)
-    _name_curves(axes)
+    name_curves(axes)
 
 
 def _draw_joints(figure: Figure, run: Run) -> None:
@@ -786,29 +695,17 @@ def _draw_joints(figure: Figure, run: Run) -> None:
         axes = figure.add_axes(box, sharey=first)
         first = first or axes
         steps = approach.log.steps
-        times = [step["t"] for step in steps]
-        names = approach.log.run.get("joints", [])
-        for joint, name in enumerate(names):
-            colour = JOINTS[joint % len(JOINTS)]
-            seen = [
-                (entry["t"], entry["q"][joint]) for entry in approach.log.seen if entry.get("q")
-            ]
-            if seen:
-                t, q = np.array(seen).T
-                axes.plot(t, np.degrees(q), color=colour, lw=1.6, label=name)
-            measured = [math.degrees(step["q"][joint]) for step in steps]
-            axes.plot(times, measured, "o", color=colour, ms=4, mec="white", mew=0.7)
-        title = approach.name.capitalize()
-        axes.set_title(title, loc="left", size=9.5, color=INK, weight="bold", pad=8)
-        axes.set_xlabel("s")
-        axes.grid(axis="y", color=REACH_EDGE, lw=0.5)
-        axes.locator_params(nbins=6, steps=TICKS)
+        for joint, name in enumerate(approach.log.run.get("joints", [])):
+            seen = [(line["t"], line["q"][joint]) for line in approach.log.seen if line.get("q")]
+            measured = [(step["t"], step["q"][joint]) for step in steps]
+            draw_angle(axes, joint, name, seen, measured)
+        frame_angles(axes, approach.name.capitalize())
         if number:
             axes.tick_params(labelleft=False)
         else:
             axes.set_ylabel("joint angles  deg")
         if number == count - 1:
-            _name_curves(axes)
+            name_curves(axes)
 
 
 # The page
@@ -871,25 +768,28 @@ def write(run: Run) -> Path:
     Raises:
         BadRun: it cannot be written.
     """
-    figures = []
+    sections = []
     for heading, caption, draw in CAPTIONS:
         picture = draw(run)
         if picture:
-            figures.append(_figure(heading, caption, picture))
-    good = run.worked
-    page = Template(_PAGE).substitute(
-        title="BrickServo: a demo",
-        mood="good" if good else "bad",
-        verdict="It worked." if good else "It did not all work.",
-        headline=escape(headline(run)),
-        facts=escape(_facts(run)),
-        table=_table(run),
-        note=escape(_note(run)),
-        figures="\n".join(figures),
-        moves="\n".join(_moves(a) for a in [*run.approaches, *([run.rival] if run.rival else [])]),
-        command=escape(str(run.story["command"])),
-        files="\n".join(
-            f"<li><code>{escape(name)}</code>: {escape(what)}</li>" for name, what in _FILES
+            sections.append(section(heading, caption, picture))
+    page = document(
+        "BrickServo: a demo",
+        run.worked,
+        "It worked." if run.worked else "It did not all work.",
+        headline(run),
+        _facts(run),
+        _table(run),
+        _note(run),
+        _REST.substitute(
+            figures="\n".join(sections),
+            moves="\n".join(
+                _moves(a) for a in [*run.approaches, *([run.rival] if run.rival else [])]
+            ),
+            command=escape(str(run.story["command"])),
+            files="\n".join(
+                f"<li><code>{escape(name)}</code>: {escape(what)}</li>" for name, what in _FILES
+            ),
         ),
     )
     file = run.folder / PAGE
@@ -898,29 +798,6 @@ def write(run: Run) -> Path:
     except OSError as error:
         raise BadRun(f"cannot write {file}: {error.strerror}; make room there") from None
     return file
-
-
-def _figure(heading: str, caption: str, picture: bytes) -> str:
-    data = base64.b64encode(_smaller(picture)).decode("ascii")
-    return (
-        f'<section><h2>{escape(heading)}</h2><figure><img alt="{escape(heading)}" '
-        f'src="data:image/{"jpeg" if len(picture) > PHOTO else "png"};base64,{data}">'
-        f"<figcaption>{escape(caption)}</figcaption></figure></section>"
-    )
-
-
-PHOTO = 400_000
-"""A PNG larger than this is a photograph, bytes: a tenth as large as JPEG."""
-
-
-def _smaller(picture: bytes) -> bytes:
-    return picture if len(picture) <= PHOTO else _photograph(picture, 90)
-
-
-def _photograph(picture: bytes, quality: int) -> bytes:
-    """A picture as JPEG."""
-    pixels: Any = cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR)
-    return cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
 
 
 def _facts(run: Run) -> str:
@@ -956,14 +833,12 @@ def _note(run: Run) -> str:
 
 
 def _table(run: Run) -> str:
-    head = "".join(f"<th>{escape(heading)}</th>" for heading in HEADINGS)
     rows = []
     for number, row in enumerate(_rows(run)):
         kind = ' class="rival"' if number >= len(run.approaches) else ""
-        cells = "".join(f"<td>{escape(cell)}</td>" for cell in row[:-1])
         mark = f'<td class="{row[-1]}">{row[-1]}</td>'
-        rows.append(f"<tr{kind}>{cells}{mark}</tr>")
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+        rows.append(f"<tr{kind}>{cells(row[:-1])}{mark}</tr>")
+    return html_table(HEADINGS, rows)
 
 
 def _moves(approach: Approach) -> str:
@@ -972,33 +847,27 @@ def _moves(approach: Approach) -> str:
     for step in approach.log.steps:
         q, wanted = step.get("q") or [], step.get("q_wanted")
         turn = [math.degrees(b - a) for a, b in zip(q, wanted, strict=True)] if wanted else []
-        cells = [
+        texts = [
             f"{step['t']:.1f}",
             str(step.get("action") or ""),
             str(step.get("model") or ""),
-            _figures([step["error"]] if step.get("error") is not None else [], "{:.1f}"),
-            _figures([math.degrees(a) for a in q], "{:.1f}"),
-            _figures(turn, "{:+.1f}"),
+            figures([step["error"]] if step.get("error") is not None else [], "{:.1f}"),
+            figures([math.degrees(a) for a in q], "{:.1f}"),
+            figures(turn, "{:+.1f}"),
             str(step.get("frames") or ""),
         ]
-        rows.append("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>")
+        rows.append(f"<tr>{cells(texts)}</tr>")
     notes = "".join(
         f"<li>{note['t']:.1f} s: {escape(str(note['text']))}</li>" for note in approach.log.notes
     )
     names = ("s", "action", "model", "off, px", "joints, deg", "turned by, deg", "frames")
-    head = "".join(f"<th>{escape(name)}</th>" for name in names)
     reason = escape(str(approach.verdict.get("reason", "")))
     return (
         f"<details><summary>{escape(approach.name)}, {escape(approach.method)}: "
         f"{escape(approach.words)}</summary><p>{reason}</p>"
         f"{f'<ul>{notes}</ul>' if notes else ''}"
-        f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody>'
-        "</table></div></details>"
+        f'<div class="wide">{html_table(names, rows)}</div></details>'
     )
-
-
-def _figures(values: Sequence[float], form: str) -> str:
-    return " ".join(form.format(value) for value in values).replace("-", "\u2212")
 
 
 _FILES = (
@@ -1010,59 +879,7 @@ _FILES = (
     ("*.txt", "what each program printed"),
 )
 
-_PAGE = """<!doctype html>
-<html lang="en">
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>$title</title>
-<style>
-:root { color-scheme: light dark; --ink: #1a1a1a; --quiet: #5b6167; --paper: #f6f7f9; --card: #fff;
-  --line: #d3dae1; --good: #00734f; --bad: #b3430a; --code: #eceff3; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e9ecef; --quiet: #a3abb3; --paper: #14171a;
-  --card: #1d2125; --line: #363c43; --good: #3ecf9a; --bad: #ff9256; --code: #2a2f35; } }
-* { box-sizing: border-box; }
-body { margin: 0 auto; padding: 1.5rem clamp(.8rem, 3vw, 2.5rem) 4rem; max-width: 76rem;
-  background: var(--paper); color: var(--ink);
-  font: clamp(16px, .55vw + 13px, 20px)/1.55 system-ui, "Segoe UI", Roboto, sans-serif; }
-header { border-left: .45rem solid var(--good); padding: .2rem 0 .2rem 1.1rem;
-  margin: 1rem 0 2rem; }
-header.bad { border-color: var(--bad); }
-header p { margin: .3rem 0 0; font-size: 1.15em; }
-header p.facts { font-size: .85em; color: var(--quiet); overflow-wrap: anywhere; }
-h1 { margin: 0; font-size: clamp(1.7rem, 4vw, 2.6rem); line-height: 1.15; }
-h1 small { display: block; font-size: .42em; font-weight: 600; letter-spacing: .06em;
-  color: var(--quiet); text-transform: uppercase; }
-h2 { font-size: 1.3em; margin: 2.6rem 0 .7rem; line-height: 1.25; }
-.wide { overflow-x: auto; border: 1px solid var(--line); border-radius: .6rem;
-  background: var(--card); }
-table { border-collapse: collapse; width: 100%; font-size: .92em;
-  font-variant-numeric: tabular-nums; }
-th, td { padding: .5em .8em; text-align: right; white-space: nowrap; }
-th:nth-child(-n+3), td:nth-child(-n+3) { text-align: left; }
-th { color: var(--quiet); font-weight: 600; font-size: .88em; }
-tr + tr td, tbody tr:first-child td { border-top: 1px solid var(--line); }
-tr.rival td { color: var(--quiet); border-top-style: dashed; }
-td.yes { color: var(--good); font-weight: 700; }
-td.no { color: var(--bad); font-weight: 700; }
-.note, figcaption { color: var(--quiet); font-size: .9em; max-width: 58rem; }
-figure { margin: 0; }
-img { display: block; width: 100%; height: auto; background: #fff;
-  padding: clamp(.2rem, 1vw, .8rem); border: 1px solid var(--line); border-radius: .6rem; }
-figcaption { margin-top: .6rem; }
-details { border: 1px solid var(--line); border-radius: .6rem; background: var(--card);
-  margin: .5rem 0; padding: .1rem 1rem; }
-details .wide { border: 0; margin-bottom: .8rem; }
-details table { font-size: .82em; }
-summary { cursor: pointer; padding: .55rem 0; }
-code, pre { background: var(--code); border-radius: .35rem; padding: .1em .35em; font-size: .92em; }
-pre { padding: .8em 1em; overflow-x: auto; }
-li { margin: .25rem 0; }
-</style>
-<header class="$mood"><h1><small>BrickServo: the camera guides the arm</small>$verdict</h1>
-<p>$headline</p><p class="facts">$facts</p></header>
-<div class="wide">$table</div>
-<p class="note">$note</p>
-$figures
+_REST = Template("""$figures
 <section><h2>Every step</h2>
 $moves
 </section>
@@ -1074,6 +891,4 @@ programs run in real time, so no two runs are alike to the last digit.</p>
 <p>Beside this page are the raw files:</p>
 <ul class="note">
 $files
-</ul></section>
-</html>
-"""
+</ul></section>""")

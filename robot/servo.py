@@ -32,10 +32,6 @@ from robot.image_jacobian import (
 from robot.kinematics import Singular, broyden_update, damped_solve, solve
 from robot.pursuit import Moving
 
-METHODS = ("report", "broyden", "kalman", "chain")
-MODES = ("look", "stream")
-ROWS = ("stereo", "xyz")
-
 CONVERGED, UNREACHABLE, LIMIT, SINGULAR = "converged", "unreachable", "limit", "singular"
 
 # Measuring
@@ -156,7 +152,7 @@ class Rows(object):
     second one, the row that tells what the first does not see.
 
     Args:
-        kind: one of ROWS.
+        kind: one of shared.orders.ROWS.
         joints: how many the rows must determine.
         third: "u" | "v" of the second camera; None: as exploring shows.
     """

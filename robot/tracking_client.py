@@ -204,6 +204,7 @@ class TrackingClient(object):
         say: called with a line whenever the link comes, goes, or fails for another reason; who
             sees `refused` tells `why` in its own way.
         select: waits for sockets, as select.select does.
+        battery: called for its voltage, V or None, before each report.
 
     Attributes:
         linked: whether observations can come in.
@@ -215,7 +216,10 @@ class TrackingClient(object):
         NotPaired: nothing is known of a host of that name.
     """
 
-    def __init__(self, host, port, code, clock, memory=None, say=print, select=select.select):
+    def __init__(
+        self, host, port, code, clock, memory=None, say=print, select=select.select,
+        battery=lambda: None
+    ):  # fmt: skip
         self.linked = False
         self.why = "not connected yet"
         self.refused = False
@@ -229,6 +233,7 @@ class TrackingClient(object):
         self._say = say
         self._said = None
         self._select = select
+        self._battery = battery
 
         self._connecting = None  # a socket on its way
         self._link = None
@@ -298,11 +303,15 @@ class TrackingClient(object):
         if self.linked and (due or (run, verdict) != self._reported[1]):
             self._reported = now, (run, verdict)
             reason = one_line(reason)
-            status = Status(now, q, error, verdict, reason, e, condition, moves, run)
+            status = Status(
+                now, q, error, verdict, reason, e, condition, moves, run, self._battery()
+            )  # fmt: skip
             try:
                 self._link.send(status)
             except BadMessage:
-                self._link.send(status._replace(q=(), error=None, e={}, condition=None))
+                self._link.send(
+                    status._replace(q=(), error=None, e={}, condition=None, battery=None)
+                )
 
     @property
     def round_trip(self):

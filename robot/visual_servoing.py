@@ -28,11 +28,13 @@ if __name__ == "__main__":
     program.let_signals_end()
 
 from robot import servo as servoing  # noqa: E402
+from robot.battery import Battery  # noqa: E402
 from robot.clock import Clock  # noqa: E402
 from robot.servo import Goal, JointHistory, length  # noqa: E402
 from robot.tracking_client import Refusal, TrackingClient, find_tracker  # noqa: E402
 from shared.arm_description import ArmError, find_arm, read_arm  # noqa: E402
 from shared.messages import BUDGET, READY, REFUSED, TOLERANCE, Start, Stop  # noqa: E402
+from shared.orders import METHODS, MODES, ROWS, BadOrders, check  # noqa: E402
 
 EFFECTOR, GOAL = "effector", "goal"
 """Names of the markers."""
@@ -89,10 +91,6 @@ Frame.__doc__ = "One picture of one camera: when it was taken (s), where the joi
 
 class NotReached(ArmError):
     """The run has ended with another verdict than `converged`."""
-
-
-class BadOrders(ArmError):
-    """What is ordered does not go together."""
 
 
 class LogLost(ArmError):
@@ -377,13 +375,13 @@ class VisualServoing(object):
         if not self._fixed_goals and not self._goals:
             return (
                 "effector and goal have not been seen together for {:g} s; let the camera see "
-                "both, or give --goal U,V".format(MARKER_PATIENCE)
+                "both, or give a pixel as the goal".format(MARKER_PATIENCE)
             )
         seeing = self._seeing(self._clock.now())
         missing = sorted((set(self._seen_by) | set(self._fixed_goals)) - set(seeing))
         unheard = [camera for camera in missing if camera not in self._heard_of]
         if unheard and self._fixed_goals:
-            return "no camera {}, of which --goal gives a pixel; those that send are {}".format(
+            return "no camera {}, of which a pixel is the goal; those that send are {}".format(
                 " and ".join(unheard), " and ".join(sorted(self._heard_of)) or "none"
             )
         if seeing:
@@ -394,7 +392,7 @@ class VisualServoing(object):
                     " and ".join(missing) or "another camera",
                 )
             )
-        return "{} has not been seen for {:g} s; look at the tracker's status line".format(
+        return "{} has not been seen for {:g} s; look at what the tracker says of it".format(
             "the effector, or the goal, which moves," if self._goal_moves() else "the effector",
             MARKER_PATIENCE,
         )
@@ -533,39 +531,6 @@ def _fixed_goals(goals):
     return fixed
 
 
-def check(orders, joints):
-    """Refuse what no run can be made of.
-
-    Args:
-        orders: shared.messages.Start.
-        joints: how many the arm has.
-
-    Raises:
-        BadOrders: they do not go together.
-        ArmError: the goals leave joints undetermined.
-    """
-    for what, known in (
-        ("method", servoing.METHODS), ("mode", servoing.MODES), ("rows", servoing.ROWS),
-    ):  # fmt: skip
-        if getattr(orders, what) not in known:
-            raise BadOrders(
-                "'{}' is no {}; take one of {}".format(
-                    getattr(orders, what), what, ", ".join(known)
-                )
-            )
-    if orders.goals and 2 * len(orders.goals) < joints:
-        raise ArmError(
-            "one pixel does not say where {} joints are to go; give one of each of two cameras,"
-            " like --goal A:400,200 --goal B:310,150".format(joints)
-        )
-    if orders.method == "report" and orders.mode == "stream":
-        raise BadOrders("the report's method looks, then moves; leave --mode stream out")
-    if orders.follow and (orders.mode != "stream" or orders.goals):
-        raise BadOrders(
-            "--follow is for a goal marker that moves; add --mode stream, leave --goal out"
-        )
-
-
 def _parser():
     parser = program.Parser(
         prog="visual_servoing.py", description="Bring the tip where the camera sees the goal."
@@ -580,7 +545,7 @@ def _parser():
         help="once, or a pixel of each camera (default: marker)",
     )  # fmt: skip
     parser.add_argument(
-        "--rows", choices=servoing.ROWS, default=USUAL.rows,
+        "--rows", choices=ROWS, default=USUAL.rows,
         help="of the cameras' u and v, all, weighed by their noise, or as the report has it, those"
         " of the first and one of the second (default: stereo)",
     )  # fmt: skip
@@ -588,8 +553,8 @@ def _parser():
         "--third", choices=sorted(servoing.Rows.ONE),
         help="the second camera's row with --rows xyz (default: as exploring shows)",
     )  # fmt: skip
-    parser.add_argument("--method", choices=servoing.METHODS, default=USUAL.method)
-    parser.add_argument("--mode", choices=servoing.MODES, default=USUAL.mode)
+    parser.add_argument("--method", choices=METHODS, default=USUAL.method)
+    parser.add_argument("--mode", choices=MODES, default=USUAL.mode)
     parser.add_argument(
         "--follow", action="store_true",
         help="after a goal that moves, until the budget is spent; needs --mode stream",
@@ -810,7 +775,7 @@ def _run(parser, args):
     clock = Clock()
     arm = program.connect(description, clock)
     arm.wake()
-    eyes = TrackingClient(*tracker, clock=clock, say=_say)
+    eyes = TrackingClient(*tracker, clock=clock, say=_say, battery=Battery(clock).volts)
     runs = _Runs(args, arm, eyes, clock)
     reached = False
     try:

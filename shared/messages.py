@@ -82,7 +82,9 @@ markers  {name: (u, v, confidence), or None when it is not seen}; u, v in px, co
 """
 
 
-class Status(collections.namedtuple("Status", "t q error verdict reason e condition moves run")):
+class Status(
+    collections.namedtuple("Status", "t q error verdict reason e condition moves run battery")
+):
     """How the brick is doing.
 
     t          when q was read, s on the sender's clock
@@ -94,15 +96,18 @@ class Status(collections.namedtuple("Status", "t q error verdict reason e condit
     condition  of the image Jacobian; None while not known, and where it is infinite
     moves      that the run has made
     run        its number, from 1 on; a Start that is taken or refused raises it
+    battery    of the brick, V; None while not known
     """
 
     __slots__ = ()
 
-    def __new__(cls, t, q, error, verdict, reason="", e=None, condition=None, moves=0, run=0):
+    def __new__(
+        cls, t, q, error, verdict, reason="", e=None, condition=None, moves=0, run=0, battery=None
+    ):  # fmt: skip
         """A Status of which no more is known than what is said."""
         e = {} if e is None else e
         return super(Status, cls).__new__(
-            cls, t, q, error, verdict, reason, e, condition, moves, run
+            cls, t, q, error, verdict, reason, e, condition, moves, run, battery
         )
 
 
@@ -230,6 +235,7 @@ _angle = _number(-1000, 1000, "rad", 6)
 _error = _number(0, 1e6, "px", 3)
 _component = _number(-1e6, 1e6, "px", 3)
 _condition = _number(0, 1e12, "", 3)
+_volts = _number(0, 100, "V", 2)
 
 
 def _angles(value):
@@ -295,6 +301,7 @@ _KINDS = {
             ("condition", _or_none(_condition)),
             ("moves", _count),
             ("run", _count),
+            ("battery", _or_none(_volts)),
         ),
     ),
     "start": (
@@ -312,6 +319,8 @@ _KINDS = {
     "stop": (Stop, (("reason", _text),)),
     "bye": (Bye, (("reason", _text),)),
 }
+_LATER = {("status", "battery")}
+"""What may be missing in a line: earlier senders of this version do not know it."""
 _KIND_OF = {kind_class: kind for kind, (kind_class, _) in _KINDS.items()}
 
 
@@ -366,9 +375,10 @@ def decode(line):
         values.update(role=BRICK, nonce="0" * 32)
     fields = {}
     for key, check in _KINDS[kind][1]:
-        if key not in values:
+        if key in values:
+            fields[key] = _checked(kind, key, check, values[key])
+        elif (kind, key) not in _LATER:
             raise BadMessage("{}: {} is missing".format(kind, key))
-        fields[key] = _checked(kind, key, check, values[key])
     return _KINDS[kind][0](**fields)
 
 

@@ -90,7 +90,7 @@ class Watched(Rig):
         monkeypatch, capsys: pytest's.
         goal: where the goal marker lies, cm; None for no marker.
         cameras: by name; one that looks down on the plane if None.
-        noise: standard deviation, px.
+        noise: standard deviation, px; seed: of its luck.
         tracker: options of VirtualTracker.
         others: as Rig.
 
@@ -104,14 +104,14 @@ class Watched(Rig):
 
     def __init__(
         self, folder, monkeypatch, capsys, goal=(-6.0, 10.0), noise=0.5, tracker=None,
-        cameras=None, **others
+        cameras=None, seed=1, **others
     ):  # fmt: skip
         super().__init__(folder, **others)
         self.folder, self._capsys = folder, capsys
         self.cameras = {"A": Camera()} if cameras is None else cameras
         self.goal, self.noise, self.hidden = goal, noise, set()
         self.moments, self.statuses, self.struck = [], [], None
-        self._luck = random.Random(1)
+        self._luck = random.Random(seed)
         self.world.bodies.append(self._note)
         self.tracker = VirtualTracker(
             self.world, self._see, cameras=tuple(self.cameras), **(tracker or {})

@@ -15,8 +15,9 @@ from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
 from laptop.simulator.world import World
 from robot import kinematics
-from robot.servo import ROWS, Rows
+from robot.servo import Rows
 from robot.visual_servoing import Verdict
+from shared.orders import ROWS
 
 SEED = 77
 NOMINAL = SCENES["nominal"][0][1]

@@ -1,6 +1,9 @@
 """What a page may see and do, without any page."""
 
+import asyncio
+import io
 import multiprocessing
+import re
 import threading
 from pathlib import Path
 
@@ -12,12 +15,15 @@ from laptop.camera import Frame, open_camera
 from laptop.learning import exclude, include, learn
 from laptop.markers import BadMarker, read_markers, read_spec, write_markers
 from laptop.page import desk as desks
+from laptop.page import feeds
+from laptop.page import record as records
+from laptop.page import report as reports
 from laptop.page.desk import EFFECTOR, Desk, Door, answer
+from laptop.picture import DPI
 from laptop.tracker import Tracker
 from laptop.tracking_server import State as LinkState
 from laptop.watching import GOAL, Watcher
-from robot import servo
-from shared.messages import BUDGET, TOLERANCE, Start, Status, Stop
+from shared.messages import Start, Status, Stop
 
 WIDTH, HEIGHT = 320, 240
 RED, GREEN, BLUE = (30, 30, 200), (60, 150, 30), (190, 70, 20)
@@ -404,14 +410,6 @@ def test_who_is_expected_may_take_any_time(scene):
 # Aims and runs
 
 
-def test_the_orders_are_those_of_the_brick():
-    assert sorted(desks.METHODS) == sorted(servo.METHODS)
-    assert desks.MODES == servo.MODES
-    assert desks.ROWS == servo.ROWS
-    assert TOLERANCE[:2] == desks.TOLERANCES
-    assert BUDGET[0] <= Start().budget <= BUDGET[1]
-
-
 def test_a_start_goes_to_the_point_that_was_clicked(scene):
     scene.show()
     assert scene.desk.aim("A", 40.0, 50.0) == ""
@@ -420,6 +418,42 @@ def test_a_start_goes_to_the_point_that_was_clicked(scene):
     assert scene.server.sent == [
         Start("kalman", "stream", "stereo", 3.0, goals={"A": (40.0, 50.0)})
     ]
+
+
+FOLLOW = ("chain", "stream", "stereo", 8.0, 300.0, True)
+
+
+def test_a_goal_marker_that_moves_is_followed_until_it_is_said_otherwise(scene):
+    scene.show()
+    assert scene.desk.start(*FOLLOW) == ""
+    assert scene.server.sent == [Start(*FOLLOW)]
+    scene.server.tell("", 1)
+    scene.show()
+    assert scene.desk.state().following
+    assert scene.desk.hold() == ""
+    scene.server.tell("converged", 1)
+    scene.show()
+    assert not scene.desk.state().following
+    scene.server.tell("", 2)  # the brick's own, of which nobody here knows the orders
+    scene.show()
+    assert not scene.desk.state().following
+
+
+def test_only_a_goal_marker_can_be_followed(scene):
+    scene.show()
+    scene.desk.aim("A", 40.0, 50.0)
+    assert "only a goal marker can be followed" in scene.desk.start(*FOLLOW)
+    assert scene.server.sent == []
+    scene.desk.aim_at_marker()
+    assert scene.desk.start(*FOLLOW) == ""
+
+
+def test_what_leaves_joints_undetermined_is_refused_here_already(scene):
+    scene.show()
+    scene.server.status = Status(0.0, (0.1, 0.2, 0.3), None, "ready")
+    scene.desk.aim("A", 40.0, 50.0)
+    assert "where 3 joints are to go" in scene.desk.start()
+    assert scene.server.sent == []
 
 
 def test_a_start_goes_to_the_marker_if_no_point_was_clicked(scene):
@@ -482,11 +516,13 @@ def test_a_brick_that_does_not_begin_is_told_of_and_may_be_asked_again(scene):
 @pytest.mark.parametrize(
     ("orders", "why"),
     [
-        (("guess",), "method 'guess'"),
-        (("chain", "jump"), "mode 'jump'"),
-        (("chain", "look", "all"), "rows 'all'"),
+        (("guess",), "'guess' is no method; take one of report, broyden"),
+        (("chain", "jump"), "'jump' is no mode"),
+        (("chain", "look", "all"), "'all' is no rows"),
         (("chain", "look", "stereo", 0.1), "tolerance 0.1: from 0.5 to 200 px"),
+        (("chain", "look", "stereo", 5.0, 0.0), "budget 0: from 1 to 3600 s"),
         (("report", "stream"), "looks, then moves"),
+        (("chain", "look", "stereo", 5.0, 60.0, True), "in the mode stream only"),
     ],
 )
 def test_orders_that_make_no_sense_are_refused(scene, orders, why):
@@ -527,6 +563,7 @@ def test_a_path_is_followed_point_after_point(scene):
         scene.show()
         assert len(scene.server.sent) == run, "it waits for the verdict"
         scene.server.tell("converged", run)
+        assert scene.desk.state().running == (run < 5), "even before it has gone on"
         scene.show()
         scene.show()
     assert [start.goals["A"][0] for start in scene.server.sent] == [50, 75, 100, 125, 150]
@@ -606,6 +643,24 @@ def test_the_state_tells_of_cameras_link_and_markers(scene):
     assert "no frame for 5 s" in scene.desk.state().eyes[0].trouble
 
 
+@pytest.mark.parametrize(
+    ("volts", "says"),
+    [
+        (7.44, "<tr><td>battery</td><td>7.4 V</td>"),
+        (6.2, "<tr class=warn><td>battery</td><td>6.2 V: low, charge it"),
+        (None, ""),
+    ],
+)
+def test_the_battery_is_shown_if_the_brick_tells_with_a_warning_if_it_is_low(scene, volts, says):
+    browser = pytest.importorskip("laptop.page.browser")
+    scene.server.tell("ready", 0, battery=volts)
+    shown = browser.facts_of(scene.desk.state())
+    assert says in shown
+    assert ("<td>battery<" in shown) == (volts is not None)
+    scene.server.there = False
+    assert "<td>battery<" not in browser.facts_of(scene.desk.state()), "of a brick that has gone"
+
+
 def test_the_history_is_the_last_minute(scene):
     scene.server.tell("", 1, e={"A.u": 3.0}, condition=2.5, moves=4)
     for _ in range(1300):
@@ -662,3 +717,206 @@ def test_a_wrong_question_does_no_harm(scene, door):
     with pytest.raises(desks.AskedWrongly, match="KeyError"):
         door.ask("view", "Z")
     assert door.ask("state") == scene.desk.state()
+
+
+# Records, and the reports of them
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_pictures():
+    """Drawn as ever, in a tenth of the pixels each way."""
+
+    def png_of(figure):
+        file = io.BytesIO()
+        figure.savefig(file, format="png", dpi=DPI / 10)
+        return file.getvalue()
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reports, "png_of", png_of)
+        yield
+
+
+def run(scene, number, verdict="converged", steps=5, orders=True, e=True, camera="A"):
+    """Let the brick do a run in which the tip comes from (60, 120) to (100, 120)."""
+    for k in range(steps):
+        u = 60 + 10 * min(k, 4)
+        off = {f"{camera}.u": u - 102.0, f"{camera}.v": 2.0} if e else {}
+        scene.server.tell("", number, moves=k, e=off, condition=2.0 + k)
+        for _ in range(10):
+            scene.show(tip=(u, 120))
+    scene.server.tell(verdict, number, moves=steps, e=off, reason="because", condition=2.0)
+    scene.show(tip=(100, 120))
+    scene.show(tip=(100, 120))
+
+
+def test_a_run_is_recorded_from_start_to_verdict(scene):
+    scene.show()
+    assert scene.desk.record() is None
+    scene.desk.aim("A", 102.0, 118.0)
+    scene.desk.start("kalman")
+    began = scene.t
+    run(scene, 1)
+    for _ in range(20):
+        scene.show(tip=(150, 120), ink=BLUE)  # what comes later is no part of it
+    record = scene.desk.record()
+    (only,) = record.runs
+    assert only.orders == scene.server.sent[0]
+    assert (only.verdict, only.reason) == ("converged", "because")
+    assert (only.began, only.ended) == pytest.approx((began + 0.05, began + 2.55), abs=0.06)
+    assert [round(u) for _, u, _ in only.tips["A"]][::10] == [60, 70, 80, 90, 100]
+    assert {(u, v) for _, u, v in only.goals["A"]} == {(102.0, 118.0)}
+    assert [told.moves for told in only.told] == [0, 1, 2, 3, 4, 5]
+    image = cv2.imdecode(np.frombuffer(record.pictures["A"], np.uint8), cv2.IMREAD_COLOR)
+    assert image[120, 100, 2] > 150 > 80 > image[120, 100, 0], "the tip is where it was in the end"
+    assert scene.desk.state().runs == ((1, record.when, "converged"),)
+
+
+def test_a_run_that_goes_on_can_be_looked_at(scene):
+    scene.show()
+    scene.desk.start()
+    scene.server.tell("", 1)
+    scene.show(tip=(100, 120))
+    first = scene.desk.record()
+    assert (first.runs[0].verdict, first.runs[0].ended) == ("", None)
+    points = len(first.runs[0].tips["A"])
+    scene.show(tip=(120, 120))
+    assert len(first.runs[0].tips["A"]) == points, "what was handed over changes no more"
+    assert len(scene.desk.record().runs[0].tips["A"]) == points + 1
+
+
+def test_a_run_that_the_brick_does_by_itself_is_recorded_without_orders(scene):
+    scene.show()
+    run(scene, 1)
+    run(scene, 1, "marker lost")  # the program was started again, and counts anew
+    first, second = (scene.desk.record(number) for number in (1, 2))
+    assert first.runs[0].orders is second.runs[0].orders is None
+    assert [run.verdict for run in (first.runs[0], second.runs[0])] == ["converged", "marker lost"]
+    (leg,) = reports.legs_of(first)
+    assert leg.goals["A"] == pytest.approx((102, 118), abs=0.5), "as the brick's errors tell"
+
+
+def test_what_was_there_before_is_no_run(scene):
+    scene.server.tell("converged", 3)
+    for _ in range(3):
+        scene.show()
+    assert scene.desk.record() is None
+
+
+def test_a_run_whose_end_was_not_heard_ends_where_the_next_begins(scene):
+    scene.show()
+    scene.server.tell("", 1, moves=5)
+    scene.show()
+    scene.server.tell("", 1, moves=0)
+    scene.show()
+    assert [run.verdict for run in scene.desk.state().runs] == ["", ""]
+    assert scene.desk.record(1).runs[0].ended is not None
+    assert "not heard" in reports.write(scene.desk.record(1))
+
+
+def test_orders_that_are_refused_are_a_record_too(scene):
+    scene.show()
+    scene.desk.start()
+    scene.server.tell("refused", 1, reason="no zero")
+    scene.show()
+    record = scene.desk.record()
+    assert (record.runs[0].verdict, record.runs[0].orders) == ("refused", Start())
+    assert "No zero" in reports.write(record)
+
+
+def test_the_runs_along_a_path_are_one_record(scene):
+    scene.show()
+    scene.desk.follow("A", PATH)
+    scene.desk.start()
+    for number in range(1, 6):
+        run(scene, number, steps=1)
+    run(scene, 6)  # the brick's own
+    record = scene.desk.record(1)
+    assert [run.orders.goals["A"][0] for run in record.runs] == [50, 75, 100, 125, 150]
+    assert len(scene.desk.record(2).runs) == 1
+    text = reports.write(record)
+    assert text.count("<summary>") == 5
+    assert "5 points of the path were reached" in text
+
+
+def test_only_the_last_runs_are_kept_and_long_ones_get_thinner(scene, monkeypatch):
+    monkeypatch.setattr(records, "MOST", 30)
+    scene.show()
+    for number in range(1, records.KEPT + 3):
+        run(scene, number)
+    assert [run.number for run in scene.desk.state().runs] == list(range(3, records.KEPT + 3))
+    assert scene.desk.record(1) is None
+    assert all(scene.desk.record(run.number).pictures for run in scene.desk.state().runs)
+    tips = scene.desk.record().runs[0].tips["A"]
+    assert 15 <= len(tips) <= 30
+    assert tips[-1][1] - tips[0][1] == pytest.approx(40, abs=0.5)
+
+
+@pytest.mark.parametrize("cameras", [1, 2])
+def test_a_report_is_one_file_that_says_what_was_ordered_and_what_came_of_it(tmp_path, cameras):
+    scene = Scene(tmp_path, cameras=cameras)
+    scene.show()
+    scene.desk.start("broyden", tolerance=7.0, budget=90.0)
+    run(scene, 1, "budget spent", camera="AB"[cameras - 1])
+    text = reports.write(scene.desk.record())
+    for words in (
+        "Not there in time", "Because; 12.5 px off", "method broyden", "mode look",
+        "tolerance 7 px", "budget 90 s", "the marker", "5 moves", 'class="bad"', "Save this",
+    ):  # fmt: skip
+        assert words in text, words
+    assert text.count("<img") == 3
+    assert not re.search(r"(src|href)=.?(http|/)", text)
+
+
+def test_what_the_brick_says_is_no_markup_of_the_report(scene):
+    scene.show()
+    scene.desk.start()
+    scene.server.tell("refused", 1, reason="<script>alert(1)</script>")
+    scene.show()
+    assert "<script" not in reports.write(scene.desk.record())
+
+
+def test_the_error_in_a_report_is_what_the_tracker_saw(scene):
+    scene.show()
+    scene.desk.aim("A", 102.0, 118.0)
+    scene.desk.start()
+    run(scene, 1)
+    (leg,) = reports.legs_of(scene.desk.record())
+    assert leg.errors[0] == pytest.approx(np.hypot(42, 2), abs=0.5)
+    assert leg.seen == pytest.approx(np.hypot(2, 2), abs=0.5)
+    assert [told.e["A.u"] for told in leg.measured] == [-42, -32, -22, -12, -2]
+
+
+def test_where_the_tip_was_not_seen_the_report_has_a_gap(scene):
+    scene.show()
+    scene.desk.aim("A", 102.0, 118.0)
+    scene.desk.start()
+    scene.server.tell("", 1, e={"A.u": 1.0, "A.v": 0.0})
+    for tip in [(60, 120)] * 20 + [None] * 20 + [(100, 120)] * 20:
+        scene.show(tip=tip)
+    (leg,) = reports.legs_of(scene.desk.record())
+    assert np.isnan(leg.ways["A"]).any(axis=1).sum() == 1
+    gap = leg.t[np.isnan(leg.errors)]
+    assert (gap[0], gap[-1]) == pytest.approx((1.0, 2.0), abs=0.2)
+    assert np.isfinite(leg.errors[[1, -2]]).all()
+
+
+def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(scene, door, monkeypatch):
+    scene.show()
+    scene.desk.start()
+    run(scene, 1)
+    drawn = []
+
+    def write(record):
+        drawn.append(threading.current_thread().name)
+        return "a report"
+
+    monkeypatch.setattr(reports, "write", write)
+    far = feeds.FarDesk(door._pipe, door._pipe)
+
+    async def ask():
+        return await asyncio.gather(*(far.report(number) for number in (None, 1, 1, 2)))
+
+    *found, missing = asyncio.run(ask())
+    assert {text for _, text in found} == {"a report"}
+    assert missing is None
+    assert drawn == ["drawer_0"]

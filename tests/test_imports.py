@@ -38,7 +38,14 @@ RULES = {
     "laptop.demo": ("laptop", "-laptop.bench", "shared", *LIBRARIES),
     "laptop.__main__": ("laptop", "shared", *LIBRARIES),
     **{  # only these import what the page is made with
-        f"laptop.page.{name}": ("laptop.page", "laptop.watching", "nicegui", "fastapi", "uvicorn")
+        f"laptop.page.{name}": (
+            "laptop.page",
+            "laptop.watching",
+            "shared",
+            "nicegui",
+            "fastapi",
+            "uvicorn",
+        )
         for name in ("browser", "server")
     },
     "laptop": ("laptop", "-laptop.bench", "-laptop.simulator", "shared", *LIBRARIES),

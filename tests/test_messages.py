@@ -46,6 +46,7 @@ MESSAGES = [
     Status(99.5, (0.1, -3.2), 12.25, ""),
     Status(99.5, (), None, "marker lost"),
     Status(99.5, (0.1,), 5.0, "limit", "the elbow", {"A.u": 3.0, "A.v": -4.0}, 17.5, 12, 3),
+    Status(99.5, (), None, "", battery=7.42),
     Start(),
     Start("report", "stream", "xyz", 2.5, 120.0, True, {"A": (400.5, 200.0), "B": (-3.0, 9.25)}),
     Stop("the button on the page"),
@@ -108,7 +109,7 @@ def test_numbers_are_rounded_to_what_is_measurable():
             1e9 - 0.123457, (-999.123457,) * MAX_JOINTS, 999999.123, "x" * 32,
             "\U0001d11e" * MAX_TEXT,
             {f"{n:x<16}.u": -999999.123 for n in range(2 * MAX_CAMERAS)},
-            1e12 - 0.123, 2**53, 2**53,
+            1e12 - 0.123, 2**53, 2**53, 99.99,
         ),
         Start(
             "x" * 16, "x" * 16, "x" * 16, 199.999, 3599.999, False,
@@ -225,11 +226,17 @@ def test_orders_that_no_laptop_may_give_are_refused(changes, words):
         ({"moves": -1}, "moves is -1; it must be a whole number"),
         ({"run": ...}, "run is missing"),
         ({"run": 1.5}, "run is 1.5; it must be a whole number"),
+        ({"battery": -1}, "a number from 0 to 100 V"),
     ],
     ids=str,
 )
 def test_a_status_that_no_brick_may_send_is_refused(changes, words):
     assert words in refused(changed(Status(1.0, (), None, ""), **changes))
+
+
+def test_a_status_of_a_brick_that_knows_no_battery_is_understood():
+    status = Status(1.0, (0.5,), 3.0, "", battery=7.4)
+    assert decode(changed(status, battery=...)) == status._replace(battery=None)
 
 
 @pytest.mark.parametrize(

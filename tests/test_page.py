@@ -169,7 +169,7 @@ def filled(tracker, headers):
 
 @pytest.mark.parametrize("headers", OTHER.values(), ids=OTHER)
 def test_over_http_nobody_else_is_let_in(tracker, headers):
-    for path in ("/", "/view/A/1.jpg", "/history.csv", "/_nicegui_ws/socket.io/"):
+    for path in ("/", "/view/A/1.jpg", "/history.csv", "/report", "/_nicegui_ws/socket.io/"):
         status, answered, body = tracker.get(path, **filled(tracker, headers))
         assert status in (400, 403), path
         assert tracker.token not in body + str(answered)
@@ -199,8 +199,14 @@ def test_a_wrong_token_in_the_address_is_told_what_to_do(tracker, token):
     assert "Open the address that the tracker prints" in body
 
 
+def test_there_is_no_report_of_a_run_that_is_not_known(tracker):
+    status, _, body = tracker.get("/report/99")
+    assert (status, body) == (404, "There is no report of such a run.")
+    assert tracker.get("/report/9.9")[0] == 422
+
+
 def test_nothing_can_be_posted(tracker):
-    assert tracker.get("/", "POST")[0] == 403
+    assert tracker.get("/", "POST")[0] == tracker.get("/report", "POST")[0] == 403
     assert tracker.get("/_nicegui_ws/socket.io/?EIO=4&transport=polling", "POST")[0] == 403
 
 
@@ -393,6 +399,17 @@ def test_two_clicks_bring_the_true_tip_to_the_goal(surfer):
     surfer.verdict("Arrived")
     assert math.dist(surfer.tip(), goal) < 8, "px, of 5 that are allowed as measured"
     assert float(surfer.page.locator(".error").inner_text().split()[0]) <= 5
+    surfer.reads("8.0 V")
+    with surfer.context.expect_page() as tab:
+        surfer.page.get_by_role("link", name="Report").click()
+    tab.value.get_by_role("heading", name="Arrived: the tip is at the goal").wait_for()
+    assert "To " in tab.value.locator("summary").inner_text()
+    drawn = "() => [...document.images].filter(image => image.naturalWidth).length"
+    assert tab.value.evaluate(drawn) == 3
+    with tab.value.expect_download() as saved:
+        tab.value.get_by_role("link", name="Save this report").click()
+    assert re.fullmatch(r"brickservo-[\d-]+-run-\d+\.html", saved.value.suggested_filename)
+    assert Path(saved.value.path()).read_text().count("data:image/") == 3
 
 
 def test_a_colour_is_picked_by_a_click_undone_and_kept_in_the_file(surfer):

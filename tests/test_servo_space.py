@@ -117,7 +117,7 @@ def test_in_space_a_pixel_of_each_camera_is_a_goal(space):
         (["A:400,200", "marker"], "or for a marker and a pixel"),
         (
             ["A:400,200", "C:1,2"],
-            "no camera C, of which --goal gives a pixel; those that send are A and B",
+            "no camera C, of which a pixel is the goal; those that send are A and B",
         ),
     ],
 )
@@ -154,7 +154,11 @@ def test_it_stays_at_the_goal_unless_told_to_go_low(space, low):
 def test_a_goal_beyond_a_limit_is_had_by_another_posture(space):
     """Over the base's axis, bent backwards, the shoulder would have to go beyond its limit."""
     arm = read_arm(find_arm("spatial"))
-    w = space(goal=kinematics.forward(arm, degrees(-84, 102, -66)), start=degrees(80, 100, -59))
+    w = space(
+        goal=kinematics.forward(arm, degrees(-84, 102, -66)),
+        start=degrees(80, 100, -59),
+        seed=5,  # it is by luck of the noise that it takes the way that is barred
+    )
     shown = w.run()
     assert judge(w, shown, "converged")
     steps = [line for line in shown.log if line["kind"] == "step"]

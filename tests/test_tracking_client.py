@@ -174,9 +174,9 @@ def until(condition, client, tracker=None):
     raise AssertionError("never: " + client.why)
 
 
-def linked(make):
+def linked(make, **options):
     tracker = make(FakeTracker)
-    client = make(TrackingClient, tracker.port)
+    client = make(TrackingClient, tracker.port, **options)
     until(lambda: client.linked and client.round_trip is not None, client, tracker)
     return client, tracker
 
@@ -234,12 +234,12 @@ def test_the_same_verdict_on_another_run_goes_out_at_once(make):
 
 
 def test_a_reason_is_cut_to_one_line_and_the_rest_is_told_as_it_is(make):
-    client, tracker = linked(make)
+    client, tracker = linked(make, battery=lambda: 7.4)
     client.report((0.5,), 5.0, "limit", "a\n" * 200, {"A.u": -3.0}, 12.5, moves=7, run=3)
     until(lambda: tracker.heard, client, tracker)
     ((_, *told),) = tracker.heard
     reason = told.pop(3)
-    assert told == [(0.5,), 5.0, "limit", {"A.u": -3.0}, 12.5, 7, 3]
+    assert told == [(0.5,), 5.0, "limit", {"A.u": -3.0}, 12.5, 7, 3, 7.4]
     assert reason.startswith("a a a")
     assert len(reason) == MAX_TEXT
 
@@ -260,7 +260,7 @@ def test_a_report_of_what_is_no_number_still_tells_the_verdict(make, q, error):
     client.report(q, error, "singular", "why", {"A.u": 3.0}, 9.0, moves=4, run=2)
     until(lambda: tracker.heard, client, tracker)
     ((_, *told),) = tracker.heard
-    assert told == [(), None, "singular", "why", {}, None, 4, 2]
+    assert told == [(), None, "singular", "why", {}, None, 4, 2, None]
 
 
 def test_it_waits_only_as_it_is_told_to(make, clock):

@@ -11,6 +11,7 @@ import pytest
 from rig import degrees
 from servo_rig import SpaceCamera
 
+from laptop.simulator.peripherals import Peripherals
 from laptop.simulator.virtual_tracker import HOST
 from robot.visual_servoing import LINK_PATIENCE, MARKER_PATIENCE
 from shared.messages import Start, Stop
@@ -224,8 +225,34 @@ def test_the_laptop_is_told_what_goes_on(waiting):
         assert sorted(status.e) == ["A.u", "A.v"]
         assert math.hypot(*status.e.values()) == pytest.approx(status.error, abs=0.01)
     assert measured[0].e["A.u"] == pytest.approx(steps[0]["s"][0] - steps[0]["goal"][0], abs=0.01)
+    assert {status.battery for status in w.statuses} == {8.0}
     gaps = [b.t - a.t for a, b in zip(w.statuses, w.statuses[1:])]
     assert max(gaps) < 0.5
+
+
+@pytest.mark.parametrize("tells", [True, False])
+def test_the_battery_is_looked_at_seldom_and_stops_nobody(waiting, tells):
+    w, laptop = waiting()
+    looks = []
+
+    def voltage():
+        looks.append(w.world.t)
+        return 7.4 - 0.1 * len(looks) if tells else math.nan  # of which no driver makes a number
+
+    laptop.at(1.0, Start(method="report", budget=100.0))
+    laptop.after(1, laptop.end)
+    w.run("--wait", peripherals=Peripherals(w.world, w.brick.sysfs, voltage))
+    assert laptop.told(1).verdict == "converged"
+    if not tells:
+        assert {status.battery for status in w.statuses} == {None}
+        return
+    assert len(looks) > 2
+    assert all(10.0 <= b - a < 10.5 for a, b in zip(looks, looks[1:]))
+    told = [status.battery for status in w.statuses]
+    assert told[0] == 7.3
+    assert sorted(set(told), reverse=True) == pytest.approx(
+        [7.4 - 0.1 * k for k in range(1, len(looks) + 1)]
+    )
 
 
 def test_in_space_it_goes_where_the_pixels_of_two_cameras_say(waiting):
@@ -356,8 +383,8 @@ def test_who_is_killed_between_runs_leaves_the_arm_parked(waiting):
         (Start(mode="fast"), "planar", "'fast' is no mode; take one of look, stream"),
         (Start(rows="all"), "planar", "'all' is no rows; take one of stereo, xyz"),
         (Start("report", "stream"), "planar", "the report's method looks, then moves"),
-        (Start(follow=True), "planar", "a goal marker that moves"),
-        (Start(mode="stream", follow=True, goals={"A": PIXEL}), "planar", "goal marker that moves"),
+        (Start(follow=True), "planar", "in the mode stream only"),
+        (Start(mode="stream", follow=True, goals={"A": PIXEL}), "planar", "aim at it, not at a"),
         (Start(goals={"A": PIXEL}), "spatial", "one pixel does not say where 3 joints are to go"),
     ],
     ids=["method", "mode", "rows", "report", "follow", "follow a pixel", "one pixel"],
@@ -369,6 +396,7 @@ def test_orders_without_sense_are_refused_in_one_line_and_nothing_moves(waiting,
     assert shown.status == 128 + signal.SIGTERM
     assert laptop.verdicts() == [(0, "ready"), (1, "refused")]
     assert says in laptop.told(1).reason
+    assert "--" not in laptop.told(1).reason, "the laptop's page shows it, too"
     assert shown.out.count("refused: ") == 1
     assert shown.log == []
     assert not w.moved()

@@ -16,11 +16,9 @@ from nicegui import events, ui
 from laptop.page.desk import (
     EFFECTOR,
     HISTORY,
-    METHODS,
-    MODES,
-    ROWS,
+    LOW,
     SAMPLE,
-    TOLERANCES,
+    USUAL,
     VERDICTS,
     Eye,
     Sample,
@@ -29,7 +27,10 @@ from laptop.page.desk import (
 )
 from laptop.page.feeds import FRAMES, FarDesk
 from laptop.page.overlay import overlay
+from laptop.page.record import Summary
 from laptop.watching import GOAL, Point
+from shared.messages import BUDGET, TOLERANCE
+from shared.orders import METHODS, MODES, ROWS
 
 GLANCE = 0.015
 """Between two looks whether there is a new picture, s; a picture waits half as long on average."""
@@ -95,6 +96,7 @@ body { font-size: 16px; }
 .quiet { opacity: .8; font-size: .95rem; line-height: 1.35; }
 .mono { font-family: ui-monospace, monospace; font-size: .85rem; overflow-wrap: anywhere;
         user-select: all; background: #8882; border-radius: .3rem; padding: .4rem .5rem; }
+.field { width: 100%; }
 .go { font-size: 1.15rem !important; min-height: 3rem; flex: 1; }
 .card.naming { width: min(24rem, 90vw); }
 .tools { width: 100%; } .tools .q-btn { flex: 1; padding: .3rem; }
@@ -105,6 +107,8 @@ table.facts { border-collapse: collapse; width: 100%; table-layout: fixed; font-
               font-variant-numeric: tabular-nums; }
 table.facts td { padding: .15rem 0; vertical-align: top; overflow-wrap: anywhere; }
 table.facts td:first-child { opacity: .75; padding-right: .8rem; width: 6.2rem; }
+table.facts .warn td { color: var(--bad); font-weight: 700; opacity: 1; }
+.body--dark table.facts .warn td { color: #ff7a83; }
 .body--dark .q-btn--flat, .body--dark .q-btn--outline { --q-primary: #86bcff; }
 .picture text { font-size: calc(14px * var(--k)); }
 .pictures:not(.one) .picture text { font-size: calc(21px * var(--k)); }
@@ -360,6 +364,7 @@ class Page:
         self._marker = EFFECTOR
         self._typed: tuple[str, ...] = ()  # what is shown to be typed on the brick
         self._state_due = self._facts_due = self._plot_due = -math.inf
+        self._runs: tuple[Summary, ...] = ()
 
     async def build(self) -> None:
         """Everything on it."""
@@ -433,16 +438,34 @@ class Page:
             self._to_marker = ui.button(
                 "Aim at the goal marker", on_click=self._aim_at_marker
             ).props("flat dense no-caps icon=my_location")
-            with ui.expansion("How", icon="tune").classes("w-full").props("dense"):
-                self._method = ui.select(list(METHODS), value=METHODS[0], label="method")
-                self._mode = ui.select(list(MODES), value=MODES[0], label="mode")
-                self._rows = ui.select(list(ROWS), value=ROWS[0], label="rows of two cameras")
-                self._rows.set_visibility(several)
-                self._tolerance = ui.number(
-                    "tolerance, px", value=5.0, min=TOLERANCES[0], max=TOLERANCES[1], step=0.5
+            with ui.row().classes("w-full gap-2 no-wrap"):
+                self._report = (
+                    ui.button("Report", icon="assessment")
+                    .props("flat dense no-caps type=a href=/report target=_blank")
+                    .tooltip("of the last run, in a new tab")
                 )
-                for choice in (self._method, self._mode, self._rows, self._tolerance):
-                    choice.classes("w-full").props("dense")
+                with ui.button("Earlier", icon="history").props("flat dense no-caps") as earlier:
+                    self._reports = ui.menu()
+                self._earlier = earlier
+            with ui.expansion("How", icon="tune").classes("w-full").props("dense"):
+                self._method = ui.select(list(METHODS), value=USUAL.method, label="method")
+                self._mode = ui.select(list(MODES), value=USUAL.mode, label="mode")
+                self._rows = ui.select(list(ROWS), value=USUAL.rows, label="rows of two cameras")
+                self._rows.set_visibility(several)
+                self._tolerance, self._budget = (
+                    ui.number(f"{what}, {unit}", value=usual, min=least, max=most, step=step)
+                    for what, usual, (least, most, unit), step in (
+                        ("tolerance", USUAL.tolerance, TOLERANCE, 0.5),
+                        ("budget", USUAL.budget, BUDGET, 10.0),
+                    )
+                )
+                choices = self._method, self._mode, self._rows, self._tolerance, self._budget
+                for choice in choices:
+                    choice.classes("field").props("dense")
+                self._follow = ui.switch("follow the goal marker as it moves").props("dense")
+                ui.label(
+                    "in the mode stream, until the budget is spent or Hold or STOP ends it"
+                ).classes("quiet")
 
     def _click_card(self) -> None:
         with ui.element("section").classes("card").props('aria-label="a click in the picture"'):
@@ -542,6 +565,8 @@ class Page:
             tone = {"converged": "ok", "ready": "", "stopped": ""}.get(status.verdict, "bad")
         if state.running and state.left:
             words = f"Along the path, {state.left} points to go."
+        if state.following and verdict == "":
+            words = "Following the goal marker. Hold or STOP ends it."
         self._verdict.set_text(words)
         self._verdict.classes(remove="ok bad", add=tone)
         self._reason.set_text(status.reason if status else "")
@@ -555,6 +580,7 @@ class Page:
         self._start.set_enabled(state.brick is not None and not state.running)
         self._hold.set_enabled(state.running)
         self._undo.set_enabled(state.undoable > 0)
+        self._show_runs(state.runs)
         self._brick.set_text(brick_text(state))
         self._brick.classes(remove="ok warm", add="ok" if state.brick else "warm")
         self._note.set_text(state.note)
@@ -575,6 +601,20 @@ class Page:
             for picture in self._pictures.values():
                 picture.describe(state)
             self._table.set_content(facts_of(state))
+
+    def _show_runs(self, runs: tuple[Summary, ...]) -> None:
+        """Let there be a report of each."""
+        self._report.set_enabled(bool(runs))
+        self._earlier.set_enabled(len(runs) > 1)
+        if runs == self._runs:
+            return
+        self._runs = runs
+        self._reports.clear()
+        with self._reports:
+            for run in reversed(runs[:-1]):
+                words = f"{clock(run.when)} {run.verdict or 'on its way'}"
+                href = f"href=/report/{run.number} target=_blank"
+                ui.menu_item(words).props(href)
 
     async def _plot(self) -> None:
         if not self._plotting.value or time.monotonic() < self._plot_due:
@@ -636,12 +676,17 @@ class Page:
 
     async def start(self) -> None:
         """Start a run."""
-        tolerance = self._tolerance.value
-        if tolerance is None:
-            self.tell("tolerance: write a number of px, e.g. 5")
-            return
-        orders = self._method.value, self._mode.value, self._rows.value, float(tolerance)
-        self.tell(await self.desk.ask("start", *orders))
+        numbers = []
+        for what, field, (_, _, unit) in (
+            ("tolerance", self._tolerance, TOLERANCE),
+            ("budget", self._budget, BUDGET),
+        ):
+            if field.value is None:
+                self.tell(f"{what}: write a number of {unit}, e.g. {getattr(USUAL, what):g}")
+                return
+            numbers.append(float(field.value))
+        how = self._method.value, self._mode.value, self._rows.value
+        self.tell(await self.desk.ask("start", *how, *numbers, self._follow.value))
 
     async def hold(self) -> None:
         """Halt."""
@@ -741,6 +786,11 @@ def _say_above(element: ui.element, text: str) -> None:
         ui.tooltip(text).props('anchor="top middle" self="bottom middle"')
 
 
+def clock(when: float) -> str:
+    """The time of day."""
+    return time.strftime("%H:%M:%S", time.localtime(when))
+
+
 def goal_text(state: State) -> str:
     """Where the tip is to go, for people."""
     if state.aims:
@@ -764,10 +814,19 @@ def facts_of(state: State) -> str:
     rows = []
     if state.round_trip is not None:
         rows.append(("link", f"{1000 * state.round_trip:.1f} ms round trip"))
+    volts = state.status.battery if state.brick and state.status else None
+    low = volts is not None and volts < LOW
+    if volts is not None:
+        advice = ": low, charge it or put in fresh cells" if low else ""
+        rows.append(("battery", f"{volts:.1f} V{advice}"))
     for eye in state.eyes:
         age = "" if eye.age is None else f", {1000 * eye.age:.0f} ms old"
         rows.append((f"camera {eye.camera}", f"{eye.rate:.0f} fps{age}, {eye.dropped} dropped"))
     rows += [(name, look) for name, look in state.markers.items()]
     rows.append(("colours in", state.file))
-    cells = "".join(f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in rows)
+    cells = "".join(
+        f"<tr{' class=warn' * (low and a == 'battery')}><td>{escape(a)}</td>"
+        f"<td>{escape(b)}</td></tr>"
+        for a, b in rows
+    )
     return f'<table class="facts">{cells}</table>'

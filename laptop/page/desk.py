@@ -26,21 +26,19 @@ import numpy as np
 from laptop.camera import Frame, Stills
 from laptop.learning import exclude, include, learn
 from laptop.markers import BadMarker, Marker, gate, read_markers, write_markers
+from laptop.page.record import EFFECTOR, Record, Recorder, Summary
 from laptop.tracker import BELIEVED, Tracker, Window
 from laptop.tracking_server import State as LinkState
 from laptop.view import View
 from laptop.watching import GOAL, Point, Watcher
 from shared.arm_description import ArmError
-from shared.messages import MAX_MARKERS, Start, Status, Stop
+from shared.messages import BUDGET, MAX_MARKERS, TOLERANCE, Start, Status, Stop
+from shared.orders import check
 
-EFFECTOR = "effector"
-
-METHODS = ("chain", "kalman", "broyden", "report")
-MODES = ("look", "stream")
-ROWS = ("stereo", "xyz")
-"""What a run may be ordered to be, as the brick's command line has it; the usual one first."""
-TOLERANCES = 0.5, 200.0
-"""From, to, px."""
+USUAL = Start()
+"""What is ordered unless something else is said."""
+LOW = 6.5
+"""A battery below this, V, is soon empty: the brick warns of a rechargeable one from here on."""
 
 BEAT = 0.05
 """Between two looks at what goes on, s."""
@@ -169,6 +167,7 @@ class State(NamedTuple):
     round_trip  s, or None
     status    the brick's last, or None
     running   a run is on, or was ordered
+    following it goes after a goal that moves, as was ordered here
     aims      per camera where the tip is to go, px; {}: to the goal's marker
     left      points of a path still to come
     markers   name: what it looks like, in words
@@ -176,6 +175,7 @@ class State(NamedTuple):
     file      where colours are kept
     note      what was last to be said about the link or the run, or ""
     own       the brick is an emulated one that came with the camera
+    runs      of which there can be a report, oldest first
     """
 
     eyes: tuple[Eye, ...]
@@ -184,6 +184,7 @@ class State(NamedTuple):
     round_trip: float | None
     status: Status | None
     running: bool
+    following: bool
     aims: Mapping[str, Point]
     left: int
     markers: Mapping[str, str]
@@ -191,6 +192,7 @@ class State(NamedTuple):
     file: str
     note: str
     own: bool
+    runs: tuple[Summary, ...]
 
 
 class Sample(NamedTuple):
@@ -358,10 +360,13 @@ class Desk:
         self._aims: dict[str, Point] = {}
         self._path: deque[Point] = deque()
         self._along = ""  # the camera in which the path was drawn
-        self._orders: dict[str, Any] = {}
+        self._orders = USUAL
         self._ordered: tuple[float, int] | None = None  # when, and the brick's last run by then
         self._awaited = 0  # the run that the rest of a path waits for; 0: none
+        self._order = 0  # number of the last start from here
+        self._obeyed: tuple[int, int] | None = None  # that number, and the brick's last run by then
         self._note = ""
+        self._recorder = Recorder()
         self._history: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
         # One order after the other; what only looks takes no lock.  (To learn a colour takes a
         # while, for which a STOP does not wait.)
@@ -447,13 +452,17 @@ class Desk:
         """How everything is doing."""
         self._asked = self._now()
         link = self._server.state() if self._server else LinkState()
+        running = self._running(link)
+        with self._lock:
+            runs = self._recorder.summaries()
         return State(
             tuple(self._eye(name, eye) for name, eye in self._cameras.items()),
             link.client,
             tuple(self._server.commands() if self._server else ()),
             link.round_trip,
             link.status,
-            self._running(link),
+            running,
+            running and self._obeyed is not None and self._orders.follow,
             dict(self._aims),
             len(self._path),
             {marker.name: str(marker) for marker in self._markers()},
@@ -461,11 +470,17 @@ class Desk:
             str(self._file),
             self._note or (link.client is None and (link.lost or link.refusal)) or "",
             self._own,
+            runs,
         )
 
     def history(self, after: float = -math.inf) -> list[Sample]:
         """The last minute, or what of it is later than `after` (s)."""
         return [sample for sample in list(self._history) if sample.t > after]
+
+    def record(self, number: int | None = None) -> Record | None:
+        """What is known of a run, the newest by default; None if there is none of this number."""
+        with self._lock:
+            return self._recorder.record(number)
 
     def _eye(self, name: str, eye: _Watched) -> Eye:
         watcher = eye.watcher
@@ -610,32 +625,31 @@ class Desk:
 
     def start(
         self,
-        method: str = METHODS[0],
-        mode: str = MODES[0],
-        rows: str = ROWS[0],
-        tolerance: float = 5.0,
+        method: str = USUAL.method,
+        mode: str = USUAL.mode,
+        rows: str = USUAL.rows,
+        tolerance: float = USUAL.tolerance,
+        budget: float = USUAL.budget,
+        follow: bool = USUAL.follow,
     ) -> str:
-        """Send the tip to the goal, or on along the path.
-
-        Args:
-            tolerance: px.
-        """
-        for what, value, choices in (
-            ("method", method, METHODS), ("mode", mode, MODES), ("rows", rows, ROWS),
+        """Send the tip to the goal, or on along the path; the orders are as in `Start`."""
+        for what, value, (least, most, unit) in (
+            ("tolerance", tolerance, TOLERANCE), ("budget", budget, BUDGET),
         ):  # fmt: skip
-            if value not in choices:
-                return f"{what} '{value}': there are {', '.join(choices)}"
-        least, most = TOLERANCES
-        if not least <= tolerance <= most:
-            return f"tolerance {tolerance:g}: from {least:g} to {most:g} px"
-        if method == "report" and mode == "stream":
-            return "the report's method looks, then moves; choose the mode look"
+            if not least <= value <= most:
+                return f"{what} {value:g}: from {least:g} to {most:g} {unit}"
         with self._lock:
             if self._running():
                 return _BUSY
             if why := self._not_aimed():
                 return why
-            self._orders = {"method": method, "mode": mode, "rows": rows, "tolerance": tolerance}
+            orders = Start(method, mode, rows, tolerance, budget, follow, dict(self._aims))
+            try:
+                check(orders, self._joints())
+            except ArmError as error:
+                return str(error)
+            self._orders = orders
+            self._order += 1
             return self._send_start()
 
     def hold(self) -> str:
@@ -657,6 +671,11 @@ class Desk:
             return ""
         return "no brick is connected: nothing moves that could be stopped from here"
 
+    def _joints(self) -> int:
+        """How many the brick's arm has; 0 while that is not known."""
+        status = self._server.state().status if self._server else None
+        return len(status.q) if status else 0
+
     def _not_aimed(self) -> str:
         """Why there is no goal, or ""."""
         if self._aims:
@@ -674,9 +693,11 @@ class Desk:
         if self._server is None or link.client is None:
             return "no brick is connected; type the command below on it"
         run = link.status.run if link.status else 0
-        if not self._server.send(Start(**self._orders, goals=dict(self._aims))):
+        self._orders = self._orders._replace(goals=dict(self._aims))
+        if not self._server.send(self._orders):
             return "the link has just broken; it mends by itself, then start again"
         self._ordered = self._now(), run
+        self._obeyed = self._order, run
         self._awaited = run + 1 if self._path else 0
         self._note = ""
         return ""
@@ -707,6 +728,7 @@ class Desk:
         if not self._history or now - self._history[-1].t >= SAMPLE - BEAT / 2:
             self._sample(now)
         with self._lock:
+            self._record()
             self._go_on()
 
     def opened(self) -> None:
@@ -737,6 +759,20 @@ class Desk:
             )
         )
 
+    def _record(self) -> None:
+        """What is to be kept of a run."""
+        link = self._server.state() if self._server else LinkState()
+        status = link.status
+        if link.client and status:
+            order, before = self._obeyed or (0, status.run)
+            ours = status.run > before
+            t = self._now() - (link.status_age or 0.0)
+            orders = self._orders if ours else None
+            self._recorder.hear(status, t, link.client, order if ours else 0, orders)
+            if ours and status.verdict:
+                self._obeyed = None
+        self._recorder.see({name: eye.watcher.view for name, eye in self._cameras.items()})
+
     def _go_on(self) -> None:
         """What is due after a run: the next point of a path."""
         if self._server is None:
@@ -747,6 +783,7 @@ class Desk:
             if link.client and (status is None or status.run <= self._ordered[1]):
                 self._note = "the brick did not begin; does its program run with --wait?"
                 self._awaited = 0
+                self._obeyed = None
             self._ordered = None
         over = status is not None and status.run >= self._awaited and status.verdict
         if not self._awaited or (link.client and not over):

@@ -10,10 +10,12 @@ import secrets
 import time
 from collections import OrderedDict, deque
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from multiprocessing.connection import Connection
 from typing import Any
 
 from laptop.page.desk import HISTORY, SAMPLE, Door, Sample, Shown, State
+from laptop.page.record import KEPT, Record
 
 FRAMES, ALTOGETHER = 16.0, 20.0
 """Pictures per second of a camera that one browser gets, and of all cameras all browsers: more
@@ -92,6 +94,8 @@ class FarDesk:
         self.pages: set[str] = set()  # of browsers, by NiceGUI's id
         self._looked = -math.inf
         self._lock = asyncio.Lock()
+        self._drawer = ThreadPoolExecutor(1, "drawer")
+        self._drawn: OrderedDict[tuple[int, int], tuple[str, str]] = OrderedDict()
 
     @property
     def pace(self) -> float:
@@ -122,6 +126,26 @@ class FarDesk:
                 last = self.past[-1].t if self.past else -math.inf
                 self.past.extend(await self.ask("history", last))
         return self.state
+
+    async def report(self, number: int | None) -> tuple[str, str] | None:
+        """Name and text of a run's report, the newest run's by default; None if there is none."""
+        record = await self.ask("record", number)
+        if record is None:
+            return None
+        return await asyncio.get_running_loop().run_in_executor(self._drawer, self._draw, record)
+
+    def _draw(self, record: Record) -> tuple[str, str]:
+        from laptop.page import report  # not above: slow to import, and not every page wants one
+
+        key = record.number, len(record.runs)
+        if key in self._drawn:
+            return self._drawn[key]
+        drawn = report.file_name(record), report.write(record)
+        if record.runs[-1].ended is not None:
+            self._drawn[key] = drawn
+            while len(self._drawn) > KEPT:
+                self._drawn.popitem(last=False)
+        return drawn
 
 
 def csv_of(samples: Sequence[Sample]) -> str:

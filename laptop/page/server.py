@@ -45,6 +45,16 @@ def serve(
         named = {"content-disposition": "attachment; filename=history.csv"}
         return Response(csv_of(list(desk.past)), media_type="text/csv", headers=named)
 
+    @app.get("/report")
+    @app.get("/report/{number}")
+    async def report(number: int | None = None) -> Response:
+        drawn = await desk.report(number)
+        if drawn is None:
+            return Response("There is no report of such a run.", 404, media_type="text/plain")
+        name, text = drawn
+        named = {"content-disposition": f"inline; filename={name}", "cache-control": "no-store"}
+        return Response(text, media_type="text/html", headers=named)
+
     async def root() -> None:
         await Page(desk).build()
 

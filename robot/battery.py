@@ -1,0 +1,36 @@
+"""The brick's battery: looked at seldom, for each look costs a control tick half a millisecond."""
+
+PERIOD = 10.0
+"""Between two looks, s."""
+
+
+class Battery(object):
+    """What the battery has left.
+
+    The first look is at once, for it is slow: python-ev3dev2 has to find the battery.
+
+    Args:
+        clock: has `now()`.
+    """
+
+    def __init__(self, clock):
+        self._clock = clock
+        self._supply = None
+        self._look()
+
+    def volts(self):
+        """Its voltage a short while ago, V; None if it does not tell, which stops nobody."""
+        if self._supply is not None and self._clock.now() - self._looked >= PERIOD:
+            self._look()
+        return self._volts
+
+    def _look(self):
+        self._looked = self._clock.now()
+        try:
+            if self._supply is None:
+                from ev3dev2.power import PowerSupply  # not above: it is slow to import
+
+                self._supply = PowerSupply()
+            self._volts = self._supply.measured_volts
+        except Exception:  # whatever a driver may have: it is for show only
+            self._volts = None
