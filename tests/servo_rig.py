@@ -182,12 +182,12 @@ class Watched(Rig):
         )
 
     def stands(self, since, until=math.inf):
-        """Whether no motor was driven in that time (s), and no link turned by 1 deg.
+        """Whether no motor was driven in that time (s), and no link turned by 1.5 deg.
 
-        A motor that is held springs back by what it has overshot.
+        A motor that is held springs back by what it has overshot, which may be somewhat over 1 deg.
         """
         during = [m for m in self.moments if since <= m.t < until]
-        return not any(m.driven for m in during) and self._turned(during) < math.radians(1)
+        return not any(m.driven for m in during) and self._turned(during) < math.radians(1.5)
 
     @staticmethod
     def _turned(moments):

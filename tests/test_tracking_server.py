@@ -232,7 +232,7 @@ def test_the_state_tells_who_is_there_and_how_it_is_doing(server, brick, clock):
     clock.t += 0.5
     state = server.state()
     told = (0.5, 1.0), 5.0, "limit", "the elbow", {"A.u": 3.0, "A.v": -4.0}, 17.5, 6, 2
-    assert state.status[1:] == told
+    assert state.status[1:] == (*told, None)  # nobody told of a battery
     assert state.status_age == pytest.approx(0.5, abs=0.01)
     until(lambda: server.state().round_trip is not None, client)
     assert state.counters["bad"] == 0
