@@ -32,6 +32,8 @@ CHROMIUM = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
 )
 WINDOW = {"width": 1440, "height": 1000}
+SYNTHETIC = "--camera", "synthetic", "--scene", "fps=15,jpeg=0,exposure=0.004"
+"""Quicker to paint: others wait for the same two cores."""
 PATIENCE = 30.0
 """For what is bound to come, s."""
 
@@ -128,7 +130,7 @@ class Tracker:
 
 @pytest.fixture(scope="module")
 def tracker(tmp_path_factory):
-    with Tracker(tmp_path_factory.mktemp("page"), "--camera", "synthetic") as tracker:
+    with Tracker(tmp_path_factory.mktemp("page"), *SYNTHETIC) as tracker:
         yield tracker
 
 
@@ -257,7 +259,7 @@ def test_the_names_by_which_a_page_may_be_called(host, names):
 
 def test_a_page_for_the_whole_network_warns(tmp_path):
     whole = subprocess.Popen(
-        [sys.executable, "-m", "laptop", "track", "--camera", "synthetic", "--page-host", "0.0.0.0"]
+        [sys.executable, "-m", "laptop", "track", *SYNTHETIC, "--page-host", "0.0.0.0"]
         + ["--port", "0", "--page-port", "0"],
         cwd=ROOT,
         env={**os.environ, "BRICKSERVO_STATE": str(tmp_path), "PYTHONUNBUFFERED": "1"},
@@ -524,23 +526,6 @@ def test_pause_keeps_the_picture_and_one_can_pick_in_it(surfer):
     surfer.button("Undo").click()
 
 
-def test_without_the_colour_the_reason_and_the_advice_are_shown_and_a_pick_mends_it(
-    browser, tmp_path
-):
-    with Tracker(tmp_path, "--camera", "synthetic", "--effector", "disc:purple") as tracker:
-        context = browser.new_context(viewport=WINDOW)
-        page = context.new_page()
-        page.goto(tracker.address)
-        page.get_by_text("effector lost: nothing of this colour. Bring it into").wait_for()
-        page.locator(".tools").get_by_role("button", name="Pick", exact=True).click()
-        box = page.locator(".picture img").bounding_box()
-        u, v = Scene(read_arm(find_arm("planar")), read_scene("")).truth((0.0, 0.0))["effector"]
-        page.mouse.click(box["x"] + u * box["width"] / 640, box["y"] + v * box["height"] / 480)
-        page.locator("[data-marker=effector]").wait_for(state="attached")
-        page.get_by_text("effector lost").wait_for(state="detached")
-        context.close()
-
-
 def test_the_overlay_waits_for_its_picture(surfer):
     surfer.page.route("**/view/**", lambda route: (time.sleep(0.1), route.continue_()))
     wrong = surfer.page.evaluate(
@@ -650,17 +635,38 @@ def processes(of=None):
     return {int(pid) for pid, parent, stat in rows if stat[0] != "Z" and of in (None, int(parent))}
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-def test_with_the_tracker_page_and_brick_end(browser, tmp_path, number):
-    with Tracker(tmp_path, "--camera", "synthetic") as tracker:
-        surfer = Surfer(browser, tracker)
-        surfer.verdict("Ready")
-        others = processes(of=tracker.process.pid)
-        assert len(others) >= 2, "the page and the brick"
-        surfer.close()
-        tracker.close(number)
+def end_with_all_it_has_started(tracker, number):
+    """End the tracker; the page and the brick must not live on."""
+    others = processes(of=tracker.process.pid)
+    assert len(others) >= 2, "the page and the brick"
+    tracker.close(number)
     deadline = time.monotonic() + PATIENCE
     while others & processes():
         assert time.monotonic() < deadline, "they live on"
         time.sleep(0.05)
     assert "Traceback" not in "".join(tracker.lines)
+
+
+def test_with_a_tracker_that_is_killed_page_and_brick_end(browser, tmp_path):
+    with Tracker(tmp_path, *SYNTHETIC) as tracker:
+        surfer = Surfer(browser, tracker)
+        surfer.verdict("Ready")
+        surfer.close()
+        end_with_all_it_has_started(tracker, signal.SIGKILL)
+
+
+def test_a_lost_marker_has_its_reason_a_pick_mends_it_and_ctrl_c_ends_it_all(browser, tmp_path):
+    with Tracker(tmp_path, *SYNTHETIC, "--effector", "disc:purple") as tracker:
+        context = browser.new_context(viewport=WINDOW)
+        page = context.new_page()
+        page.goto(tracker.address)
+        page.get_by_text("effector lost: nothing of this colour. Bring it into").wait_for()
+        page.locator(".tools").get_by_role("button", name="Pick", exact=True).click()
+        box = page.locator(".picture img").bounding_box()
+        u, v = Scene(read_arm(find_arm("planar")), read_scene("")).truth((0.0, 0.0))["effector"]
+        page.mouse.click(box["x"] + u * box["width"] / 640, box["y"] + v * box["height"] / 480)
+        page.locator("[data-marker=effector]").wait_for(state="attached")
+        page.get_by_text("effector lost").wait_for(state="detached")
+        page.locator(".verdict", has_text="Ready").wait_for()
+        context.close()
+        end_with_all_it_has_started(tracker, signal.SIGINT)

@@ -153,7 +153,7 @@ def test_every_start_is_a_run_as_ordered_and_the_arm_is_held_between_them(waitin
 @pytest.mark.parametrize(
     "orders",
     [
-        Start("report", "look", "stereo", 8.0, 100.0),
+        Start("report", "look", "stereo", 20.0, 100.0),
         Start("kalman", "look", "stereo", 6.0, 70.0),
         Start("chain", "stream", "stereo", 7.5, 40.0, goals={"A": PIXEL}),
     ],
@@ -239,8 +239,8 @@ def test_the_battery_is_looked_at_seldom_and_stops_nobody(waiting, tells):
         looks.append(w.world.t)
         return 7.4 - 0.1 * len(looks) if tells else math.nan  # of which no driver makes a number
 
-    laptop.at(1.0, Start(method="report", budget=100.0))
-    laptop.after(1, laptop.end)
+    laptop.at(1.0, Start())
+    laptop.after(1, laptop.end, 14.0 if tells else 0.0)
     w.run("--wait", peripherals=Peripherals(w.world, w.brick.sysfs, voltage))
     assert laptop.told(1).verdict == "converged"
     if not tells:
