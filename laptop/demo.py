@@ -42,6 +42,7 @@ from laptop import report
 from laptop.drawing import pen_down_runs
 from laptop.simulator.clocks import UPTIME
 from laptop.simulator.scene import Scene, cameras, read_scene
+from laptop.watching import undisturbed
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
 Told = TypeVar("Told")
@@ -476,17 +477,13 @@ class Crew:
 
     def close(self) -> None:
         """End all of them; nothing disturbs that."""
-        before = {number: signal.signal(number, signal.SIG_IGN) for number in _SIGNALS}
-        try:
+        with undisturbed():
             self._starter.shutdown()
             for program in self._programs:
                 program.interrupt()
             deadline = time.monotonic() + ENDED
             for program in self._programs:
                 program.end(deadline)
-        finally:
-            for number, handler in before.items():
-                signal.signal(number, handler)
 
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)

@@ -38,6 +38,7 @@ from laptop.watching import (
     Watcher,
     speaker,
     summary,
+    undisturbed,
 )
 from shared import messages
 from shared.arm_description import ArmError
@@ -338,7 +339,8 @@ def command(
             status = run.run()
         except Interrupted as error:
             failed = error
-        stack.close()
+        with undisturbed():
+            stack.close()
     _conclude(console, watchers, orders.csv, plan.picture)
     if failed:
         raise failed

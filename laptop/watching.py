@@ -411,7 +411,7 @@ class Run:
 
     def _wait(self, running: int, left: threading.Semaphore) -> None:
         with self._display() as show:
-            while (running or self._stays()) and not self._stop.is_set():
+            while (running or self._stays()) and not (self._stop.is_set() or self._signal):
                 self._over.wait(TICK)
                 self._over.clear()
                 while left.acquire(blocking=False):
@@ -447,9 +447,8 @@ class Run:
         """Signals end the run; everything is closed as at its end."""
 
         def obey(number: int, _frame: object) -> None:
+            # No Event is set here: it may just be waited for, with its lock held, for ever then.
             self._signal = number
-            self._stop.set()
-            self._over.set()
 
         if threading.current_thread() is not threading.main_thread():
             yield
@@ -504,6 +503,20 @@ class Run:
             lines = self.lines()
             for line in lines if len(self._watchers) > 1 else ["; ".join(lines)]:
                 speaker(self._console)(line)
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """While the block runs signals are ignored: what ends in order does so in any case."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in STATUS_OF}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def speaker(console: Console) -> Callable[[str], None]:

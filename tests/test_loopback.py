@@ -27,7 +27,8 @@ from robot.tracking_client import TrackingClient, find_tracker
 clock = Clock()
 client = TrackingClient(*find_tracker(sys.argv[1], sys.argv[2]), clock=clock, say=sys.stderr.write)
 began = None
-while client.lost_since is None or began is None:
+deadline = clock.now() + 30.0
+while client.lost_since is None or began is None and clock.now() < deadline:
     pausing = began is not None and clock.now() - began > 1.5
     if pausing:
         time.sleep(0.5)
@@ -76,6 +77,7 @@ def both(tmp_path_factory):
     folder = tmp_path_factory.mktemp("loopback")
     for name, fps in RATES.items():
         video(folder / f"{name}.avi", fps, fps * LASTS)
+    python = oldest_python()  # before the film begins, which waits for nobody
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
     tracker = subprocess.Popen(
         [sys.executable, "-m", "laptop", "track", "--no-page", "--effector", "disc:red"]
@@ -95,7 +97,7 @@ def both(tmp_path_factory):
             if told:
                 break
         client = subprocess.Popen(
-            [oldest_python(), "-c", CLIENT, told[1], told[2]],
+            [python, "-c", CLIENT, told[1], told[2]],
             env={**environment, "BRICKSERVO_STATE": str(folder / "brick")},
             stdout=subprocess.PIPE,
             text=True,

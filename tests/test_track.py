@@ -845,7 +845,8 @@ def test_ctrl_c_ends_a_process_with_130_and_one_line(tmp_path):
         for line in tracker.stdout:  # until it says that it tracks
             if "effector" in line and "age" in line:
                 break
-        tracker.send_signal(signal.SIGINT)
+        for _ in range(100):  # whoever is impatient
+            tracker.send_signal(signal.SIGINT)
         rest, error = tracker.communicate(timeout=20)
     finally:
         tracker.kill()
