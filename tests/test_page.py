@@ -594,12 +594,9 @@ def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, tm
         page.get_by_role("button", name="Undo").click()
         page.locator("[data-marker=effector]").wait_for(state="attached")
 
-        if page.get_by_role("button", name="Go on").is_visible():
-            page.get_by_role("button", name="Go on").click()
         page.get_by_text("· ended").wait_for()
-        page.locator(".scrub", has_text="frame 119 of").wait_for()
         page.get_by_role("button", name="frame back").click()
-        page.locator("[data-marker=effector][data-frame='118']").wait_for(state="attached")
+        page.locator(f"[data-marker=effector][data-frame='{index - 1}']").wait_for(state="attached")
         page.close()
         assert tracker.process.wait(PATIENCE) == 0, "nobody looks any more"
         tracker.close()

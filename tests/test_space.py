@@ -123,7 +123,7 @@ client.close()
 """
 
 
-@pytest.mark.parametrize(("scene", "names"), [("", "AB"), ("C.tilt=45,B.azimuth=20", "ABC")])
+@pytest.mark.parametrize(("scene", "names"), [("C.tilt=45,B.azimuth=20,clutter=0,jpeg=0,exposure=0.004", "ABC")])
 def test_scripts_in_virtual_time_are_served_by_all_cameras(tmp_path, monkeypatch, scene, names):
     monkeypatch.setenv("SSH_CLIENT", "192.0.2.1 1 22")
     script = tmp_path / "sees.py"
