@@ -617,9 +617,7 @@ def test_on_a_phone_as_on_a_projector_nothing_sticks_out_and_stop_is_in_sight(
 
 
 def test_a_page_that_was_closed_changes_nothing_and_another_goes_on(browser, tracker):
-    for _ in range(2):
-        surfer = Surfer(browser, tracker)
-        surfer.close()
+    Surfer(browser, tracker).close()
     assert tracker.process.poll() is None
     surfer = Surfer(browser, tracker)
     surfer.reads("emulated brick")
