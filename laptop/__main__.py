@@ -738,6 +738,8 @@ def bench_page(seeds: range, as_json: bool) -> None:
         f"{os.cpu_count()} cores; figures from the emulator, in real time"
     )
     show.table(title, page.HEADINGS, page.table(results), sections=0)
+    for line in page.failures(results):
+        click.echo(line)
 
 
 @bench.command("limits")

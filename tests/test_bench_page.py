@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from laptop.__main__ import laptop
 from laptop.bench import page
-from laptop.bench.page import Looking, Result
+from laptop.bench.page import Approach, Looking, Result
 
 
 def test_a_picture_is_as_old_as_its_frame_when_it_is_on_the_screen(tmp_path):
@@ -21,7 +21,11 @@ def test_a_picture_is_as_old_as_its_frame_when_it_is_on_the_screen(tmp_path):
 
 
 def test_the_table_has_a_row_for_each_number_of_pages():
-    runs = [(True, 4, 5.0, 1.0), (True, 8, 9.0, 3.0), (False, 60, 60.0, 90.0)]
+    runs = [
+        Approach(True, 4, 5.0, 1.0, "goal 1: reached"),
+        Approach(True, 8, 9.0, 3.0, "goal 2: reached"),
+        Approach(False, 60, 60.0, 90.0, "goal 3: not reached"),
+    ]
     shown = Result(Looking(5), 1, 30.0, [0.03] * 19 + [0.05], 4.0, [0.1] * 19 + [0.2], runs)
     none = Result(Looking(0), 1, 29.0, [0.03], 0.0, [], runs[:1])
     frozen = Result(Looking(1, frozen=True), 1, 29.0, [0.03], 0.0, [], runs[:1])
@@ -30,6 +34,7 @@ def test_the_table_has_a_row_for_each_number_of_pages():
         ["5", "30.0", "30/50", "4.0", "100/200", "2 of 3", "8/8", "9.0/9.0", "3.0/3.0"],
         ["1, frozen", "29.0", "30/30", "", "", "1 of 1", "4/4", "5.0/5.0", "1.0/1.0"],
     ]
+    assert page.failures([none, shown]) == ["pages 5, seed 1, goal 3: not reached"]
 
 
 def test_without_a_browser_it_says_what_to_install(monkeypatch):

@@ -123,8 +123,8 @@ client.close()
 """
 
 
-@pytest.mark.parametrize(("scene", "names"), [("C.tilt=45,B.azimuth=20,clutter=0,jpeg=0,exposure=0.004", "ABC")])
-def test_scripts_in_virtual_time_are_served_by_all_cameras(tmp_path, monkeypatch, scene, names):
+def test_scripts_in_virtual_time_are_served_by_all_cameras(tmp_path, monkeypatch):
+    scene, names = "C.tilt=45,B.azimuth=20,clutter=0,jpeg=0,exposure=0.004", "ABC"
     monkeypatch.setenv("SSH_CLIENT", "192.0.2.1 1 22")
     script = tmp_path / "sees.py"
     script.write_text(SEES.format(root=str(ROOT), count=len(names)))

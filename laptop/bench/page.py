@@ -9,6 +9,7 @@ the tracker has looked at it: that is the limit, the age at the brick.
 from __future__ import annotations
 
 import csv
+import math
 import os
 import shutil
 import signal
@@ -27,7 +28,9 @@ from laptop import report
 from laptop.demo import (
     SERVO,
     SERVOED,
+    STANDS,
     Crew,
+    Goal,
     Program,
     Views,
     approach_of,
@@ -80,6 +83,17 @@ CASES = (Looking(0), Looking(1), Looking(5), Looking(1, frozen=True))
 
 
 @dataclass(frozen=True)
+class Approach:
+    """One run of the servo: whether it truly got there, in how many moves and s, px off; why."""
+
+    reached: bool
+    moves: int
+    seconds: float
+    error: float
+    words: str
+
+
+@dataclass(frozen=True)
 class Result:
     """One seed with so many pages.
 
@@ -87,7 +101,7 @@ class Result:
     ages     of the frames, from their capture to the brick's side, s
     shown    pictures per second on one page
     behind   of those, from their capture until they were on the screen, s
-    runs     per goal: truly reached, moves, s, px off
+    runs     per goal
     """
 
     looking: Looking
@@ -96,7 +110,7 @@ class Result:
     ages: list[float]
     shown: float
     behind: list[float]
-    runs: list[tuple[bool, int, float, float]]
+    runs: list[Approach]
 
 
 @contextmanager
@@ -159,7 +173,7 @@ def _measure(made: Any, seed: int, looking: Looking) -> Result:
             rate, ages = _listen(place, code)
             drawn = pages[0].evaluate("window.drawn") if pages and not looking.frozen else []
             runs = []
-            start = "--start=home"
+            start = f"--start={_where_lines_end(views)}"
             for number, goal in enumerate(goals, 1):
                 home = folder / f"goal-{number}"
                 words = ["simulate", "--realtime", start, "--arm", arm.file, "--out", str(home)]
@@ -232,10 +246,16 @@ def _behind(folder: Path, drawn: Sequence[tuple[float, str]]) -> list[float]:
     return [when - ahead - taken[index] for when, index in pictures if index in taken]
 
 
-def _judged(views: Views, goal: Any, home: Path, servo: Program) -> tuple[bool, int, float, float]:
-    record = approach_of(views, goal, home, servo)
-    told = report.read_approach(home.parent, record)
-    return told.reached, int(told.verdict["moves"]), told.seconds, told.error
+def _where_lines_end(views: Views) -> str:
+    """The posture from which all goals are chosen to be in sight, degrees."""
+    (posture, *_) = views.postures_at(STANDS["planar"].left)
+    return ",".join(f"{math.degrees(angle):.4f}" for angle in posture)
+
+
+def _judged(views: Views, goal: Goal, home: Path, servo: Program) -> Approach:
+    told = report.read_approach(home.parent, approach_of(views, goal, home, servo))
+    words = f"{goal.name}: {told.words}; {told.verdict.get('reason') or 'no reason told'}"
+    return Approach(told.reached, int(told.verdict["moves"]), told.seconds, told.error, words)
 
 
 HEADINGS = (
@@ -251,7 +271,7 @@ def table(results: Sequence[Result]) -> list[list[str]]:
     for looking in dict.fromkeys(result.looking for result in results):
         of_it = [result for result in results if result.looking == looking]
         runs = [one for result in of_it for one in result.runs]
-        reached = [one for one in runs if one[0]]
+        reached = [one for one in runs if one.reached]
         behind = [1000 * t for result in of_it for t in result.behind]
         seen = looking.pages and not looking.frozen
         rows.append(
@@ -262,12 +282,22 @@ def table(results: Sequence[Result]) -> list[list[str]]:
                 f"{statistics.mean(result.shown for result in of_it):.1f}" if seen else "",
                 _spread(behind, 0),
                 f"{len(reached)} of {len(runs)}",
-                _spread([one[1] for one in reached], 0),
-                _spread([one[2] for one in reached], 1),
-                _spread([one[3] for one in reached], 1),
+                _spread([one.moves for one in reached], 0),
+                _spread([one.seconds for one in reached], 1),
+                _spread([one.error for one in reached], 1),
             ]
         )
     return rows
+
+
+def failures(results: Sequence[Result]) -> list[str]:
+    """A line for each goal that was not reached, and why."""
+    return [
+        f"pages {result.looking}, seed {result.seed}, {run.words}"
+        for result in results
+        for run in result.runs
+        if not run.reached
+    ]
 
 
 def _spread(values: Sequence[float], decimals: int) -> str:
