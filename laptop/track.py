@@ -324,7 +324,7 @@ def command(
         ]
         _introduce(speaker(console), watchers, orders.camera, plan)
         if server:
-            for line in invitation(server.commands(), len(watchers)):
+            for line in invitation(server.commands(), len(watchers), orders.page):
                 speaker(console)(line)
         if listener:
             bring = None
@@ -505,8 +505,9 @@ def _show(
     if page.warning:
         say(page.warning)
     say(f"page: {page.address}")
-    if orders.open and webbrowser.open(page.address):
+    if orders.open:
         desk.expect()  # a short film may be over before the browser is there
+        webbrowser.open(page.address)
 
 
 def _bring(stack: ExitStack, own_brick: OwnBrick, server: TrackingServer) -> None:
@@ -516,18 +517,21 @@ def _bring(stack: ExitStack, own_brick: OwnBrick, server: TrackingServer) -> Non
     stack.enter_context(own_brick(place, pairing_code()))
 
 
-def invitation(commands: Sequence[str], cameras: int = 1) -> list[str]:
+def invitation(commands: Sequence[str], cameras: int = 1, page: bool = False) -> list[str]:
     """What to type on the brick, for people.
 
     Args:
         commands: as TrackingServer.commands gives them.
         cameras: how many watch.
+        page: whether runs can be started from the page, too.
     """
     first, *others = commands
     lines = [f"on the brick, over ssh from here: {first}"]
     lines += [f"                 or otherwise: {other}" for other in others]
     if cameras > 1:
         lines.append("         for an arm in space: add --arm spatial, or your own arm's FILE.ini")
+    if page:
+        lines.append("      to start from the page: add --wait; without it the arm goes at once")
     return lines
 
 

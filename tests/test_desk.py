@@ -210,7 +210,18 @@ def test_a_rectangle_does_as_well_as_a_click_and_may_name_a_new_marker(scene):
     shown = scene.show()
     assert scene.desk.pick("third", "A", shown.index, (210, 50, 230, 70)) == ""
     assert mark(scene.show(), "third").u == pytest.approx(220, abs=0.5)
-    assert set(read_markers(scene.file)) == {EFFECTOR, GOAL, "third"}
+    assert set(read_markers(scene.file)) == {"third"}, "nothing else was learned"
+
+
+def test_a_pick_leaves_what_the_file_knows_of_the_other_markers(scene):
+    """A synthetic scene has colours of its own; those that were learned of a webcam stay."""
+    learned = read_spec(GOAL, "disc:blue")
+    write_markers(scene.file, {GOAL: learned})
+    shown = scene.show()
+    assert scene.desk.pick(EFFECTOR, "A", shown.index, (100, 120)) == ""
+    kept = read_markers(scene.file)
+    assert set(kept) == {EFFECTOR, GOAL}
+    assert kept[GOAL] == learned
 
 
 def test_undo_takes_back_what_was_picked_on_the_disk_too(scene):
@@ -258,11 +269,11 @@ def test_renamed_it_has_no_old_name_in_the_file_and_an_undo_takes_it_back(scene)
     write_markers(scene.file, {"target": other, "mine": other})
     scene.show()
     assert scene.desk.rename(GOAL, "target") == ""
-    assert set(read_markers(scene.file)) == {EFFECTOR, "target", "mine"}
+    assert set(read_markers(scene.file)) == {"target", "mine"}
     assert read_markers(scene.file)["target"].color.hue == 125, "it was the goal's"
     assert scene.desk.undo() == ""
     assert set(scene.desk.state().markers) == {EFFECTOR, GOAL}
-    assert set(read_markers(scene.file)) == {EFFECTOR, GOAL, "target", "mine"}
+    assert set(read_markers(scene.file)) == {GOAL, "target", "mine"}
     assert read_markers(scene.file)["target"] == other
 
 
@@ -271,7 +282,7 @@ def test_an_undone_marker_that_was_new_is_not_kept_either(scene):
     scene.desk.pick("third", "A", shown.index, (220, 60))
     assert "third" in read_markers(scene.file)
     scene.desk.undo()
-    assert set(read_markers(scene.file)) == {EFFECTOR, GOAL}
+    assert set(read_markers(scene.file)) == set()
 
 
 def disc(ink):
@@ -400,11 +411,14 @@ def test_somebody_looks_who_has_asked_lately(scene):
 
 def test_who_is_expected_may_take_any_time(scene):
     scene.desk.expect()
-    scene.t += 10 * desks.AWAY
+    scene.t += 0.9 * desks.SOON
     assert scene.desk.watched
     scene.desk.state()
     scene.t += desks.AWAY
     assert not scene.desk.watched
+    scene.desk.expect()
+    scene.t += desks.SOON
+    assert not scene.desk.watched, "nobody came"
 
 
 # Aims and runs
@@ -581,6 +595,82 @@ def test_a_path_ends_where_a_point_is_not_reached(scene, verdict):
     scene.show()
     assert len(scene.server.sent) == 1
     assert "4 points before its end" in scene.desk.state().note
+
+
+@pytest.mark.parametrize("order", ["hold", "stop"])
+def test_a_stop_is_said_until_the_brick_has_heard_it(scene, order):
+    """A link that breaks takes it along; behind it the run would go on by itself."""
+    scene.show()
+    scene.desk.aim("A", 100, 100)
+    scene.desk.start()
+    scene.server.tell("", run=1)
+    scene.server.there = False
+    assert "as soon as it is back" in getattr(scene.desk, order)()
+    scene.desk.beat()
+    scene.server.sent.clear()
+    scene.server.there = True
+    scene.desk.beat()
+    scene.server.tell("", run=1)
+    scene.desk.beat()
+    assert [type(said) for said in scene.server.sent] == [Stop, Stop]
+    scene.server.tell("stopped", run=1)
+    scene.desk.beat()
+    scene.server.tell("", run=2)  # of its own
+    scene.desk.beat()
+    assert len(scene.server.sent) == 2
+
+
+def test_a_new_start_takes_a_stop_back(scene):
+    scene.show()
+    scene.desk.aim("A", 100, 100)
+    scene.desk.stop()
+    assert scene.desk.start() == ""
+    scene.server.tell("", run=1)
+    scene.desk.beat()
+    assert [type(said) for said in scene.server.sent] == [Stop, Start]
+
+
+def test_what_was_said_of_a_path_goes_with_a_new_goal(scene):
+    scene.show()
+    scene.desk.follow("A", PATH)
+    scene.desk.start()
+    scene.server.tell("unreachable", run=1)
+    scene.desk.beat()
+    assert "4 points before its end" in scene.desk.state().note
+    scene.desk.aim("A", 100, 100)
+    assert scene.desk.state().note == ""
+
+
+def test_a_run_whose_brick_is_gone_for_good_is_over(scene):
+    scene.show()
+    scene.desk.aim("A", 100, 100)
+    scene.desk.start()
+    scene.server.tell("", run=1)
+    scene.show()
+    scene.server.there = False
+    scene.show()
+    assert scene.desk.record().runs[-1].ended is None
+    scene.t += desks.GONE
+    scene.show()
+    assert scene.desk.record().runs[-1].ended is not None
+
+
+def test_a_fixed_goal_is_known(tmp_path):
+    scene = Scene(tmp_path, goal=(50, 60))
+    scene.show()
+    assert scene.desk.state().fixed
+    assert scene.desk.start() == ""
+
+
+def test_an_emulated_brick_that_cannot_come_is_told_of(tmp_path):
+    def bring():
+        raise OSError(28, "No space left on device", "lines.txt")
+
+    scene = Scene(tmp_path, bring=bring)
+    scene.server.there = False
+    scene.desk.opened()
+    assert not scene.desk.state().own
+    assert "no emulated brick: No space left" in scene.desk.state().note
 
 
 def test_between_the_points_of_a_path_it_is_still_on_its_way(scene):
@@ -835,7 +925,7 @@ def test_the_runs_along_a_path_are_one_record(scene):
     assert len(scene.desk.record(2).runs) == 1
     text = reports.write(record)
     assert text.count("<summary>") == 5
-    assert "5 points of the path were reached" in text
+    assert "5 points of the path reached" in text
 
 
 def test_only_the_last_runs_are_kept_and_long_ones_get_thinner(scene, monkeypatch):

@@ -184,6 +184,12 @@ def test_over_the_websocket_nobody_else_is_let_in(tracker, headers):
     assert re.match(r"HTTP/1.1 40[03]", answer), answer
 
 
+def test_cookies_of_other_programs_lock_nobody_out(tracker):
+    others = 'x={"a":1}; =nameless; path=/; ' + tracker.cookie
+    assert tracker.get(Cookie=others)[0] == 200
+    assert tracker.get(Cookie=others[:-1])[0] == 403
+
+
 def test_over_the_websocket_only_browsers_are_let_in_and_ours_are(tracker):
     sock, answer = tracker.upgrade(Origin=None)
     sock.close()
@@ -281,8 +287,9 @@ def test_a_port_that_is_taken_is_refused_if_it_was_asked_for():
         port = taken.getsockname()[1]
         with pytest.raises(page_process.NoPage, match=f"port {port} is in use.*--page-port"):
             page_process.listen("127.0.0.1", port)
-    with pytest.raises(page_process.NoPage, match="--page-host one of 127.0.0.1"):
-        page_process.listen("192.0.2.1", 0)
+    for nowhere in ("192.0.2.1", "a..b"):
+        with pytest.raises(page_process.NoPage, match="--page-host one of 127.0.0.1"):
+            page_process.listen(nowhere, 0)
 
 
 # The browser

@@ -24,6 +24,7 @@ from laptop.page.desk import (
     Sample,
     Shown,
     State,
+    points,
 )
 from laptop.page.feeds import FRAMES, FarDesk
 from laptop.page.overlay import overlay
@@ -305,7 +306,8 @@ class Picture:
         if event.type == "pointerdown" and event.button == 0:
             self._drag = [point]
         elif event.type == "pointermove" and self._drag:
-            self._drag.append(point)
+            # Let go of outside the picture, of which nothing is told, it is no drag any more.
+            self._drag = [*self._drag, point] if event.buttons else []
         elif event.type == "pointercancel":
             self._drag = []
         elif event.type == "pointerup" and self._drag:
@@ -557,6 +559,8 @@ class Page:
         verdict = status.verdict if status else None
         if state.running:
             words, tone = ("On its way." if verdict == "" else "Starting ..."), ""
+            if status and verdict == "" and status.reason:
+                words = f"Held: {status.reason.split(':')[0]}. It goes on by itself."
         elif status is None:
             words = "The emulated brick is coming ..." if state.own else "No brick is connected."
             tone = ""
@@ -564,7 +568,7 @@ class Page:
             words = VERDICTS.get(status.verdict, f"{status.verdict}.")
             tone = {"converged": "ok", "ready": "", "stopped": ""}.get(status.verdict, "bad")
         if state.running and state.left:
-            words = f"Along the path, {state.left} points to go."
+            words = f"Along the path, {points(state.left)} to go."
         if state.following and verdict == "":
             words = "Following the goal marker. Hold or STOP ends it."
         self._verdict.set_text(words)
@@ -584,7 +588,7 @@ class Page:
         self._brick.set_text(brick_text(state))
         self._brick.classes(remove="ok warm", add="ok" if state.brick else "warm")
         self._note.set_text(state.note)
-        self._invite.set_visibility(state.brick is None and not state.own)
+        self._invite.set_visibility(state.brick is None and not state.own and bool(state.commands))
         self._rename.set_enabled(self._marker in state.markers)
         self._pause.set_visibility(not all(eye.ended for eye in state.eyes))
         names = list(state.markers)
@@ -596,6 +600,8 @@ class Page:
             with self._commands:
                 for command in state.commands:
                     ui.label(f"{command} --wait").classes("mono")
+                if len(state.eyes) > 1:
+                    ui.label("for an arm in space with --arm spatial").classes("quiet")
         if time.monotonic() >= self._facts_due:  # figures that change all the time
             self._facts_due = self.desk.due(FACTS)
             for picture in self._pictures.values():
@@ -701,7 +707,7 @@ class Page:
 
     async def _undo_colour(self) -> None:
         before = dict(self.desk.state.markers) if self.desk.state else {}
-        self.tell(await self.desk.ask("undo"))
+        self.tell(await self.desk.ask_slowly("undo"))
         now = (await self.desk.ask("state")).markers
         if self._marker in before and self._marker not in now:  # its name was undone
             back = next((name for name in now if name not in before), EFFECTOR)
@@ -715,7 +721,7 @@ class Page:
         """Give the chosen marker the name that was written."""
         old, new = self._marker, str(self._new_name.value).strip()
         if new != old:
-            why = await self.desk.ask("rename", old, new)
+            why = await self.desk.ask_slowly("rename", old, new)
             self.tell(why)
             if why:
                 return
@@ -799,6 +805,8 @@ def goal_text(state: State) -> str:
             where = [f"{name} {text}" for name, text in zip(state.aims, where, strict=True)]
         path = f", then {state.left} more" if state.left else ""
         return "pixel " + " and ".join(where) + path
+    if state.fixed:
+        return "the pixel that the command line fixed"
     return "the goal marker" if GOAL in state.markers else "none yet; click one in the picture"
 
 

@@ -56,6 +56,10 @@ UNDONE = 50
 """Changes of colours that can be taken back."""
 AWAY = 5.0
 """Who has asked nothing for so long, s, has closed the page."""
+SOON = 60.0
+"""A browser that was told to open the page may take so long, s."""
+GONE = 25.0
+"""A brick that is not back so long after, s, has given its run up: it holds for 20 s."""
 ANSWER = 3.0
 """A brick that has not begun so long after a start, s, does not."""
 FINEST = 2.0
@@ -175,6 +179,7 @@ class State(NamedTuple):
     file      where colours are kept
     note      what was last to be said about the link or the run, or ""
     own       the brick is an emulated one that came with the camera
+    fixed     the command line has fixed the goal
     runs      of which there can be a report, oldest first
     """
 
@@ -192,6 +197,7 @@ class State(NamedTuple):
     file: str
     note: str
     own: bool
+    fixed: bool
     runs: tuple[Summary, ...]
 
 
@@ -220,6 +226,11 @@ class Server(Protocol):
     def send(self, message: Start | Stop) -> bool: ...  # noqa: D102
     def state(self) -> LinkState: ...  # noqa: D102
     def commands(self) -> list[str]: ...  # noqa: D102
+
+
+def points(count: int) -> str:
+    """Of a path, for people."""
+    return f"{count} point{'s' * (count != 1)}"
 
 
 class _Gone(ArmError):
@@ -366,6 +377,9 @@ class Desk:
         self._order = 0  # number of the last start from here
         self._obeyed: tuple[int, int] | None = None  # that number, and the brick's last run by then
         self._note = ""
+        self._stopping = ""  # why, until the brick has heard it
+        self._stop_told: Status | None = None  # the brick's status when it was last told
+        self._linked = now()  # when a brick was last there
         self._recorder = Recorder()
         self._history: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
         # One order after the other; what only looks takes no lock.  (To learn a colour takes a
@@ -446,7 +460,7 @@ class Desk:
 
     def expect(self) -> None:
         """Somebody is about to open the page."""
-        self._asked = math.inf
+        self._asked = self._now() + SOON - AWAY
 
     def state(self) -> State:
         """How everything is doing."""
@@ -468,8 +482,9 @@ class Desk:
             {marker.name: str(marker) for marker in self._markers()},
             len(self._before),
             str(self._file),
-            self._note or (link.client is None and (link.lost or link.refusal)) or "",
+            (link.client is None and (link.lost or link.refusal) or self._note) or "",
             self._own,
+            self._is_fixed(),
             runs,
         )
 
@@ -500,8 +515,8 @@ class Desk:
             name: an old marker's or a new one's.
             index: of the frame, one that was given out.
         """
-        if not re.fullmatch(r"[A-Za-z0-9_-]{1,32}", name):
-            return f"marker '{name[:40]}': name it with 1 to 32 of A-Z a-z 0-9 _ -"
+        if why := _bad_name(name):
+            return why
         names = [marker.name for marker in self._markers()]
         if name not in names and len(names) >= MAX_MARKERS - 1:
             return f"{len(names)} markers are all that can be tracked; pick one of them anew"
@@ -521,8 +536,8 @@ class Desk:
 
     def rename(self, name: str, new: str) -> str:
         """Give a marker another name; one that has that name already is forgotten."""
-        if not re.fullmatch(r"[A-Za-z0-9_-]{1,32}", new):
-            return f"marker '{new[:40]}': name it with 1 to 32 of A-Z a-z 0-9 _ -"
+        if why := _bad_name(new):
+            return why
         with self._colours:
             markers = {marker.name: marker for marker in self._markers()}
             if name not in markers:
@@ -570,7 +585,11 @@ class Desk:
             kept = read_markers(self._file) if self._file.exists() else {}
             others = {name: marker for name, marker in kept.items() if name not in tracked}
             gone = {name: once[name] for name in tracked if name in once}
-            write_markers(self._file, {**others, **gone, **markers})
+            # Of those that stay as they are the file may know better than this camera's scene.
+            same = {name for name, marker in markers.items() if tracked.get(name) == marker}
+            stay = {name: kept[name] for name in same if name in kept}
+            new = {name: marker for name, marker in markers.items() if name not in same}
+            write_markers(self._file, {**others, **gone, **stay, **new})
         except BadMarker as error:
             trouble = f"tracked, but not kept: {error}"
         self._before.append(_Change(tracked, kept))
@@ -592,7 +611,7 @@ class Desk:
         with self._lock:
             if self._running():
                 return _BUSY
-            self._aims, self._path, self._along = {}, deque(), ""
+            self._aims, self._path, self._along, self._note = {}, deque(), "", ""
             return ""
 
     def follow(self, camera: str, points: Sequence[Point]) -> str:
@@ -615,6 +634,7 @@ class Desk:
                         f"goal {u:.0f},{v:.0f} is outside the picture; u from 0 to {width - 1}, "
                         f"v from 0 to {height - 1}"
                     )
+            self._note = ""
             first, *others = points
             self._aims[camera] = first
             self._path = deque(others)
@@ -662,19 +682,36 @@ class Desk:
         """End the run; the arm is held, and a path is given up."""
         with self._lock:
             self._awaited = 0
-            self._path, self._along = deque(), ""
+            self._path, self._along, self._note = deque(), "", ""
             return self._send_stop("stopped from the page")
 
     def _send_stop(self, reason: str) -> str:
+        """Stop, and go on saying so until the brick tells that no run is on."""
         self._ordered = None
+        self._stopping, self._stop_told = reason, None
         if self._server and self._server.send(Stop(reason)):
             return ""
-        return "no brick is connected: nothing moves that could be stopped from here"
+        return "no brick is connected; it is stopped as soon as it is back"
+
+    def _insist(self, status: Status) -> None:
+        """A stop gets lost with the link, behind which a run may go on by itself."""
+        assert self._server is not None
+        if status.verdict:
+            self._stopping = ""
+        elif status is not self._stop_told:
+            self._stop_told = status
+            self._server.send(Stop(self._stopping))
 
     def _joints(self) -> int:
         """How many the brick's arm has; 0 while that is not known."""
         status = self._server.state().status if self._server else None
         return len(status.q) if status else 0
+
+    def _is_fixed(self) -> bool:
+        """Whether the command line has fixed the goal."""
+        return all(
+            bool(eye.watcher.view and eye.watcher.view.fixed) for eye in self._cameras.values()
+        )
 
     def _not_aimed(self) -> str:
         """Why there is no goal, or ""."""
@@ -683,8 +720,7 @@ class Desk:
             if missing:
                 return f"click the goal in the picture of camera {' and '.join(missing)}, too"
             return ""
-        fixed = all(eye.watcher.view and eye.watcher.view.fixed for eye in self._cameras.values())
-        if not fixed and GOAL not in (marker.name for marker in self._markers()):
+        if not self._is_fixed() and GOAL not in (marker.name for marker in self._markers()):
             return "there is no goal yet; click one in the picture, or pick a goal marker"
         return ""
 
@@ -696,6 +732,7 @@ class Desk:
         self._orders = self._orders._replace(goals=dict(self._aims))
         if not self._server.send(self._orders):
             return "the link has just broken; it mends by itself, then start again"
+        self._stopping = ""
         self._ordered = self._now(), run
         self._obeyed = self._order, run
         self._awaited = run + 1 if self._path else 0
@@ -735,9 +772,12 @@ class Desk:
         """Somebody looks: an emulated brick comes, if there is one to come and no other there."""
         with self._lock:
             if self._bring and self._server and self._server.state().client is None:
-                self._own = True
                 bring, self._bring = self._bring, None
-                bring()
+                try:
+                    bring()
+                    self._own = True
+                except OSError as error:
+                    self._note = f"no emulated brick: {error.strerror}: {error.filename}"
 
     def _sample(self, now: float) -> None:
         link = self._server.state() if self._server else LinkState()
@@ -771,6 +811,10 @@ class Desk:
             self._recorder.hear(status, t, link.client, order if ours else 0, orders)
             if ours and status.verdict:
                 self._obeyed = None
+        if link.client:
+            self._linked = self._now()
+        elif self._now() - self._linked > GONE:
+            self._recorder.lose(self._now())
         self._recorder.see({name: eye.watcher.view for name, eye in self._cameras.items()})
 
     def _go_on(self) -> None:
@@ -779,6 +823,8 @@ class Desk:
             return
         link = self._server.state()
         status = link.status
+        if self._stopping and link.client and status:
+            self._insist(status)
         if self._ordered and not self._running(link):
             if link.client and (status is None or status.run <= self._ordered[1]):
                 self._note = "the brick did not begin; does its program run with --wait?"
@@ -794,7 +840,14 @@ class Desk:
             self._note = self._send_start()
         else:
             self._awaited = 0
-            self._note = f"the path ends here, {len(self._path)} points before its end"
+            self._note = f"the path ends here, {points(len(self._path))} before its end"
+
+
+def _bad_name(name: str) -> str:
+    """Why a marker cannot be called that, or ""."""
+    if re.fullmatch(r"[A-Za-z0-9_-]{1,32}", name):
+        return ""
+    return f"marker '{name[:40]}': name it with 1 to 32 of A-Z a-z 0-9 _ -"
 
 
 _BUSY = "a run is on; hold or stop it first"

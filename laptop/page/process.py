@@ -28,6 +28,7 @@ ENDING = 2.0
 """A page that has not ended so long after it was told, s, is killed."""
 NICE = 5
 """Added to the page's niceness: tracker and brick come first."""
+ALL_AT_ONCE = socket.has_dualstack_ipv6()
 WHOLE = ("0.0.0.0", "::", "")
 """Hosts that mean every address of this machine."""
 
@@ -51,15 +52,18 @@ def listen(host: str, port: int | None) -> socket.socket:
     for number in ports:
         try:
             family = socket.AF_INET6 if ":" in host else socket.AF_INET
-            return socket.create_server((host, number), family=family)
-        except OSError as error:
-            if number != ports[-1] and error.errno == errno.EADDRINUSE:
+            return socket.create_server(
+                (host, number), family=family, dualstack_ipv6=host == "::" and ALL_AT_ONCE
+            )
+        except (OSError, UnicodeError) as error:
+            number_of = getattr(error, "errno", 0) or 0
+            if number != ports[-1] and number_of == errno.EADDRINUSE:
                 continue
             here = ", ".join([HOST, *own_addresses()])
             advice = {
                 errno.EADDRINUSE: "is in use; take another --page-port, or 0 for any",
                 errno.EACCES: "is not for everybody; take a --page-port from 1024 on",
-            }.get(error.errno or 0, f"cannot be had; give --page-host one of {here}")
+            }.get(number_of, f"cannot be had; give --page-host one of {here}")
             raise NoPage(f"page: {host} port {number} {advice}") from None
     raise AssertionError("there is always a port to try")
 

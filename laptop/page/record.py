@@ -150,6 +150,11 @@ class Recorder:
                 self._add(status, t)
                 self._end(t, status.verdict, status.reason)
 
+    def lose(self, t: float) -> None:
+        """The brick is gone for good: how its run ended will not be heard; t in s."""
+        if self._going:
+            self._end(t, "", "")
+
     def see(self, views: Mapping[str, View | None]) -> None:
         """What the cameras see."""
         run = self._going

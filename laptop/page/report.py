@@ -30,7 +30,7 @@ from laptop.charts import (
     show_picture,
 )
 from laptop.document import cells, document, figures, section, table
-from laptop.page.desk import VERDICTS
+from laptop.page.desk import VERDICTS, points
 from laptop.page.record import Curve, Record, Run, Told
 from laptop.picture import BAND, JOINTS, QUIET, REACH_EDGE, WIDTH, new_figure, png_of
 
@@ -215,7 +215,7 @@ def headline(legs: Sequence[Leg]) -> str:
         parts.insert(0, f"{error:.1f} px off as the brick measured it")
     if len(legs) > 1:
         there = sum(run.verdict == "converged" for run in runs)
-        parts.append(f"{there} points of the path were reached")
+        parts.append(f"{points(there)} of the path reached")
     return (f"{last.reason[:1].upper()}{last.reason[1:]}; " if last.reason else "") + "; ".join(
         parts
     )
