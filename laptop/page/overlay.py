@@ -110,7 +110,8 @@ def _marked(mark: Mark, color: str, shown: Shown, k: float) -> str:
     if mark.confidence is not None:
         text += f" {mark.confidence:.2f}" + (f" {mark.why}" if mark.why else "")
     size = 14 * k
-    right = mark.u + radius + 6 * k + 0.58 * size * len(text) < shown.width
+    # On a small page the text is larger than that, see the style.
+    right = mark.u + radius + 6 * k + 0.58 * 24 * k * len(text) < shown.width
     below = mark.v - radius - size < 0
     label = (
         f'<text x="{(radius + 5 * k) * (1 if right else -1):.1f}" '
