@@ -4,6 +4,8 @@ They are found by what they import: `robot`, `shared` or `laptop.simulator`, and
 the laptop's. Read line by line, because an old Python cannot parse the others.
 """
 
+import gc
+import os
 import re
 import sys
 from pathlib import Path
@@ -31,6 +33,19 @@ LAPTOP_SIDE = (
 
 # So that tests can share `rig`: pytest for an old Python knows no `tests.rig`.
 sys.path.insert(0, str(Path(__file__).parent))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers(config):
+    """One more than there are cores: tests in real time, of the page above all, mostly wait."""
+    return (os.cpu_count() or 1) + 1
+
+
+def pytest_collection_finish(session):
+    """What is there now stays: it is not to be looked through for garbage again and again."""
+    gc.collect()
+    getattr(gc, "freeze", lambda: None)()  # Python 3.7
+    gc.set_threshold(20000, 20, 20)
 
 
 def is_brick_side(source):

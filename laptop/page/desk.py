@@ -46,8 +46,9 @@ SAMPLE = 0.2
 """Between two samples of the history, s."""
 HISTORY = 60.0
 """So much of it is kept, s."""
-KEPT = 24
-"""Pictures of each camera that stay at hand after they were given out, so that one can pick."""
+KEPT = 64
+"""Pictures of each camera that stay at hand after they were given out, so that one can pick: those
+of some seconds, for a browser that is late."""
 PINNED = 4
 """Of each camera, pictures that are paused at."""
 STILLS = 8
