@@ -39,6 +39,8 @@ FACTS, PLOTS = 1.0, 1.0
 """Figures and plots are shown anew every so many s for each browser."""
 UNSEEN = 1.0
 """A picture that a browser has not shown so long after it was sent, s, is given up."""
+LOOSE = 3
+"""More moves in a row with no button pressed end a drag."""
 CLICK = 5.0
 """A pointer that moves less than this, px of the picture, has clicked."""
 
@@ -149,6 +151,7 @@ class Picture:
         self._drawn = "", ""
         self._draws = 0
         self._drag: list[Point] = []
+        self._loose = 0  # moves since then with no button pressed
         self._wanted: int | None = None  # a frame of a recording
         self._stood: tuple[object, ...] | None = None  # what was asked for while it stands
         with ui.element("div").classes("sight"):
@@ -304,13 +307,18 @@ class Picture:
             min(max(event.image_y - 0.5, 0.0), self.shown.height - 1.0),
         )
         if event.type == "pointerdown" and event.button == 0:
-            self._drag = [point]
+            self._drag, self._loose = [point], 0
         elif event.type == "pointermove" and self._drag:
-            # Let go of outside the picture, of which nothing is told, it is no drag any more.
-            self._drag = [*self._drag, point] if event.buttons else []
+            # Moves from before it was pressed may be late.  After several it was let go of outside
+            # the picture, of which nothing is told.
+            self._loose = 0 if event.buttons else self._loose + 1
+            if event.buttons:
+                self._drag.append(point)
+            elif self._loose > LOOSE:
+                self._drag = []
         elif event.type == "pointercancel":
             self._drag = []
-        elif event.type == "pointerup" and self._drag:
+        elif event.type == "pointerup" and event.button == 0 and self._drag:
             drag, self._drag = [*self._drag, point], []
             clicked = all(math.dist(drag[0], where) < CLICK for where in drag)
             await self._view.clicked(self.camera, self.shown.index, drag[:1] if clicked else drag)
