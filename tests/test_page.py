@@ -7,7 +7,6 @@ import io
 import math
 import os
 import re
-import shutil
 import signal
 import socket
 import struct
@@ -15,12 +14,14 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
+from laptop.bench import page as bench
 from laptop.markers import read_markers
 from laptop.page import process as page_process
 from laptop.simulator.live import Follower
@@ -28,9 +29,6 @@ from laptop.simulator.scene import Scene, read_scene
 from shared.arm_description import find_arm, read_arm
 
 ROOT = Path(__file__).parent.parent
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
 WINDOW = {"width": 1100, "height": 760}
 SYNTHETIC = "--camera", "synthetic", "--scene", "fps=10,jpeg=0,exposure=0.004"
 """Quicker to paint: others wait for the same two cores."""
@@ -297,20 +295,14 @@ def test_a_port_that_is_taken_is_refused_if_it_was_asked_for():
 
 @pytest.fixture(scope="module")
 def browser():
-    why = "" if CHROMIUM else "chromium is not installed here"
-    try:
-        from playwright.sync_api import sync_playwright
-    except ImportError:
-        why = "playwright is not installed here"
-    if why and os.environ.get("CI") == "true":
-        pytest.fail(why)
-    if why:
-        pytest.skip(why)
-    with sync_playwright() as playwright:
-        words = ["--no-sandbox"] if os.geteuid() == 0 else []
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=words)
+    with ExitStack() as stack:
+        try:
+            browser = stack.enter_context(bench.browser())
+        except bench.NoBrowser as why:
+            if os.environ.get("CI") == "true":
+                pytest.fail(str(why))
+            pytest.skip(str(why))
         yield browser
-        browser.close()
 
 
 class Surfer:

@@ -44,7 +44,7 @@ LOOSE = 3
 CLICK = 5.0
 """A pointer that moves less than this, px of the picture, has clicked."""
 
-LOOK, AIM, PICK, ADD, REMOVE = "look", "aim", "pick", "add", "remove"
+AIM, PICK, ADD, REMOVE = "aim", "pick", "add", "remove"
 TOOLS = {
     AIM: ("Aim", "ads_click", "Click the goal; drag a path for the tip to follow."),
     PICK: ("Pick", "colorize", "Click a marker, or drag a box into it: this is its colour."),
@@ -327,10 +327,9 @@ class Picture:
 class Plot:
     """The last minute of something, as lines."""
 
-    def __init__(self, title: str, log: bool = False) -> None:
+    def __init__(self, title: str) -> None:
         quiet = {"color": "#8a94a0", "fontSize": 12}
         grid = {"lineStyle": {"color": "#8a94a033"}}
-        self._lines: list[str] = []
         self.chart = ui.echart(
             {
                 "animation": False,
@@ -341,7 +340,7 @@ class Plot:
                 "grid": {"left": 44, "right": 8, "top": 30, "bottom": 22},
                 "xAxis": {"type": "value", "min": -HISTORY, "max": 0, "axisLabel":
                           {**quiet, ":formatter": "v => v + ' s'"}, "splitLine": grid},
-                "yAxis": {"type": "log" if log else "value", "scale": True, "axisLabel": quiet,
+                "yAxis": {"type": "value", "scale": True, "axisLabel": quiet,
                           "splitLine": grid, "splitNumber": 3, "axisLine": {"show": False},
                           "axisTick": {"show": False}},
                 "color": ["#e8590c", "#1c7ed6", "#37b24d", "#ae3ec9", "#f59f00", "#0ca678"],
