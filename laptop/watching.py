@@ -224,6 +224,7 @@ class Watcher:
         self.dropped = 0
         self.tallies: dict[str, Tally] = {}
         self.view: View | None = None
+        self._looked = threading.Condition()  # at a frame
         self._tracker = tracker
         self._fixed = {GOAL: (*goal, 1.0)} if goal else {}
         self._server = server
@@ -266,9 +267,16 @@ class Watcher:
             self.dropped += max(0, frame.index - self._index - 1)
         self._index = frame.index
         self.frames += 1
-        self.view = View(frame, found, why, self._fixed, self._tracker.windows)
+        with self._looked:
+            self.view = View(frame, found, why, self._fixed, self._tracker.windows)
+            self._looked.notify_all()
         if self._keep is not None and self._kept is None and frame.index >= self._keep:
             self._kept = self.view
+
+    def wait(self, timeout: float) -> None:
+        """Until the next frame has been looked at, or for so long (s)."""
+        with self._looked:
+            self._looked.wait(timeout)
 
     @property
     def picture(self) -> View | None:

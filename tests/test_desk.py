@@ -5,6 +5,7 @@ import io
 import multiprocessing
 import re
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import cv2
@@ -137,6 +138,26 @@ def test_nothing_comes_twice_and_what_is_older_is_never_shown(scene):
     assert scene.desk.view("A", shown.index) is None
     scene.show()
     assert scene.desk.view("A", shown.index).index == shown.index + 1
+
+
+def test_who_waits_gets_the_next_one_and_not_one_that_has_waited(scene):
+    scene.show()
+    waits = threading.Event()
+    wait = scene.watchers[0].wait
+
+    def watched(timeout):
+        with scene.watchers[0]._looked:  # nobody looks at a frame before it is waited for
+            waits.set()
+            wait(timeout)
+
+    scene.watchers[0].wait = watched
+    with ThreadPoolExecutor(1) as pool:
+        coming = pool.submit(scene.desk.view, "A", -1, (), 60.0)
+        assert waits.wait(60)
+        scene.show()
+        assert coming.result(60).index == 1
+        assert scene.desk.view("A", 0, (), 0.001).index == 1, "none comes: the newest"
+        assert scene.desk.view("A", 1, (), 0.001) is None
 
 
 def test_its_age_is_told_when_it_is_handed_over(scene):
@@ -409,8 +430,9 @@ def test_somebody_looks_who_has_asked_lately(scene):
     assert not scene.desk.watched
 
 
-def test_who_is_expected_may_take_any_time(scene):
-    scene.desk.expect()
+@pytest.mark.parametrize("comes", ["expect", "opened"])
+def test_who_is_expected_may_take_any_time(scene, comes):
+    getattr(scene.desk, comes)()
     scene.t += 0.9 * desks.SOON
     assert scene.desk.watched
     scene.desk.state()
@@ -1001,7 +1023,7 @@ def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(scene, doo
         return "a report"
 
     monkeypatch.setattr(reports, "write", write)
-    far = feeds.FarDesk(door._pipe, door._pipe)
+    far = feeds.FarDesk(door._pipe, door._pipe, {})
 
     async def ask():
         return await asyncio.gather(*(far.report(number) for number in (None, 1, 1, 2)))

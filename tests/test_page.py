@@ -422,6 +422,7 @@ def test_a_colour_is_picked_by_a_click_undone_and_kept_in_the_file(surfer):
     kept = read_markers(surfer.tracker.state / "markers.ini")["effector"]
     assert min(kept.color.hue, 360 - kept.color.hue) < 15
     assert kept.color.scene, "learned in this picture"
+    surfer.page.wait_for_function("() => !document.body.innerText.includes('hue 0 +- 20')")
     surfer.button("Undo").click()
     surfer.page.wait_for_function("() => document.body.innerText.includes('hue 0 +- 20')")
     assert read_markers(surfer.tracker.state / "markers.ini")["effector"].color.scene is None
@@ -489,7 +490,8 @@ def test_a_dragged_path_is_followed(surfer):
     nearest = [math.inf] * len(way)
     surfer.verdict("Along the path")
     began = time.monotonic()
-    while "Arrived" not in surfer.page.locator(".verdict").inner_text():
+    while "Arrived" not in (words := surfer.page.get_by_label("drive").inner_text()):
+        assert re.search("Along the path|On its way|Starting|Held", words), words
         nearest = [
             min(near, math.dist(surfer.tip(), where))
             for near, where in zip(nearest, way, strict=True)

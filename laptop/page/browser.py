@@ -6,9 +6,11 @@ It knows nothing but what the tracker's desk answers.
 from __future__ import annotations
 
 import asyncio
+import itertools
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from html import escape
 
 from nicegui import events, ui
@@ -33,8 +35,6 @@ from laptop.watching import GOAL, Point
 from shared.messages import BUDGET, TOLERANCE
 from shared.orders import METHODS, MODES, ROWS
 
-GLANCE = 0.015
-"""Between two looks whether there is a new picture, s; a picture waits half as long on average."""
 FACTS, PLOTS = 1.0, 1.0
 """Figures and plots are shown anew every so many s for each browser."""
 UNSEEN = 1.0
@@ -147,6 +147,7 @@ class Picture:
         self.camera = camera
         self._sent: Shown | None = None  # what it was sent and has not shown yet
         self._last = -math.inf  # when that was
+        self._loaded = asyncio.Event()
         self.shown: Shown | None = None  # what the browser shows
         self._drawn = "", ""
         self._draws = 0
@@ -179,6 +180,7 @@ class Picture:
                 self._which = ui.label()
             self._scrub.set_visibility(False)
         self._told: list[tuple[str, str, str]] = []
+        self._timer = ui.timer(self._view.desk.pace, self._refresh)
 
     def _button(self, icon: str, what: str, frames: int) -> None:
         ui.button(icon=icon, on_click=lambda: self.step(frames)).props(
@@ -191,22 +193,24 @@ class Picture:
         assert state is not None
         return next(eye for eye in state.eyes if eye.camera == self.camera)
 
-    async def refresh(self) -> None:
-        """Send the newest picture once the browser has shown the last one."""
-        if not self._due:
+    async def _refresh(self) -> None:
+        """Send the next picture, until the browser has shown it."""
+        self._timer.interval = self._view.desk.pace
+        if not self._runs:
             return
-        shown = await self._view.desk.feeds[self.camera].refresh()
+        shown = await self._view.desk.feeds[self.camera].next()
         # (After a look ahead in a recording it may well be an earlier one.)
         new = shown and (self._sent or not self.shown or shown.index != self.shown.index)
-        if shown and new and self._due:  # nobody has sent one meanwhile
+        if shown and new and self._runs:
             self._send(shown)
+            with suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self._loaded.wait(), UNSEEN)
 
     @property
-    def _due(self) -> bool:
-        """Whether the browser has time for the next picture of those that run."""
-        runs = not self._view.paused and self._wanted is None
-        pause = UNSEEN if self._sent else self._view.desk.pace
-        return runs and time.monotonic() - self._last >= pause
+    def _runs(self) -> bool:
+        """Whether what is shown goes on."""
+        connected = self.image.client.has_socket_connection
+        return connected and not self._view.paused and self._wanted is None
 
     async def stand(self) -> None:
         """While it stands: send the frame that is wanted, as the markers are looked for now."""
@@ -228,7 +232,7 @@ class Picture:
             await self._view.desk.ask("pin", self.camera, index)
         elif self._stood != now:
             self._stood = now
-            still = await self._view.desk.feeds[self.camera].still(index, (mask,) if mask else ())
+            still = await self._view.desk.still(self.camera, index, (mask,) if mask else ())
             if isinstance(still, Shown):
                 self._send(still)
             else:
@@ -250,8 +254,14 @@ class Picture:
 
     def _send(self, shown: Shown) -> None:
         self._sent, self._last = shown, time.monotonic()
+        self._loaded.clear()
         if not self._draw(shown):  # it looks the same
-            self.shown, self._sent = shown, None
+            self._show()
+
+    def _show(self) -> None:
+        """What was sent is shown."""
+        self.shown, self._sent = self._sent, None
+        self._loaded.set()
 
     def _draw(self, shown: Shown) -> bool:
         """Whether there is anything new for the browser to load."""
@@ -294,10 +304,9 @@ class Picture:
             facts.append(eye.trouble)
         self._caption.set_text(" · ".join(facts))
 
-    async def _on_loaded(self, event: events.GenericEventArguments) -> None:
+    def _on_loaded(self, event: events.GenericEventArguments) -> None:
         if self._sent and f"/{self._sent.index}.jpg?" in str(event.args):
-            self.shown, self._sent = self._sent, None
-            await self.refresh()
+            self._show()
 
     async def _on_pointer(self, event: events.MouseEventArguments) -> None:
         if self.shown is None:
@@ -325,9 +334,15 @@ class Picture:
 
 
 class Plot:
-    """The last minute of something, as lines."""
+    """The last minute of something, as lines.
 
-    def __init__(self, title: str) -> None:
+    Args:
+        title: what it is, and its unit.
+        values: by name, of a sample of the history.
+    """
+
+    def __init__(self, title: str, values: Callable[[Sample], Mapping[str, float | None]]) -> None:
+        self._values = values
         quiet = {"color": "#8a94a0", "fontSize": 12}
         grid = {"lineStyle": {"color": "#8a94a033"}}
         self.chart = ui.echart(
@@ -348,14 +363,20 @@ class Plot:
             }
         ).classes("plot")  # fmt: skip
 
-    def show(self, lines: Mapping[str, Sequence[tuple[float, float | None]]]) -> None:
-        """Draw lines by name, of (s before now, value)."""
+    def show(self, past: Sequence[Sample]) -> None:
+        """Draw a line for each name."""
+        rows = [self._values(sample) for sample in past]
+        names = dict.fromkeys(name for row in rows for name in row)
+        times = [round(sample.t - past[-1].t, 2) for sample in past]
         options = self.chart.options
-        options["legend"]["show"] = len(lines) > 1
+        options["legend"]["show"] = len(names) > 1
         options["series"] = [
-            {"name": name, "type": "line", "showSymbol": False, "data": points,
-             "lineStyle": {"width": 2}}
-            for name, points in lines.items()
+            {"name": name, "type": "line", "showSymbol": False, "lineStyle": {"width": 2},
+             "data": [
+                 (t, None if (value := row.get(name)) is None else round(value, 3))
+                 for t, row in zip(times, rows, strict=True)
+             ]}
+            for name in names
         ]  # fmt: skip
         self.chart.update()
 
@@ -378,8 +399,8 @@ class Page:
     async def build(self) -> None:
         """Everything on it."""
         self.desk.pages.add(ui.context.client.id)
-        await self.desk.ask("opened")
         state = await self.desk.look()
+        await self.desk.ask("opened")
         ui.add_css(STYLE)
         ui.colors(primary="#1c62ad", positive="#23814a", negative="#c8101c")
         self._dark = ui.dark_mode(None)
@@ -398,10 +419,9 @@ class Page:
         ui.keyboard(self._on_escape, ignore=[], repeating=False)
         ui.keyboard(self._on_key, ignore=["input", "select", "textarea"], repeating=False)
         ui.keyboard(self._on_arrow, ignore=["input", "select", "textarea"])
-        ui.timer(GLANCE, self._refresh)
         ui.timer(1 / FRAMES, self._stand)
         ui.timer(SAMPLE, self._describe)
-        ui.timer(PLOTS, self._plot)
+        ui.timer(PLOTS / len(self._plots), self._plot)
         self._show_state(state)
 
     # Parts
@@ -539,18 +559,25 @@ class Page:
                 ).props("flat dense no-caps")
             with ui.element("div").classes("plots"):
                 self._plots = [
-                    Plot("error, px"),
-                    Plot("components, px"),
-                    Plot("joints, degrees"),
-                    Plot("steps, condition"),
-                    Plot("frame age, ms"),
-                    Plot("frames per second"),
+                    Plot("error, px", lambda s: {"error": s.error}),
+                    Plot("components, px", lambda s: s.e),
+                    Plot(
+                        "joints, degrees",
+                        lambda s: {f"q{n}": math.degrees(q) for n, q in enumerate(s.q, 1)},
+                    ),
+                    Plot(
+                        "steps, condition",
+                        lambda s: {"steps": float(s.moves), "condition": s.condition},
+                    ),
+                    Plot(
+                        "frame age, ms",
+                        lambda s: {name: age and 1000 * age for name, age in s.ages.items()},
+                    ),
+                    Plot("frames per second", lambda s: s.rates),
                 ]
+                self._turns = itertools.cycle(self._plots)
 
     # What is shown
-
-    async def _refresh(self) -> None:
-        await asyncio.gather(*(picture.refresh() for picture in self._pictures.values()))
 
     async def _stand(self) -> None:
         await asyncio.gather(*(picture.stand() for picture in self._pictures.values()))
@@ -629,42 +656,12 @@ class Page:
                 href = f"href=/report/{run.number} target=_blank"
                 ui.menu_item(words).props(href)
 
-    async def _plot(self) -> None:
+    def _plot(self) -> None:
         if not self._plotting.value or time.monotonic() < self._plot_due:
             return
-        self._plot_due = self.desk.due(PLOTS)
-        past = list(self.desk.past)
-        if not past:
-            return
-        now = past[-1].t
-        times = [round(sample.t - now, 2) for sample in past]
-
-        def lines(
-            values: Callable[[Sample], Mapping[str, float | None]],
-        ) -> dict[str, list[tuple[float, float | None]]]:
-            rows = [values(sample) for sample in past]
-            names = dict.fromkeys(name for row in rows for name in row)
-            return {
-                name: [
-                    (t, None if (value := row.get(name)) is None else round(value, 3))
-                    for t, row in zip(times, rows, strict=True)
-                ]
-                for name in names
-            }
-
-        for plot, values in zip(
-            self._plots,
-            (
-                lambda s: {"error": s.error},
-                lambda s: s.e,
-                lambda s: {f"q{n}": math.degrees(q) for n, q in enumerate(s.q, 1)},
-                lambda s: {"steps": float(s.moves), "condition": s.condition},
-                lambda s: {n: age and 1000 * age for n, age in s.ages.items()},
-                lambda s: s.rates,
-            ),
-            strict=True,
-        ):
-            plot.show(lines(values))
+        self._plot_due = self.desk.due(PLOTS / len(self._plots))
+        if self.desk.past:
+            next(self._turns).show(self.desk.past)  # all at once would hold up the picture
 
     # What is done
 

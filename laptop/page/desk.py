@@ -390,13 +390,23 @@ class Desk:
 
     # See
 
-    def view(self, camera: str, newer_than: int = -1, masks: Sequence[str] = ()) -> Shown | None:
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Their names."""
+        return tuple(self._cameras)
+
+    def view(
+        self, camera: str, newer_than: int = -1, masks: Sequence[str] = (), within: float = 0.0
+    ) -> Shown | None:
         """The newest picture of a camera; None if there is none after the frame `newer_than`.
 
         Args:
             masks: names of markers whose pixels are to be shown, too.
+            within: wait so long, s, for one that is new by now; this thread answers nothing else.
         """
         eye = self._cameras[camera]
+        if within > 0:
+            eye.watcher.wait(within)
         view = eye.watcher.view
         if view is None or view.frame.index <= newer_than:
             return None
@@ -770,7 +780,11 @@ class Desk:
             self._go_on()
 
     def opened(self) -> None:
-        """Somebody looks: an emulated brick comes, if there is one to come and no other there."""
+        """Somebody opens the page, which takes a slow browser a while.
+
+        An emulated brick comes, if there is one to come and no other there.
+        """
+        self.expect()
         with self._lock:
             if self._bring and self._server and self._server.state().client is None:
                 bring, self._bring = self._bring, None

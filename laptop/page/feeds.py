@@ -9,7 +9,7 @@ import math
 import secrets
 import time
 from collections import OrderedDict, deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from multiprocessing.connection import Connection
 from typing import Any
@@ -20,48 +20,62 @@ from laptop.page.record import KEPT, Record
 FRAMES, ALTOGETHER = 16.0, 20.0
 """Pictures per second of a camera that one browser gets, and of all cameras all browsers: more
 show nobody more, and browsers on this machine take the tracker's time."""
+WITHIN = 0.1
+"""A browser waits so long for the next picture, s, before it is shown one that has waited."""
 AT_HAND = 40
 """Pictures of a camera that browsers may still fetch."""
 
 
-class Feed:
-    """One camera's pictures, asked for once however many browsers look.
+class Line:
+    """A door to the desk for who must not block; one question at a time.
 
     Args:
-        desk: asks it.
+        pipe: to it.
+    """
+
+    def __init__(self, pipe: Connection) -> None:
+        self._door = Door(pipe)
+        self._thread = ThreadPoolExecutor(1, "line")
+
+    async def ask(self, question: str, *args: Any) -> Any:
+        """See `laptop.page.desk.Door.ask`."""
+        loop = asyncio.get_running_loop()
+        return await loop.run_in_executor(self._thread, self._door.ask, question, *args)
+
+
+class Feed:
+    """One camera's pictures, for one browser after the other.
+
+    They do not share one: on this machine, all would be busy with it at the same time.
+
+    Args:
+        line: to the desk, for this camera alone.
         camera: its name.
     """
 
-    def __init__(self, desk: FarDesk, camera: str) -> None:
-        self._desk = desk
+    def __init__(self, line: Line, camera: str) -> None:
+        self._line = line
         self.camera = camera
         self.shown: OrderedDict[int, Shown] = OrderedDict()
         self.stills: OrderedDict[int, Shown] = OrderedDict()
         self.masks: dict[str, str] = {}  # whose pixels are to be shown, per browser
-        self._lock = asyncio.Lock()
+        self._turn = asyncio.Lock()
 
     @property
     def newest(self) -> Shown | None:
         """The newest picture that is here."""
         return next(reversed(self.shown.values())) if self.shown else None
 
-    async def refresh(self) -> Shown | None:
-        """The newest picture there is."""
-        async with self._lock:
+    async def next(self) -> Shown | None:
+        """The next picture that comes, or the newest if none does; None if there is none at all."""
+        async with self._turn:
             newest = self.newest
+            after, within = (newest.index, WITHIN) if newest else (-1, 0.0)
             masks = tuple(set(self.masks.values()))
-            index = newest.index if newest else -1
-            shown = await self._desk.ask("view", self.camera, index, masks)
+            shown = await self._line.ask("view", self.camera, after, masks, within)
             if shown:
                 _put(self.shown, shown)
-        return self.newest
-
-    async def still(self, index: int, masks: Sequence[str]) -> Shown | str:
-        """See `laptop.page.desk.Desk.still`."""
-        still = await self._desk.ask_slowly("still", self.camera, index, masks)
-        if isinstance(still, Shown):
-            self.keep(still)
-        return still
+            return self.newest
 
     def keep(self, shown: Shown) -> None:
         """Have a picture at hand that stands."""
@@ -81,14 +95,17 @@ class FarDesk:
     Args:
         pipe: to it.
         slow: to it, too, for what takes a while.
+        cameras: one more for each, by name, for its pictures.
     """
 
-    def __init__(self, pipe: Connection, slow: Connection) -> None:
-        self._door, self._slow = Door(pipe), Door(slow)
+    def __init__(
+        self, pipe: Connection, slow: Connection, cameras: Mapping[str, Connection]
+    ) -> None:
+        self.ask = Line(pipe).ask
+        self.ask_slowly = Line(slow).ask  # while other questions go on
+        self.feeds = {name: Feed(Line(pipe), name) for name, pipe in cameras.items()}
         # In the addresses of pictures: what a browser kept of an earlier run is none of this one.
         self.run = secrets.token_hex(4)
-        self._asking = asyncio.Lock()  # so that it takes one thread, however many wait
-        self.feeds: dict[str, Feed] = {}
         self.state: State | None = None
         self.past: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
         self.pages: set[str] = set()  # of browsers, by NiceGUI's id
@@ -106,14 +123,12 @@ class FarDesk:
         """When a browser's next thing is due that comes every so many s; the more, the later."""
         return time.monotonic() + period * (max(1, len(self.pages)) - 0.5)
 
-    async def ask(self, question: str, *args: Any) -> Any:
-        """See `laptop.page.desk.Door.ask`."""
-        return await asyncio.to_thread(self._door.ask, question, *args)
-
-    async def ask_slowly(self, question: str, *args: Any) -> Any:
-        """The same, while other questions go on."""
-        async with self._asking:
-            return await asyncio.to_thread(self._slow.ask, question, *args)
+    async def still(self, camera: str, index: int, masks: Sequence[str]) -> Shown | str:
+        """See `laptop.page.desk.Desk.still`."""
+        still = await self.ask_slowly("still", camera, index, masks)
+        if isinstance(still, Shown):
+            self.feeds[camera].keep(still)
+        return still
 
     async def look(self) -> State:
         """The newest state and history."""
@@ -121,8 +136,6 @@ class FarDesk:
             if self.state is None or time.monotonic() - self._looked > SAMPLE / 2:
                 self._looked = time.monotonic()
                 self.state = await self.ask("state")
-                for eye in self.state.eyes:
-                    self.feeds.setdefault(eye.camera, Feed(self, eye.camera))
                 last = self.past[-1].t if self.past else -math.inf
                 self.past.extend(await self.ask("history", last))
         return self.state

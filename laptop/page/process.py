@@ -14,7 +14,7 @@ import secrets
 import signal
 import socket
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
 
@@ -118,16 +118,25 @@ class PageProcess:
             "the address along can move the arm"
         )
         self._over = threading.Event()
-        # Two: a STOP does not wait for a frame to be read from a disk.
-        pipes = [multiprocessing.Pipe() for _ in range(2)]
+        # Several: a STOP waits neither for the next picture nor for a frame to be read from a disk.
+        pipes = [multiprocessing.Pipe() for _ in range(2 + len(desk.cameras))]
         self._pipes = [ours for ours, _ in pipes]
-        theirs = [pipe for _, pipe in pipes]
+        quick, slow, *seeing = theirs = [pipe for _, pipe in pipes]
         for ours in self._pipes:
             threading.Thread(target=answer, args=(desk, ours), daemon=True).start()
         threading.Thread(target=keep_beating, args=(desk, self._over), daemon=True).start()
         # A fork would share the cameras, and threads that hold locks.
         self.process = multiprocessing.get_context("spawn").Process(
-            target=_work, args=(theirs, listener, token, names), daemon=True
+            target=_work,
+            args=(
+                quick,
+                slow,
+                dict(zip(desk.cameras, seeing, strict=True)),
+                listener,
+                token,
+                names,
+            ),
+            daemon=True,
         )
         self.process.start()
         for pipe in theirs:
@@ -146,15 +155,22 @@ class PageProcess:
 
 
 def _work(
-    pipes: Sequence[Connection], listener: socket.socket, token: str, names: Sequence[str]
+    quick: Connection,
+    slow: Connection,
+    seeing: Mapping[str, Connection],
+    listener: socket.socket,
+    token: str,
+    names: Sequence[str],
 ) -> None:
     """What the page's process does: serve until the tracker's is no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
     if hasattr(os, "nice"):
         os.nice(NICE)
     from laptop.page import server
+    from laptop.page.feeds import FarDesk
 
-    threading.Thread(target=server.serve, args=(pipes, listener, token, names), daemon=True).start()
+    desk = FarDesk(quick, slow, seeing)
+    threading.Thread(target=server.serve, args=(desk, listener, token, names), daemon=True).start()
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()

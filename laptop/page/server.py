@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Sequence
-from multiprocessing.connection import Connection
 from typing import Any
 
 import uvicorn
@@ -17,22 +16,19 @@ from laptop.page.feeds import FarDesk, csv_of
 from laptop.page.gate import LARGEST, Gate
 
 
-def serve(
-    pipes: Sequence[Connection], listener: socket.socket, token: str, hosts: Sequence[str]
-) -> None:
+def serve(desk: FarDesk, listener: socket.socket, token: str, hosts: Sequence[str]) -> None:
     """Serve the page until the process ends.
 
     Args:
-        pipes: two, to the tracker's desk.
+        desk: the tracker's.
         listener: bound already.
         token: lets a browser in.
         hosts: HOST:PORT by which browsers may call it.
     """
-    desk = FarDesk(*pipes)
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
 
     @app.get("/view/{camera}/{index}.jpg")
-    def view(camera: str, index: int) -> Response:
+    async def view(camera: str, index: int) -> Response:  # (threads are for what blocks)
         feed = desk.feeds.get(camera)
         shown = feed and (feed.shown.get(index) or feed.stills.get(index))
         if not shown:
@@ -41,7 +37,7 @@ def serve(
         return Response(shown.jpeg, media_type="image/jpeg", headers=fresh)
 
     @app.get("/history.csv")
-    def history() -> Response:
+    async def history() -> Response:
         named = {"content-disposition": "attachment; filename=history.csv"}
         return Response(csv_of(list(desk.past)), media_type="text/csv", headers=named)
 
@@ -85,6 +81,7 @@ def serve(
         log_level="critical",  # addresses hold the token
         access_log=False,
         ws="wsproto",
+        ws_per_message_deflate=False,  # takes longer than a network that is near
         ws_max_size=LARGEST,
         server_header=False,
     )
