@@ -323,6 +323,7 @@ class Surfer:
 
     def at(self, u, v):
         """Where a pixel of the picture is on the page."""
+        self.page.evaluate("scrollTo(0, 0)")
         box = self.page.locator(".picture img").bounding_box()
         return box["x"] + (u + 0.5) * box["width"] / 640, box["y"] + (v + 0.5) * box["height"] / 480
 

@@ -75,7 +75,8 @@ body { font-size: 16px; }
 .scrub > :last-child { font-variant-numeric: tabular-nums; white-space: nowrap; font-size: .95rem; }
 .picture img { display: block; }
 .picture { position: relative; border-radius: .6rem; overflow: hidden; background: #000;
-           width: 100%; min-height: 8rem; }
+           width: 100%; }
+.picture.empty { aspect-ratio: 4 / 3; }
 .picture .aiming { cursor: crosshair; touch-action: none; }
 .caption { position: absolute; top: 0; left: 0; right: 0; padding: .3rem .7rem; font-size: .9rem;
            color: #fff; background: linear-gradient(#000b, #0000); pointer-events: none;
@@ -156,7 +157,7 @@ class Picture:
         self._wanted: int | None = None  # a frame of a recording
         self._stood: tuple[object, ...] | None = None  # what was asked for while it stands
         with ui.element("div").classes("sight"):
-            with ui.element("div").classes("picture"):
+            with ui.element("div").classes("picture empty") as self._frame:
                 self.image = ui.interactive_image(
                     content='<g class="over"></g>',
                     events=["pointerdown", "pointermove", "pointerup", "pointercancel"],
@@ -261,6 +262,7 @@ class Picture:
     def _show(self) -> None:
         """What was sent is shown."""
         self.shown, self._sent = self._sent, None
+        self._frame.classes(remove="empty")
         self._loaded.set()
 
     def _draw(self, shown: Shown) -> bool:
