@@ -185,6 +185,24 @@ def test_a_sibling_comes_before_a_module_of_the_host(run, tmp_path, monkeypatch)
     assert not hasattr(sys.modules["config"], "NAME")
 
 
+def test_a_module_is_compiled_once_and_again_when_it_has_changed(run, tmp_path, monkeypatch):
+    compiled = []
+
+    def compiling(source, name, *args, **kwargs):
+        compiled.append(os.path.basename(name))
+        return compile(source, name, *args, **kwargs)
+
+    monkeypatch.setattr(importlib._bootstrap_external, "compile", compiling, raising=False)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    lesson = tmp_path / "lesson.py"
+    lesson.write_text("print('first')\n")
+    for _ in range(3):
+        assert run("import lesson\n")[1] == ["first"]
+    lesson.write_text("print('then')\n")
+    assert run("import lesson\n")[1] == ["then"]
+    assert compiled.count("lesson.py") == 2
+
+
 def test_a_program_killed_inside_an_import_does_not_block_the_next(run, tmp_path):
     (tmp_path / "lesson.py").write_text("import time\ntime.sleep(9)\nprint('imported')\n")
     assert run("import lesson\n", kill_at=1)[0].reason == "killed"

@@ -12,6 +12,7 @@ out is what a shell would see.  Exit statuses beyond the program's own:
 """
 
 import collections
+import functools
 import os
 import signal
 import sys
@@ -130,6 +131,12 @@ def _complain(message, *values):
     sys.stderr.write("simulate: " + message.format(*values) + "\n")
 
 
+@functools.lru_cache(maxsize=16)
+def _compiled(source, script):
+    """The script's code; the same for all runs."""
+    return compile(source, script, "exec", dont_inherit=True)
+
+
 def _main(shims, script, source):
     """Be the interpreter: run `source` as `__main__`; the exit status."""
     shims.threads.enter_main()
@@ -140,7 +147,7 @@ def _main(shims, script, source):
     sys.modules["__main__"] = module
     try:
         try:
-            exec(compile(source, script, "exec", dont_inherit=True), vars(module))
+            exec(_compiled(source, script), vars(module))
             status = 0
         except Over:
             raise

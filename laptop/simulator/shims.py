@@ -81,6 +81,7 @@ class Shims(object):
             folder: where the script is; what it may import from there is imported afresh.
         """
         kept = _Kept()
+        importlib.machinery.SourceFileLoader.get_code = _get_code
         try:
             random.seed(0)
             importlib.invalidate_caches()
@@ -115,6 +116,7 @@ class Shims(object):
                 library.fonts = sys.modules["ev3dev2.fonts"] = _fonts_module()
             yield self
         finally:
+            del importlib.machinery.SourceFileLoader.get_code  # it is inherited
             kept.restore()
             for descriptor in self._screens:
                 os.close(descriptor)
@@ -368,6 +370,18 @@ class _Kept(object):
                     delattr(self._modules[parent], child)
                 locks.pop(name, None)
         sys.modules.update(self._modules)
+
+
+_CODES = {}  # type: dict
+
+
+def _get_code(loader, name):
+    """The code of a module, compiled once for all runs, as long as its file is the same."""
+    path = loader.get_filename(name)
+    key = path, tuple(sorted(loader.path_stats(path).items()))
+    if key not in _CODES:
+        _CODES[key] = super(importlib.machinery.SourceFileLoader, loader).get_code(name)
+    return _CODES[key]
 
 
 def _natural(name):
