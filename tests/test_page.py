@@ -491,8 +491,10 @@ def test_a_dragged_path_is_followed(surfer):
     nearest = [math.inf] * len(way)
     surfer.verdict("Along the path")
     began = time.monotonic()
-    while "Arrived" not in (words := surfer.page.get_by_label("drive").inner_text()):
-        assert re.search("Along the path|On its way|Starting|Held", words), words
+    words = ""
+    while "Arrived" not in words:
+        words = surfer.page.get_by_label("drive").inner_text()
+        assert re.search("Along the path|On its way|Starting|Held|Arrived", words), words
         nearest = [
             min(near, math.dist(surfer.tip(), where))
             for near, where in zip(nearest, way, strict=True)
@@ -623,6 +625,17 @@ def test_a_page_that_was_closed_changes_nothing_and_another_goes_on(browser, tra
     surfer = Surfer(browser, tracker)
     surfer.reads("emulated brick")
     surfer.close()
+
+
+def test_a_page_that_is_not_looked_at_takes_nothing_from_those_that_are(surfer):
+    for _ in range(20):
+        assert surfer.tracker.get()[0] == 200
+    tip, frames = surfer.page.locator("[data-marker=effector]"), []
+    while len(frames) < 8:
+        frame = int(tip.get_attribute("data-frame"))
+        if frame not in frames:
+            frames.append(frame)
+    assert np.median(np.diff(frames)) <= 5, "of the camera's frames every tenth is shown to 21"
 
 
 def processes(of=None):

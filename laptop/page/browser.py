@@ -400,7 +400,6 @@ class Page:
 
     async def build(self) -> None:
         """Everything on it."""
-        self.desk.pages.add(ui.context.client.id)
         state = await self.desk.look()
         await self.desk.ask("opened")
         ui.add_css(STYLE)

@@ -108,7 +108,7 @@ class FarDesk:
         self.run = secrets.token_hex(4)
         self.state: State | None = None
         self.past: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
-        self.pages: set[str] = set()  # of browsers, by NiceGUI's id
+        self.pages: set[str] = set()  # that are connected, by NiceGUI's id
         self._looked = -math.inf
         self._lock = asyncio.Lock()
         self._drawer = ThreadPoolExecutor(1, "drawer")

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Sequence
-from typing import Any
 
 import uvicorn
 from fastapi import FastAPI, Response
+from nicegui import Client, core, ui
 from nicegui import app as nice
-from nicegui import core, ui
 
 from laptop.page.browser import Page
 from laptop.page.feeds import FarDesk, csv_of
@@ -54,11 +53,19 @@ def serve(desk: FarDesk, listener: socket.socket, token: str, hosts: Sequence[st
     async def root() -> None:
         await Page(desk).build()
 
-    def forget(client: Any) -> None:
-        desk.pages.discard(client.id)
+    def come(client: Client) -> None:
+        desk.pages.add(client.id)
+
+    def go(client: Client) -> None:
+        if not client.has_socket_connection:  # it may have come back meanwhile
+            desk.pages.discard(client.id)
+
+    def forget(client: Client) -> None:
         for feed in desk.feeds.values():
             feed.masks.pop(client.id, None)
 
+    nice.on_connect(come)
+    nice.on_disconnect(go)
     nice.on_delete(forget)
     # Its own socket would take every origin; and what is polled is posted, which the gate refuses.
     core.sio.eio.cors_allowed_origins = [f"http://{host}" for host in hosts]
