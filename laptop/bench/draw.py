@@ -141,6 +141,8 @@ def random_line(arm: Arm, seed: int) -> Line:
         if math.dist(a, b) < 4:
             continue
         try:
+            for end in a, b:  # most do not even begin or end within reach
+                kinematics.branches(arm, end)
             trajectory.joint_path(arm, trajectory.spread((a, b)), arm.elbow)
         except kinematics.Unreachable:
             continue
