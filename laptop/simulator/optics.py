@@ -6,6 +6,7 @@ Pixel centres have integer coordinates, u right, v down, as OpenCV has them.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
@@ -79,6 +80,14 @@ NEAR = 0.1
 """What is nearer than this, cm, or behind a camera, lands far outside of its picture."""
 
 
+@functools.lru_cache(maxsize=64)
+def _widest(k1: float, k2: float) -> float:
+    """The radius up to which a lens with this distortion is one-to-one."""
+    folds = np.roots([5 * k2, 3 * k1, 1.0])
+    folds = folds.real[(abs(folds.imag) < 1e-9) & (folds.real > 0)]
+    return 0.98 * math.sqrt(min([*folds, MOST_RADIUS**2]))
+
+
 class Pinhole:
     """A pinhole camera with radial distortion (Brown 1966: x_d = x (1 + k1 r^2 + k2 r^4)).
 
@@ -108,11 +117,8 @@ class Pinhole:
         self.size = size
         self.k1, self.k2 = k1, k2
         self.centre = np.array([(size[0] - 1) / 2, (size[1] - 1) / 2])
-        # The radius up to which the lens is one-to-one; beyond, it goes on as if it were plain, so
-        # that what lies outside the picture stays there.
-        folds = np.roots([5 * k2, 3 * k1, 1.0])
-        folds = folds.real[(abs(folds.imag) < 1e-9) & (folds.real > 0)]
-        self.widest = 0.98 * math.sqrt(min([*folds, MOST_RADIUS**2]))
+        # Beyond, it goes on as if it were plain, so that what lies outside the picture stays there.
+        self.widest = _widest(k1, k2)
         at_fold = self.widest * (1 + k1 * self.widest**2 + k2 * self.widest**4)
         if at_fold < max(size) / 2 / focal:
             raise BadLens(

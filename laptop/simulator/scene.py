@@ -14,6 +14,7 @@ Pixel centres have integer coordinates, u right, v down, as OpenCV has them.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -376,6 +377,16 @@ class Patch(NamedTuple):
     inner: Box
     outer: Box
     pixels: np.ndarray
+
+
+@functools.lru_cache(maxsize=4)
+def _wood(seed: int) -> np.ndarray:
+    """How much lighter it is here and there, as a logarithm."""
+    draw = np.random.default_rng([seed, 2])
+    grain = draw.normal(size=(512, 512)).astype(np.float32)
+    streaks = cv2.GaussianBlur(grain, (0, 0), 24, sigmaY=1.6, borderType=cv2.BORDER_REFLECT)
+    blotches = cv2.GaussianBlur(grain, (0, 0), 30, borderType=cv2.BORDER_REFLECT)
+    return np.asarray(0.10 * streaks / streaks.std() + 0.05 * blotches / blotches.std())
 
 
 class Scene:
@@ -753,14 +764,10 @@ class Scene:
 
     def _table(self) -> np.ndarray:
         """Wood, looked up for each pixel where its ray meets the table."""
-        draw = np.random.default_rng([self.constants["seed"], 2])
-        side = 512
-        grain = draw.normal(size=(side, side)).astype(np.float32)
-        streaks = cv2.GaussianBlur(grain, (0, 0), 24, sigmaY=1.6, borderType=cv2.BORDER_REFLECT)
-        blotches = cv2.GaussianBlur(grain, (0, 0), 30, borderType=cv2.BORDER_REFLECT)
-        wood = 0.10 * streaks / streaks.std() + 0.05 * blotches / blotches.std()
+        wood = _wood(self.constants["seed"])
         if not self.constants["clutter"]:
-            wood *= 0
+            wood = np.zeros_like(wood)
+        side = len(wood)
         ray = np.dstack([self._rays, np.ones(self._rays.shape[:2], np.float32)])
         ray = ray @ self.camera.rotation.astype(np.float32)
         depth = self.camera.position[2] / np.maximum(-ray[..., 2], 1e-3)
