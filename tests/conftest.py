@@ -4,10 +4,13 @@ They are found by what they import: `robot`, `shared` or `laptop.simulator`, and
 the laptop's. Read line by line, because an old Python cannot parse the others.
 """
 
+import atexit
 import gc
 import os
 import re
+import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -33,6 +36,14 @@ LAPTOP_SIDE = (
 
 # So that tests can share `rig`: pytest for an old Python knows no `tests.rig`.
 sys.path.insert(0, str(Path(__file__).parent))
+
+
+if os.environ.pop("PYTHONDONTWRITEBYTECODE", "") and sys.version_info >= (3, 8):
+    # Python is started a few hundred times: all would be compiled each time.
+    sys.dont_write_bytecode = False
+    sys.pycache_prefix = tempfile.mkdtemp(prefix="brickservo-bytecode-")
+    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
+    atexit.register(shutil.rmtree, sys.pycache_prefix, ignore_errors=True)
 
 
 @pytest.hookimpl(optionalhook=True)
