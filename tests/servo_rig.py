@@ -97,7 +97,7 @@ class Watched(Rig):
     Attributes:
         cameras, goal: may be changed while it runs.
         hidden: names of the markers that are not seen now, and of cameras that see nothing.
-        moments: what truly happened, ms by ms.
+        moments: what truly happened, every 2 ms or so.
         statuses: what the laptop was told, in order.
         struck: when what `in_motion` waits for was done, s.
     """
@@ -136,9 +136,11 @@ class Watched(Rig):
         return {"effector": marker("effector", self.tip), "goal": marker("goal", self.goal)}
 
     def _note(self, t):
+        if self.moments and t - self.moments[-1].t < 0.0015:
+            return
         speed = max(abs(drive.link.speed) for drive in self.brick.plant.joints)
         self.moments.append(Moment(t, self.brick.driven(), speed, self.q))
-        if len(self.moments) % 20:
+        if len(self.moments) % 10:
             return
         status = self.tracker.server.state().status
         if status and (not self.statuses or self.statuses[-1] is not status):

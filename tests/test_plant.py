@@ -301,6 +301,16 @@ def test_at_rest_after_a_load_turned_round_link_and_encoder_differ_by_the_backla
     assert seen == pytest.approx([HALF_GAP, -HALF_GAP])
 
 
+def test_a_standing_link_that_is_pushed_past_its_play_takes_the_rotor_along():
+    drive = build_drive()
+    drive.link.angle = HALF_GAP / 2
+    run(drive, 0.1)
+    assert (drive.angle, drive.link.angle) == (0, HALF_GAP / 2)
+    drive.link.angle = 3 * HALF_GAP
+    run(drive, 0.1)
+    assert gap(drive) == pytest.approx(-HALF_GAP)
+
+
 @pytest.mark.parametrize("jammed_at", [0.0, 0.01, -HALF_GAP], ids=str)
 def test_a_jammed_link_stays_and_the_rotor_has_the_gap(jammed_at):
     drive = build_drive()

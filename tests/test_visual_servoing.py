@@ -226,7 +226,7 @@ def test_a_goal_that_moves_is_followed_until_the_budget_is_spent(watched):
         math.dist(
             w.cameras["A"].pixel(kinematics.forward(w.arm, m.q)), w.cameras["A"].pixel(goal(m.t))
         )
-        for m in w.moments[::20]
+        for m in w.moments[::10]
         if 8 < m.t < 12
     ]
     assert len(off) > 100

@@ -227,6 +227,13 @@ class Drive(object):
         self.jammed = False
         """Of a bare motor; behind a gear it is the link that jams, and the gap stays."""
 
+    def _rests(self):
+        """Whether what stands goes on standing, with no current in the motor."""
+        link = self.link
+        return link is None or not (
+            link.speed or link.load or abs(self.angle - link.angle) > link.play
+        )
+
     @property
     def shaft(self):
         """Angle of the motor's shaft since the start, rad."""
@@ -234,6 +241,8 @@ class Drive(object):
 
     def step(self, h):
         """Advance by `h` seconds."""
+        if not (self.duty or self.speed) and self._rests():
+            return
         motor = self.motor
         ratio = self.ratio
         torque = 0.0
