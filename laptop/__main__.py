@@ -501,8 +501,11 @@ def track(page: bool | None, brick: bool, **orders: Any) -> None:
 
 
 @contextlib.contextmanager
-def _own_brick(arm: str, place: str, code: str) -> Iterator[None]:
-    """An emulated brick that waits for orders; its lines go to its folder in the state folder."""
+def _own_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
+    """An emulated brick that waits for orders; its lines go to its folder in the state folder.
+
+    Gives what tells why it has ended, "" as long as it has not.
+    """
     home = Path(state_folder()) / "emulated-brick"
     home.mkdir(parents=True, exist_ok=True)
     words = ["simulate", "--realtime", "--timeout", f"{FOREVER:g}", "--arm", arm]
@@ -516,8 +519,14 @@ def _own_brick(arm: str, place: str, code: str) -> Iterator[None]:
             stderr=subprocess.STDOUT,
             start_new_session=True,  # Ctrl-C is the tracker's, who then ends this
         )
+
+    def why() -> str:
+        if brick.poll() is None:
+            return ""
+        return f"the emulated brick has ended; what it said is in {home / 'lines.txt'}"
+
     try:
-        yield
+        yield why
     finally:
         brick.terminate()
         try:

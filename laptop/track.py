@@ -263,7 +263,7 @@ Synthetic = Callable[[str, str, float | None], tuple[Camera, dict[str, str]]]
 """From the camera's name, the scene's text and frames per second (None: its own) to the camera, and
 how its markers look: SPEC by name."""
 
-OwnBrick = Callable[[str, str], AbstractContextManager[object]]
+OwnBrick = Callable[[str, str], AbstractContextManager[Callable[[], str]]]
 """From the server's address and the code to an emulated brick that calls there until it is left."""
 
 
@@ -510,11 +510,11 @@ def _show(
         webbrowser.open(page.address)
 
 
-def _bring(stack: ExitStack, own_brick: OwnBrick, server: TrackingServer) -> None:
-    """Let an emulated brick come; it is ended by the stack."""
+def _bring(stack: ExitStack, own_brick: OwnBrick, server: TrackingServer) -> Callable[[], str]:
+    """Let an emulated brick come, see `Desk`; it is ended by the stack."""
     host = server.host or "127.0.0.1"
     place = f"[{host}]:{server.port}" if ":" in host else f"{host}:{server.port}"
-    stack.enter_context(own_brick(place, pairing_code()))
+    return stack.enter_context(own_brick(place, pairing_code()))
 
 
 def invitation(commands: Sequence[str], cameras: int = 1, page: bool = False) -> list[str]:

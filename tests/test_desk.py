@@ -785,14 +785,28 @@ def test_the_history_is_the_last_minute(scene):
 
 
 def test_an_own_brick_comes_when_somebody_looks_and_no_other_is_there(tmp_path):
-    brought = []
-    scene = Scene(tmp_path, bring=lambda: brought.append(1))
+    brought, why = [], ""
+
+    def bring():
+        brought.append(1)
+        return lambda: why
+
+    scene = Scene(tmp_path, bring=bring)
     scene.desk.opened()
     assert brought == [], "there is one"
     scene.server.there = False
     scene.desk.opened()
     scene.desk.opened()
+    scene.desk.beat()
     assert brought == [1]
+    assert scene.desk.state().own
+    why = "it fell"
+    scene.desk.beat()
+    assert not scene.desk.state().own
+    assert scene.desk.state().note == "it fell; load the page anew for another one"
+    why = ""
+    scene.desk.opened()
+    assert brought == [1, 1]
     assert scene.desk.state().own
 
 

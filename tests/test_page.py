@@ -21,6 +21,7 @@ import cv2
 import numpy as np
 import pytest
 
+from laptop.__main__ import _own_brick as own_brick
 from laptop.bench import page as bench
 from laptop.markers import read_markers
 from laptop.page import process as page_process
@@ -481,6 +482,31 @@ def test_a_start_while_a_run_is_on_is_refused(surfer):
     surfer.start()
     surfer.page.keyboard.press("s")
     surfer.reads("a run is on; hold or stop it first")
+
+
+def test_what_was_pressed_while_cut_off_may_stop_but_not_start_the_arm(surfer):
+    def press_while_cut_off(button):
+        button.evaluate("button => { window.socket.io.engine.close(); button.click(); }")
+
+    surfer.click(*surfer.scene.truth((-0.4, 0.9))["effector"])
+    surfer.start()
+    surfer.verdict("On its way")
+    press_while_cut_off(surfer.page.locator(".stop"))
+    surfer.verdict("Stopped")
+    press_while_cut_off(surfer.button("Start"))
+    surfer.reads("cut off when Start was pressed")
+    surfer.verdict("Stopped")
+
+
+def test_an_emulated_brick_that_has_ended_tells_where_one_can_read_why(tmp_path, monkeypatch):
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
+    began = time.monotonic()
+    with own_brick("planar", "127.0.0.1:1", "no code") as why:
+        while not why():
+            assert time.monotonic() - began < PATIENCE
+            time.sleep(0.05)
+        lines = Path(why().rpartition(" ")[2]).read_text()
+    assert "no code" in lines
 
 
 def test_a_dragged_path_is_followed(surfer):

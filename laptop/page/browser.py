@@ -39,6 +39,8 @@ FACTS, PLOTS = 1.0, 1.0
 """Figures and plots are shown anew every so many s for each browser."""
 UNSEEN = 1.0
 """A picture that a browser has not shown so long after it was sent, s, is given up."""
+BACK = 1.0
+"""A start that comes so soon after the browser has come back, s, was pressed before."""
 LOOSE = 3
 """More moves in a row with no button pressed end a drag."""
 CLICK = 5.0
@@ -397,11 +399,14 @@ class Page:
         self._typed: tuple[str, ...] = ()  # what is shown to be typed on the brick
         self._state_due = self._facts_due = self._plot_due = -math.inf
         self._runs: tuple[Summary, ...] = ()
+        self._connected = 0  # times
+        self._back = -math.inf  # when it was cut off no more
 
     async def build(self) -> None:
         """Everything on it."""
         state = await self.desk.look()
         await self.desk.ask("opened")
+        ui.context.client.on_connect(self._on_connect)
         ui.add_css(STYLE)
         ui.colors(primary="#1c62ad", positive="#23814a", negative="#c8101c")
         self._dark = ui.dark_mode(None)
@@ -685,8 +690,19 @@ class Page:
                 ui.notify(f"{self._marker}: kept", type="positive", position="bottom", timeout=1500)
         self.tell(why)
 
+    def _on_connect(self) -> None:
+        self._connected += 1
+        if self._connected > 1:
+            self._back = time.monotonic()
+
     async def start(self) -> None:
-        """Start a run."""
+        """Start a run.
+
+        Browsers send on what was pressed while they were cut off.  That is right for a STOP.
+        """
+        if time.monotonic() - self._back < BACK:
+            self.tell("the page was cut off when Start was pressed; look, then press it again")
+            return
         numbers = []
         for what, field, (_, _, unit) in (
             ("tolerance", self._tolerance, TOLERANCE),

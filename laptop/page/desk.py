@@ -344,7 +344,8 @@ class Desk:
         sources: what people call the cameras, in the same order.
         server: of the brick, or None.
         file: where learned colours are kept.
-        bring: starts an emulated brick when somebody first looks and none is there; or None.
+        bring: starts an emulated brick when somebody opens the page and none is there; it gives
+            what tells why that one has ended, "" as long as it has not.  Or None.
         now: the clock of the frames, s.
     """
 
@@ -355,7 +356,7 @@ class Desk:
         sources: Sequence[str],
         server: Server | None,
         file: Path,
-        bring: Callable[[], None] | None = None,
+        bring: Callable[[], Callable[[], str]] | None = None,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._cameras = {
@@ -366,7 +367,7 @@ class Desk:
         self._file = file
         self._bring = bring
         self._now = now
-        self._own = False
+        self._own: Callable[[], str] | None = None  # why the brick that came along has ended
         self._asked = -math.inf
         self._before: deque[_Change] = deque(maxlen=UNDONE)
         self._aims: dict[str, Point] = {}
@@ -493,8 +494,8 @@ class Desk:
             {marker.name: str(marker) for marker in self._markers()},
             len(self._before),
             str(self._file),
-            (link.client is None and (link.lost or link.refusal) or self._note) or "",
-            self._own,
+            "; ".join(filter(None, ("" if link.client else link.lost or link.refusal, self._note))),
+            self._own is not None,
             self._is_fixed(),
             runs,
         )
@@ -786,11 +787,10 @@ class Desk:
         """
         self.expect()
         with self._lock:
-            if self._bring and self._server and self._server.state().client is None:
-                bring, self._bring = self._bring, None
+            missing = self._server and self._server.state().client is None and not self._own
+            if self._bring and missing:
                 try:
-                    bring()
-                    self._own = True
+                    self._own = self._bring()
                 except OSError as error:
                     self._note = f"no emulated brick: {error.strerror}: {error.filename}"
 
@@ -838,6 +838,8 @@ class Desk:
             return
         link = self._server.state()
         status = link.status
+        if self._own and link.client is None and (why := self._own()):
+            self._own, self._note = None, f"{why}; load the page anew for another one"
         if self._stopping and link.client and status:
             self._insist(status)
         if self._ordered and not self._running(link):
