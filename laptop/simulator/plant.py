@@ -394,6 +394,8 @@ class ArmPlant(object):
             )
             self.drives[joint.port] = drive
             self.joints.append(drive)
+        self._links = [drive.link for drive in self.joints]
+        self._pulled_at = self._torques = None  # joint angles, and what gravity does there
         if arm.pen:
             self.drives[arm.pen.port] = self._drive(
                 arm.pen.port, arm.pen.motor, 1.0, None, arm.pen.up
@@ -440,11 +442,14 @@ class ArmPlant(object):
 
     def _load_links(self):
         """Constant load, gravity, and the paper dragging at the pen against its motion."""
-        links = [drive.link for drive in self.joints]
+        links, load = self._links, self.plant["load"]
         for link in links:
-            link.load = self.plant["load"]
+            link.load = load
         if self.weighs:
-            for link, torque in zip(links, self._gravity.torques(self.q)):
+            q = self.q
+            if q != self._pulled_at:  # mostly it stands
+                self._pulled_at, self._torques = q, self._gravity.torques(q)
+            for link, torque in zip(links, self._torques):
                 link.load += torque
         if not self._pen_drag or not any(link.speed for link in links) or not self.pen_down:
             return
