@@ -30,6 +30,7 @@ from laptop.page.desk import (
 )
 from laptop.page.feeds import FRAMES, FarDesk
 from laptop.page.overlay import overlay
+from laptop.page.pointer import Pointer
 from laptop.page.record import Summary
 from laptop.watching import GOAL, Point
 from shared.messages import BUDGET, TOLERANCE
@@ -41,10 +42,6 @@ UNSEEN = 1.0
 """A picture that a browser has not shown so long after it was sent, s, is given up."""
 BACK = 1.0
 """A start that comes so soon after the browser has come back, s, was pressed before."""
-LOOSE = 3
-"""More moves in a row with no button pressed end a drag."""
-CLICK = 5.0
-"""A pointer that moves less than this, px of the picture, has clicked."""
 
 AIM, PICK, ADD, REMOVE = "aim", "pick", "add", "remove"
 TOOLS = {
@@ -154,8 +151,7 @@ class Picture:
         self.shown: Shown | None = None  # what the browser shows
         self._drawn = "", ""
         self._draws = 0
-        self._drag: list[Point] = []
-        self._loose = 0  # moves since then with no button pressed
+        self._pointer = Pointer()
         self._wanted: int | None = None  # a frame of a recording
         self._stood: tuple[object, ...] | None = None  # what was asked for while it stands
         with ui.element("div").classes("sight"):
@@ -270,7 +266,7 @@ class Picture:
     def _draw(self, shown: Shown) -> bool:
         """Whether there is anything new for the browser to load."""
         view = self._view
-        drawn = overlay(shown, view.mask, view.windows, self._drag, view.tool != AIM)
+        drawn = overlay(shown, view.mask, view.windows, self._pointer.drag, view.tool != AIM)
         source = f"/view/{self.camera}/{shown.index}.jpg?{view.desk.run}"
         new = (source, drawn) != self._drawn
         if new:
@@ -319,22 +315,9 @@ class Picture:
             min(max(event.image_x - 0.5, 0.0), self.shown.width - 1.0),
             min(max(event.image_y - 0.5, 0.0), self.shown.height - 1.0),
         )
-        if event.type == "pointerdown" and event.button == 0:
-            self._drag, self._loose = [point], 0
-        elif event.type == "pointermove" and self._drag:
-            # Moves from before it was pressed may be late.  After several it was let go of outside
-            # the picture, of which nothing is told.
-            self._loose = 0 if event.buttons else self._loose + 1
-            if event.buttons:
-                self._drag.append(point)
-            elif self._loose > LOOSE:
-                self._drag = []
-        elif event.type == "pointercancel":
-            self._drag = []
-        elif event.type == "pointerup" and event.button == 0 and self._drag:
-            drag, self._drag = [*self._drag, point], []
-            clicked = all(math.dist(drag[0], where) < CLICK for where in drag)
-            await self._view.clicked(self.camera, self.shown.index, drag[:1] if clicked else drag)
+        done = self._pointer.take(event.type, point, event.button, event.buttons)
+        if done:
+            await self._view.clicked(self.camera, self.shown.index, done)
 
 
 class Plot:
