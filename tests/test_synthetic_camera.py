@@ -390,7 +390,8 @@ def test_two_cameras_see_one_arm_in_space_from_above_and_from_the_side(tmp_path)
             assert made.constants["marker"] == "ball"
             own = Scene(spatial, read_scene(text, name))
             for marker, place in own.truth(rig.brick.plant.q).items():  # it sinks ever so slowly
-                assert made.truth(0)[marker] == pytest.approx(place, abs=1e-3)
+                # (Frame 0 may be of a time before that of the newest pose.)
+                assert made.truth(1000)[marker] == pytest.approx(place, abs=1e-3)
             assert made.capture(0).image.shape == (240, 320, 3)
         assert math.dist(a.truth(0)["effector"], b.truth(0)["effector"]) > 5
         assert (a.constants["noise"], b.constants["noise"]) == (2, 0)
