@@ -801,10 +801,16 @@ def test_an_own_brick_comes_when_somebody_looks_and_no_other_is_there(tmp_path):
     scene.desk.beat()
     assert brought == [1]
     assert scene.desk.state().own
+    scene.server.there = True
+    scene.show()
+    scene.desk.follow("A", PATH)
+    scene.desk.start()
+    scene.server.there = False
     why = "it fell"
     scene.desk.beat()
     assert not scene.desk.state().own
-    assert scene.desk.state().note == "it fell; load the page anew for another one"
+    assert scene.desk.state().note.startswith("the path ends here, ")
+    assert scene.desk.state().note.endswith("it fell; load the page anew for another one")
     why = ""
     scene.desk.opened()
     assert brought == [1, 1]

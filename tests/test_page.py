@@ -590,6 +590,14 @@ def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, tm
         page.get_by_text("effector lost: nothing of this colour").wait_for()
         slider = page.locator(".scrub .q-slider")
         slider.wait_for()  # it stands where it has ended
+        mask = page.get_by_role("checkbox", name="Mask")
+        for _ in range(3):
+            mask.click()
+            page.locator(".over image").wait_for(state="attached")
+            page.wait_for_timeout(300)
+            assert page.locator(".over image").count(), "nothing older is put over it"
+            mask.click()
+            page.locator(".over image").wait_for(state="detached")
         box = slider.bounding_box()
         page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
         told = page.locator(".scrub", has_text=re.compile(r"frame (?!119)\d+ of 0 to 119"))

@@ -200,7 +200,8 @@ class Picture:
         shown = await self._view.desk.feeds[self.camera].next()
         # (After a look ahead in a recording it may well be an earlier one.)
         new = shown and (self._sent or not self.shown or shown.index != self.shown.index)
-        if shown and new and self._runs:
+        sent = self._sent and time.monotonic() - self._last < UNSEEN  # a still, meanwhile
+        if shown and new and self._runs and not sent:
             self._send(shown)
             with suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._loaded.wait(), UNSEEN)

@@ -779,6 +779,7 @@ class Desk:
         with self._lock:
             self._record()
             self._go_on()
+            self._mind_own()
 
     def opened(self) -> None:
         """Somebody opens the page, which takes a slow browser a while.
@@ -832,14 +833,19 @@ class Desk:
             self._recorder.lose(self._now())
         self._recorder.see({name: eye.watcher.view for name, eye in self._cameras.items()})
 
+    def _mind_own(self) -> None:
+        """Tell of an emulated brick that has ended."""
+        if self._own and self._server and not self._server.state().client and (why := self._own()):
+            self._own = None
+            told = f"{why}; load the page anew for another one"
+            self._note = "; ".join(filter(None, (self._note, told)))
+
     def _go_on(self) -> None:
         """What is due after a run: the next point of a path."""
         if self._server is None:
             return
         link = self._server.state()
         status = link.status
-        if self._own and link.client is None and (why := self._own()):
-            self._own, self._note = None, f"{why}; load the page anew for another one"
         if self._stopping and link.client and status:
             self._insist(status)
         if self._ordered and not self._running(link):

@@ -61,6 +61,7 @@ def serve(desk: FarDesk, listener: socket.socket, token: str, hosts: Sequence[st
             desk.pages.discard(client.id)
 
     def forget(client: Client) -> None:
+        desk.pages.discard(client.id)
         for feed in desk.feeds.values():
             feed.masks.pop(client.id, None)
 
