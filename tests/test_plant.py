@@ -311,6 +311,12 @@ def test_a_standing_link_that_is_pushed_past_its_play_takes_the_rotor_along():
     assert gap(drive) == pytest.approx(-HALF_GAP)
 
 
+def test_what_begins_beyond_a_stop_is_put_there_at_once():
+    drive = build_drive(stops=(0.1, 0.4))
+    drive.step(0.001)
+    assert drive.link.angle == 0.1
+
+
 @pytest.mark.parametrize("jammed_at", [0.0, 0.01, -HALF_GAP], ids=str)
 def test_a_jammed_link_stays_and_the_rotor_has_the_gap(jammed_at):
     drive = build_drive()

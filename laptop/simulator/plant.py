@@ -231,7 +231,10 @@ class Drive(object):
         """Whether what stands goes on standing, with no current in the motor."""
         link = self.link
         return link is None or not (
-            link.speed or link.load or abs(self.angle - link.angle) > link.play
+            link.speed
+            or link.load
+            or abs(self.angle - link.angle) > link.play
+            or not link.lower <= link.angle <= link.upper
         )
 
     @property
