@@ -38,7 +38,7 @@ LAPTOP_SIDE = (
 sys.path.insert(0, str(Path(__file__).parent))
 
 
-if os.environ.pop("PYTHONDONTWRITEBYTECODE", "") and sys.version_info >= (3, 8):
+if sys.version_info >= (3, 8) and os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
     # Python is started a few hundred times: all would be compiled each time.
     sys.dont_write_bytecode = False
     sys.pycache_prefix = tempfile.mkdtemp(prefix="brickservo-bytecode-")
