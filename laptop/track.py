@@ -304,7 +304,8 @@ def command(
     with ExitStack() as stack:
         stack.enter_context(quiet_decoders())
         plan = _prepare(orders, synthetic, stack)
-        server = _serve(orders, stack) if orders.serve else None
+        now = _clock_of(plan.cameras)
+        server = _serve(orders, stack, now) if orders.serve else None
         listener = desk = None
         if orders.page:
             listener = stack.enter_context(page_process.listen(orders.page_host, orders.page_port))
@@ -317,7 +318,7 @@ def command(
         keep = plan.picture and plan.picture[1]
         trackers = [Tracker(plan.markers) for _ in plan.cameras]
         watchers = [
-            Watcher(name, camera, tracker, point, server, sheet, plan.live, keep)
+            Watcher(name, camera, tracker, point, server, sheet, plan.live, keep, now)
             for name, camera, tracker, point in zip(
                 NAMES, plan.cameras, trackers, plan.points, strict=False
             )
@@ -330,7 +331,7 @@ def command(
             bring = None
             if server and own_brick and SYNTHETIC in orders.camera:
                 bring = partial(_bring, stack, own_brick, server)
-            desk = Desk(watchers, trackers, orders.camera, server, plan.file, bring)
+            desk = Desk(watchers, trackers, orders.camera, server, plan.file, bring, now)
             _show(speaker(console), desk, listener, orders, stack)
         link = (lambda: link_text(server.state())) if server else None
         watched = (lambda: desk.watched) if desk else (lambda: False)
@@ -485,9 +486,15 @@ def _check_point(point: Point | None, whose: str, width: int, height: int) -> No
         )
 
 
-def _serve(orders: Orders, stack: ExitStack) -> TrackingServer:
+def _clock_of(cameras: Sequence[Camera]) -> Callable[[], float]:
+    """The clock of their frames, s: the one of the emulated world, if all of them live there."""
+    clocks = [getattr(camera, "now", time.monotonic) for camera in cameras]
+    return time.monotonic if time.monotonic in clocks else clocks[0]
+
+
+def _serve(orders: Orders, stack: ExitStack, now: Callable[[], float]) -> TrackingServer:
     port = messages.PORT if orders.port is None else orders.port
-    server = TrackingServer(orders.host, port, pairing_code())
+    server = TrackingServer(orders.host, port, pairing_code(), now)
     stack.callback(server.close)
     return server
 

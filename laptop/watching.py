@@ -237,6 +237,10 @@ class Watcher:
         self._index: int | None = None
         self._heard = now()
 
+    def begin(self) -> None:
+        """From here on there is one step after the other."""
+        getattr(self.camera, "keep_pace", lambda: None)()
+
     def step(self, timeout: float) -> bool:
         """One frame, if one comes within the timeout (s); False once there are no more."""
         frame = self.camera.read(timeout)
@@ -296,6 +300,11 @@ class Watcher:
         return f"no frame for {silent:.0f} s" if self.live and silent > usual else ""
 
     @property
+    def slowness(self) -> str:
+        """That this computer does not keep pace with a synthetic camera, in words, or ""."""
+        return getattr(self.camera, "slowness", "")
+
+    @property
     def age(self) -> float | None:
         """Of the last frames of a live camera when they had been looked at, s; None without any."""
         ages = list(self._ages)
@@ -328,7 +337,7 @@ class Watcher:
             parts.append(f"age {1000 * self.age:.0f} ms")
         if self.dropped:
             parts.append(f"{self.dropped} dropped")
-        return ", ".join(parts)
+        return ", ".join([*parts, *filter(None, [self.slowness])])
 
 
 class Run:
@@ -406,6 +415,8 @@ class Run:
 
     def _work(self, group: list[Watcher], left: threading.Semaphore) -> None:
         try:
+            for watcher in group:
+                watcher.begin()
             while group and not self._stop.is_set():
                 for watcher in list(group):
                     if not watcher.step(TICK):

@@ -650,21 +650,22 @@ def test_a_real_signal_reaches_the_script(tmp_path):
         "import sys; sys.path.insert(0, {!r})\n"
         "from laptop.simulator.runner import run_script\n"
         "from laptop.simulator.brick import EmulatedBrick\n"
+        "from laptop.simulator.pace import PacedClock\n"
         "from laptop.simulator.world import World\n"
         "from shared.arm_description import find_arm, read_arm\n"
         "arm = read_arm(find_arm('planar'))\n"
-        "brick = EmulatedBrick(World(realtime=True), arm, extra={{'D': 'large'}})\n"
+        "brick = EmulatedBrick(World(PacedClock({!r})), arm, extra={{'D': 'large'}})\n"
         "outcome = run_script(brick, {!r}, [{!r}], aftermath=0.1)\n"
         "print(brick.driven())\n"
         "sys.exit(outcome.status)\n"
-    ).format(os.path.dirname(HERE), str(script), str(tmp_path / "marker"))
+    ).format(os.path.dirname(HERE), str(tmp_path), str(script), str(tmp_path / "marker"))
     process = subprocess.Popen(
         [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )
     try:
         assert process.stdout.readline().split() == [b"ready"]
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=20)
+        out, err = process.communicate(timeout=300)
     finally:
         process.kill()
     assert process.returncode == 130

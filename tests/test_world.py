@@ -6,6 +6,8 @@ import time as wall
 
 import pytest
 
+from laptop.simulator import pace
+from laptop.simulator.pace import PacedClock
 from laptop.simulator.world import Verdict, WaitingLine, World
 
 
@@ -369,38 +371,82 @@ def test_a_program_that_computes_for_ever_is_stopped(world):
     assert threading.active_count() == before
 
 
-def test_realtime_keeps_pace_with_the_wall():
+# In real time
+
+
+@pytest.fixture
+def paced(tmp_path):
+    """A World in real time."""
+    clock = PacedClock(str(tmp_path))
+    yield World(clock)
+    clock.close()
+
+
+def test_realtime_keeps_pace_with_the_wall(paced):
     start = wall.monotonic()
-    world = World(realtime=True)
-    _, log = play(world, lambda say: (world.sleep(0.2), say("slept")))
-    assert 0.2 <= log[0][0] <= wall.monotonic() - start
+    _, log = play(paced, lambda say: (paced.sleep(0.2), say("slept")))
+    assert log == [(0.2, "slept")]
+    assert wall.monotonic() - start >= 0.2
 
 
-def test_in_realtime_an_event_asked_for_meanwhile_happens_first():
-    world = World(realtime=True)
+def test_in_realtime_an_event_asked_for_meanwhile_happens_first(paced):
     seen = []
-    world.at(0.3, lambda: seen.append("late"))
-    timer = threading.Timer(0.05, lambda: world.at(0.2, lambda: seen.append("early")))
+
+    def ask():
+        paced.at(0.01, lambda: seen.append("early"))
+        paced.at(0.02, lambda: paced.halt(Verdict(0, "seen")))
 
     def main(say):
-        timer.start()
-        world.sleep(0.4)
+        threading.Timer(0.0, ask).start()
+        paced.sleep(3600)
 
-    play(world, main)
-    assert seen == ["early", "late"]
+    paced.at(3599, lambda: seen.append("late"))
+    verdict, _ = play(paced, main)
+    assert (verdict.reason, seen) == ("seen", ["early"])
 
 
-def test_in_realtime_computing_takes_time():
-    start = wall.monotonic()
-    world = World(realtime=True)
-
+def test_in_realtime_the_computing_of_the_host_takes_no_time(paced):
     def main(say):
-        wall.sleep(0.15)
-        world.touch(0.001)
+        spent = wall.process_time() + 0.2
+        while wall.process_time() < spent:
+            pass
+        paced.touch(0.001)
         say("touched")
 
-    _, log = play(world, main)
-    assert 0.15 <= log[0][0] <= wall.monotonic() - start
+    _, log = play(paced, main)
+    assert log == [(0.001, "touched")]
+
+
+def test_in_realtime_what_waits_for_the_host_takes_time(paced):
+    def main(say):
+        paced.touch(0.001)
+        while paced.t < 0.1:
+            wall.sleep(0.05)  # as for a key on the host's keyboard
+        paced.touch(0.001)
+        say("touched")
+
+    _, log = play(paced, main)
+    assert log[0][0] > 0.101
+
+
+def test_a_host_that_is_too_busy_ends_the_run_for_its_own_reason(paced, monkeypatch):
+    monkeypatch.setattr(paced, "_crawl", pace.Pace(paced._clock, 0.3))
+    other = paced._clock.join("a tracker")  # that does nothing
+    verdict, _ = play(paced, lambda say: paced.sleep(3600))
+    other.leave()
+    assert verdict == Verdict(75, "too busy")
+    assert paced.awaited.startswith("a tracker (process ")
+
+
+def test_that_the_host_is_busy_is_told_now_and_then(paced, monkeypatch):
+    told = []
+    monkeypatch.setattr(paced, "pace", pace.Pace(paced._clock, 0.3))
+    monkeypatch.setattr(paced, "_crawl", pace.Pace(paced._clock, 0.6))
+    monkeypatch.setattr(paced, "tell", told.append)
+    other = paced._clock.join("a tracker")
+    play(paced, lambda say: paced.sleep(3600))
+    other.leave()
+    assert told == ["this computer is busy: running at 0 x"]
 
 
 def test_an_access_is_cheap(world):

@@ -512,7 +512,7 @@ class Desk:
     def _eye(self, name: str, eye: _Watched) -> Eye:
         watcher = eye.watcher
         ended = "ended" if watcher.ended else ""
-        trouble = watcher.trouble or ended or watcher.silence
+        trouble = watcher.trouble or ended or watcher.silence or watcher.slowness
         return Eye(
             name, eye.source, eye.rate, watcher.dropped, watcher.age, trouble, eye.frames,
             watcher.ended,

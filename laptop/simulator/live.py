@@ -162,7 +162,7 @@ class Publisher(object):
             "pid": os.getpid(),
             "script": self._script,
             "version": VERSION,
-            "zero": world.wall_start,
+            "zero": world.zero,
         }
         os.makedirs(os.path.dirname(self.path), exist_ok=True)
         # Complete and locked before it has its name, so that nobody sees it otherwise.
@@ -239,7 +239,7 @@ class Follower(object):
 
     @property
     def newest(self):
-        """Time of the newest pose, s on the clock time.monotonic; None before any."""
+        """Time of the newest pose, s on the world's clock (pace); None before any."""
         if self._history is None or self._history.newest is None:
             return None
         return self._history.newest + self.header["zero"]
@@ -257,7 +257,7 @@ class Follower(object):
         self.alive = locked
 
     def at(self, t):
-        """The Pose at t, s on the clock time.monotonic, or the newest; None before any run."""
+        """The Pose at t, s on the world's clock (pace), or the newest; None before any run."""
         if self._history is None:
             return None
         return self._history.at(t - self.header["zero"])

@@ -4,6 +4,7 @@ Rule: what is asked of the brick is its clock, its sysfs and a way to reset its 
 out is what a shell would see.  Exit statuses beyond the program's own:
 
     2    there is no such script, as Python says it
+    75   this computer is too busy to go on in real time: try again later
     124  it would never end: past the time limit, frozen, all threads waiting for each other, or
          computing without end
     130  an unhandled KeyboardInterrupt
@@ -40,6 +41,8 @@ _WHY = {
     "killed": "killed at {t:.3f} s, as ordered",
     "back button": "killed by the Back button at {t:.3f} s; every motor was reset",
     "deadlock": "at {t:.3f} s every thread waits for ever, and no button press is due",
+    "too busy": "this computer is too busy to go on: the emulated clock stands still at {t:.3f} s, "
+    "for {awaited}; end other programs and try again",
     "stuck": "at {t:.3f} s it computed for {patience:g} s without looking at the clock",
 }
 _FORWARDED = ("SIGINT", "SIGTERM", "SIGHUP")
@@ -114,7 +117,9 @@ def run_script(
         sys.stdout.flush()
         end = world.now()
         if verdict.reason in _WHY:
-            why = _WHY[verdict.reason].format(t=end, limit=timeout, patience=patience)
+            why = _WHY[verdict.reason].format(
+                t=end, limit=timeout, patience=patience, awaited=world.awaited or "this program"
+            )
             _complain("{}: {}", os.path.basename(script), why)
         outcome = Outcome(verdict.status, verdict.reason, end, sysfs.accesses - accesses)
         peripherals.on_back = None

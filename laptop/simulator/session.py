@@ -11,11 +11,13 @@ import random
 import re
 import shutil
 import signal
+import sys
 import tempfile
 from collections import namedtuple
 
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.live import Publisher
+from laptop.simulator.pace import PacedClock
 from laptop.simulator.peripherals import Peripherals
 from laptop.simulator.runner import run_script
 from laptop.simulator.world import World
@@ -40,7 +42,7 @@ FAULTS = {
 }
 """Kind -> what stands behind its colon."""
 
-Run = namedtuple("Run", "outcome record wanted motors skeleton reach")
+Run = namedtuple("Run", "outcome record wanted motors skeleton reach pace")
 """What came out.
 
 outcome   runner.Outcome
@@ -49,6 +51,7 @@ wanted    the paths (cm) that the script told it wanted
 motors    per port what its motor does at the end: dict(mode, driven, position)
 skeleton  where the arm's joints and its tip ended, cm
 reach     least and greatest distance of the tip from the base, cm
+pace      emulated seconds per second of this computer's clock; None in virtual time
 """
 
 
@@ -149,23 +152,19 @@ def run(
         BadOrder: a fault for a port without a motor, or an impossible start.
     """
     q, homed = read_start(start, arm)
-    world = World(realtime)
-    brick = EmulatedBrick(world, arm, plant, q, extra)
-    if not homed:
-        brick.reset_motors()  # it has just been switched on: an arm that gravity pulls drops
-    orders = {"signals": []}
-    for fault in faults:
-        if FAULTS[fault.kind] == "PORT" and fault.what not in brick.motors:
-            raise BadOrder(
-                "fault {}: no motor at port {}; there are {}".format(
-                    fault.kind, fault.what, ", ".join(sorted(brick.motors))
-                )
-            )
-        _order(brick, fault, orders)
-    beside = watched(brick) if watched else _nobody()
-    with _published(brick, script), beside as tracker, _home_folder(
-        brick, q, homed, tracker
-    ) as folder:
+    with contextlib.ExitStack() as stack:
+        clock = PacedClock() if realtime else None
+        if clock:
+            stack.callback(clock.close)
+        world = World(clock, os.path.basename(script))
+        world.tell = _tell
+        brick = EmulatedBrick(world, arm, plant, q, extra)
+        if not homed:
+            brick.reset_motors()  # it has just been switched on: an arm that gravity pulls drops
+        orders = _orders(brick, faults)
+        stack.enter_context(_published(brick, script))
+        tracker = stack.enter_context(watched(brick)) if watched else None
+        folder = stack.enter_context(_home_folder(brick, q, homed, tracker))
         outcome = run_script(
             brick,
             script,
@@ -181,7 +180,26 @@ def run(
         for port, motor in brick.motors.items()
     }
     skeleton = kinematics.joint_positions(arm, brick.plant.q)
-    return Run(outcome, brick.record, wanted, motors, skeleton, kinematics.reach(arm))
+    pace = world.pace.mean if world.pace else None
+    return Run(outcome, brick.record, wanted, motors, skeleton, kinematics.reach(arm), pace)
+
+
+def _tell(line):
+    sys.stderr.write(line + "\n")
+
+
+def _orders(brick, faults):
+    """Let the faults happen on the brick; those of the program are returned, for run_script."""
+    orders = {"signals": []}
+    for fault in faults:
+        if FAULTS[fault.kind] == "PORT" and fault.what not in brick.motors:
+            raise BadOrder(
+                "fault {}: no motor at port {}; there are {}".format(
+                    fault.kind, fault.what, ", ".join(sorted(brick.motors))
+                )
+            )
+        _order(brick, fault, orders)
+    return orders
 
 
 def _order(brick, fault, orders):
@@ -226,12 +244,6 @@ def _published(brick, script):
         yield
     finally:
         publisher.close()
-
-
-@contextlib.contextmanager
-def _nobody():
-    """No tracker."""
-    yield None
 
 
 @contextlib.contextmanager

@@ -21,6 +21,7 @@ import numpy as np
 from laptop.camera import Frame
 from laptop.simulator.live import NO_RUN, Follower, History, Pose
 from laptop.simulator.optics import Box, light_of, marker_light, to_linear, to_srgb
+from laptop.simulator.pace import BUSY, Member, Pace, PacedClock, in_words
 from laptop.simulator.scene import CAMERAS, Patch, Scene, read_scene
 from shared.arm_description import Arm, find_arm, read_arm
 
@@ -38,6 +39,12 @@ MOST_JITTER = 6
 
 LEAD = 0.01
 """So long before it is due a picture is painted, s: by then another process has told its pose."""
+
+SHORTEST = 1e-4
+"""Of what it waits for a picture to be due, s."""
+
+TRACKED = 0.01
+"""To be looked at and sent a picture takes what it takes, up to this, s; then the world waits."""
 
 FINEST = 1.0
 """A moving arm is painted at least every so many px of its marker's way."""
@@ -265,7 +272,7 @@ class LivePoses:
         self._resting = Pose(arm, tuple(joint.home for joint in arm.joints), [])
 
     def __call__(self, t: float) -> Pose:
-        """The true pose at t, s on the clock time.monotonic."""
+        """The true pose at t, s on the world's clock."""
         self.follower.poll()
         return self.follower.at(t) or self._resting
 
@@ -293,6 +300,8 @@ class SyntheticCamera:
         poses: where the arm is when.
         now, sleep: its clock; `sleep` is what `read` waits with.
         start: when frame 0 is taken, s; now if None.
+        world: the clock of a world in real time, which can wait for the pictures; None: there is
+            none.
 
     Attributes:
         name, fps: as of every camera.
@@ -306,6 +315,7 @@ class SyntheticCamera:
         now: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
         start: float | None = None,
+        world: PacedClock | None = None,
     ) -> None:
         self.scene = scene
         self.constants = scene.constants
@@ -313,7 +323,10 @@ class SyntheticCamera:
         self.fps: float = self.constants["fps"]
         self.ended = False
         self._poses = poses
-        self._now, self._sleep = now, sleep
+        self.now, self._sleep = now, sleep
+        self._world = world
+        self._member: Member | None = None
+        self._pace = world and Pace(world)
         self._start = now() if start is None else start
         self._sensor = Sensor(self.constants)
         self._next = 0
@@ -327,6 +340,17 @@ class SyntheticCamera:
             *self._poses.notes,
             f"exposure {1000 * c['exposure']:g} ms and white balance are fixed",
         ]
+
+    def keep_pace(self) -> None:
+        """From now on, until it is closed, somebody reads on and on: the world waits for that."""
+        if self._world and self._member is None and not self.ended:
+            self._member = self._world.join(self.name)
+
+    @property
+    def slowness(self) -> str:
+        """What people should know of the pace, or ""."""
+        pace = self._pace.look() if self._pace else 1.0
+        return in_words(pace) if pace < BUSY else ""
 
     # Time
 
@@ -437,30 +461,45 @@ class SyntheticCamera:
 
     def read(self, timeout: float = 1.0) -> Frame | None:
         """The newest frame not yet given, or None if there is none within `timeout` s."""
-        deadline = self._now() + timeout
+        deadline = self.now() + timeout
         while not self.ended:
-            now = self._now()
+            now = self.now()
             index = max(self.newest(now), self._next)
             due = self.due(index)
+            if self._member:
+                self._member.promise(due + 2 * SHORTEST)
             ready = self._ready is not None and self._ready.index == index
             begin = max(due - LEAD, self.time_of(index) + self._whole)
             if not ready and now >= begin:
                 self._ready = self.capture(index)
                 # However long that took: or who paints slower than frames come due paints for ever.
-                ready, now = True, self._now()
+                ready, now = True, self.now()
             if ready and now >= due:
                 frame, self._ready = self._ready, None
                 self._next = index + 1
+                if self._member:
+                    self._member.promise(due + TRACKED)
                 return frame
             if now >= deadline:
                 return None
-            self._sleep(max(min(due if ready else begin, deadline) - now, 1e-4))
+            self._wait(max(min(due if ready else begin, deadline), now + SHORTEST), now)
         return None
+
+    def _wait(self, until: float, now: float) -> None:
+        if self._world:
+            self._world.sleep_until(until)
+        else:
+            self._sleep(until - now)
 
     def close(self) -> None:
         """Give no more frames."""
         self.ended = True
         self._poses.close()
+        if self._member:
+            self._member.leave()
+        if self._world:
+            self._world.close()
+            self._world = self._pace = None
 
     def __enter__(self) -> SyntheticCamera:
         return self
@@ -484,8 +523,9 @@ def open_live(
     poses = LivePoses(
         read_arm(find_arm(resting or os.environ.get("BRICKSERVO_ARM", "planar"))), folder
     )
-    arm = poses(time.monotonic()).arm
-    return SyntheticCamera(Scene(arm, constants), poses)
+    world = PacedClock(folder)
+    arm = poses(world.now()).arm
+    return SyntheticCamera(Scene(arm, constants), poses, world.now, world=world)
 
 
 def film(brick: Any, text: str = "", camera: str = "A") -> SyntheticCamera:

@@ -16,14 +16,28 @@ touches the clock again (`while not flag: pass`, where another thread sets the f
 import collections
 import ctypes
 import heapq
+import io
 import threading
 import time as wall
+
+from laptop.simulator import pace
 
 #: How a run ended: the exit status a shell would see, and why.
 Verdict = collections.namedtuple("Verdict", ["status", "reason"])
 
 #: A program that never comes to an end, as `timeout` of GNU coreutils reports it.
 ENDLESS = 124
+#: A host that is too busy to emulate it, EX_TEMPFAIL of sysexits.h: try again later.
+BUSY = 75
+
+#: Below this pace over so many wall seconds it does not go on in real time.
+CRAWL, CRAWL_WINDOW = 0.01, 60.0
+
+#: So often people are told that the host is busy, wall seconds.
+TOLD_EVERY = 10.0
+
+#: A thread that computes after the verdict, or waits for the host, is waited for so long, s.
+ASTRAY = 0.5
 
 
 class Over(BaseException):
@@ -33,18 +47,62 @@ class Over(BaseException):
 class VirtualThread(object):
     """One thread of the program under test."""
 
-    __slots__ = ("name", "run", "ident", "gate", "entry", "ticket", "waiting", "loose")
+    __slots__ = ("name", "run", "ident", "native", "gate", "entry", "ticket", "waiting", "loose")
 
     def __init__(self, name, run):
         self.name = name
         self.run = run
         self.ident = None
+        self.native = None
         self.gate = threading.Lock()
         self.gate.acquire()
         self.entry = None
         self.ticket = None
         self.waiting = True
         self.loose = False
+
+
+class Effort(object):
+    """What a thread spends while it does not come to the clock.
+
+    That it waits for the host's processor does not count: a computer that is busy changes nothing.
+
+    Args:
+        thread: VirtualThread; None spends nothing.
+    """
+
+    def __init__(self, thread=None):
+        self.thread = thread
+        self._spent = [0.0, 0.0]
+        self._before = thread and self._clocks()
+
+    def look(self):
+        """Seconds that it has computed since the start, and that it has waited for the host."""
+        if self.thread is None:
+            return 0.0, 0.0
+        now = self._clocks()
+        passed, computed = (b - a for a, b in zip(self._before, now))
+        self._before = now
+        if computed < passed / 10 and self._sleeps():
+            self._spent[1] += passed
+        else:
+            self._spent[0] += computed
+        return tuple(self._spent)
+
+    def _clocks(self):
+        try:
+            own = getattr(wall, "pthread_getcpuclockid")(self.thread.ident)  # noqa: B009 Python 3.7
+            return wall.monotonic(), wall.clock_gettime(own)
+        except (AttributeError, OSError, TypeError):  # no such clock, or no such thread (yet)
+            return wall.monotonic(), wall.monotonic()
+
+    def _sleeps(self):
+        """Whether the host lets it wait for something else than a processor."""
+        try:
+            with io.open("/proc/self/task/{}/stat".format(self.thread.native), "rb") as file:
+                return file.read().rpartition(b")")[2].split()[0] == b"S"
+        except OSError:
+            return True
 
 
 class _Local(threading.local):
@@ -55,9 +113,15 @@ class World(object):
     """Virtual time (s), the bodies that live in it, the events due and the threads of a program.
 
     Args:
-        realtime: pace virtual time by the wall clock; time spent computing counts, too.
+        clock: pace.PacedClock that virtual time keeps pace with, shared with others; None: it goes
+            as fast as it can.
+        name: for people, of those who wait for it.
 
     Attributes:
+        realtime: whether it keeps pace with the clock.
+        pace: pace.Pace of the clock, None without one.
+        tell: called now and then with a line for people while the host is busy.
+        awaited: whom the clock waited for when it was given up, in words.
         select: stands for the program's select.select where the other end of its sockets lives in
             this world, too; None where it does not.
     """
@@ -67,20 +131,31 @@ class World(object):
     # How long, in wall seconds, the others stand still before each step beside a thread that lost
     # the baton, so that it sees what they did before time goes on.
     COURTESY = 0.001
-    # In real time the bodies are brought up to the present at least so often, wall seconds.
+    # In real time the bodies are brought up to the present at least so often, s.
     PACE = 0.005
+    # Time goes on so far at a look beside a program that waits for something of the host, s.
+    DRIFT = 0.05
 
-    def __init__(self, realtime=False):
+    def __init__(self, clock=None, name="brick"):
+        self.name = name
         self.t = 0.0
         self.bodies = []
-        self.realtime = realtime
+        self.realtime = clock is not None
         self.select = None
         self.busy = 0.0
         self.verdict = None
         self.limit = None
         self._events = []
         self._order = 0
-        self._wall_start = wall.monotonic()
+        self._clock = clock
+        self._member = None
+        self._drifting = False
+        self._crawl = clock and pace.Pace(clock, CRAWL_WINDOW)
+        self.pace = clock and pace.Pace(clock)
+        self.tell = lambda line: None
+        self.awaited = ""
+        self._told = -TOLD_EVERY
+        self._zero = 0.0 if self.realtime else wall.monotonic()
         self._mutex = threading.RLock()
         self._news = threading.Condition(self._mutex)
         self._local = _Local()
@@ -105,16 +180,16 @@ class World(object):
         return self.t
 
     @property
-    def wall_start(self):
-        """What time.monotonic showed at the virtual time 0 of a run in real time, s."""
-        return self._wall_start
+    def zero(self):
+        """What the paced clock shows at the virtual time 0, s."""
+        return self._zero
 
     def sleep(self, seconds):
         """Wait `seconds` of virtual time."""
         with self._mutex:
             me = self._enter()
-            if self.realtime:
-                self._advance(self._elapsed())
+            if self._drifting:
+                self._end_drift()
             deadline = self.t + max(0.0, seconds)
             if me is None:
                 self._advance(deadline)
@@ -130,11 +205,10 @@ class World(object):
             wall.sleep(self.COURTESY)
         with self._mutex:
             me = self._enter()
+            if self._drifting:
+                self._end_drift()
             self.busy += cost
-            t = self.t + cost
-            if self.realtime:
-                t = max(t, self._elapsed())
-            self._advance(t)
+            self._advance(self.t + cost)
             if me is None:
                 return
             if self.verdict is not None:
@@ -180,7 +254,6 @@ class World(object):
         self._run = object()
         self.verdict = None
         self.limit = limit
-        self._wall_start = wall.monotonic() - self.t
         self._holder = self._failure = None
         self._loose = 0
         self._alive = []
@@ -197,14 +270,21 @@ class World(object):
         self._main = self.spawn(main, "MainThread")
         with self._mutex:
             self._dispatch(None)
-        seen, since = None, 0.0
+        effort, seen = Effort(None), None
         while not self._over.wait(0.01 if self.realtime else 0.05):
             with self._mutex:
-                if self._progress != seen or self._pacing:
-                    seen, since = self._progress, wall.monotonic()
+                loose = (thread for thread in self._alive if thread.loose)
+                working = self._holder or next(loose, None)
+                if self._progress != seen or self._pacing or working is not effort.thread:
+                    seen, effort = self._progress, Effort(working)
                 else:
-                    self._open_valve(wall.monotonic() - since, patience)
+                    self._open_valve(working, effort.look(), patience)
+            if self.realtime:
+                self._look_at_pace()
         self._wind_up()
+        if self._member is not None:
+            self._member.leave()
+            self._member = None
         if self._failure is not None:
             raise self._failure
         return self.verdict
@@ -251,9 +331,6 @@ class World(object):
 
     # Time passing
 
-    def _elapsed(self):
-        return wall.monotonic() - self._wall_start
-
     def _advance(self, t):
         """Towards `t`; stops early at a verdict, at the limit, or when the wall has news."""
         before = self.verdict
@@ -287,20 +364,30 @@ class World(object):
         if t <= self.t:
             return True
         while self.realtime:
-            behind = t - self._elapsed()
-            if behind <= 0:
-                break
+            # In steps, so that whoever looks on from outside sees it move.
+            step = min(t, self.t + self.PACE)
+            if self._reached(step):
+                if step == t:
+                    break
+                self._carry(step)
+                continue
             if self._hurry:
                 return False
             self._pacing = True
-            self._news.wait(min(behind, self.PACE))
+            self._news.wait(self._clock.worth_waiting(self._zero + step))
             self._pacing = False
             if t <= self.t:
                 return True
-            # On the way, so that whoever looks on from outside sees it move.
-            self._carry(min(max(self.t, self._elapsed()), t))
         self._carry(t)
         return True
+
+    def _reached(self, t):
+        """Whether the clock lets us go on to `t`; nothing of ours happens before."""
+        if self._member is None:
+            self._zero = self._clock.now() - self.t
+            self._member = self._clock.join(self.name)
+        self._member.promise(self._zero + t)
+        return self._clock.now() >= self._zero + t
 
     def _carry(self, t):
         self.t = t
@@ -414,6 +501,7 @@ class World(object):
     def _body(self, me, function):
         self._local.thread = me
         me.ident = threading.get_ident()
+        me.native = getattr(threading, "get_native_id", lambda: None)()  # Python 3.8
         me.gate.acquire()
         me.waiting = False
         try:
@@ -436,26 +524,60 @@ class World(object):
         waiting = any(not thread.loose and thread is not holder for thread in self._alive)
         return waiting and any(event[2] for event in self._events)
 
-    def _open_valve(self, stuck, patience):
+    def _open_valve(self, thread, effort, patience):
+        """Let the others, or in real time the world, go on beside one who does not come.
+
+        Args:
+            effort: what it has spent since it was at the clock last, see Effort.look.
+        """
         valve = self.VALVE_REALTIME if self.realtime else self.VALVE
-        holder = self._holder
-        if stuck >= patience:
+        if sum(effort) >= patience:
             self.halt(Verdict(ENDLESS, "stuck"))
-        elif stuck >= valve and holder is not None and self._awaited(holder):
-            holder.loose = True
+        elif thread is not self._holder or sum(effort) < valve:
+            return
+        elif self._awaited(thread):
+            thread.loose = True
             self._loose += 1
             self._dispatch(None)
+        elif self._member is not None and effort[1] >= valve:
+            self._drifting = True
+            self._catch_up()
+            self._member.promise(self._zero + self.t + self.DRIFT)
+
+    def _end_drift(self):
+        self._drifting = False
+        if self._member is not None:
+            self._catch_up()
+
+    def _catch_up(self):
+        """Have it be as late as the clock shows, behind a program that waited for the host."""
+        self._advance(max(self.t, self._clock.now() - self._zero))
+
+    def _look_at_pace(self):
+        """Tell that the host is busy; end where that is too much."""
+        if self._crawl.look() < CRAWL:
+            self.awaited = self._clock.latest
+            self.halt(Verdict(BUSY, "too busy"))
+        now = wall.monotonic()
+        if self.pace.look() < pace.BUSY and now - self._told >= TOLD_EVERY:
+            self._told = now
+            self.tell(pace.in_words(self.pace.latest))
 
     def _wind_up(self):
         """Get hold of threads that were computing when the verdict fell."""
         throw = ctypes.pythonapi.PyThreadState_SetAsyncExc
         for attempt in range(2):
-            give_up = wall.monotonic() + 0.5
-            while wall.monotonic() < give_up:
+            efforts = {}
+            while True:
                 with self._mutex:
                     astray = [thread for thread in self._alive if not thread.waiting]
+                    spent = [
+                        sum(efforts.setdefault(thread, Effort(thread)).look()) for thread in astray
+                    ]
                 if not astray:
                     return
+                if min(spent) >= ASTRAY:
+                    break
                 wall.sleep(0.0005)
             for thread in astray if attempt == 0 else ():
                 throw(ctypes.c_ulong(thread.ident), ctypes.py_object(Over))

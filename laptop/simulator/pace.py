@@ -1,0 +1,330 @@
+"""The time of an emulated world in real time, one for all the processes that live in it.
+
+It goes as the wall's clock does, and waits for whoever is late.  Each member (a brick, a synthetic
+camera) promises that nothing more of it happens before some time, and no promise is ever overtaken:
+the conservative synchronisation of distributed simulations (Chandy and Misra 1979).  So a computer
+that is busy slows down the whole world, brick, camera and physics alike, and nothing in it is late.
+A delay below SLACK is caught up with; the rest is lost, and shows as pace.
+
+The clock is a small file in the state folder, mapped by all.  A lock on a byte of it says that a
+member lives: whoever is killed keeps nobody waiting.
+"""
+
+import collections
+import contextlib
+import fcntl
+import math
+import mmap
+import os
+import struct
+import threading
+import time as wall
+
+from shared.state import state_folder
+
+FILE = "clock"
+
+SLACK = 0.25
+"""A delay of less than this is caught up with, s."""
+
+WINDOW = 5.0
+"""Over so long the pace is told, wall seconds."""
+
+BUSY = 0.9
+"""Below this pace people are told that the computer is busy."""
+
+GLANCE = 0.001
+"""Between two looks at whether a late member has done what it promised, wall seconds."""
+
+MOST_MEMBERS = 16
+_NAME = 40
+_MAGIC = b"BSCLOCK1"
+_LAG = struct.Struct("=d")
+_PROMISES = struct.Struct("={}d".format(MOST_MEMBERS))
+_LAG_AT, _PROMISES_AT = 8, 16
+_NAMES_AT = _PROMISES_AT + _PROMISES.size
+_SIZE = _NAMES_AT + MOST_MEMBERS * _NAME
+
+
+class _File(object):
+    """The mapped file; one for each process, because closing another one would lose its locks."""
+
+    _open = {}  # type: dict
+    _opening = threading.Lock()
+
+    def __init__(self, path):
+        self.users = 0
+        self.mine = set()
+        self._thread = threading.RLock()
+        self.descriptor = None
+        try:
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            self.descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+            with self.locked():
+                begin = os.pread(self.descriptor, len(_MAGIC), 0)
+                if begin != _MAGIC or os.fstat(self.descriptor).st_size != _SIZE:
+                    os.ftruncate(self.descriptor, _SIZE)
+                    os.pwrite(self.descriptor, self._blank(), 0)
+            self.map = mmap.mmap(self.descriptor, _SIZE)
+        except OSError:  # a clock of our own: nobody else can be in a world that cannot be written
+            if self.descriptor is not None:
+                os.close(self.descriptor)
+                self.descriptor = None
+            self.map = mmap.mmap(-1, _SIZE)
+            self.map[:] = self._blank()
+
+    @staticmethod
+    def _blank():
+        promises = _PROMISES.pack(*[math.inf] * MOST_MEMBERS)
+        return _MAGIC + _LAG.pack(0.0) + promises + bytes(MOST_MEMBERS * _NAME)
+
+    @classmethod
+    def take(cls, path):
+        """The file at `path`, opened if this process has not yet done so."""
+        with cls._opening:
+            key = cls._key(path)
+            if key is None or key not in cls._open:
+                file = cls(path)
+                key = cls._key(path) if file.descriptor is not None else file
+                cls._open[key] = file
+            cls._open[key].users += 1
+            return cls._open[key]
+
+    @staticmethod
+    def _key(path):
+        try:
+            there = os.stat(path)
+        except OSError:
+            return None
+        return there.st_dev, there.st_ino
+
+    def drop(self):
+        """Close it if nobody in this process uses it any more."""
+        with self._opening:
+            self.users -= 1
+            if self.users:
+                return
+            for key in [key for key, file in self._open.items() if file is self]:
+                del self._open[key]
+            self.map.close()
+            if self.descriptor is not None:
+                os.close(self.descriptor)
+
+    @contextlib.contextmanager
+    def locked(self):
+        """Nobody else changes anything meanwhile."""
+        with self._thread:
+            if self.descriptor is not None:
+                fcntl.lockf(self.descriptor, fcntl.LOCK_EX, 1, 0)
+            try:
+                yield
+            finally:
+                if self.descriptor is not None:
+                    fcntl.lockf(self.descriptor, fcntl.LOCK_UN, 1, 0)
+
+    def _lives(self, k):
+        """Whether the process of member `k` lives."""
+        if k in self.mine or self.descriptor is None:
+            return k in self.mine
+        try:
+            fcntl.lockf(self.descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, 1 + k)
+        except OSError:
+            return True
+        fcntl.lockf(self.descriptor, fcntl.LOCK_UN, 1, 1 + k)
+        return False
+
+    # What stands in it
+
+    @property
+    def lag(self):
+        """How far it is behind the wall's clock, s."""
+        return _LAG.unpack_from(self.map, _LAG_AT)[0]
+
+    @property
+    def promises(self):
+        """Per member, until when nothing more of it happens, s; inf where there is none."""
+        return _PROMISES.unpack_from(self.map, _PROMISES_AT)
+
+    def promise(self, k, t):
+        """Member `k` does nothing before `t`, s."""
+        _LAG.pack_into(self.map, _PROMISES_AT + k * _LAG.size, t)
+
+    def settle(self):
+        """Lose the time that nobody will catch up with; the time now, s.  Call it locked."""
+        while True:
+            promises = self.promises
+            limit = min(promises)
+            now = wall.monotonic() - self.lag
+            if now - limit <= SLACK:
+                return min(now, limit)
+            latest = promises.index(limit)
+            if not self._lives(latest):
+                self.promise(latest, math.inf)
+                continue
+            _LAG.pack_into(self.map, _LAG_AT, self.lag + now - limit - SLACK)
+            return limit
+
+    def join(self, name):
+        """The number of a new member, who has promised nothing; None if there is no room."""
+        alive = [k for k in range(MOST_MEMBERS) if self._lives(k)]
+        if not alive:
+            _LAG.pack_into(self.map, _LAG_AT, 0.0)
+        free = [k for k in range(MOST_MEMBERS) if k not in alive]
+        for k in free:
+            self.promise(k, math.inf)
+        if not free:
+            return None
+        k = free[0]
+        self.promise(k, self.settle())
+        text = "{} (process {})".format(name, os.getpid()).encode("ascii", "replace")[:_NAME]
+        self.map[_NAMES_AT + k * _NAME : _NAMES_AT + (k + 1) * _NAME] = text.ljust(_NAME, b"\0")
+        if self.descriptor is not None:
+            fcntl.lockf(self.descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, 1 + k)
+        self.mine.add(k)
+        return k
+
+    def leave(self, k):
+        """Member `k` is gone."""
+        self.promise(k, math.inf)
+        if self.descriptor is not None:
+            fcntl.lockf(self.descriptor, fcntl.LOCK_UN, 1, 1 + k)
+        self.mine.discard(k)
+
+    def name(self, k):
+        """Of member `k`, for people."""
+        start = _NAMES_AT + k * _NAME
+        return self.map[start : start + _NAME].rstrip(b"\0").decode("ascii")
+
+
+class PacedClock(object):
+    """The world's clock, as one of its processes sees it.
+
+    Args:
+        folder: whose processes share it; None takes the state folder.
+    """
+
+    def __init__(self, folder=None):
+        self._file = _File.take(os.path.join(folder or state_folder(), FILE))
+
+    def now(self):
+        """Seconds since some moment in the past, for every process of the world the same."""
+        file = self._file
+        limit = min(file.promises)
+        now = wall.monotonic() - file.lag
+        if now <= limit:
+            return now
+        if now - limit > SLACK:
+            with file.locked():
+                return file.settle()
+        return limit
+
+    def sleep_until(self, t):
+        """Wait until the clock shows `t`, s: for a member, no later than what it has promised."""
+        while self.now() < t:
+            wall.sleep(self.worth_waiting(t))
+
+    def worth_waiting(self, until):
+        """So many wall seconds it takes at least, until the clock shows `until` (s)."""
+        return max(until - (wall.monotonic() - self._file.lag), GLANCE)
+
+    def join(self, name):
+        """Let the world wait for a new Member from now on.
+
+        Args:
+            name: for people.
+        """
+        with self._file.locked():
+            return Member(self, self._file, self._file.join(name))
+
+    @property
+    def latest(self):
+        """Whom the clock waits for just now, in words; "" for nobody."""
+        promises = self._file.promises
+        limit = min(promises)
+        if wall.monotonic() - self._file.lag <= limit:
+            return ""
+        return self._file.name(promises.index(limit))
+
+    def close(self):
+        """Look at it no more."""
+        self._file.drop()
+
+
+class Member(object):
+    """Somebody for whom the world waits.
+
+    Args:
+        number: None for one who found no room, and whom nobody waits for.
+    """
+
+    def __init__(self, clock, file, number):
+        self._clock = clock
+        self._file = file
+        self._number = number
+        self._promised = -math.inf
+
+    def promise(self, t):
+        """Nothing of mine happens before `t`, s; an earlier promise that is farther is kept."""
+        if self._number is None or t <= self._promised:
+            return
+        self._promised = t
+        with self._file.locked():
+            self._file.settle()
+            self._file.promise(self._number, t)
+
+    def leave(self):
+        """Nobody need wait for me any more."""
+        if self._number is not None:
+            with self._file.locked():
+                self._file.leave(self._number)
+            self._number = None
+
+
+class Pace(object):
+    """How fast a PacedClock goes: emulated seconds per second of the wall's clock.
+
+    A look counts as one second at most: while this process itself stands still, nothing is known.
+
+    Args:
+        clock: has `now()`.
+        window: over so long the latest pace is told, wall seconds.
+    """
+
+    OFTEN, LONGEST = 0.1, 1.0
+
+    def __init__(self, clock, window=WINDOW):
+        self._clock = clock
+        self._window = window
+        self._last = None
+        self._looks = collections.deque()
+        self._sums = [0.0, 0.0]
+        self.latest = 1.0
+
+    def look(self):
+        """The pace over the last window; 1 as long as that is not over."""
+        now = self._clock.now(), wall.monotonic()
+        if self._last is not None and now[1] - self._last[1] < self.OFTEN:
+            return self.latest
+        if self._last is not None:
+            passed = [after - before for before, after in zip(self._last, now)]
+            if passed[1] > self.LONGEST:
+                passed = [each * self.LONGEST / passed[1] for each in passed]
+            self._looks.append(passed)
+            self._sums = [a + b for a, b in zip(self._sums, passed)]
+            while sum(each[1] for each in self._looks) - self._looks[0][1] >= self._window:
+                self._looks.popleft()
+        self._last = now
+        emulated, real = (sum(each[k] for each in self._looks) for k in (0, 1))
+        if real >= self._window:
+            self.latest = emulated / real
+        return self.latest
+
+    @property
+    def mean(self):
+        """The pace since the first look."""
+        return self._sums[0] / self._sums[1] if self._sums[1] else 1.0
+
+
+def in_words(pace):
+    """What people are told about a pace below BUSY."""
+    return "this computer is busy: running at {:.2g} x".format(pace)
