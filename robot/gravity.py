@@ -45,8 +45,7 @@ class Gravity(object):
     def _pull(self, q):
         out = [0.0] * len(q)
         for weight, arm in self._weights:
-            lift = kinematics.jacobian(arm, q[: len(arm.joints)])[-1]
-            for k, slope in enumerate(lift):
+            for k, slope in enumerate(kinematics.lift(arm, q)):
                 out[k] -= weight * slope
         return out
 

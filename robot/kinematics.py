@@ -64,6 +64,11 @@ def jacobian(arm, q):
     return _chain(arm).jacobian(arm, q)
 
 
+def lift(arm, q):
+    """How fast each joint raises the tip at q, cm/rad: the last row of J, without the others."""
+    return _chain(arm).lift(arm, q)
+
+
 def singularity(arm, q):
     """How far q is from a singular pose, without unit: 0 at one, 1 at the best pose of the arm.
 
@@ -317,9 +322,10 @@ def _joined(joints, q, x, y):
     """Links joined in one plane, the first at (x, y): every joint and the end."""
     heading, positions = 0.0, [(x, y)]
     for joint, angle in zip(joints, q):
+        link = joint.link
         heading += angle
-        x += joint.link * math.cos(heading)
-        y += joint.link * math.sin(heading)
+        x += link * math.cos(heading)
+        y += link * math.sin(heading)
         positions.append((x, y))
     return positions
 
@@ -333,9 +339,13 @@ def _planar_jacobian(arm, q):
     positions = _planar_positions(arm, q)
     x, y = positions.pop()
     return (
-        tuple(joint_y - y for _, joint_y in positions),
-        tuple(x - joint_x for joint_x, _ in positions),
+        tuple([joint_y - y for _, joint_y in positions]),
+        tuple([x - joint_x for joint_x, _ in positions]),
     )
+
+
+def _planar_lift(arm, q):
+    return _planar_jacobian(arm, q)[-1]
 
 
 def _planar_solutions(arm, p):
@@ -404,6 +414,16 @@ def _spatial_jacobian(arm, q):
     return tuple(zip(*columns))
 
 
+def _spatial_lift(arm, q):
+    heading = out = 0.0
+    joints_out = []
+    for joint, angle in zip(arm.joints[1:], q[1:]):
+        joints_out.append(out)
+        heading += angle
+        out += joint.link * math.cos(heading)
+    return [0.0] + [out - joint_out for joint_out in joints_out]
+
+
 def _spatial_solutions(arm, p):
     """{branch: [q]}, limits aside: facing the point, and bent over backwards to it."""
     x, y, z = p
@@ -422,18 +442,32 @@ def _spatial_singularity(arm, q):
     return abs(math.sin(q[2]) * out) / reach(arm)[1]
 
 
-# A chain: positions(arm, q), jacobian(arm, q), solutions(arm, p) -> {branch: [q]} limits aside,
-# singularity(arm, q), the number of coordinates of p, how many joints are below the shoulder, and
-# the sign of the elbow's angle in the branch "up".
+# A chain: positions(arm, q), jacobian(arm, q), lift(arm, q), solutions(arm, p) -> {branch: [q]}
+# limits aside, singularity(arm, q), the number of coordinates of p, how many joints are below the
+# shoulder, and the sign of the elbow's angle in the branch "up".
 _Chain = collections.namedtuple(
-    "_Chain", "positions jacobian solutions singularity coordinates below up"
+    "_Chain", "positions jacobian lift solutions singularity coordinates below up"
 )
 _CHAINS = {
     "planar": _Chain(
-        _planar_positions, _planar_jacobian, _planar_solutions, _planar_singularity, 2, 0, 1
+        _planar_positions,
+        _planar_jacobian,
+        _planar_lift,
+        _planar_solutions,
+        _planar_singularity,
+        coordinates=2,
+        below=0,
+        up=1,
     ),
     "spatial": _Chain(
-        _spatial_positions, _spatial_jacobian, _spatial_solutions, _spatial_singularity, 3, 1, -1
+        _spatial_positions,
+        _spatial_jacobian,
+        _spatial_lift,
+        _spatial_solutions,
+        _spatial_singularity,
+        coordinates=3,
+        below=1,
+        up=-1,
     ),
 }
 
