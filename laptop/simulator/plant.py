@@ -15,6 +15,7 @@ Units here are SI: rad, s, Nm, kg m2, V, N.
 import math
 import random
 from collections import namedtuple
+from operator import mul
 
 from robot import kinematics
 from robot.gravity import Gravity
@@ -226,6 +227,21 @@ class Drive(object):
         """-1 .. 1; 0 shorts the motor (brake), None leaves it open (coast)."""
         self.jammed = False
         """Of a bare motor; behind a gear it is the link that jams, and the gap stays."""
+        self._step = None  # s, what `_per_step` is for
+        self._per_step = ()
+
+    def _prepare(self, h):
+        """What of a step of `h` seconds never changes, worked out once: there are thousands."""
+        motor, ratio, link = self.motor, self.ratio, self.link
+        inertia = motor.inertia * ratio * ratio
+        drag = h * abs(ratio) * motor.friction / inertia
+        link_drag = both = drag_of_both = 0.0
+        if link is not None:
+            link_drag = h * link.friction / link.inertia
+            both = inertia + link.inertia
+            drag_of_both = (inertia * drag + link.inertia * link_drag) / both
+        self._step = h
+        self._per_step = h * ratio, inertia, drag, link_drag, both, drag_of_both
 
     def _rests(self):
         """Whether what stands goes on standing, with no current in the motor."""
@@ -244,43 +260,39 @@ class Drive(object):
 
     def step(self, h):
         """Advance by `h` seconds."""
-        if not (self.duty or self.speed) and self._rests():
+        duty, speed, link = self.duty, self.speed, self.link
+        if not (duty or speed) and self._rests():
             return
-        motor = self.motor
-        ratio = self.ratio
-        torque = 0.0
-        if self.duty is not None:
-            current = self.duty * self.voltage - motor.emf_constant * self.speed * ratio
-            torque = motor.torque_constant * current / motor.resistance
-        inertia = motor.inertia * ratio * ratio
-        pushed = self.speed + h * ratio * torque / inertia
-        drag = h * abs(ratio) * motor.friction / inertia
-        link = self.link
-        if link is None:
-            self.speed = 0.0 if self.jammed else _slowed(pushed, drag)
-            self.angle += h * self.speed
-            return
-        link_pushed = link.speed + h * link.load / link.inertia
-        link_drag = h * link.friction / link.inertia
+        if h != self._step:
+            self._prepare(h)
+        push, inertia, drag, link_drag, both, drag_of_both = self._per_step
+        pushed = speed
+        if duty is not None:
+            torque_constant, emf_constant, resistance, _, _ = self.motor
+            current = duty * self.voltage - emf_constant * speed * self.ratio
+            pushed += push * (torque_constant * current / resistance) / inertia
         speed = _slowed(pushed, drag)
-        link_speed = 0.0 if link.jammed else _slowed(link_pushed, link_drag)
+        if link is None:
+            self.speed = speed = 0.0 if self.jammed else speed
+            self.angle += h * speed
+            return
+        play, jammed = link.play, link.jammed
+        link_pushed = link.speed + h * link.load / link.inertia
+        link_speed = 0.0 if jammed else _slowed(link_pushed, link_drag)
         gap = self.angle - link.angle
-        after = gap + h * (speed - link_speed)
-        if abs(after) <= link.play:
+        closing = speed - link_speed
+        after = gap + h * closing
+        if -play <= after <= play:
             link_angle = link.angle + h * link_speed
             angle = self.angle + h * speed
         else:
             # Apart until they meet (at once where they touched already), from there on together.
-            touching = math.copysign(link.play, after)
-            closing = speed - link_speed
-            alone = min(max(0.0, (touching - gap) / closing), h) if closing else 0.0
+            touching = play if after > 0.0 else -play
+            alone = (touching - gap) / closing if closing else 0.0
+            alone = 0.0 if alone <= 0.0 else h if alone > h else alone
             link_angle = link.angle + alone * link_speed
-            both = inertia + link.inertia
             together = (inertia * pushed + link.inertia * link_pushed) / both
-            speed = _slowed(together, (inertia * drag + link.inertia * link_drag) / both)
-            if link.jammed:
-                speed = 0.0
-            link_speed = speed
+            speed = link_speed = 0.0 if jammed else _slowed(together, drag_of_both)
             link_angle += (h - alone) * speed
             angle = link_angle + touching
         if not link.lower <= link_angle <= link.upper:
@@ -377,7 +389,6 @@ class ArmPlant(object):
         self.plant = plant
         self.drives = {}
         self.joints = []
-        self.pen_lifted = False
         start = [joint.home for joint in arm.joints] if start is None else start
         error = math.radians(plant["zero_error"])
         self._gravity = Gravity(weighed(arm, plant), plant["gravity"])
@@ -398,13 +409,13 @@ class ArmPlant(object):
             self.drives[joint.port] = drive
             self.joints.append(drive)
         self._links = [drive.link for drive in self.joints]
+        self._heavy = self.weighs
         self._pulled_at = self._torques = None  # joint angles, and what gravity does there
+        self.pen_down = not arm.pen  # one without a motor always is
+        self._pen = self._pen_at = None  # what lowers it, and where that was at the last step
         if arm.pen:
-            self.drives[arm.pen.port] = self._drive(
-                arm.pen.port, arm.pen.motor, 1.0, None, arm.pen.up
-            )
-        self.pen_down = False
-        self.pen_down = self._pen_touches()
+            self._pen = self._drive(arm.pen.port, arm.pen.motor, 1.0, None, arm.pen.up)
+            self.drives[arm.pen.port] = self._pen
 
     def _drive(self, port, kind, ratio, link, angle):
         motor = motor_constants(kind, at_port(self.plant, port))
@@ -413,7 +424,8 @@ class ArmPlant(object):
     def add_bare_motor(self, port, kind):
         """Plug in a motor that moves nothing; at the pen's port it leaves the pen lifted."""
         self.drives[port] = self._drive(port, kind, 1.0, None, 0.0)
-        self.pen_lifted = self.pen_lifted or bool(self.arm.pen) and port == self.arm.pen.port
+        if self.arm.pen and port == self.arm.pen.port:
+            self._pen = None
 
     @property
     def weighs(self):
@@ -423,44 +435,48 @@ class ArmPlant(object):
     @property
     def q(self):
         """The TRUE joint angles (of the links), rad."""
-        return tuple(drive.link.angle for drive in self.joints)
-
-    def _pen_touches(self):
-        """Whether the pen is on the paper; one without a motor always is."""
-        pen = self.arm.pen
-        if not pen:
-            return True
-        if self.pen_lifted:
-            return False
-        way = (self.drives[pen.port].angle - pen.up) / (pen.down - pen.up)
-        return way > (LEAVES_AT if self.pen_down else TOUCHES_AT)
+        return tuple([link.angle for link in self._links])
 
     def step(self, h):
         """Advance everything by `h` seconds."""
-        self.pen_down = self._pen_touches()
+        pen = self._pen
+        if pen is not None and pen.angle != self._pen_at:
+            self._pen_at = pen.angle
+            self.pen_down = self._pen_touches()
         self._load_links()
         for drive in self.drives.values():
             if drive.duty or drive.speed or drive.link is not None:
                 drive.step(h)
 
+    def _pen_touches(self):
+        pen = self.arm.pen
+        way = (self._pen_at - pen.up) / (pen.down - pen.up)
+        return way > (LEAVES_AT if self.pen_down else TOUCHES_AT)
+
     def _load_links(self):
         """Constant load, gravity, and the paper dragging at the pen against its motion."""
         links, load = self._links, self.plant["load"]
-        for link in links:
-            link.load = load
-        if self.weighs:
-            q = self.q
+        if self._heavy:
+            q = [link.angle for link in links]
             if q != self._pulled_at:  # mostly it stands
                 self._pulled_at, self._torques = q, self._gravity.torques(q)
             for link, torque in zip(links, self._torques):
-                link.load += torque
-        if not self._pen_drag or not any(link.speed for link in links) or not self.pen_down:
+                link.load = load + torque
             return
-        rows = kinematics.jacobian(self.arm, self.q)
-        metres = [[0.01 * value for value in row] for row in rows]
-        velocity = [sum(a * link.speed for a, link in zip(row, links)) for row in metres]
+        moving = False
+        for link in links:
+            link.load = load
+            moving = moving or link.speed
+        if moving and self.pen_down and self._pen_drag:
+            self._drag_pen()
+
+    def _drag_pen(self):
+        links = self._links
+        speeds = [link.speed for link in links]
+        metres = [[0.01 * a for a in row] for row in kinematics.jacobian(self.arm, self.q)]
+        velocity = [sum(map(mul, row, speeds)) for row in metres]
         # Below 5 mm/s the drag fades with speed: a stiff sign change would ring at this step.
-        force = -self._pen_drag / max(math.sqrt(sum(v * v for v in velocity)), 0.005)
+        force = -self._pen_drag / max(math.sqrt(sum([v * v for v in velocity])), 0.005)
         for row, v in zip(metres, velocity):
             for a, link in zip(row, links):
                 link.load += a * force * v
