@@ -8,6 +8,7 @@ from laptop.simulator.tacho_motor import DRIVER, TICK, TachoMotor
 from robot import kinematics
 
 STEP = 0.001
+TICK_EVERY = round(TICK / STEP)
 SAMPLE_EVERY = 5
 PORTS = "ABCD"
 
@@ -57,6 +58,7 @@ class EmulatedBrick(object):
                 self.motors[joint.port].hold()
         self.record = []
         self._steps = 0
+        self._tip = self._tip_at = None  # the true tip, and the joint angles it was worked out for
         self._sample()
         world.bodies.append(self.advance)
 
@@ -70,14 +72,14 @@ class EmulatedBrick(object):
 
     def advance(self, t):
         """Bring physics and drivers up to time `t`, s."""
-        ticks = round(TICK / STEP)
+        step, motors = self.plant.step, self.motors.values()
         while (self._steps + 1) * STEP <= t + 1e-9:
-            self.plant.step(STEP)
+            step(STEP)
             self._steps += 1
             now = self._steps * STEP
-            regulate = self._steps % ticks == 0
-            for motor in self.motors.values():
-                motor.encoder.update(now, motor.drive.shaft)
+            regulate = self._steps % TICK_EVERY == 0
+            for motor in motors:
+                motor.sense(now)
                 if regulate:
                     motor.tick(now)
             if self._steps % SAMPLE_EVERY == 0:
@@ -85,7 +87,9 @@ class EmulatedBrick(object):
 
     def _sample(self):
         q = self.plant.q
-        x, y, z = (tuple(kinematics.forward(self.arm, q)) + (None,))[:3]
+        if q != self._tip_at:  # mostly it stands
+            self._tip_at, self._tip = q, (tuple(kinematics.forward(self.arm, q)) + (None,))[:3]
+        x, y, z = self._tip
         self.record.append(Sample(self._steps * STEP, q, x, y, z, int(self.plant.pen_down)))
 
     def reset_motors(self):

@@ -7,6 +7,7 @@ a speed taken from encoder edges, P-only hold, set-points that take effect with 
 import errno
 import math
 from collections import deque
+from operator import itemgetter
 
 TICK = 0.002
 COUNTS_PER_TURN = 360
@@ -29,6 +30,8 @@ RAMP_PERIOD = 0.1
 SIGNED = ("position", "speed", "duty_cycle", "speed_sp", "position_sp", "duty_cycle_sp")
 """Attributes whose sign polarity flips where they are shown and stored, and only there."""
 _INT32 = 2**31 - 1
+_speed_gains = itemgetter("speed_pid/Kp", "speed_pid/Ki", "speed_pid/Kd")
+_hold_gains = itemgetter("hold_pid/Kp", "hold_pid/Ki", "hold_pid/Kd")
 
 
 class Encoder(object):
@@ -45,6 +48,8 @@ class Encoder(object):
         self.dead = False
         # It has stood still for as long as it takes to know that.
         self._times = deque((-k * self.IDLE, 0) for k in range(self.FEWEST, -1, -1))
+        self._noted = 0.0
+        self._speed = 0  # None where it is to be worked out
 
     def update(self, t, shaft):
         """Take in the shaft's angle (rad) at time `t`."""
@@ -54,12 +59,18 @@ class Encoder(object):
             for edge in range(self.edges + step, edges + step, step):
                 self._note(t, edge)
             self.edges = edges
-        elif t - self._times[-1][0] >= self.IDLE:
+        else:
+            self.stand(t)
+
+    def stand(self, t):
+        """As `update` where the shaft has not turned since."""
+        if t - self._noted >= self.IDLE:
             self._note(t, self.edges)
 
     def _note(self, t, edge):
         times = self._times
         times.append((t, edge))
+        self._noted, self._speed = t, None
         while len(times) > self.MOST + 1 or (
             len(times) > self.FEWEST + 1 and t - times[1][0] >= self.SPAN
         ):
@@ -68,10 +79,11 @@ class Encoder(object):
     @property
     def speed(self):
         """Counts per second over the last 4 to 64 edges that span 20 ms; whole numbers."""
-        (t0, first), (t1, last) = self._times[0], self._times[-1]
-        if t1 <= t0:
-            return 0
-        return int((last - first) / self.EDGES_PER_COUNT / (t1 - t0))
+        if self._speed is None:
+            (t0, first), (t1, last) = self._times[0], self._times[-1]
+            turned = (last - first) / self.EDGES_PER_COUNT
+            self._speed = 0 if t1 <= t0 else int(turned / (t1 - t0))
+        return self._speed
 
 
 def _truncated(a, b):
@@ -85,7 +97,7 @@ class TachoMotor(object):
     Args:
         port: letter of the output port.
         kind: "large" or "medium".
-        drive: the plant's Drive; its `duty` is set, its `shaft` is read.
+        drive: the plant's Drive; its `duty` is set, its `angle` and `shaft` are read.
         phase: where between two encoder edges the shaft starts, deg.
     """
 
@@ -97,6 +109,7 @@ class TachoMotor(object):
         self.notifications = 0
         self.unplugged = False
         self.t = 0.0
+        self._sensed_at = None  # the drive's angle
         self._notified = ""
         self._next_notify = NOTIFY_PERIOD
         self._defaults()
@@ -332,14 +345,25 @@ class TachoMotor(object):
         self._integral = 0
         self._last_error = 0
 
-    # The driver's 500 Hz tick
+    # What the driver does all the time
+
+    def sense(self, t):
+        """Let the encoder see the shaft, as it has to every step; `t` is the time, s."""
+        angle = self.drive.angle
+        if angle == self._sensed_at:
+            self.encoder.stand(t)
+        else:
+            self.encoder.update(t, self.drive.shaft)
+            self._sensed_at = angle
 
     def tick(self, t):
-        """Regulate once; `t` is the time, s."""
+        """Regulate once, at 500 Hz; `t` is the time, s."""
         self.t = t
         if not self.unplugged:
-            self._finish_if_due()
-            self._watch_for_stall()
+            if self._mode == "speed":
+                self._finish_if_due()
+            if self._mode == "speed" or self._mode == "direct":
+                self._watch_for_stall()
             self._regulate()
         if t >= self._next_notify:
             self._next_notify += NOTIFY_PERIOD
@@ -348,8 +372,6 @@ class TachoMotor(object):
                 self.notifications += 1
 
     def _finish_if_due(self):
-        if self._mode != "speed":
-            return
         if self._deadline is not None and self.t >= self._deadline:
             self._stop(self.position)
         elif self._command.endswith("-pos") and self._goal_speed and self._has_crossed():
@@ -359,7 +381,7 @@ class TachoMotor(object):
         return self._direction * (self.position - self._target) >= 0
 
     def _watch_for_stall(self):
-        if self.encoder.speed or self._mode not in ("speed", "direct"):
+        if self.encoder.speed:
             self._still_since = None
         elif self._still_since is None:
             self._still_since = self.t
@@ -373,33 +395,32 @@ class TachoMotor(object):
         if mode == "direct":
             self._duty = self._active["duty_cycle_sp"]
         elif mode == "hold":
-            self._duty = self._pid("hold_pid", self._target - self.position)
+            self._duty = self._pid(_hold_gains, self._target - self.position)
         else:
-            self._ramp()
+            if self._ramped != self._goal_speed or self._active["ramp_down_sp"]:
+                self._ramp()
             if self._ramped == 0:
                 self._duty = 0
                 self._clear_pid()
                 self._overloaded = False
             else:
-                self._duty = self._pid("speed_pid", int(self._ramped) - self.encoder.speed)
+                self._duty = self._pid(_speed_gains, int(self._ramped) - self.encoder.speed)
         self.drive.duty = self._duty / 100.0
 
-    def _pid(self, group, error):
-        active = self._active
-        self._integral += active[group + "/Ki"] * error
-        change = error - self._last_error
+    def _pid(self, gains, error):
+        kp, ki, kd = gains(self._active)
+        self._integral += ki * error
+        total = kp * error + self._integral + kd * (error - self._last_error)
         self._last_error = error
-        total = active[group + "/Kp"] * error + self._integral + active[group + "/Kd"] * change
         duty = _truncated(total, 10000)
-        self._overloaded = abs(duty) > 100
+        self._overloaded = not -100 <= duty <= 100
         if self._overloaded:
-            self._integral -= active[group + "/Ki"] * error
-        return max(-100, min(100, duty))
+            self._integral -= ki * error
+            duty = 100 if duty > 0 else -100
+        return duty
 
     def _ramp(self):
         """Move the regulated speed towards the goal, in steps of 100 ms."""
-        if self._ramped == self._goal_speed and not self._active["ramp_down_sp"]:
-            return
         if self.t < self._next_ramp:
             return
         self._next_ramp += RAMP_PERIOD
