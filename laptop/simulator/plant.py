@@ -15,7 +15,6 @@ Units here are SI: rad, s, Nm, kg m2, V, N.
 import math
 import random
 from collections import namedtuple
-from operator import mul
 
 from robot import kinematics
 from robot.gravity import Gravity
@@ -471,12 +470,15 @@ class ArmPlant(object):
             self._drag_pen()
 
     def _drag_pen(self):
-        links = self._links
-        speeds = [link.speed for link in links]
-        metres = [[0.01 * a for a in row] for row in kinematics.jacobian(self.arm, self.q)]
-        velocity = [sum(map(mul, row, speeds)) for row in metres]
+        *axes, (x, y) = kinematics.joint_positions(self.arm, self.q)
+        levers = []  # m: each joint moves the tip across its own
+        v_x = v_y = 0.0
+        for link, (axis_x, axis_y) in zip(self._links, axes):
+            speed, across, along = link.speed, 0.01 * (axis_y - y), 0.01 * (x - axis_x)
+            v_x += across * speed
+            v_y += along * speed
+            levers.append((link, across, along))
         # Below 5 mm/s the drag fades with speed: a stiff sign change would ring at this step.
-        force = -self._pen_drag / max(math.sqrt(sum([v * v for v in velocity])), 0.005)
-        for row, v in zip(metres, velocity):
-            for a, link in zip(row, links):
-                link.load += a * force * v
+        force = -self._pen_drag / max(math.sqrt(v_x * v_x + v_y * v_y), 0.005)
+        for link, across, along in levers:
+            link.load = link.load + across * force * v_x + along * force * v_y
