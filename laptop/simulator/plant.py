@@ -226,31 +226,23 @@ class Drive(object):
         """-1 .. 1; 0 shorts the motor (brake), None leaves it open (coast)."""
         self.jammed = False
         """Of a bare motor; behind a gear it is the link that jams, and the gap stays."""
-        self._step = None  # s, what `_per_step` is for
-        self._per_step = ()
+        self._step = None  # s, what these are for
+        self._electric = self._per_step = ()
 
     def _prepare(self, h):
         """What of a step of `h` seconds never changes, worked out once: there are thousands."""
         motor, ratio, link = self.motor, self.ratio, self.link
         inertia = motor.inertia * ratio * ratio
         drag = h * abs(ratio) * motor.friction / inertia
-        link_drag = both = drag_of_both = 0.0
+        link_inertia = link_drag = both = both_drag = 0.0
         if link is not None:
-            link_drag = h * link.friction / link.inertia
-            both = inertia + link.inertia
-            drag_of_both = (inertia * drag + link.inertia * link_drag) / both
+            link_inertia = link.inertia
+            link_drag = h * link.friction / link_inertia
+            both = inertia + link_inertia
+            both_drag = (inertia * drag + link_inertia * link_drag) / both
         self._step = h
-        self._per_step = h * ratio, inertia, drag, link_drag, both, drag_of_both
-
-    def _rests(self):
-        """Whether what stands goes on standing, with no current in the motor."""
-        link = self.link
-        return link is None or not (
-            link.speed
-            or link.load
-            or abs(self.angle - link.angle) > link.play
-            or not link.lower <= link.angle <= link.upper
-        )
+        self._electric = motor.torque_constant, motor.emf_constant, motor.resistance, ratio
+        self._per_step = h * ratio, inertia, drag, link_inertia, link_drag, both, both_drag
 
     @property
     def shaft(self):
@@ -260,15 +252,20 @@ class Drive(object):
     def step(self, h):
         """Advance by `h` seconds."""
         duty, speed, link = self.duty, self.speed, self.link
-        if not (duty or speed) and self._rests():
-            return
+        if not (duty or speed) and (
+            link is None
+            or not (link.speed or link.load)
+            and abs(self.angle - link.angle) <= link.play
+            and link.lower <= link.angle <= link.upper
+        ):
+            return  # what stands goes on standing
         if h != self._step:
             self._prepare(h)
-        push, inertia, drag, link_drag, both, drag_of_both = self._per_step
+        push, inertia, drag, link_inertia, link_drag, both, both_drag = self._per_step
         pushed = speed
         if duty is not None:
-            torque_constant, emf_constant, resistance, _, _ = self.motor
-            current = duty * self.voltage - emf_constant * speed * self.ratio
+            torque_constant, emf_constant, resistance, ratio = self._electric
+            current = duty * self.voltage - emf_constant * speed * ratio
             pushed += push * (torque_constant * current / resistance) / inertia
         speed = _slowed(pushed, drag)
         if link is None:
@@ -276,7 +273,7 @@ class Drive(object):
             self.angle += h * speed
             return
         play, jammed = link.play, link.jammed
-        link_pushed = link.speed + h * link.load / link.inertia
+        link_pushed = link.speed + h * link.load / link_inertia
         link_speed = 0.0 if jammed else _slowed(link_pushed, link_drag)
         gap = self.angle - link.angle
         closing = speed - link_speed
@@ -290,8 +287,8 @@ class Drive(object):
             alone = (touching - gap) / closing if closing else 0.0
             alone = 0.0 if alone <= 0.0 else h if alone > h else alone
             link_angle = link.angle + alone * link_speed
-            together = (inertia * pushed + link.inertia * link_pushed) / both
-            speed = link_speed = 0.0 if jammed else _slowed(together, drag_of_both)
+            together = (inertia * pushed + link_inertia * link_pushed) / both
+            speed = link_speed = 0.0 if jammed else _slowed(together, both_drag)
             link_angle += (h - alone) * speed
             angle = link_angle + touching
         if not link.lower <= link_angle <= link.upper:

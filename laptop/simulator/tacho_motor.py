@@ -30,6 +30,17 @@ RAMP_PERIOD = 0.1
 SIGNED = ("position", "speed", "duty_cycle", "speed_sp", "position_sp", "duty_cycle_sp")
 """Attributes whose sign polarity flips where they are shown and stored, and only there."""
 _INT32 = 2**31 - 1
+LIMITS = {
+    "duty_cycle_sp": (-100, 100),
+    "ramp_up_sp": (0, 60000),
+    "ramp_down_sp": (0, 60000),
+    "time_sp": (0, _INT32),
+}
+WORDS = {
+    "stop_action": STOP_ACTIONS,
+    "polarity": ("normal", "inversed"),
+    "command": COMMANDS,
+}
 _speed_gains = itemgetter("speed_pid/Kp", "speed_pid/Ki", "speed_pid/Kd")
 _hold_gains = itemgetter("hold_pid/Kp", "hold_pid/Ki", "hold_pid/Kd")
 
@@ -48,7 +59,7 @@ class Encoder(object):
         self.dead = False
         # It has stood still for as long as it takes to know that.
         self._times = deque((-k * self.IDLE, 0) for k in range(self.FEWEST, -1, -1))
-        self._noted = 0.0
+        self.noted = 0.0
         self._speed = 0  # None where it is to be worked out
 
     def update(self, t, shaft):
@@ -59,18 +70,17 @@ class Encoder(object):
             for edge in range(self.edges + step, edges + step, step):
                 self._note(t, edge)
             self.edges = edges
-        else:
+        elif t - self.noted >= self.IDLE:
             self.stand(t)
 
     def stand(self, t):
-        """As `update` where the shaft has not turned since."""
-        if t - self._noted >= self.IDLE:
-            self._note(t, self.edges)
+        """Take in that there was no edge for `IDLE` seconds since it was `noted`."""
+        self._note(t, self.edges)
 
     def _note(self, t, edge):
         times = self._times
         times.append((t, edge))
-        self._noted, self._speed = t, None
+        self.noted, self._speed = t, None
         while len(times) > self.MOST + 1 or (
             len(times) > self.FEWEST + 1 and t - times[1][0] >= self.SPAN
         ):
@@ -108,6 +118,15 @@ class TachoMotor(object):
         self.encoder = Encoder(phase)
         self.notifications = 0
         self.unplugged = False
+        self._fixed = {
+            "address": "ev3-ports:out" + port,
+            "driver_name": DRIVER[kind],
+            "commands": " ".join(COMMANDS),
+            "stop_actions": " ".join(STOP_ACTIONS),
+            "count_per_rot": COUNTS_PER_TURN,
+            "max_speed": MAX_SPEED[kind],
+        }
+        self._limits = dict(LIMITS, speed_sp=(-MAX_SPEED[kind], MAX_SPEED[kind]))
         self.t = 0.0
         self._sensed_at = None  # the drive's angle
         self._notified = ""
@@ -161,17 +180,7 @@ class TachoMotor(object):
             OSError: ENODEV when unplugged, ENOENT for an attribute there is not.
         """
         self._plugged()
-        fixed = {
-            "address": "ev3-ports:out" + self.port,
-            "driver_name": DRIVER[self.kind],
-            "commands": " ".join(COMMANDS),
-            "stop_actions": " ".join(STOP_ACTIONS),
-            "count_per_rot": COUNTS_PER_TURN,
-            "max_speed": MAX_SPEED[self.kind],
-        }
-        if attribute in fixed:
-            value = fixed[attribute]
-        elif attribute == "position":
+        if attribute == "position":
             value = self.position
         elif attribute == "speed":
             value = self.encoder.speed
@@ -181,6 +190,8 @@ class TachoMotor(object):
             value = self.state
         elif attribute in self._set:
             value = self._set[attribute]
+        elif attribute in self._fixed:
+            value = self._fixed[attribute]
         else:
             raise OSError(errno.ENOENT, "no such attribute", attribute)
         return str(self._sign * value if attribute in SIGNED else value)
@@ -192,20 +203,8 @@ class TachoMotor(object):
             OSError: EINVAL for a value out of range, ENODEV when unplugged.
         """
         self._plugged()
-        limits = {
-            "speed_sp": (-MAX_SPEED[self.kind], MAX_SPEED[self.kind]),
-            "duty_cycle_sp": (-100, 100),
-            "ramp_up_sp": (0, 60000),
-            "ramp_down_sp": (0, 60000),
-            "time_sp": (0, _INT32),
-        }
-        words = {
-            "stop_action": STOP_ACTIONS,
-            "polarity": ("normal", "inversed"),
-            "command": COMMANDS,
-        }
-        if attribute in words:
-            if text not in words[attribute]:
+        if attribute in WORDS:
+            if text not in WORDS[attribute]:
                 raise OSError(errno.EINVAL, "invalid argument", attribute)
             if attribute == "command":
                 self._start(text)
@@ -219,7 +218,7 @@ class TachoMotor(object):
         except ValueError:
             value = None
         any_number = (0 if "_pid/" in attribute else -_INT32, _INT32)
-        lower, upper = limits.get(attribute, any_number)
+        lower, upper = self._limits.get(attribute, any_number)
         if value is None or not lower <= value <= upper:
             raise OSError(errno.EINVAL, "invalid argument", attribute)
         if attribute in SIGNED:
@@ -349,12 +348,12 @@ class TachoMotor(object):
 
     def sense(self, t):
         """Let the encoder see the shaft, as it has to every step; `t` is the time, s."""
-        angle = self.drive.angle
-        if angle == self._sensed_at:
-            self.encoder.stand(t)
-        else:
-            self.encoder.update(t, self.drive.shaft)
+        encoder, angle = self.encoder, self.drive.angle
+        if angle != self._sensed_at:
             self._sensed_at = angle
+            encoder.update(t, self.drive.shaft)
+        elif t - encoder.noted >= encoder.IDLE:
+            encoder.stand(t)
 
     def tick(self, t):
         """Regulate once, at 500 Hz; `t` is the time, s."""
@@ -362,9 +361,14 @@ class TachoMotor(object):
         if not self.unplugged:
             if self._mode == "speed":
                 self._finish_if_due()
-            if self._mode == "speed" or self._mode == "direct":
-                self._watch_for_stall()
-            self._regulate()
+            mode = self._mode
+            if mode == "coast" or mode == "brake":
+                self._duty = 0
+                self.drive.duty = None if mode == "coast" else 0.0
+            else:
+                if mode != "hold":
+                    self._watch_for_stall()
+                self._regulate(mode)
         if t >= self._next_notify:
             self._next_notify += NOTIFY_PERIOD
             if self.state != self._notified:
@@ -386,12 +390,7 @@ class TachoMotor(object):
         elif self._still_since is None:
             self._still_since = self.t
 
-    def _regulate(self):
-        mode = self._mode
-        if mode == "coast" or mode == "brake":
-            self._duty = 0
-            self.drive.duty = None if mode == "coast" else 0.0
-            return
+    def _regulate(self, mode):
         if mode == "direct":
             self._duty = self._active["duty_cycle_sp"]
         elif mode == "hold":
