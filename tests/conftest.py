@@ -4,13 +4,11 @@ They are found by what they import: `robot`, `shared` or `laptop.simulator`, and
 the laptop's. Read line by line, because an old Python cannot parse the others.
 """
 
-import atexit
 import gc
 import os
 import re
-import shutil
 import sys
-import tempfile
+import time
 from pathlib import Path
 
 import pytest
@@ -34,26 +32,79 @@ LAPTOP_SIDE = (
     "vermin",
 )
 
+SHORT = "not long"
+"""Which tests pyproject.toml asks for."""
+
 # So that tests can share `rig`: pytest for an old Python knows no `tests.rig`.
 sys.path.insert(0, str(Path(__file__).parent))
 
 
-if sys.version_info >= (3, 8) and os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
-    # Python is started a few hundred times: all would be compiled each time.
-    sys.dont_write_bytecode = False
-    sys.pycache_prefix = tempfile.mkdtemp(prefix="brickservo-bytecode-")
-    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
-    atexit.register(shutil.rmtree, sys.pycache_prefix, ignore_errors=True)
+def is_by_name(config):
+    """Whether single tests are asked for."""
+    return any("::" in arg for arg in config.args)
 
 
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_auto_num_workers(config):
-    """One more than there are cores: tests in real time, of the page above all, mostly wait."""
-    return (os.cpu_count() or 1) + 1
+def bytecode(config):
+    """The folder for bytecode in pytest's cache, which lasts from run to run; None without one."""
+    return Path(str(config.cache.mkdir("bytecode"))) if hasattr(config, "cache") else None
+
+
+def pytest_configure(config):
+    """Which tests are run, and where bytecode is kept.
+
+    Where Python is told to write none, it is kept with pytest's cache all the same: all asserts
+    are rewritten and Python is started a hundred times, and most of the time of a run would go into
+    compiling what has not changed.
+    """
+    if config.option.markexpr == SHORT and is_by_name(config):
+        config.option.markexpr = ""  # a test that is asked for by its name is run
+    folder = bytecode(config)
+    if folder and sys.version_info >= (3, 8) and os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
+        sys.dont_write_bytecode = False
+        sys.pycache_prefix = os.environ["PYTHONPYCACHEPREFIX"] = str(folder)
+
+
+def pytest_itemcollected(item):
+    """Long is what `short` does not name of the cases of a test, and what needs a browser."""
+    if "browser" in item.fixturenames:
+        item.add_marker("long")
+    for mark in item.iter_markers("short"):
+        if not any(item.name.endswith("[" + case + "]") for case in mark.args):
+            item.add_marker("long")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config, items):
+    """What `short` names must be there: else a case with a new name is left out unnoticed."""
+    names = {item.nodeid for item in items}
+    for item in items:
+        for mark in [] if is_by_name(config) else item.iter_markers("short"):
+            cases = {item.nodeid.split("[")[0] + "[" + case + "]" for case in mark.args}
+            if not cases <= names:
+                raise pytest.UsageError("`short` names no case: " + ", ".join(cases - names))
+
+
+def all_compiled(session):
+    """The file that tells that all tests have been compiled once; None if not all are asked for."""
+    folder = bytecode(session.config)
+    everything = session.config.args == session.config.getini("testpaths")
+    return folder / "complete" if folder and everything else None
+
+
+def pytest_collection(session):
+    """In the first run of all one worker compiles, and the others wait for what it has written."""
+    done = all_compiled(session)
+    deadline = time.monotonic() + 100  # the first may have died
+    if done and os.environ.get("PYTEST_XDIST_WORKER", "gw0") != "gw0":
+        while not done.exists() and time.monotonic() < deadline:
+            time.sleep(0.1)
 
 
 def pytest_collection_finish(session):
     """What is there now stays: it is not to be looked through for garbage again and again."""
+    done = all_compiled(session)
+    if done:
+        done.touch()
     gc.collect()
     getattr(gc, "freeze", lambda: None)()  # Python 3.7
     gc.set_threshold(20000, 20, 20)
@@ -85,6 +136,12 @@ if sys.version_info < (3, 10):
 def pytest_report_header():
     """What was left out, so that a short run is not taken for the whole."""
     return "without the laptop's " + ", ".join(collect_ignore) if collect_ignore else None
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """The same of the long tests, at the end, where one looks."""
+    if config.option.markexpr == SHORT:
+        terminalreporter.write_line('without the long tests (all: pytest -m "long or not long")')
 
 
 @pytest.fixture

@@ -26,11 +26,13 @@ def floors(*args, **options):
     return result.greatest / result.floor
 
 
+@pytest.mark.short("level")
 @pytest.mark.parametrize("line", ["upright", "level", "slanting"])
 def test_with_gravity_and_no_play_lines_are_within_one_and_a_half_floors(line):
     assert floors(line, play=0.0) <= 1.5
 
 
+@pytest.mark.short("level-shoulder")
 @pytest.mark.parametrize(
     ("line", "at"), [("level", "shoulder"), ("upright", "elbow"), ("slanting", "elbow")]
 )
@@ -40,6 +42,7 @@ def test_the_preload_makes_up_for_the_play_of_a_loaded_joint(line, at):
     assert floors(line, OFF, at=at) < 1.5
 
 
+@pytest.mark.long
 def test_a_turntable_has_no_preload_and_needs_none():
     with_it, without = (draw.draw(case("level", weight, at="base")) for weight in (FELT, WITHOUT))
     assert with_it == without

@@ -68,6 +68,7 @@ def test_set_ups_keep_within_their_bounds(name):
         assert 0 < abs(read_plant(setting.plant)["zero_error"]) <= 1.5
 
 
+@pytest.mark.long
 def test_set_ups_in_space_keep_within_their_bounds():
     for seed in range(SEED, SEED + 8):
         setting, cameras = servo.set_up("spatial", seed, NOMINAL)
@@ -345,6 +346,7 @@ def bench(monkeypatch):
     return command
 
 
+@pytest.mark.long
 def test_bench_servo(bench):
     shown = bench()
     assert shown.exit_code == 0, shown.output

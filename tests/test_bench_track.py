@@ -283,6 +283,7 @@ def test_costs_are_medians_of_every_second_lap(monkeypatch):
     assert quick.p95 == pytest.approx(7 + 0.85 * 23)
 
 
+@pytest.mark.long
 def test_what_is_timed_is_found_or_absent_as_it_should_be():
     threads = cv2.getNumThreads()
     try:
@@ -366,6 +367,7 @@ def few(monkeypatch):
     monkeypatch.setattr(track, "serving", lambda: 0.0123)
 
 
+@pytest.mark.long
 def test_bench_track(few):
     result = CliRunner().invoke(laptop, ["bench", "track", "--seeds", "77:78"])
     assert result.exit_code == 0, result.output
@@ -381,6 +383,7 @@ def _cells(line):
     return line.split("\u2502") if line.count("\u2502") > 3 else None
 
 
+@pytest.mark.long
 def test_bench_track_as_json(few):
     result = CliRunner().invoke(laptop, ["bench", "track", "--seeds", "77:78", "--json"])
     assert result.exit_code == 0, result.output

@@ -257,6 +257,7 @@ def test_without_a_page_none_is_served(play):
     assert "--no-page" in words_of(play, "track")
 
 
+@pytest.mark.long
 def test_an_arm_in_space_is_shown_by_two_cameras_and_judged_in_space(play):
     status, folder = play(arm="spatial")
     assert status == 0, play.said
@@ -401,6 +402,7 @@ def test_goals_are_in_the_pictures_and_apart_and_can_be_reached(name, seed):
         assert math.dist(views.truth(posture_at(views, goal)), goal.pixels) < 0.1
 
 
+@pytest.mark.short("planar")
 @pytest.mark.parametrize("name", ["planar", "spatial"])
 def test_the_same_seed_gives_the_same_goals(name):
     assert demo.choose_goals(ARMS[name], 0) == really_choose(ARMS[name], 0)
@@ -417,6 +419,7 @@ def test_the_tip_is_seen_by_both_cameras_on_its_way():
     assert not views.way_is_seen((1.6, -0.1, -0.3), (1.3, 0.0, -0.4))  # hidden while it explores
 
 
+@pytest.mark.long
 def test_a_tip_behind_the_stand_of_a_goal_is_not_in_sight():
     text = demo.scene_text("spatial", 0)
     start, end = Views(ARMS["spatial"], text).postures_at((9.0, 4.0, 12.6))[0], (0, 0.6, -1.2)

@@ -76,6 +76,7 @@ def test_the_floor_is_the_one_that_is_known():
 # Smooth lines
 
 
+@pytest.mark.short("0-line 2", "2-line 1", "3-line 3")
 @THREE
 @pytest.mark.parametrize("play", [0, 2, 3])
 def test_a_line_is_straight_to_one_and_a_half_floors(tmp_path, line, play):
@@ -88,6 +89,7 @@ def test_a_line_is_straight_to_one_and_a_half_floors(tmp_path, line, play):
     assert ink[-1].t - ink[0].t < 3.0
 
 
+@pytest.mark.short("line 2")
 @THREE
 def test_the_geared_arm_is_straight_to_half_a_millimetre(tmp_path, line):
     with switched_on(tmp_path, "geared") as rig:
@@ -97,6 +99,7 @@ def test_the_geared_arm_is_straight_to_half_a_millimetre(tmp_path, line):
     assert apart(ink[-1], line[1]) < 0.5
 
 
+@pytest.mark.short("planar-down", "geared-up")
 @pytest.mark.parametrize("elbow", ["up", "down"])
 @ARMS
 def test_both_elbows_draw_the_same_line(tmp_path, name, elbow):
@@ -111,6 +114,7 @@ def test_both_elbows_draw_the_same_line(tmp_path, name, elbow):
     )
 
 
+@pytest.mark.short("21")
 @pytest.mark.parametrize("seed", [21, 22, 23])
 def test_on_plants_that_are_not_the_nominal_one(tmp_path, seed):
     line = REPORT_LINES[0]
@@ -129,6 +133,7 @@ def test_a_degree_more_play_than_described_does_not_spoil_it(tmp_path):
     assert greatest(ink, line) < 1.5 * floor(rig.arm, line) + 1.5 + SLACK
 
 
+@pytest.mark.short("6")
 @pytest.mark.parametrize("speed", [1.5, 6])
 def test_the_speed_asked_for_is_the_speed_of_the_tip(tmp_path, speed):
     line = ((14, 0), (8, 10))
@@ -152,6 +157,9 @@ SHAPES = [
 ]
 
 
+@pytest.mark.short(
+    "polyline-geared-smooth", "rectangle-planar-smooth", "circle-planar-steps", "arc-planar-smooth"
+)
 @pytest.mark.parametrize(
     ("name", "method"), [("planar", "smooth"), ("planar", "steps"), ("geared", "smooth")]
 )
@@ -172,6 +180,7 @@ def test_shapes_are_drawn_in_one_go(tmp_path, name, strokes, method):
 # The pen
 
 
+@pytest.mark.short("smooth-planar", "steps-geared")
 @ARMS
 @pytest.mark.parametrize("method", ["smooth", "steps"])
 def test_the_pen_is_on_the_paper_along_the_line_only(tmp_path, name, method):
@@ -225,6 +234,7 @@ def test_an_arm_without_a_pen_motor_draws_all_the_same(tmp_path):
 # Going somewhere
 
 
+@pytest.mark.short("p0-planar", "p2-geared")
 @ARMS
 @pytest.mark.parametrize("p", [(8, 12), (15, -5), (-6, 9), (20.5, 0)])
 def test_move_to_goes_there_with_the_pen_up(tmp_path, name, p):
@@ -252,6 +262,7 @@ def test_what_cannot_be_had_is_refused_before_anything_moves(tmp_path):
     assert rig.writes == []
 
 
+@pytest.mark.long
 def test_one_drawing_after_the_other(tmp_path):
     with switched_on(tmp_path) as rig:
         driver = rig.driver()
@@ -280,6 +291,7 @@ class Noted(RobotArm):
         RobotArm.step_to(self, q)
 
 
+@pytest.mark.short("line 1-planar", "line 3-geared")
 @ARMS
 @THREE
 def test_steps_are_the_reports(tmp_path, name, line):
@@ -443,6 +455,12 @@ GOOD = [
 ]
 
 
+@pytest.mark.short(
+    "line 10,0 5,10",
+    "line 10,-3 5,-10 --elbow down",
+    "line 10,0 --length 5 --angle -30",
+    "rectangle 8,3 12,-2",
+)
 @pytest.mark.parametrize(("words", "path"), GOOD, ids=[words for words, _ in GOOD])
 def test_what_was_ordered_is_drawn(shell, words, path):
     shown = shell.run(*words.split())
@@ -467,6 +485,7 @@ def test_round_things_are_drawn(shell, words, n):
     assert length == pytest.approx(n, rel=0.15)
 
 
+@pytest.mark.long
 def test_options_count_before_and_after_the_command_and_the_later_wins(
     tmp_path, monkeypatch, capsys
 ):
@@ -513,6 +532,7 @@ def test_home_by_command(tmp_path, monkeypatch, capsys):
     assert greatest(sh.ink()[0], [(10, 0), (5, 10)]) < 4
 
 
+@pytest.mark.short("lost")
 @pytest.mark.parametrize("homed", [True, False], ids=["homed", "lost"])
 def test_without_arguments_the_three_lines_of_the_report(tmp_path, monkeypatch, capsys, homed):
     """Someone starts it from the brick's menu."""

@@ -149,6 +149,18 @@ def in_one_line(err, *words):
     return True
 
 
+@pytest.mark.short(
+    "unplugged A, smooth",
+    "stalled B, smooth",
+    "dead encoder A, steps",
+    "unplugged B, geared",
+    "unplugged pen in mid-line",
+    "jammed pen",
+    "dead encoder of the pen",
+    "stalled on the way",
+    "unplugged in homing",
+    "slow brick, 50 ms",
+)
 @pytest.mark.parametrize("it", WHILE_IT_RUNS)
 def test_a_fault_while_it_runs(shell, moment, it):
     t = moment(it.words, it.part, it.share)
@@ -163,6 +175,7 @@ def test_a_fault_while_it_runs(shell, moment, it):
     assert sh.motion(t + 1.0) < 1.0
 
 
+@pytest.mark.short("SIGINT", "SIGTERM", "SIGHUP", "homing")
 @pytest.mark.parametrize(
     ("name", "words", "part"),
     [
@@ -195,6 +208,7 @@ def test_after_a_signal_the_arm_is_parked_and_the_next_program_goes_on(shell, mo
     assert sh.run("line", "10,0", "5,10").status == 0
 
 
+@pytest.mark.short("stopping")
 @pytest.mark.parametrize("later", [0.004, 0.05], ids=["stopping", "parking"])
 def test_a_second_signal_does_not_disturb_the_stopping(shell, moment, later):
     t = moment(LINE, "ink")
@@ -206,6 +220,7 @@ def test_a_second_signal_does_not_disturb_the_stopping(shell, moment, later):
     assert sh.on_file()["parked"] is not None
 
 
+@pytest.mark.short("in mid-line-freeze_at", "steps-kill_at", "homing-freeze_at")
 @pytest.mark.parametrize("how", ["freeze_at", "kill_at"])
 @pytest.mark.parametrize(
     ("words", "part", "share"),
@@ -252,6 +267,7 @@ def test_after_a_kill_the_arm_does_not_draw_until_homed(shell, moment):
     assert len(sh.writes) == before
 
 
+@pytest.mark.short("killed")
 @pytest.mark.parametrize(
     "end",
     [
@@ -272,6 +288,7 @@ def test_after_an_unfinished_homing_no_older_zero_is_believed(shell, moment, end
 
 
 # An encoder that dies within the last counts of a line cannot be told from friction.
+@pytest.mark.short("stalled-A-0.4", "dead encoder-B-0.75")
 @pytest.mark.parametrize("share", [0.4, 0.6, 0.75])
 @pytest.mark.parametrize("port", "AB")
 @pytest.mark.parametrize("fault", [jam, kill_encoder], ids=["stalled", "dead encoder"])
@@ -291,6 +308,7 @@ def test_status_0_means_that_the_line_was_drawn(shell, moment, fault, port, shar
         assert max(sh.busy.values()) <= off[0] + 1.0
 
 
+@pytest.mark.short("A-0.5", "B-0.9")
 @pytest.mark.parametrize("share", [0.5, 0.7, 0.9])
 @pytest.mark.parametrize("port", "AB")
 def test_a_joint_with_a_dead_encoder_does_not_run_away(shell, moment, port, share):
@@ -468,6 +486,7 @@ def test_a_full_disk_for_the_announcement_of_the_path(shell, monkeypatch):
 # The same faults as people order them
 
 
+@pytest.mark.short("unplug-", "freeze-")
 @pytest.mark.parametrize(
     ("fault", "status"),
     [
@@ -492,6 +511,7 @@ def test_ordered_with_a_session(moment, fault, status, capsys):
     assert not any(motor["driven"] for motor in out.motors.values())
 
 
+@pytest.mark.short("dead encoder")
 @pytest.mark.parametrize("fault", [jam, kill_encoder], ids=["stalled", "dead encoder"])
 def test_after_a_blind_or_blocked_joint_the_zero_is_in_doubt(shell, moment, fault):
     """Its counts may be worth nothing: the next program must not draw with them."""
@@ -511,6 +531,7 @@ def test_while_it_homes_and_draws_the_arm_is_not_on_record_as_parked(shell):
     assert sh.on_file()["parked"] is None
 
 
+@pytest.mark.short("0.8")
 @pytest.mark.parametrize("share", [0.2, 0.8])
 def test_a_reader_that_went_away_ends_in_one_line(shell, moment, share, monkeypatch):
     """As `ssh` without a terminal that was closed: the next print fails."""

@@ -13,9 +13,12 @@ from laptop.learning import learn
 from laptop.tracker import BELIEVED, Tracker
 
 FOOTAGE = Path(__file__).resolve().parents[2] / "shared" / "footage"
-pytestmark = pytest.mark.skipif(
-    not (FOOTAGE / "truth.json").is_file(), reason="the footage is not here: ../shared/footage"
-)
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(
+        not (FOOTAGE / "truth.json").is_file(), reason="the footage is not here: ../shared/footage"
+    ),
+]
 
 GREEN, PALE = "giusenso_test1.mp4", "trflorian_ball2.mp4"
 PICKS = {GREEN: (0, (208, 178)), PALE: (160, (551, 199))}

@@ -38,6 +38,7 @@ def held(rig):
 # Driving it
 
 
+@pytest.mark.short("go_to-lowered", "reach-over the top", "go_to-hanging")
 @pytest.mark.parametrize(
     ("way", "sides"),
     [
@@ -97,6 +98,7 @@ def test_what_is_taken_as_it_stands_lies_as_gravity_presses_it(tmp_path):
         assert far(robot.angles()[1:], rig.q[1:]) < 0.5
 
 
+@pytest.mark.short("-dropped")
 @pytest.mark.parametrize("dropped", [False, True], ids=["held", "dropped"])
 @pytest.mark.parametrize("plant", ["", "voltage=6.5", "seed=5"])
 def test_it_is_homed_against_its_weight(tmp_path, plant, dropped):
@@ -141,6 +143,7 @@ def test_stopped_in_mid_motion_it_is_held(tmp_path):
 # Parked low
 
 
+@pytest.mark.short("(50, 45, -60)", "(0, 5, -70)")
 @pytest.mark.parametrize(
     "start", [(50, 45, -60), (-20, 110, -100), (0, 0, 0), (100, -20, 20), (0, 5, -70)], ids=str
 )
@@ -226,6 +229,7 @@ def low(sh):
     return far(sh.q[1:], degrees(*REST)) < 1.0
 
 
+@pytest.mark.short("a line")
 @pytest.mark.parametrize(
     ("words", "goes"),
     [(LINE, True), ((*LINE, "--stay"), False), (("move", "14,0,10"), False)],
@@ -247,6 +251,7 @@ def test_looking_does_not_make_it_go_low(shell):
     assert sh.writes == []
 
 
+@pytest.mark.short("the way down")
 @pytest.mark.parametrize("part", ["the line", "the way down"])
 def test_a_signal_holds_it_where_it_is(shell, part):
     sh = shell()
@@ -276,6 +281,7 @@ def test_after_a_fault_it_is_held_where_it_is(shell):
     assert sh.motion(shown.t + 0.3) < 0.2
 
 
+@pytest.mark.short("0.5")
 @pytest.mark.parametrize("share", [0.1, 0.5])
 def test_a_frozen_program_holds_it(shell, share):
     sh = shell()

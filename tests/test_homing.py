@@ -24,6 +24,7 @@ def off(found, rig, start):
     }
 
 
+@pytest.mark.short("planar-2-start1", "geared-5-start4")
 @pytest.mark.parametrize(
     ("name", "play", "start"),
     [
@@ -47,6 +48,7 @@ def test_from_both_stops_the_play_cancels_even_if_it_is_not_the_described(
             assert f.spread <= AGREE
 
 
+@pytest.mark.short("planar-lower", "geared-upper")
 @pytest.mark.parametrize("side", ["lower", "upper"])
 @pytest.mark.parametrize("name", ["planar", "geared"])
 def test_from_one_stop_the_described_play_is_allowed_for(tmp_path, name, side):
@@ -60,6 +62,7 @@ def test_from_one_stop_the_described_play_is_allowed_for(tmp_path, name, side):
         assert all(side in line for line in said)
 
 
+@pytest.mark.short("seed=4,backlash=3")
 @pytest.mark.parametrize("plant", ["seed=3", "seed=4,backlash=3", "voltage=7", "access=0.002"])
 def test_on_other_plants(tmp_path, plant):
     start = degrees(60, 60)
@@ -149,6 +152,7 @@ def refused(rig, error, *words):
     return True
 
 
+@pytest.mark.short("200")
 @pytest.mark.parametrize("stop", [130, 200])
 def test_stops_that_are_not_those_of_the_arm_file(tmp_path, stop):
     with switched_on(tmp_path, homed=False) as rig:
@@ -191,6 +195,7 @@ def test_an_arm_that_had_a_zero_loses_it_when_homing_fails(tmp_path):
         assert refused(rig, error, "stops")
 
 
+@pytest.mark.short("5-True")
 @pytest.mark.parametrize(("play", "told"), [(2, False), (3, False), (5, True)])
 def test_play_that_is_not_the_described_is_told(tmp_path, play, told):
     with switched_on(tmp_path, "planar", f"backlash={play}", homed=False) as rig:

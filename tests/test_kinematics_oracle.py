@@ -52,7 +52,10 @@ def minimised(arm, p, q, rounds=40):
     return q, np.linalg.norm(off, axis=1)
 
 
-@pytest.mark.parametrize(("name", "count"), [("planar", 2000), ("spatial", 10_000)])
+@pytest.mark.short("planar-500", "spatial-500")
+@pytest.mark.parametrize(
+    ("name", "count"), [("planar", 500), ("spatial", 500), ("planar", 2000), ("spatial", 10_000)]
+)
 def test_inverse_and_jacobian_agree_with_numerical_minimisation(name, count):
     arm = read_arm(find_arm(name))
     luck = np.random.default_rng(5)

@@ -102,6 +102,15 @@ def inked(pixels, box, colour):
     return int((abs(pixels[lines, columns, :3] - wanted) < 0.02).all(axis=2).sum())
 
 
+@pytest.mark.short(
+    "three lines",
+    "twenty, drawn in part",
+    "no wanted path",
+    "no ink",
+    "always down",
+    "three joints",
+    "empty record",
+)
 @pytest.mark.parametrize("case", CASES)
 def test_every_case_has_a_picture_that_says_what_it_shows(case, tmp_path, monkeypatch):
     rows, wanted, *expected = CASES[case]
@@ -200,6 +209,7 @@ TITLES = {
 }
 
 
+@pytest.mark.short("long", "formula")
 @pytest.mark.parametrize("title", TITLES.values(), ids=TITLES.keys())
 def test_any_title_and_notes_find_room(title, tmp_path, monkeypatch):
     figure, _ = words_of(monkeypatch, tmp_path / "picture.png", [], [], title=title, notes=title)

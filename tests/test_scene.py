@@ -512,6 +512,7 @@ def test_a_looks_from_above_and_b_from_the_side():
     assert np.hypot(*forth) < 50
 
 
+@pytest.mark.short("0", "1")
 @pytest.mark.parametrize("seed", range(6))
 def test_all_of_the_workspace_above_the_table_is_in_the_picture(seed):
     draw = np.random.default_rng(seed)
@@ -549,6 +550,7 @@ def test_a_camera_amid_the_workspace_still_looks_at_it():
     assert 0 < v < 480
 
 
+@pytest.mark.short("B")
 @pytest.mark.parametrize("name", "ABC")
 def test_the_tracker_finds_the_balls_where_they_truly_are(name):
     view = in_space("clutter=6", name)
@@ -586,6 +588,7 @@ def test_the_goal_behind_the_arm_is_hidden_and_before_it_is_not():
         assert ((green > 120) & (green < 170)).sum() == (25 if least else 0)
 
 
+@pytest.mark.short("A")
 @pytest.mark.parametrize("camera", "AB")
 def test_who_reaches_the_goal_is_seen_over_it_and_hidden_only_from_farther_away(camera):
     q = (0.3, 0.8, -0.9)
@@ -620,6 +623,7 @@ def test_in_space_too_shadows_and_ink_are_on_the_table():
     assert drawn[v - 1 : v + 2, u - 1 : u + 2].min() < 0.5 * view.image((-1.5, 1, -1))[v, u].min()
 
 
+@pytest.mark.short("B")
 @pytest.mark.parametrize("name", "AB")
 def test_in_space_a_hand_hides_the_goal_and_the_next_time_the_tip_from_every_camera(name):
     view = in_space("occlusion=4,clutter=0", name)
@@ -720,6 +724,7 @@ def test_every_default_is_allowed():
             assert read_scene(f"{key}={constant.default}")[key] == constant.default
 
 
+@pytest.mark.long
 def test_no_two_cameras_on_an_arm_in_space_stand_at_one_place():
     places = [place_camera(SPATIAL, read_scene("", name)).position for name in CAMERAS]
     apart = [math.dist(a, b) for k, a in enumerate(places) for b in places[:k]]

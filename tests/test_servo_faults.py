@@ -67,6 +67,9 @@ PASSING = {
 STREAMED = ("marker hidden", "link cut", "half-open for 5 s")
 
 
+@pytest.mark.short(
+    "link cut-look", "marker hidden-stream", "tracker restarted-look", "half-open for 5 s-stream"
+)
 @pytest.mark.parametrize(
     ("name", "mode"),
     [(name, "look") for name in sorted(PASSING)] + [(name, "stream") for name in STREAMED],
@@ -124,6 +127,14 @@ STAYING = {
 STREAMED = ("marker gone", "elbow stalled", "shoulder unplugged")
 
 
+@pytest.mark.short(
+    "marker gone-look",
+    "half-open for ever-look",
+    "elbow stalled-stream",
+    "shoulder unplugged-look",
+    "slow brick-look",
+    "the laptop says stop-look",
+)
 @pytest.mark.parametrize(
     ("name", "mode"),
     [(name, "look") for name in sorted(STAYING)] + [(name, "stream") for name in STREAMED],
@@ -139,6 +150,7 @@ def test_what_stays_ends_the_run_with_the_right_verdict(watched, name, mode):
     assert shown.t < w.struck + it.ends + 0.5
 
 
+@pytest.mark.short("SIGTERM-stream", "SIGHUP-look")
 @pytest.mark.parametrize(
     ("name", "mode"),
     [("SIGTERM", "look"), ("SIGTERM", "stream"), ("SIGHUP", "look")],
@@ -155,6 +167,7 @@ def test_a_signal_stops_it_at_once_and_is_on_record(watched, name, mode):
     assert w.statuses[-1].verdict == "stopped"
 
 
+@pytest.mark.short("freeze_at-stream", "kill_at-look")
 @pytest.mark.parametrize(
     ("how", "mode"), [("freeze_at", "look"), ("freeze_at", "stream"), ("kill_at", "look")]
 )
@@ -177,6 +190,7 @@ def test_the_budget_ends_a_motion(watched):
     assert w.stands(MIDST + 0.5)
 
 
+@pytest.mark.short("too far")
 @pytest.mark.parametrize(
     ("goal", "mode"),
     [
@@ -195,6 +209,7 @@ def test_a_goal_out_of_reach_is_given_up_soon(watched, goal, mode):
     assert shown.status == 1
 
 
+@pytest.mark.short("4.5-stream")
 @pytest.mark.parametrize(
     ("t", "mode"),
     [
@@ -241,6 +256,7 @@ def test_an_arm_that_is_not_homed_does_not_move(watched):
     assert shown.log == []
 
 
+@pytest.mark.short("goal")
 @pytest.mark.parametrize("name", ["effector", "goal"])
 def test_a_marker_that_is_never_seen_is_named_and_nothing_moves(watched, name):
     w = watched()

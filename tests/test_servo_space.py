@@ -59,6 +59,7 @@ def notes(shown):
     return [line["text"] for line in shown.log if line["kind"] == "note"]
 
 
+@pytest.mark.short("chain-stereo", "kalman-xyz")
 @pytest.mark.parametrize(
     ("method", "rows"),
     [("chain", "stereo"), ("chain", "xyz"), ("kalman", "xyz")],
@@ -74,6 +75,7 @@ def test_the_goal_is_reached_in_space(space, method, rows):
     assert len(last["s"]) == len(last["goal"]) == len(last["J"]) == len(expected)
 
 
+@pytest.mark.long
 def test_the_third_row_can_be_asked_for(space):
     w = space({"A": ABOVE, "B": SpaceCamera(math.radians(50))})
     shown = w.run("--rows", "xyz", "--third", "v", "--budget", "30")
@@ -82,6 +84,7 @@ def test_the_third_row_can_be_asked_for(space):
     assert ("A.u", "A.v", "B.v") in rows
 
 
+@pytest.mark.long
 def test_a_third_row_that_tells_nothing_new_is_not_believed(space):
     """Seen from the side, u says what u from above says."""
     w = space()
@@ -121,6 +124,7 @@ def test_a_goal_that_is_none_is_refused_and_nothing_moves(space, goals, says):
     assert not w.moved()
 
 
+@pytest.mark.long
 def test_a_signal_on_the_way_down_stops_it(space):
     w = space()
     shown = w.run("--low", signals=[(8.0, signal.SIGTERM)])
@@ -130,6 +134,7 @@ def test_a_signal_on_the_way_down_stops_it(space):
     assert w.stands(8.5)
 
 
+@pytest.mark.short("True")
 @pytest.mark.parametrize("low", [False, True])
 def test_it_stays_at_the_goal_unless_told_to_go_low(space, low):
     w = space()
@@ -142,6 +147,7 @@ def test_it_stays_at_the_goal_unless_told_to_go_low(space, low):
     assert w.stands(shown.t)
 
 
+@pytest.mark.long
 def test_a_goal_beyond_a_limit_is_had_by_another_posture(space):
     """Over the base's axis, bent backwards, the shoulder would have to go beyond its limit."""
     arm = read_arm(find_arm("spatial"))
@@ -183,6 +189,12 @@ PLACES = {"A": ABOVE, "B": SIDE, "C": SpaceCamera(math.radians(60), math.radians
 STREAMED = "side for 2 s", "above for ever", "one of three for ever", "one of three comes late"
 
 
+@pytest.mark.short(
+    "above for 2 s-look",
+    "above from the start-look",
+    "side for ever-look",
+    "one of three for ever-stream",
+)
 @pytest.mark.parametrize(
     ("name", "mode"),
     [(name, "look") for name in sorted(COVERED)] + [(name, "stream") for name in STREAMED],
@@ -218,6 +230,7 @@ def test_a_covered_camera(space, name, mode):
         assert not w.moved()
 
 
+@pytest.mark.long
 def test_a_planar_arm_goes_on_with_the_camera_that_is_left(watched):
     """Slower, and it says so."""
     cameras = {"A": watched().cameras["A"]}
@@ -255,6 +268,7 @@ def twice():
     return {"cameras": {"A": Camera(), "B": Camera(roll=-0.4)}}
 
 
+@pytest.mark.long
 def test_a_camera_that_is_not_gone_by_is_none_to_go_on_with(watched):
     """B comes while the goal is chased with A alone; when A is lost nothing is known of B."""
     w = watched(**twice())
@@ -270,6 +284,7 @@ def test_a_camera_that_is_not_gone_by_is_none_to_go_on_with(watched):
     assert [step["action"] for step in steps if step["t"] > 5].count("explore") == 2
 
 
+@pytest.mark.long
 def test_the_camera_that_is_left_counts_in_full_however_noisy(watched):
     w = watched(**twice())
     luck = random.Random(3)
@@ -293,6 +308,7 @@ def test_the_camera_that_is_left_counts_in_full_however_noisy(watched):
     assert shown.t < 9
 
 
+@pytest.mark.long
 def test_a_blinking_camera_does_not_keep_it_from_giving_up(watched):
     w = watched(goal=(28.0, 10.0), **twice())
 
@@ -306,6 +322,7 @@ def test_a_blinking_camera_does_not_keep_it_from_giving_up(watched):
     assert shown.log[-1]["moves"] <= 20
 
 
+@pytest.mark.long
 def test_what_is_told_of_a_step_is_what_it_was_decided_by(space):
     """Also when a third camera has come, of which little is known yet."""
     w = space(PLACES)
@@ -319,6 +336,7 @@ def test_what_is_told_of_a_step_is_what_it_was_decided_by(space):
             assert len(step["J"]) == len(step["rows"])
 
 
+@pytest.mark.long
 def test_the_report_needs_only_the_cameras_whose_rows_count(space):
     w = space(PLACES)
     w.world.at(6.0 + 8, lambda: w.hidden.add("C"))
@@ -332,6 +350,7 @@ def test_the_report_needs_only_the_cameras_whose_rows_count(space):
 # How late, and from where
 
 
+@pytest.mark.short("B-stream")
 @pytest.mark.parametrize(("late", "mode"), [("A", "stream"), ("B", "look"), ("B", "stream")])
 def test_one_camera_is_100_ms_later_than_the_other(space, late, mode):
     w = space(tracker={"latency": {"A": 0.04, "B": 0.04, late: 0.14}})
@@ -340,6 +359,7 @@ def test_one_camera_is_100_ms_later_than_the_other(space, late, mode):
     assert shown.log[-1]["moves"] <= 12
 
 
+@pytest.mark.short("45-stereo")
 @pytest.mark.parametrize(
     ("between", "rows"),
     [(30, "stereo"), (30, "xyz"), (45, "stereo"), (60, "xyz"), (75, "stereo"), (90, "xyz")],
@@ -355,6 +375,7 @@ def test_cameras_need_not_be_perpendicular(space, between, rows):
     assert w.stands(shown.t + 0.5)
 
 
+@pytest.mark.short("0-xyz")
 @pytest.mark.parametrize("rows", ["stereo", "xyz"])
 @pytest.mark.parametrize("between", [0, 2])
 def test_two_cameras_that_see_the_same_are_no_two(space, between, rows):

@@ -140,6 +140,7 @@ def test_the_geared_arm_and_a_plant_are_what_was_asked_for(simulate):
     assert summary["seconds"] > 5
 
 
+@pytest.mark.long
 def test_the_plant_makes_a_difference(simulate, tmp_path):
     traces = [
         (
@@ -150,6 +151,7 @@ def test_the_plant_makes_a_difference(simulate, tmp_path):
     assert traces[0] != traces[1]
 
 
+@pytest.mark.long
 def test_two_processes_give_the_same_bytes(tmp_path):
     words = ["--plant", "seed=11,load=-0.01..0.01", DRIVER, "polyline", "12,5", "11,6", "10,5"]
     out = []
@@ -173,6 +175,7 @@ def test_how_much_faster_than_real_time_it_was_is_told(simulate, script):
     assert " 40 x real time" in command._report(summary, took=1.5)
 
 
+@pytest.mark.long
 def test_a_second_run_replaces_the_first(simulate):
     first = simulate(DRIVER, *LINE, with_picture=True)
     before = {name: (first.out / name).read_bytes() for name in os.listdir(first.out)}
@@ -262,6 +265,7 @@ def test_a_lost_arm_draws_only_when_homed(simulate):
     assert max(abs(float(last["q1"])), abs(float(last["q2"]))) < math.radians(2.5)
 
 
+@pytest.mark.long
 def test_a_lost_arm_that_is_told_nothing_homes_and_draws(simulate):
     result = simulate("--start", "lost", DRIVER)
     assert result.exit_code == 0, result.output
@@ -453,6 +457,7 @@ def test_an_arm_without_a_pen_motor_is_not_measured(simulate, tmp_path):
     assert json.loads((result.out / "summary.json").read_text())["paths"] == []
 
 
+@pytest.mark.long
 def test_bench_limits(monkeypatch):
     monkeypatch.setattr(draw, "LIMITS", draw.LIMITS[:1])
     result = CliRunner().invoke(laptop, ["bench", "limits"])

@@ -21,6 +21,7 @@ ROOT = Path(__file__).parents[1]
 ARM = read_arm(find_arm("spatial"))
 
 
+@pytest.mark.short("slanting")
 @pytest.mark.parametrize("line", LINES[3], ids=["upright", "level", "slanting"])
 def test_lines_in_space_are_as_straight_as_the_encoders_can_tell(line):
     assert math.dist(*line) == pytest.approx(12, abs=0.1)
@@ -123,6 +124,7 @@ client.close()
 """
 
 
+@pytest.mark.long
 def test_scripts_in_virtual_time_are_served_by_all_cameras(tmp_path, monkeypatch):
     scene, names = "C.tilt=45,B.azimuth=20,clutter=0,jpeg=0,exposure=0.004", "ABC"
     monkeypatch.setenv("SSH_CLIENT", "192.0.2.1 1 22")

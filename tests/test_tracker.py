@@ -261,6 +261,7 @@ def beside_the_goal(scene, low, high):
             yield q, truth["effector"]
 
 
+@pytest.mark.short("150")
 @pytest.mark.parametrize("azimuth", [-90, 150])
 def test_beside_the_goal_s_marker_a_slanting_one_is_found_whatever_else_is_around(azimuth):
     scene = Scene(ARM, read_scene(f"tilt=50,azimuth={azimuth},clutter=0,fps_wander=0"))
@@ -291,6 +292,7 @@ def test_what_is_beside_a_disc_does_not_pull():
     assert len(claims(seen)) == 24
 
 
+@pytest.mark.short("disc")
 @pytest.mark.parametrize("kind", ["disc", "ball"])
 def test_what_a_hand_hides_is_not_claimed(kind):
     first, markers, tracker, hidden = None, [], None, 0

@@ -104,17 +104,20 @@ def test_a_pixel_needs_no_goal_marker(watched):
     assert {tuple(line["goal"]) for line in shown.log if line["kind"] == "seen"} == {PIXEL}
 
 
+@pytest.mark.long
 def test_a_pixel_is_preferred_to_a_goal_marker(watched):
     w = watched()
     assert converged(w, w.run("--mode", "stream", "--goal", "{:g},{:g}".format(*PIXEL)), PIXEL)
 
 
+@pytest.mark.long
 def test_the_goal_may_be_hidden_by_the_arm_from_some_time_on(watched):
     w = watched()
     w.world.at(1.5, lambda: w.hidden.add("goal"))
     assert converged(w, w.run())
 
 
+@pytest.mark.short("stream")
 @pytest.mark.parametrize("mode", ["look", "stream"])
 def test_a_goal_that_is_moved_in_mid_run_is_reached_where_it_lies_then(watched, mode):
     w = watched()
@@ -135,6 +138,7 @@ def test_a_goal_where_the_arm_is_already_takes_no_move(watched):
     assert not w.moved()
 
 
+@pytest.mark.long
 def test_a_tighter_tolerance_is_kept(watched):
     w = watched(goal=(4.0, 13.0), noise=0.3, plant="backlash=0")
     assert converged(w, w.run("--tolerance", "3"))
@@ -193,6 +197,7 @@ def test_sightings_of_little_confidence_are_not_believed(watched):
     assert not w.moved()
 
 
+@pytest.mark.long
 def test_a_chase_of_a_standing_goal_does_not_go_on_for_ever(watched):
     w = watched(goal=(4.0, 13.0))
     see = w.tracker.see
@@ -234,6 +239,7 @@ def test_a_goal_that_moves_is_followed_until_the_budget_is_spent(watched):
     assert w.stands(12.5)
 
 
+@pytest.mark.long
 def test_who_follows_holds_when_the_goal_has_vanished(watched):
     w = watched()
     circling(w, 1.5)
@@ -245,12 +251,14 @@ def test_who_follows_holds_when_the_goal_has_vanished(watched):
     assert w.stands(9.2)
 
 
+@pytest.mark.short("4")
 @pytest.mark.parametrize("over", [1, 4])
 def test_an_arm_that_begins_beyond_a_limit_comes_back(watched, over):
     w = watched(start=(0.3, math.radians(150 + over)))
     assert converged(w, w.run())
 
 
+@pytest.mark.long
 def test_a_camera_that_goes_blind_in_mid_measurement_does_not_hang_it(watched):
     w = watched(cameras={"A": Camera(), "B": Camera(roll=0.0)})
     see = w.tracker.see
@@ -266,6 +274,7 @@ def test_a_camera_that_goes_blind_in_mid_measurement_does_not_hang_it(watched):
     assert converged(w, w.run())
 
 
+@pytest.mark.long
 def test_a_camera_that_is_too_slow_is_blamed_when_the_budget_is_spent(watched):
     w = watched(tracker={"fps": 3.0})
     shown = w.run("--budget", "20")
@@ -282,6 +291,7 @@ def test_following_ends_when_the_laptop_says_so(watched):
     assert 9.0 < shown.t < 9.5
 
 
+@pytest.mark.long
 def test_a_goal_that_is_too_fast_is_not_called_reached(watched):
     w = watched()
     circling(w, 25.0)

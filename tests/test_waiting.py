@@ -94,6 +94,7 @@ def ended(w, shown, number=signal.SIGTERM):
 # Without a Start
 
 
+@pytest.mark.short("15")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
 def test_without_a_start_nothing_moves_until_a_signal_ends_it(waiting, number):
     w, laptop = waiting()
@@ -150,6 +151,7 @@ def test_every_start_is_a_run_as_ordered_and_the_arm_is_held_between_them(waitin
     assert [line.split(":")[0] for line in shown.out.splitlines()].count("converged") == 2
 
 
+@pytest.mark.short("chain")
 @pytest.mark.parametrize(
     "orders",
     [
@@ -186,6 +188,7 @@ def test_who_has_just_arrived_explores_no_more_on_the_way_to_the_next_point(wait
     assert {line["action"] for line in shown.log if line["kind"] == "step"} == {"move", "hold"}
 
 
+@pytest.mark.long
 def test_what_it_has_learned_does_not_outlive_a_change_of_method_or_a_failure(waiting):
     w, laptop = waiting()
     laptop.at(1.0, Start(goals={"A": PIXEL}))
@@ -196,6 +199,7 @@ def test_what_it_has_learned_does_not_outlive_a_change_of_method_or_a_failure(wa
     assert "explore" in {line.get("action") for line in shown.log}
 
 
+@pytest.mark.long
 def test_a_goal_that_moves_is_followed_until_the_laptop_says_stop(waiting):
     w, laptop = waiting()
     laptop.at(1.0, Start(mode="stream", tolerance=10.0, budget=100.0, follow=True))
@@ -230,6 +234,7 @@ def test_the_laptop_is_told_what_goes_on(waiting):
     assert max(gaps) < 0.5
 
 
+@pytest.mark.short("True")
 @pytest.mark.parametrize("tells", [True, False])
 def test_the_battery_is_looked_at_seldom_and_stops_nobody(waiting, tells):
     w, laptop = waiting()
@@ -303,6 +308,7 @@ def test_a_start_in_mid_run_is_ignored_with_a_line(waiting):
     assert w.stands(shown.t - 2.5, shown.t)
 
 
+@pytest.mark.short("cut")
 @pytest.mark.parametrize(
     "lose", [lambda w: w.tracker.cut(), lambda w: w.tracker.restart(4.0)], ids=["cut", "away"]
 )
@@ -317,6 +323,7 @@ def test_a_run_goes_on_when_the_link_is_back(waiting, lose):
     assert w.error() < 7
 
 
+@pytest.mark.long
 def test_a_link_that_stays_away_ends_the_run_and_nothing_moves_when_it_is_back(waiting):
     w, laptop = waiting()
     laptop.at(1.0, Start())
@@ -331,6 +338,7 @@ def test_a_link_that_stays_away_ends_the_run_and_nothing_moves_when_it_is_back(w
     assert w.error() < 7
 
 
+@pytest.mark.long
 def test_a_marker_that_is_lost_is_told_and_nothing_moves_when_it_is_back(waiting):
     w, laptop = waiting()
     laptop.at(1.0, Start())
@@ -353,6 +361,7 @@ def test_a_marker_that_is_lost_is_told_and_nothing_moves_when_it_is_back(waiting
     assert w.error() < 7
 
 
+@pytest.mark.short("15")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
 def test_a_signal_in_mid_run_stops_the_arm_and_ends_the_program(waiting, number):
     w, laptop = waiting()
@@ -366,6 +375,7 @@ def test_a_signal_in_mid_run_stops_the_arm_and_ends_the_program(waiting, number)
     assert shown.log[-1]["verdict"] == "stopped"
 
 
+@pytest.mark.long
 def test_who_is_killed_between_runs_leaves_the_arm_parked(waiting):
     w, laptop = waiting()
     laptop.at(1.0, Start())
@@ -376,6 +386,7 @@ def test_who_is_killed_between_runs_leaves_the_arm_parked(waiting):
     assert w.stands(shown.t - 1)
 
 
+@pytest.mark.short("method", "one pixel")
 @pytest.mark.parametrize(
     ("orders", "arm", "says"),
     [
@@ -413,6 +424,7 @@ def test_after_orders_without_sense_it_waits_for_better_ones(waiting):
     assert w.error() < 7
 
 
+@pytest.mark.short("unplugged")
 @pytest.mark.parametrize(
     ("harm", "verdict", "says"),
     [
