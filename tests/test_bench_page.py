@@ -1,5 +1,6 @@
 """The bench of the page: how pictures find their frames, what the table says, and no browser."""
 
+import sys
 import time
 
 import pytest
@@ -42,3 +43,13 @@ def test_without_a_browser_it_says_what_to_install(monkeypatch):
     result = CliRunner().invoke(laptop, ["bench", "page", "--seeds", "1:2"])
     assert result.exit_code == 1
     assert "there is no chromium to open the pages; install it" in result.output
+
+
+def test_without_playwright_it_says_how_to_have_it(monkeypatch):
+    monkeypatch.setattr(page.shutil, "which", lambda name: "/usr/bin/" + name)
+    monkeypatch.setitem(sys.modules, "playwright.sync_api", None)
+    result = CliRunner().invoke(laptop, ["bench", "page", "--seeds", "1:2"])
+    assert result.exit_code == 1
+    assert "playwright, which opens the pages, is not installed; write uv run --group browser" in (
+        result.output
+    )

@@ -120,16 +120,16 @@ def browser() -> Iterator[Any]:
     Raises:
         NoBrowser: playwright or chromium is not installed.
     """
-    try:
-        from playwright.sync_api import sync_playwright
-    except ImportError:
-        raise NoBrowser(
-            "playwright is not installed, which opens the pages; install it: uv sync --group dev"
-        ) from None
     names = ("chromium", "chromium-browser", "google-chrome")
     found = next(filter(None, map(shutil.which, names)), None)
     if found is None:
         raise NoBrowser("there is no chromium to open the pages; install it, e.g. by apt")
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        raise NoBrowser(
+            "playwright, which opens the pages, is not installed; write uv run --group browser ..."
+        ) from None
     with sync_playwright() as playwright:
         words = ["--no-sandbox"] if os.geteuid() == 0 else []
         made = playwright.chromium.launch(executable_path=found, args=words)
