@@ -7,6 +7,7 @@ are cm, deviations mm.
 """
 
 import itertools
+import math
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
@@ -30,6 +31,9 @@ MATCH_POINTS = 24
 JUMP_COST = 0.05
 """cm of distance per cm between a point's place along the path and where it should have got to:
 keeps the place from jumping to another branch where a path crosses or touches itself."""
+
+SETTLING = math.radians(3)
+"""No more than this, rad, a joint moves by itself when it comes to rest at the end of its play."""
 
 
 class BadPath(ArmError, ValueError):
@@ -83,6 +87,15 @@ def pen_down_runs(rows: Iterable[Any]) -> list[list[Any]]:
                 runs.append([])
             runs[-1].append(row)
     return runs
+
+
+def is_there_to_see(rows: Sequence[Any], wanted: Sequence[Points]) -> bool:
+    """Whether a picture would show anything: a wanted path, ink, or an arm that has moved."""
+    # (The ink of an arm without a pen motor has no beginning: its pen is never up.)
+    if len(wanted) or len({row.pen for row in rows}) > 1:
+        return True
+    joints = zip(*(row.q for row in rows), strict=True)
+    return any(max(angles) - min(angles) > SETTLING for angles in joints)
 
 
 def measure(rows: Iterable[Any], wanted: Sequence[Points]) -> list[Measure | None]:

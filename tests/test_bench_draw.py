@@ -6,8 +6,8 @@ import math
 import pytest
 from click.testing import CliRunner
 
-from laptop.__main__ import laptop
 from laptop.bench import draw
+from laptop.cli.main import laptop
 from robot.driver import LINES
 from robot.kinematics import inverse, jacobian
 

@@ -6,9 +6,9 @@ import time
 import pytest
 from click.testing import CliRunner
 
-from laptop.__main__ import laptop
 from laptop.bench import page
 from laptop.bench.page import Approach, Looking, Result
+from laptop.cli.main import laptop
 
 
 def test_a_picture_is_as_old_as_its_frame_when_it_is_on_the_screen(tmp_path):

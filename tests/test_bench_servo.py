@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from laptop.__main__ import laptop
 from laptop.bench import servo
 from laptop.bench.servo import SCENES, Case, Result, Scene, wilson
+from laptop.cli.main import laptop
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
 from laptop.simulator.world import World

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from laptop.__main__ import laptop
 from laptop.bench import track
 from laptop.bench.track import LOOKS, Cost, LightCase, PrecisionCase, Result, Score, judge
+from laptop.cli.main import laptop
 from laptop.markers import BadMarker, Color, Marker
 from laptop.simulator.synthetic_camera import marker_frame
 from laptop.tracker import Sighting

@@ -23,7 +23,7 @@ from rich.console import Console
 from test_report import log_text
 
 from laptop import demo, report
-from laptop.__main__ import laptop
+from laptop.cli.main import laptop
 from laptop.demo import DemoFailed, Orders, Views
 from laptop.simulator.scene import Scene, read_scene
 from laptop.tracking_server import TrackingServer

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from laptop import drawing
-from laptop.drawing import BadPath, measure, pen_down_runs, write_trace
+from laptop.drawing import BadPath, is_there_to_see, measure, pen_down_runs, write_trace
 
 Row = namedtuple("Row", "t q x y pen z", defaults=[None])
 
@@ -274,3 +274,15 @@ def test_the_trace_has_a_column_for_each_joint(tmp_path, rows, header):
 def test_a_trace_that_cannot_be_written_is_an_os_error(tmp_path):
     with pytest.raises(FileNotFoundError):
         write_trace(tmp_path / "nowhere" / "trace.csv", [])
+
+
+def test_there_is_to_see_a_wanted_path_ink_or_an_arm_that_moved():
+    rest = [Row(t, (0.25, -0.5), 20.8, 0.0, 0) for t in (0.0, 0.005, 0.01)]
+    settled = [*rest, rest[0]._replace(q=(0.25, -0.52))]
+    for pen in (0, 1):  # an arm without a pen motor has it down always
+        assert not is_there_to_see([row._replace(pen=pen) for row in settled], [])
+    assert not is_there_to_see([], [])
+    assert is_there_to_see(rest, [LINE])
+    assert is_there_to_see([*rest, rest[0]._replace(pen=1)], [])
+    there_and_back = [*rest, rest[0]._replace(q=(0.25, -0.7)), *rest]
+    assert is_there_to_see(there_and_back, [])

@@ -1,6 +1,6 @@
 """Who may import whom, and what the checkout may hold.
 
-laptop.bench -> laptop.simulator -> robot -> shared <- the rest of laptop
+laptop.cli -> laptop.bench -> laptop.simulator -> robot -> shared <- the rest of laptop
 """
 
 import ast
@@ -17,7 +17,7 @@ TOP_LEVEL = {*PACKAGES, "tests", ".ci", "README.md", "pyproject.toml", "LICENSE"
 
 # What a module may import besides the standard library; the longest matching name decides. A name
 # covers everything below it, one that begins with "-" forbids it again.
-LIBRARIES = ("numpy", "cv2", "matplotlib", "click", "rich")
+LIBRARIES = ("numpy", "cv2", "matplotlib", "rich")
 RULES = {
     "shared": ("shared",),
     "robot": ("robot", "shared", "ev3dev2.motor"),
@@ -33,10 +33,11 @@ RULES = {
         "shared",
     ),
     "laptop.simulator.sight": ("laptop.simulator", "laptop.markers", "laptop.tracker"),
-    "laptop.bench": ("laptop", "robot", "shared", *LIBRARIES),
-    "laptop.bench.page": ("laptop", "robot", "shared", *LIBRARIES, "playwright"),
-    "laptop.demo": ("laptop", "-laptop.bench", "shared", *LIBRARIES),
-    "laptop.__main__": ("laptop", "shared", *LIBRARIES),
+    "laptop.bench": ("laptop", "-laptop.cli", "robot", "shared", *LIBRARIES),
+    "laptop.bench.page": ("laptop", "-laptop.cli", "robot", "shared", *LIBRARIES, "playwright"),
+    "laptop.demo": ("laptop", "-laptop.cli", "-laptop.bench", "shared", *LIBRARIES),
+    "laptop.cli": ("laptop", "shared", "click", "rich"),
+    "laptop.__main__": ("laptop.cli",),
     **{  # only these import what the page is made with
         f"laptop.page.{name}": (
             "laptop.page",
@@ -48,7 +49,14 @@ RULES = {
         )
         for name in ("browser", "server")
     },
-    "laptop": ("laptop", "-laptop.bench", "-laptop.simulator", "shared", *LIBRARIES),
+    "laptop": (
+        "laptop",
+        "-laptop.cli",
+        "-laptop.bench",
+        "-laptop.simulator",
+        "shared",
+        *LIBRARIES,
+    ),
 }
 # The brick imports these only where they are used: each costs it a second at the start.
 LAZY = {"robot": ("ev3dev2.power", "ev3dev2.button")}
@@ -152,7 +160,12 @@ def test_imports_follow_the_direction(path):
         ("laptop.tracker", "from .simulator.world import World", "laptop.simulator.world"),
         ("laptop.tracker", "from laptop import bench", "laptop.bench"),
         ("laptop.tracker", "import requests", "requests"),
-        ("laptop.__main__", "from robot.driver import Driver", "robot.driver"),
+        ("laptop.tracker", "import click", "click"),
+        ("laptop.demo", "from laptop.cli import main", "laptop.cli.main"),
+        ("laptop.bench.draw", "from laptop.cli import main", "laptop.cli.main"),
+        ("laptop.cli.simulate", "from robot.driver import Driver", "robot.driver"),
+        ("laptop.cli.simulate", "import numpy", "numpy"),
+        ("laptop.__main__", "from laptop import demo", "laptop.demo"),
         ("laptop.demo", "import laptop.bench.draw", "laptop.bench.draw"),
         ("laptop.simulator.world", "from laptop.tracker import find", "laptop.tracker"),
         ("laptop.simulator.world", "from .. import bench", "laptop.bench"),
@@ -176,7 +189,7 @@ def test_a_forbidden_import_is_caught(module, source, name):
         ("robot.clock", "import time"),
         ("laptop.tracker", "import cv2, numpy\nfrom shared import messages"),
         ("laptop.demo", "from laptop.simulator.world import World"),
-        ("laptop.__main__", "from laptop import bench, simulator"),
+        ("laptop.cli.bench", "import click\nfrom laptop import bench, simulator"),
         ("laptop.simulator.__init__", "from .world import World"),
         ("laptop.simulator.virtual_tracker", "from laptop.tracking_server import TrackingServer"),
         ("laptop.simulator.runner", "import ev3dev2.sound, robot.arm, time"),

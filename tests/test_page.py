@@ -21,8 +21,8 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.__main__ import _own_brick as own_brick
 from laptop.bench import page as bench
+from laptop.cli.track import _own_brick as own_brick
 from laptop.markers import read_markers
 from laptop.page import process as page_process
 from laptop.simulator.live import Follower

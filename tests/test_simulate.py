@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from laptop import __main__ as command
 from laptop import picture
-from laptop.__main__ import laptop
 from laptop.bench import draw
+from laptop.cli import simulate as command
+from laptop.cli.main import laptop
 from laptop.drawing import measure
 from shared.arm_description import find_arm
 
@@ -186,12 +186,63 @@ def test_a_second_run_replaces_the_first(simulate):
 
 
 def test_a_script_that_does_not_draw(simulate, script):
-    result = simulate(script("print('hello', __name__)"), with_picture=True)
+    turn = script(
+        "from ev3dev2.motor import LargeMotor\nLargeMotor('outA').on_for_degrees(30, 90)\n"
+        "print('hello', __name__)\n"
+    )
+    result = simulate(turn, with_picture=True)
     assert result.exit_code == 0
     assert "hello __main__" in result.output
     summary = json.loads((result.out / "summary.json").read_text())
     assert summary["paths"] == []
     assert (result.out / "picture.png").stat().st_size > 1000
+
+
+def test_where_nothing_moves_there_is_no_picture_nor_that_of_an_earlier_run(simulate):
+    simulate("--arm", "spatial", "--picture", DRIVER, "where")
+    for arm in ("planar", "geared", "spatial"):
+        result = simulate("--arm", arm, DRIVER, "where")
+        assert result.exit_code == 0, result.output
+        assert result.output.endswith(
+            f"{result.out}/trace.csv, summary.json; the arm has not moved, so there is no picture\n"
+        )
+        assert sorted(os.listdir(result.out)) == ["summary.json", "trace.csv"]
+
+
+def test_no_picture_where_none_is_wanted(simulate):
+    turn = [DRIVER, "move", "15,5"]
+    assert "picture.png" in os.listdir(simulate(*turn).out)
+    result = simulate("--no-picture", *turn)
+    assert result.output.endswith(f"{result.out}/trace.csv, summary.json\n")
+    assert sorted(os.listdir(result.out)) == ["summary.json", "trace.csv"]
+
+
+def test_a_picture_where_the_arm_rests_if_it_is_wanted(simulate):
+    result = simulate("--picture", DRIVER, "where")
+    assert sorted(os.listdir(result.out)) == ["picture.png", "summary.json", "trace.csv"]
+    assert result.output.endswith(f"{result.out}/picture.png, trace.csv, summary.json\n")
+
+
+def test_the_picture_from_the_side_goes_with_the_arm_in_space(simulate):
+    result = simulate("--arm", "spatial", "--picture", DRIVER, "where")
+    assert {"picture.png", "picture-side.png"} < set(os.listdir(result.out))
+    simulate("--picture", DRIVER, "where")
+    assert "picture-side.png" not in os.listdir(result.out)
+
+
+def test_without_a_picture_matplotlib_is_not_imported(tmp_path):
+    program = (
+        "import sys\n"
+        "from laptop.cli.main import laptop\n"
+        f"words = ['simulate', '--out', {str(tmp_path)!r}, 'robot/driver.py', 'where']\n"
+        "try:\n"
+        "    laptop(words)\n"
+        "finally:\n"
+        "    print({'matplotlib', 'cv2', 'nicegui', 'rich'} & set(sys.modules))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.endswith("no picture\nset()\n")
 
 
 # The script's own status and arguments
@@ -389,10 +440,10 @@ def test_a_full_disk_is_refused_before_anything_runs(tmp_path, script):
 @pytest.mark.parametrize("name", ["trace.csv", "summary.json", "picture.png"])
 def test_a_disk_that_fills_up_during_the_run(simulate, name, script):
     source = script("print('it ran')")
-    out = simulate(source).out
+    out = simulate("--picture", source).out
     before = {name: (out / name).read_bytes() for name in os.listdir(out)}
     os.symlink("/dev/full", out / f".{name}.part")
-    result = simulate(source, with_picture=True)
+    result = simulate("--picture", source, with_picture=True)
     assert result.exit_code == 1
     last = result.stderr if hasattr(result, "stderr") else result.output
     assert in_one_line(last.splitlines()[-1] + "\n", "cannot write", "No space left", "--out")

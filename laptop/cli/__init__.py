@@ -1,0 +1,1 @@
+"""The commands: what is typed becomes one call.  Only here is click known."""

@@ -1,0 +1,213 @@
+"""`bench`: what is measured, table by table."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict
+
+import click
+
+from shared.arm_description import ArmError
+
+
+@click.group()
+def bench() -> None:
+    """Measure against the reference method and the physical limit, on the emulated brick."""
+
+
+class _Seeds(click.ParamType):
+    name = "A:B"
+
+    def convert(
+        self, value: str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> range:
+        try:
+            first, last = (int(part) for part in value.split(":"))
+        except ValueError:
+            self.fail(f"'{value}' is not A:B, two whole numbers like 1000:1020")
+        if not 0 <= first < last:
+            self.fail(f"'{value}' holds no seed: A must be from 0 and below B")
+        return range(first, last)
+
+
+@bench.command("draw")
+@click.option(
+    "--seeds",
+    type=_Seeds(),
+    default="1000:1020",
+    show_default=True,
+    help="Random plants and lines.",
+)
+@click.option(
+    "--arm",
+    type=click.Choice(["planar", "spatial"]),
+    default="planar",
+    show_default=True,
+    help="planar: in direct drive and geared; spatial: what gravity does, and the preload.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Every line's figures instead of the table.")
+def bench_draw(seeds: range, arm: str, as_json: bool) -> None:
+    """Straightness of lines: smooth and steps, beside the encoders' floor."""
+    from laptop.bench import draw, show  # what else a command needs is slow to import
+
+    in_space = arm == "spatial"
+    drawings = draw.space_cases(seeds) if in_space else list(draw.cases(seeds))
+    results = list(show.progress(draw.run(drawings), len(drawings), "drawing"))
+    if as_json:
+        click.echo(json.dumps([asdict(result) for result in results], indent=1))
+    else:
+        title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator, lengths in mm"
+        if in_space:
+            title += "; greatest deviations"
+            show.table(title, draw.SPACE_HEADINGS, draw.space_table(results), sections=1)
+            sags = [f"{draw.sag(weight):.2f} mm" for weight in ("not fed forward", "felt", "off")]
+            click.echo(
+                "the level line hangs through by {}; with the weight fed forward {}; without "
+                "gravity {}".format(*sags)
+            )
+        else:
+            show.table(title, draw.HEADINGS, draw.table(results), sections=3)
+        for reason, count in draw.failures(results).items():
+            click.echo(f"{count} x {reason}")
+
+
+@bench.command("track")
+@click.option(
+    "--seeds",
+    type=_Seeds(),
+    default="4000:4002",
+    show_default=True,
+    help="Noise, places, scenes and motions.",
+)
+@click.option("--json", "as_json", is_flag=True, help="All figures instead of the tables.")
+def bench_track(seeds: range, as_json: bool) -> None:
+    """The tracker's precision, hold under changing light, and cost, beside the usual recipes."""
+    from laptop.bench import show, track
+
+    todo = track.cases(seeds)
+    parts = show.progress(track.run(todo), len(todo), "tracking")
+    results = track.gathered(result for part in parts for result in part)
+    timed = track.costs(show.progress(range(track.TURNS), track.TURNS, "timing"))
+    link = track.serving()
+    if as_json:
+        click.echo(json.dumps({**track.figures(results, timed), "serving": link}, indent=1))
+        return
+    title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator"
+    precision, light = track.precision_table(results), track.light_table(results)
+    show.table(f"Precision, px rms per axis; {title}", track.PRECISION_HEADINGS, precision, 0)
+    show.table(f"Light and scene, px; {title}", track.LIGHT_HEADINGS, light, 0)
+    show.table("Cost, measured on this machine", track.COST_HEADINGS, track.cost_table(timed), 0)
+    click.echo(f"serving the brick 60 times a second: {100 * link:.1f} % of a core")
+    for line in track.errors(results):
+        click.echo(line)
+
+
+@bench.command("servo")
+@click.option(
+    "--seeds",
+    type=_Seeds(),
+    default="1000:1050",
+    show_default=True,
+    help="Random arms, cameras, starts and goals; those of a release are 1000:1600.",
+)
+@click.option(
+    "--scene",
+    type=click.Choice(("nominal", "outliers", "lego", "precise", "latency", "moving")),
+    default="nominal",
+    show_default=True,
+    help="Or 10 % outliers, the LEGO stress, 2 px, late pictures, a goal that moves.",
+)
+@click.option(
+    "--arm",
+    "arms",
+    multiple=True,
+    type=click.Choice(("planar", "geared", "spatial")),
+    help="Several times for several.  [default: planar, geared]",
+)
+@click.option(
+    "--rows",
+    type=click.Choice(("stereo", "xyz")),
+    default="stereo",
+    show_default=True,
+    help="Of two cameras: u and v of both, or of the second one row.",
+)
+@click.option(
+    "--method",
+    "methods",
+    multiple=True,
+    type=click.Choice(("report", "report, median", "broyden", "kalman", "chain", "oracle")),
+    help="Several times for several.  [default: those that the scene is about]",
+)
+@click.option("--rendered", is_flag=True, help="Through rendered frames and the tracker.")
+@click.option("--json", "as_json", is_flag=True, help="Every run instead of the table.")
+def bench_servo(
+    seeds: range,
+    scene: str,
+    arms: tuple[str, ...],
+    rows: str,
+    methods: tuple[str, ...],
+    rendered: bool,
+    as_json: bool,
+) -> None:
+    """Servoing from random starts to random goals, beside the report's method and an oracle."""
+    from laptop.bench import servo, show
+
+    if scene == "moving" and "spatial" in arms:
+        raise click.ClickException(
+            "--scene moving: its goals run round in the plane; take another with --arm spatial"
+        )
+    if rendered and scene not in servo.RENDERED:
+        raise click.ClickException(
+            f"--scene {scene} is made of points with noise; with --rendered take one of "
+            f"{', '.join(servo.RENDERED)}"
+        )
+    arms = arms or servo.ARMS
+    orders = seeds, scene, arms, methods, rendered, rows
+    parts = show.progress(servo.run(*orders), servo.count(*orders), "servoing")
+    results = [result for part in parts for result in part]
+    if as_json:
+        click.echo(json.dumps([asdict(result) for result in results], indent=1))
+        return
+    headings = servo.MOVING_HEADINGS if scene == "moving" else servo.HEADINGS
+    title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator; {servo.LEGEND}"
+    show.table(title, headings, servo.table(results), sections=2)
+    for line in [*servo.failures(results), servo.step_cost(arms[0])]:
+        click.echo(line)
+
+
+@bench.command("page")
+@click.option(
+    "--seeds", type=_Seeds(), default="1000:1004", show_default=True, help="Cameras and goals."
+)
+@click.option("--json", "as_json", is_flag=True, help="All figures instead of the table.")
+def bench_page(seeds: range, as_json: bool) -> None:
+    """What it matters how many look at the page: tracking, servoing, and how late they see."""
+    from laptop.bench import page, show
+
+    try:
+        todo = len(seeds) * len(page.CASES)
+        results = list(show.progress(page.run(seeds), todo, "looking"))
+    except ArmError as error:
+        raise click.ClickException(str(error)) from None
+    if as_json:
+        click.echo(json.dumps([asdict(result) for result in results], indent=1))
+        return
+    title = (
+        f"seeds {seeds.start}:{seeds.stop}; camera, brick and browsers on one machine, "
+        f"{os.cpu_count()} cores; figures from the emulator, in real time"
+    )
+    show.table(title, page.HEADINGS, page.table(results), sections=0)
+    for line in page.failures(results):
+        click.echo(line)
+
+
+@bench.command("limits")
+def bench_limits() -> None:
+    """Where straightness ends: the planar arm's three lines on plants farther and farther off."""
+    from laptop.bench import draw, show
+
+    drawings = draw.limit_cases()
+    results = list(show.progress(draw.run(drawings), len(drawings), "drawing"))
+    title = "planar arm, smooth, greatest deviation in floors; figures from the emulator"
+    show.table(title, draw.LIMIT_HEADINGS, draw.limit_table(results), sections=0)

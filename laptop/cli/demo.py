@@ -1,0 +1,52 @@
+"""`demo`: everything at once, without brick or camera."""
+
+from __future__ import annotations
+
+import sys
+import webbrowser
+from pathlib import Path
+from typing import Any
+
+import click
+
+from laptop.cli.options import ON_THE_BRICK, on_the_page
+from shared.arm_description import ArmError
+
+
+@click.command()
+@ON_THE_BRICK
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**31 - 1),
+    default=0,
+    show_default=True,
+    help="Draws where the camera stands, what lies about and where the goals are.",
+)
+@click.option(
+    "--out", default="runs", metavar="DIR", type=click.Path(path_type=Path), show_default=True
+)
+@click.option(
+    "--page/--no-page",
+    default=True,
+    help="Serve a web page to watch from, and to stop the arm (default); its address is printed.",
+)
+@on_the_page
+def demo(arm_file: str, **orders: Any) -> None:
+    """Show everything without brick or camera: draw three lines, then reach three goals by sight.
+
+    The programs of the brick run unmodified and in real time, linked to the tracker by TCP; one
+    camera watches, or two where --arm spatial moves in space.  Leaves a report and all raw files in
+    a folder of its own under --out.  Its exit status is 0 only if the arm truly got everywhere,
+    whatever the brick says.
+    """
+    from rich.console import Console
+
+    from laptop import demo as show_off  # OpenCV and matplotlib are slow to import
+
+    try:
+        status, report = show_off.run(show_off.Orders(arm=arm_file, **orders), Console())
+    except ArmError as error:
+        raise click.ClickException(str(error)) from None
+    if orders["open"]:
+        webbrowser.open(report.as_uri())
+    sys.exit(status)

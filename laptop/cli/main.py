@@ -1,0 +1,53 @@
+"""All commands together, and what becomes of a failure: one line on stderr and a status."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+
+import click
+
+from laptop.cli.bench import bench
+from laptop.cli.demo import demo
+from laptop.cli.markers import markers
+from laptop.cli.simulate import simulate
+from laptop.cli.track import track
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+def laptop() -> None:
+    """Everything that runs beside the brick."""
+
+
+for command in (simulate, demo, track, markers, bench):
+    laptop.add_command(command)
+
+
+def main() -> int:
+    """Run a command; every failure is one line on stderr and a status of its own."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        laptop(prog_name="python -m laptop", standalone_mode=False)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        return error.exit_code
+    except click.UsageError as error:
+        where = error.ctx.command_path if error.ctx else "python -m laptop"
+        click.echo(f"laptop: {error.format_message()} See {where} --help.", err=True)
+        return error.exit_code
+    except click.ClickException as error:
+        click.echo(f"laptop: {error.format_message()}", err=True)
+        return error.exit_code
+    except BrokenPipeError:
+        # Whoever read along has seen enough; the interpreter must not try to flush the rest.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except OSError as error:
+        click.echo(f"laptop: {error.strerror}: {error.filename or 'the output'}", err=True)
+        return 1
+    except click.Abort:
+        click.echo("laptop: stopped", err=True)
+        return 130
+    return 0

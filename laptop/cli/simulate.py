@@ -1,0 +1,315 @@
+"""`simulate`: any script on an emulated brick, and what it leaves."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from laptop.cli.options import ON_THE_BRICK
+from laptop.simulator import peripherals, session
+from laptop.simulator.plant import CONSTANTS, read_plant
+from shared.arm_description import Arm, ArmError, find_arm, read_arm
+
+if TYPE_CHECKING:
+    from laptop import drawing
+
+FREE_MOTOR = ("D=large",)
+"""What is plugged in beside the arm if nothing is said, where the arm leaves the port free."""
+
+PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
+"""From above; and, of an arm in space, from the side."""
+
+
+def _plants() -> str:
+    return "; ".join(
+        f"{key} ({constant.default if constant.default is not None else 'not given'}"
+        f"{' ' + constant.unit if constant.unit else ''}): {constant.meaning}"
+        for key, constant in CONSTANTS.items()
+    )
+
+
+@click.command(
+    context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
+    epilog=f"Plant constants: {_plants()}.",
+)
+@ON_THE_BRICK
+@click.option("--plant", "plant_text", default="", metavar="KEY=VALUE,...", help="See below.")
+@click.option(
+    "--out", default="out", metavar="DIR", type=click.Path(path_type=Path), show_default=True
+)
+@click.option("--realtime", is_flag=True, help="Keep pace with the clock on the wall.")
+@click.option(
+    "--press",
+    "presses",
+    multiple=True,
+    metavar="BUTTON@S",
+    help="Press a brick button (or touch) at a time, e.g. enter@2.0; several times if needed.",
+)
+@click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    metavar="KIND[:WHAT]@S",
+    help="Let something go wrong: "
+    + ", ".join(kind + (f":{what}" if what else "") for kind, what in session.FAULTS.items()),
+)
+@click.option(
+    "--start",
+    default="home",
+    show_default=True,
+    metavar="POSE",
+    help="home: parked there, zero known; lost: never homed; or one angle per joint in degrees.",
+)
+@click.option(
+    "--plug",
+    multiple=True,
+    metavar="PORT=KIND",
+    default=FREE_MOTOR,
+    show_default=True,
+    help="A motor (large or medium) that moves nothing; at the pen's port it replaces the pen.",
+)
+@click.option("--timeout", default=600.0, show_default=True, help="Virtual seconds allowed.")
+@click.option(
+    "--scene",
+    metavar="KEY=VALUE,...",
+    help="Let a synthetic camera watch ('' for the usual one) and a tracker serve what it sees, in "
+    "virtual time; the script finds it as one that it remembers.",
+)
+@click.option(
+    "--picture/--no-picture",
+    "pictured",
+    default=None,
+    help="Draw picture.png; it takes longer than all the rest.  [default: if the arm has moved]",
+)
+@click.argument("script", type=click.Path(exists=True, dir_okay=False))
+@click.argument("args", nargs=-1, type=click.UNPROCESSED)
+def simulate(
+    arm_file: str,
+    plant_text: str,
+    out: Path,
+    realtime: bool,
+    presses: tuple[str, ...],
+    faults: tuple[str, ...],
+    start: str,
+    plug: tuple[str, ...],
+    timeout: float,
+    scene: str | None,
+    pictured: bool | None,
+    script: str,
+    args: tuple[str, ...],
+) -> None:
+    """Run any ev3dev2 SCRIPT, unmodified, on an emulated brick; its exit status is the script's.
+
+    Leaves trace.csv, picture.png and summary.json in the folder given by --out.  Options go before
+    SCRIPT.  Every run is a brick of its own: what one run homes, the next does not know.
+    """
+    from laptop import drawing  # numpy is slow to import, and --help does without
+
+    try:
+        arm = read_arm(find_arm(arm_file))
+        orders = {
+            "plant": read_plant(plant_text),
+            "faults": [session.read_fault(text) for text in faults],
+            "presses": [peripherals.read_press(text) for text in presses],
+            "extra": _plugged(arm, plug),
+            "start": start,
+            "realtime": realtime,
+            "timeout": timeout,
+            "watched": None if scene is None else _watched(scene, arm, realtime),
+        }
+        _check_room(out)
+        began = time.perf_counter()
+        run = session.run(arm, script, args, **orders)
+        took = time.perf_counter() - began
+        # Without a pen motor all of the motion is ink, and none of it belongs to one path.
+        wanted = run.wanted if arm.pen else []
+        measures = drawing.measure(run.record, wanted)
+    except ArmError as error:
+        raise click.ClickException(str(error)) from None
+    except OSError as error:
+        raise click.ClickException(f"{error.strerror}: {error.filename}; make room there") from None
+    to_see = drawing.is_there_to_see(run.record, run.wanted)
+    drawn = to_see if pictured is None else pictured
+    summary = _summary(script, args, arm, plant_text, run, measures)
+    click.echo(_report(summary, took))
+    try:
+        _write(out, arm, run, wanted, measures, summary, drawn)
+    except OSError as error:
+        raise _no_room(out, error) from None
+    if drawn:
+        click.echo(f"{out}/{PICTURE}, trace.csv, summary.json")
+    else:
+        why = "" if to_see else "; the arm has not moved, so there is no picture"
+        click.echo(f"{out}/trace.csv, summary.json{why}")
+    sys.exit(run.outcome.status)
+
+
+def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
+    """What serves a brick in virtual time with what the tracker finds in rendered frames."""
+    if realtime:
+        raise session.BadOrder(
+            "a scene is for virtual time; with --realtime, run track --camera synthetic beside it"
+        )
+    from laptop.simulator.scene import Scene, cameras, read_scene  # OpenCV is slow to import
+    from laptop.simulator.sight import rendered
+    from laptop.simulator.virtual_tracker import VirtualTracker
+
+    scenes = {
+        name: Scene(arm, {**read_scene(text, name), "fps_wander": 0.0})
+        for name in cameras(arm, text)
+    }
+    chain = {key: scenes["A"].constants[key] for key in ("fps", "jitter", "delay", "seed")}
+    for name, scene in scenes.items():
+        for key, value in chain.items():
+            if scene.constants[key] != value:
+                raise session.BadOrder(
+                    f"scene {name}.{key}: cameras in virtual time share it; write {key}=VALUE"
+                )
+    latency = chain.pop("delay")
+
+    def watch(brick: Any) -> Any:
+        see = rendered(scenes, brick)
+        return VirtualTracker(brick.world, see, latency=latency, cameras=list(scenes), **chain)
+
+    return watch
+
+
+def _plugged(arm: Arm, plugs: tuple[str, ...]) -> dict[str, str]:
+    """Port -> kind of the motors beside the arm's."""
+    joints = {joint.port for joint in arm.joints}
+    extra: dict[str, str] = {}
+    for text in plugs:
+        port, _, kind = text.partition("=")
+        if port not in tuple("ABCD") or kind not in ("large", "medium"):
+            raise session.BadOrder(
+                f"plug '{text}': write PORT=KIND with a port from A to D and large or medium"
+            )
+        if plugs == FREE_MOTOR:
+            # Ordered by nobody, it gives way to whatever the arm has there.
+            if port not in joints | ({arm.pen.port} if arm.pen else set()):
+                extra[port] = kind
+        elif port in joints or port in extra:
+            raise session.BadOrder(f"plug '{text}': port {port} is taken; choose another one")
+        else:
+            extra[port] = kind
+    return extra
+
+
+def _check_room(out: Path) -> None:
+    """Refuse a folder that cannot take the results before anything runs."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=out) as file:
+            file.write(bytes(1 << 20))
+            file.flush()
+    except OSError as error:
+        raise _no_room(out, error) from None
+
+
+def _no_room(out: Path, error: OSError) -> click.ClickException:
+    advice = "make room or " if error.errno == errno.ENOSPC else ""
+    return click.ClickException(
+        f"cannot write to {out}: {error.strerror}; {advice}choose another folder with --out"
+    )
+
+
+def _write(
+    out: Path,
+    arm: Arm,
+    run: session.Run,
+    wanted: list,
+    measures: list[drawing.Measure | None],
+    summary: dict,
+    pictured: bool,
+) -> None:
+    """All files, each whole or not at all; no picture of an earlier run stays."""
+    from laptop import drawing
+
+    title = " ".join([summary["script"], *summary["args"]])
+    notes = f"{arm.name} arm, true tip of the emulated arm"
+
+    def draw(file: str, axes: str = "xy") -> None:
+        from laptop import picture  # matplotlib is slow to import; every other answer is quicker
+
+        picture.draw_picture(
+            file, run.record, wanted, measures, run.skeleton, run.reach, title, notes, axes
+        )
+
+    def record(file: str) -> None:
+        drawing.write_trace(file, run.record)
+
+    def sum_up(file: str) -> None:
+        Path(file).write_text(json.dumps(summary, indent=1) + "\n")
+
+    files: dict[str, Callable[[str], None]] = {"trace.csv": record, "summary.json": sum_up}
+    if pictured and run.record and run.record[0].z is not None:
+        files[FROM_THE_SIDE] = partial(draw, axes="xz")
+    if pictured:
+        files[PICTURE] = draw
+    for name, write in files.items():
+        draft = out / f".{name}.part"
+        try:
+            write(str(draft))
+            os.replace(draft, out / name)
+        finally:
+            draft.unlink(missing_ok=True)
+    for name in {PICTURE, FROM_THE_SIDE} - set(files):
+        (out / name).unlink(missing_ok=True)
+
+
+def _summary(
+    script: str,
+    args: tuple[str, ...],
+    arm: Arm,
+    plant: str,
+    run: session.Run,
+    measures: list[drawing.Measure | None],
+) -> dict:
+    return {
+        "script": script,
+        "args": list(args),
+        "arm": arm.name,
+        "plant": plant,
+        "status": run.outcome.status,
+        "reason": run.outcome.reason,
+        "seconds": round(run.outcome.t, 6),
+        "accesses": run.outcome.accesses,
+        "motors": run.motors,
+        "paths": [measure and measure.as_dict() for measure in measures],
+        "unmeasured": len(run.wanted) - len(measures),
+    }
+
+
+def _report(summary: dict, took: float) -> str:
+    """A short summary for people."""
+    lines = [
+        f"{summary['reason']}, status {summary['status']}, after {summary['seconds']:.2f} s on the "
+        f"emulated brick ({summary['accesses']} accesses; "
+        f"{summary['seconds'] / took:.0f} x real time)"
+    ]
+    for number, path in enumerate(summary["paths"], 1):
+        lines.append(
+            f"path {number}: not drawn"
+            if path is None
+            else f"path {number}: {path['length_cm']:.1f} cm in {path['seconds']:.1f} s, off by "
+            f"{path['greatest_mm']:.2f} mm at most and {path['rms_mm']:.2f} mm rms, "
+            f"{path['end_mm']:.2f} mm at its end"
+        )
+    if summary["unmeasured"]:
+        lines.append(
+            "the arm has no pen motor: all of its motion is ink, the paths are not measured"
+        )
+    driven = [port for port, motor in summary["motors"].items() if motor["driven"]]
+    modes = ", ".join(f"{port} {motor['mode']}" for port, motor in summary["motors"].items())
+    lines.append(f"STILL DRIVEN: {', '.join(driven)} ({modes})" if driven else f"motors: {modes}")
+    return "\n".join(lines)

@@ -1,0 +1,55 @@
+"""All commands alike: help that is there at once, and one line where a library is missing."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+ROOT = Path(__file__).parent.parent
+SLOW = ("numpy", "cv2", "matplotlib", "nicegui", "rich")
+
+
+def test_no_command_imports_what_is_slow_to_say_how_it_is_called():
+    program = f"""
+import sys
+from click.testing import CliRunner
+from laptop.cli.main import laptop
+
+def show(command, *words):
+    shown = CliRunner().invoke(laptop, [*words, "--help"]).output
+    assert shown.startswith("Usage: laptop " + " ".join(words)), shown
+    slow = set({SLOW}) & set(sys.modules)
+    print(" ".join(words), "imports " + ", ".join(sorted(slow)) if slow else "is quick")
+    for name, inner in getattr(command, "commands", {{}}).items():
+        show(inner, *words, name)
+
+show(laptop)
+"""
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True)
+    assert done.stderr == ""
+    told = done.stdout.splitlines()
+    assert {" is quick", "simulate is quick", "bench draw is quick"} < set(told)
+    assert [line for line in told if not line.endswith(" is quick")] == []
+
+
+@pytest.mark.parametrize(
+    ("there", "words", "missing"),
+    [([], ["--help"], "click"), (["click"], ["simulate", "robot/driver.py", "where"], "numpy")],
+)
+def test_a_library_that_is_not_there_is_named_in_one_line(tmp_path, there, words, missing):
+    if there:
+        (tmp_path / "click").symlink_to(Path(click.__file__).parent)
+    done = subprocess.run(
+        [sys.executable, "-S", "-m", "laptop", *words],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    assert done.stderr == (
+        f"laptop: {missing} is not installed here; run .uv/bin/uv run python -m laptop\n"
+    )
