@@ -17,6 +17,7 @@ import click
 
 from laptop.cli.options import ON_THE_BRICK
 from laptop.simulator import peripherals, session
+from laptop.simulator.pace import BUSY
 from laptop.simulator.plant import CONSTANTS, read_plant
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
@@ -283,6 +284,7 @@ def _summary(
         "status": run.outcome.status,
         "reason": run.outcome.reason,
         "seconds": round(run.outcome.t, 6),
+        "pace": run.pace and round(run.pace, 3),
         "accesses": run.outcome.accesses,
         "motors": run.motors,
         "paths": [measure and measure.as_dict() for measure in measures],
@@ -292,11 +294,14 @@ def _summary(
 
 def _report(summary: dict, took: float) -> str:
     """A short summary for people."""
+    pace = summary["pace"]
+    speed = f"{summary['seconds'] / took:.0f}" if pace is None else f"{pace:.2f}"
     lines = [
         f"{summary['reason']}, status {summary['status']}, after {summary['seconds']:.2f} s on the "
-        f"emulated brick ({summary['accesses']} accesses; "
-        f"{summary['seconds'] / took:.0f} x real time)"
+        f"emulated brick ({summary['accesses']} accesses; {speed} x real time)"
     ]
+    if pace is not None and pace < BUSY:
+        lines.append("this computer was busy, so the emulated clock went slower than real time")
     for number, path in enumerate(summary["paths"], 1):
         lines.append(
             f"path {number}: not drawn"
