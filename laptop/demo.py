@@ -12,6 +12,7 @@ What the brick claims decides nothing: every goal is judged by the true pose of 
 from __future__ import annotations
 
 import csv
+import http.client
 import json
 import math
 import os
@@ -23,6 +24,7 @@ import sys
 import tempfile
 import threading
 import time
+import urllib.parse
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -41,7 +43,10 @@ from rich.text import Text
 from laptop import report
 from laptop.drawing import pen_down_runs
 from laptop.simulator.clocks import UPTIME
+from laptop.simulator.live import Follower
+from laptop.simulator.pace import BUSY, Pace, PacedClock, in_words
 from laptop.simulator.scene import Scene, cameras, read_scene
+from laptop.simulator.world import BUSY as TOO_BUSY
 from laptop.watching import undisturbed
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
@@ -58,10 +63,11 @@ TOLERANCE = 5.0
 REPORT_BUDGET = 180.0
 """What the report's method may take, virtual s."""
 
-READY, DRAWN, SERVOED, ENDED = 30.0, 120.0, 90.0, 10.0
-"""Deadlines, s: for the tracker to listen, for the lines, for one goal, for what is told to end."""
-COMPARED = 80.0
-"""So long after the beginning of the demo nobody waits for the comparison any more, s."""
+READY, DRAWN, SERVOED, COMPARED, ENDED = 300.0, 600.0, 600.0, 600.0, 60.0
+"""Deadlines that only a hang reaches, s: for the tracker and its page; on the emulated clock, for
+the lines and for one goal; for the comparison, and for what is told to end."""
+SLOWEST = 10.0
+"""After as many times longer the emulated clock itself has stopped."""
 
 APART = 150.0
 """Least distance of a goal from the others, and from where the driver leaves the tip, px; of two
@@ -94,7 +100,6 @@ class Stand(NamedTuple):
     """How an arm of one kind of chain is shown.
 
     words   of every scene's text
-    rival   beyond these, of the scene in virtual time for the report's method
     usual   of seed 0
     views   per camera (its prefix in the text) ranges of tilt, azimuth and roll, deg, for others
     left    where the driver's lines end, cm
@@ -102,7 +107,6 @@ class Stand(NamedTuple):
     """
 
     words: dict[str, str]
-    rival: str
     usual: dict[str, str]
     views: dict[str, tuple[tuple[float, float], ...]]
     left: tuple[float, ...]
@@ -110,11 +114,10 @@ class Stand(NamedTuple):
 
 
 STANDS = {
-    "planar": Stand({}, "", {}, {"": ((10, 40), (-60, 60), (-15, 15))}, (0.0, 15.0), (1.0, 1.0)),
+    "planar": Stand({}, {}, {"": ((10, 40), (-60, 60), (-15, 15))}, (0.0, 15.0), (1.0, 1.0)),
     "spatial": Stand(
         # Two pictures at once are more work than one: fewer, and quicker to paint.
         {"fps": "20", "exposure": "0.004", "jpeg": "0"},
-        ",fps=10",  # no more would be looked at
         # From above in front, where no link hides the tip, and from the side.
         {"A.tilt": "40", "A.azimuth": "90", "B.tilt": "85", "B.azimuth": "10"},
         {"A.": ((32, 48), (60, 110), (-10, 10)), "B.": ((75, 88), (-10, 35), (-5, 5))},
@@ -127,6 +130,10 @@ STANDS = {
 
 class DemoFailed(ArmError):
     """A program of the demo that fails or hangs."""
+
+
+class TooBusy(DemoFailed):
+    """This computer has no time left for the demo."""
 
 
 @dataclass(frozen=True)
@@ -418,7 +425,8 @@ class Program:
         """What to say when it has failed."""
         said = [line for line in self.lines if re.match(r"(laptop|simulate|\w+\.py): ", line)]
         last = (said or list(self.lines) or ["it said nothing"])[-1]
-        return DemoFailed(f"{self.name} failed: {last.removeprefix('laptop: ')}; see {self.log}")
+        kind = TooBusy if self._process.poll() == TOO_BUSY else DemoFailed
+        return kind(f"{self.name} failed: {last.removeprefix('laptop: ')}; see {self.log}")
 
     def interrupt(self) -> None:
         """Ask it to end, as Ctrl-C does."""
@@ -439,7 +447,7 @@ class Program:
 
     def _read(self) -> None:
         assert self._process.stdout
-        with self.log.open("w", encoding="utf-8") as log, suppress(ValueError):
+        with self.log.open("a", encoding="utf-8") as log, suppress(ValueError):
             for line in self._process.stdout:
                 log.write(line)
                 log.flush()
@@ -461,7 +469,9 @@ class Crew:
         self._surroundings = surroundings
         self._programs: list[Program] = []
         # A signal interrupts the main thread alone: what has been started is always on the list.
+        # (The executor knows only threads that were not interrupted as they began: this one.)
         self._starter = ThreadPoolExecutor(1)
+        self._starter.submit(int).result()
 
     def start(
         self, name: str, words: Sequence[str], told: Callable[[str], None] = lambda line: None
@@ -543,6 +553,10 @@ class Stage:
         return f"{self.took if self.took is not None else time.monotonic() - self.began:.1f} s"
 
 
+TELL_PACE = 10.0
+"""Between two lines about a computer that is busy, s."""
+
+
 class Progress:
     """All stages, on a terminal as they go, elsewhere a line as each is over.
 
@@ -553,7 +567,9 @@ class Progress:
 
     def __init__(self, console: Console, names: Sequence[str]) -> None:
         self._console = console
+        self._told = -math.inf
         self.stages = {name: Stage(name) for name in names}
+        self.pace = 1.0
 
     def __rich__(self) -> Table:
         """As a table that is drawn anew all the time."""
@@ -566,11 +582,21 @@ class Progress:
                 Text(stage.seconds, justify="right"),
                 Text(stage.text, no_wrap=True, overflow="ellipsis", style="" if running else "dim"),
             )
+        if self.pace < BUSY:
+            table.add_row("[yellow]![/]", "", "", Text(in_words(self.pace), style="yellow"))
         return table
 
     def say(self, line: str) -> None:
         """A line of its own, above all."""
         self._console.print(line, soft_wrap=True, highlight=False, markup=False)
+
+    def keep(self, pace: float) -> None:
+        """So fast the emulated clock goes of late, as laptop.simulator.pace has it."""
+        self.pace = pace
+        now = time.monotonic()
+        if pace < BUSY and not self._console.is_terminal and now - self._told > TELL_PACE:
+            self._told = now
+            self.say(in_words(pace))
 
     @contextmanager
     def shown(self) -> Iterator[None]:
@@ -609,6 +635,8 @@ def run(orders: Orders, console: Console) -> tuple[int, Path]:
     )
     with ExitStack() as stack:
         state = stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-demo-"))
+        clock = PacedClock(state)
+        stack.callback(clock.close)
         # The cameras show this arm from the start, before it moves.
         crew = Crew(
             folder, {"BRICKSERVO_STATE": state, "BRICKSERVO_ARM": os.path.abspath(arm.file)}
@@ -616,7 +644,8 @@ def run(orders: Orders, console: Console) -> tuple[int, Path]:
         stack.enter_context(_ending_on_signals())
         stack.callback(crew.close)
         stack.enter_context(progress.shown())
-        show = Show(arm, orders, folder, crew, progress)
+        show = Show(arm, orders, folder, crew, progress, clock, Follower(state))
+        stack.callback(show.close)
         show.play()
         progress.stages[REPORT].begin("drawing the pictures")
         crew.close()  # the tracker leaves its picture when it ends
@@ -630,10 +659,48 @@ def run(orders: Orders, console: Console) -> tuple[int, Path]:
         progress.finish(REPORT, True, shown)
     console.print(report.table(run))
     console.print(report.headline(run), soft_wrap=True, highlight=False, markup=False)
-    console.print(
-        f"{time.monotonic() - began:.0f} s; {shown}", soft_wrap=True, highlight=False, markup=False
-    )
+    took = f"{time.monotonic() - began:.0f} s, the emulated clock at {show.story['pace']:.2f} x"
+    ink = f", first ink after {show.story['first_ink']:.1f} s" if "first_ink" in show.story else ""
+    console.print(f"{took}{ink}; {shown}", soft_wrap=True, highlight=False, markup=False)
     return (0 if run.worked else 1), page
+
+
+class Deadline:
+    """A time that only a hang reaches.
+
+    Args:
+        clock: the emulated one; that it goes slower is no hang.
+        limit: s on it; SLOWEST times as much by this computer's clock says that it has stopped.
+    """
+
+    def __init__(self, clock: PacedClock, limit: float) -> None:
+        self.limit = limit
+        self._clock = clock
+        self._ends = clock.now() + limit, time.monotonic() + SLOWEST * limit
+
+    @property
+    def passed(self) -> bool:
+        """Whether it is over."""
+        now = self._clock.now(), time.monotonic()
+        return any(t > end for t, end in zip(now, self._ends, strict=True))
+
+
+@dataclass
+class Part:
+    """What one program does on the emulated brick.
+
+    name     for people
+    options  of `simulate`
+    home     for its files
+    script   with its words
+    program  the latest that was started for it
+    """
+
+    name: str
+    options: Sequence[str]
+    home: Path
+    script: Sequence[str]
+    program: Program
 
 
 class Show:
@@ -645,21 +712,35 @@ class Show:
         folder: for the raw files.
         crew: starts the programs.
         progress: tells how it goes.
+        clock: of the emulated world.
+        follower: sees the emulated arm.
     """
 
     def __init__(
-        self, arm: Arm, orders: Orders, folder: Path, crew: Crew, progress: Progress
+        self,
+        arm: Arm,
+        orders: Orders,
+        folder: Path,
+        crew: Crew,
+        progress: Progress,
+        clock: PacedClock,
+        follower: Follower,
     ) -> None:
         self._arm = arm
         self._orders = orders
         self._folder = folder
         self._crew = crew
         self._progress = progress
-        text, self._goals = choose_goals(arm, orders.seed)
-        self._views = Views(arm, text)
+        self._clock = clock
+        self._pace = Pace(clock)
+        self._follower = follower
         self._began = time.monotonic()
         self._played: list[Program] = []
         self._rival: Program | None = None
+        self._page: threading.Thread | None = None
+        self._over = threading.Event()
+        text, self._goals = choose_goals(arm, orders.seed)
+        self._views = Views(arm, text)
         self.story: dict[str, Any] = {
             "arm": arm.name,
             "scene": text,
@@ -681,25 +762,21 @@ class Show:
         """
         stages = self._progress.stages
         stages[TRACKER].begin("starting")
-        tracker = self._crew.start(
-            TRACKER,
-            ["track", *["--camera", "synthetic"] * len(self._views), *self._page_words()]
-            + ["--scene", self.story["scene"], "--host", "127.0.0.1", "--port", "0"]
-            + ["--csv", str(self._folder / "track.csv")]
-            + ["--picture", str(self._folder / "camera.png")],
-        )
-        home = self._folder / "drawing"
+        self._tracker = self._track()
         stages[DRAWING].begin("starting")
-        drawing = self._simulate(DRAWING, ["--realtime"], home, [str(DRIVER)])
-        place, code = said(tracker, read_invitation)
+        drawing = self._begin(DRAWING, ["--realtime"], "drawing", [str(DRIVER)])
+        place, code = self._invitation()
         self._progress.finish(TRACKER, True, f"listens at {place}")
         if self._orders.page:
-            self._progress.say(f"page: {said(tracker, read_page)}")
-        self._wait(drawing, tracker, home, DRAWN)
+            address = said(self._tracker, read_page)
+            self._page = threading.Thread(target=self._show_page, args=(address,), daemon=True)
+            self._page.start()
+        self._wait(drawing, DRAWN)
+        home = drawing.home
         summary = json.loads((home / SUMMARY).read_text(encoding="utf-8"))
         if summary["status"]:
-            drawing.wait(ENDED)
-            raise drawing.complain()
+            drawing.program.wait(ENDED)
+            raise drawing.program.complain()
         lines = self.story["lines"] = summary["paths"]
         self.story["ink"] = _ink(self._views, read_trace(home / "trace.csv"))
         self._progress.finish(DRAWING, report.drawn(lines), report.lines_text(lines))
@@ -708,20 +785,52 @@ class Show:
             start = start_words(self._arm, home)
             home = self._folder / goal.name.replace(" ", "-")
             stages[goal.name].begin("starting")
-            program = self._simulate(
+            part = self._begin(
                 goal.name,
                 ["--realtime", start],
-                home,
+                home.name,
                 [str(self._orders.servo), place, "--code", code, *goal_words(goal)]
                 + ["--log", f"{home}.jsonl"],
             )
             if self._rival is None:
                 self._compare(goal, start)
-            self._wait(program, tracker, home, SERVOED)
-            self._take(goal.name, approach_of(self._views, goal, home, program), "approaches")
+            self._wait(part, SERVOED)
+            record = approach_of(self._views, goal, home, part.program)
+            self._take(goal.name, record, "approaches")
+        self.story["pace"] = round(self._pace.mean, 3)
         self._conclude_comparison()
         for program in self._played:
-            program.wait(ENDED)  # it may be at its picture
+            program.wait(DRAWN)  # it may be at its picture
+        if self._page:
+            self._page.join()
+
+    def close(self) -> None:
+        """Look at nothing any more."""
+        self._over.set()
+        self._follower.close()
+
+    def _track(self) -> Program:
+        return self._crew.start(
+            TRACKER,
+            ["track", *["--camera", "synthetic"] * len(self._views), *self._page_words()]
+            + ["--scene", self.story["scene"], "--host", "127.0.0.1", "--port", "0"]
+            + ["--csv", str(self._folder / "track.csv")]
+            + ["--picture", str(self._folder / "camera.png")],
+        )
+
+    def _invitation(self) -> tuple[str, str]:
+        """Where the tracker listens, and its code; one that fails to start is started again."""
+        try:
+            return said(self._tracker, read_invitation)
+        except DemoFailed as trouble:
+            if self._tracker.running:
+                raise
+            self._say_again(trouble)
+            self._tracker = self._track()
+            return said(self._tracker, read_invitation)
+
+    def _say_again(self, trouble: DemoFailed) -> None:
+        self._progress.say(f"{trouble}; trying once more")
 
     def _page_words(self) -> list[str]:
         """What the tracker is told of the page; it is to bring no brick along."""
@@ -731,6 +840,22 @@ class Show:
         words = ["--page", "--no-brick", "--page-host", orders.page_host]
         words += [] if orders.page_port is None else ["--page-port", str(orders.page_port)]
         return words + ["--open"] * orders.open
+
+    def _show_page(self, address: str) -> None:
+        """Tell where the page is, as soon as it answers."""
+        deadline = time.monotonic() + READY
+        while not answers(address):
+            if self._over.wait(LOOK) or not self._tracker.running:
+                return
+            if time.monotonic() > deadline:
+                self._progress.say(f"the page does not answer: {address}")
+                return
+        self._progress.say(f"page: {address}")
+
+    def _begin(self, name: str, options: Sequence[str], folder: str, script: Sequence[str]) -> Part:
+        """Start a program on the emulated brick."""
+        home = self._folder / folder
+        return Part(name, options, home, script, self._simulate(name, options, home, script))
 
     def _simulate(
         self, name: str, options: Sequence[str], home: Path, script: Sequence[str]
@@ -744,21 +869,22 @@ class Show:
         home = self._folder / RIVAL_HOME
         self._rival = self._simulate(
             RIVAL,
-            ["--scene", self.story["scene"] + STANDS[self._arm.chain].rival, start],
+            ["--scene", self.story["scene"] + RIVAL_SCENE, start],
             home,
             [str(self._orders.servo), *goal_words(goal), "--method", "report"]
             + ["--budget", f"{REPORT_BUDGET:g}", "--log", f"{home}.jsonl"],
         )
         # What runs in real time goes first.
         with suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, self._rival.pid, 10)
+            os.setpriority(os.PRIO_PROCESS, self._rival.pid, RIVAL_NICE)
 
     def _conclude_comparison(self) -> None:
         """Take its outcome once; whatever becomes of it does no harm to the demo."""
         if self._rival is None or self._progress.stages[RIVAL].took is not None:
             return
         home = self._folder / RIVAL_HOME
-        while self._rival.running and time.monotonic() < self._began + COMPARED:
+        deadline = time.monotonic() + COMPARED
+        while self._rival.running and time.monotonic() < deadline:
             time.sleep(LOOK)
         try:
             self._rival.interrupt()
@@ -778,26 +904,43 @@ class Show:
         told = report.read_approach(self._folder, record)
         self._progress.finish(stage, told.reached, told.words)
 
-    def _wait(self, program: Program, tracker: Program, home: Path, limit: float) -> None:
-        """Until a run's figures are there, or it has ended; its picture may take longer.
+    def _wait(self, part: Part, limit: float) -> None:
+        """Until a run's figures are there; its picture may take longer.
+
+        A run that ends without any has failed to start, and is started once more.
 
         Raises:
-            DemoFailed: it takes longer than `limit` s, or the tracker has ended.
+            DemoFailed: it takes longer than `limit` s, or failed twice, or the tracker has ended.
         """
-        deadline = time.monotonic() + limit
-        while program.running and not (home / SUMMARY).exists():
-            if not tracker.running:
-                tracker.wait(ENDED)
-                raise tracker.complain()
-            if self._rival and not self._rival.running:
-                self._conclude_comparison()
-            if time.monotonic() > deadline:
-                raise program.hangs(limit)
+        deadline = Deadline(self._clock, limit)
+        again = False
+        while not (part.home / SUMMARY).exists():
+            if not self._tracker.running:
+                self._tracker.wait(ENDED)
+                raise self._tracker.complain()
+            if not part.program.running and not (part.home / SUMMARY).exists():
+                part.program.wait(ENDED)
+                trouble = part.program.complain()
+                if again or isinstance(trouble, TooBusy):
+                    raise trouble
+                again = True
+                self._say_again(trouble)
+                part.program = self._simulate(part.name, part.options, part.home, part.script)
+            if deadline.passed:
+                raise part.program.hangs(limit)
+            self._look()
             time.sleep(LOOK)
-        if not (home / SUMMARY).exists():
-            program.wait(ENDED)
-            raise program.complain()
-        self._played.append(program)
+        self._played.append(part.program)
+
+    def _look(self) -> None:
+        """How fast the emulated clock goes, what the arm has drawn, how the comparison does."""
+        self._progress.keep(self._pace.look())
+        if "first_ink" not in self.story:
+            self._follower.poll()
+            if self._follower.pen:
+                self.story["first_ink"] = round(time.monotonic() - self._began, 2)
+        if self._rival and not self._rival.running:
+            self._conclude_comparison()
 
 
 def _command(orders: Orders) -> str:
@@ -838,6 +981,20 @@ def read_page(line: str) -> str | None:
     """The page's address from what the tracker prints; None of another line."""
     found = re.match(r"page: (http://\S+)", line)
     return found.group(1) if found else None
+
+
+def answers(address: str) -> bool:
+    """Whether a page answers, and be it that nobody is let in."""
+    host = urllib.parse.urlsplit(address).netloc
+    connection = http.client.HTTPConnection(host, timeout=READY)
+    try:
+        connection.request("HEAD", "/")
+        connection.getresponse()
+    except (OSError, http.client.HTTPException):
+        return False
+    finally:
+        connection.close()
+    return True
 
 
 def said(tracker: Program, read: Callable[[str], Told | None]) -> Told:
@@ -960,6 +1117,8 @@ LOOK = 0.05
 SUMMARY = "summary.json"
 """What `simulate` leaves, behind trace.csv."""
 RIVAL_HOME = "report-method"
+RIVAL_SCENE, RIVAL_NICE = ",fps=10", 10
+"""The report takes 20 pictures in 2 s: no more would be looked at."""
 
 FINEST = 0.2
 """Of the true path, points so far apart are kept, px."""

@@ -530,7 +530,12 @@ def undisturbed() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {number: signal.signal(number, signal.SIG_IGN) for number in STATUS_OF}
+    before: dict[int, Any] = {}
+    while len(before) < len(STATUS_OF):
+        # One may just have come in, and wait to be noticed.
+        with suppress(KeyboardInterrupt, SystemExit):
+            for number in STATUS_OF.keys() - before.keys():
+                before[number] = signal.signal(number, signal.SIG_IGN)
     try:
         yield
     finally:

@@ -1,4 +1,4 @@
-"""The clock of an emulated world in real time: with a wall whose time the tests say, and for real."""
+"""The clock of an emulated world in real time, on a wall's clock that is turned, or real."""
 
 import os
 import signal

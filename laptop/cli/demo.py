@@ -10,7 +10,14 @@ from typing import Any
 import click
 
 from laptop.cli.options import ON_THE_BRICK, on_the_page
+from laptop.simulator.world import BUSY
 from shared.arm_description import ArmError
+
+
+class TryLater(click.ClickException):
+    """This computer is too busy."""
+
+    exit_code = BUSY
 
 
 @click.command()
@@ -37,7 +44,8 @@ def demo(arm_file: str, **orders: Any) -> None:
     The programs of the brick run unmodified and in real time, linked to the tracker by TCP; one
     camera watches, or two where --arm spatial moves in space.  Leaves a report and all raw files in
     a folder of its own under --out.  Its exit status is 0 only if the arm truly got everywhere,
-    whatever the brick says.
+    whatever the brick says.  On a busy computer all of it goes slower, and says so; the status is
+    75 where not even that can go on.
     """
     from rich.console import Console
 
@@ -45,6 +53,8 @@ def demo(arm_file: str, **orders: Any) -> None:
 
     try:
         status, report = show_off.run(show_off.Orders(arm=arm_file, **orders), Console())
+    except show_off.TooBusy as error:
+        raise TryLater(str(error)) from None
     except ArmError as error:
         raise click.ClickException(str(error)) from None
     if orders["open"]:

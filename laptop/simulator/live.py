@@ -224,6 +224,7 @@ class Follower(object):
     Attributes:
         header: dict of the run that is followed or was last, None before any.
         alive: whether it still runs.
+        pen: whether its pen has been down.
         refused: why a file that is there is not followed, "" if there is nothing to say.
     """
 
@@ -231,6 +232,7 @@ class Follower(object):
         self.path = os.path.join(folder or state_folder(), FILE)
         self.header = None
         self.alive = False
+        self.pen = False
         self.refused = ""
         self._file = None
         self._rest = b""
@@ -310,6 +312,7 @@ class Follower(object):
             return
         if newest is None or t > newest:
             self._history.append(t, q, pen)
+            self.pen = self.pen or bool(pen)
 
 
 def _start(file):
