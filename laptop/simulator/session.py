@@ -12,7 +12,6 @@ import re
 import shutil
 import signal
 import sys
-import tempfile
 from collections import namedtuple
 
 from laptop.simulator.brick import EmulatedBrick
@@ -20,6 +19,7 @@ from laptop.simulator.live import Publisher
 from laptop.simulator.pace import PacedClock
 from laptop.simulator.peripherals import Peripherals
 from laptop.simulator.runner import run_script
+from laptop.simulator.sysfs import folder_in_memory
 from laptop.simulator.world import World
 from robot import kinematics
 from robot.tracking_client import Memory, Tracker
@@ -249,7 +249,7 @@ def _published(brick, script):
 @contextlib.contextmanager
 def _home_folder(brick, q, homed, tracker):
     """The brick's home for one run: its state, its arm, and room for the wanted paths."""
-    folder = tempfile.mkdtemp(prefix="emulated-home-")
+    folder = folder_in_memory("emulated-home-")
     arm = brick.arm
     told = {
         "BRICKSERVO_STATE": folder,
