@@ -25,29 +25,18 @@ class Gravity(object):
     def __init__(self, arm, g=G, presses=True, known=True):
         # Of a joint whose own weight is not told, the next one's is not all that it carries.
         self._rubs = [joint.friction if joint.mass else float("inf") for joint in arm.joints]
-        # A link ends where it balances: what lifts that end lifts the weight.
-        self._weights = [
-            (
-                joint.mass * g * 0.01,
-                arm._replace(joints=arm.joints[:k] + (joint._replace(link=joint.centre),)),
-            )
-            for k, joint in enumerate(arm.joints)
-            if joint.mass
-        ]
-        self.loaded = bool(self._weights)
+        self._arm = arm
+        self._weights = [(joint.mass * g * 0.01, joint.centre) for joint in arm.joints]
+        self.loaded = any(joint.mass for joint in arm.joints)
         self._presses = presses
         self._known = known
 
     def torques(self, q):
         """The torque on each joint at `q` (rad), Nm: minus the gradient of the potential energy."""
-        return self._pull(q) if self._known else [0.0] * len(q)
+        return self._pull(q) if self._known and self.loaded else [0.0] * len(q)
 
     def _pull(self, q):
-        out = [0.0] * len(q)
-        for weight, arm in self._weights:
-            for k, slope in enumerate(kinematics.lift(arm, q)):
-                out[k] -= weight * slope
-        return out
+        return kinematics.pull(self._arm, q, self._weights)
 
     def pressed(self, q):
         """Per joint, the side to which gravity presses the play at `q`: +1 or -1.

@@ -64,9 +64,13 @@ def jacobian(arm, q):
     return _chain(arm).jacobian(arm, q)
 
 
-def lift(arm, q):
-    """How fast each joint raises the tip at q, cm/rad: the last row of J, without the others."""
-    return _chain(arm).lift(arm, q)
+def pull(arm, q, weights):
+    """What weights on the links do to each joint at q: minus the gradient of their energy.
+
+    weights  per joint (weight, cm from the joint's axis along the link)
+    In the unit of the weights times cm.
+    """
+    return _chain(arm).pull(arm, q, weights)
 
 
 def singularity(arm, q):
@@ -344,8 +348,8 @@ def _planar_jacobian(arm, q):
     )
 
 
-def _planar_lift(arm, q):
-    return _planar_jacobian(arm, q)[-1]
+def _planar_pull(arm, q, weights):
+    return [0.0] * len(q)
 
 
 def _planar_solutions(arm, p):
@@ -414,14 +418,21 @@ def _spatial_jacobian(arm, q):
     return tuple(zip(*columns))
 
 
-def _spatial_lift(arm, q):
+def _spatial_pull(arm, q, weights):
+    torques = [0.0] * len(q)
     heading = out = 0.0
     joints_out = []
-    for joint, angle in zip(arm.joints[1:], q[1:]):
+    for k in range(1, len(weights)):
         joints_out.append(out)
-        heading += angle
-        out += joint.link * math.cos(heading)
-    return [0.0] + [out - joint_out for joint_out in joints_out]
+        heading += q[k]
+        level = math.cos(heading)
+        weight, centre = weights[k]
+        if weight:
+            weight_out = out + centre * level
+            for inner, joint_out in enumerate(joints_out, 1):
+                torques[inner] -= weight * (weight_out - joint_out)
+        out += arm.joints[k].link * level
+    return torques
 
 
 def _spatial_solutions(arm, p):
@@ -442,17 +453,17 @@ def _spatial_singularity(arm, q):
     return abs(math.sin(q[2]) * out) / reach(arm)[1]
 
 
-# A chain: positions(arm, q), jacobian(arm, q), lift(arm, q), solutions(arm, p) -> {branch: [q]}
-# limits aside, singularity(arm, q), the number of coordinates of p, how many joints are below the
-# shoulder, and the sign of the elbow's angle in the branch "up".
+# A chain: positions(arm, q), jacobian(arm, q), pull(arm, q, weights), solutions(arm, p) -> {branch:
+# [q]} limits aside, singularity(arm, q), the number of coordinates of p, how many joints are below
+# the shoulder, and the sign of the elbow's angle in the branch "up".
 _Chain = collections.namedtuple(
-    "_Chain", "positions jacobian lift solutions singularity coordinates below up"
+    "_Chain", "positions jacobian pull solutions singularity coordinates below up"
 )
 _CHAINS = {
     "planar": _Chain(
         _planar_positions,
         _planar_jacobian,
-        _planar_lift,
+        _planar_pull,
         _planar_solutions,
         _planar_singularity,
         coordinates=2,
@@ -462,7 +473,7 @@ _CHAINS = {
     "spatial": _Chain(
         _spatial_positions,
         _spatial_jacobian,
-        _spatial_lift,
+        _spatial_pull,
         _spatial_solutions,
         _spatial_singularity,
         coordinates=3,

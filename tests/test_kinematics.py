@@ -18,7 +18,6 @@ from robot.kinematics import (
     inverse,
     jacobian,
     joint_positions,
-    lift,
     newton_inverse,
     singularity,
     solve,
@@ -291,15 +290,6 @@ def test_jacobian_is_the_numerical_difference():
             behind = forward(ARM, [a - step * (i == k) for k, a in enumerate(q)])
             difference = [(x - y) / (2 * step) for x, y in zip(ahead, behind)]
             assert [row[i] for row in rows] == pytest.approx(difference, abs=1e-7)
-
-
-@pytest.mark.parametrize("name", ["planar", "spatial"])
-def test_lift_is_the_last_row_of_the_jacobian(name):
-    arm = read_arm(find_arm(name))
-    luck = random.Random(3)
-    for _ in range(20):
-        q = [luck.uniform(-3, 3) for _ in arm.joints]
-        assert tuple(lift(arm, q)) == jacobian(arm, q)[-1]
 
 
 @pytest.mark.parametrize(("elbow", "expected"), [(0, 0), (90, 1), (-90, 1), (30, 0.5), (-150, 0.5)])
