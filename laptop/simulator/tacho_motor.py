@@ -60,7 +60,8 @@ class Encoder(object):
         # It has stood still for as long as it takes to know that.
         self._times = deque((-k * self.IDLE, 0) for k in range(self.FEWEST, -1, -1))
         self.noted = 0.0
-        self._speed = 0  # None where it is to be worked out
+        self.speed = 0
+        """Counts per second over the last 4 to 64 edges that span 20 ms; whole numbers."""
 
     def update(self, t, shaft):
         """Take in the shaft's angle (rad) at time `t`."""
@@ -80,20 +81,14 @@ class Encoder(object):
     def _note(self, t, edge):
         times = self._times
         times.append((t, edge))
-        self.noted, self._speed = t, None
         while len(times) > self.MOST + 1 or (
             len(times) > self.FEWEST + 1 and t - times[1][0] >= self.SPAN
         ):
             times.popleft()
-
-    @property
-    def speed(self):
-        """Counts per second over the last 4 to 64 edges that span 20 ms; whole numbers."""
-        if self._speed is None:
-            (t0, first), (t1, last) = self._times[0], self._times[-1]
-            turned = (last - first) / self.EDGES_PER_COUNT
-            self._speed = 0 if t1 <= t0 else int(turned / (t1 - t0))
-        return self._speed
+        self.noted = t
+        since, first = times[0]
+        turned = (edge - first) / self.EDGES_PER_COUNT
+        self.speed = int(turned / (t - since)) if t > since else 0
 
 
 def _truncated(a, b):
