@@ -764,7 +764,7 @@ class Show:
         stages[TRACKER].begin("starting")
         self._tracker = self._track()
         stages[DRAWING].begin("starting")
-        drawing = self._begin(DRAWING, ["--realtime"], "drawing", [str(DRIVER)])
+        drawing = self._begin(DRAWING, ["--realtime"], "drawing", [str(DRIVER), "--stay"])
         place, code = self._invitation()
         self._progress.finish(TRACKER, True, f"listens at {place}")
         if self._orders.page:

@@ -94,7 +94,7 @@ if command == "track":
     except KeyboardInterrupt:
         sys.exit(130)
 ends = json.loads(os.environ["ENDS"])
-if script.endswith("driver.py"):
+if words[-2].endswith("driver.py"):
     if first("no driver at first"):
         sys.exit("laptop: no room")
     if fault == "too busy":
