@@ -4,6 +4,7 @@ They are found by what they import: `robot`, `shared` or `laptop.simulator`, and
 the laptop's. Read line by line, because an old Python cannot parse the others.
 """
 
+import collections
 import gc
 import os
 import re
@@ -64,24 +65,27 @@ def pytest_configure(config):
         sys.pycache_prefix = os.environ["PYTHONPYCACHEPREFIX"] = str(folder)
 
 
-def pytest_itemcollected(item):
-    """Long is what `short` does not name of the cases of a test, and what needs a browser."""
-    if "browser" in item.fixturenames:
-        item.add_marker("long")
-    for mark in item.iter_markers("short"):
-        if not any(item.name.endswith("[" + case + "]") for case in mark.args):
-            item.add_marker("long")
-
-
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
-    """What `short` names must be there: else a case with a new name is left out unnoticed."""
-    names = {item.nodeid for item in items}
+    """Long is what `short` leaves out of the cases of a test, and what needs a browser."""
+    cases = collections.defaultdict(list)
     for item in items:
-        for mark in [] if is_by_name(config) else item.iter_markers("short"):
-            cases = {item.nodeid.split("[")[0] + "[" + case + "]" for case in mark.args}
-            if not cases <= names:
-                raise pytest.UsageError("`short` names no case: " + ", ".join(cases - names))
+        cases[item.nodeid.split("[")[0]].append(item)
+        if "browser" in item.fixturenames:
+            item.add_marker("long")
+    for test, of_test in cases.items():
+        mark = of_test[0].get_closest_marker("short")
+        if not mark or is_by_name(config):
+            continue
+        if mark.args:
+            short = {test + "[" + case + "]" for case in mark.args}
+        else:
+            short = {item.nodeid for item in of_test[:: mark.kwargs["every"]]}
+        left_out = [item for item in of_test if item.nodeid not in short]
+        if len(of_test) - len(left_out) != len(short):
+            raise pytest.UsageError("`short` names a case that is not there: " + test)
+        for item in left_out:
+            item.add_marker("long")
 
 
 def all_compiled(session):

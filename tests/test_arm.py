@@ -39,6 +39,7 @@ class CountingClock:
         self._rig.world.sleep(seconds)
 
 
+@pytest.mark.short("line0-planar", "line1-geared")
 @ARMS
 @pytest.mark.parametrize("line", REPORT_LINES)
 def test_at_most_six_accesses_and_fifty_ticks_a_second(tmp_path, name, line):

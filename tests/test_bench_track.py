@@ -236,6 +236,7 @@ def test_a_clip_whose_markers_cannot_be_learned_is_lost(monkeypatch):
     assert track.errors(results) == ["night: no colour here"] * 2
 
 
+@pytest.mark.short("5")
 @pytest.mark.parametrize("seed", [SEED, 5, 11])  # under the latter two's first swings lies the goal
 def test_a_hand_hides_what_could_be_seen_at_first(seed):
     camera, angles = track.filmed("occlusion=2.5", seed)

@@ -219,6 +219,7 @@ def within(a, b, turn, corners=False, u=70.3, v=60.6, finer=1):
     return max(outlines, key=cv2.contourArea)
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize("turn", WAYS)
 @pytest.mark.parametrize(("a", "b"), [(6, 3), (9, 3), (12, 3), (16, 4), (18, 6), (20, 20)])
 def test_an_ellipse_is_even_however_coarse_the_pixels(a, b, turn):
@@ -232,6 +233,7 @@ def test_an_ellipse_is_even_however_coarse_the_pixels(a, b, turn):
         assert short == pytest.approx(b - inward, abs=inward)
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("turn", WAYS)
 @pytest.mark.parametrize(("a", "b"), [(8, 4), (12, 4), (16, 4), (12, 6), (20, 6)])
 def test_a_bar_is_not_even(a, b, turn):

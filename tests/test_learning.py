@@ -52,6 +52,7 @@ def test_a_picked_disc_has_its_colour_its_size_and_its_kind(colour):
     assert (blue, green, red) == pytest.approx(image.mean(axis=(0, 1)), abs=3)
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("colour", VIVID)
 @pytest.mark.parametrize("radius", [12, 25])
 def test_a_shaded_marker_is_a_ball(colour, radius):

@@ -204,6 +204,7 @@ def test_battery(run):
 SOUND = "from ev3dev2.sound import Sound\nimport time\ns = Sound()\nt0 = time.time()\n"
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     ("call", "seconds"),
     [

@@ -46,6 +46,7 @@ def run(tmp_path, brick, capsys):
 # Exit statuses, as `python3 script.py; echo $?` gives them
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize(
     ("source", "status", "last_error"),
     [
@@ -240,6 +241,7 @@ def test_objects_are_let_go_before_the_world_stops_listening(run, brick):
 # Time
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize(
     ("source", "seconds"),
     [
@@ -382,6 +384,7 @@ def test_library_thread_and_spinning_main(run):
     assert (outcome.status, out) == (0, ["1.0"])
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize(
     "wait",
     ["while not e.is_set(): pass", "while t.is_alive(): pass", "while q.empty(): pass",
@@ -432,6 +435,7 @@ def number(name):
     return int(getattr(signal, name))
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize(
     ("options", "status", "reason", "end"),
     [
@@ -466,6 +470,7 @@ def test_a_program_that_is_ended_from_outside_never_acts_again(
         assert position == pytest.approx(500, abs=10)
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize(
     ("handling", "options", "status", "last"),
     [
@@ -492,6 +497,7 @@ def test_signals_reach_the_handlers_of_the_program(
     assert brick.driven() == []
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize(
     "wait",
     ["time.sleep(60)", "threading.Event().wait()", "t.join()", "q.get()", "m.wait(lambda s: False)",
@@ -711,6 +717,7 @@ COURSE = [
 ]
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(("name", "args", "options"), COURSE)
 def test_course_script_repeats_exactly_and_leaves_no_motor_driven(course, name, args, options):
     if name.startswith("lab5"):

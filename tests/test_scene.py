@@ -116,6 +116,7 @@ def test_a_rolled_camera_turns_the_picture_the_other_way():
     np.testing.assert_allclose(camera.project(np.array([(1, 0, 0)])), [(319.5, 229.5)], atol=1e-9)
 
 
+@pytest.mark.short("-0.3")
 @pytest.mark.parametrize("k1", [-0.3, 0.0, 0.2])
 def test_every_ray_projects_to_its_pixel(k1):
     camera = Pinhole.aimed((3, 2, 0), 60, (0.5, 1, 2), 600, SIZE, k1)
@@ -138,6 +139,7 @@ def test_a_lens_that_folds_the_picture_is_refused():
         Pinhole.aimed((0, 0, 0), 50, (0, 0, 0), 300, SIZE, -0.4)
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("seed", range(6))
 def test_the_whole_workspace_is_in_the_picture(seed):
     draw = np.random.default_rng(seed)
@@ -174,6 +176,7 @@ def test_a_polygon_covers_pixels_by_its_area():
     np.testing.assert_allclose(coverage([triangle], Box(0, 0, 2, 2)), [(1, 0.5), (0.5, 0)])
 
 
+@pytest.mark.short("0", "1")
 @pytest.mark.parametrize("seed", range(5))
 def test_a_polygon_covers_as_a_fine_raster_says(seed):
     draw = np.random.default_rng(seed)
@@ -251,6 +254,7 @@ def outline_centroid(view, name):
     return ((a + b) * cross[:, None]).sum(axis=0) / (3 * cross.sum())
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize(
     ("text", "least", "most"),
     [
@@ -477,6 +481,7 @@ def test_in_space_the_tip_is_the_balls_centre_and_the_goal_stands_where_it_is_sa
     assert tuple(centres["goal"]) == (7, -4, 6.5)
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize(
     ("tilt", "azimuth", "roll"), [(15, 0, 0), (90, 0, 0), (90, -50, 0), (60, 140, 35), (0, 20, -90)]
 )

@@ -75,6 +75,7 @@ def around(count, reach=24):
 # How well
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     ("radius", "options", "limit"),
     [
@@ -242,6 +243,7 @@ def filmed(text, count, step=1, still=False):
         yield frame, camera.truth(index), camera.scene.visible(q, frame.t)
 
 
+@pytest.mark.short("disc")
 @pytest.mark.parametrize("kind", ["disc", "ball"])
 def test_effector_and_goal_are_followed_among_bricks_of_all_colours(kind):
     tracker = Tracker([read_spec("effector", f"{kind}:red"), read_spec("goal", f"{kind}:green")])
@@ -330,6 +332,7 @@ def test_what_is_gone_is_none_at_once_with_a_reason_and_never_the_last_place(kin
     assert all(why[3:])
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize("gone", [0, 1, 6])
 @pytest.mark.parametrize("kind", ["disc", "ball", "aruco"])
 def test_what_comes_back_elsewhere_is_found_there_at_once(kind, gone):
@@ -353,6 +356,7 @@ def test_a_marker_never_seen_whole_in_the_light_it_has_is_said_to_be_in_the_dark
     assert why[2:] == ["too dark"] * 3
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize("shade", [0, 128, 255])
 @pytest.mark.parametrize("spec", ["red", "ball:blue", "aruco:0"])
 def test_in_black_white_and_grey_frames_nothing_is_seen(spec, shade):
@@ -386,6 +390,7 @@ def test_a_ball_cut_by_the_picture_s_edge_is_found_where_it_is(u, v):
     assert any(seen)
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("kind", ["disc", "ball"])
 @pytest.mark.parametrize("cover", ["#808080", "#c98f6b"], ids=["grey", "skin"])
 @pytest.mark.parametrize("down", [False, True])
@@ -432,6 +437,7 @@ def aslant(a, b, turn, shape=None):
     return np.stack([U + x * c - y * s, V + x * s + y * c], axis=1)
 
 
+@pytest.mark.short(every=5)
 @pytest.mark.parametrize("turn", [0.0, 0.4, 1.2, 2.3])
 @pytest.mark.parametrize(("a", "b"), [(8, 3), (10, 3), (16, 4), (22, 6)])
 @pytest.mark.parametrize(
@@ -445,6 +451,7 @@ def test_a_small_disc_seen_very_aslant_is_found(a, b, turn, colour, background):
     assert len(claims(seen)) == 3
 
 
+@pytest.mark.short(every=5)
 @pytest.mark.parametrize("turn", [0.0, 0.4, 1.2, 2.3])
 @pytest.mark.parametrize(("a", "b"), [(16, 4), (15, 5), (22, 6)])
 def test_a_disc_aslant_is_told_from_its_white_rim_and_from_what_is_beyond(a, b, turn):
@@ -470,6 +477,7 @@ def test_something_larger_beside_a_disc_aslant_is_not_measured_in_its_place(down
     assert min(s.confidence for s in seen) > 0.8
 
 
+@pytest.mark.short(every=5)
 @pytest.mark.parametrize("turn", [0.0, 0.4, 1.2, 2.3])
 @pytest.mark.parametrize(
     "shape",
@@ -495,6 +503,7 @@ def test_a_slender_thing_of_the_same_colour_is_not_claimed(shape, turn):
         assert claims(seen) == []
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("turn", [0.0, 0.25, 0.5, math.pi / 4, 1.2])
 @pytest.mark.parametrize("side", [20, 24, 32, 42])
 def test_a_square_of_the_same_colour_is_not_claimed_to_be_a_disc(side, turn):
@@ -504,6 +513,7 @@ def test_a_square_of_the_same_colour_is_not_claimed_to_be_a_disc(side, turn):
         assert claims(seen) == []
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("kind", ["disc", "ball"])
 @pytest.mark.parametrize(
     "shape", ["triangle", "bar", "cross", "two discs that touch", "disc on a bar"]
@@ -547,6 +557,7 @@ def test_one_that_is_known_is_not_lost_because_another_one_comes(kind):
     assert len(claims(seen)) == 6
 
 
+@pytest.mark.short(every=5)
 @pytest.mark.parametrize("colour", ["black", "orange", "purple", "white", "#1f0a0a", "#ffd0d0"])
 @pytest.mark.parametrize("kind", ["disc", "ball"])
 def test_something_larger_on_the_marker_s_side_of_grey_is_not_taken_for_it(kind, colour):
@@ -597,6 +608,7 @@ LIGHTS = {
 }
 
 
+@pytest.mark.short(every=4)
 @pytest.mark.parametrize("light", LIGHTS)
 @pytest.mark.parametrize(("kind", "colour"), [("disc", "red"), ("disc", "blue"), ("ball", "green")])
 def test_the_lock_is_kept_while_the_light_changes(kind, colour, light):
@@ -637,6 +649,7 @@ def test_adaptation_never_walks_off_to_another_colour():
 # Any frame, any time
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     "size",
     [(1, 1), (1, 4), (4, 1), (2, 2), (3, 3), (4, 4), (5, 5), (9, 9), (6, 200), (200, 6), (1, 999)],
@@ -675,6 +688,7 @@ def test_a_frame_of_another_size_is_searched_afresh(kind):
     assert all(off(s, u, v) < 0.6 for s, (_, u, v) in zip(seen, frames))
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     "times",
     [[0.0] * 5, [0, 1e-9, 2e-9, 3e-9, 4e-9], [0, 0.03, 50.0, 50.03, 1e6], [5, 4, 3, 2, -1e5]],

@@ -60,6 +60,7 @@ def smoothest(values, step):
 # Lines
 
 
+@pytest.mark.short(every=3)
 @ARMS
 @pytest.mark.parametrize("line", LINES)
 def test_set_points_lie_on_the_line(arm, line):
@@ -86,6 +87,7 @@ def test_from_rest_to_rest(arm, line):
     assert motion.at(motion.duration + 1).q == motion.end
 
 
+@pytest.mark.short(every=3)
 @ARMS
 @pytest.mark.parametrize("line", LINES)
 def test_speeds_stay_within_the_limits(arm, line):
