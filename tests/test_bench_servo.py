@@ -222,6 +222,7 @@ def test_a_crash_is_a_result(monkeypatch):
     assert servo.failures([result]) == ["planar; nominal; chain: 1 x ZeroDivisionError: N by N"]
 
 
+@pytest.mark.long
 def test_who_gives_up_on_a_moving_goal_is_left_behind(monkeypatch):
     """The arm stands; how far that is from the goal, between 6 and 20 s, is known."""
     scene = Scene(speed=25.0)

@@ -209,6 +209,7 @@ def test_the_sensor_applies_gains_then_noise(monkeypatch):
     assert seen.std(axis=0) == pytest.approx([math.sqrt(4 + 1 / 12)] * 3, rel=0.03)
 
 
+@pytest.mark.long
 def test_a_dimming_light_is_counted():
     case = LightCase("", (("dusk", "exposure 1 to 0.3"),), SEED, 8)
     results = {(r.marker, r.method): r.score for r in case.run()}

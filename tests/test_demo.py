@@ -300,6 +300,7 @@ def test_an_arm_in_space_is_shown_by_two_cameras_and_judged_in_space(play):
     assert ink[0] == pytest.approx(here, abs=0.02)
 
 
+@pytest.mark.short("planar")
 @pytest.mark.parametrize("arm", ["planar", "spatial"])
 def test_a_goal_that_is_only_claimed_fails_the_demo(play, arm):
     status, folder = play("not reached", arm=arm)
@@ -464,6 +465,7 @@ def test_who_interrupts_while_a_program_starts_leaves_none_behind(play, monkeypa
 # The goals
 
 
+@pytest.mark.short("planar-0")
 @pytest.mark.parametrize(("name", "seed"), [("planar", 0), ("geared", 7), ("spatial", 0)])
 def test_goals_are_in_the_pictures_and_apart_and_can_be_reached(name, seed):
     arm = ARMS[name]
@@ -564,6 +566,7 @@ def test_a_trace_that_cannot_be_read_is_told_in_one_line(tmp_path, text):
         demo.start_words(ARM, tmp_path)
 
 
+@pytest.mark.short("planar")
 @pytest.mark.parametrize("name", ["planar", "spatial"])
 def test_the_true_path_keeps_when_rests_end(name):
     views = Views(ARMS[name], "seed=0")

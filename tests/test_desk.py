@@ -756,6 +756,7 @@ def test_the_state_tells_of_cameras_link_and_markers(scene):
     assert "no frame for 5 s" in scene.desk.state().eyes[0].trouble
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize(
     ("volts", "says"),
     [
@@ -1002,6 +1003,7 @@ def test_the_runs_along_a_path_are_one_record(scene):
     assert "5 points of the path reached" in text
 
 
+@pytest.mark.long
 def test_only_the_last_runs_are_kept_and_long_ones_get_thinner(scene, monkeypatch):
     monkeypatch.setattr(records, "MOST", 30)
     scene.show()
@@ -1015,6 +1017,7 @@ def test_only_the_last_runs_are_kept_and_long_ones_get_thinner(scene, monkeypatc
     assert tips[-1][1] - tips[0][1] == pytest.approx(40, abs=0.5)
 
 
+@pytest.mark.short("2")
 @pytest.mark.parametrize("cameras", [1, 2])
 def test_a_report_is_one_file_that_says_what_was_ordered_and_what_came_of_it(tmp_path, cameras):
     scene = Scene(tmp_path, cameras=cameras)

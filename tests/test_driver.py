@@ -394,6 +394,7 @@ BAD = [
 ]
 
 
+@pytest.mark.short(every=8)
 @pytest.mark.parametrize(("words", "says"), BAD, ids=[words for words, _ in BAD])
 def test_bad_arguments_are_refused_in_one_line(shell, words, says):
     shown = shell.run(*words.split(), aftermath=0.1)

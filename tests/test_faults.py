@@ -348,6 +348,7 @@ REFUSED = [
 ]
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     ("words", "says"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED]
 )
@@ -371,6 +372,7 @@ ARM_FILES = [
 ]
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     ("edit", "says"), [row[1:] for row in ARM_FILES], ids=[row[0] for row in ARM_FILES]
 )

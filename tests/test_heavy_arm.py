@@ -225,6 +225,18 @@ def shell(tmp_path, monkeypatch, capsys):
     return lambda **options: Shell(tmp_path, monkeypatch, capsys, arm="spatial", **options)
 
 
+UNDISTURBED = []
+
+
+@pytest.fixture
+def undisturbed(tmp_path_factory, monkeypatch, capsys):
+    """A Shell in which LINE was drawn and nothing went wrong, and what it showed."""
+    if not UNDISTURBED:
+        sh = Shell(tmp_path_factory.mktemp("undisturbed"), monkeypatch, capsys, arm="spatial")
+        UNDISTURBED.extend((sh, sh.run(*LINE)))
+    return UNDISTURBED
+
+
 def low(sh):
     return far(sh.q[1:], degrees(*REST)) < 1.0
 
@@ -253,10 +265,9 @@ def test_looking_does_not_make_it_go_low(shell):
 
 @pytest.mark.short("the way down")
 @pytest.mark.parametrize("part", ["the line", "the way down"])
-def test_a_signal_holds_it_where_it_is(shell, part):
-    sh = shell()
-    undisturbed = sh.run(*LINE)
-    share = {"the line": sh.when("ink", 0.5), "the way down": undisturbed.t - 1.0}[part]
+def test_a_signal_holds_it_where_it_is(undisturbed, shell, part):
+    before, it = undisturbed
+    share = {"the line": before.when("ink", 0.5), "the way down": it.t - 1.0}[part]
     sh = shell()
     shown = sh.run(*LINE, signals=[(share, signal.SIGTERM), (share + 0.05, signal.SIGTERM)])
     assert shown.status == 143
@@ -267,10 +278,8 @@ def test_a_signal_holds_it_where_it_is(shell, part):
     assert sh.on_file()["parked"] is not None
 
 
-def test_after_a_fault_it_is_held_where_it_is(shell):
-    sh = shell()
-    sh.run(*LINE)
-    t = sh.when("ink", 0.5)
+def test_after_a_fault_it_is_held_where_it_is(undisturbed, shell):
+    t = undisturbed[0].when("ink", 0.5)
     sh = shell()
     sh.world.at(t, lambda: sh.brick.jam("C"))
     shown = sh.run(*LINE)
@@ -283,10 +292,8 @@ def test_after_a_fault_it_is_held_where_it_is(shell):
 
 @pytest.mark.short("0.5")
 @pytest.mark.parametrize("share", [0.1, 0.5])
-def test_a_frozen_program_holds_it(shell, share):
-    sh = shell()
-    sh.run(*LINE)
-    t = sh.when("ink", share)
+def test_a_frozen_program_holds_it(undisturbed, shell, share):
+    t = undisturbed[0].when("ink", share)
     sh = shell()
     sh.run(*LINE, freeze_at=t)
     assert held(sh)

@@ -262,6 +262,7 @@ def test_the_names_by_which_a_page_may_be_called(host, names):
     assert "127.0.0.1:7780" in page_process.hosts("0.0.0.0", 7780)
 
 
+@pytest.mark.long
 def test_a_page_for_the_whole_network_warns(tmp_path):
     whole = subprocess.Popen(
         [sys.executable, "-m", "laptop", "track", *SYNTHETIC, "--page-host", "0.0.0.0"]
@@ -498,6 +499,7 @@ def test_what_was_pressed_while_cut_off_may_stop_but_not_start_the_arm(surfer):
     surfer.verdict("Stopped")
 
 
+@pytest.mark.long
 def test_an_emulated_brick_that_has_ended_tells_where_one_can_read_why(tmp_path, monkeypatch):
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
     began = time.monotonic()

@@ -102,6 +102,21 @@ def inked(pixels, box, colour):
     return int((abs(pixels[lines, columns, :3] - wanted) < 0.02).all(axis=2).sum())
 
 
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
+    """Of a case: its figure, the words in it, and its file, drawn once for all tests."""
+    known = {}
+
+    def look_up(case):
+        if case not in known:
+            file = tmp_path_factory.mktemp("drawn") / "picture.png"
+            with pytest.MonkeyPatch.context() as monkeypatch:
+                known[case] = *words_of(monkeypatch, file, *CASES[case][:2]), file
+        return known[case]
+
+    return look_up
+
+
 @pytest.mark.short(
     "three lines",
     "twenty, drawn in part",
@@ -112,13 +127,13 @@ def inked(pixels, box, colour):
     "empty record",
 )
 @pytest.mark.parametrize("case", CASES)
-def test_every_case_has_a_picture_that_says_what_it_shows(case, tmp_path, monkeypatch):
-    rows, wanted, *expected = CASES[case]
-    _, words = words_of(monkeypatch, tmp_path / "picture.png", rows, wanted)
+def test_every_case_has_a_picture_that_says_what_it_shows(case, drawn):
+    _, _, *expected = CASES[case]
+    _, words, file = drawn(case)
     shown = "\n".join(words)
     for text in [*expected, "driver.py lines", "planar, 8.0 V", "TRUE tip", "5 cm"]:
         assert text in shown
-    pixels = imread(tmp_path / "picture.png")[:, :, :3]
+    pixels = imread(file)[:, :, :3]
     assert pixels.shape == (HEIGHT, WIDTH, 3)
     for box in (SHEET, COLUMN):
         assert inked(pixels, box, "white") < 0.99 * box[2] * box[3] * WIDTH * HEIGHT
@@ -127,13 +142,12 @@ def test_every_case_has_a_picture_that_says_what_it_shows(case, tmp_path, monkey
         assert (edge == 1).all()
 
 
-def test_ink_and_wanted_path_are_there(tmp_path):
-    def seen(rows, wanted, colour):
-        draw(tmp_path / "picture.png", rows, wanted)
-        return inked(imread(tmp_path / "picture.png"), SHEET, colour)
+def test_ink_and_wanted_path_are_there(drawn):
+    def seen(case, colour):
+        return inked(imread(drawn(case)[2]), SHEET, colour)
 
-    assert seen(record(LINES), [], INK) > seen(record(LINES, pen=0), [], INK) + 1000
-    assert seen([], LINES, WANTED) > seen([], [], WANTED) + 500
+    assert seen("no wanted path", INK) > seen("no ink", INK) + 1000
+    assert seen("empty record, wanted", WANTED) > seen("empty record", WANTED) + 500
 
 
 def test_the_worst_paths_are_shown_in_the_order_of_drawing(tmp_path, monkeypatch):
@@ -153,8 +167,8 @@ def test_the_deviations_share_their_scales_and_the_floor_is_a_band(tmp_path, mon
     assert all(axes.get_ylim()[0] < -9 for axes in panels)
 
 
-def test_a_centimetre_is_as_long_in_x_as_in_y_and_all_ink_is_in_sight(tmp_path, monkeypatch):
-    figure, _ = words_of(monkeypatch, tmp_path / "picture.png", *CASES["twenty lines"][:2])
+def test_a_centimetre_is_as_long_in_x_as_in_y_and_all_ink_is_in_sight(drawn):
+    figure, *_ = drawn("twenty lines")
     sheet = figure.axes[0]
     (a, b), (c, d) = sheet.transData.transform([(0, 0), (10, 10)])
     assert c - a == pytest.approx(d - b)
@@ -164,13 +178,13 @@ def test_a_centimetre_is_as_long_in_x_as_in_y_and_all_ink_is_in_sight(tmp_path, 
             assert sheet.get_ylim()[0] < y < sheet.get_ylim()[1]
 
 
-def test_without_ink_the_way_of_the_tip_is_in_sight(tmp_path, monkeypatch):
-    figure, _ = words_of(monkeypatch, tmp_path / "picture.png", *CASES["no ink"][:2])
+def test_without_ink_the_way_of_the_tip_is_in_sight(drawn):
+    figure, *_ = drawn("no ink")
     assert figure.axes[0].get_xlim()[1] > 20.8
 
 
-def test_a_pen_that_is_always_down_has_no_way_with_the_pen_up(tmp_path, monkeypatch):
-    _, words = words_of(monkeypatch, tmp_path / "picture.png", *CASES["always down"][:2])
+def test_a_pen_that_is_always_down_has_no_way_with_the_pen_up(drawn):
+    _, words, _ = drawn("always down")
     assert "pen up" not in words
 
 
@@ -179,19 +193,17 @@ def test_a_picture_without_an_arm(tmp_path):
     assert inked(imread(tmp_path / "picture.png"), SHEET, ARM) == 0
 
 
-def test_a_dot_of_ink_is_seen(tmp_path):
-    def seen(rows):
-        draw(tmp_path / "picture.png", rows, [])
-        return inked(imread(tmp_path / "picture.png"), SHEET, INK)
+def test_a_dot_of_ink_is_seen(drawn, tmp_path):
+    def seen(file):
+        return inked(imread(file), SHEET, INK)
 
     rows = record(LINES)
-    dot = Row(rows[-1].t + 1, (0, 0), 3, 13, 1)
-    assert seen([*rows, dot]) > seen(rows) + 10
+    draw(tmp_path / "picture.png", [*rows, Row(rows[-1].t + 1, (0, 0), 3, 13, 1)], [])
+    assert seen(tmp_path / "picture.png") > seen(drawn("no wanted path")[2]) + 10
 
 
-def test_the_same_run_gives_the_same_bytes_whatever_the_users_style(tmp_path):
-    first, second = tmp_path / "first.png", tmp_path / "second.png"
-    draw(first, *CASES["three lines"][:2])
+def test_the_same_run_gives_the_same_bytes_whatever_the_users_style(drawn, tmp_path):
+    first, second = drawn("three lines")[2], tmp_path / "second.png"
     with matplotlib.rc_context({"font.size": 30, "lines.linewidth": 9, "savefig.bbox": "tight"}):
         draw(second, *CASES["three lines"][:2])
         assert matplotlib.rcParams["font.size"] == 30

@@ -68,6 +68,7 @@ def test_newer_syntax_is_caught(source):
     assert syntax_errors(source)
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     "source",
     [

@@ -103,6 +103,7 @@ def test_in_space_a_pixel_of_each_camera_is_a_goal(space):
     assert judge(w, shown, "converged")
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize(
     ("goals", "says"),
     [

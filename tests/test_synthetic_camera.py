@@ -241,6 +241,7 @@ def test_a_picture_cannot_leave_before_it_is_exposed_and_read_out():
     assert made.due(3) - made.time_of(3) == pytest.approx(0.03)
 
 
+@pytest.mark.short("")
 @pytest.mark.parametrize("text", ["", "fps=90,fps_wander=0.3,delay=0.4,jitter=0.03,exposure=0.005"])
 def test_the_newest_frame_is_the_last_one_due(text):
     made = camera(text + ",clutter=0")

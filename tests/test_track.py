@@ -803,6 +803,7 @@ def test_the_ports_number_in_the_help_is_the_servers():
     assert f"[default: {PORT}]" in shown
 
 
+@pytest.mark.long
 def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_type(video, tmp_path):
     done = process("--camera", video(), "--host", "127.0.0.1", "--port", "0", "--csv",
                    tmp_path / "out.csv")  # fmt: skip

@@ -71,6 +71,7 @@ REFUSED = [
 ]
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize(
     ("words", "status", "says"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED]
 )

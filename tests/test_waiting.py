@@ -459,6 +459,7 @@ def test_a_log_that_cannot_be_written_is_told_and_nothing_moves(waiting):
 # The command line
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     "words",
     [
