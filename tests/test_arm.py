@@ -61,6 +61,7 @@ def test_at_most_six_accesses_and_fifty_ticks_a_second(tmp_path, name, line):
 # Where it is
 
 
+@pytest.mark.short(every=3)
 @ARMS
 @pytest.mark.parametrize("q", [(30, 40), (-60, 100), (100, -120), (0, 0)])
 def test_it_goes_there_and_knows_where_it_is(tmp_path, name, q):
@@ -310,6 +311,7 @@ def test_what_an_aim_raises_ends_the_chase_with_every_motor_held(tmp_path):
         assert rig.world.now() < 0.6
 
 
+@pytest.mark.short(every=3)
 @ARMS
 @pytest.mark.parametrize("fault", ["jam", "kill_encoder", "unplug"])
 @pytest.mark.parametrize("at", [0.5, 2.0], ids=["on the way", "at rest"])

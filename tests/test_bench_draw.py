@@ -32,7 +32,7 @@ def test_with_gravity_and_no_play_lines_are_within_one_and_a_half_floors(line):
     assert floors(line, play=0.0) <= 1.5
 
 
-@pytest.mark.short("level-shoulder")
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("line", "at"), [("level", "shoulder"), ("upright", "elbow"), ("slanting", "elbow")]
 )

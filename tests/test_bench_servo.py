@@ -45,6 +45,7 @@ def test_both_arms_have_the_same_task():
     assert [j.gear for j in planar.arm.joints] != [j.gear for j in geared.arm.joints]
 
 
+@pytest.mark.short("nominal")
 @pytest.mark.parametrize("name", ["nominal", "lego"])
 def test_set_ups_keep_within_their_bounds(name):
     scene = SCENES[name][0][1]

@@ -485,7 +485,7 @@ def test_goals_are_in_the_pictures_and_apart_and_can_be_reached(name, seed):
         assert math.dist(views.truth(posture_at(views, goal)), goal.pixels) < 0.1
 
 
-@pytest.mark.short("planar")
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["planar", "spatial"])
 def test_the_same_seed_gives_the_same_goals(name):
     assert demo.choose_goals(ARMS[name], 0) == really_choose(ARMS[name], 0)

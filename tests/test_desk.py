@@ -756,7 +756,6 @@ def test_the_state_tells_of_cameras_link_and_markers(scene):
     assert "no frame for 5 s" in scene.desk.state().eyes[0].trouble
 
 
-@pytest.mark.short(every=2)
 @pytest.mark.parametrize(
     ("volts", "says"),
     [
@@ -901,6 +900,12 @@ def small_pictures():
         yield
 
 
+@pytest.fixture
+def no_pictures(monkeypatch):
+    """For tests that look at the words of a report only."""
+    monkeypatch.setattr(reports, "png_of", lambda figure: b"")
+
+
 def run(scene, number, verdict="converged", steps=5, orders=True, e=True, camera="A"):
     """Let the brick do a run in which the tip comes from (60, 120) to (100, 120)."""
     for k in range(steps):
@@ -967,7 +972,7 @@ def test_what_was_there_before_is_no_run(scene):
     assert scene.desk.record() is None
 
 
-def test_a_run_whose_end_was_not_heard_ends_where_the_next_begins(scene):
+def test_a_run_whose_end_was_not_heard_ends_where_the_next_begins(scene, no_pictures):
     scene.show()
     scene.server.tell("", 1, moves=5)
     scene.show()
@@ -978,7 +983,7 @@ def test_a_run_whose_end_was_not_heard_ends_where_the_next_begins(scene):
     assert "not heard" in reports.write(scene.desk.record(1))
 
 
-def test_orders_that_are_refused_are_a_record_too(scene):
+def test_orders_that_are_refused_are_a_record_too(scene, no_pictures):
     scene.show()
     scene.desk.start()
     scene.server.tell("refused", 1, reason="no zero")
@@ -988,7 +993,7 @@ def test_orders_that_are_refused_are_a_record_too(scene):
     assert "No zero" in reports.write(record)
 
 
-def test_the_runs_along_a_path_are_one_record(scene):
+def test_the_runs_along_a_path_are_one_record(scene, no_pictures):
     scene.show()
     scene.desk.follow("A", PATH)
     scene.desk.start()
@@ -1034,7 +1039,7 @@ def test_a_report_is_one_file_that_says_what_was_ordered_and_what_came_of_it(tmp
     assert not re.search(r"(src|href)=.?(http|/)", text)
 
 
-def test_what_the_brick_says_is_no_markup_of_the_report(scene):
+def test_what_the_brick_says_is_no_markup_of_the_report(scene, no_pictures):
     scene.show()
     scene.desk.start()
     scene.server.tell("refused", 1, reason="<script>alert(1)</script>")

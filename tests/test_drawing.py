@@ -164,6 +164,7 @@ MATCHES = {
 }
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(("wanted", "inks", "expected"), MATCHES.values(), ids=MATCHES.keys())
 def test_each_path_gets_its_ink(wanted, inks, expected):
     # Every ink lasts another time, which is how it is known again.

@@ -324,6 +324,7 @@ def test_steps_are_the_reports(tmp_path, name, line):
         assert later - t < 0.02, "both are commanded before anything is waited for"
 
 
+@pytest.mark.long
 def test_smooth_is_straighter_than_steps(tmp_path):
     line = REPORT_LINES[1]
     worst = {}
@@ -475,6 +476,7 @@ def test_what_was_ordered_is_drawn(shell, words, path):
     assert shell.on_file()["parked"] is not None
 
 
+@pytest.mark.short("circle 11,5 --radius 3-18.84955592153876")
 @pytest.mark.parametrize(
     ("words", "n"), [("circle 11,5 --radius 3", 2 * math.pi * 3), ("arc 12,-3 14,3 9,9", 14.5)]
 )
@@ -524,6 +526,7 @@ def test_home_here_by_command_takes_the_arm_as_it_stands(tmp_path, monkeypatch, 
     assert tip_told(shown.out) == pytest.approx((20.8, 0), abs=0.3)
 
 
+@pytest.mark.long
 def test_home_by_command(tmp_path, monkeypatch, capsys):
     sh = Shell(tmp_path, monkeypatch, capsys, start=degrees(60, -50), homed=False)
     shown = sh.run("home")

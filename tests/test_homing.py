@@ -24,7 +24,7 @@ def off(found, rig, start):
     }
 
 
-@pytest.mark.short("planar-2-start1", "geared-5-start4")
+@pytest.mark.short("planar-2-start1")
 @pytest.mark.parametrize(
     ("name", "play", "start"),
     [

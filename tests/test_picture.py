@@ -167,6 +167,7 @@ def test_the_deviations_share_their_scales_and_the_floor_is_a_band(tmp_path, mon
     assert all(axes.get_ylim()[0] < -9 for axes in panels)
 
 
+@pytest.mark.long
 def test_a_centimetre_is_as_long_in_x_as_in_y_and_all_ink_is_in_sight(drawn):
     figure, *_ = drawn("twenty lines")
     sheet = figure.axes[0]

@@ -550,6 +550,7 @@ def test_random_plants_repeat(text):
     assert read_plant(text) == read_plant(text)
 
 
+@pytest.mark.short("0.2")
 @pytest.mark.parametrize("spread", [0.05, 0.2, 0.5])
 def test_a_seed_scatters_within_the_spread_and_fills_it(spread):
     for key in CONSTANTS:

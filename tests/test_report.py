@@ -374,6 +374,7 @@ def test_the_overview_is_of_the_newest_demo_and_small(tmp_path, monkeypatch):
     assert file.stat().st_size < 200_000
 
 
+@pytest.mark.long
 def test_the_overview_of_an_arm_in_space_shows_both_cameras_and_the_way(tmp_path, monkeypatch):
     axes = []
     monkeypatch.setattr(report, "png_of", lambda figure: axes.extend(figure.axes) or png_of(figure))

@@ -593,7 +593,7 @@ def test_the_goal_behind_the_arm_is_hidden_and_before_it_is_not():
         assert ((green > 120) & (green < 170)).sum() == (25 if least else 0)
 
 
-@pytest.mark.short("A")
+@pytest.mark.long
 @pytest.mark.parametrize("camera", "AB")
 def test_who_reaches_the_goal_is_seen_over_it_and_hidden_only_from_farther_away(camera):
     q = (0.3, 0.8, -0.9)

@@ -92,6 +92,7 @@ def test_a_third_row_that_tells_nothing_new_is_not_believed(space):
     assert judge(w, shown, "singular", "seen by A and B")
 
 
+@pytest.mark.long
 def test_in_space_a_pixel_of_each_camera_is_a_goal(space):
     w = space(goal=GOAL)
     w.hidden.add("goal")

@@ -71,7 +71,7 @@ def poses(seed, count):
 VIEWS = [("A", ""), ("B", ""), ("C", ""), ("B", "azimuth=130,tilt=75,roll=30"), ("A", "tilt=0")]
 
 
-@pytest.mark.short("B-azimuth=130,tilt=75,roll=30")
+@pytest.mark.long
 @pytest.mark.parametrize(("camera", "text"), VIEWS)
 def test_what_is_painted_last_is_what_a_ray_meets_first(camera, text):
     view = Scene(ARM, read_scene(BARE + text, camera))
@@ -95,7 +95,7 @@ def test_what_is_painted_last_is_what_a_ray_meets_first(camera, text):
     assert wrong < 0.002 * total
 
 
-@pytest.mark.short("C-")
+@pytest.mark.long
 @pytest.mark.parametrize(("camera", "text"), VIEWS)
 def test_the_part_of_a_ball_that_is_visible_is_what_rays_say(camera, text):
     view = Scene(ARM, read_scene(f"{BARE}goal_x=10,goal_y=3,goal_z=8,{text}", camera))

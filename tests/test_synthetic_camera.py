@@ -411,6 +411,7 @@ def test_an_arm_in_space_that_begins_later_carries_a_ball(tmp_path):
         publisher.close()
 
 
+@pytest.mark.long
 def test_the_noise_of_two_cameras_is_not_the_same():
     plain = camera(CLEAN).capture(3).image.astype(int)
     noise = []

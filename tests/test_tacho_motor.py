@@ -160,6 +160,7 @@ def test_each_access_takes_the_time_the_plant_says(bench):
 # Waiting
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     ("speed", "at_return", "peak"),
     [
@@ -336,6 +337,7 @@ def test_a_motor_at_rest_knows_its_speed_from_the_first_edges_on(bench):
     assert bench.brick.motors["D"].encoder.speed > 0
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("voltage", [6.5, 8.0, 9.0])
 @pytest.mark.parametrize(("port", "kind"), [("D", "large"), ("C", "medium")])
 def test_no_load_speed(bench, port, kind, voltage):

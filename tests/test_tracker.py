@@ -166,6 +166,7 @@ def test_a_disc_seen_aslant_is_an_ellipse_and_its_centre_is_found():
         assert len(claims(seen)) == 3
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("colour", ["#c8141e", "#c8143c", "#c83214", "#d01010"])
 @pytest.mark.parametrize("kind", ["disc", "ball"])
 def test_red_just_works_on_either_side_of_hue_zero(kind, colour):
@@ -294,7 +295,7 @@ def test_what_is_beside_a_disc_does_not_pull():
     assert len(claims(seen)) == 24
 
 
-@pytest.mark.short("disc")
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["disc", "ball"])
 def test_what_a_hand_hides_is_not_claimed(kind):
     first, markers, tracker, hidden = None, [], None, 0

@@ -84,6 +84,7 @@ def until(condition, client, world, limit):
 # Time
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize("latency", [0.03, 0.12, 0.25, 0.4])
 @pytest.mark.parametrize(("jitter", "drops"), [(0.0, 0.0), (0.005, 0.1)])
 def test_an_observation_is_dated_right_and_comes_not_before_its_time(

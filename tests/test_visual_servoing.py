@@ -163,6 +163,7 @@ def test_no_joint_turns_faster_than_60_deg_per_s_for_long(undisturbed):
     assert fastest(0.1) < 69
 
 
+@pytest.mark.long
 def test_no_joint_is_ever_past_its_limit(watched):
     w = watched(goal=(-17.0, -4.0))
     w.run("--budget", "15")
@@ -283,6 +284,7 @@ def test_a_camera_that_is_too_slow_is_blamed_when_the_budget_is_spent(watched):
     assert "20 s; 3.0 pictures a second with the marker in them, 7 are needed" in shown.err
 
 
+@pytest.mark.long
 def test_following_ends_when_the_laptop_says_so(watched):
     w = watched()
     circling(w, 1.5)
@@ -301,6 +303,7 @@ def test_a_goal_that_is_too_fast_is_not_called_reached(watched):
     assert "budget spent" in shown.err
 
 
+@pytest.mark.long
 def test_who_follows_does_not_end_at_a_goal_that_stands(watched):
     w = watched()
     shown = w.run("--mode", "stream", "--follow", "--budget", "8")

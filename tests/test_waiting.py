@@ -234,7 +234,7 @@ def test_the_laptop_is_told_what_goes_on(waiting):
     assert max(gaps) < 0.5
 
 
-@pytest.mark.short("True")
+@pytest.mark.long
 @pytest.mark.parametrize("tells", [True, False])
 def test_the_battery_is_looked_at_seldom_and_stops_nobody(waiting, tells):
     w, laptop = waiting()
@@ -413,6 +413,7 @@ def test_orders_without_sense_are_refused_in_one_line_and_nothing_moves(waiting,
     assert not w.moved()
 
 
+@pytest.mark.long
 def test_after_orders_without_sense_it_waits_for_better_ones(waiting):
     w, laptop = waiting()
     laptop.at(1.0, Start(method="magic"))
