@@ -49,6 +49,8 @@ from shared.pairing import read_code
 FPS = 30.0
 WARM, LISTENED = 4.0, 10.0
 """A page is left alone, then for so long frames and pictures are counted, s."""
+LAUNCHED = 300_000.0
+"""A browser that has not started by then never will, ms."""
 SIZE = {"width": 1440, "height": 1000}
 """Of a browser's window, px."""
 
@@ -132,7 +134,7 @@ def browser() -> Iterator[Any]:
         ) from None
     with sync_playwright() as playwright:
         words = ["--no-sandbox"] if os.geteuid() == 0 else []
-        made = playwright.chromium.launch(executable_path=found, args=words)
+        made = playwright.chromium.launch(executable_path=found, args=words, timeout=LAUNCHED)
         yield made
         made.close()
 
