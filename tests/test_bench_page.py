@@ -1,7 +1,6 @@
 """The bench of the page: how pictures find their frames, what the table says, and no browser."""
 
 import sys
-import time
 
 import pytest
 from click.testing import CliRunner
@@ -13,12 +12,11 @@ from laptop.cli.main import laptop
 
 def test_a_picture_is_as_old_as_its_frame_when_it_is_on_the_screen(tmp_path):
     (tmp_path / "track.csv").write_text("frame,t,marker,u,v,confidence\n7,50.0,effector,1,2,1\n")
-    now = time.time() - time.monotonic() + 50.0
     drawn = [
-        (now + 0.08, "http://127.0.0.1:7780/view/A/7.jpg"),
-        (now + 0.1, "http://127.0.0.1:7780/view/A/8.jpg"),  # of a frame that nobody tells of
+        (1050.08, "http://127.0.0.1:7780/view/A/7.jpg"),
+        (1050.1, "http://127.0.0.1:7780/view/A/8.jpg"),  # of a frame that nobody tells of
     ]
-    assert page._behind(tmp_path, drawn) == pytest.approx([0.08], abs=1e-3)
+    assert page._behind(tmp_path, drawn, 1000.0) == pytest.approx([0.08], abs=1e-3)
 
 
 def test_the_table_has_a_row_for_each_number_of_pages():
@@ -27,13 +25,13 @@ def test_the_table_has_a_row_for_each_number_of_pages():
         Approach(True, 8, 9.0, 3.0, "goal 2: reached"),
         Approach(False, 60, 60.0, 90.0, "goal 3: not reached"),
     ]
-    shown = Result(Looking(5), 1, 30.0, [0.03] * 19 + [0.05], 4.0, [0.1] * 19 + [0.2], runs)
-    none = Result(Looking(0), 1, 29.0, [0.03], 0.0, [], runs[:1])
-    frozen = Result(Looking(1, frozen=True), 1, 29.0, [0.03], 0.0, [], runs[:1])
+    shown = Result(Looking(5), 1, 30.0, [0.03] * 19 + [0.05], 4.0, [0.1] * 19 + [0.2], runs, 0.8)
+    none = Result(Looking(0), 1, 29.0, [0.03], 0.0, [], runs[:1], 1.0)
+    frozen = Result(Looking(1, frozen=True), 1, 29.0, [0.03], 0.0, [], runs[:1], 1.0)
     assert page.table([none, shown, none, frozen]) == [
-        ["0", "29.0", "30/30", "", "", "2 of 2", "4/4", "5.0/5.0", "1.0/1.0"],
-        ["5", "30.0", "30/50", "4.0", "100/200", "2 of 3", "8/8", "9.0/9.0", "3.0/3.0"],
-        ["1, frozen", "29.0", "30/30", "", "", "1 of 1", "4/4", "5.0/5.0", "1.0/1.0"],
+        ["0", "29.0", "30/30", "", "", "2 of 2", "4/4", "5.0/5.0", "1.0/1.0", "1.00"],
+        ["5", "30.0", "30/50", "4.0", "100/200", "2 of 3", "8/8", "9.0/9.0", "3.0/3.0", "0.80"],
+        ["1, frozen", "29.0", "30/30", "", "", "1 of 1", "4/4", "5.0/5.0", "1.0/1.0", "1.00"],
     ]
     assert page.failures([none, shown]) == ["pages 5, seed 1, goal 3: not reached"]
 

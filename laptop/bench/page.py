@@ -41,6 +41,7 @@ from laptop.demo import (
     said,
     start_words,
 )
+from laptop.simulator.pace import PacedClock
 from robot.clock import Clock
 from robot.tracking_client import Memory, TrackingClient
 from shared.arm_description import ArmError, find_arm, read_arm
@@ -104,6 +105,7 @@ class Result:
     shown    pictures per second on one page
     behind   of those, from their capture until they were on the screen, s
     runs     per goal
+    pace     of the emulated world, in s per s of the wall's clock
     """
 
     looking: Looking
@@ -113,6 +115,7 @@ class Result:
     shown: float
     behind: list[float]
     runs: list[Approach]
+    pace: float
 
 
 @contextmanager
@@ -167,12 +170,16 @@ def _measure(made: Any, seed: int, looking: Looking) -> Result:
             + ["--page", "--page-port", "0", "--no-brick"],
         )
         place, code = said(tracker, read_invitation)
+        clock = PacedClock(str(folder))
+        stack.callback(clock.close)
+        began = clock.now(), time.monotonic()
         pages = _open(made, said(tracker, read_page), looking.pages, stack)
         time.sleep(WARM)
         with _frozen(made) if looking.frozen else ExitStack():
             if pages and not looking.frozen:
                 pages[0].evaluate(COLLECT)
             rate, ages = _listen(place, code)
+            ahead = time.time() - clock.now()
             drawn = pages[0].evaluate("window.drawn") if pages and not looking.frozen else []
             runs = []
             start = f"--start={_where_lines_end(views)}"
@@ -184,10 +191,10 @@ def _measure(made: Any, seed: int, looking: Looking) -> Result:
                 servo.wait(SERVOED)
                 runs.append(_judged(views, goal, home, servo))
                 start = start_words(arm, home)
+        pace = (clock.now() - began[0]) / (time.monotonic() - began[1])
         crew.close()
-        return Result(
-            looking, seed, rate, ages, len(drawn) / LISTENED, _behind(folder, drawn), runs
-        )
+        behind = _behind(folder, drawn, ahead)
+        return Result(looking, seed, rate, ages, len(drawn) / LISTENED, behind, runs, pace)
 
 
 def _open(made: Any, address: str, count: int, stack: ExitStack) -> list[Any]:
@@ -239,9 +246,12 @@ def _listen(place: str, code: str) -> tuple[float, list[float]]:
     return len(ages) / LISTENED, ages
 
 
-def _behind(folder: Path, drawn: Sequence[tuple[float, str]]) -> list[float]:
-    """How old the pictures were when they were on the screen, s."""
-    ahead = time.time() - time.monotonic()
+def _behind(folder: Path, drawn: Sequence[tuple[float, str]], ahead: float) -> list[float]:
+    """How old the pictures were when they were on the screen, s.
+
+    Args:
+        ahead: by so much the browser's clock is ahead of the frames', s.
+    """
     with (folder / "track.csv").open(newline="") as file:
         taken = {row["frame"]: float(row["t"]) for row in csv.DictReader(file)}
     pictures = ((when, source.rpartition("/")[2].partition(".")[0]) for when, source in drawn)
@@ -263,7 +273,7 @@ def _judged(views: Views, goal: Goal, home: Path, servo: Program) -> Approach:
 HEADINGS = (
     "pages", "frames/s\nat the brick", "age there, ms\np50/p95", "pictures/s\non a page",
     "behind camera, ms\np50/p95", "goals truly\nreached", "moves\np50/p95", "time s\np50/p95",
-    "truly off, px\np50/p95",
+    "truly off, px\np50/p95", "pace",
 )  # fmt: skip
 
 
@@ -287,6 +297,7 @@ def table(results: Sequence[Result]) -> list[list[str]]:
                 _spread([one.moves for one in reached], 0),
                 _spread([one.seconds for one in reached], 1),
                 _spread([one.error for one in reached], 1),
+                f"{statistics.mean(result.pace for result in of_it):.2f}",
             ]
         )
     return rows
