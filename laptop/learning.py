@@ -192,7 +192,7 @@ def _blob(mask: np.ndarray, box: tuple[int, int, int, int]) -> np.ndarray | None
     u0, v0, u1, v1 = box
     _, labels = cv2.connectedComponents(mask)
     inside = labels[v0:v1, u0:u1]
-    votes = np.bincount(inside[inside > 0], minlength=1)
+    votes = np.bincount(inside[inside > 0].astype(np.intp), minlength=1)
     if not votes.any():
         return None
     return np.where(labels == int(np.argmax(votes)), 255, 0).astype(np.uint8)
