@@ -162,6 +162,14 @@ def pytest_terminal_summary(terminalreporter, config):
         terminalreporter.write_line('without the long tests (all: pytest -m "long or not long")')
 
 
+@pytest.fixture(scope="session", autouse=True)
+def nothing_of_the_user(tmp_path_factory):
+    """No test looks at, or writes, what whoever runs it keeps in a home."""
+    os.environ["BRICKSERVO_STATE"] = str(tmp_path_factory.mktemp("state"))
+    for name in ("BRICKSERVO_ARM", "BRICKSERVO_PLAN"):
+        os.environ.pop(name, None)
+
+
 @pytest.fixture
 def watched(tmp_path, monkeypatch, capsys):
     """Makes arms that the real tracking server watches, see servo_rig.Watched; ends them."""

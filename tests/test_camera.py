@@ -11,6 +11,7 @@ import threading
 import cv2
 import numpy as np
 import pytest
+from waiting import PATIENCE
 
 from laptop import camera
 from laptop.camera import LiveCamera, NoCamera, Stills, open_camera, quiet_decoders, webcams
@@ -58,7 +59,7 @@ def everything(source):
     """Every frame of a camera that ends."""
     frames = []
     while not source.ended:
-        frame = source.read(1.0)
+        frame = source.read(PATIENCE)
         if frame is not None:
             frames.append(frame)
     return frames
@@ -169,7 +170,7 @@ def test_played_live_each_frame_has_the_time_at_which_it_was_due(video):
     with open_camera(str(video()), live=True, now=clock.now, sleep=clock.sleep) as source:
         frames = []
         while not source.ended:
-            frame = source.read(1.0)
+            frame = source.read(PATIENCE)
             if frame is not None:
                 assert 0 <= clock.t - frame.t < 1e-6
                 frames.append(frame)
@@ -180,14 +181,14 @@ def test_played_live_each_frame_has_the_time_at_which_it_was_due(video):
 def test_played_live_the_newest_wins(video):
     clock = Clock()
     with open_camera(str(video()), live=True, now=clock.now, sleep=clock.sleep) as source:
-        assert source.read(1.0).index == 0
+        assert source.read(PATIENCE).index == 0
         clock.t += 0.21  # frames 1 to 4 are due
-        late = source.read(1.0)
+        late = source.read(PATIENCE)
         assert (late.index, number_of(late.image)) == (4, 4)
         assert late.t == pytest.approx(100 + 4 / FPS)
-        assert source.read(1.0).index == 5
+        assert source.read(PATIENCE).index == 5
         clock.t += 60
-        assert number_of(source.read(1.0).image) == 9, "the last one is shown, however late"
+        assert number_of(source.read(PATIENCE).image) == 9, "the last one is shown, however late"
 
 
 def test_late_frames_are_passed_over_without_making_pictures_of_them(video):
@@ -214,16 +215,16 @@ def test_late_frames_are_passed_over_without_making_pictures_of_them(video):
 
     clock = Clock()
     with open_camera(str(video()), True, now=clock.now, sleep=clock.sleep, make=make) as source:
-        source.read(1.0)
+        source.read(PATIENCE)
         clock.t += 0.4
-        source.read(1.0)
+        source.read(PATIENCE)
     assert (made[0].grabs, made[0].retrieves) == (9, 2)
 
 
 def test_a_frame_that_is_not_due_within_the_timeout_is_not_waited_for(video):
     clock = Clock()
     with open_camera(str(video()), True, now=clock.now, sleep=clock.sleep) as source:
-        source.read(1.0)
+        source.read(PATIENCE)
         assert source.read(0.02) is None
         assert clock.t == pytest.approx(100.02)
         assert source.read(0.04).index == 1
@@ -576,7 +577,7 @@ class FakeCapture:
         with self.giving:  # or it would be hungry between two frames of one gift
             if self.frames.empty():
                 self.hungry.set()
-        item = self.frames.get(timeout=20)
+        item = self.frames.get(timeout=PATIENCE)
         self.hungry.clear()
         if item is None:
             return False
@@ -591,12 +592,12 @@ class FakeCapture:
 
     def give(self, *numbers, stamp=0.0):
         """Let frames come, and wait until they have all been taken."""
-        self.hungry.wait(20)
+        self.hungry.wait(PATIENCE)
         with self.giving:
             self.hungry.clear()
             for number in numbers:
                 self.frames.put((None if number is None else picture(number), stamp))
-        assert self.hungry.wait(20)
+        assert self.hungry.wait(PATIENCE)
 
 
 @pytest.fixture
@@ -668,7 +669,7 @@ def test_a_broken_picture_while_it_settles_does_no_harm(webcam):
 
     source, (capture,) = webcam(broken)
     capture.give(3)
-    assert number_of(source.read(1.0).image) == 3
+    assert number_of(source.read(PATIENCE).image) == 3
 
 
 def test_what_a_webcam_will_not_do_is_said(webcam):
@@ -700,20 +701,20 @@ def test_a_lock_that_makes_it_dark_is_said(webcam):
 def test_the_newest_frame_wins(webcam):
     source, (capture,) = webcam()
     capture.give(1, 2, 3)
-    frame = source.read(1.0)
+    frame = source.read(PATIENCE)
     assert (frame.index, number_of(frame.image)) == (2, 3)
     assert source.read(0) is None, "no frame is given twice"
     capture.give(4)
-    assert source.read(1.0).index == 3
+    assert source.read(PATIENCE).index == 3
 
 
 def test_a_frame_that_comes_while_somebody_waits_is_given_at_once(webcam):
     source, (capture,) = webcam()
     got = []
-    reader = threading.Thread(target=lambda: got.append(source.read(20)))
+    reader = threading.Thread(target=lambda: got.append(source.read(PATIENCE)))
     reader.start()
     capture.give(7)
-    reader.join(20)
+    reader.join(PATIENCE)
     assert number_of(got[0].image) == 7
 
 
@@ -725,7 +726,7 @@ def test_a_frame_that_comes_while_somebody_waits_is_given_at_once(webcam):
 def test_the_drivers_time_stamp_is_believed_only_if_it_can_be_true(webcam, stamp, t):
     source, (capture,) = webcam()
     capture.give(1, stamp=stamp)
-    assert source.read(1.0).t == pytest.approx(t)
+    assert source.read(PATIENCE).t == pytest.approx(t)
     told = "time stamps from the driver" in source.notes
     assert told == (stamp in (49.98, 50.0))
 
@@ -733,9 +734,9 @@ def test_the_drivers_time_stamp_is_believed_only_if_it_can_be_true(webcam, stamp
 def test_a_picture_that_lay_in_the_driver_for_long_is_not_taken_for_a_new_one(webcam):
     source, (capture,) = webcam()
     capture.give(1, stamp=49.99)
-    assert source.read(1.0).t == pytest.approx(49.99)
+    assert source.read(PATIENCE).t == pytest.approx(49.99)
     capture.give(2, stamp=48.0)  # the program stood still, or was suspended
-    assert source.read(1.0).t == pytest.approx(48.0)
+    assert source.read(PATIENCE).t == pytest.approx(48.0)
     assert "time stamps from the driver" in source.notes
 
 
@@ -743,20 +744,20 @@ def test_a_webcam_that_came_back_without_time_stamps_is_noticed(webcam, monkeypa
     monkeypatch.setattr(camera, "PATIENCE", (0.0, 0.0, 60.0))
     source, made = webcam()
     made[0].give(1, stamp=49.99)
-    assert source.read(1.0).t == pytest.approx(49.99)
+    assert source.read(PATIENCE).t == pytest.approx(49.99)
     made[0].frames.put(None)
     while len(made) < 2 or not made[1].begun:
         assert not source.ended
     made[1].give(2, stamp=0.0)
-    assert source.read(20).t == 50.0
+    assert source.read(PATIENCE).t == 50.0
 
 
 def test_a_frame_that_cannot_be_read_is_passed_over_and_counted(webcam):
     source, (capture,) = webcam()
     capture.give(1, None, None)
-    assert source.read(1.0).index == 0
+    assert source.read(PATIENCE).index == 0
     capture.give(4)
-    assert source.read(1.0).index == 3
+    assert source.read(PATIENCE).index == 3
     assert "2 frames could not be read" in source.notes
 
 
@@ -764,13 +765,13 @@ def test_a_webcam_that_dies_is_opened_again(webcam, monkeypatch):
     monkeypatch.setattr(camera, "PATIENCE", (0.0, 0.0, 60.0))
     source, made = webcam()
     made[0].give(1)
-    assert source.read(1.0).index == 0
+    assert source.read(PATIENCE).index == 0
     made[0].frames.put(None)
-    assert made[0].released.wait(20)
+    assert made[0].released.wait(PATIENCE)
     while len(made) < 2 or not made[1].begun:
         assert not source.ended
     made[1].give(8)
-    frame = source.read(20)
+    frame = source.read(PATIENCE)
     assert (frame.index, number_of(frame.image)) == (1, 8)
     assert source.why == ""
     modes = [value for key, value in made[1].asked if key == cv2.CAP_PROP_AUTO_EXPOSURE]
@@ -788,7 +789,7 @@ def test_a_webcam_that_does_not_come_back_is_given_up(webcam, monkeypatch):
 
     source, made = webcam(gone, now=lambda: next(times))
     made[0].frames.put(None)
-    assert source.read(20) is None
+    assert source.read(PATIENCE) is None
     assert source.ended
     assert source.why == "camera 2 stopped giving pictures and did not come back"
     assert len(made) >= 3
@@ -796,14 +797,14 @@ def test_a_webcam_that_does_not_come_back_is_given_up(webcam, monkeypatch):
 
 def test_closing_does_not_wait_for_a_driver_that_hangs(webcam, monkeypatch):
     source, (capture,) = webcam()
-    assert capture.hungry.wait(20)
+    assert capture.hungry.wait(PATIENCE)
     monkeypatch.setattr(source._thread, "join", lambda timeout: None)
     source.close()
     assert source.ended
-    assert source.read(20) is None, "whoever reads is told at once"
+    assert source.read(PATIENCE) is None, "whoever reads is told at once"
     assert not capture.released.is_set(), "a capture that is being read is not released"
     capture.frames.put(None)
-    assert capture.released.wait(20)
+    assert capture.released.wait(PATIENCE)
 
 
 # A network stream
@@ -855,7 +856,7 @@ def test_a_stream_is_live_and_opened_again_when_it_ends(stream, monkeypatch, cap
     newest = -1
     with source:
         while newest < 15:  # more than one connection gives
-            frame = source.read(20)
+            frame = source.read(PATIENCE)
             assert frame is not None, source.why
             assert frame.index > newest
             newest = frame.index

@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from waiting import PATIENCE
 
 from laptop.camera import Frame, open_camera
 from laptop.learning import exclude, include, learn
@@ -153,10 +154,10 @@ def test_who_waits_gets_the_next_one_and_not_one_that_has_waited(scene):
 
     scene.watchers[0].wait = watched
     with ThreadPoolExecutor(1) as pool:
-        coming = pool.submit(scene.desk.view, "A", -1, (), 60.0)
-        assert waits.wait(60)
+        coming = pool.submit(scene.desk.view, "A", -1, (), PATIENCE)
+        assert waits.wait(PATIENCE)
         scene.show()
-        assert coming.result(60).index == 1
+        assert coming.result(PATIENCE).index == 1
         assert scene.desk.view("A", 0, (), 0.001).index == 1, "none comes: the newest"
         assert scene.desk.view("A", 1, (), 0.001) is None
 
@@ -858,7 +859,7 @@ def door(scene):
     thread.start()
     yield Door(ours)
     ours.close()
-    thread.join(5)
+    thread.join(PATIENCE)
     assert not thread.is_alive(), "it ends with the other side"
 
 

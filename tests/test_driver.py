@@ -8,6 +8,7 @@ import sys
 
 import pytest
 from rig import DRIVER, REPORT_LINES, Shell, degrees, described, from_line, switched_on
+from waiting import PATIENCE
 
 from robot.arm import RobotArm
 from robot.driver import Driver
@@ -605,7 +606,7 @@ except program.Stopped as error:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         universal_newlines=True,  # noqa: UP021 - `text` came with 3.7
-        timeout=60,
+        timeout=PATIENCE,
     )
     assert shown.stdout.splitlines()[0] == "stopped the motors"
     assert shown.stdout.splitlines()[1].startswith("stopped by SIG")

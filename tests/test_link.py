@@ -7,6 +7,7 @@ import threading
 import time
 
 import pytest
+from waiting import PATIENCE
 
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.runner import run_script
@@ -774,9 +775,9 @@ def test_poll_returns_as_soon_as_something_comes_in():
     link.poll()  # the first ping
     other.sendall(encode(Start()))
     begin = time.monotonic()
-    link.poll(60.0)
+    link.poll(2 * PATIENCE)
     assert isinstance(link.receive(), Start)
-    assert time.monotonic() - begin < 30.0
+    assert time.monotonic() - begin < PATIENCE
     link.close()
     other.close()
 
@@ -807,7 +808,6 @@ laptop.close()
 def test_on_the_emulated_brick_it_waits_in_the_bricks_time(tmp_path, capsys):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
-    begin = time.monotonic()
     outcome = run_script(EmulatedBrick(World(), read_arm(find_arm("planar"))), str(script))
     assert (outcome.status, outcome.reason) == (0, "ended")
     out, err = capsys.readouterr()
@@ -816,7 +816,6 @@ def test_on_the_emulated_brick_it_waits_in_the_bricks_time(tmp_path, capsys):
     assert first.startswith("seen 199, 0.0"), first
     assert second.startswith("nothing heard; 2."), second
     assert outcome.t > 4
-    assert time.monotonic() - begin < 30.0
 
 
 def test_the_numbers_of_the_module_fit_together():

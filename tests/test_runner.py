@@ -11,6 +11,7 @@ import time
 import types
 
 import pytest
+from waiting import PATIENCE
 
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.peripherals import read_press
@@ -399,7 +400,7 @@ def test_loops_that_ask_threads_cost_time_and_repeat(run, monkeypatch, wait):
         "t = threading.Thread(target=look); t.start()\n" + wait
     )
     monkeypatch.setattr(World, "VALVE", 1e9)
-    outcome, _, _ = run(source, aftermath=0, patience=10)
+    outcome, _, _ = run(source, aftermath=0, patience=PATIENCE)
     assert outcome.t == pytest.approx(1, abs=0.02)
 
 
@@ -671,7 +672,7 @@ def test_a_real_signal_reaches_the_script(tmp_path):
     try:
         assert process.stdout.readline().split() == [b"ready"]
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=300)
+        out, err = process.communicate(timeout=PATIENCE)
     finally:
         process.kill()
     assert process.returncode == 130
@@ -683,7 +684,7 @@ def test_runs_from_any_thread_of_the_host(run):
     results = []
     thread = threading.Thread(target=lambda: results.append(run("import time; time.sleep(1)")[0]))
     thread.start()
-    thread.join(10)
+    thread.join(PATIENCE)
     assert results[0].status == 0
 
 

@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from rich.console import Console
+from waiting import PATIENCE
 
 from laptop import track, watching
 from laptop.camera import Frame
@@ -560,7 +561,7 @@ def silent():
 
 
 def test_live_cameras_do_not_wait_for_each_other():
-    both = threading.Barrier(2, timeout=20)
+    both = threading.Barrier(2, timeout=PATIENCE)
 
     def meet(timeout):
         both.wait()
@@ -577,7 +578,7 @@ def test_a_camera_that_hangs_keeps_no_frame_of_another_back():
     hung = []
 
     def hang(timeout):
-        hung.append(over.wait(20))
+        hung.append(over.wait(PATIENCE))
         camera_a.after = None
 
     def end(timeout):
@@ -599,7 +600,7 @@ def test_a_camera_that_hangs_keeps_no_frame_of_another_back():
 def test_when_a_camera_is_given_up_the_other_goes_on_and_the_end_is_a_failure(monkeypatch):
     monkeypatch.setattr(watching, "TICK", 0.001)
     out = io.StringIO()
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + PATIENCE
 
     def until_told(timeout):
         if "goes on" in out.getvalue() or time.monotonic() > deadline:
@@ -692,7 +693,7 @@ def test_what_was_tracked_is_on_the_disk_meanwhile(tmp_path, monkeypatch):
     sheet = Sheet(tmp_path / "out.csv", False)
     read = threading.Event()
 
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + PATIENCE
 
     def look(timeout):
         if rows(tmp_path / "out.csv"):
@@ -793,7 +794,7 @@ def process(*words, **options):
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         **options,
     )
 
@@ -835,7 +836,7 @@ def test_ctrl_c_ends_a_process_with_130_and_one_line(tmp_path):
                 break
         for _ in range(100):  # whoever is impatient
             tracker.send_signal(signal.SIGINT)
-        rest, error = tracker.communicate(timeout=20)
+        rest, error = tracker.communicate(timeout=PATIENCE)
     finally:
         tracker.kill()
     assert tracker.returncode == 130

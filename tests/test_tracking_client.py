@@ -11,6 +11,7 @@ import subprocess
 import sys
 
 import pytest
+from waiting import PATIENCE
 
 from robot import tracking_client
 from robot.tracking_client import (
@@ -723,7 +724,7 @@ def test_the_command_shows_what_the_camera_sees_until_it_is_stopped(tmp_path):
     process = start(tmp_path, place, "--code", "abcd-efgh")
     printed = serve(process, tracker, 4)
     process.send_signal(signal.SIGTERM)
-    out, err = process.communicate(timeout=30)
+    out, err = process.communicate(timeout=PATIENCE)
     tracker.step()
     tracker.close()
     assert printed[0] == f"linked to {place}\n"
@@ -739,7 +740,7 @@ def test_the_command_is_refused_in_one_line(tmp_path):
     tracker = FakeTracker(RealClock(), answer=Refused("code", "this is not the pairing code", 1.0))
     process = start(tmp_path, f"127.0.0.1:{tracker.port}", "--code", "ABCDEFGH")
     assert serve(process, tracker, 1) in ([], [""])
-    out, err = process.communicate(timeout=30)
+    out, err = process.communicate(timeout=PATIENCE)
     tracker.close()
     assert (out, process.returncode) == ("", 1)
     assert err == f"tracking_client.py: 127.0.0.1:{tracker.port}: this is not the pairing code\n"

@@ -3,10 +3,10 @@
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
+from waiting import PATIENCE, until
 
 from laptop.bench import workers
 
@@ -43,17 +43,16 @@ def test_a_bench_that_is_stopped_leaves_no_process_behind(number):
     bench = "import time; from laptop.bench import workers; list(workers.results(time.sleep, {}))"
     bench = bench.format("[60] * 9")
     process = subprocess.Popen([sys.executable, "-c", bench], cwd=HERE, stderr=subprocess.DEVNULL)
-    deadline = time.monotonic() + 60
-    started = []
-    while len(started) < 2 and time.monotonic() < deadline:
-        time.sleep(0.05)
-        started = [pid for pid in children(process.pid) if "spawn_main" in command_of(pid)]
+    started = until(lambda: two_workers_of(process.pid), "two workers")
     process.send_signal(number)
-    assert process.wait(timeout=60) in (128 + number, -number)
-    while any(map(alive, started)) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert started
-    assert not any(map(alive, started))
+    assert process.wait(timeout=PATIENCE) in (128 + number, -number)
+    until(lambda: not any(map(alive, started)), "the end of the workers")
+
+
+def two_workers_of(pid):
+    """The bench's processes, as soon as there are two or more."""
+    found = [child for child in children(pid) if "spawn_main" in command_of(child)]
+    return found if len(found) > 1 else []
 
 
 def command_of(pid):
