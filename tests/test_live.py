@@ -10,6 +10,7 @@ import time
 
 import pytest
 from rig import DRIVER, Rig
+from waiting import PATIENCE
 
 from laptop.simulator import session
 from laptop.simulator.live import FILE, Follower, History, Publisher
@@ -394,7 +395,7 @@ def test_another_process_is_followed_while_it_sleeps_and_missed_when_it_is_kille
     clock = PacedClock(str(tmp_path / "state"))
 
     def until(condition):
-        deadline = time.monotonic() + 300
+        deadline = time.monotonic() + PATIENCE
         while not condition():
             assert time.monotonic() < deadline, follower.refused
             assert child.poll() is None or follower.header is not None

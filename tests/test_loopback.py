@@ -12,12 +12,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from waiting import PATIENCE
 
 ROOT = Path(__file__).parent.parent
 START, SPEED, LAP = 40.0, 1.0, 240
 RATES = {"A": 20, "B": 5}  # frames per second of either camera
 LASTS = 60  # s, if nobody ends it: a slow machine needs long to begin
-PATIENCE = 300  # s: only a hang takes longer
 PAUSES = 4
 
 # What a program on the brick does: as many observations as come, then with pauses of half a second.

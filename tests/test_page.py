@@ -20,6 +20,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from waiting import PATIENCE
 
 from laptop.bench import page as bench
 from laptop.cli.track import _own_brick as own_brick
@@ -34,8 +35,6 @@ ROOT = Path(__file__).parent.parent
 WINDOW = {"width": 1100, "height": 760}
 SYNTHETIC = "--camera", "synthetic", "--scene", "fps=10,jpeg=0,exposure=0.004"
 """Quicker to paint: others wait for the same two cores."""
-PATIENCE = 300.0
-"""For what is bound to come, s: only a hang takes longer."""
 
 
 class Tracker:

@@ -2,14 +2,17 @@
 
 import math
 import time
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 from rig import Rig
 
+from laptop.simulator import pace
 from laptop.simulator.live import FILE, NO_RUN, Pose, Publisher
 from laptop.simulator.optics import light_of, to_linear, to_srgb
+from laptop.simulator.pace import PacedClock
 from laptop.simulator.scene import Scene, read_scene
 from laptop.simulator.synthetic_camera import (
     ScriptedPoses,
@@ -409,6 +412,44 @@ def test_an_arm_in_space_that_begins_later_carries_a_ball(tmp_path):
         made.capture(1)
         assert made.scene.constants["marker"] == "ball"
         publisher.close()
+
+
+def test_the_world_waits_for_every_picture_until_it_has_been_looked_at(tmp_path, monkeypatch):
+    clock = FakeClock()
+    monkeypatch.setattr(pace, "wall", SimpleNamespace(monotonic=clock.now, sleep=clock.sleep))
+    world = PacedClock(str(tmp_path))
+    text = "width=160,height=120,focal=160,clutter=0,fps=10,jitter=0,fps_wander=0"
+    with open_live(text, str(tmp_path)) as made:
+        made.read(9.0)
+        clock.sleep(60.0)
+        begin = world.now()
+        assert begin == pytest.approx(clock.now()), "who has not said so is not waited for"
+        made.keep_pace()
+        for _ in range(3):
+            frame = made.read(9.0)
+            due = made.due(frame.index)
+            assert due <= world.now() <= due + 0.01
+            clock.sleep(60.0)  # it is looked at
+            assert world.now() == pytest.approx(due + 0.01)
+            assert world.latest.startswith("synthetic A (process ")
+        assert made.read(9.0).index == frame.index + 1, "none was left out"
+    end = world.now()
+    clock.sleep(60.0)
+    assert world.now() == pytest.approx(end + 60.0), "it is closed"
+    world.close()
+
+
+def test_a_camera_tells_of_a_computer_that_is_busy(tmp_path, monkeypatch):
+    clock = FakeClock()
+    monkeypatch.setattr(pace, "wall", SimpleNamespace(monotonic=clock.now, sleep=clock.sleep))
+    with open_live("width=160,height=120,focal=160,clutter=0,fps=10", str(tmp_path)) as made:
+        assert made.slowness == ""
+        made.keep_pace()
+        for _ in range(80):
+            made.read(9.0)
+            clock.sleep(0.2)
+            made.slowness  # noqa: B018 (as whoever shows it does)
+        assert made.slowness == "this computer is busy: running at 0.5 x"
 
 
 @pytest.mark.long
