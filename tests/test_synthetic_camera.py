@@ -40,6 +40,7 @@ class FakeClock:
     def sleep(self, seconds):
         assert seconds > 0
         self.t += seconds
+        assert self.t < 1e4, "it waits for ever"
 
 
 def posed(*q):
