@@ -44,8 +44,9 @@ def moment(tmp_path_factory, monkeypatch, capsys):
         if words not in UNDISTURBED:
             folder = tmp_path_factory.mktemp("undisturbed")
             arm = "geared" if "geared" in words else "planar"
-            UNDISTURBED[words] = Shell(folder, monkeypatch, capsys, arm=arm)
-            assert UNDISTURBED[words].run(*words).status == 0
+            with monkeypatch.context() as patch:  # the state of the test's own Shell comes back
+                UNDISTURBED[words] = Shell(folder, patch, capsys, arm=arm)
+                assert UNDISTURBED[words].run(*words).status == 0
         return UNDISTURBED[words].when(part, share)
 
     return look_up

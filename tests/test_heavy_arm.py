@@ -232,8 +232,9 @@ UNDISTURBED = []
 def undisturbed(tmp_path_factory, monkeypatch, capsys):
     """A Shell in which LINE was drawn and nothing went wrong, and what it showed."""
     if not UNDISTURBED:
-        sh = Shell(tmp_path_factory.mktemp("undisturbed"), monkeypatch, capsys, arm="spatial")
-        UNDISTURBED.extend((sh, sh.run(*LINE)))
+        with monkeypatch.context() as patch:
+            sh = Shell(tmp_path_factory.mktemp("undisturbed"), patch, capsys, arm="spatial")
+            UNDISTURBED.extend((sh, sh.run(*LINE)))
     return UNDISTURBED
 
 
