@@ -78,14 +78,15 @@ def draw(file, rows, wanted, title="driver.py lines", notes="planar, 8.0 V", flo
     draw_picture(file, rows, wanted, measures, SKELETON, REACH, title, notes)
 
 
-def words_of(monkeypatch, *args, **kwargs):
-    """Draw; the figure that was saved and the words in it."""
+def words_of(monkeypatch, *args, painted=True, **kwargs):
+    """Draw; the figure that was saved, or would be if it is not to be painted, and its words."""
     figures = []
     save = Figure.savefig
 
     def savefig(figure, *args, **kwargs):
         figures.append(figure)
-        return save(figure, *args, **kwargs)
+        if painted:
+            save(figure, *args, **kwargs)
 
     monkeypatch.setattr(Figure, "savefig", savefig)
     draw(*args, **kwargs)
@@ -151,8 +152,9 @@ def test_ink_and_wanted_path_are_there(drawn):
 
 
 def test_the_worst_paths_are_shown_in_the_order_of_drawing(tmp_path, monkeypatch):
-    figure, _ = words_of(monkeypatch, tmp_path / "picture.png", record(FAN, aside=0.02), FAN)
-    measures = measure(record(FAN, aside=0.02), FAN)
+    rows = record(FAN, aside=0.02)
+    figure, _ = words_of(monkeypatch, tmp_path / "picture.png", rows, FAN, painted=False)
+    measures = measure(rows, FAN)
     worst = sorted(range(20), key=lambda k: -measures[k].greatest_mm)[:6]
     numbers = [axes.texts[0].get_text() for axes in figure.axes[1:]]
     assert numbers == [str(k + 1) for k in sorted(worst)]
@@ -160,7 +162,9 @@ def test_the_worst_paths_are_shown_in_the_order_of_drawing(tmp_path, monkeypatch
 
 def test_the_deviations_share_their_scales_and_the_floor_is_a_band(tmp_path, monkeypatch):
     rows, wanted, *_ = CASES["three lines"]
-    figure, words = words_of(monkeypatch, tmp_path / "picture.png", rows, wanted, floor=9)
+    figure, words = words_of(
+        monkeypatch, tmp_path / "picture.png", rows, wanted, floor=9, painted=False
+    )
     panels = figure.axes[1:]
     assert len({(axes.get_xlim(), axes.get_ylim()) for axes in panels}) == 1
     assert words.count("floor 9.00") == 3

@@ -45,6 +45,15 @@ def simulate(tmp_path, monkeypatch):
     return run
 
 
+@pytest.fixture(scope="module")
+def line(tmp_path_factory):
+    """The result of drawing LINE, with its picture, for all tests that only look at it."""
+    out = tmp_path_factory.mktemp("line")
+    result = CliRunner().invoke(laptop, ["simulate", "--out", str(out), DRIVER, *LINE])
+    result.out = out
+    return result
+
+
 @pytest.fixture
 def script(tmp_path):
     def write(source):
@@ -81,8 +90,8 @@ def in_one_line(text, *words):
 # What it leaves
 
 
-def test_a_line_leaves_trace_picture_and_summary(simulate):
-    result = simulate(DRIVER, *LINE, with_picture=True)
+def test_a_line_leaves_trace_picture_and_summary(line):
+    result = line
     assert result.exit_code == 0, result.output
     assert sorted(os.listdir(result.out)) == ["picture.png", "summary.json", "trace.csv"]
 
@@ -455,16 +464,14 @@ def test_a_disk_that_fills_up_during_the_run(simulate, name, script):
 # The trace is what is measured
 
 
-def test_the_figures_can_be_worked_out_from_the_trace(simulate):
-    result = simulate(DRIVER, *LINE)
-
+def test_the_figures_can_be_worked_out_from_the_trace(line):
     class Row:
         def __init__(self, row):
             self.t, self.x, self.y = (float(row[key]) for key in ("t", "x", "y"))
             self.z, self.pen = None, int(row["pen"])
 
-    (again,) = measure([Row(row) for row in rows(result.out)], [[(10, 0), (5, 10)]])
-    told = json.loads((result.out / "summary.json").read_text())["paths"][0]
+    (again,) = measure([Row(row) for row in rows(line.out)], [[(10, 0), (5, 10)]])
+    told = json.loads((line.out / "summary.json").read_text())["paths"][0]
     assert again.greatest_mm == pytest.approx(told["greatest_mm"], abs=0.01)
     assert again.rms_mm == pytest.approx(told["rms_mm"], abs=0.01)
 
