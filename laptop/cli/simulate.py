@@ -48,7 +48,11 @@ def _plants() -> str:
 @click.option(
     "--out", default="out", metavar="DIR", type=click.Path(path_type=Path), show_default=True
 )
-@click.option("--realtime", is_flag=True, help="Keep pace with the clock on the wall.")
+@click.option(
+    "--realtime",
+    is_flag=True,
+    help="Keep pace with the clock on the wall, or slower if this computer is busy.",
+)
 @click.option(
     "--press",
     "presses",
@@ -109,7 +113,7 @@ def simulate(
     script: str,
     args: tuple[str, ...],
 ) -> None:
-    """Run any ev3dev2 SCRIPT, unmodified, on an emulated brick; its exit status is the script's.
+    """Run an ev3dev2 SCRIPT, unmodified, on an emulated brick; its exit status is the script's.
 
     Leaves trace.csv, picture.png and summary.json in the folder given by --out.  Options go before
     SCRIPT.  Every run is a brick of its own: what one run homes, the next does not know.
