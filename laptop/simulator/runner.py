@@ -76,7 +76,7 @@ def run_script(
         kill_at: SIGKILL, s; brickrun is not there, so the motors keep their last command.
         timeout: virtual seconds the script may take.
         aftermath: virtual seconds the world goes on after its end.
-        patience: wall seconds it may compute without looking at the clock.
+        patience: seconds of the host that it may spend without looking at the clock.
 
     Returns:
         Outcome

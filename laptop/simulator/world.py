@@ -66,43 +66,45 @@ class Effort(object):
     """What a thread spends while it does not come to the clock.
 
     That it waits for the host's processor does not count: a computer that is busy changes nothing.
+    (Where the host does not tell all that, each second counts.)
 
     Args:
         thread: VirtualThread; None spends nothing.
     """
 
-    def __init__(self, thread=None):
+    def __init__(self, thread):
         self.thread = thread
         self._spent = [0.0, 0.0]
-        self._before = thread and self._clocks()
+        self._before = None
 
     def look(self):
-        """Seconds that it has computed since the start, and that it has waited for the host."""
-        if self.thread is None:
+        """Seconds that it has computed since the first look, and that it has waited for the host.
+
+        It waits if it sleeps now, did so at the last look, and has not computed in between.
+        """
+        if self.thread is None or self.thread.ident is None:  # the host has not begun it yet
             return 0.0, 0.0
-        now = self._clocks()
-        passed, computed = (b - a for a, b in zip(self._before, now))
+        now = wall.monotonic(), self._computed(), self._sleeps()
+        if self._before is not None:
+            passed, computed = now[0] - self._before[0], now[1] - self._before[1]
+            waits = now[2] and self._before[2] and computed < passed / 100
+            self._spent[waits] += passed if waits else computed
         self._before = now
-        if computed < passed / 10 and self._sleeps():
-            self._spent[1] += passed
-        else:
-            self._spent[0] += computed
         return tuple(self._spent)
 
-    def _clocks(self):
+    def _computed(self):
         try:
             own = getattr(wall, "pthread_getcpuclockid")(self.thread.ident)  # noqa: B009 Python 3.7
-            return wall.monotonic(), wall.clock_gettime(own)
-        except (AttributeError, OSError, TypeError):  # no such clock, or no such thread (yet)
-            return wall.monotonic(), wall.monotonic()
+            return wall.clock_gettime(own)
+        except (AttributeError, OSError):
+            return wall.monotonic()
 
     def _sleeps(self):
-        """Whether the host lets it wait for something else than a processor."""
         try:
             with io.open("/proc/self/task/{}/stat".format(self.thread.native), "rb") as file:
                 return file.read().rpartition(b")")[2].split()[0] == b"S"
         except OSError:
-            return True
+            return False
 
 
 class _Local(threading.local):
@@ -246,7 +248,8 @@ class World(object):
 
         Args:
             limit: the run is cut off at this virtual time, s.
-            patience: or after so many wall seconds of computing without a look at the clock.
+            patience: or after so many seconds of the host, computed or waited for, without a look
+                at the clock.
 
         Raises:
             whatever a body or an event raised.
