@@ -97,7 +97,8 @@ def pytest_collection_modifyitems(config, items):
             short = {item.nodeid for item in of_test[:: mark.kwargs["every"]]}
         left_out = [item for item in of_test if item.nodeid not in short]
         if len(of_test) - len(left_out) != len(short):
-            raise pytest.UsageError("`short` names a case that is not there: " + test)
+            of_test[0].runtest = lambda: pytest.fail("`short` names what is no case", False)
+            left_out = of_test[1:]
         for item in left_out:
             item.add_marker("long")
 
