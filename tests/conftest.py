@@ -79,6 +79,12 @@ def pytest_configure(config):
         sys.pycache_prefix = os.environ["PYTHONPYCACHEPREFIX"] = str(folder)
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers(config):
+    """A worker for each core, and one more beside the long tests: those in a browser mostly wait."""
+    return (os.cpu_count() or 1) + (config.option.markexpr != SHORT)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
     """Long is what `short` leaves out of the cases of a test, and what needs a browser."""

@@ -94,8 +94,10 @@ def ended(w, shown, number=signal.SIGTERM):
 # Without a Start
 
 
-@pytest.mark.short("15")
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+@pytest.mark.short("SIGTERM")
+@pytest.mark.parametrize(
+    "number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP], ids=lambda n: n.name
+)
 def test_without_a_start_nothing_moves_until_a_signal_ends_it(waiting, number):
     w, laptop = waiting()
     shown = w.run("--wait", signals=[(4.0, number)])
@@ -361,8 +363,10 @@ def test_a_marker_that_is_lost_is_told_and_nothing_moves_when_it_is_back(waiting
     assert w.error() < 7
 
 
-@pytest.mark.short("15")
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+@pytest.mark.short("SIGTERM")
+@pytest.mark.parametrize(
+    "number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP], ids=lambda n: n.name
+)
 def test_a_signal_in_mid_run_stops_the_arm_and_ends_the_program(waiting, number):
     w, laptop = waiting()
     laptop.at(1.0, Start())

@@ -36,9 +36,9 @@ def alive(pid):
     return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
 
 
-@pytest.mark.short("15")
+@pytest.mark.short("SIGTERM")
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="reads Linux's /proc")
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT], ids=lambda n: n.name)
 def test_a_bench_that_is_stopped_leaves_no_process_behind(number):
     bench = "import time; from laptop.bench import workers; list(workers.results(time.sleep, {}))"
     bench = bench.format("[60] * 9")
