@@ -81,7 +81,7 @@ def pytest_configure(config):
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config):
-    """A worker for each core, and one more beside the long tests: those in a browser mostly wait."""
+    """A worker for each core, and one more for long tests: those in a browser mostly wait."""
     return (os.cpu_count() or 1) + (config.option.markexpr != SHORT)
 
 

@@ -16,6 +16,8 @@ from laptop.simulator.virtual_tracker import HOST
 from robot.visual_servoing import LINK_PATIENCE, MARKER_PATIENCE
 from shared.messages import Start, Stop
 
+SIGNALS = signal.SIGTERM, signal.SIGINT, signal.SIGHUP
+
 PIXEL, OTHER = (230.0, 185.0), (250.0, 220.0)
 
 
