@@ -46,6 +46,7 @@ from laptop.simulator.clocks import UPTIME
 from laptop.simulator.live import Follower
 from laptop.simulator.pace import BUSY, Pace, PacedClock, in_words
 from laptop.simulator.scene import Scene, cameras, read_scene
+from laptop.simulator.session import AFTER
 from laptop.simulator.world import BUSY as TOO_BUSY
 from laptop.watching import undisturbed
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
@@ -739,13 +740,8 @@ class Show:
         self._rival: Program | None = None
         self._page: threading.Thread | None = None
         self._over = threading.Event()
-        text, self._goals = choose_goals(arm, orders.seed)
-        self._views = Views(arm, text)
         self.story: dict[str, Any] = {
             "arm": arm.name,
-            "scene": text,
-            "cameras": "".join(self._views),
-            "size": list(self._views["A"].camera.size),
             "command": _command(orders),
             "lines": [],
             "ink": [],
@@ -761,18 +757,20 @@ class Show:
             DemoFailed: a program failed or hangs.
         """
         stages = self._progress.stages
-        stages[TRACKER].begin("starting")
-        self._tracker = self._track()
         stages[DRAWING].begin("starting")
         drawing = self._begin(DRAWING, ["--realtime"], "drawing", [str(DRIVER), "--stay"])
+        stages[TRACKER].begin("choosing goals")  # which takes as long as the other's start
+        self._set_scene()
+        self._tracker = self._track()
         place, code = self._invitation()
         self._progress.finish(TRACKER, True, f"listens at {place}")
         if self._orders.page:
             address = said(self._tracker, read_page)
             self._page = threading.Thread(target=self._show_page, args=(address,), daemon=True)
             self._page.start()
-        self._wait(drawing, DRAWN)
         home = drawing.home
+        part = ahead = self._approach(self._goals[0], home, place, code)
+        self._wait(drawing, DRAWN)
         summary = json.loads((home / SUMMARY).read_text(encoding="utf-8"))
         if summary["status"]:
             drawing.program.wait(ENDED)
@@ -781,22 +779,16 @@ class Show:
         self.story["ink"] = _ink(self._views, read_trace(home / "trace.csv"))
         self._progress.finish(DRAWING, report.drawn(lines), report.lines_text(lines))
 
-        for goal in self._goals:
-            start = start_words(self._arm, home)
-            home = self._folder / goal.name.replace(" ", "-")
+        for goal, following in zip(self._goals, [*self._goals[1:], None], strict=True):
             stages[goal.name].begin("starting")
-            part = self._begin(
-                goal.name,
-                ["--realtime", start],
-                home.name,
-                [str(self._orders.servo), place, "--code", code, *goal_words(goal)]
-                + ["--log", f"{home}.jsonl"],
-            )
+            if following:
+                ahead = self._approach(following, part.home, place, code)
             if self._rival is None:
-                self._compare(goal, start)
+                self._compare(goal, home)
             self._wait(part, SERVOED)
-            record = approach_of(self._views, goal, home, part.program)
+            record = approach_of(self._views, goal, part.home, part.program)
             self._take(goal.name, record, "approaches")
+            part = ahead
         self.story["pace"] = round(self._pace.mean, 3)
         self._conclude_comparison()
         for program in self._played:
@@ -808,6 +800,17 @@ class Show:
         """Look at nothing any more."""
         self._over.set()
         self._follower.close()
+
+    def _set_scene(self) -> None:
+        """Choose cameras and goals.
+
+        Raises:
+            DemoFailed: this arm and seed have none.
+        """
+        text, self._goals = choose_goals(self._arm, self._orders.seed)
+        self._views = Views(self._arm, text)
+        size = list(self._views["A"].camera.size)
+        self.story.update(scene=text, cameras="".join(self._views), size=size)
 
     def _track(self) -> Program:
         return self._crew.start(
@@ -857,19 +860,26 @@ class Show:
         home = self._folder / folder
         return Part(name, options, home, script, self._simulate(name, options, home, script))
 
+    def _approach(self, goal: Goal, home: Path, place: str, code: str) -> Part:
+        """Start a servo ahead of time; it waits for the run that leaves its files in `home`."""
+        folder = goal.name.replace(" ", "-")
+        words = [str(self._orders.servo), place, "--code", code, *goal_words(goal)]
+        words += ["--log", f"{self._folder / folder}.jsonl"]
+        return self._begin(goal.name, ["--realtime", _start(home)], folder, words)
+
     def _simulate(
         self, name: str, options: Sequence[str], home: Path, script: Sequence[str]
     ) -> Program:
         words = ["simulate", *options, "--arm", os.path.abspath(self._arm.file), "--out", str(home)]
         return self._crew.start(name, [*words, *script], self._progress.stages[name].say)
 
-    def _compare(self, goal: Goal, start: str) -> None:
-        """Start the report's method on its way to a goal."""
+    def _compare(self, goal: Goal, start: Path) -> None:
+        """Start the report's method on its way to a goal, from where another run has ended."""
         self._progress.stages[RIVAL].begin("starting")
         home = self._folder / RIVAL_HOME
         self._rival = self._simulate(
             RIVAL,
-            ["--scene", self.story["scene"] + RIVAL_SCENE, start],
+            ["--scene", self.story["scene"] + RIVAL_SCENE, _start(start)],
             home,
             [str(self._orders.servo), *goal_words(goal), "--method", "report"]
             + ["--budget", f"{REPORT_BUDGET:g}", "--log", f"{home}.jsonl"],
@@ -1041,13 +1051,9 @@ def read_trace(file: Path) -> list[Row]:
         raise DemoFailed(f"{file} cannot be read; is the disk full?") from None
 
 
-def start_words(arm: Arm, home: Path) -> str:
-    """Where a run left the arm, for the next one; within what is allowed."""
-    q = read_trace(home / "trace.csv")[-1].q
-    angles = [
-        math.degrees(min(max(a, j.lower), j.upper)) for a, j in zip(q, arm.joints, strict=True)
-    ]
-    return "--start=" + ",".join(f"{angle:.4f}" for angle in angles)
+def _start(home: Path) -> str:
+    """Where another run ends, for the next one."""
+    return f"--start={AFTER}{home}"
 
 
 def goal_words(goal: Goal) -> list[str]:

@@ -551,19 +551,12 @@ def test_the_line_of_the_tracker_is_understood():
     assert demo.read_invitation("30 fps, effector 1.0,2.0") is None
 
 
-def test_the_next_start_is_where_the_arm_was_left_within_its_limits(tmp_path):
-    rows = "t,q1,q2,x,y,pen\n0.0,0,0,1,1,0\n0.1,-3.0,0.5,1,1,0\n"
-    (tmp_path / "trace.csv").write_text(rows)
-    assert demo.start_words(ARM, tmp_path) == f"--start=-90.0000,{math.degrees(0.5):.4f}"
-    assert demo.read_trace(tmp_path / "trace.csv")[1] == (0.1, (-3.0, 0.5), False)
-
-
 @pytest.mark.parametrize("text", [None, "", "t,q1\n1,x\n"])
 def test_a_trace_that_cannot_be_read_is_told_in_one_line(tmp_path, text):
     if text is not None:
         (tmp_path / "trace.csv").write_text(text)
     with pytest.raises(DemoFailed, match=r"trace\.csv cannot be read"):
-        demo.start_words(ARM, tmp_path)
+        demo.read_trace(tmp_path / "trace.csv")
 
 
 @pytest.mark.short("planar")

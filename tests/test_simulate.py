@@ -8,6 +8,7 @@ import resource
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -17,7 +18,8 @@ from laptop.bench import draw
 from laptop.cli import simulate as command
 from laptop.cli.main import laptop
 from laptop.drawing import measure
-from shared.arm_description import find_arm
+from laptop.simulator import session
+from shared.arm_description import find_arm, read_arm
 
 ROOT = Path(__file__).parent.parent
 DRIVER = str(ROOT / "robot" / "driver.py")
@@ -522,3 +524,41 @@ def test_bench_limits(monkeypatch):
     assert result.exit_code == 0, result.output
     (row,) = [line for line in result.output.splitlines() if "as described" in line]
     assert all(0.1 < float(cell) < 1.5 for cell in row.split("\u2502")[2:5])
+
+
+# Where another run ended
+
+
+def leave_a_run(folder, *rows):
+    folder.mkdir()
+    (folder / "trace.csv").write_text("\n".join(["t,q1,q2,x,y,pen", *rows, ""]))
+    (folder / "summary.json").write_text("{}")
+
+
+def test_a_run_goes_on_where_another_has_ended_within_what_is_allowed(tmp_path):
+    leave_a_run(tmp_path / "first", "0.0,0,0,1,1,0", "0.1,-3.0,0.5,1,1,0")
+    arm = read_arm(find_arm("planar"))
+    q, homed = session.read_start(f"after:{tmp_path / 'first'}", arm)
+    assert homed
+    assert q == pytest.approx((arm.joints[0].lower, 0.5))
+
+
+def test_the_other_run_is_waited_for(tmp_path, monkeypatch):
+    looks = []
+
+    def look(seconds):
+        looks.append(seconds)
+        if len(looks) == 3:
+            leave_a_run(tmp_path / "first", "0.1,0.2,0.3,1,1,0")
+
+    monkeypatch.setattr(session, "time", SimpleNamespace(sleep=look))
+    arm = read_arm(find_arm("planar"))
+    assert session.read_start(f"after:{tmp_path / 'first'}", arm) == ((0.2, 0.3), True)
+    assert len(looks) == 3
+
+
+@pytest.mark.parametrize("rows", [[], ["0.1,x,0.3,1,1,0"], ["0.1,0.2"]])
+def test_a_run_of_nothing_or_of_another_arm_is_refused(tmp_path, rows):
+    leave_a_run(tmp_path / "first", *rows)
+    with pytest.raises(session.BadOrder, match=r"there is no trace of this arm; give the --out"):
+        session.read_start(f"after:{tmp_path / 'first'}", read_arm(find_arm("planar")))

@@ -39,9 +39,9 @@ from laptop.demo import (
     read_invitation,
     read_page,
     said,
-    start_words,
 )
 from laptop.simulator.pace import PacedClock
+from laptop.simulator.session import AFTER
 from robot.clock import Clock
 from robot.tracking_client import Memory, TrackingClient
 from shared.arm_description import ArmError, find_arm, read_arm
@@ -190,7 +190,7 @@ def _measure(made: Any, seed: int, looking: Looking) -> Result:
                 servo = crew.start(goal.name, [*words, "--log", f"{home}.jsonl"])
                 servo.wait(SERVOED)
                 runs.append(_judged(views, goal, home, servo))
-                start = start_words(arm, home)
+                start = f"--start={AFTER}{home}"
         pace = (clock.now() - began[0]) / (time.monotonic() - began[1])
         crew.close()
         behind = _behind(folder, drawn, ahead)

@@ -73,7 +73,8 @@ def _plants() -> str:
     default="home",
     show_default=True,
     metavar="POSE",
-    help="home: parked there, zero known; lost: never homed; or one angle per joint in degrees.",
+    help="home: parked there, zero known; lost: never homed; one angle per joint in degrees; or "
+    "after:DIR, where the run ends that leaves its files in DIR, which is waited for.",
 )
 @click.option(
     "--plug",

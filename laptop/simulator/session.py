@@ -4,6 +4,7 @@ The brick wakes up as its user left it: the arm parked, its zero on file; or los
 """
 
 import contextlib
+import csv
 import json
 import math
 import os
@@ -12,6 +13,7 @@ import re
 import shutil
 import signal
 import sys
+import time
 from collections import namedtuple
 
 from laptop.simulator.brick import EmulatedBrick
@@ -55,6 +57,9 @@ pace      emulated seconds per second of this computer's clock; None in virtual 
 """
 
 
+AFTER, LOOK = "after:", 0.02
+"""What a start begins with that another run leaves; and how often one looks for that, s."""
+
 LAPTOP = "127.0.0.1"
 """Where a tracker beside the brick is."""
 
@@ -94,7 +99,17 @@ def read_fault(text):
 
 
 def read_start(text, arm):
-    """Joint angles (rad) and whether the zero is known, from `home`, `lost` or `DEG,DEG,...`."""
+    """Joint angles (rad) and whether the zero is known.
+
+    Args:
+        text: `home`, `lost`, `DEG,DEG,...`, or `after:FOLDER`: where the run ends that leaves its
+            files there, which is waited for.
+
+    Raises:
+        BadOrder: it is none of these.
+    """
+    if text.startswith(AFTER):
+        return _end_of(text[len(AFTER) :], arm), True
     if text == "home":
         return tuple(joint.home for joint in arm.joints), True
     if text == "lost":
@@ -108,7 +123,8 @@ def read_start(text, arm):
         joint.lower <= angle <= joint.upper for joint, angle in zip(arm.joints, angles)
     ):
         raise BadOrder(
-            "start '{}': write home, lost, or one angle in deg per joint within {}".format(
+            "start '{}': write home, lost, after:FOLDER, or one angle in deg per joint within "
+            "{}".format(
                 text,
                 " and ".join(
                     "{:g}..{:g}".format(math.degrees(j.lower), math.degrees(j.upper))
@@ -117,6 +133,23 @@ def read_start(text, arm):
             )
         )
     return angles, True
+
+
+def _end_of(folder, arm):
+    """Where a run ended, rad, within what is allowed; waits for its summary, which comes last."""
+    while not os.path.exists(os.path.join(folder, "summary.json")):
+        time.sleep(LOOK)
+    try:
+        with open(os.path.join(folder, "trace.csv"), newline="") as file:
+            *_, last = csv.DictReader(file)
+        angles = [float(last["q{}".format(k)]) for k in range(1, len(arm.joints) + 1)]
+    except (OSError, ValueError, KeyError, TypeError):
+        raise BadOrder(
+            "start '{}{}': there is no trace of this arm; give the --out of another run".format(
+                AFTER, folder
+            )
+        ) from None
+    return tuple(min(max(a, j.lower), j.upper) for a, j in zip(angles, arm.joints))
 
 
 def run(
@@ -137,7 +170,7 @@ def run(
     Args:
         arm: shared.arm_description.Arm.
         plant: constants from plant.read_plant.
-        start: "home", "lost" or angles, see read_start.
+        start: see read_start.
         faults: Faults.
         presses: peripherals.Press values.
         extra: port -> motor kind, motors beside the arm's.
