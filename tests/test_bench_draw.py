@@ -49,6 +49,7 @@ def test_a_turntable_has_no_preload_and_needs_none():
     assert with_it.greatest < 1.5 * with_it.floor
 
 
+@pytest.mark.long
 def test_the_sag_is_fed_forward():
     assert draw.sag(NOT_FED) > 0.7
     assert draw.sag(FELT) < 0.5

@@ -491,6 +491,7 @@ def test_the_same_seed_gives_the_same_goals(name):
     assert demo.choose_goals(ARMS[name], 0) == really_choose(ARMS[name], 0)
 
 
+@pytest.mark.long
 def test_the_tip_is_seen_by_both_cameras_on_its_way():
     views = Views(ARMS["spatial"], demo.scene_text("spatial", 0))
     left = demo.STANDS["spatial"].left

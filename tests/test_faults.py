@@ -154,7 +154,6 @@ def in_one_line(err, *words):
     "unplugged A, smooth",
     "stalled B, smooth",
     "dead encoder A, steps",
-    "unplugged B, geared",
     "unplugged pen in mid-line",
     "jammed pen",
     "dead encoder of the pen",
@@ -524,6 +523,7 @@ def test_after_a_blind_or_blocked_joint_the_zero_is_in_doubt(shell, moment, faul
     assert sh.on_file()["parked"] is None
 
 
+@pytest.mark.long
 def test_while_it_homes_and_draws_the_arm_is_not_on_record_as_parked(shell):
     sh = shell(homed=False)
     seen = []

@@ -195,7 +195,7 @@ def test_an_arm_that_had_a_zero_loses_it_when_homing_fails(tmp_path):
         assert refused(rig, error, "stops")
 
 
-@pytest.mark.short("5-True")
+@pytest.mark.long
 @pytest.mark.parametrize(("play", "told"), [(2, False), (3, False), (5, True)])
 def test_play_that_is_not_the_described_is_told(tmp_path, play, told):
     with switched_on(tmp_path, "planar", f"backlash={play}", homed=False) as rig:

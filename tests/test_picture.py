@@ -118,15 +118,7 @@ def drawn(tmp_path_factory):
     return look_up
 
 
-@pytest.mark.short(
-    "three lines",
-    "twenty, drawn in part",
-    "no wanted path",
-    "no ink",
-    "always down",
-    "three joints",
-    "empty record",
-)
+@pytest.mark.short("three lines", "no wanted path", "no ink", "always down", "empty record")
 @pytest.mark.parametrize("case", CASES)
 def test_every_case_has_a_picture_that_says_what_it_shows(case, drawn):
     _, _, *expected = CASES[case]
@@ -151,6 +143,7 @@ def test_ink_and_wanted_path_are_there(drawn):
     assert seen("empty record, wanted", WANTED) > seen("empty record", WANTED) + 500
 
 
+@pytest.mark.long
 def test_the_worst_paths_are_shown_in_the_order_of_drawing(tmp_path, monkeypatch):
     rows = record(FAN, aside=0.02)
     figure, _ = words_of(monkeypatch, tmp_path / "picture.png", rows, FAN, painted=False)
@@ -226,7 +219,7 @@ TITLES = {
 }
 
 
-@pytest.mark.short("long", "formula")
+@pytest.mark.short("long")
 @pytest.mark.parametrize("title", TITLES.values(), ids=TITLES.keys())
 def test_any_title_and_notes_find_room(title, tmp_path, monkeypatch):
     figure, _ = words_of(monkeypatch, tmp_path / "picture.png", [], [], title=title, notes=title)

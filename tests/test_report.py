@@ -303,7 +303,7 @@ def test_pictures_are_drawn_of_no_goal_at_all(tmp_path):
     assert report.draw_errors(run).startswith(b"\x89PNG")
 
 
-@pytest.mark.short("AB")
+@pytest.mark.long
 @pytest.mark.parametrize("cameras", ["A", "AB"])
 def test_pictures_are_drawn_of_any_number_of_joints_and_of_no_error_at_all(tmp_path, cameras):
     run = story(tmp_path, offs=(0.0,), cameras=cameras, rival=None)

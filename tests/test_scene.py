@@ -555,7 +555,7 @@ def test_a_camera_amid_the_workspace_still_looks_at_it():
     assert 0 < v < 480
 
 
-@pytest.mark.short("B")
+@pytest.mark.long
 @pytest.mark.parametrize("name", "ABC")
 def test_the_tracker_finds_the_balls_where_they_truly_are(name):
     view = in_space("clutter=6", name)

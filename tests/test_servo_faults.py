@@ -150,7 +150,7 @@ def test_what_stays_ends_the_run_with_the_right_verdict(watched, name, mode):
     assert shown.t < w.struck + it.ends + 0.5
 
 
-@pytest.mark.short("SIGTERM-stream", "SIGHUP-look")
+@pytest.mark.short("SIGTERM-stream")
 @pytest.mark.parametrize(
     ("name", "mode"),
     [("SIGTERM", "look"), ("SIGTERM", "stream"), ("SIGHUP", "look")],

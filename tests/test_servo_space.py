@@ -59,7 +59,7 @@ def notes(shown):
     return [line["text"] for line in shown.log if line["kind"] == "note"]
 
 
-@pytest.mark.short("chain-stereo", "kalman-xyz")
+@pytest.mark.short("chain-stereo")
 @pytest.mark.parametrize(
     ("method", "rows"),
     [("chain", "stereo"), ("chain", "xyz"), ("kalman", "xyz")],
@@ -136,7 +136,7 @@ def test_a_signal_on_the_way_down_stops_it(space):
     assert w.stands(8.5)
 
 
-@pytest.mark.short("True")
+@pytest.mark.long
 @pytest.mark.parametrize("low", [False, True])
 def test_it_stays_at_the_goal_unless_told_to_go_low(space, low):
     w = space()
@@ -191,12 +191,7 @@ PLACES = {"A": ABOVE, "B": SIDE, "C": SpaceCamera(math.radians(60), math.radians
 STREAMED = "side for 2 s", "above for ever", "one of three for ever", "one of three comes late"
 
 
-@pytest.mark.short(
-    "above for 2 s-look",
-    "above from the start-look",
-    "side for ever-look",
-    "one of three for ever-stream",
-)
+@pytest.mark.short("above for 2 s-look", "side for ever-look", "one of three for ever-stream")
 @pytest.mark.parametrize(
     ("name", "mode"),
     [(name, "look") for name in sorted(COVERED)] + [(name, "stream") for name in STREAMED],

@@ -349,6 +349,7 @@ def test_a_start_by_angles(simulate):
 # Faults
 
 
+@pytest.mark.short(every=2)
 @pytest.mark.parametrize(
     ("fault", "status", "says"),
     [

@@ -366,12 +366,11 @@ def test_what_cannot_be_done_is_refused_in_one_line(run, video, state, words, sa
         ("nonsense", ["markers.ini"]),
     ],
 )
-def test_a_markers_file_with_a_wrong_value(video, state, text, says):
+def test_a_markers_file_with_a_wrong_value(run, video, state, text, says):
     state.mkdir()
     (state / "markers.ini").write_text(text)
-    done = process("--camera", video(), "--no-serve")
-    assert done.returncode == 1
-    assert in_one_line(done.stderr, *says)
+    shown = run("--camera", video(), "--no-serve", status=1)
+    assert in_one_line(shown.stderr, *says)
 
 
 def test_a_name_that_does_not_fit_a_message(run, video, tmp_path):

@@ -264,7 +264,7 @@ def beside_the_goal(scene, low, high):
             yield q, truth["effector"]
 
 
-@pytest.mark.short("150")
+@pytest.mark.long
 @pytest.mark.parametrize("azimuth", [-90, 150])
 def test_beside_the_goal_s_marker_a_slanting_one_is_found_whatever_else_is_around(azimuth):
     scene = Scene(ARM, read_scene(f"tilt=50,azimuth={azimuth},clutter=0,fps_wander=0"))

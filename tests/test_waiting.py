@@ -112,6 +112,7 @@ def test_without_a_start_nothing_moves_until_a_signal_ends_it(waiting, number):
     assert shown.log == []
 
 
+@pytest.mark.long
 def test_neither_a_lost_link_nor_a_stop_moves_anything(waiting):
     w, laptop = waiting()
     laptop.at(1.0, Stop("for nothing"))
