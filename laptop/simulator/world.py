@@ -80,7 +80,8 @@ class Effort(object):
     def look(self):
         """Seconds that it has computed since the first look, and that it has waited for the host.
 
-        It waits if it sleeps now, did so at the last look, and has not computed in between.
+        It waits if it sleeps now, did so at the last look, and has not computed in between; who has
+        waits no longer.  (Who waits for the interpreter sleeps, too, so only a long wait is one.)
         """
         if self.thread is None or self.thread.ident is None:  # the host has not begun it yet
             return 0.0, 0.0
@@ -88,7 +89,8 @@ class Effort(object):
         if self._before is not None:
             passed, computed = now[0] - self._before[0], now[1] - self._before[1]
             waits = now[2] and self._before[2] and computed < passed / 100
-            self._spent[waits] += passed if waits else computed
+            waited = self._spent[1] + passed if waits else 0.0
+            self._spent = [self._spent[0] + (0.0 if waits else computed), waited]
         self._before = now
         return tuple(self._spent)
 
@@ -533,16 +535,17 @@ class World(object):
         Args:
             effort: what it has spent since it was at the clock last, see Effort.look.
         """
+        computed, waited = effort
         valve = self.VALVE_REALTIME if self.realtime else self.VALVE
-        if sum(effort) >= patience:
+        if computed + waited >= patience:
             self.halt(Verdict(ENDLESS, "stuck"))
-        elif thread is not self._holder or sum(effort) < valve:
+        elif thread is not self._holder or (computed < valve and waited < self.VALVE):
             return
         elif self._awaited(thread):
             thread.loose = True
             self._loose += 1
             self._dispatch(None)
-        elif self._member is not None and effort[1] >= valve:
+        elif self._member is not None and waited >= self.VALVE:
             self._drifting = True
             self._catch_up()
             self._member.promise(self._zero + self.t + self.DRIFT)
