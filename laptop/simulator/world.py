@@ -66,7 +66,7 @@ class Effort(object):
     """What a thread spends while it does not come to the clock.
 
     That it waits for the host's processor does not count: a computer that is busy changes nothing.
-    (Where the host does not tell all that, each second counts.)
+    (Where the host does not tell all that, each second counts as one of waiting.)
 
     Args:
         thread: VirtualThread; None spends nothing.
@@ -99,14 +99,14 @@ class Effort(object):
             own = getattr(wall, "pthread_getcpuclockid")(self.thread.ident)  # noqa: B009 Python 3.7
             return wall.clock_gettime(own)
         except (AttributeError, OSError):
-            return wall.monotonic()
+            return 0.0
 
     def _sleeps(self):
         try:
             with io.open("/proc/self/task/{}/stat".format(self.thread.native), "rb") as file:
                 return file.read().rpartition(b")")[2].split()[0] == b"S"
         except OSError:
-            return False
+            return True
 
 
 class _Local(threading.local):
