@@ -1011,12 +1011,14 @@ def said(tracker: Program, read: Callable[[str], Told | None]) -> Told:
     """What is read from the first line of the tracker that has it."""
     deadline = time.monotonic() + READY
     while time.monotonic() < deadline:
+        ended = not tracker.running
+        if ended:
+            tracker.wait(ENDED)  # until all that it has said is here
         for line in list(tracker.lines):
             told = read(line)
             if told is not None:
                 return told
-        if not tracker.running:
-            tracker.wait(ENDED)
+        if ended:
             raise tracker.complain()
         time.sleep(LOOK)
     raise tracker.hangs(READY)

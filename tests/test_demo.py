@@ -87,7 +87,6 @@ if command == "track":
         print("page: others can reach it")
         print("page: http://127.0.0.1:%d/?token=t" % page.server_port, flush=True)
     if fault == "tracker dies":
-        time.sleep(0.05)
         sys.exit("laptop: the camera is gone")
     try:
         wait_for_ever()
@@ -115,7 +114,7 @@ if fault == "servo fails" and goal != "marker":
     print("out/picture.png, trace.csv, summary.json")
     leave(value("--out"), ends["driver"], status=1)
     sys.exit(1)
-if fault in ("servo hangs", "deaf servo"):
+if fault in ("servo hangs", "deaf servo", "tracker dies"):
     wait_for_ever(fault == "deaf servo")
 if fault == "rival fails" and rival:
     sys.exit("laptop: no room")
