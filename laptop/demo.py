@@ -940,6 +940,7 @@ class Show:
                 raise part.program.hangs(limit)
             self._look()
             time.sleep(LOOK)
+        self._look()  # at what came in last, too, or was there at once
         self._played.append(part.program)
 
     def _look(self) -> None:
