@@ -41,6 +41,7 @@ import json, os, signal, sys, time
 words, fault = sys.argv[1:], os.environ.get("FAULT", "")
 command, script = words[0], words[-1]
 value = lambda key: words[words.index(key) + 1]
+DEAF = os.path.join(os.environ["PIDS"], "..", "deaf")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 with open(os.path.join(os.environ["PIDS"], str(os.getpid())), "w") as file:
     file.write(" ".join([*words, "on", os.environ.get("BRICKSERVO_ARM", "")]))
@@ -50,6 +51,7 @@ def wait_for_ever(deaf=False):
     print("waiting", flush=True)
     if deaf:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        open(DEAF, "w").close()
     while True:
         time.sleep(60)
 
@@ -120,6 +122,8 @@ if fault == "rival fails" and rival:
     sys.exit("laptop: no room")
 if fault == "rival hangs" and rival:
     wait_for_ever(True)
+while fault == "rival hangs" and not os.path.exists(DEAF):
+    time.sleep(0.01)  # or it might be told to end before it is deaf
 missed = fault == "not reached" and goal != "marker"
 with open(value("--log"), "w") as file:
     file.write(os.environ["LOG"].replace('"chain"', '"report"' if rival else '"chain"'))
