@@ -14,7 +14,7 @@ from laptop.cli.main import laptop
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
 from laptop.simulator.world import World
-from robot import kinematics
+from robot import kinematics, visual_servoing
 from robot.servo import Rows
 from robot.visual_servoing import Verdict
 from shared.orders import ROWS
@@ -194,7 +194,7 @@ def run_with(monkeypatch, verdict, scene=NOMINAL):
                 raise verdict
             return verdict
 
-    monkeypatch.setattr(servo, "VisualServoing", Loop)
+    monkeypatch.setattr(visual_servoing, "VisualServoing", Loop)
     return servo.run_one(Case("nominal", scene, "planar", SEED, ("chain",)), "chain")
 
 
@@ -352,7 +352,7 @@ def bench(monkeypatch):
 def test_bench_servo(bench):
     shown = bench()
     assert shown.exit_code == 0, shown.output
-    assert bench.orders == [(range(1000, 1050), "nominal", servo.ARMS, (), False, "stereo")]
+    assert bench.orders == [(range(1000, 1050), "nominal", servo.ARMS, (), False, "stereo", 0)]
     assert "50.0" in shown.stdout
     assert "planar; nominal; chain: 1 x budget spent" in shown.stdout
     assert max(len(line) for line in shown.stdout.splitlines()) <= 170
@@ -360,10 +360,11 @@ def test_bench_servo(bench):
 
 def test_bench_servo_takes_what_is_asked(bench):
     arguments = "--seeds 3:5 --scene latency --arm geared --method chain --method oracle --rendered"
+    arguments += " --cpu 1"
     shown = bench(*arguments.split(), "--json")
     assert shown.exit_code == 0, shown.output
     methods = "chain", "oracle"
-    assert bench.orders == [(range(3, 5), "latency", ("geared",), methods, True, "stereo")]
+    assert bench.orders == [(range(3, 5), "latency", ("geared",), methods, True, "stereo", 1)]
     first, second = json.loads(shown.stdout)
     assert (first["success"], first["verdict"], first["rms"]) == (True, "converged", None)
     assert (second["success"], second["seconds"]) == (False, 180.0)

@@ -19,7 +19,8 @@ COST = 0.001
 def brick():
     """A brick without motors."""
     world = World()
-    return types.SimpleNamespace(world=world, sysfs=Sysfs(world, COST), reset_motors=list)
+    sysfs = Sysfs(world, COST)
+    return types.SimpleNamespace(world=world, sysfs=sysfs, slowness=0, reset_motors=list)
 
 
 @pytest.fixture

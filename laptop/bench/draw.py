@@ -17,21 +17,20 @@ import re
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from laptop import drawing
 from laptop.bench import workers
+from laptop.simulator import program as programs
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant, weighed
 from laptop.simulator.session import park_on_file
 from laptop.simulator.world import World
 from robot import kinematics, trajectory
-from robot.arm import RobotArm
-from robot.driver import LINES, Driver
-from robot.gravity import Gravity
+from robot.driver import LINES
 from shared.arm_description import Arm, find_arm, read_arm
 
 Point = tuple[float, float]
@@ -49,25 +48,28 @@ CONDITIONS = (
 
 
 class Weight(NamedTuple):
-    """What pulls on an arm in space, and what of it the driver knows."""
+    """What pulls on an arm in space, and what of it the driver knows.
+
+    known: from robot.gravity.Gravity, the arm and its plant to what the driver takes for gravity.
+    """
 
     words: tuple[str, str] = ("fed forward", "counted on")
     plant: str = ""
-    known: Callable[[Arm, dict[str, float]], Gravity] = lambda arm, plant: Gravity(arm)
+    known: Callable[[Any, Arm, dict[str, float]], Any] = lambda gravity, arm, plant: gravity(arm)
 
 
 WEIGHTS = {
     "felt": Weight(),
     "no preload": Weight(
-        ("fed forward", "not counted on"), known=lambda arm, plant: Gravity(arm, presses=False)
+        ("fed forward", "not counted on"), known=lambda g, arm, plant: g(arm, presses=False)
     ),
     "not fed forward": Weight(
-        ("not fed forward", "counted on"), known=lambda arm, plant: Gravity(arm, known=False)
+        ("not fed forward", "counted on"), known=lambda g, arm, plant: g(arm, known=False)
     ),
-    "off": Weight(("off", "-"), "gravity=0", lambda arm, plant: Gravity(arm, g=0.0)),
+    "off": Weight(("off", "-"), "gravity=0", lambda g, arm, plant: g(arm, g=0.0)),
     "measured": Weight(
         ("fed forward", "counted on, measured"),
-        known=lambda arm, plant: Gravity(weighed(arm, plant)),
+        known=lambda g, arm, plant: g(weighed(arm, plant)),
     ),
 }
 
@@ -90,6 +92,7 @@ class Case:
     name: str
     at: str = EVERYWHERE
     weight: str = "felt"
+    cpu: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -176,16 +179,16 @@ def cases(seeds: range) -> Iterator[Case]:
 class _CountingClock:
     """The world's clock, remembering how many accesses each control tick made, and when."""
 
-    def __init__(self, brick: EmulatedBrick) -> None:
-        self._brick = brick
+    def __init__(self, brick: EmulatedBrick, clock: Any) -> None:
+        self._brick, self._clock = brick, clock
         self._last = 0
         self._made: list[tuple[float, int]] = []
-        self.now = brick.world.now
+        self.now = clock.now
 
     def sleep(self, seconds: float) -> None:
         made = self._brick.sysfs.accesses
-        self._made.append((self.now(), made - self._last))
-        self._brick.world.sleep(seconds)
+        self._made.append((self._brick.world.now(), made - self._last))
+        self._clock.sleep(seconds)
         self._last = made
 
     def usual(self) -> int:
@@ -199,16 +202,18 @@ def _drawn(case: Case) -> tuple[EmulatedBrick, int, str]:
     """A line drawn with the real driver: the brick, accesses per tick, and why it was not."""
     arm = described(case.arm, case.described, case.at)
     weight = WEIGHTS[case.weight]
-    plant = read_plant(",".join(filter(None, (case.plant, weight.plant))))
+    plant = read_plant(",".join(filter(None, (case.plant, weight.plant, f"cpu={case.cpu}"))))
     brick = EmulatedBrick(World(), arm, plant)
-    clock = _CountingClock(brick)
     error = ""
-    with tempfile.TemporaryDirectory() as folder, brick.sysfs.installed():
-        zero = park_on_file(arm, [joint.home for joint in arm.joints], folder)
-        robot = RobotArm(arm, clock, zero, gravity=weight.known(arm, plant))
+    with tempfile.TemporaryDirectory() as folder, programs.on(brick) as program:
+        clock = _CountingClock(brick, program.clock)
+        park_on_file(arm, [joint.home for joint in arm.joints], folder)
+        zero = program["robot.zero"].Zero(arm.name, folder)
+        gravity = weight.known(program["robot.gravity"].Gravity, arm, plant)
+        robot = program["robot.arm"].RobotArm(arm, clock, zero, gravity=gravity)
         try:
             robot.wake()
-            driver = Driver(robot, elbow=arm.elbow, say=lambda line: None)
+            driver = program["robot.driver"].Driver(robot, elbow=arm.elbow, say=lambda line: None)
             driver.draw_line(*case.line, method=case.method)
             robot.park()
         except Exception as problem:  # a crash is a result here, and must not end the bench
@@ -235,9 +240,9 @@ def draw(case: Case) -> Result:
     )
 
 
-def run(drawings: list[Case]) -> Iterator[Result]:
-    """The results of all cases in their order, on all cores."""
-    return workers.results(draw, drawings, chunk=4)
+def run(drawings: list[Case], cpu: float = 0.0) -> Iterator[Result]:
+    """The results of all cases in their order, on all cores; `cpu` as read_plant has it."""
+    return workers.results(draw, [replace(case, cpu=cpu) for case in drawings], chunk=4)
 
 
 Row = tuple[str, ...]

@@ -25,19 +25,20 @@ from typing import Any
 import numpy as np
 
 from laptop.bench import workers
+from laptop.simulator import program as programs
 from laptop.simulator import scene as pictured
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
+from laptop.simulator.program import Program
 from laptop.simulator.scene import completed, marker_centre, place_camera, read_scene
 from laptop.simulator.session import park_on_file
 from laptop.simulator.sight import rendered
 from laptop.simulator.virtual_tracker import Markers, See, VirtualTracker
 from laptop.simulator.world import World
 from robot import kinematics
-from robot.arm import RobotArm
 from robot.image_jacobian import ROUND, Picture
-from robot.servo import ReportServo, Rows, Servo, Stream, View
-from robot.visual_servoing import BELIEVED, VisualServoing, make_servo
+from robot.servo import Rows, Servo, View
+from robot.visual_servoing import BELIEVED, make_servo
 from shared.arm_description import Arm, find_arm, read_arm
 
 Pose = tuple[float, ...]
@@ -345,6 +346,7 @@ class Case:
     methods: tuple[str, ...]
     rendered: bool = False
     rows: str = "stereo"
+    cpu: float = 0.0
 
 
 def moving_goal(cameras: Cameras, set_up: SetUp, speed: float) -> Callable[[float], Pixels]:
@@ -469,7 +471,8 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
     else:
         setting, cameras = set_up(case.arm, case.seed, scene)
     world = World()
-    brick = EmulatedBrick(world, setting.arm, read_plant(setting.plant), setting.start)
+    plant = read_plant(f"{setting.plant},cpu={case.cpu}")
+    brick = EmulatedBrick(world, setting.arm, plant, setting.start)
     if scene.speed:
         goal = moving_goal(cameras, setting, scene.speed)
     else:
@@ -483,18 +486,20 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
     verdict, rms = None, None
     with (
         tempfile.TemporaryDirectory() as folder,
-        brick.sysfs.installed(),
+        programs.on(brick) as program,
         VirtualTracker(
             world, see, 30.0, scene.latency, scene.jitter, scene.drops, tuple(cameras), case.seed
         ) as tracker,
     ):
-        arm = RobotArm(setting.told, world, park_on_file(setting.told, setting.start, folder))
+        park_on_file(setting.told, setting.start, folder)
+        state = program["robot.zero"].Zero(setting.told.name, folder)
+        arm = program["robot.arm"].RobotArm(setting.told, program.clock, state)
         arm.wake()
-        servo, stream = _servo(method, setting, cameras, brick, case)
-        loop = VisualServoing(
+        servo, stream = _servo(program, method, setting, cameras, brick, case)
+        loop = program["robot.visual_servoing"].VisualServoing(
             arm,
-            tracker.client(),
-            world,
+            tracker.client(program.clock, make=program["robot.tracking_client"].TrackingClient),
+            program.clock,
             servo,
             stream=stream,
             budget=FOLLOWED[1] if scene.speed else BUDGET,
@@ -542,19 +547,25 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
 
 
 def _servo(
-    method: str, setting: SetUp, cameras: Cameras, brick: EmulatedBrick, case: Case
+    program: Program,
+    method: str,
+    setting: SetUp,
+    cameras: Cameras,
+    brick: EmulatedBrick,
+    case: Case,
 ) -> tuple[Any, Any]:
-    scene, told = case.scene, setting.told
-    rows = Rows(case.rows, len(told.joints))
+    scene, told, module = case.scene, setting.told, program["robot.servo"]
+    rows = module.Rows(case.rows, len(told.joints))
     if method == "oracle":
         models = {"oracle": lambda name: TrueJacobian(cameras[name], brick)}
-        servo = Servo(told, models, scene.tolerance, known=True, rows=rows)
-        return servo, Stream(servo) if scene.mode == "stream" else None
+        servo = module.Servo(told, models, scene.tolerance, known=True, rows=rows)
+        return servo, module.Stream(servo) if scene.mode == "stream" else None
     if method.startswith("report"):
         # It ends where it is near; after a goal that moves it has to go on.
         tolerance = 0.0 if scene.speed else scene.tolerance
-        return ReportServo(told.joints, tolerance, rows, robust=method != "report"), None
-    return make_servo(told, method, scene.mode, scene.tolerance, setting.seed, case.rows)
+        return module.ReportServo(told.joints, tolerance, rows, robust=method != "report"), None
+    make = program["robot.visual_servoing"].make_servo
+    return make(told, method, scene.mode, scene.tolerance, setting.seed, case.rows)
 
 
 def _rms(
@@ -583,6 +594,7 @@ def cases(
     methods: Sequence[str] = (),
     rendered: bool = False,
     rows: str = "stereo",
+    cpu: float = 0.0,
 ) -> list[Case]:
     """One for every seed, arm and condition of a scene; the scene's own methods if none is said."""
     methods = tuple(methods) or methods_of(name, rendered)
@@ -596,6 +608,7 @@ def cases(
             methods,
             rendered,
             rows,
+            cpu,
         )  # fmt: skip
         for arm in arms
         for label, scene in SCENES[name]
@@ -610,9 +623,10 @@ def count(
     methods: Sequence[str] = (),
     rendered: bool = False,
     rows: str = "stereo",
+    cpu: float = 0.0,
 ) -> int:
     """How many set-ups `run` goes through."""
-    return len(cases(seeds, scene, arms, methods, rendered, rows))
+    return len(cases(seeds, scene, arms, methods, rendered, rows, cpu))
 
 
 def run(
@@ -622,9 +636,10 @@ def run(
     methods: Sequence[str] = (),
     rendered: bool = False,
     rows: str = "stereo",
+    cpu: float = 0.0,
 ) -> Iterator[list[Result]]:
     """The results of all set-ups in their order, on all cores."""
-    return workers.results(run_case, cases(seeds, scene, arms, methods, rendered, rows))
+    return workers.results(run_case, cases(seeds, scene, arms, methods, rendered, rows, cpu))
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:

@@ -31,6 +31,15 @@ class _Seeds(click.ParamType):
         return range(first, last)
 
 
+_cpu = click.option(
+    "--cpu",
+    type=click.FloatRange(0, 20),
+    default=0.0,
+    show_default=True,
+    help="How slowly the brick computes: 1 as it truly does, 0 in no time.",
+)
+
+
 @bench.command("draw")
 @click.option(
     "--seeds",
@@ -46,18 +55,19 @@ class _Seeds(click.ParamType):
     show_default=True,
     help="planar: in direct drive and geared; spatial: what gravity does, and the preload.",
 )
+@_cpu
 @click.option("--json", "as_json", is_flag=True, help="Every line's figures instead of the table.")
-def bench_draw(seeds: range, arm: str, as_json: bool) -> None:
+def bench_draw(seeds: range, arm: str, cpu: float, as_json: bool) -> None:
     """Straightness of lines: smooth and steps, beside the encoders' floor."""
     from laptop.bench import draw, show  # what else a command needs is slow to import
 
     in_space = arm == "spatial"
     drawings = draw.space_cases(seeds) if in_space else list(draw.cases(seeds))
-    results = list(show.progress(draw.run(drawings), len(drawings), "drawing"))
+    results = list(show.progress(draw.run(drawings, cpu), len(drawings), "drawing"))
     if as_json:
         click.echo(json.dumps([asdict(result) for result in results], indent=1))
     else:
-        title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator, lengths in mm"
+        title = f"seeds {seeds.start}:{seeds.stop}, cpu={cpu:g}, figures from the emulator, mm"
         if in_space:
             title += "; greatest deviations"
             show.table(title, draw.SPACE_HEADINGS, draw.space_table(results), sections=1)
@@ -140,6 +150,7 @@ def bench_track(seeds: range, as_json: bool) -> None:
     help="Several times for several.  [default: those that the scene is about]",
 )
 @click.option("--rendered", is_flag=True, help="Through rendered frames and the tracker.")
+@_cpu
 @click.option("--json", "as_json", is_flag=True, help="Every run instead of the table.")
 def bench_servo(
     seeds: range,
@@ -148,6 +159,7 @@ def bench_servo(
     rows: str,
     methods: tuple[str, ...],
     rendered: bool,
+    cpu: float,
     as_json: bool,
 ) -> None:
     """Servoing from random starts to random goals, beside the report's method and an oracle."""
@@ -163,14 +175,15 @@ def bench_servo(
             f"{', '.join(servo.RENDERED)}"
         )
     arms = arms or servo.ARMS
-    orders = seeds, scene, arms, methods, rendered, rows
+    orders = seeds, scene, arms, methods, rendered, rows, cpu
     parts = show.progress(servo.run(*orders), servo.count(*orders), "servoing")
     results = [result for part in parts for result in part]
     if as_json:
         click.echo(json.dumps([asdict(result) for result in results], indent=1))
         return
     headings = servo.MOVING_HEADINGS if scene == "moving" else servo.HEADINGS
-    title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator; {servo.LEGEND}"
+    what = f"seeds {seeds.start}:{seeds.stop}, cpu={cpu:g}"
+    title = f"{what}, figures from the emulator; {servo.LEGEND}"
     show.table(title, headings, servo.table(results), sections=2)
     for line in [*servo.failures(results), servo.step_cost(arms[0])]:
         click.echo(line)
@@ -211,3 +224,13 @@ def bench_limits() -> None:
     results = list(show.progress(draw.run(drawings), len(drawings), "drawing"))
     title = "planar arm, smooth, greatest deviation in floors; figures from the emulator"
     show.table(title, draw.LIMIT_HEADINGS, draw.limit_table(results), sections=0)
+
+
+@bench.command("brick")
+def bench_brick() -> None:
+    """What the brick's computing costs: counted on its Python, and as the emulator charges it."""
+    from laptop.bench import brick, show
+
+    rows = list(show.progress(brick.run(), brick.count(), "computing"))
+    title = "thousand instructions of CPython 3.5.3 on an ARM926; ms at 300 MHz and CPI 6.8"
+    show.table(title, brick.HEADINGS, brick.table(rows), sections=0)

@@ -289,6 +289,8 @@ def _summary(
         "status": run.outcome.status,
         "reason": run.outcome.reason,
         "seconds": round(run.outcome.t, 6),
+        "cpu": read_plant(plant)["cpu"],
+        "start_s": run.outcome.start and round(run.outcome.start, 3),
         "pace": run.pace and round(run.pace, 3),
         "accesses": run.outcome.accesses,
         "motors": run.motors,

@@ -3,6 +3,7 @@
 from collections import namedtuple
 
 from laptop.simulator import plant as plants
+from laptop.simulator.processor import ACCESS
 from laptop.simulator.sysfs import Sysfs
 from laptop.simulator.tacho_motor import DRIVER, TICK, TachoMotor
 from robot import kinematics
@@ -15,12 +16,22 @@ PORTS = "ABCD"
 FIRST = 9
 """Number of the device at port A: after some plugging the system counts on from there."""
 
+IN_NO_TIME = 0.001
+"""An access of a brick that computes in no time takes what goes with it, too, s."""
+
 Sample = namedtuple("Sample", "t q x y z pen")
 """One row of the record: s, true link angles (rad), true tip (cm; z None in the plane), 0 or 1."""
 
 
 def _name(port):
     return "motor{}".format(FIRST + PORTS.index(port))
+
+
+def _access_of(constants):
+    """How long an access takes, s."""
+    if constants["access"] is not None:
+        return constants["access"]
+    return ACCESS * constants["cpu"] or IN_NO_TIME
 
 
 class EmulatedBrick(object):
@@ -43,7 +54,8 @@ class EmulatedBrick(object):
         self.arm = arm
         constants = plants.read_plant() if plant is None else plant
         self.plant = plants.ArmPlant(arm, constants, start)
-        self.sysfs = Sysfs(world, constants["access"])
+        self.sysfs = Sysfs(world, _access_of(constants))
+        self.slowness = constants["cpu"]
         self.motors = {}
         kinds = {joint.port: joint.motor for joint in arm.joints}
         if arm.pen:

@@ -40,17 +40,24 @@ class Clock(object):
     def time(self):
         """Seconds since 1970."""
         self.step()
-        return EPOCH + self._world.now()
+        return EPOCH + self._now()
 
     def monotonic(self):
         """Seconds since the brick was switched on."""
         self.step()
-        return UPTIME + self._world.now()
+        return UPTIME + self._now()
 
     def busy(self):
         """Seconds the program has computed."""
         self.step()
-        return self._world.busy
+        return self._world.busy + self._behind()
+
+    def _now(self):
+        return self._world.now() + self._behind()
+
+    def _behind(self):
+        """How long its start took, of which the world knows nothing, s."""
+        return self._world.processor.behind if self._world.processor else 0.0
 
 
 def _in_nanoseconds(read):

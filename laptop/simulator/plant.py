@@ -73,7 +73,17 @@ CONSTANTS = {
         "port",
         "where between two encoder edges a shaft starts; 0.25 if not given, anywhere with a seed",
     ),
-    "access": Constant(0.001, 0.0, 0.1, "s", None, "time of one sysfs access"),
+    "access": Constant(
+        None,
+        0.0,
+        0.1,
+        "s",
+        None,
+        "time of one sysfs access; if not given cpu x 0.00044, 0.001 where that is 0",
+    ),
+    "cpu": Constant(
+        0.0, 0.0, 20.0, "x", None, "how slowly the brick computes: as it truly does; 0: in no time"
+    ),
     "spread": Constant(0.2, 0.0, 0.5, "", None, "half-width of the random draw, as a fraction"),
     "seed": Constant(None, 0, 2**31, "", None, "draw the scattered constants with this seed"),
 }
@@ -88,11 +98,12 @@ IN_SPACE = {
         0.001, 1e-5, 0.1, "kg m2", "plant", "the turntable with the shoulder's motor, without links"
     ),
 }
-"""Of arms in space only.  Drawn last: so a seed's plants in the plane are what they always were."""
+"""Of arms in space only."""
 
 CONSTANTS.update(IN_SPACE)
 
-_DRAWN = sorted(CONSTANTS, key=lambda key: (key in IN_SPACE, key))
+_DRAWN = sorted(CONSTANTS, key=lambda key: (key == "cpu", key in IN_SPACE, key))
+"""In this order; what came later is drawn later, so that a seed's plants stay what they were."""
 
 MOTOR_MASS = {"large": 76.0, "medium": 36.0}
 """g, as weighed by LEGO's builders."""

@@ -21,11 +21,13 @@ import threading
 import traceback
 import types
 
+from laptop.simulator import counting
 from laptop.simulator.peripherals import Peripherals
+from laptop.simulator.processor import Processor
 from laptop.simulator.shims import Shims
 from laptop.simulator.world import ENDLESS, Over, Verdict
 
-Outcome = collections.namedtuple("Outcome", ["status", "reason", "t", "accesses"])
+Outcome = collections.namedtuple("Outcome", ["status", "reason", "t", "accesses", "start"])
 Outcome.__doc__ = """How a run ended.
 
 status    exit status
@@ -33,6 +35,8 @@ reason    "ended" (by itself, whatever the status), or what ended it: "timeout",
           "back button", "deadlock", "stuck", a signal's name, "no script"
 t         virtual time at its end, s
 accesses  sysfs accesses it made
+start     what Python, imports and all else took before it first used the brick, s; None on one that
+          computes in no time
 """
 
 _WHY = {
@@ -66,7 +70,7 @@ def run_script(
     Signals that reach this process meanwhile go to the script.
 
     Args:
-        brick: has `world`, `sysfs` and `reset_motors()`.
+        brick: has `world`, `sysfs`, `slowness` (0: it computes in no time) and `reset_motors()`.
         script: path of a Python file.
         args: its arguments, strings.
         peripherals: Peripherals on the brick's sysfs; new ones if None.
@@ -89,9 +93,10 @@ def run_script(
         _complain(
             "can't open script {!r}: {}; give the path of a Python file", script, error.strerror
         )
-        return Outcome(2, "no script", world.now(), 0)
+        return Outcome(2, "no script", world.now(), 0, None)
     if peripherals is None:
         peripherals = Peripherals(world, sysfs)
+    world.processor = Processor(brick.slowness) if brick.slowness else None
     shims = Shims(world, peripherals)
 
     def back():
@@ -121,7 +126,9 @@ def run_script(
                 t=end, limit=timeout, patience=patience, awaited=world.awaited or "this program"
             )
             _complain("{}: {}", os.path.basename(script), why)
-        outcome = Outcome(verdict.status, verdict.reason, end, sysfs.accesses - accesses)
+        began = world.processor.behind if world.processor else None
+        outcome = Outcome(verdict.status, verdict.reason, end, sysfs.accesses - accesses, began)
+        world.processor = None
         peripherals.on_back = None
         world.realtime = False  # nobody waits for what comes after the end
         world.advance(end + aftermath)
@@ -137,8 +144,10 @@ def _complain(message, *values):
 
 
 @functools.lru_cache(maxsize=16)
-def _compiled(source, script):
+def _compiled(source, script, counts):
     """The script's code; the same for all runs."""
+    if counts:
+        return counting.compiled(source, script)
     return compile(source, script, "exec", dont_inherit=True)
 
 
@@ -152,7 +161,8 @@ def _main(shims, script, source):
     sys.modules["__main__"] = module
     try:
         try:
-            exec(_compiled(source, script), vars(module))
+            counts = shims.world.processor is not None
+            exec(_compiled(source, script, counts), vars(module))
             status = 0
         except Over:
             raise

@@ -26,9 +26,12 @@ import sys
 import traceback
 import types
 
+from laptop.simulator import counting
 from laptop.simulator.clocks import Clock, copy_module, datetime_module, time_module
+from laptop.simulator.counting import ENROL
 from laptop.simulator.peripherals import EventFile
 from laptop.simulator.processes import Processes
+from laptop.simulator.processor import library_charged
 from laptop.simulator.signals import Signals
 from laptop.simulator.sysfs import Poll
 from laptop.simulator.threads import Threads, thread_module
@@ -72,6 +75,7 @@ class Shims(object):
         self.exit_calls = []
         self._screens = set()
         self.threads = None
+        self._own = ()
 
     @contextlib.contextmanager
     def installed(self, folder):
@@ -80,13 +84,17 @@ class Shims(object):
         Args:
             folder: where the script is; what it may import from there is imported afresh.
         """
-        kept = _Kept()
-        importlib.machinery.SourceFileLoader.get_code = _get_code
+        kept, charges = _Kept(), contextlib.ExitStack()
+        importlib.machinery.SourceFileLoader.get_code = self._loader()
         try:
             random.seed(0)
             importlib.invalidate_caches()
             siblings = {os.path.splitext(name)[0] for name in os.listdir(folder)}
             siblings -= set(_AT_START) | set(sys.builtin_module_names)
+            self._own = siblings | set(PROGRAM)
+            if self.world.processor:
+                setattr(builtins, ENROL, self.world.processor.enrol)
+                charges.enter_context(library_charged(self._spend))
             for name in list(sys.modules):
                 if _top(name) in siblings or _top(name) in PROGRAM or _top(name) in REBOUND:
                     del sys.modules[name]
@@ -117,11 +125,24 @@ class Shims(object):
             yield self
         finally:
             del importlib.machinery.SourceFileLoader.get_code  # it is inherited
+            charges.close()
             kept.restore()
             for descriptor in self._screens:
                 os.close(descriptor)
             self._screens.clear()
             self.peripherals.close_screen()
+
+    def _loader(self):
+        """How modules are read: those of the program with counts, where it is to be charged."""
+
+        def get_code(loader, name):
+            return _code(loader, name, self.world.processor is not None and _top(name) in self._own)
+
+        return get_code
+
+    def _spend(self, thousands):
+        if self.world.current() is not None:
+            self.world.processor.spend(thousands)
 
     def finish(self):
         """What Python does when the main module has come to its end; called in its thread."""
@@ -375,12 +396,15 @@ class _Kept(object):
 _CODES = {}  # type: dict
 
 
-def _get_code(loader, name):
+def _code(loader, name, counts):
     """The code of a module, compiled once for all runs, as long as its file is the same."""
     path = loader.get_filename(name)
-    key = path, tuple(sorted(loader.path_stats(path).items()))
+    key = path, counts, tuple(sorted(loader.path_stats(path).items()))
     if key not in _CODES:
-        _CODES[key] = super(importlib.machinery.SourceFileLoader, loader).get_code(name)
+        if counts:
+            _CODES[key] = counting.compiled(loader.get_data(path), path)
+        else:
+            _CODES[key] = super(importlib.machinery.SourceFileLoader, loader).get_code(name)
     return _CODES[key]
 
 

@@ -119,12 +119,22 @@ class Sysfs(object):
     def touch(self):
         """Count one access and let it take its time."""
         self.accesses += 1
+        self.world.begin()
         self.world.touch(self.access_cost)
 
     def open(self, device_path, attribute):
         """The file-like object of one attribute of the device at `device_path`."""
         key = tuple(device_path.split(os.sep)[-2:])
         return Attribute(self, self._devices[key], attribute)
+
+    def _opener(self, other):
+        """How the library opens attributes: ours here, files that a script has made as ever."""
+
+        def opened(device, name):
+            key = tuple(device._path.split(os.sep)[-2:])
+            return self.open(device._path, name) if key in self._devices else other(device, name)
+
+        return opened
 
     def has(self, device_path):
         """True when there is a device at `device_path`, a class and a name."""
@@ -155,7 +165,7 @@ class Sysfs(object):
             for key in self._discovery:
                 self._lay_out(*key)
             device.DEVICE_ROOT_PATH = self._root
-            device._attribute_file_open = lambda dev, name: self.open(dev._path, name)
+            device._attribute_file_open = self._opener(device._attribute_file_open)
             if sys.modules["time"] is real_time:
                 # Not for a script: its modules are whole, and `import *` hands them on.
                 ev3dev2.motor.select = types.SimpleNamespace(

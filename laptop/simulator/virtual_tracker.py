@@ -155,18 +155,20 @@ class VirtualTracker:
         self.close()
 
     def client(
-        self, clock: Any = None, say: Callable[[str], None] = lambda line: None
+        self,
+        clock: Any = None,
+        say: Callable[[str], None] = lambda line: None,
+        make: Callable[..., TrackingClient] = TrackingClient,
     ) -> TrackingClient:
         """A client for code in the caller's thread; linked, unless a fault prevents it.
 
         Args:
             clock: the world if None.
             say: as for TrackingClient.
+            make: TrackingClient, or that of a Program.
         """
         clock = clock or self.world
-        client = TrackingClient(
-            HOST, self.port, self.code, clock, _Memory(), say=say, select=self.select
-        )
+        client = make(HOST, self.port, self.code, clock, _Memory(), say=say, select=self.select)
         self._clients.append(client)
         end = clock.now() + LINK_LIMIT
         while not client.linked and clock.now() < end:

@@ -125,6 +125,7 @@ class World(object):
         realtime: whether it keeps pace with the clock.
         pace: pace.Pace of the clock, None without one.
         tell: called now and then with a line for people while the host is busy.
+        processor: processor.Processor that the program computes on; None: it computes in no time.
         awaited: whom the clock waited for when it was given up, in words.
         select: stands for the program's select.select where the other end of its sockets lives in
             this world, too; None where it does not.
@@ -157,6 +158,7 @@ class World(object):
         self._crawl = clock and pace.Pace(clock, CRAWL_WINDOW)
         self.pace = clock and pace.Pace(clock)
         self.tell = lambda line: None
+        self.processor = None
         self.awaited = ""
         self._told = -TOLD_EVERY
         self._zero = 0.0 if self.realtime else wall.monotonic()
@@ -221,6 +223,11 @@ class World(object):
                 self._switch(me, self.t)
         if self._interrupts:
             self._attend(me)
+
+    def begin(self):
+        """The program uses the brick: what it computes from now on takes its time on the clock."""
+        if self.processor and self.processor.start is None:
+            self.processor.begin()
 
     def at(self, t, action):
         """Call `action()` when time passes `t` (s); it must not wait.
@@ -409,6 +416,7 @@ class World(object):
         """Whoever calls is at the clock: a thread of the program only with the baton."""
         me = self._local.thread
         if me is None:
+            self._charge()
             return None
         self._progress += 1
         self._hurry = False
@@ -424,7 +432,17 @@ class World(object):
                 self._hurry = True
                 self._news.notify_all()
                 self._stand_by(me)
+        if self._charge() and self.verdict is not None:
+            self._park(me)
         return me
+
+    def _charge(self):
+        """Let what was computed since take its time; whether it took any."""
+        cost = self.processor.take() if self.processor else 0.0
+        if cost:
+            self.busy += cost
+            self._advance(self.t + cost)
+        return cost > 0.0
 
     def _queue(self, thread, wake):
         """Have `thread` woken at `wake`, in place of any earlier arrangement."""

@@ -1,0 +1,183 @@
+"""The emulated brick's processor: what counted programs compute becomes seconds of its clock."""
+
+import contextlib
+import functools
+import importlib
+
+from laptop.simulator.counting import COUNT, EV3DEV2, SPEND
+from laptop.simulator.prices import (
+    CLEARED,
+    COMPILED,
+    FOUND,
+    IN_COMPANY,
+    LIBRARY,
+    LOADED,
+    PATTERN,
+    START,
+    imports,
+)
+
+CYCLES_PER_SECOND, CYCLES_PER_INSTRUCTION = 300e6, 6.8
+"""Of the EV3's ARM926; the second as modelled with its caches, between 4.5 and 9.7."""
+
+SECONDS = CYCLES_PER_INSTRUCTION / CYCLES_PER_SECOND
+"""An instruction takes so long, s."""
+
+ACCESS, MESSAGE = 0.44e-3, 0.3e-3
+"""What the kernel takes for an access to an attribute, and for sending or receiving, s."""
+
+
+class Processor(object):
+    """One processor, and one program on it, from its start to its end.
+
+    Args:
+        slowness: how many times as long as the real one it takes.
+
+    Attributes:
+        start: what the program took before it first used a motor, a sensor, a button or the
+            screen, s; None: it has not done so yet.
+    """
+
+    def __init__(self, slowness=1.0):
+        self.slowness = slowness
+        self.start = None
+        self._starting = 0.0
+        self._per_instruction = slowness * SECONDS * IN_COMPANY
+        self._modules = []
+        self._imported = set()
+        self._taken = 0
+        self._beside = 0.0
+        self._running = False
+        self._early = []
+
+    def enrol(self, names, length, asked):
+        """A counted module begins.
+
+        What the emulator itself imports of `ev3dev2` before the script begins is charged when the
+        script imports it.
+
+        Args:
+            names: its namespace.
+            length: of its source, bytes.
+            asked: what it imports of the standard library and of ev3dev2.
+        """
+        names[COUNT] = 0
+
+        def spend(price):
+            names[COUNT] += price
+
+        names[SPEND] = spend
+        self._modules.append(names)
+        if names["__name__"] == "__main__":
+            self._running = True
+            self.instructions()  # of nobody yet
+            self.spend(START + COMPILED * length)
+        if not self._running:
+            self._early.append((names, length, asked))
+            return
+        self._load(length, asked)
+        if EV3DEV2 in asked:
+            for early, length, asked in self._early:
+                self._load(length, asked)
+                self._beside += early[COUNT]
+            self._early = []
+
+    def adopt(self, names):
+        """A module has begun earlier, for another program."""
+        self._modules.append(names)
+        self._taken += names[COUNT]
+
+    def _load(self, length, asked):
+        loaded = FOUND + LOADED * length + sum(map(self._loaded, asked))
+        self.spend((1 + CLEARED) * loaded)
+
+    def spend(self, thousands):
+        """Something beside counted code took so many thousand instructions."""
+        self._beside += 1000 * thousands / IN_COMPANY
+
+    def _loaded(self, name):
+        """What the import of a module takes with all that it imports, thousand instructions."""
+        if name in self._imported or name not in imports():
+            return 0
+        self._imported.add(name)
+        price, others = imports()[name]
+        return price + sum(map(self._loaded, others))
+
+    def instructions(self):
+        """What was computed since this was asked last; as it were by itself, see IN_COMPANY."""
+        total = 0
+        for names in self._modules:
+            total += names[COUNT]
+        new = total - self._taken + self._beside
+        self._taken, self._beside = total, 0
+        return new
+
+    def take(self):
+        """Seconds that the program has computed since this was asked last; of its start, none."""
+        seconds = self._per_instruction * self.instructions()
+        if self.start is None:
+            self._starting += seconds
+            return 0.0
+        return seconds
+
+    def begin(self):
+        """The program now first uses what the brick is there for."""
+        self.take()
+        self.start = self._starting
+
+    @property
+    def behind(self):
+        """What of its computing has not passed on the world's clock, s."""
+        return self._starting
+
+
+@contextlib.contextmanager
+def library_charged(spend):
+    """Have the library's functions tell what they take, for a `with` block.
+
+    Args:
+        spend: called with thousands of instructions.
+    """
+    before = []
+
+    def replace(owner, name, function):
+        before.append((owner, name, vars(owner)[name]))
+        setattr(owner, name, function)
+
+    try:
+        for place, (once, each) in LIBRARY.items():
+            module, _, path = place.partition(":")
+            *above, name = path.split(".")
+            owner = functools.reduce(getattr, above, importlib.import_module(module))
+            replace(owner, name, _charged(getattr(owner, name), once, each, spend))
+        regular = importlib.import_module("re")
+        replace(regular, "_compile", _charged_once(vars(regular)["_compile"], spend))
+        yield
+    finally:
+        for owner, name, function in reversed(before):
+            setattr(owner, name, function)
+
+
+def _charged(function, once, each, spend):
+    @functools.wraps(function)
+    def charged(*args, **kwargs):
+        result = function(*args, **kwargs)
+        texts = [value for value in (result, *args[1:2]) if isinstance(value, str)]
+        spend(once + each * (len(texts[0]) if texts else 0))
+        return result
+
+    return charged
+
+
+def _charged_once(function, spend):
+    seen = set()
+
+    @functools.wraps(function)
+    def charged(pattern, flags):
+        if isinstance(pattern, (str, bytes)) and (pattern, flags) not in seen:
+            seen.add((pattern, flags))
+            once, each = PATTERN
+            spend(once + each * len(pattern))
+        return function(pattern, flags)
+
+    return charged
