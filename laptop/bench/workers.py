@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, wait
 from contextlib import ExitStack
 from typing import TypeVar
 
@@ -16,6 +16,14 @@ import cv2
 
 Case = TypeVar("Case")
 Result = TypeVar("Result")
+
+
+LOOK = 0.5
+"""So often whoever waits for a result wakes up, s."""
+
+
+def _each(work: Callable[[Case], Result], cases: Sequence[Case]) -> list[Result]:
+    return [work(case) for case in cases]
 
 
 def results(
@@ -37,7 +45,13 @@ def results(
         pool = ProcessPoolExecutor(os.cpu_count(), context, cv2.setNumThreads, (1,))
         stack.enter_context(pool)
         try:
-            yield from pool.map(work, cases, chunksize=chunk)
+            parts = [cases[k : k + chunk] for k in range(0, len(cases), chunk)]
+            for future in [pool.submit(_each, work, part) for part in parts]:
+                # A signal that came while a process was started may have gone to another thread; it
+                # is obeyed as soon as this one does anything, but that does not wake it up.
+                while not wait([future], LOOK).done:
+                    pass
+                yield from future.result()
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             for process in multiprocessing.active_children():
