@@ -208,3 +208,9 @@ def test_imports_are_known_with_all_that_they_bring():
     for name, (price, others) in table.items():
         assert price > 0
         assert set(others) <= set(table), name
+
+
+def test_what_is_of_the_future_stays_first(monkeypatch):
+    source = '"A docstring."\nfrom __future__ import division\nHALF = 1 / 2\n'
+    space, _ = counted(source, monkeypatch)
+    assert (space["__doc__"], space["HALF"]) == ("A docstring.", 0.5)

@@ -24,7 +24,6 @@ of the standard library; see processor.Processor.enrol."""
 EV3DEV2 = "ev3dev2"
 
 _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
-_COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 _LEAVES = (ast.Return, ast.Raise, ast.Break, ast.Continue)
 _WALRUS = sys.version_info >= (3, 8)
 
@@ -49,7 +48,7 @@ class _Counting(object):
         """The tree of a module, with its counts; `length` of its source, bytes."""
         self._globals = _assigned(tree.body) | {COUNT, SPEND}
         body = self._block(tree.body)
-        at = _head(body, future=True)
+        at = _head(body)
         asked = sorted(_imported(tree.body) & {EV3DEV2, *imports()})
         body.insert(at, _expression("{}(globals(), {}, {})".format(ENROL, length, asked)))
         tree.body = body
@@ -365,10 +364,10 @@ class _Counting(object):
         self._tells = before
 
 
-def _head(body, future=False):
+def _head(body):
     """Where in a body statements may begin: after its docstring, and what is of the future."""
     at = int(ast.get_docstring(ast.Module(body=body), clean=False) is not None)
-    while future and at < len(body) and getattr(body[at], "module", "") == "__future__":
+    while at < len(body) and getattr(body[at], "module", "") == "__future__":
         at += 1
     return at
 

@@ -23,8 +23,8 @@ CYCLES_PER_SECOND, CYCLES_PER_INSTRUCTION = 300e6, 6.8
 SECONDS = CYCLES_PER_INSTRUCTION / CYCLES_PER_SECOND
 """An instruction takes so long, s."""
 
-ACCESS, MESSAGE = 0.44e-3, 0.3e-3
-"""What the kernel takes for an access to an attribute, and for sending or receiving, s."""
+ACCESS = 0.44e-3
+"""What the kernel takes for an access to an attribute, s."""
 
 
 class Processor(object):
