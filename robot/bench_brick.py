@@ -29,9 +29,9 @@ if __name__ == "__main__":
 
 import ev3dev2.motor  # noqa: E402
 
-from robot import arm as arms  # noqa: E402
-from robot import kinematics, motors, trajectory  # noqa: E402
 from robot.clock import Clock  # noqa: E402
+from robot.motion import arm as arms  # noqa: E402
+from robot.motion import kinematics, motors, trajectory  # noqa: E402
 from robot.visual_servoing import VisualServoing, make_servo  # noqa: E402
 from shared.arm_description import find_arm, read_arm  # noqa: E402
 from shared.messages import decode  # noqa: E402
@@ -129,7 +129,7 @@ class JumpingClock(object):
 
 
 class ModelMotor(motors.JointMotor):
-    """A motor that turns as the observer in robot.follower takes it to; nothing real does."""
+    """A motor that turns as the observer of a JointController takes it to; nothing real does."""
 
     def __init__(self, *args):
         motors.JointMotor.__init__(self, *args)

@@ -24,9 +24,9 @@ from robot import program  # noqa: E402
 if __name__ == "__main__":
     program.let_signals_end()
 
-from robot import kinematics, trajectory  # noqa: E402
 from robot.clock import Clock  # noqa: E402
-from robot.zero import NotHomed  # noqa: E402
+from robot.motion import kinematics, trajectory  # noqa: E402
+from robot.motion.zero import NotHomed  # noqa: E402
 from shared.arm_description import ArmError, find_arm, read_arm  # noqa: E402
 
 LINES = {
@@ -53,7 +53,7 @@ class Driver(object):
     """A drawing arm.
 
     Args:
-        arm: robot.arm.RobotArm.
+        arm: robot.motion.arm.RobotArm.
         speed: of the tip, cm/s; the arm's own if None.
         elbow: "up" | "down" | None: the arm's own where it can.
         say: called with each line of progress.
@@ -138,7 +138,7 @@ class Driver(object):
         self.draw(trajectory.polyline([start, end]), method)
 
     def draw(self, strokes, method="smooth"):
-        """Draw strokes (see robot.trajectory), each beginning where the one before ends.
+        """Draw strokes (see robot.motion.trajectory), each beginning where the one before ends.
 
         Raises:
             kinematics.Unreachable: some point cannot be had; nothing has moved.

@@ -16,7 +16,7 @@ import math
 from collections import namedtuple
 from operator import mul, sub
 
-from robot.kinematics import broyden_update
+from robot.motion.kinematics import broyden_update
 
 UNKNOWN = 2000.0
 """Standard deviation of an element of J before anything was seen, and the greatest, px/rad."""

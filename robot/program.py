@@ -91,7 +91,7 @@ def connect(description, clock):
         MotorNotFound: see RobotArm.
     """
     try:
-        from robot.arm import RobotArm
+        from robot.motion.arm import RobotArm
     except ImportError as error:
         if getattr(error, "name", "") != "ev3dev2":
             raise

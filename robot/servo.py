@@ -19,7 +19,6 @@ import random
 from collections import namedtuple
 from operator import add, mul, sub
 
-from robot import kinematics
 from robot.image_jacobian import (
     ChainModel,
     LocalJacobian,
@@ -29,8 +28,9 @@ from robot.image_jacobian import (
     dot,
     forward_substituted,
 )
-from robot.kinematics import Singular, broyden_update, damped_solve, solve
-from robot.pursuit import Moving
+from robot.motion import kinematics
+from robot.motion.kinematics import Singular, broyden_update, damped_solve, solve
+from robot.motion.online_trajectory import Moving
 
 CONVERGED, UNREACHABLE, LIMIT, SINGULAR = "converged", "unreachable", "limit", "singular"
 

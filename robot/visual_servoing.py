@@ -113,7 +113,7 @@ class VisualServoing(object):
     """The loop: hears what the camera sees, lets the servo decide, moves the arm.
 
     Args:
-        arm: robot.arm.RobotArm, its zero known.
+        arm: robot.motion.arm.RobotArm, its zero known.
         eyes: robot.tracking_client.TrackingClient, or what looks like one.
         clock: has `now()` and `sleep(seconds)`.
         servo: robot.servo.Servo or ReportServo.
@@ -485,8 +485,8 @@ class VisualServoing(object):
 def _word_for(error):
     """The verdict that an ArmError comes to."""
     # Not above: the laptop, which has no motors, is to be told so in one line.
-    from robot.control_loop import Stalled
-    from robot.motors import MotorNotFound
+    from robot.motion.control_loop import Stalled
+    from robot.motion.motors import MotorNotFound
 
     return "stalled" if isinstance(error, (Stalled, MotorNotFound)) else "stopped"
 

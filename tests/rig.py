@@ -14,9 +14,9 @@ from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
 from laptop.simulator.runner import run_script
 from laptop.simulator.world import World
-from robot.arm import RobotArm
 from robot.driver import Driver
-from robot.zero import Zero
+from robot.motion.arm import RobotArm
+from robot.motion.zero import Zero
 from shared.arm_description import find_arm, read_arm
 
 DRIVER = os.path.join(

@@ -14,7 +14,7 @@ from rig import Rig
 
 from laptop.simulator.runner import run_script
 from laptop.simulator.virtual_tracker import HOST, VirtualTracker
-from robot import kinematics
+from robot.motion import kinematics
 from robot.tracking_client import Memory, Tracker
 
 PROGRAM = str(Path(__file__).parent.parent / "robot" / "visual_servoing.py")

@@ -5,12 +5,12 @@ import math
 import pytest
 from rig import REPORT_LINES, degrees, described, switched_on, zero_of
 
-from robot.arm import RobotArm
-from robot.control_loop import Stalled, TooSlow
-from robot.kinematics import Unreachable, forward
-from robot.motors import MotorNotFound
-from robot.trajectory import JointMove, plan, polyline
-from robot.zero import NotHomed, StateNotSaved
+from robot.motion.arm import RobotArm
+from robot.motion.control_loop import Stalled, TooSlow
+from robot.motion.kinematics import Unreachable, forward
+from robot.motion.motors import MotorNotFound
+from robot.motion.trajectory import JointMove, plan, polyline
+from robot.motion.zero import NotHomed, StateNotSaved
 
 ARMS = pytest.mark.parametrize("name", ["planar", "geared"])
 

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from laptop.bench import draw
 from laptop.cli.main import laptop
 from robot.driver import LINES
-from robot.kinematics import inverse, jacobian
+from robot.motion.kinematics import inverse, jacobian
 
 FELT, WITHOUT, NOT_FED, OFF = "felt", "no preload", "not fed forward", "off"
 

@@ -14,7 +14,8 @@ from laptop.cli.main import laptop
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
 from laptop.simulator.world import World
-from robot import kinematics, visual_servoing
+from robot import visual_servoing
+from robot.motion import kinematics
 from robot.servo import Rows
 from robot.visual_servoing import Verdict
 from shared.orders import ROWS

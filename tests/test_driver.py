@@ -10,10 +10,10 @@ import pytest
 from rig import DRIVER, REPORT_LINES, Shell, degrees, described, from_line, switched_on
 from waiting import PATIENCE
 
-from robot.arm import RobotArm
 from robot.driver import Driver
-from robot.kinematics import Unreachable
-from robot.trajectory import arc, circle, polyline, rectangle
+from robot.motion.arm import RobotArm
+from robot.motion.kinematics import Unreachable
+from robot.motion.trajectory import arc, circle, polyline, rectangle
 
 ARMS = pytest.mark.parametrize("name", ["planar", "geared"])
 THREE = pytest.mark.parametrize("line", REPORT_LINES, ids=["line 1", "line 2", "line 3"])

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from robot.follower import GAINS, LEAD, STIFFNESS, Follower
+from robot.motion.joint_controller import GAINS, LEAD, STIFFNESS, Follower
 
 TICK = 0.02
 SPEED_PER_DUTY, LAG = 9.1, 0.096  # deg/s per %, s: an EV3 large motor at 8 V, roughly

@@ -5,8 +5,8 @@ import random
 import pytest
 from rig import degrees, described
 
-from robot.gravity import G, Gravity
-from robot.kinematics import forward
+from robot.motion.gravity import G, Gravity
+from robot.motion.kinematics import forward
 
 ARM = described("spatial")
 

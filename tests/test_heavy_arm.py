@@ -7,10 +7,10 @@ import pytest
 from rig import Shell, degrees, described, switched_on, zero_of
 
 from laptop.simulator.session import run
-from robot.arm import RobotArm
-from robot.control_loop import Stalled
-from robot.gravity import Gravity
-from robot.kinematics import Unreachable, forward, joint_positions
+from robot.motion.arm import RobotArm
+from robot.motion.control_loop import Stalled
+from robot.motion.gravity import Gravity
+from robot.motion.kinematics import Unreachable, forward, joint_positions
 
 REST = (-15, -30)
 LINE = ("line", "14,0,6", "14,0,9")

@@ -5,10 +5,10 @@ import math
 import pytest
 from rig import degrees, described, switched_on, zero_of
 
-from robot.arm import RobotArm
 from robot.driver import Driver
-from robot.homing import AGREE, Blocked
-from robot.zero import NotHomed
+from robot.motion.arm import RobotArm
+from robot.motion.homing import AGREE, Blocked
+from robot.motion.zero import NotHomed
 
 
 def quiet(line):

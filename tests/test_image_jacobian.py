@@ -12,8 +12,8 @@ from operator import mul
 
 import pytest
 
-from robot import kinematics
 from robot.image_jacobian import LEAST_DOUBT, ROUND, ChainModel, LocalJacobian
+from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 
 LINKS = (11.3, 9.5)

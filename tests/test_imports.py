@@ -126,7 +126,7 @@ def violations(module, source):
 
 
 def dotted(path):
-    """The module's name: robot/arm.py -> robot.arm, robot/__init__.py -> robot."""
+    """The module's name: robot/motion/arm.py -> robot.motion.arm, robot/__init__.py -> robot."""
     parts = path.relative_to(ROOT).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
@@ -146,16 +146,16 @@ def test_imports_follow_the_direction(path):
     [
         ("shared.link", "import robot", "robot"),
         ("shared.link", "import ev3dev2.motor", "ev3dev2.motor"),
-        ("robot.arm", "from laptop.simulator import world", "laptop.simulator.world"),
-        ("robot.arm", "import numpy", "numpy"),
-        ("robot.arm", "def f():\n    import numpy as np", "numpy"),
-        ("robot.arm", "import time", "time"),
-        ("robot.arm", "def f():\n    from time import sleep", "time"),
-        ("robot.arm", "import ev3dev2.power", "ev3dev2.power"),
-        ("robot.arm", "from ev3dev2 import button", "ev3dev2.button"),
-        ("robot.arm", "from ev3dev2 import sound", "ev3dev2.sound"),
-        ("robot.arm", "if 1:\n    from ev3dev2.button import Button", "ev3dev2.button"),
-        ("laptop.tracker", "import robot.kinematics", "robot.kinematics"),
+        ("robot.motion.arm", "from laptop.simulator import world", "laptop.simulator.world"),
+        ("robot.motion.arm", "import numpy", "numpy"),
+        ("robot.motion.arm", "def f():\n    import numpy as np", "numpy"),
+        ("robot.motion.arm", "import time", "time"),
+        ("robot.motion.arm", "def f():\n    from time import sleep", "time"),
+        ("robot.motion.arm", "import ev3dev2.power", "ev3dev2.power"),
+        ("robot.motion.arm", "from ev3dev2 import button", "ev3dev2.button"),
+        ("robot.motion.arm", "from ev3dev2 import sound", "ev3dev2.sound"),
+        ("robot.motion.arm", "if 1:\n    from ev3dev2.button import Button", "ev3dev2.button"),
+        ("laptop.tracker", "import robot.motion.kinematics", "robot.motion.kinematics"),
         ("laptop.tracker", "from . import simulator", "laptop.simulator"),
         ("laptop.tracker", "from .simulator.world import World", "laptop.simulator.world"),
         ("laptop.tracker", "from laptop import bench", "laptop.bench"),
@@ -184,7 +184,7 @@ def test_a_forbidden_import_is_caught(module, source, name):
     ("module", "source"),
     [
         ("shared.link", "import socket"),
-        ("robot.motors", "from ev3dev2.motor import LargeMotor"),
+        ("robot.motion.motors", "from ev3dev2.motor import LargeMotor"),
         ("robot.driver", "def f():\n    from ev3dev2.button import Button"),
         ("robot.clock", "import time"),
         ("laptop.tracker", "import cv2, numpy\nfrom shared import messages"),
@@ -192,7 +192,7 @@ def test_a_forbidden_import_is_caught(module, source, name):
         ("laptop.cli.bench", "import click\nfrom laptop import bench, simulator"),
         ("laptop.simulator.__init__", "from .world import World"),
         ("laptop.simulator.virtual_tracker", "from laptop.tracking_server import TrackingServer"),
-        ("laptop.simulator.runner", "import ev3dev2.sound, robot.arm, time"),
+        ("laptop.simulator.runner", "import ev3dev2.sound, robot.motion.arm, time"),
         ("laptop.bench.draw", "import numpy\nfrom robot import arm\nfrom laptop import simulator"),
     ],
 )

@@ -6,8 +6,8 @@ import random
 
 import pytest
 
-from robot import kinematics
-from robot.kinematics import (
+from robot.motion import kinematics
+from robot.motion.kinematics import (
     Singular,
     Unreachable,
     branches,

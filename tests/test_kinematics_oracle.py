@@ -5,7 +5,7 @@ from operator import sub
 import numpy as np
 import pytest
 
-from robot import kinematics
+from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 
 

@@ -16,7 +16,7 @@ from laptop.simulator import session
 from laptop.simulator.live import FILE, Follower, History, Publisher
 from laptop.simulator.pace import PacedClock
 from laptop.simulator.world import World
-from robot import kinematics
+from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 
 ROOT = os.path.dirname(os.path.dirname(DRIVER))

@@ -5,7 +5,7 @@ import math
 import pytest
 from rig import Rig, described, switched_on
 
-from robot.motors import DEAD_MAN, JointMotor, MotorNotFound
+from robot.motion.motors import DEAD_MAN, JointMotor, MotorNotFound
 from shared.arm_description import ArmError
 
 # Both signs and both gears; the emulated joint is built to match.

@@ -20,7 +20,7 @@ from laptop.simulator.plant import (
     weighed,
 )
 from laptop.simulator.world import World
-from robot import kinematics
+from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 
 STEP = 0.001

@@ -126,18 +126,18 @@ ROOT_OF_SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "scri
 
 def test_a_program_in_this_process_is_charged_like_a_script():
     with program.on(brick_of("cpu=0")) as plain:
-        kinematics, clock = plain["robot.kinematics"], plain.clock
+        kinematics, clock = plain["robot.motion.kinematics"], plain.clock
         began = clock.now()
         kinematics.inverse(ARM, (10.0, 5.0))
         assert clock.now() == began
     for _ in range(2):  # the counted modules are there still
         with program.on(brick_of()) as slow:
-            assert slow["robot.kinematics"] is not kinematics
+            assert slow["robot.motion.kinematics"] is not kinematics
             began = slow.clock.now()
-            slow["robot.kinematics"].inverse(ARM, (10.0, 5.0))
+            slow["robot.motion.kinematics"].inverse(ARM, (10.0, 5.0))
             # Counted on CPython 3.5.3: 148,000 instructions for this arm.
             assert slow.clock.now() - began == pytest.approx(148e3 * SECONDS, rel=0.25)
-    from robot import kinematics as after
+    from robot.motion import kinematics as after
 
     assert after is kinematics
 

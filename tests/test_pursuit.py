@@ -6,9 +6,9 @@ import random
 import pytest
 from rig import described
 
-from robot.follower import LEAD
-from robot.pursuit import Pursuit, way
-from robot.trajectory import TAKE_UP
+from robot.motion.joint_controller import LEAD
+from robot.motion.online_trajectory import Pursuit, way
+from robot.motion.trajectory import TAKE_UP
 
 TICK = 0.02
 DEG = math.radians(1)

@@ -141,7 +141,8 @@ def test_nothing_of_a_run_is_left_in_the_host(run, tmp_path):
     handler = signal.getsignal(signal.SIGINT)
     dice = random.getstate()
     run(
-        "import os, sys, signal, random, atexit, wave_helper, queue, ev3dev2.motor, robot.motors\n"
+        "import os, sys, signal, random, atexit, wave_helper, queue\n"
+        "import ev3dev2.motor, robot.motion.motors\n"
         "sys.path.append('x'); sys.argv.append('y'); os.chdir('/'); os.environ['ARM'] = '1'\n"
         "import io; sys.stdout = sys.stderr = io.StringIO()\n"
         "signal.signal(signal.SIGINT, signal.SIG_IGN); random.random()\n"
@@ -167,11 +168,11 @@ def test_nothing_of_a_run_is_left_in_the_host(run, tmp_path):
 
 def test_the_host_keeps_its_own_copy_of_the_library_and_of_the_robot(run):
     library = importlib.import_module("ev3dev2.motor")
-    kinematics = importlib.import_module("robot.kinematics")
+    kinematics = importlib.import_module("robot.motion.kinematics")
     before = (sys.modules["ev3dev2"].get_current_platform, library.time, library.OUTPUT_A)
     _, out, _ = run(
-        "import ev3dev2.motor, robot.kinematics\n"
-        "print(ev3dev2.motor.OUTPUT_A, id(ev3dev2.motor), id(robot.kinematics))\n"
+        "import ev3dev2.motor, robot.motion.kinematics\n"
+        "print(ev3dev2.motor.OUTPUT_A, id(ev3dev2.motor), id(robot.motion.kinematics))\n"
     )
     assert out[0].split()[0] == "ev3-ports:outA"
     assert str(id(library)) not in out[0]

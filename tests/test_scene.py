@@ -32,7 +32,7 @@ from laptop.simulator.scene import (
 from laptop.simulator.sight import looks
 from laptop.simulator.synthetic_camera import ScriptedPoses, SyntheticCamera
 from laptop.tracker import Tracker
-from robot import kinematics
+from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))

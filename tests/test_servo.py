@@ -14,7 +14,7 @@ from collections import namedtuple
 import pytest
 
 from robot.image_jacobian import Picture
-from robot.pursuit import Moving
+from robot.motion.online_trajectory import Moving
 from robot.servo import (
     CONVERGED,
     LIMIT,

@@ -12,7 +12,7 @@ import pytest
 from rig import degrees
 from servo_rig import Camera, SpaceCamera, circling
 
-from robot import kinematics
+from robot.motion import kinematics
 from robot.servo import Rows
 from shared.arm_description import find_arm, read_arm
 

@@ -9,7 +9,7 @@ import pytest
 from laptop.simulator.optics import LAMP, Pinhole, circle, light_of
 from laptop.simulator.scene import Scene, read_scene
 from laptop.simulator.solids import Skeleton, ball, box, in_order, prism, solid, stadium, stand
-from robot import kinematics
+from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("spatial"))

@@ -11,10 +11,10 @@ from click.testing import CliRunner
 from laptop.bench.draw import Case, draw
 from laptop.cli.main import laptop
 from laptop.simulator.scene import Scene, read_scene
-from robot import trajectory
 from robot.driver import LINES, main
 from robot.image_jacobian import ChainModel
-from robot.kinematics import branches, forward, joint_positions
+from robot.motion import trajectory
+from robot.motion.kinematics import branches, forward, joint_positions
 from shared.arm_description import find_arm, read_arm
 
 ROOT = Path(__file__).parents[1]

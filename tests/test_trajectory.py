@@ -6,9 +6,9 @@ import random
 import pytest
 from rig import REPORT_LINES, degrees, described, from_line
 
-from robot import trajectory
-from robot.kinematics import Unreachable, forward, jacobian
-from robot.trajectory import (
+from robot.motion import trajectory
+from robot.motion.kinematics import Unreachable, forward, jacobian
+from robot.motion.trajectory import (
     STEP_SIZE,
     BadPath,
     JointMove,

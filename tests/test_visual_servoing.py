@@ -12,7 +12,7 @@ import pytest
 from servo_rig import PROGRAM, Camera, Watched, circling
 
 from laptop.tracking_server import State
-from robot import kinematics
+from robot.motion import kinematics
 from robot.visual_servoing import LONGEST_CHASE
 from shared.messages import Start, Stop
 

@@ -5,8 +5,8 @@ import os
 
 import pytest
 
-import robot.zero
-from robot.zero import AGREES, NotHomed, StateNotSaved, Zero
+import robot.motion.zero
+from robot.motion.zero import AGREES, NotHomed, StateNotSaved, Zero
 from shared.arm_description import ArmError
 
 ZERO = {"A": -12.5, "B": 100.25}
@@ -62,7 +62,7 @@ def test_an_arm_that_may_have_been_moved_while_the_brick_was_off(zero, monkeypat
     other = tmp_path / "boot_id"
     other.write_text("another start\n")
     zero.save(ZERO, PARKED)
-    monkeypatch.setattr(robot.zero, "BOOT_ID", str(other))
+    monkeypatch.setattr(robot.motion.zero, "BOOT_ID", str(other))
     with pytest.raises(NotHomed) as error:
         zero.confirmed(PARKED)
     assert in_one_line(error, "switched off", "driver.py home")
@@ -183,5 +183,5 @@ def test_the_file_is_plain_json(zero):
     zero.save(ZERO, PARKED)
     with open(zero.file) as file:
         state = json.loads(file.read())
-    assert state.pop("boot") == robot.zero._boot()
+    assert state.pop("boot") == robot.motion.zero._boot()
     assert state == {"zero": ZERO, "parked": PARKED}

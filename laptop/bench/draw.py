@@ -29,8 +29,8 @@ from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant, weighed
 from laptop.simulator.session import park_on_file
 from laptop.simulator.world import World
-from robot import kinematics, trajectory
 from robot.driver import LINES
+from robot.motion import kinematics, trajectory
 from shared.arm_description import Arm, find_arm, read_arm
 
 Point = tuple[float, float]
@@ -50,7 +50,7 @@ CONDITIONS = (
 class Weight(NamedTuple):
     """What pulls on an arm in space, and what of it the driver knows.
 
-    known: from robot.gravity.Gravity, the arm and its plant to what the driver takes for gravity.
+    known: from motion.gravity.Gravity, the arm and its plant to what the driver takes for gravity.
     """
 
     words: tuple[str, str] = ("fed forward", "counted on")
@@ -208,9 +208,9 @@ def _drawn(case: Case) -> tuple[EmulatedBrick, int, str]:
     with tempfile.TemporaryDirectory() as folder, programs.on(brick) as program:
         clock = _CountingClock(brick, program.clock)
         park_on_file(arm, [joint.home for joint in arm.joints], folder)
-        zero = program["robot.zero"].Zero(arm.name, folder)
-        gravity = weight.known(program["robot.gravity"].Gravity, arm, plant)
-        robot = program["robot.arm"].RobotArm(arm, clock, zero, gravity=gravity)
+        zero = program["robot.motion.zero"].Zero(arm.name, folder)
+        gravity = weight.known(program["robot.motion.gravity"].Gravity, arm, plant)
+        robot = program["robot.motion.arm"].RobotArm(arm, clock, zero, gravity=gravity)
         try:
             robot.wake()
             driver = program["robot.driver"].Driver(robot, elbow=arm.elbow, say=lambda line: None)

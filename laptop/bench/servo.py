@@ -35,8 +35,8 @@ from laptop.simulator.session import park_on_file
 from laptop.simulator.sight import rendered
 from laptop.simulator.virtual_tracker import Markers, See, VirtualTracker
 from laptop.simulator.world import World
-from robot import kinematics
 from robot.image_jacobian import ROUND, Picture
+from robot.motion import kinematics
 from robot.servo import Rows, Servo, View
 from robot.visual_servoing import BELIEVED, make_servo
 from shared.arm_description import Arm, find_arm, read_arm
@@ -492,8 +492,8 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
         ) as tracker,
     ):
         park_on_file(setting.told, setting.start, folder)
-        state = program["robot.zero"].Zero(setting.told.name, folder)
-        arm = program["robot.arm"].RobotArm(setting.told, program.clock, state)
+        state = program["robot.motion.zero"].Zero(setting.told.name, folder)
+        arm = program["robot.motion.arm"].RobotArm(setting.told, program.clock, state)
         arm.wake()
         servo, stream = _servo(program, method, setting, cameras, brick, case)
         loop = program["robot.visual_servoing"].VisualServoing(

@@ -6,7 +6,7 @@ from laptop.simulator import plant as plants
 from laptop.simulator.processor import ACCESS
 from laptop.simulator.sysfs import Sysfs
 from laptop.simulator.tacho_motor import DRIVER, TICK, TachoMotor
-from robot import kinematics
+from robot.motion import kinematics
 
 STEP = 0.001
 TICK_EVERY = round(TICK / STEP)

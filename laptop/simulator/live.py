@@ -16,7 +16,7 @@ import os
 import sys
 from collections import namedtuple
 
-from robot import kinematics
+from robot.motion import kinematics
 from shared.arm_description import ArmError, read_arm
 from shared.state import state_folder
 

@@ -16,8 +16,8 @@ import math
 import random
 from collections import namedtuple
 
-from robot import kinematics
-from robot.gravity import Gravity
+from robot.motion import kinematics
+from robot.motion.gravity import Gravity
 from shared.arm_description import PULLED_DOWN, ArmError
 
 MotorConstants = namedtuple(

@@ -49,7 +49,7 @@ from laptop.simulator.solids import (
     stadium,
     stand,
 )
-from robot import kinematics
+from robot.motion import kinematics
 from shared.arm_description import Arm, ArmError
 
 BRICKS = ("red", "blue", "yellow", "green", "white", "black", "orange", "lime", "grey", "cyan")

@@ -23,9 +23,9 @@ from laptop.simulator.peripherals import Peripherals
 from laptop.simulator.runner import run_script
 from laptop.simulator.sysfs import folder_in_memory
 from laptop.simulator.world import World
-from robot import kinematics
+from robot.motion import kinematics
+from robot.motion.zero import Zero
 from robot.tracking_client import Memory, Tracker
-from robot.zero import Zero
 from shared.arm_description import ArmError
 
 Fault = namedtuple("Fault", "kind what t")
@@ -255,7 +255,7 @@ def park_on_file(arm, q, folder):
     """Leave the state in `folder` of an arm parked at `q` (rad), pen up, where its encoders read 0.
 
     Returns:
-        The robot.zero.Zero.
+        The robot.motion.zero.Zero.
     """
     turns = {j.port: -a * j.gear * j.direction for j, a in zip(arm.joints, q)}
     if arm.pen:

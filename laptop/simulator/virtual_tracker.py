@@ -7,8 +7,8 @@ runs in the thread that lets the world go on, so a run repeats exactly.
     from laptop.simulator.brick import EmulatedBrick
     from laptop.simulator.virtual_tracker import VirtualTracker
     from laptop.simulator.world import World
-    from robot import kinematics
-    from robot.arm import RobotArm
+    from robot.motion import kinematics
+    from robot.motion.arm import RobotArm
     from shared.arm_description import find_arm, read_arm
 
     world = World()

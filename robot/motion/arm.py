@@ -7,14 +7,14 @@ motors.
 import contextlib
 import math
 
-from robot import homing, kinematics
-from robot.control_loop import COARSE, SETTLE, TICK, ControlLoop, Stalled
-from robot.follower import GAINS, Follower
-from robot.gravity import Gravity
-from robot.motors import JointMotor
-from robot.pursuit import Moving, Pursuit
-from robot.trajectory import JOINT_ACCELERATION, JointMove, TakingUpBacklash
-from robot.zero import Zero
+from robot.motion import homing, kinematics
+from robot.motion.control_loop import COARSE, SETTLE, TICK, ControlLoop, Stalled
+from robot.motion.gravity import Gravity
+from robot.motion.joint_controller import GAINS, Follower
+from robot.motion.motors import JointMotor
+from robot.motion.online_trajectory import Moving, Pursuit
+from robot.motion.trajectory import JOINT_ACCELERATION, JointMove, TakingUpBacklash
+from robot.motion.zero import Zero
 
 UNHURRIED = 0.8
 """Longest correction after a move with the pen up, s."""
@@ -54,9 +54,9 @@ class RobotArm(object):
     Args:
         description: shared.arm_description.Arm.
         clock: has `now()` and `sleep(seconds)`.
-        zero: robot.zero.Zero, where the zero is remembered; the arm's own file if None.
-        gains: robot.follower.Gains by kind of motor.
-        gravity: robot.gravity.Gravity, what pulls on the joints; as described if None.
+        zero: robot.motion.zero.Zero, where the zero is remembered; the arm's own file if None.
+        gains: robot.motion.joint_controller.Gains by kind of motor.
+        gravity: robot.motion.gravity.Gravity, what pulls on the joints; as described if None.
 
     Attributes:
         sides: per joint, on which side its play lies: +1 pushed in the positive direction last, or

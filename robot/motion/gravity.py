@@ -3,7 +3,7 @@
 Pure.  Weights are lumped: each link's, with all it carries but the next link, where that balances.
 """
 
-from robot import kinematics
+from robot.motion import kinematics
 
 G = 9.81
 """m/s^2."""

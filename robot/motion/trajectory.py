@@ -10,7 +10,7 @@ import bisect
 import math
 from collections import namedtuple
 
-from robot import kinematics
+from robot.motion import kinematics
 from shared.arm_description import ArmError
 
 SPACING = 0.05

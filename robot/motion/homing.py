@@ -7,8 +7,8 @@ and is measured on the way.
 import math
 from collections import namedtuple
 
-from robot.motors import DEAD_MAN
-from robot.trajectory import JointMove
+from robot.motion.motors import DEAD_MAN
+from robot.motion.trajectory import JointMove
 from shared.arm_description import ArmError
 
 TOUCHES = 3
@@ -51,7 +51,7 @@ def find_zero(arm, say):
     """Touch the stops of every joint as its `find_home` says; set the motors' zeros.
 
     Args:
-        arm: robot.arm.RobotArm.
+        arm: robot.motion.arm.RobotArm.
         say: called with one line of progress at a time.
 
     Returns:

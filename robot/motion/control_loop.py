@@ -6,9 +6,9 @@ does, and the motors' own dead-man.
 
 import math
 
-from robot import kinematics
-from robot.follower import ALONG, LEAD, STIFFNESS
-from robot.motors import DEAD_MAN
+from robot.motion import kinematics
+from robot.motion.joint_controller import ALONG, LEAD, STIFFNESS
+from robot.motion.motors import DEAD_MAN
 from shared.arm_description import ArmError
 
 TICK = 0.02

@@ -11,8 +11,8 @@ time t changes the way from t + LEAD on.
 import collections
 import math
 
-from robot.follower import LEAD
-from robot.trajectory import JOINT_ACCELERATION, Setpoint, crossed, take_up_time
+from robot.motion.joint_controller import LEAD
+from robot.motion.trajectory import JOINT_ACCELERATION, Setpoint, crossed, take_up_time
 
 SLOWING = 0.4
 """Share of the acceleration with which joints come to a stop where there is room for it: friction

@@ -1,0 +1,1 @@
+"""How the arm moves: from a path to motor counts."""
