@@ -31,7 +31,7 @@ import ev3dev2.motor  # noqa: E402
 
 from robot.clock import Clock  # noqa: E402
 from robot.motion import arm as arms  # noqa: E402
-from robot.motion import kinematics, motors, trajectory  # noqa: E402
+from robot.motion import kinematics, motors, paths, trajectory  # noqa: E402
 from robot.visual_servoing import VisualServoing, make_servo  # noqa: E402
 from shared.arm_description import find_arm, read_arm  # noqa: E402
 from shared.messages import decode  # noqa: E402
@@ -277,7 +277,7 @@ def arm_of_files(description, clock):
 
     def advance(seconds):
         for motor in arm.joints:
-            motor.advance(seconds, arm._followers[motor])
+            motor.advance(seconds, arm._controllers[motor])
 
     clock.on_jump = advance
     return arm
@@ -290,7 +290,7 @@ def measure_drawing(description, laps):
     clock = JumpingClock(laps)
     arm = arm_of_files(description, clock)
     plan = laps.timed(name + ": planning a line", trajectory.plan)(
-        description, [trajectory.polyline(list(ends))[0]]
+        description, [paths.polyline(list(ends))[0]]
     )
     laps.timed(name + ": inverse", kinematics.inverse)(description, ends[0])
     clock.tick = name + ": tick, moving"

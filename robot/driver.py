@@ -25,7 +25,7 @@ if __name__ == "__main__":
     program.let_signals_end()
 
 from robot.clock import Clock  # noqa: E402
-from robot.motion import kinematics, trajectory  # noqa: E402
+from robot.motion import classic_steps, kinematics, paths, trajectory  # noqa: E402
 from robot.motion.zero import NotHomed  # noqa: E402
 from shared.arm_description import ArmError, find_arm, read_arm  # noqa: E402
 
@@ -135,10 +135,10 @@ class Driver(object):
         Raises:
             kinematics.Unreachable: some point of it cannot be had; nothing has moved.
         """
-        self.draw(trajectory.polyline([start, end]), method)
+        self.draw(paths.polyline([start, end]), method)
 
     def draw(self, strokes, method="smooth"):
-        """Draw strokes (see robot.motion.trajectory), each beginning where the one before ends.
+        """Draw strokes (see robot.motion.paths), each beginning where the one before ends.
 
         Raises:
             kinematics.Unreachable: some point cannot be had; nothing has moved.
@@ -154,7 +154,7 @@ class Driver(object):
             )
         if method == "steps":
             for stroke, plan in zip(strokes, plans):
-                trajectory.jacobian_step(self.arm.description, plan.start, _way(stroke))
+                classic_steps.jacobian_step(self.arm.description, plan.start, _way(stroke))
         announce(strokes)
         self.pen_up()
         if method == "steps":
@@ -178,9 +178,9 @@ class Driver(object):
         dy = _way((start, goal))
         for _ in range(MOST_STEPS):
             q = self.arm.angles()
-            if trajectory.has_arrived(start, goal, kinematics.forward(description, q)):
+            if classic_steps.has_arrived(start, goal, kinematics.forward(description, q)):
                 return
-            dq = trajectory.jacobian_step(description, q, dy)
+            dq = classic_steps.jacobian_step(description, q, dy)
             self.arm.step_to([a + d for a, d in zip(q, dq)])
         raise ArmError(
             "{} steps did not get from ({}) to ({}) cm; use --method smooth".format(
@@ -342,19 +342,19 @@ def _strokes(parser, args, description):
         return []
     if args.command == "line":
         if args.angle is None and args.length is None and len(args.points) == 2:
-            return [trajectory.polyline(args.points)]
+            return [paths.polyline(args.points)]
         if args.angle is not None and args.length is not None and len(args.points) == 1:
-            return [trajectory.line_from(args.points[0], math.radians(args.angle), args.length)]
+            return [paths.line_from(args.points[0], math.radians(args.angle), args.length)]
         parser.error("a line takes two points, or one with --angle and --length")
     if args.command == "polyline":
-        return [trajectory.polyline(args.points)]
+        return [paths.polyline(args.points)]
     if args.command == "arc":
-        return [trajectory.arc(args.points)]
+        return [paths.arc(args.points)]
     if args.command == "circle":
-        return [trajectory.circle(args.point, args.radius)]
+        return [paths.circle(args.point, args.radius)]
     if args.command == "rectangle":
-        return [trajectory.rectangle(*args.points)]
-    return [trajectory.polyline(line) for line in LINES[kinematics.coordinates(description)]]
+        return [paths.rectangle(*args.points)]
+    return [paths.polyline(line) for line in LINES[kinematics.coordinates(description)]]
 
 
 def _run(parser, args):

@@ -13,7 +13,7 @@ from waiting import PATIENCE
 from robot.driver import Driver
 from robot.motion.arm import RobotArm
 from robot.motion.kinematics import Unreachable
-from robot.motion.trajectory import arc, circle, polyline, rectangle
+from robot.motion.paths import arc, circle, polyline, rectangle
 
 ARMS = pytest.mark.parametrize("name", ["planar", "geared"])
 THREE = pytest.mark.parametrize("line", REPORT_LINES, ids=["line 1", "line 2", "line 3"])

@@ -48,6 +48,17 @@ def written(rig, attribute, port="A"):
     return [text for _, at, what, text in rig.writes if (at, what) == (port, attribute)]
 
 
+def commanded(rig, port="A"):
+    """The set-point that each run-timed takes up, deg/s: one that stays is not written again."""
+    out, speed = [], None
+    for _, at, what, text in rig.writes:
+        if (at, what) == (port, "speed_sp"):
+            speed = int(text)
+        elif (at, what, text) == (port, "command", "run-timed"):
+            out.append(speed)
+    return out
+
+
 @TRAIN
 def test_a_difference_in_counts(shoulder, gear, direction):
     rig, motor = shoulder(gear, direction)
@@ -111,7 +122,7 @@ def test_what_rounding_takes_away_is_carried_over(shoulder, gear, direction, spe
     motor.engage(0.14)
     for _ in range(200):
         motor.drive(speed)
-    set_points = [int(text) for text in written(rig, "speed_sp")]
+    set_points = commanded(rig)
     assert len(set_points) == 200
     mean = sum(set_points) / 200.0
     assert mean == pytest.approx(motor.in_counts(speed), abs=1.01 / 200)

@@ -13,7 +13,7 @@ from laptop.cli.main import laptop
 from laptop.simulator.scene import Scene, read_scene
 from robot.driver import LINES, main
 from robot.image_jacobian import ChainModel
-from robot.motion import trajectory
+from robot.motion import paths
 from robot.motion.kinematics import branches, forward, joint_positions
 from shared.arm_description import find_arm, read_arm
 
@@ -69,17 +69,17 @@ def test_an_arm_in_the_plane_has_no_height(words, capsys):
 
 
 def test_shapes_lie_at_one_height():
-    (circle,) = trajectory.circle((12, 0, 5), 3)
+    (circle,) = paths.circle((12, 0, 5), 3)
     assert {p[2] for p in circle} == {5}
-    (arc,) = trajectory.arc([(10, 0, 5), (12, 5, 5), (5, 10, 5)])
+    (arc,) = paths.arc([(10, 0, 5), (12, 5, 5), (5, 10, 5)])
     assert {p[2] for p in arc} == {5}
-    assert len(trajectory.rectangle((8, 4, 5), (12, 8, 5))) == 4
-    level = trajectory.line_from((10, 0, 5), math.pi / 2, 4)[0]
+    assert len(paths.rectangle((8, 4, 5), (12, 8, 5))) == 4
+    level = paths.line_from((10, 0, 5), math.pi / 2, 4)[0]
     assert level[1] == pytest.approx((10, 4, 5))
-    with pytest.raises(trajectory.BadPath, match="an arc lies at one height, not at 5 and 5 and 6"):
-        trajectory.arc([(10, 0, 5), (12, 5, 5), (5, 10, 6)])
-    with pytest.raises(trajectory.BadPath, match="a rectangle lies at one height, not at 5 and 6"):
-        trajectory.rectangle((8, 4, 5), (12, 8, 6))
+    with pytest.raises(paths.BadPath, match="an arc lies at one height, not at 5 and 5 and 6"):
+        paths.arc([(10, 0, 5), (12, 5, 5), (5, 10, 6)])
+    with pytest.raises(paths.BadPath, match="a rectangle lies at one height, not at 5 and 6"):
+        paths.rectangle((8, 4, 5), (12, 8, 6))
 
 
 def test_the_image_of_an_arm_in_space_is_learned_from_a_few_looks():

@@ -30,7 +30,7 @@ from laptop.simulator.plant import read_plant, weighed
 from laptop.simulator.session import park_on_file
 from laptop.simulator.world import World
 from robot.driver import LINES
-from robot.motion import kinematics, trajectory
+from robot.motion import kinematics, paths, trajectory
 from shared.arm_description import Arm, find_arm, read_arm
 
 Point = tuple[float, float]
@@ -128,7 +128,7 @@ def floor(arm: Arm, line: Line) -> float:
     across = np.eye(len(way)) - np.outer(way, way)
     halves = [math.radians(0.5) / joint.gear for joint in arm.joints]
     errors = np.array(list(itertools.product(*((-half, half) for half in halves)))).T
-    joints = trajectory.joint_path(arm, trajectory.spread(line), arm.elbow)
+    joints = trajectory.joint_path(arm, paths.spread(line), arm.elbow)
     return 10 * max(
         float(np.linalg.norm(across @ np.array(kinematics.jacobian(arm, q)) @ errors, axis=0).max())
         for q in joints
@@ -146,7 +146,7 @@ def random_line(arm: Arm, seed: int) -> Line:
         try:
             for end in a, b:  # most do not even begin or end within reach
                 kinematics.branches(arm, end)
-            trajectory.joint_path(arm, trajectory.spread((a, b)), arm.elbow)
+            trajectory.joint_path(arm, paths.spread((a, b)), arm.elbow)
         except kinematics.Unreachable:
             continue
         return a, b
@@ -210,7 +210,9 @@ def _drawn(case: Case) -> tuple[EmulatedBrick, int, str]:
         park_on_file(arm, [joint.home for joint in arm.joints], folder)
         zero = program["robot.motion.zero"].Zero(arm.name, folder)
         gravity = weight.known(program["robot.motion.gravity"].Gravity, arm, plant)
-        robot = program["robot.motion.arm"].RobotArm(arm, clock, zero, gravity=gravity)
+        robot = program["robot.motion.arm"].RobotArm(
+            arm, clock, zero, gravity=gravity, say=lambda line: None
+        )
         try:
             robot.wake()
             driver = program["robot.driver"].Driver(robot, elbow=arm.elbow, say=lambda line: None)

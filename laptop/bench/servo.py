@@ -493,7 +493,9 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
     ):
         park_on_file(setting.told, setting.start, folder)
         state = program["robot.motion.zero"].Zero(setting.told.name, folder)
-        arm = program["robot.motion.arm"].RobotArm(setting.told, program.clock, state)
+        arm = program["robot.motion.arm"].RobotArm(
+            setting.told, program.clock, state, say=lambda line: None
+        )
         arm.wake()
         servo, stream = _servo(program, method, setting, cameras, brick, case)
         loop = program["robot.visual_servoing"].VisualServoing(

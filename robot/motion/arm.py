@@ -8,19 +8,20 @@ import contextlib
 import math
 
 from robot.motion import homing, kinematics
-from robot.motion.control_loop import COARSE, SETTLE, TICK, ControlLoop, Stalled
+from robot.motion.backlash import BacklashCompensation
+from robot.motion.control_loop import COARSE, SETTLE, ControlLoop, Stalled
 from robot.motion.gravity import Gravity
-from robot.motion.joint_controller import GAINS, Follower
+from robot.motion.joint_controller import GAINS, JointController
 from robot.motion.motors import JointMotor
-from robot.motion.online_trajectory import Moving, Pursuit
-from robot.motion.trajectory import JOINT_ACCELERATION, JointMove, TakingUpBacklash
+from robot.motion.online_trajectory import Moving, OnlineTrajectory
+from robot.motion.trajectory import JOINT_ACCELERATION, JointMove
 from robot.motion.zero import Zero
 
 UNHURRIED = 0.8
 """Longest correction after a move with the pen up, s."""
 
-STEP_SPEED = math.radians(100)
-"""The speed of the report's joint steps, rad/s."""
+STEP_SPEED, STEP_TICK = math.radians(100), 0.02
+"""The speed of the report's joint steps, rad/s; and how often they are looked at, s."""
 
 SETTLED_FOR, SETTLE_DEADLINE = 0.06, 0.4
 """A step has settled when it has been within a count for so long; it has so long for that, s."""
@@ -57,6 +58,7 @@ class RobotArm(object):
         zero: robot.motion.zero.Zero, where the zero is remembered; the arm's own file if None.
         gains: robot.motion.joint_controller.Gains by kind of motor.
         gravity: robot.motion.gravity.Gravity, what pulls on the joints; as described if None.
+        say: called with what people should know of how fast the brick is.
 
     Attributes:
         sides: per joint, on which side its play lies: +1 pushed in the positive direction last, or
@@ -67,7 +69,7 @@ class RobotArm(object):
         MotorNotFound: a motor of the description is not there.
     """
 
-    def __init__(self, description, clock, zero=None, gains=GAINS, gravity=None):
+    def __init__(self, description, clock, zero=None, gains=GAINS, gravity=None, say=print):
         self.description = description
         self.clock = clock
         self.zero = zero or Zero(description.name)
@@ -78,16 +80,20 @@ class RobotArm(object):
         pen = description.pen
         self.pen = JointMotor("pen", pen.port, pen.motor, 1.0, 1) if pen else None
         self._motors = self.joints + ([self.pen] if pen else [])
-        self._followers = followers = {
-            motor: Follower(joint.gear, gains[joint.motor])
+        self._controllers = controllers = {
+            motor: JointController(joint.gear, gains[joint.motor])
             for motor, joint in zip(self.joints, description.joints)
         }
         if pen:
-            followers[self.pen] = Follower(1.0, gains[pen.motor])
-        self._loop = ControlLoop(description, clock, followers, self.check_plugged_in)
+            controllers[self.pen] = JointController(1.0, gains[pen.motor])
+        self._checked = 0
+        self._loop = ControlLoop(clock, controllers, self._check_next, say)
+        self._plan = None
         self.sides = (0,) * len(self.joints)
         self._gravity = gravity or Gravity(description)
-        self._pressed = self._gravity.pressed if self._gravity.loaded else None
+        loaded = self._gravity.loaded
+        self._pressed = self._gravity.pressed if loaded else None
+        self._weigh = self._gravity.torques if loaded else None
         self._engaged = False
         self._standing = True
         self._homed = False
@@ -196,13 +202,13 @@ class RobotArm(object):
             for motion in motions:
                 sides = self._gravity.sides(motion.start, sides)
                 plans.append(
-                    TakingUpBacklash(self.description.joints, motion, sides, self._pressed)
+                    BacklashCompensation(self.description.joints, motion, sides, self._pressed)
                 )
                 sides = plans[-1].sides
-            for plan in plans:
-                noting = self._noting(plan, watch)
-                self._loop.run(self.joints, plan, settle, watch=noting, weigh=self._gravity.torques)
-                self.sides = plan.sides
+            for self._plan in plans:
+                noting = self._noting(self._plan, watch) if watch else None
+                self._loop.run(self.joints, self._plan, settle, watch=noting, weigh=self._weigh)
+                self.sides = self._plan.sides
             self._hold(self.joints)
 
     def reach(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, watch=None):
@@ -251,7 +257,7 @@ class RobotArm(object):
         with self._stopping_on_error():
             joints = self.description.joints
             q = self.angles()
-            pursuit = Pursuit(joints, q, self.sides, speed, acceleration, self._pressed)
+            pursuit = OnlineTrajectory(joints, q, self.sides, speed, acceleration, self._pressed)
 
             def steer(t, now, angles):
                 self.sides = pursuit.sides_at(t)
@@ -270,17 +276,16 @@ class RobotArm(object):
                 UNHURRIED,
                 astray=CHASE_ASTRAY,
                 watch=steer,
-                weigh=self._gravity.torques,
+                weigh=self._weigh,
             )
             self._hold(self.joints)
 
     def _noting(self, plan, watch):
-        """What watches over a plan: keeps `sides`, and tells `watch` where the links are."""
+        """What tells `watch`, in the control loop, where the links are."""
 
         def note(t, now, angles):
             self.sides = plan.sides_at(t)
-            if watch:
-                watch(now, self._links(angles))
+            watch(now, self._links(angles))
 
         return note
 
@@ -299,12 +304,16 @@ class RobotArm(object):
         except BaseException as error:
             # Blocked or blind looks the same; blind, its counts are worth nothing from now on.
             self._homed = self._homed and not isinstance(error, Stalled)
+            if self._plan:
+                self.sides = self._plan.sides_at(self._loop.plan_time)
             self.sides = tuple(
-                0 if abs(self._followers[motor].speed) > RUNS_ON else side
+                0 if abs(self._controllers[motor].speed) > RUNS_ON else side
                 for motor, side in zip(self.joints, self.sides)
             )
             self._halt()
             raise
+        finally:
+            self._plan = None
 
     def check_plugged_in(self):
         """Notice a pulled cable, also of a motor that is idle; costs no access.
@@ -314,6 +323,11 @@ class RobotArm(object):
         """
         for motor in self._motors:
             motor.check_plugged_in()
+
+    def _check_next(self):
+        """The same, of one motor after the other."""
+        self._checked = (self._checked + 1) % len(self._motors)
+        self._motors[self._checked].check_plugged_in()
 
     def _hold(self, motors):
         for motor in motors:
@@ -403,7 +417,7 @@ class RobotArm(object):
                     raise Stalled(
                         self.joints[worst], "{:.0f} counts are missing".format(abs(off[worst]))
                     )
-            clock.sleep(TICK)
+            clock.sleep(STEP_TICK)
 
     # Ending
 

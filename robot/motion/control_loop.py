@@ -1,45 +1,32 @@
-"""The control loop: motors follow a timed plan at 50 Hz, watched for anything that goes wrong.
+"""The control loop: motors follow a timed plan, watched for anything that goes wrong.
 
-Per motor and tick one access to read and two to set.  The loop never stops a motor: whoever runs it
-does, and the motors' own dead-man.
+Per motor and tick one access to read and at most two to set.  The loop never stops a motor: whoever
+runs it does, and the motors' own dead-man.
 """
 
+import gc
 import math
 
-from robot.motion import kinematics
-from robot.motion.joint_controller import ALONG, LEAD, STIFFNESS
+from robot.motion.joint_controller import ALONG, STIFFNESS
 from robot.motion.motors import DEAD_MAN
+from robot.motion.pace import SHORTEST, TICKS, Pace
+from robot.motion.settling import STILL_FOR, SettlingDetector
 from shared.arm_description import ArmError
 
-TICK = 0.02
-"""Period, s."""
-
-SLOW_TICK, SLOW_TICKS = 0.06, 4
-"""A tick longer than this (s) is slow; so many slow ones in a row control nothing."""
-
-IDLE_CHECK = 20
-"""Every so many ticks the motors that are not being driven are checked to be there."""
+CHECK = 0.1
+"""So often one of the motors, in turn, is checked to be there, s."""
 
 ASTRAY, ASTRAY_COUNTS = math.radians(3), 5
 """A joint this far (rad, and counts) from where it should be is blocked or blind."""
 
-CRAWLING, NEARLY_SINGULAR = 0.5, 0.1
-"""Below this speed of the tip (cm/s) or this singularity measure, across the path means nothing."""
-
 SETTLE = 0.2
 """Longest correction after the end of a path with the pen down, s."""
 
-FINE, COARSE, RESTED = 0.4, 6.0, 3
-"""A motor has settled within so many counts, where they matter and where not, for so many ticks."""
+FINE, COARSE = 0.4, 6.0
+"""A motor has settled within so many counts, where they matter and where not."""
 
 CREEP = 4.0
 """Speed towards the end of a path, per distance that is left, 1/s."""
-
-STILL = 10
-"""Ticks without a count after the end: what is left is held by friction, or the joint is blind."""
-
-ARRIVED = 3
-"""Farther off in the end than so many times the tolerance, a joint has not arrived."""
 
 
 class Stalled(ArmError):
@@ -57,37 +44,66 @@ class Stalled(ArmError):
 class TooSlow(ArmError):
     """The brick does not keep up with the control loop."""
 
+    def __init__(self, seconds, missing=""):
+        super(TooSlow, self).__init__(
+            "the brick is too slow: a control tick took {:.2f} s{}; end other programs on the brick"
+            "".format(seconds, missing)
+        )
+
+
+class _Axis(object):
+    """One motor of a motion, and what is known of it.
+
+    Attributes:
+        seen, stands_since: what the encoder says, and since when, s.
+        held: whether it is held, being at rest while others move on.
+    """
+
+    def __init__(self, motor, controller, settle, tolerance, astray):
+        self.motor, self.controller = motor, controller
+        self.settling = SettlingDetector(settle, tolerance * motor.resolution)
+        self.astray = max(astray, ASTRAY_COUNTS * motor.resolution)
+        self.seen, self.stands_since = None, 0.0
+        self.held = False
+
 
 class ControlLoop(object):
     """The loop of one arm.
 
     Args:
-        description: shared.arm_description.Arm.
         clock: has `now()` and `sleep(seconds)`.
-        followers: JointMotor -> Follower.
+        controllers: JointMotor -> JointController.
         check: called now and then, to raise if some motor is gone.
+        say: called with what people should know of its pace.
+
+    Attributes:
+        pace: Pace.
+        plan_time: where in its plan it is, s.
     """
 
-    def __init__(self, description, clock, followers, check):
-        self._description = description
+    def __init__(self, clock, controllers, check, say):
         self._clock = clock
-        self._followers = followers
+        self._controllers = controllers
         self._check = check
+        self.pace = Pace(say)
+        self.plan_time = 0.0
 
     def rest(self, motors):
-        """The motors were stopped; their followers begin anew."""
+        """The motors were stopped; their controllers begin anew."""
         for motor in motors:
-            self._followers[motor].rest()
+            self._controllers[motor].rest()
 
     def run(
         self, motors, plan, settle=SETTLE, tolerance=FINE, astray=ASTRAY, watch=None, weigh=None
     ):
         """Let `motors` follow `plan` to its end; they are driven still when this returns.
 
+        Meanwhile no garbage is collected, which would take five ticks.
+
         Args:
-            motors: of those with a follower, in the order of the plan's angles.
-            plan: has `at(t)`, `rested(t)`, `duration` and `before`: JointMove, TakingUpBacklash,
-                Pursuit.
+            motors: of those with a controller, in the order of the plan's angles.
+            plan: has `at(t)`, `speeds(t)`, `rests_from`, `duration`, `before`: JointMove,
+                BacklashCompensation, OnlineTrajectory.
             settle: longest correction after the end, s.
             tolerance: counts within which a motor has settled.
             astray: greatest error on the way, rad.
@@ -99,131 +115,122 @@ class ControlLoop(object):
         Raises:
             Stalled, TooSlow, MotorNotFound: with the motors driven still, for DEAD_MAN at most.
         """
-        clock = self._clock
-        followers = [self._followers[motor] for motor in motors]
-        lost = [max(astray, ASTRAY_COUNTS * motor.resolution) for motor in motors]
-        fine = [tolerance * motor.resolution for motor in motors]
-        for motor in motors:
-            motor.engage(STIFFNESS)
-        due = now = clock.now()
-        start = now + plan.before
-        last = plan.at(LEAD - plan.before).q_dot
-        rests = [_Rest(settle, limit) for limit in fine]
-        held = set()
-        ticks = slow = 0
+        axes = [
+            _Axis(motor, self._controllers[motor], settle, tolerance, astray) for motor in motors
+        ]
+        collecting = gc.isenabled()
+        gc.disable()
+        try:
+            self._run(axes, plan, watch, weigh)
+        finally:
+            if collecting:
+                gc.enable()
+
+    def _run(self, axes, plan, watch, weigh):
+        now_of, sleep, pace = self._clock.now, self._clock.sleep, self.pace
+        for axis in axes:
+            axis.motor.engage(STIFFNESS)
+        due = began = now = check_at = now_of()
+        pace.begin()
+        delay = None
+        for axis in axes:
+            axis.settling.longest *= pace.period / SHORTEST
+        t = -plan.before
+        t_ahead = t + pace.lead
+        last = plan.speeds(t_ahead)
         while True:
-            began = now
-            seen = []
-            for motor, follower in zip(motors, followers):
-                seen.append(motor.bounds())
-                follower.observe(clock.now(), seen[-1])
-            now = clock.now()
-            angles = [follower.angle for follower in followers]
+            for axis in axes:
+                low, high = axis.motor.bounds()
+                read_at = now_of()
+                axis.controller.observe(read_at, low, high)
+                if low != axis.seen:
+                    axis.seen, axis.stands_since = low, read_at
+            before, now = now, read_at
+            if delay != pace.delay:
+                delay = pace.delay
+                for axis in axes:
+                    axis.controller.delay = delay
+            rate = pace.rate
+            self.plan_time = t = t + rate * (now - before)
+            angles = [axis.controller.angle for axis in axes]
             if watch:
-                watch(now - start, now, angles)
-            torques = weigh(angles) if weigh else [0.0] * len(angles)
-            for follower, torque in zip(followers, torques):
-                follower.carry(torque)
-            wanted = plan.at(now - start)
-            errors = [angle - f.angle for angle, f in zip(wanted.q, followers)]
-            self._watch(motors, errors, lost)
-            rested = plan.rested(now - start)
-            for k, rest in enumerate(rests):
-                if not rest.take(rested[k], seen[k], errors[k]):
-                    raise self._stalled(motors[k], errors[k])
-            over = now - start > plan.duration
-            if over and all(rest.over for rest in rests):
+                watch(t, now, angles)
+            if weigh:
+                for axis, torque in zip(axes, weigh(angles)):
+                    axis.controller.carry(torque)
+            q, path = plan.at(t)
+            errors = []
+            over = t > plan.duration
+            settled = True
+            for axis, angle, wanted, since in zip(axes, angles, q, plan.rests_from):
+                error = wanted - angle
+                errors.append(error)
+                if not -axis.astray < error < axis.astray:
+                    raise self._astray(axis, error, now)
+                settling = axis.settling
+                if t <= since:
+                    settled = False
+                    if settling.begun:
+                        settling.begin_again()
+                else:
+                    if not settling.take(now, t - since, axis.seen, error):
+                        raise self._astray(axis, error, now)
+                    settled = settled and settling.over
+            if over and settled:
                 return
             # Watching takes time, by which this command comes later.
-            ahead = plan.at(clock.now() - start + LEAD)
-            errors = self._across(wanted, ahead, errors)
-            for k, (motor, follower) in enumerate(zip(motors, followers)):
-                if rests[k].over and not over:
+            before_ahead, t_ahead = t_ahead, t + rate * (now_of() - now + pace.lead)
+            speeds = plan.speeds(t_ahead)
+            if path:
+                self._weigh_along(errors, path)
+            step = t_ahead - before_ahead
+            for k, axis in enumerate(axes):
+                if axis.settling.over and not over:
                     # Driven for long, a joint at rest would hunt: its encoder is too coarse.
-                    if k not in held:
-                        motor.hold()
-                        held.add(k)
-                    follower.rest()
+                    if not axis.held:
+                        axis.motor.hold()
+                        axis.held = True
+                    axis.controller.rest()
                     continue
-                held.discard(k)
-                acceleration = (ahead.q_dot[k] - last[k]) / TICK
+                axis.held = False
+                speed = speeds[k]
+                acceleration = (speed - last[k]) / step if step > 0 else 0.0
                 # At rest the last bit is crept: position alone would be held up by friction.
-                creep = CREEP * errors[k] if rested[k] > 0 else 0.0
-                motor.drive(follower.command(errors[k], ahead.q_dot[k] + creep, acceleration))
-            last = ahead.q_dot
-            ticks += 1
-            if ticks % IDLE_CHECK == 0:
+                if t > plan.rests_from[k]:
+                    speed += CREEP * errors[k]
+                if rate != 1.0:
+                    speed *= rate
+                    acceleration *= rate * rate
+                axis.motor.drive(axis.controller.command(errors[k], speed, acceleration))
+            last = speeds
+            end = now_of()
+            if end > check_at:
                 self._check()
+                check_at = end + CHECK
             # The plan goes by the clock, so that a late tick costs accuracy only.
-            due = max(due + TICK, clock.now())
-            slow = slow + 1 if due - began > SLOW_TICK else 0
-            if slow == SLOW_TICKS or due - began > DEAD_MAN:
-                raise TooSlow(
-                    "a control tick took {:.2f} s, more than {:.2f} s will not do; end other "
-                    "programs on the brick".format(due - began, SLOW_TICK)
-                )
-            clock.sleep(due - clock.now())
-            now = clock.now()
+            due = max(due + pace.period, end)
+            since = due - began
+            pace.note(end, since, end - began)
+            if pace.slow == TICKS or since > DEAD_MAN:
+                raise TooSlow(since)
+            sleep(due - end)
+            began = now_of()
 
-    def _across(self, wanted, ahead, errors):
-        """The errors with what lies along the path weighted less: straightness before timing."""
-        if wanted.p is None:
-            return errors
-        J = kinematics.jacobian(self._description, wanted.q)
-        velocity = [sum(a * b for a, b in zip(row, ahead.q_dot)) for row in J]
-        fast = math.sqrt(sum(v * v for v in velocity))
-        singularity = kinematics.singularity(self._description, wanted.q)
-        if fast < CRAWLING or singularity < NEARLY_SINGULAR:
-            return errors
-        e = [sum(a * b for a, b in zip(row, errors)) for row in J]
-        along = (1 - ALONG) * sum(a * v for a, v in zip(e, velocity)) / (fast * fast)
-        return kinematics.solve(J, [a - along * v for a, v in zip(e, velocity)])
-
-    def _watch(self, motors, errors, limits):
-        for motor, error, limit in zip(motors, errors, limits):
-            if abs(error) > limit:
-                raise self._stalled(motor, error)
+    def _astray(self, axis, error, now):
+        """What is wrong with a joint that is not where it should be."""
+        missing = "{:.1f} deg are missing".format(abs(math.degrees(error)))
+        # Its motor's driver needs no ticks to turn it, but ticks to turn it where it should be.
+        if self.pace.was_late(now) and now - axis.stands_since < STILL_FOR:
+            return TooSlow(self.pace.latest, ", and of the {} {}".format(axis.motor.name, missing))
+        return Stalled(axis.motor, missing)
 
     @staticmethod
-    def _stalled(motor, error):
-        return Stalled(motor, "{:.1f} deg are missing".format(abs(math.degrees(error))))
-
-
-class _Rest(object):
-    """What is left to correct of one joint when its set-point stands.
-
-    Args:
-        longest: time for it, s.
-        fine: rad within which it has settled.
-
-    Attributes:
-        over: whether nothing is left to correct, or nothing more can be.
-    """
-
-    def __init__(self, longest, fine):
-        self._longest = longest
-        self._fine = fine
-        self._near = self._still = 0
-        self._seen = None
-        self.over = False
-
-    def take(self, rested, seen, error):
-        """Take in one tick; False if the joint has not arrived and will not.
-
-        Args:
-            rested: for how long the set-point has been standing, s.
-            seen: the encoder's bounds.
-            error: rad.
-        """
-        stands = seen == self._seen
-        self._seen = seen
-        if rested <= 0:
-            self._near = self._still = 0
-            self.over = False
-        elif not self.over:
-            self._near = self._near + 1 if abs(error) < self._fine else 0
-            self._still = self._still + 1 if stands else 0
-            late = rested > self._longest or self._still == STILL
-            self.over = late or self._near == RESTED
-            return not late or abs(error) <= ARRIVED * self._fine
-        return True
+    def _weigh_along(errors, path):
+        """Weigh what lies along the path less, in place: straightness before timing."""
+        across, slopes = path
+        along = 0.0
+        for a, error in zip(across, errors):
+            along += a * error
+        along *= 1 - ALONG
+        for k, slope in enumerate(slopes):
+            errors[k] -= along * slope

@@ -26,7 +26,11 @@ class Gravity(object):
         # Of a joint whose own weight is not told, the next one's is not all that it carries.
         self._rubs = [joint.friction if joint.mass else float("inf") for joint in arm.joints]
         self._arm = arm
-        self._weights = [(joint.mass * g * 0.01, joint.centre) for joint in arm.joints]
+        self._moments, beyond = [], 0.0
+        for joint in reversed(arm.joints):
+            weight = joint.mass * g * 0.01
+            self._moments.insert(0, weight * joint.centre + beyond * joint.link)
+            beyond += weight
         self.loaded = any(joint.mass for joint in arm.joints)
         self._presses = presses
         self._known = known
@@ -36,7 +40,7 @@ class Gravity(object):
         return self._pull(q) if self._known and self.loaded else [0.0] * len(q)
 
     def _pull(self, q):
-        return kinematics.pull(self._arm, q, self._weights)
+        return kinematics.pull(self._arm, q, self._moments)
 
     def pressed(self, q):
         """Per joint, the side to which gravity presses the play at `q`: +1 or -1.
@@ -47,8 +51,10 @@ class Gravity(object):
         if not (self.loaded and self._presses):
             return (0,) * len(q)
         return tuple(
-            0 if abs(torque) <= rubs else (-1 if torque > 0 else 1)
-            for torque, rubs in zip(self._pull(q), self._rubs)
+            [
+                0 if -rubs <= torque <= rubs else (-1 if torque > 0 else 1)
+                for torque, rubs in zip(self._pull(q), self._rubs)
+            ]
         )
 
     def sides(self, q, sides):

@@ -1,4 +1,4 @@
-"""Following a moving set-point with one joint: an observer of what the motor does, and the law.
+"""One joint follows a moving set-point: an observer of what the motor does, and the control law.
 
 Pure: readings and times in, a speed set-point out.  The motor takes a speed set-point w and pushes
 in proportion to w - v; so behind the gear it behaves, to first order, like
@@ -25,6 +25,10 @@ LEAD = 0.035
 ALONG = 0.8
 """Weight of the error along a path beside that across it."""
 
+TUNED_DELAY, SOFTER, FORESEEN = 0.013, 20.0, 0.7
+"""The gains are those for commands that act so late, s; for later ones the position's falls by this
+share of itself, 1/s; and for so much of what is later the error is foreseen."""
+
 Gains = namedtuple(
     "Gains",
     "speed_per_duty lag torque_per_duty friction position velocity "
@@ -38,10 +42,10 @@ lag                 s, of the motor alone
 torque_per_duty     Nm per %, at a standstill
 friction            %, first guess
 position, velocity  % per deg, % per deg/s: feedback
-observe_position    1: share of the encoder's surprise that corrects the position
-observe_velocity    1/s: the same for the speed
-learn_push          % per deg: the same for the constant push
-learn_friction      % per deg: the same for the friction
+observe_position    1/s: how fast the encoder's surprise corrects the position
+observe_velocity    1/s^2: the same for the speed
+learn_push          % per deg s: the same for the constant push
+learn_friction      % per deg s: the same for the friction
 deadband            deg: surprise below this corrects nothing
 turning, moving     deg/s: below these speeds, wanted and seen, friction fades with speed
 most_error          deg: the feedback acts on no larger error, so that a blind joint does not race
@@ -54,10 +58,10 @@ _LARGE = Gains(
     friction=6.7,
     position=7.7,
     velocity=0.091,
-    observe_position=0.46,
-    observe_velocity=2.2,
-    learn_push=0.044,
-    learn_friction=0.19,
+    observe_position=42.6,
+    observe_velocity=110.0,
+    learn_push=2.2,
+    learn_friction=9.5,
     deadband=0.022,
     turning=1.3,
     moving=3.7,
@@ -78,19 +82,17 @@ GAINS = {
 }
 """By kind of motor.  The medium one moves the pen, is faster, and so takes only a softer hand."""
 
-FORGETS = 0.0029
-"""The share of what was learned of friction that each tick takes back towards the first guess."""
+FORGETS = 0.145
+"""What was learned of friction goes back towards the first guess at this rate, 1/s."""
 
 FRICTION, PUSH = (3.0, 20.0), 8.0
 """Bounds of what is learned, % of duty: in steady motion the two cannot be told apart."""
 
-
-def _faded(speed, threshold):
-    """Sign of a speed, fading linearly to 0 below the threshold."""
-    return max(-1.0, min(1.0, speed / threshold))
+LATE = 0.06
+"""After a longer time without a reading no more is learned from the next one than after this, s."""
 
 
-class Follower(object):
+class JointController(object):
     """One joint; what it has learned of friction stays, where it is and what pushes it does not.
 
     Args:
@@ -99,37 +101,121 @@ class Follower(object):
 
     Attributes:
         angle, speed: as observed, rad and rad/s; None until the first reading.
+        delay: s; from a reading to the middle of the time for which the command acts that it leads
+            to.  The later that is, the softer the hand, and the more does speed count.
     """
 
     def __init__(self, gear, gains):
         loop = STIFFNESS * gains.speed_per_duty
         self._share = loop / (1 + loop)
         self._lag = gains.lag / (1 + loop)
-        self._gains = gains
         # From the motor's degrees and percent of duty to rad and rad/s of set-point at the joint.
         degree = math.radians(1) / gear
+        per_duty = degree / STIFFNESS
+        per_degree = per_duty / degree
         self._degree = degree
-        self._per_duty = degree / STIFFNESS
-        self._friction = gains.friction * self._per_duty
-        self._push = 0.0
-        self._weight = 0.0
-        self._per_newton_metre = self._per_duty / gains.torque_per_duty / gear
-        self._turning = 0.0
-        self._w = 0.0
+        self._turning_at = gains.turning * degree
+        self._gains = gains.position * per_degree, gains.velocity * per_degree
+        self._hand = gains.most_error * degree * gains.position * per_degree
+        self._friction = gains.friction * per_duty
+        self._model = self._share, self._lag, degree, gains.moving * degree
+        self._observer = (
+            gains.deadband * degree,
+            gains.observe_position,
+            gains.observe_velocity,
+            gains.learn_friction * per_degree,
+            gains.learn_push * per_degree,
+            PUSH * per_duty,
+            self._friction,
+        )
+        self._least, self._most = (duty * per_duty for duty in FRICTION)
+        self._per_newton_metre = per_duty / gains.torque_per_duty / gear
+        self._push = self._weight = self._turning = self._w = 0.0
         self._t = None
         self.angle = None
         self.speed = 0.0
+        self.delay = TUNED_DELAY
 
-    def observe(self, t, bounds):
-        """Take in that at time `t` (s) the angle lies within `bounds` (rad)."""
-        low, high = bounds
+    @property
+    def delay(self):
+        """See above."""
+        return self._delay
+
+    @delay.setter
+    def delay(self, delay):
+        self._delay = delay
+        position, velocity = self._gains
+        late = max(0.0, delay - TUNED_DELAY)
+        self._position = position / (1 + SOFTER * late)
+        self._most_error = self._hand / self._position
+        # What is missing when the command acts, not when it was read.
+        self._velocity = velocity + self._position * late * FORESEEN
+
+    def observe(self, t, low, high):
+        """Take in that at time `t` (s) the angle lies between these two, rad."""
+        middle = 0.5 * (low + high)
         if self._t is None:
-            self.angle, self.speed, self._push = (low + high) / 2, 0.0, 0.0
-        else:
-            self._predict(t - self._t)
-            self._correct((low + high) / 2 - self.angle)
-            self.angle = min(max(self.angle, low), high)
+            self._t, self.angle, self.speed, self._push = t, middle, 0.0, 0.0
+            return
+        dt = t - self._t
         self._t = t
+        friction, speed = self._friction, self.speed
+        # Predict.
+        share, lag, crawling, moving = self._model
+        push = self._w - self._push - self._weight
+        if -crawling <= speed <= crawling:
+            against = push if -friction < push < friction else math.copysign(friction, push)
+        elif -moving < speed < moving:
+            against = friction * speed / moving
+        else:
+            against = math.copysign(friction, speed)
+        final = share * (push - against)
+        left = math.exp(-dt / lag)
+        angle = self.angle
+        then = final + (speed - final) * left
+        if then * speed < 0.0:
+            # It comes to rest on the way; from there on friction acts the other way round.
+            stops = lag * math.log((speed - final) / -final)
+            angle += final * stops + speed * lag
+            speed = 0.0
+            dt_left = dt - stops
+            left = math.exp(-dt_left / lag)
+            over = (
+                push - friction if push > friction else push + friction if push < -friction else 0.0
+            )
+            final = share * over
+            then = final * (1.0 - left)
+            angle += final * dt_left - then * lag
+        else:
+            angle += final * dt + (speed - then) * lag
+        speed = then
+        # Correct.
+        if dt > LATE:
+            dt = LATE
+        dead, to_angle, to_speed, to_friction, to_push, most, guess = self._observer
+        surprise = middle - angle
+        if surprise > dead:
+            surprise -= dead
+        elif surprise < -dead:
+            surprise += dead
+        else:
+            surprise = 0.0
+        if surprise:
+            to_angle *= dt
+            angle += surprise * to_angle / (1.0 + to_angle)
+            surprise *= dt
+            speed += to_speed * surprise
+            friction -= to_friction * surprise * self._turning
+            learned = self._push - to_push * surprise
+            self._push = learned if -most < learned < most else math.copysign(most, learned)
+        friction += FORGETS * dt * (guess - friction)
+        if friction < self._least:
+            friction = self._least
+        elif friction > self._most:
+            friction = self._most
+        self._friction = friction
+        self.speed = speed
+        self.angle = low if angle < low else high if angle > high else angle
 
     def carry(self, torque):
         """From now on a weight turns the joint with this torque, Nm."""
@@ -140,49 +226,32 @@ class Follower(object):
         self._t = None
         self.speed = 0.0
 
-    def _predict(self, dt):
-        push = self._w - self._push - self._weight
-        if abs(self.speed) > self._degree:
-            friction = self._friction * _faded(self.speed, self._gains.moving * self._degree)
-        else:
-            friction = max(-self._friction, min(self._friction, push))
-        final = self._share * (push - friction)
-        caught = 1 - math.exp(-dt / self._lag)
-        self.angle += final * dt + (self.speed - final) * self._lag * caught
-        self.speed += (final - self.speed) * caught
-
-    def _correct(self, surprise):
-        gains = self._gains
-        dead = gains.deadband * self._degree
-        surprise -= max(-dead, min(dead, surprise))
-        self.angle += gains.observe_position * surprise
-        self.speed += gains.observe_velocity * surprise
-        per_degree = self._per_duty / self._degree
-        least, most = (duty * self._per_duty for duty in FRICTION)
-        learned = self._friction - gains.learn_friction * per_degree * surprise * self._turning
-        learned += FORGETS * (gains.friction * self._per_duty - learned)
-        self._friction = max(least, min(most, learned))
-        most = PUSH * self._per_duty
-        learned = self._push - gains.learn_push * per_degree * surprise
-        self._push = max(-most, min(most, learned))
-
     def command(self, error, speed, acceleration):
         """The speed set-point, rad/s.
 
         Args:
             error: wanted minus observed angle, rad.
-            speed, acceleration: wanted, rad/s and rad/s^2, `lead` ahead.
+            speed, acceleration: wanted, rad/s and rad/s^2, `LEAD` ahead.
         """
-        gains = self._gains
-        per_degree = self._per_duty / self._degree
-        self._turning = _faded(speed, gains.turning * self._degree)
-        most = gains.most_error * self._degree
-        error = max(-most, min(most, error))
-        self._w = (
+        at = self._turning_at
+        if speed > at:
+            turning = 1.0
+        elif speed < -at:
+            turning = -1.0
+        else:
+            turning = speed / at
+        self._turning = turning
+        most = self._most_error
+        if error > most:
+            error = most
+        elif error < -most:
+            error = -most
+        self._w = w = (
             (speed + acceleration * self._lag) / self._share
-            + self._friction * self._turning
+            + self._friction * turning
             + self._push
             + self._weight
-            + per_degree * (gains.position * error + gains.velocity * (speed - self.speed))
+            + self._position * error
+            + self._velocity * (speed - self.speed)
         )
-        return self._w
+        return w

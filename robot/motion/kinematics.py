@@ -29,6 +29,9 @@ LEAST_DAMPING = 1e-3  # cm/rad: keeps a singular J solvable, does not slow down 
 RESTART = 0.1  # of the greatest step: with a smaller trust radius, J is computed, not learned
 
 SMALLEST_PIVOT = 1e-13  # relative to the greatest element of the matrix
+_NO_SOLUTION = (
+    "the equations are singular (pivot {:.3g}); move the arm away from its stretched or folded pose"
+)
 
 
 class Unreachable(ArmError, ValueError):
@@ -64,13 +67,14 @@ def jacobian(arm, q):
     return _chain(arm).jacobian(arm, q)
 
 
-def pull(arm, q, weights):
+def pull(arm, q, moments):
     """What weights on the links do to each joint at q: minus the gradient of their energy.
 
-    weights  per joint (weight, cm from the joint's axis along the link)
+    moments  per joint: each link's weight times the distance at which it balances (cm), and times
+             its link's length for all that the next joint carries
     In the unit of the weights times cm.
     """
-    return _chain(arm).pull(arm, q, weights)
+    return _chain(arm).pull(q, moments)
 
 
 def singularity(arm, q):
@@ -83,6 +87,11 @@ def singularity(arm, q):
     return _chain(arm).singularity(arm, q)
 
 
+def scale(arm, q):
+    """Over how long a way of the tip the joint angles bend, cm: 0 at a singular pose."""
+    return _chain(arm).scale(arm, q)
+
+
 def coordinates(arm):
     """How many numbers a point of this arm has: 2 in the plane, 3 in space."""
     return _chain(arm).coordinates
@@ -90,8 +99,8 @@ def coordinates(arm):
 
 def reach(arm):
     """Least and greatest distance of the tip from the shoulder that the links allow, cm."""
-    links = sorted(joint.link for joint in arm.joints[_chain(arm).below :])
-    return max(0.0, links[-1] - sum(links[:-1])), sum(links)
+    upper, fore = arm.joints[-2].link, arm.joints[-1].link
+    return abs(upper - fore), upper + fore
 
 
 def branches(arm, p):
@@ -139,6 +148,27 @@ def inverse(arm, p, elbow=None, near=None):
         )
     start = near if near is not None else [joint.home for joint in arm.joints]
     return min(candidates, key=lambda q: _travel(start, q))
+
+
+def nearest(arm, p, q):
+    """As `inverse` with `near`, in less time where that is near indeed."""
+    best, least = None, math.pi
+    for poses in _solutions(arm, p, q).values():
+        for pose in poses:
+            there, greatest = [], 0.0
+            for angle, last in zip(pose, q):
+                way = angle - last
+                if not -math.pi < way < math.pi:
+                    way -= TURN * round(way / TURN)
+                there.append(last + way)
+                if way > greatest or -way > greatest:
+                    greatest = abs(way)
+            if greatest < least:
+                best, least = there, greatest
+    for joint, angle in zip(arm.joints, best or ()):
+        if not joint.lower <= angle <= joint.upper:
+            best = None
+    return inverse(arm, p, near=q) if best is None else tuple(best)
 
 
 # ---- inverse by iteration
@@ -275,16 +305,17 @@ def solve(J, b, damping=0.0):
     if damping:
         return damped_solve(J, b, damping)
     n = len(b)
+    if n == 2:
+        return _solve_two(J, b)
+    if n == 3:
+        return _solve_three(J, b)
     rows = [list(row) + [value] for row, value in zip(J, b)]
     least = SMALLEST_PIVOT * max(abs(a) for row in J for a in row)
     for k in range(n):
         pivot = max(range(k, n), key=lambda i: abs(rows[i][k]))
         rows[k], rows[pivot] = rows[pivot], rows[k]
         if not abs(rows[k][k]) > least:  # worded so that NaN ends here, too
-            raise Singular(
-                "the equations are singular (pivot {:.3g}); move the arm away from its"
-                " stretched or folded pose".format(rows[k][k])
-            )
+            raise Singular(_NO_SOLUTION.format(rows[k][k]))
         for i in range(k + 1, n):
             factor = rows[i][k] / rows[k][k]
             for j in range(k, n + 1):
@@ -294,6 +325,30 @@ def solve(J, b, damping=0.0):
         known = sum(rows[k][j] * x[j] for j in range(k + 1, n))
         x[k] = (rows[k][n] - known) / rows[k][k]
     return x
+
+
+def _solve_two(J, b):
+    """By Cramer's rule: what is solved most often by far."""
+    (a, c), (d, f) = J
+    det = a * f - c * d
+    if not abs(det) > SMALLEST_PIVOT * max(abs(a), abs(c), abs(d), abs(f)) ** 2:
+        raise Singular(_NO_SOLUTION.format(det))
+    return [(b[0] * f - c * b[1]) / det, (a * b[1] - b[0] * d) / det]
+
+
+def _solve_three(J, b):
+    """The same: by the cross products of the columns."""
+    (a, d, g), (e, h, k), (f, i, m) = J
+    u, v, w = b
+    hm, ig, di = h * m - k * i, i * g - d * m, d * k - g * h
+    det = a * hm + e * ig + f * di
+    if not abs(det) > SMALLEST_PIVOT * max([abs(x) for row in J for x in row]) ** 3:
+        raise Singular(_NO_SOLUTION.format(det))
+    return [
+        (u * hm + v * ig + w * di) / det,
+        (u * (k * f - e * m) + v * (a * m - g * f) + w * (g * e - a * k)) / det,
+        (u * (e * i - h * f) + v * (d * f - a * i) + w * (a * h - d * e)) / det,
+    ]
 
 
 def damped_solve(J, e, damping):
@@ -340,6 +395,12 @@ def _planar_positions(arm, q):
 
 def _planar_jacobian(arm, q):
     """A turn about an upright axis moves the tip across its lever arm (geometric Jacobian)."""
+    if len(q) == 2:
+        upper, fore = arm.joints
+        heading, (first, second) = q[0], q
+        ahead, aside = fore.link * math.cos(first + second), fore.link * math.sin(first + second)
+        x, y = upper.link * math.cos(heading) + ahead, upper.link * math.sin(heading) + aside
+        return (-y, -aside), (x, ahead)
     positions = _planar_positions(arm, q)
     x, y = positions.pop()
     return (
@@ -348,12 +409,11 @@ def _planar_jacobian(arm, q):
     )
 
 
-def _planar_pull(arm, q, weights):
+def _planar_pull(q, moments):
     return [0.0] * len(q)
 
 
-def _planar_solutions(arm, p):
-    """{branch: [q]}, limits aside."""
+def _planar_solutions(arm, p, near):
     return {branch: [pose] for branch, pose in _bent(arm, p, p).items()}
 
 
@@ -366,7 +426,7 @@ def _bent(arm, point, p):
     Returns:
         {"up": (heading of the first, bend > 0 of the second), "down": the same with bend < 0}
     """
-    upper, fore = (joint.link for joint in arm.joints[-2:])
+    upper, fore = arm.joints[-2].link, arm.joints[-1].link
     hole, outer = reach(arm)
     far = math.hypot(*point)
     if not hole - REACH_SLACK <= far <= outer + REACH_SLACK:
@@ -390,6 +450,10 @@ def _bent(arm, point, p):
 
 def _planar_singularity(arm, q):
     return abs(math.sin(q[1]))
+
+
+def _planar_scale(arm, q):
+    return 0.5 * reach(arm)[1] * math.sin(q[1]) ** 2
 
 
 # ---- the spatial chain: the base turns about an upright axis, shoulder and elbow pitch about level
@@ -418,46 +482,52 @@ def _spatial_jacobian(arm, q):
     return tuple(zip(*columns))
 
 
-def _spatial_pull(arm, q, weights):
-    torques = [0.0] * len(q)
-    heading = out = 0.0
-    joints_out = []
-    for k in range(1, len(weights)):
-        joints_out.append(out)
+def _spatial_pull(q, moments):
+    torques, heading = [0.0], 0.0
+    for k in range(1, len(q)):
         heading += q[k]
-        level = math.cos(heading)
-        weight, centre = weights[k]
-        if weight:
-            weight_out = out + centre * level
-            for inner, joint_out in enumerate(joints_out, 1):
-                torques[inner] -= weight * (weight_out - joint_out)
-        out += arm.joints[k].link * level
+        pulled = -moments[k] * math.cos(heading)
+        for inner in range(1, k):
+            torques[inner] += pulled
+        torques.append(pulled)
     return torques
 
 
-def _spatial_solutions(arm, p):
-    """{branch: [q]}, limits aside: facing the point, and bent over backwards to it."""
+def _spatial_solutions(arm, p, near):
+    """Facing the point, and bent over backwards to it."""
     x, y, z = p
     yaw, out = math.atan2(y, x), math.hypot(x, y)
     solutions = {"up": [], "down": []}
     # Facing the point, the elbow is above where it is bent down; from behind, where it is bent up.
-    for turned, reached, above in ((0.0, out, "down"), (math.pi, -out, "up")):
+    ways = [(0.0, out, "down"), (math.pi, -out, "up")]
+    if near:
+        ways = ways[:1] if _spatial_out(arm, near) > 0 else ways[1:]
+    for turned, reached, above in ways:
         poses = _bent(arm, (reached, z - arm.joints[0].link), p)
         for bent, pitches in poses.items():
             solutions["up" if bent == above else "down"].append((yaw + turned,) + pitches)
     return solutions
 
 
+def _spatial_out(arm, q):
+    """How far the tip is from the base's axis, cm; negative: behind it."""
+    _, upper, fore = arm.joints
+    return upper.link * math.cos(q[1]) + fore.link * math.cos(q[1] + q[2])
+
+
 def _spatial_singularity(arm, q):
-    out, _ = _spatial_profile(arm, q)[-1]
-    return abs(math.sin(q[2]) * out) / reach(arm)[1]
+    return abs(math.sin(q[2]) * _spatial_out(arm, q)) / reach(arm)[1]
 
 
-# A chain: positions(arm, q), jacobian(arm, q), pull(arm, q, weights), solutions(arm, p) -> {branch:
-# [q]} limits aside, singularity(arm, q), the number of coordinates of p, how many joints are below
-# the shoulder, and the sign of the elbow's angle in the branch "up".
+def _spatial_scale(arm, q):
+    return min(0.5 * reach(arm)[1] * math.sin(q[2]) ** 2, abs(_spatial_out(arm, q)))
+
+
+# A chain: positions(arm, q), jacobian(arm, q), pull(q, moments), solutions(arm, p, near) as
+# _solutions, singularity(arm, q), scale(arm, q), the number of coordinates of p, how many
+# joints are below the shoulder, and the sign of the elbow's angle in the branch "up".
 _Chain = collections.namedtuple(
-    "_Chain", "positions jacobian pull solutions singularity coordinates below up"
+    "_Chain", "positions jacobian pull solutions singularity scale coordinates below up"
 )
 _CHAINS = {
     "planar": _Chain(
@@ -466,6 +536,7 @@ _CHAINS = {
         _planar_pull,
         _planar_solutions,
         _planar_singularity,
+        _planar_scale,
         coordinates=2,
         below=0,
         up=1,
@@ -476,6 +547,7 @@ _CHAINS = {
         _spatial_pull,
         _spatial_solutions,
         _spatial_singularity,
+        _spatial_scale,
         coordinates=3,
         below=1,
         up=-1,
@@ -497,15 +569,19 @@ def _chain(arm):
 # ---- limits
 
 
-def _solutions(arm, p):
+def _solutions(arm, p, near=None):
+    """{branch: [q]}, limits aside; of those that face two ways, only the way `near` (rad) does."""
     _check_point(arm, p)
-    return _chain(arm).solutions(arm, p)
+    return _chain(arm).solutions(arm, p, near)
 
 
 def _check_point(arm, p):
     size = coordinates(arm)
     # Squares must stay finite, too
-    if len(p) != size or not all(abs(c) < 1e100 for c in p):
+    usable = len(p) == size
+    for c in p:
+        usable = usable and -1e100 < c < 1e100
+    if not usable:
         raise Unreachable(
             "{}: a point is {} finite numbers, cm; give such a point".format(_shown(p), size)
         )

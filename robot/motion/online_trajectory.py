@@ -11,8 +11,9 @@ time t changes the way from t + LEAD on.
 import collections
 import math
 
+from robot.motion.backlash import crossed, take_up_time
 from robot.motion.joint_controller import LEAD
-from robot.motion.trajectory import JOINT_ACCELERATION, Setpoint, crossed, take_up_time
+from robot.motion.trajectory import JOINT_ACCELERATION
 
 SLOWING = 0.4
 """Share of the acceleration with which joints come to a stop where there is room for it: friction
@@ -99,13 +100,19 @@ class _Joint(object):
 
     def at(self, t):
         """Angle, speed, side of the play and its rate."""
-        since, angle, speed, acceleration = next(p for p in reversed(self._phases) if p[0] <= t)
+        phases = self._phases
+        k = len(phases) - 1
+        while phases[k][0] > t:
+            k -= 1
+        since, angle, speed, acceleration = phases[k]
         if speed or acceleration:
             dt = t - since
-            angle += speed * dt + acceleration * dt * dt / 2
+            angle += dt * (speed + 0.5 * acceleration * dt)
             speed += acceleration * dt
         if not self._lower <= angle <= self._upper:
             angle, speed = min(max(angle, self._lower), self._upper), 0.0
+        if not self._crossings:
+            return angle, speed, self._side, 0.0
         return (angle, speed) + crossed(t, self._side, self._crossings)
 
     def press(self, t, side):
@@ -211,8 +218,8 @@ class _Joint(object):
         return min(max(even, 0.0), 1.0) * ty / tt
 
 
-class Pursuit(object):
-    """All joints on the way to an aim; used by the control loop like a TakingUpBacklash.
+class OnlineTrajectory(object):
+    """All joints on the way to an aim; used by the control loop like a BacklashCompensation.
 
     Args:
         joints: the arm's shared.arm_description.Joints.
@@ -225,6 +232,7 @@ class Pursuit(object):
 
     Attributes:
         duration: s; inf until the end is known.
+        rests_from: per joint, when its set-point comes to rest, s; inf: it goes on.
     """
 
     before = 0.0
@@ -235,6 +243,7 @@ class Pursuit(object):
             for joint, angle, side in zip(joints, q, sides)
         ]
         self.duration = math.inf
+        self.rests_from = [0.0] * len(self._joints)
         self._pressed = pressed
 
     def press(self, t):
@@ -244,8 +253,12 @@ class Pursuit(object):
         sides = self._pressed([joint.at(t + LEAD)[0] for joint in self._joints])
         for joint, side in zip(self._joints, sides):
             joint.press(t, side)
+        self._note_rests()
         if self.duration < math.inf:
-            self.duration = max([self.duration] + [joint.rests_from for joint in self._joints])
+            self.duration = max(self.duration, max(self.rests_from))
+
+    def _note_rests(self):
+        self.rests_from = [joint.rests_from for joint in self._joints]
 
     def steer(self, t, aim, last=False):
         """Take in at time `t` (s) where the joints should be.
@@ -261,22 +274,26 @@ class Pursuit(object):
                 joint.steer(t, aim.q[k], last, aim.q_dot[k])
             else:
                 joint.steer(t, None if aim is None else aim[k], last)
+        self._note_rests()
         if aim is None or last:
-            self.duration = max([t] + [joint.rests_from for joint in self._joints])
+            self.duration = max(t, max(self.rests_from))
 
     def at(self, t):
-        """The Setpoint of the motors' side at time `t` (s), at most LEAD after the last `steer`."""
-        q, q_dot = [], []
+        """(q, None) of the motors' side at `t` (s), at most LEAD after the last `steer`."""
+        q = []
         for joint in self._joints:
-            angle, speed, side, rate = joint.at(t)
+            angle, _, side, _ = joint.at(t)
             q.append(angle + side * joint.half_play)
-            q_dot.append(speed + rate * joint.half_play)
-        return Setpoint(tuple(q), tuple(q_dot), None)
+        return q, None
+
+    def speeds(self, t):
+        """dq/dt of the motors' side then, rad/s."""
+        speeds = []
+        for joint in self._joints:
+            _, speed, _, rate = joint.at(t)
+            speeds.append(speed + rate * joint.half_play)
+        return speeds
 
     def sides_at(self, t):
         """Per joint, where the play lies at time `t` (s): from -1 to +1."""
         return tuple(joint.at(t)[2] for joint in self._joints)
-
-    def rested(self, t):
-        """Per joint, for how long it has been standing at time `t`, s; negative: it moves."""
-        return [t - joint.rests_from for joint in self._joints]

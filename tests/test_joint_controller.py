@@ -1,10 +1,10 @@
-"""The follower of one joint, on a motor written down in ten lines: first order, with friction."""
+"""The controller of one joint, on a motor written down in ten lines: first order, with friction."""
 
 import math
 
 import pytest
 
-from robot.motion.joint_controller import GAINS, LEAD, STIFFNESS, Follower
+from robot.motion.joint_controller import GAINS, LEAD, STIFFNESS, JointController
 
 TICK = 0.02
 SPEED_PER_DUTY, LAG = 9.1, 0.096  # deg/s per %, s: an EV3 large motor at 8 V, roughly
@@ -49,20 +49,20 @@ class Motor:
         return n * COUNT, (n + 1) * COUNT
 
 
-def follow(motor, path, seconds, gear=1.0, watch=lambda t, follower: None):
+def follow(motor, path, seconds, gear=1.0, watch=lambda t, controller: None):
     """Control at 50 Hz as the arm does; the true errors, deg, tick by tick."""
     unit = math.radians(1) / gear
-    follower = Follower(gear, GAINS["large"])
+    controller = JointController(gear, GAINS["large"])
     errors = []
     for k in range(int(seconds / TICK)):
         t = k * TICK
-        follower.observe(t, [angle * unit for angle in motor.bounds()])
-        watch(t, follower)
+        controller.observe(t, *[angle * unit for angle in motor.bounds()])
+        watch(t, controller)
         here = path(t)
         ahead, sooner = path(t + LEAD), path(t + LEAD - TICK)
-        error = here[0] * unit - follower.angle
+        error = here[0] * unit - controller.angle
         acceleration = (ahead[1] - sooner[1]) / TICK * unit
-        w = follower.command(error, ahead[1] * unit, acceleration)
+        w = controller.command(error, ahead[1] * unit, acceleration)
         errors.append(here[0] - motor.angle)
         motor.run(w / unit, TICK)
     return errors
@@ -127,10 +127,10 @@ def test_what_it_observes_is_what_the_encoder_allows(friction):
     motor = Motor(friction)
     seen = []
 
-    def watch(t, follower):
+    def watch(t, controller):
         low, high = (math.radians(angle) for angle in motor.bounds())
-        assert low - 1e-12 <= follower.angle <= high + 1e-12
-        seen.append(math.degrees(follower.angle) - motor.angle)
+        assert low - 1e-12 <= controller.angle <= high + 1e-12
+        seen.append(math.degrees(controller.angle) - motor.angle)
 
     follow(motor, swing(20, 2.0), 6.0, watch=watch)
     late = seen[150:]
@@ -154,12 +154,12 @@ def test_behind_a_gear_everything_is_smaller_by_the_gear(gear):
 
 
 def test_the_mirror_image_of_a_motion_gets_the_mirror_image_of_the_commands():
-    here, there = Follower(1.0, GAINS["large"]), Follower(1.0, GAINS["large"])
+    here, there = JointController(1.0, GAINS["large"]), JointController(1.0, GAINS["large"])
     for k in range(100):
         t = k * TICK
         angle = 0.5 * math.sin(3 * t)
-        here.observe(t, (angle, angle + 0.017))
-        there.observe(t, (-angle - 0.017, -angle))
+        here.observe(t, angle, angle + 0.017)
+        there.observe(t, -angle - 0.017, -angle)
         assert there.angle == pytest.approx(-here.angle)
         wanted = (0.01, 1.5 * math.cos(3 * t), -4.5 * math.sin(3 * t))
         assert there.command(*(-x for x in wanted)) == pytest.approx(-here.command(*wanted))
@@ -167,23 +167,23 @@ def test_the_mirror_image_of_a_motion_gets_the_mirror_image_of_the_commands():
 
 def test_after_a_rest_it_starts_anew_wherever_the_joint_is():
     """Held meanwhile, turned by hand, or given another zero."""
-    follower = Follower(1.0, GAINS["large"])
+    controller = JointController(1.0, GAINS["large"])
     for k in range(20):
-        follower.observe(k * TICK, (0.1 * k, 0.1 * k + 0.017))
-        follower.command(0.0, 5.0, 0.0)
-    assert follower.speed > 1
-    follower.rest()
-    follower.observe(20 * TICK, (7.0, 7.1))
-    assert follower.angle == pytest.approx(7.05)
-    assert follower.speed == 0.0
+        controller.observe(k * TICK, 0.1 * k, 0.1 * k + 0.017)
+        controller.command(0.0, 5.0, 0.0)
+    assert controller.speed > 1
+    controller.rest()
+    controller.observe(20 * TICK, 7.0, 7.1)
+    assert controller.angle == pytest.approx(7.05)
+    assert controller.speed == 0.0
 
 
 def test_friction_is_pushed_against_in_the_direction_of_the_motion_only():
     """At rest there is none to overcome: a standing joint must not tremble."""
-    follower = Follower(1.0, GAINS["large"])
-    follower.observe(0.0, (0.0, 0.0))
-    assert follower.command(0.0, 0.0, 0.0) == 0.0
-    slow, slower = (follower.command(0.0, math.radians(speed), 0.0) for speed in (1.0, 0.01))
+    controller = JointController(1.0, GAINS["large"])
+    controller.observe(0.0, 0.0, 0.0)
+    assert controller.command(0.0, 0.0, 0.0) == 0.0
+    slow, slower = (controller.command(0.0, math.radians(speed), 0.0) for speed in (1.0, 0.01))
     assert slow > slower > 0
 
 
@@ -194,13 +194,13 @@ def test_a_weight_that_is_told_is_carried_from_the_start():
         motor = Motor(load=6.0)
         motor.angle = 0.5
         gains = GAINS["large"]
-        follower = Follower(1.0, gains)
+        controller = JointController(1.0, gains)
         least = 0.0
         for k in range(100):
-            follower.observe(k * TICK, [math.radians(angle) for angle in motor.bounds()])
-            follower.carry(-6.0 * gains.torque_per_duty if told else 0.0)
-            error = math.radians(0.5) - follower.angle
-            motor.run(math.degrees(follower.command(error, 0.0, 0.0)), TICK)
+            controller.observe(k * TICK, *[math.radians(angle) for angle in motor.bounds()])
+            controller.carry(-6.0 * gains.torque_per_duty if told else 0.0)
+            error = math.radians(0.5) - controller.angle
+            motor.run(math.degrees(controller.command(error, 0.0, 0.0)), TICK)
             least = min(least, motor.angle - 0.5)
         return least
 
@@ -211,9 +211,9 @@ def test_a_weight_that_is_told_is_carried_from_the_start():
 @pytest.mark.parametrize("gear", [1.0, 5.0])
 def test_a_weight_is_carried_through_the_gear(gear):
     gains = GAINS["large"]
-    follower = Follower(gear, gains)
-    follower.observe(0.0, (0.0, 0.0))
-    follower.carry(-0.1)
+    controller = JointController(gear, gains)
+    controller.observe(0.0, 0.0, 0.0)
+    controller.carry(-0.1)
     # What a standing motor pushes with is the stiffness times the set-point, % and deg/s.
-    duty = STIFFNESS * math.degrees(follower.command(0.0, 0.0, 0.0)) * gear
+    duty = STIFFNESS * math.degrees(controller.command(0.0, 0.0, 0.0)) * gear
     assert duty * gains.torque_per_duty * gear == pytest.approx(0.1)

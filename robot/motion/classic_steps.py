@@ -1,0 +1,46 @@
+"""The classic lab's way of drawing a line: joint steps by the inverse Jacobian.
+
+Pure.  Letters: `q` joint angles rad, `dq` a step, `p` a tip position cm, `J` the Jacobian cm/rad.
+"""
+
+import math
+
+from robot.motion import kinematics
+
+STEP_SIZE = math.radians(5)
+"""The report's length of a joint step, rad."""
+
+ARRIVED = 1.0
+"""The report's steps end this close to the goal, cm."""
+
+
+def jacobian_step(arm, q, dy):
+    """The report's joint step: dx = J^-1 dy, scaled to a length of STEP_SIZE.
+
+    Args:
+        q: joint angles, rad.
+        dy: the line's whole displacement, cm, as fixed at its start.
+
+    Returns:
+        dq, rad.
+
+    Raises:
+        kinematics.Unreachable: the arm is stretched or folded; no joint step leads that way.
+    """
+    J = kinematics.jacobian(arm, q)
+    if kinematics.singularity(arm, q) < 1e-6:
+        raise kinematics.Unreachable(
+            "the Jacobian has no inverse at joint angles {} deg; start the line elsewhere".format(
+                ", ".join("{:.1f}".format(math.degrees(angle)) for angle in q)
+            )
+        )
+    dq = kinematics.solve(J, dy)
+    length = math.sqrt(sum(a * a for a in dq))
+    return tuple(a * STEP_SIZE / length for a in dq)
+
+
+def has_arrived(start, goal, p):
+    """Whether the report's steps are over: within ARRIVED of the goal, or past it."""
+    if kinematics.distance(goal, p) <= ARRIVED:
+        return True
+    return sum((x - g) * (g - s) for x, g, s in zip(p, goal, start)) >= 0

@@ -1,0 +1,107 @@
+"""How often the control loop goes round, on a brick that computes as slowly as it does.  Pure.
+
+The period is chosen from what ticks take, and goes on following that.  On a brick that needs longer
+than LONGEST the plan goes slower than the clock: it costs time, not accuracy.
+"""
+
+from robot.motion.joint_controller import LEAD
+
+SHORTEST, LONGEST = 0.02, 0.05
+"""Periods, s."""
+
+DOZEN = 12
+"""So many ticks tell how long one takes."""
+
+ROOM = 1.25
+"""The period leaves room for ticks that take so many times the mean."""
+
+READ = 0.7
+"""So much of a tick's computing comes between reading and command."""
+
+LEADS = 0.7
+"""What is fed forward is so by this share of what the period is longer than SHORTEST, more."""
+
+SLOWER = 1.3
+"""A period so many times as long as it was at first is worth a word."""
+
+CHANGES = 1.0
+"""The plan's rate changes no faster, 1/s."""
+
+LATE, LATELY = 0.06, 0.3
+"""What comes later than this after the tick before is late (s); and so long ago is lately, s."""
+
+HOPELESS, TICKS = 0.1, 4
+"""So many ticks in a row that take longer than this (s) control nothing."""
+
+
+class Pace(object):
+    """The pace of one arm's control loop, from motion to motion.
+
+    Args:
+        say: called with what people should know of it.
+
+    Attributes:
+        period: of the loop, s.
+        rate: how fast the plan goes, by the clock.
+        delay: from a reading to the middle of the time for which the command acts that it leads
+            to, s.
+        lead: speed and acceleration are fed forward so much early, s.
+        latest: the last late tick, s.
+        slow: ticks in a row that took longer than HOPELESS.
+    """
+
+    def __init__(self, say):
+        self._say = say
+        self.period = SHORTEST
+        self.rate = self._wanted = 1.0
+        self.delay = SHORTEST / 2
+        self.lead = LEAD
+        self.slow = 0
+        self.latest = 0.0
+        self._n, self._sum = 0, 0.0
+        self._first = None
+        self._told = False
+        self._late_at = None
+
+    def begin(self):
+        """A motion begins."""
+        self.slow = 0
+        self._late_at = None
+        self.rate = self._wanted
+
+    def note(self, t, since_last, computing):
+        """Take in a tick that ended at `t` (s), so long after the one before; and took so long."""
+        if since_last > LATE:
+            self._late_at, self.latest = t, since_last
+        self.slow = self.slow + 1 if since_last > HOPELESS else 0
+        self._n += 1
+        self._sum += computing
+        if self.rate != self._wanted:
+            most = CHANGES * since_last
+            self.rate += min(max(self._wanted - self.rate, -most), most)
+        if self._n == DOZEN:
+            self._choose(self._sum / DOZEN)
+            self._n, self._sum = 0, 0.0
+
+    def _choose(self, computing):
+        wanted = ROOM * computing
+        self.period = min(max(wanted, SHORTEST), LONGEST)
+        self.delay = max(self.period, computing) / 2 + READ * computing
+        self.lead = LEAD + LEADS * (self.period - SHORTEST)
+        self._wanted = min(1.0, LONGEST / wanted)
+        if self._first is None:
+            self._first = wanted
+            self._say(
+                "a control tick takes {:.0f} ms of this brick, so there is one every {:.0f} ms"
+                "".format(1000 * computing, 1000 * max(self.period, computing))
+            )
+        elif not self._told and wanted > max(SLOWER * self._first, SLOWER * SHORTEST):
+            self._told = True
+            self._say(
+                "the brick has become slower, a control tick takes {:.0f} ms: the arm slows down; "
+                "end other programs on the brick".format(1000 * computing)
+            )
+
+    def was_late(self, t):
+        """Whether lately a tick was late, so that what motors did says nothing of the arm."""
+        return self._late_at is not None and t - self._late_at < LATELY

@@ -1,0 +1,184 @@
+"""Paths to draw, as strokes: lines, arcs, circles, rectangles.
+
+Pure.  A *stroke* is a tuple of points (x, y) or, in space, (x, y, z), cm, so close together where
+it bends that straight lines between them will do; the tip moves along it without stopping.  Corners
+lie between strokes.  What is curved lies at one height z.
+"""
+
+import math
+
+from robot.motion import kinematics
+from shared.arm_description import ArmError
+
+SPACING = 0.05
+"""Distance between the points of what is curved, cm."""
+
+LONGEST_ARC = 200.0
+"""Between two points, cm."""
+
+
+class BadPath(ArmError, ValueError):
+    """A path that is not a path: too few points, points that coincide, numbers that are none."""
+
+
+def _checked(points, fewest, what):
+    points = [tuple(map(float, point)) for point in points]
+    if len(points) < fewest:
+        raise BadPath("{} needs at least {} points, not {}".format(what, fewest, len(points)))
+    for point in points:
+        if not all(math.isfinite(value) for value in point):
+            raise BadPath(
+                "{} has the point ({}), which is not a place; give finite numbers in cm".format(
+                    what, ", ".join(map(str, point))
+                )
+            )
+    for a, b in zip(points, points[1:]):
+        if kinematics.distance(a, b) < 1e-6:
+            raise BadPath(
+                "{} has the point ({}) twice in a row; leave one out".format(what, _numbers(a))
+            )
+    return points
+
+
+def _numbers(point):
+    return ", ".join("{:g}".format(value) for value in point)
+
+
+def _height(points, what):
+    """What comes after x and y: () in the plane, else the one z of all points."""
+    if len({point[2:] for point in points}) > 1:
+        raise BadPath(
+            "{} lies at one height, not at {}; give one z".format(
+                what, " and ".join(_numbers(point[2:]) for point in points)
+            )
+        )
+    return tuple(points[0][2:])
+
+
+def polyline(points):
+    """The strokes through `points`, straight from each to the next; a line is two points."""
+    points = _checked(points, 2, "a line")
+    return [(a, b) for a, b in zip(points, points[1:])]
+
+
+def line_from(start, angle, length):
+    """The stroke from `start` in the level direction `angle` (rad from x, counter-clockwise)."""
+    if not length > 0:
+        raise BadPath("a line of length {:g} cm is none; give more than 0".format(length))
+    way = (length * math.cos(angle), length * math.sin(angle)) + (0.0,) * (len(start) - 2)
+    return polyline([start, tuple(a + b for a, b in zip(start, way))])
+
+
+def rectangle(corner, opposite):
+    """The four strokes of an upright rectangle, from `corner` round to it again."""
+    height = _height([corner, opposite], "a rectangle")
+    (x0, y0), (x1, y1) = corner[:2], opposite[:2]
+    if x0 == x1 or y0 == y1:
+        raise BadPath(
+            "a rectangle from ({:g}, {:g}) to ({:g}, {:g}) is none; give opposite corners".format(
+                x0, y0, x1, y1
+            )
+        )
+    corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]
+    return polyline([corner + height for corner in corners])
+
+
+def circle(centre, radius):
+    """The stroke once round `centre`, counter-clockwise, from the point nearest to the base."""
+    if not (radius > 0 and math.isfinite(radius)):
+        raise BadPath("a circle of radius {:g} cm is none; give more than 0".format(radius))
+    _checked([centre], 1, "a circle")
+    start = math.atan2(-centre[1], -centre[0])
+    n = max(24, int(math.ceil(2 * math.pi * radius / SPACING)))
+    return [
+        tuple(
+            (
+                centre[0] + radius * math.cos(start + 2 * math.pi * k / n),
+                centre[1] + radius * math.sin(start + 2 * math.pi * k / n),
+            )
+            + tuple(centre[2:])
+            for k in range(n + 1)
+        )
+    ]
+
+
+def arc(points):
+    """The smooth stroke through n >= 3 points.
+
+    Between two points it fades from the circle through them and the point before to the circle
+    through them and the point after; so points of one circle give that circle, points of a line
+    that line.
+    """
+    points = _checked(points, 3, "an arc")
+    height = _height(points, "an arc")
+    points = [point[:2] for point in points]
+    out = [points[0]]
+    last = len(points) - 2
+    for i in range(last + 1):
+        a, b = points[i], points[i + 1]
+        before = _Circle(points[i - 1], a, b) if i > 0 else None
+        after = _Circle(a, b, points[i + 2], first=True) if i < last else None
+        length = max(c.length for c in (before, after) if c)
+        if length > LONGEST_ARC:
+            raise BadPath(
+                "the arc near ({:g}, {:g}) would be {:.0f} cm long, more than {:g} is no drawing; "
+                "give its points in order".format(a[0], a[1], length, LONGEST_ARC)
+            )
+        n = max(2, int(math.ceil(length / SPACING)))
+        for k in range(1, n + 1):
+            t = k / float(n)
+            if before and after:
+                p, r = before.at(t), after.at(t)
+                out.append((p[0] + t * (r[0] - p[0]), p[1] + t * (r[1] - p[1])))
+            else:
+                out.append((before or after).at(t))
+    return [tuple(point + height for point in out)]
+
+
+class _Circle(object):
+    """One piece of the circle through three points: from b to c, or from a to b if `first`."""
+
+    def __init__(self, a, b, c, first=False):
+        self.start, self.end = (a, b) if first else (b, c)
+        ux, uy = b[0] - a[0], b[1] - a[1]
+        vx, vy = c[0] - a[0], c[1] - a[1]
+        cross = ux * vy - uy * vx
+        self.centre = None
+        chord = math.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
+        self.length = chord
+        if abs(cross) < 1e-9 * max(1.0, ux * ux + uy * uy + vx * vx + vy * vy):
+            return
+        uu, vv = ux * ux + uy * uy, vx * vx + vy * vy
+        self.centre = (
+            a[0] + (vy * uu - uy * vv) / (2 * cross),
+            a[1] + (ux * vv - vx * uu) / (2 * cross),
+        )
+        turn = math.copysign(2 * math.pi, cross)
+        self.angle = self._angle(self.start)
+        sweep = (self._angle(self.end) - self.angle) % turn
+        self.radius = math.hypot(a[0] - self.centre[0], a[1] - self.centre[1])
+        self.sweep = sweep
+        self.length = abs(sweep) * self.radius
+
+    def _angle(self, p):
+        return math.atan2(p[1] - self.centre[1], p[0] - self.centre[0])
+
+    def at(self, t):
+        if self.centre is None:
+            return tuple(a + t * (b - a) for a, b in zip(self.start, self.end))
+        angle = self.angle + t * self.sweep
+        return (
+            self.centre[0] + self.radius * math.cos(angle),
+            self.centre[1] + self.radius * math.sin(angle),
+        )
+
+
+def spread(stroke):
+    """The stroke's points at most SPACING apart, ends and given points included, at least three."""
+    out = [tuple(stroke[0])]
+    for a, b in zip(stroke, stroke[1:]):
+        n = int(math.ceil(kinematics.distance(a, b) / SPACING))
+        n = max(n, 2 if len(stroke) == 2 else 1)
+        for k in range(1, n + 1):
+            out.append(tuple(u + (v - u) * k / float(n) for u, v in zip(a, b)))
+    return out

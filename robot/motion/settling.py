@@ -1,0 +1,61 @@
+"""When a joint whose set-point stands has settled.  Pure."""
+
+NEAR_FOR = 0.035
+"""A joint has settled that has been within its tolerance for so long, s."""
+
+STILL_FOR = 0.2
+"""One without a count for so long is held by friction, or blind, s."""
+
+LONGER = 1.0
+"""What has not arrived in time, but is on its way, is given so much more, s."""
+
+ARRIVED = 3
+"""Farther off in the end than so many times the tolerance, a joint has not arrived."""
+
+
+class SettlingDetector(object):
+    """What is left to correct of one joint when its set-point stands.
+
+    Args:
+        longest: time for it on a brick that keeps the shortest period, s.
+        fine: rad within which it has settled.
+
+    Attributes:
+        begun: whether the set-point stands.
+        over: whether nothing is left to correct, or nothing more can be.
+    """
+
+    def __init__(self, longest, fine):
+        self.longest = longest
+        self._fine = fine
+        self._seen_since = 0.0
+        self.begin_again()
+
+    def begin_again(self):
+        """The set-point moves."""
+        self._near_since = self._seen = None
+        self.begun = self.over = False
+
+    def take(self, t, rested, seen, error):
+        """Take in one tick; False if the joint has not arrived and will not.
+
+        Args:
+            t: s.
+            rested: for how long the set-point has been standing, s.
+            seen: what the encoder says.
+            error: rad.
+        """
+        self.begun = True
+        if self.over:
+            return True
+        if seen != self._seen:
+            self._seen, self._seen_since = seen, t
+        if not -self._fine < error < self._fine:
+            self._near_since = None
+        elif self._near_since is None:
+            self._near_since = t
+        near = self._near_since is not None and t - self._near_since >= NEAR_FOR
+        stands = t - self._seen_since >= STILL_FOR
+        arrived = -ARRIVED * self._fine <= error <= ARRIVED * self._fine
+        self.over = near or stands or (arrived and rested > self.longest)
+        return arrived or not stands and rested <= self.longest + LONGER
