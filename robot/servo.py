@@ -576,11 +576,7 @@ class JointHistory(object):
 
 
 class Goal(object):
-    """Where a goal marker is in one camera's picture, also while the arm hides it.
-
-    Attributes:
-        velocity: px/s; zeros while it stands.
-    """
+    """Where a goal marker is in one camera's picture, also while the arm hides it."""
 
     WINDOW, LATELY = 30, 22
     """Sightings that tell whether it moves, and those that tell how fast."""
@@ -590,11 +586,20 @@ class Goal(object):
     """For so long is it known where a goal is that moves, s."""
     HIDES, CLEAR = 50.0, 0.9
     """So near to the tip (px) a standing goal may be half hidden; believed only if so confident."""
+    REFRESHED = 0.1
+    """What was worked out from sightings is good for so long, s: to do so takes half a tick."""
 
     def __init__(self):
-        self.velocity = (0.0, 0.0)
+        self._velocity = (0.0, 0.0)
         self._seen = []
         self._place = None
+        self._refreshed_at = -math.inf
+
+    @property
+    def velocity(self):
+        """px/s; zeros while it stands."""
+        self._refresh()
+        return self._velocity
 
     @property
     def moving(self):
@@ -603,19 +608,26 @@ class Goal(object):
 
     def add(self, t, g, confidence, s):
         """It was seen at g (px) at time t (s), the tip at s."""
-        hidden = length([a - b for a, b in zip(g, s)]) < self.HIDES and confidence < self.CLEAR
-        if hidden and self._seen and not self.moving:
+        unclear = confidence < self.CLEAR and self._seen and not any(self._velocity)
+        if unclear and length([a - b for a, b in zip(g, s)]) < self.HIDES:
             return
         self._seen.append((t, g))
         del self._seen[: -self.WINDOW]
+
+    def _refresh(self):
+        """Work out place and velocity anew, where it is time for that."""
+        if not self._seen or self._seen[-1][0] - self._refreshed_at < self.REFRESHED:
+            return
+        if len(self._seen) >= 15:
+            self._refreshed_at = self._seen[-1][0]
         third = len(self._seen) // 3
-        velocity = (0.0,) * len(g)
+        velocity = (0.0,) * len(self._seen[0][1])
         if third >= 5:
             t0, early = _middle(self._seen[:third])
             t1, late = _middle(self._seen[-third:])
             velocity = [(b - a) / (t1 - t0) for a, b in zip(early, late)]
         if length(velocity) < self.MOVES:
-            self.velocity = (0.0,) * len(g)
+            self._velocity = (0.0,) * len(velocity)
             self._place = _middle(self._seen)
         else:
             self._fit(velocity)
@@ -634,15 +646,20 @@ class Goal(object):
         columns = list(zip(*(g for _, g in kept)))
         times = [t - t0 for t, _ in kept]
         spread = dot(times, times) or 1.0
-        self.velocity = tuple(dot(times, column) / spread for column in columns)
+        self._velocity = tuple(dot(times, column) / spread for column in columns)
         self._place = t0, [sum(c) / n for c in columns]
 
     def at(self, t):
         """Where it is at time t, px; None if it was never seen, or moves and was not lately."""
-        if self._place is None or (self.moving and t - self._seen[-1][0] > self.LATELY_SEEN):
+        self._refresh()
+        if self._place is None:
             return None
         t0, place = self._place
-        return tuple(x + v * (t - t0) for x, v in zip(place, self.velocity))
+        if not any(self._velocity):
+            return tuple(place)
+        if t - self._seen[-1][0] > self.LATELY_SEEN:
+            return None
+        return tuple([x + v * (t - t0) for x, v in zip(place, self._velocity)])
 
 
 def _middle(seen):

@@ -18,7 +18,7 @@ import math
 import os
 import re
 import sys
-from collections import OrderedDict, namedtuple
+from collections import OrderedDict, deque, namedtuple
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
@@ -135,7 +135,7 @@ class VisualServoing(object):
         self._arm, self._eyes, self._clock, self._servo = arm, eyes, clock, servo
         self._fixed_goals, self._stream = goals or {}, stream
         self._budget, self._most_moves, self._follow = budget, most_moves, follow
-        self._log = log or (lambda line: None)
+        self._log = log
         self._say = say
         self._number = number
         self._speed = min(1.0, FASTEST / max(j.max_speed for j in arm.description.joints))
@@ -149,6 +149,8 @@ class VisualServoing(object):
         self._held_for = None
         self._error, self._e, self._condition = None, {}, None
         self._chased, self._chase_began = [], None
+        self._glimpses = deque(maxlen=MOST_CHASED)  # seen in motion, to be learned from at rest
+        self._enough = {}  # cameras, the one that saw last first: how many of them are needed
         self._steered_by = {}  # camera: when it last was
         self._behind = {}  # camera: (t, error) smoothed
         self._moves = self._measurements = self._frames = self._heard = 0
@@ -187,6 +189,7 @@ class VisualServoing(object):
             seen = ()
             began = self._clock.now()
             decision = self._servo.decide(q, views)
+            self._enough = {}
             views = [view for view in views if view.camera in self._servo.cameras]
             self._error = length(servoing.error_of(views, self._servo.rows))
             self._record_step(q, views, frames, decision, self._clock.now() - began)
@@ -230,11 +233,11 @@ class VisualServoing(object):
             frame = self._frame(new[camera])
             if frame is not None:
                 frames.append(frame)
-        for frame in frames:
-            self._heard += 1
-            self._seen_by[frame.camera] = now
+                self._heard += 1
+                self._seen_by[camera] = now
         if frames and self._sees_enough(now):
-            self._note_blind(now)
+            if self._blind or len(self._seeing(now)) < len(self._seen_by):
+                self._note_blind(now)
             if self._held_for is not None:
                 self._note(
                     "{} again".format("seen" if self._held_for == "marker lost" else "linked")
@@ -244,13 +247,24 @@ class VisualServoing(object):
 
     def _sees_enough(self, now):
         """Whether what was lately seen determines the motion; keeps in mind when it last was."""
-        cameras = []
-        for camera in sorted(self._seen_by, key=self._seen_by.get, reverse=True):
-            cameras.append(camera)
-            if self._servo.suffices(cameras):
-                self._seen_at = max(self._seen_at, self._seen_by[camera])
-                return now - self._seen_at <= LOST
-        return False
+        cameras = tuple(sorted(self._seen_by, key=self._seen_by.get, reverse=True))
+        if cameras not in self._enough:
+            numbers = range(1, len(cameras) + 1)
+            self._enough[cameras] = next(
+                (n for n in numbers if self._servo.suffices(list(cameras[:n]))), None
+            )
+        needed = self._enough[cameras]
+        if needed is None:
+            return False
+        self._seen_at = max(self._seen_at, self._seen_by[cameras[needed - 1]])
+        return now - self._seen_at <= LOST
+
+    def _suffice(self, cameras):
+        """Servo.suffices, which between two decisions does not change."""
+        key = frozenset(cameras)
+        if key not in self._enough:
+            self._enough[key] = self._servo.suffices(cameras)
+        return self._enough[key]
 
     def _seeing(self, now):
         """The cameras that have lately seen what is to be seen."""
@@ -330,7 +344,8 @@ class VisualServoing(object):
         since = (self._clock.now() if since is None else since) + SETTLED
         frames, heard, count = {}, {}, 0
         while True:
-            for frame in list(seen) + self._hear(WAIT):
+            self._learn()
+            for frame in list(seen) + self._hear(0.0 if self._glimpses else WAIT):
                 heard[frame.camera] = self._clock.now()
                 if frame.t >= since:
                     of_camera = frames.setdefault(frame.camera, [])
@@ -344,6 +359,8 @@ class VisualServoing(object):
             if self._servo.suffices(sorted(frames)):
                 views = self._servo.measure.views(frames)
             if views:
+                while self._glimpses:
+                    self._learn()
                 self._measurements += 1
                 self._frames += count
                 return q, views, count
@@ -351,6 +368,13 @@ class VisualServoing(object):
                 self._note_lost()
                 frames, count = {}, 0
                 self._give_up_in_time()
+
+    def _learn(self):
+        """Learn from a frame that was seen in motion; the arm stands now, and there is time."""
+        if self._glimpses:
+            frame = self._glimpses.popleft()
+            if frame.q is not None:
+                self._servo.glimpse(frame.camera, frame.q, frame.s)
 
     def _standing_angles(self):
         """The joints' angles, rad, as the encoders have them."""
@@ -403,11 +427,10 @@ class VisualServoing(object):
         """In every control tick of a motion."""
         self._history.add(t, q)
         frames = self._hear(0.0)
-        for frame in frames:
-            if frame.q is not None:
-                self._servo.glimpse(frame.camera, frame.q, frame.s)
-        going_by = [c for c in self._seeing(self._clock.now()) if c in self._servo.cameras]
-        if not self._servo.suffices(going_by):
+        # To learn from a frame takes longer than a tick may.
+        self._glimpses += frames
+        going_by = [c for c in self._seeing(t) if c in self._servo.cameras]
+        if not going_by or not self._suffice(going_by):
             raise _Unseen
         return frames
 
@@ -464,6 +487,8 @@ class VisualServoing(object):
         self._log_line("note", self._clock.now(), text=text)
 
     def _log_line(self, kind, t, **values):
+        if not self._log:
+            return
         line = OrderedDict([("kind", kind), ("t", round(t - self._began, 4))])
         line.update(sorted(values.items()))
         self._log(line)

@@ -364,6 +364,10 @@ def decode(line):
     except (ValueError, RecursionError):
         raise BadMessage("{} is not JSON in UTF-8".format(_shown(bytes(line)))) from None
     kind = values.get("kind") if isinstance(values, dict) else None
+    if kind == "observation":
+        seen = _plain_observation(values)
+        if seen is not None:
+            return seen
     if not isinstance(kind, str) or kind not in _KINDS:
         raise BadMessage(
             "there is no kind of message {}; a line is an object with one of the kinds {}".format(
@@ -379,7 +383,47 @@ def decode(line):
             fields[key] = _checked(kind, key, check, values[key])
         elif (kind, key) not in _LATER:
             raise BadMessage("{}: {} is missing".format(kind, key))
-    return _KINDS[kind][0](**fields)
+    message = _KINDS[kind][0](**fields)
+    if kind == "observation" and len(_USUAL) < MOST_USUAL:
+        _USUAL.update([message.camera], message.markers)
+    return message
+
+
+_USUAL, MOST_USUAL = set(), 64
+"""Names of cameras and markers that have passed their checks, and how many are kept."""
+
+
+def _plain_observation(values):
+    """The Observation that `values` are if nothing about them is unusual; else None.
+
+    The checks of _KINDS would come to the same, but they take the brick twice as long, which hears
+    60 of these a second.
+    """
+    camera, seq, t = values.get("camera"), values.get("seq"), values.get("t")
+    seen = values.get("markers")
+    if type(seq) is not int or type(t) is not float or type(camera) is not str:
+        return None
+    if camera not in _USUAL or len(camera) > 16:
+        return None
+    if not (0 <= seq <= 2**53 and 0.0 <= t <= 1e9 and type(seen) is dict):
+        return None
+    if len(seen) > MAX_MARKERS:
+        return None
+    markers = {}
+    for name, sighting in seen.items():
+        if name not in _USUAL:
+            return None
+        if sighting is not None:
+            if type(sighting) is not list or len(sighting) != 3:
+                return None
+            u, v, confidence = sighting
+            if not type(u) is type(v) is type(confidence) is float:
+                return None
+            if not (-1e5 <= u <= 1e5 and -1e5 <= v <= 1e5 and 0.0 <= confidence <= 1.0):
+                return None
+            sighting = u, v, confidence
+        markers[name] = sighting
+    return Observation(seq, camera, t, markers)
 
 
 def _checked(kind, key, check, value):
