@@ -117,6 +117,44 @@ class Picture(namedtuple("Picture", "predict jacobian")):
     __slots__ = ()
 
 
+class LinearPicture(object):
+    """A Picture that is linear in the terms of a chain: s = W terms(q) + offset.
+
+    Args:
+        chain: of _CHAINS.
+        joints: how many.
+        W: m rows, px.
+        offset: m, px.
+    """
+
+    def __init__(self, chain, joints, W, offset):
+        self._chain, self._joints = chain, joints
+        self.W, self.offset = W, offset
+        self._q = self._terms = self._J = None  # where it was asked for last, which it is again
+
+    def at_once(self, W, offset):
+        """One of other rows, by the same chain."""
+        return LinearPicture(self._chain, self._joints, W, offset)
+
+    def _at(self, q):
+        if self._q != q:
+            self._q, self._terms, self._J = list(q), self._chain.terms(q), None
+
+    def predict(self, q):
+        """As Picture's."""
+        self._at(q)
+        terms = self._terms
+        return [sum(map(mul, w, terms), o) for w, o in zip(self.W, self.offset)]
+
+    def jacobian(self, q):
+        """As Picture's."""
+        self._at(q)
+        if self._J is None:
+            columns = self._chain.slopes(self._terms, self._joints)
+            self._J = tuple([[sum(map(mul, w, column)) for column in columns] for w in self.W])
+        return self._J
+
+
 class LocalJacobian(object):
     """J by Broyden's update, plain or weighed against the noise.
 
@@ -169,8 +207,8 @@ class LocalJacobian(object):
             bent = BENDING**2 * square * size / len(self.J)
             for k in range(n):
                 P[k][k] = min(P[k][k] + bent, UNKNOWN**2)
-            along = [dot(row, dq) for row in P]
-            expected = dot(dq, along) + variance
+            along = [sum(map(mul, row, dq)) for row in P]
+            expected = sum(map(mul, dq, along)) + variance
             missed = [moved - dot(row, dq) for row, moved in zip(self.J, ds)]
             excess = dot(missed, missed) / (len(missed) * expected * ROBUST**2)
             weight = _trust(excess)
@@ -369,26 +407,10 @@ class ChainModel(object):
     def seen_from(self, q, s):
         """The Picture of an arm that is at q, where s is seen."""
         W = self._fit(q)
-        terms, slopes, n = self._chain.terms, self._chain.slopes, self._joints
-        q, s, here = list(q), list(s), terms(q)
-        columns = self._slopes = slopes(here, n)
+        here = self._chain.terms(q)
+        self._slopes = self._chain.slopes(here, self._joints)
         offset = [y - sum(map(mul, w, here)) for y, w in zip(s, W)]
-
-        def predict(there):
-            if there == q:
-                return s
-            there = terms(there)
-            return [sum(map(mul, w, there), o) for w, o in zip(W, offset)]
-
-        J = tuple([[sum(map(mul, w, column)) for column in columns] for w in W])
-
-        def jacobian(there):
-            if there == q:  # which is asked for most
-                return J
-            columns = slopes(terms(there), n)
-            return tuple([[sum(map(mul, w, column)) for column in columns] for w in W])
-
-        return Picture(predict, jacobian)
+        return LinearPicture(self._chain, self._joints, W, offset)
 
     def _weigh(self, key, weight):
         """Let a key-frame count for so much in the normal equations."""

@@ -17,10 +17,11 @@ import itertools
 import math
 import random
 from collections import namedtuple
-from operator import add, mul, sub
+from operator import add, itemgetter, mul, sub
 
 from robot.image_jacobian import (
     ChainModel,
+    LinearPicture,
     LocalJacobian,
     Picture,
     back_substituted,
@@ -121,6 +122,9 @@ unless there is another posture to try."""
 
 STARTS = (0.2, 0.5, 0.8), (0.25, 0.75)
 """Where in their ranges joints begin to be searched for another posture: up to two, and more."""
+
+GLANCES, FINALISTS = 3, 2
+"""Each start is followed for so many steps; so many that are then the best, to their ends."""
 
 MOST_RESTARTS, ALIKE = 4, 3
 """After so many starts from elsewhere, or so many that end equally far off, the goal counts as out
@@ -225,7 +229,7 @@ def length(e):
     return math.sqrt(sum(map(mul, e, e)))
 
 
-def _apart(a, b):
+def apart(a, b):
     """Greatest difference of two lists of angles, rad."""
     return max(map(abs, map(sub, a, b)))
 
@@ -586,8 +590,9 @@ class Goal(object):
     """For so long is it known where a goal is that moves, s."""
     HIDES, CLEAR = 50.0, 0.9
     """So near to the tip (px) a standing goal may be half hidden; believed only if so confident."""
-    REFRESHED = 0.1
-    """What was worked out from sightings is good for so long, s: to do so takes half a tick."""
+    REFRESHED, STANDING = 0.1, 0.3
+    """What was worked out from sightings is good for so long, of a goal that moves and of one that
+    stands, s: to do so takes a third of a tick."""
 
     def __init__(self):
         self._velocity = (0.0, 0.0)
@@ -616,10 +621,10 @@ class Goal(object):
 
     def _refresh(self):
         """Work out place and velocity anew, where it is time for that."""
-        if not self._seen or self._seen[-1][0] - self._refreshed_at < self.REFRESHED:
+        good = self.REFRESHED if any(self._velocity) else self.STANDING
+        if not self._seen or self._seen[-1][0] - self._refreshed_at < good:
             return
-        if len(self._seen) >= 15:
-            self._refreshed_at = self._seen[-1][0]
+        self._refreshed_at = self._seen[-1][0]
         third = len(self._seen) // 3
         velocity = (0.0,) * len(self._seen[0][1])
         if third >= 5:
@@ -649,6 +654,11 @@ class Goal(object):
         self._velocity = tuple(dot(times, column) / spread for column in columns)
         self._place = t0, [sum(c) / n for c in columns]
 
+    @property
+    def latest(self):
+        """Where it was seen last, px; None if it never was."""
+        return self._seen[-1][1] if self._seen else None
+
     def at(self, t):
         """Where it is at time t, px; None if it was never seen, or moves and was not lately."""
         self._refresh()
@@ -673,10 +683,15 @@ def stacked(pictures):
     Args:
         pictures: [(Picture, slice of its rows that counts, their weight)].
     """
-    if len(pictures) == 1:
-        picture, rows, weight = pictures[0]
-        if rows == Rows.BOTH and weight == 1.0:
-            return picture
+    first, rows, weight = pictures[0]
+    if len(pictures) == 1 and rows == Rows.BOTH and weight == 1.0:
+        return first
+    if all(isinstance(picture, LinearPicture) for picture, _, _ in pictures):
+        W, offset = [], []
+        for picture, rows, weight in pictures:
+            W += [[weight * a for a in w] for w in picture.W[rows]]
+            offset += [weight * o for o in picture.offset[rows]]
+        return first.at_once(W, offset)
 
     def predict(q):
         return [w * y for picture, rows, w in pictures for y in picture.predict(q)[rows]]
@@ -836,7 +851,7 @@ class Servo(object):
             self._wrong[name] += FORGET * (wrong - self._wrong[name])
         if self.using is None:
             return
-        step = _apart(q, self._q)
+        step = apart(q, self._q)
         wrong = missed[self.using] / moved
         if wrong > DISAGREES:
             self._region = max(LEAST_STEP, step / 2)
@@ -1005,7 +1020,7 @@ class Servo(object):
         self._postures.append(q)
         q = map(min, map(max, q, self._low), self._high)
         others = kinematics.branches(self._arm, kinematics.forward(self._arm, tuple(q)))
-        others = [q for q in others if min(_apart(q, p) for p in self._postures) > FIRST_STEP]
+        others = [q for q in others if min(apart(q, p) for p in self._postures) > FIRST_STEP]
         return others[0] if others else None
 
     def _picture(self, name):
@@ -1047,10 +1062,10 @@ class Servo(object):
                         return self._out_of_reach(to, left)
                     self._stalled = 0
                     return self._start_from(other)
-                if _apart(to, q) > FIRST_STEP:
+                if apart(to, q) > FIRST_STEP:
                     self._best = float("inf")  # on the way there it may be farther off
             self._bound = to
-            greatest = _apart(to, q)
+            greatest = apart(to, q)
             if greatest > self._region:
                 to = [b + (a - b) * self._region / greatest for a, b in zip(to, q)]
         else:
@@ -1092,8 +1107,13 @@ class Servo(object):
     def _best_posture(self, picture, goal, q, caution, best, left):
         """Of the best from here, and those from all over the joints' ranges; see CLEARLY."""
         box = self._low, self._high, q, caution
-        for shares in itertools.product(STARTS[self._n > 2], repeat=self._n):
-            to, off = best_pose(picture, goal, self._posture(shares), *box)
+        begun = [
+            best_pose(picture, goal, self._posture(shares), *box, iterations=GLANCES)
+            for shares in itertools.product(STARTS[self._n > 2], repeat=self._n)
+        ]
+        begun.sort(key=itemgetter(1))
+        for start, _ in begun[:FINALISTS]:
+            to, off = best_pose(picture, goal, start, *box)
             if off < min(best[1], max(self._tolerance, CLEARLY * left)):
                 best = to, off
         return best
@@ -1182,7 +1202,7 @@ class Stream(object):
             self._aimed_at, self._confirmed = frame.t, False
             return
         self._drift = None
-        if _apart(to, self._aim) > self.REAIM:
+        if apart(to, self._aim) > self.REAIM:
             self._aim, self._confirmed = to, False
         elif self.still_since is not None and frame.t > self.still_since:
             self._confirmed = True
@@ -1194,7 +1214,7 @@ class Stream(object):
         near = [
             (at, y)
             for k, (at, y) in enumerate(recent, 1)
-            if k > len(recent) - self.FEWEST or _apart(at, frame.q) < self.NEAR
+            if k > len(recent) - self.FEWEST or apart(at, frame.q) < self.NEAR
         ]
         missed = [[a - b for a, b in zip(y, picture.predict(at))] for at, y in near]
         wanted = frame.goal if goal is None else goal.at(frame.t)
@@ -1203,12 +1223,12 @@ class Stream(object):
 
     def aim(self, t, q):
         """Where the joints should be at time t, rad or Moving; None: stand and look."""
-        if self._still_at is None or _apart(q, self._still_at) > self.STILL:
+        if self._still_at is None or apart(q, self._still_at) > self.STILL:
             self._still_at, self.still_since, self._confirmed = q, t, False
         if self._drift is not None:
             late = t - self._aimed_at
             return Moving([a + v * late for a, v in zip(self._aim, self._drift)], self._drift)
-        there = _apart(q, self._aim) < 2 * self.REAIM
+        there = apart(q, self._aim) < 2 * self.REAIM
         if there and self._confirmed and t - self.still_since > 0.1:
             return None
         return self._aim

@@ -55,7 +55,7 @@ FIRST_PAUSE = 0.25
 LONGEST_PAUSE = 2.0
 """Between two tries to connect, s; doubled after each."""
 
-STATUS_PERIOD = 0.1
+STATUS_PERIOD = 0.2
 """Between two reports, s."""
 
 PATIENCE = 0.005

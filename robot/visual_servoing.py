@@ -30,7 +30,7 @@ if __name__ == "__main__":
 from robot import servo as servoing  # noqa: E402
 from robot.battery import Battery  # noqa: E402
 from robot.clock import Clock  # noqa: E402
-from robot.servo import Goal, JointHistory, length  # noqa: E402
+from robot.servo import Goal, JointHistory, apart, length  # noqa: E402
 from robot.tracking_client import Refusal, TrackingClient, find_tracker  # noqa: E402
 from shared.arm_description import ArmError, find_arm, read_arm  # noqa: E402
 from shared.messages import BUDGET, READY, REFUSED, TOLERANCE, Start, Stop  # noqa: E402
@@ -47,6 +47,12 @@ LOST = 0.3
 
 MARKER_PATIENCE, LINK_PATIENCE = 10.0, 20.0
 """The run is given up when marker or link have not come back for so long, s."""
+
+TURNS = 3
+"""In motion it listens in one tick of so many; in the others there is time to learn."""
+
+GLIMPSED = math.radians(1.5)
+"""Frames in motion are learned from if a joint has moved by so much in between, rad."""
 
 SETTLED = 0.03
 """What is seen so long after the end of a motion is seen of an arm that stands, s."""
@@ -150,6 +156,8 @@ class VisualServoing(object):
         self._error, self._e, self._condition = None, {}, None
         self._chased, self._chase_began = [], None
         self._glimpses = deque(maxlen=MOST_CHASED)  # seen in motion, to be learned from at rest
+        self._glimpsed = {}  # camera: where the joints were in the last of these
+        self._turn = 0  # what is done in this tick of a motion: listen if 0, else learn
         self._enough = {}  # cameras, the one that saw last first: how many of them are needed
         self._steered_by = {}  # camera: when it last was
         self._behind = {}  # camera: (t, error) smoothed
@@ -213,7 +221,7 @@ class VisualServoing(object):
 
     # Seeing
 
-    def _hear(self, timeout):
+    def _hear(self, timeout, moving=False):
         """The new Frames, camera by camera; says what is due, ends the run where it must."""
         new = self._eyes.look(timeout)
         now = self._clock.now()
@@ -230,7 +238,7 @@ class VisualServoing(object):
         self._eyes.report(self._where() or (), reason=self._held_for or "", **self.progress())
         frames = []
         for camera in sorted(new):
-            frame = self._frame(new[camera])
+            frame = self._frame(new[camera], moving)
             if frame is not None:
                 frames.append(frame)
                 self._heard += 1
@@ -308,7 +316,7 @@ class VisualServoing(object):
         last = self._history.last
         return last and last[1]
 
-    def _frame(self, seen):
+    def _frame(self, seen, moving):
         """The Frame of an Observation; None unless the tip is seen and the goal known."""
         self._heard_of.add(seen.camera)
         tip, goal = (seen.markers.get(name) for name in (EFFECTOR, GOAL))
@@ -317,7 +325,9 @@ class VisualServoing(object):
             self._goals.setdefault(seen.camera, Goal()).add(seen.t, goal[:2], goal[2], tip[:2])
         where = self._fixed_goals.get(seen.camera)
         if seen.camera in self._goals:
-            where = self._goals[seen.camera].at(seen.t)
+            goal = self._goals[seen.camera]
+            # In motion nothing is made of where it is, unless it is steered for.
+            where = goal.latest if moving and not self._stream else goal.at(seen.t)
         q = self._history.at(seen.t)
         self._log_line("seen", seen.t, camera=seen.camera, q=q, s=tip and tip[:2], goal=where)
         if tip is None or where is None:
@@ -373,8 +383,7 @@ class VisualServoing(object):
         """Learn from a frame that was seen in motion; the arm stands now, and there is time."""
         if self._glimpses:
             frame = self._glimpses.popleft()
-            if frame.q is not None:
-                self._servo.glimpse(frame.camera, frame.q, frame.s)
+            self._servo.glimpse(frame.camera, frame.q, frame.s)
 
     def _standing_angles(self):
         """The joints' angles, rad, as the encoders have them."""
@@ -426,9 +435,17 @@ class VisualServoing(object):
     def _watch(self, t, q):
         """In every control tick of a motion."""
         self._history.add(t, q)
-        frames = self._hear(0.0)
-        # To learn from a frame takes longer than a tick may.
-        self._glimpses += frames
+        self._turn = (self._turn + 1) % (1 if self._stream else TURNS)
+        if self._turn:
+            # To learn from a frame takes a tick of its own.
+            self._learn()
+            return []
+        frames = self._hear(0.0, moving=True)
+        for frame in frames:
+            before = self._glimpsed.get(frame.camera)
+            if frame.q is not None and (before is None or apart(frame.q, before) > GLIMPSED):
+                self._glimpsed[frame.camera] = frame.q
+                self._glimpses.append(frame)
         going_by = [c for c in self._seeing(t) if c in self._servo.cameras]
         if not going_by or not self._suffice(going_by):
             raise _Unseen

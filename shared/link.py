@@ -438,7 +438,7 @@ class Link(object):
             self._doubt(t)
         else:
             self._latest[seen.camera] = seen.seq, seen.t
-            self._slots[seen.camera] = seen._replace(t=t - age)
+            self._slots[seen.camera] = Observation(seen.seq, seen.camera, t - age, seen.markers)
             return True
         return False
 

@@ -112,6 +112,19 @@ def test_functions_of_the_library_cost_what_they_do(run):
     assert run(source)[0] == [short, long]
 
 
+def test_what_the_world_does_beside_the_brick_costs_it_nothing():
+    """A camera's server writes JSON in the same process, but on another computer."""
+
+    def waited(action):
+        brick = brick_of()
+        with program.on(brick) as slow:
+            brick.world.at(0.01, action)
+            slow.clock.sleep(0.02)
+            return slow.clock.now()
+
+    assert waited(lambda: json.dumps(["something"] * 100)) == waited(lambda: None)
+
+
 def test_two_runs_are_the_same_to_the_last_bit():
     records = []
     for _ in range(2):

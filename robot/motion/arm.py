@@ -9,16 +9,13 @@ import math
 
 from robot.motion import homing, kinematics
 from robot.motion.backlash import BacklashCompensation
-from robot.motion.control_loop import COARSE, SETTLE, ControlLoop, Stalled
+from robot.motion.control_loop import COARSE, SETTLE, UNHURRIED, ControlLoop, Stalled
 from robot.motion.gravity import Gravity
 from robot.motion.joint_controller import GAINS, JointController
 from robot.motion.motors import JointMotor
 from robot.motion.online_trajectory import Moving, OnlineTrajectory
 from robot.motion.trajectory import JOINT_ACCELERATION, JointMove
 from robot.motion.zero import Zero
-
-UNHURRIED = 0.8
-"""Longest correction after a move with the pen up, s."""
 
 STEP_SPEED, STEP_TICK = math.radians(100), 0.02
 """The speed of the report's joint steps, rad/s; and how often they are looked at, s."""
@@ -41,6 +38,9 @@ than where they have come from."""
 
 DOWN, STAGES = 0.3, 40
 """Share of full speed with which the arm is parked low, and places looked at on the way there."""
+
+PRESSED_EVERY = 0.05
+"""How often it is asked where gravity presses, on the way to one place, s."""
 
 CHASE_ASTRAY = math.radians(5)
 """Greatest error in a chase, rad: a motor faster than described runs ahead on a long way."""
@@ -263,7 +263,8 @@ class RobotArm(object):
                 self.sides = pursuit.sides_at(t)
                 wanted = aim(now, self._links(angles))
                 if pursuit.duration < math.inf:
-                    pursuit.press(t)
+                    if t - pursuit.pressed_at >= PRESSED_EVERY:
+                        pursuit.press(t)
                     return
                 angles = wanted.q if isinstance(wanted, Moving) else wanted
                 if angles is not None and not all(math.isfinite(angle) for angle in angles):

@@ -19,8 +19,8 @@ CHECK = 0.1
 ASTRAY, ASTRAY_COUNTS = math.radians(3), 5
 """A joint this far (rad, and counts) from where it should be is blocked or blind."""
 
-SETTLE = 0.2
-"""Longest correction after the end of a path with the pen down, s."""
+SETTLE, UNHURRIED = 0.2, 0.8
+"""Longest correction after the end of a path with the pen down, of a move with the pen up, s."""
 
 FINE, COARSE = 0.4, 6.0
 """A motor has settled within so many counts, where they matter and where not."""
@@ -121,12 +121,12 @@ class ControlLoop(object):
         collecting = gc.isenabled()
         gc.disable()
         try:
-            self._run(axes, plan, watch, weigh)
+            self._run(axes, plan, settle, watch, weigh)
         finally:
             if collecting:
                 gc.enable()
 
-    def _run(self, axes, plan, watch, weigh):
+    def _run(self, axes, plan, settle, watch, weigh):
         now_of, sleep, pace = self._clock.now, self._clock.sleep, self.pace
         for axis in axes:
             axis.motor.engage(STIFFNESS)
@@ -134,7 +134,7 @@ class ControlLoop(object):
         pace.begin()
         delay = None
         for axis in axes:
-            axis.settling.longest *= pace.period / SHORTEST
+            axis.settling.longest = max(settle, min(UNHURRIED, settle * pace.period / SHORTEST))
         t = -plan.before
         t_ahead = t + pace.lead
         last = plan.speeds(t_ahead)

@@ -232,6 +232,7 @@ class OnlineTrajectory(object):
 
     Attributes:
         duration: s; inf until the end is known.
+        pressed_at: when it was last asked where gravity presses, s.
         rests_from: per joint, when its set-point comes to rest, s; inf: it goes on.
     """
 
@@ -243,11 +244,13 @@ class OnlineTrajectory(object):
             for joint, angle, side in zip(joints, q, sides)
         ]
         self.duration = math.inf
+        self.pressed_at = -math.inf
         self.rests_from = [0.0] * len(self._joints)
         self._pressed = pressed
 
     def press(self, t):
         """Take in at time `t` (s) where gravity presses; for ticks in which nothing is steered."""
+        self.pressed_at = t
         if not self._pressed:
             return
         sides = self._pressed([joint.at(t + LEAD)[0] for joint in self._joints])
