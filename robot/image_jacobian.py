@@ -8,7 +8,8 @@ of joints; several cameras are several models.
     J   image Jacobian ds/dq, px/rad: m rows, n columns
 
 Every model has the same door: `observe` takes in what was seen at which joint angles; `seen_from`
-gives what is known at this moment, as a Picture that later observations do not change;
+gives what is known at this moment, as a Picture that later observations do not change; `shape` the
+same but for its place in the image, which costs less;
 `covariance` says how little that is, of J there; `doubt_all` is for when the world has changed.
 """
 
@@ -49,9 +50,15 @@ ROUND = 16
 """After every so manieth fit the key-frames are weighed anew: it makes little difference, and costs
 more than all the rest."""
 
+REWEIGH = 4
+"""The same of fits while the arm moves."""
+
 TERMS = 5
 """For each so many terms, one key-frame that was seen in motion may wait for the next fit: a fit of
 15 terms takes longer than a control tick on the brick, and must not be due in every one."""
+
+SLICE = 600
+"""Multiplications, or so, in a slice of a fit that is done while the arm moves."""
 
 TELLS = 4.0
 """Plain Broyden learns from steps of at least so many standard deviations in the image."""
@@ -73,6 +80,13 @@ def _trust(excess):
 def cholesky(N):
     """Rows of the lower triangle L with L L' = N, for a positive definite N (its lower part)."""
     L = []
+    for _ in _growing(L, N):
+        pass
+    return L
+
+
+def _growing(L, N):
+    """Give the empty list L the rows of the same, one in each step."""
     for row in N:
         new, left = [], row[len(L)]
         for value, other in zip(row, L):
@@ -83,7 +97,7 @@ def cholesky(N):
             new.append(value)
         new.append(math.sqrt(left))
         L.append(new)
-    return L
+        yield
 
 
 def forward_substituted(L, b):
@@ -135,6 +149,10 @@ class LinearPicture(object):
     def at_once(self, W, offset):
         """One of other rows, by the same chain."""
         return LinearPicture(self._chain, self._joints, W, offset)
+
+    def moved(self, offset):
+        """The same, elsewhere in the image."""
+        return LinearPicture(self._chain, self._joints, self.W, offset)
 
     def _at(self, q):
         if self._q != q:
@@ -239,6 +257,14 @@ class LocalJacobian(object):
 
         return Picture(predict, lambda there: J)
 
+    def refit(self):
+        """There is nothing to fit."""
+        return iter(())
+
+    def shape(self):
+        """The Picture but for its place in the image."""
+        return straight(self.J)
+
     def covariance(self):
         """Of each row of J, n x n, (px/rad)^2."""
         return [list(row) for row in self._P]
@@ -333,6 +359,19 @@ _CHAINS = {
 }
 
 
+_STRAIGHT = _Chain(
+    list,
+    lambda terms, joints: [[float(i == k) for i in range(joints)] for k in range(joints)],
+    None,
+)
+"""Joints of which nothing is known but J: the image is linear in their angles."""
+
+
+def straight(J):
+    """A shape (see above) that is linear in the joints' angles, px."""
+    return LinearPicture(_STRAIGHT, len(J[0]), J, [0.0] * len(J))
+
+
 class _Key(object):
     """A key-frame: what was seen at one pose.
 
@@ -377,8 +416,8 @@ class ChainModel(object):
         self._triangle = [slice(i * (i + 1) // 2, (i + 1) * (i + 2) // 2) for i in range(size)]
         self._sides = [slice(whole + k * size, whole + (k + 1) * size) for k in range(rows)]
         self._keys = []
-        self._fits = 0
-        self._fitted = None  # W
+        self._fits = self._refits = 0
+        self._fitted = self._shape = None  # W
         self._waiting, self._patience = 0, max(1, size // TERMS)  # key-frames that are not in W
 
     def observe(self, q, s, variance, standing=True):
@@ -412,6 +451,45 @@ class ChainModel(object):
         offset = [y - sum(map(mul, w, here)) for y, w in zip(s, W)]
         return LinearPicture(self._chain, self._joints, W, offset)
 
+    def refit(self):
+        """Fit anew if there is enough that is new: an iterator, each step a slice of the work."""
+        if self._fitted is not None and self._waiting < self._patience:
+            return
+        sums, self._waiting = self._sums, 0
+        L, W, work = [], [], 0
+        for _ in _growing(L, [sums[part] for part in self._triangle]):
+            work += len(L) ** 2
+            if work > SLICE:
+                work = 0
+                yield
+        for side in self._sides:
+            work += len(L) ** 2
+            if work > SLICE:
+                work = 0
+                yield
+            W.append(back_substituted(L, forward_substituted(L, sums[side])))
+        self._L, self._fitted = L, W
+        self._refits += 1
+        if self._refits % REWEIGH == 0:
+            q = self._keys[-1].q
+            deserved = [(key, self._deserved(key, q, W)) for key in self._keys]
+            yield
+            for key, weight in deserved:
+                if key.weight:  # it has not been left out meanwhile
+                    self._weigh(key, weight)
+                    work += 2 * len(self._sums)
+                    if work > SLICE:
+                        work = 0
+                        yield
+            self._waiting = self._patience
+
+    def shape(self):
+        """The Picture but for its place in the image, as last fitted; the same as long as that."""
+        if self._fitted is None or self._shape is None or self._shape.W is not self._fitted:
+            W = self._fitted or self._fit(self._keys[-1].q)
+            self._shape = LinearPicture(self._chain, self._joints, W, [0.0] * self._rows)
+        return self._shape
+
     def _weigh(self, key, weight):
         """Let a key-frame count for so much in the normal equations."""
         more = weight - key.weight
@@ -437,20 +515,23 @@ class ChainModel(object):
         Together: weighed one by one, what is right would be doubted before what is false is.
         """
         for key in self._keys:
-            doubt = key.variance
-            for a, b in zip(key.q, q):
-                doubt += FAR**2 * (a - b) * (a - b)
-            terms, excess = key.terms, 0.0
-            for off, w in zip(key.s, W):
-                for a, b in zip(w, terms):
-                    off -= a * b
-                excess += off * off
-            excess /= doubt * self._rows * ROBUST**2
-            key.weight = _trust(excess) / doubt
+            key.weight = self._deserved(key, q, W)
         weights = [key.weight for key in self._keys]
         columns = zip(*[key.products for key in self._keys])
         self._fitted = None
         self._sums = [p + sum(map(mul, weights, column)) for p, column in zip(self._prior, columns)]
+
+    def _deserved(self, key, q, W):
+        """The weight of a key-frame."""
+        doubt = key.variance
+        for a, b in zip(key.q, q):
+            doubt += FAR**2 * (a - b) * (a - b)
+        terms, excess = key.terms, 0.0
+        for off, w in zip(key.s, W):
+            for a, b in zip(w, terms):
+                off -= a * b
+            excess += off * off
+        return _trust(excess / (doubt * self._rows * ROBUST**2)) / doubt
 
     def covariance(self):
         """Of each row of J, n x n, (px/rad)^2, where it was last seen from."""

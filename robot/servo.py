@@ -299,6 +299,12 @@ def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
     Returns:
         (q, distance that is left, px)
     """
+    *_, found = descent(picture, goal, start, low, high, here, caution, iterations)
+    return found
+
+
+def descent(picture, goal, start, low, high, here, caution, iterations=12):
+    """Iterate over the steps of `best_pose`: (q, distance that is left, px), from the start on."""
 
     def cost(q):  # plain loops: with so few numbers, they are fastest
         total, e, pull = 0.0, [], []
@@ -314,6 +320,7 @@ def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
     q = list(map(min, map(max, start, low), high))
     least, e, pull = cost(q)
     damping = 1e-4
+    yield q, length(e)
     for _ in range(iterations):
         columns = list(zip(*picture.jacobian(q)))
         H, downhill, trace = [], [], 0.0
@@ -333,13 +340,14 @@ def best_pose(picture, goal, start, low, high, here, caution, iterations=12):
             gained = least - costs
             q, least, e, pull = there, costs, e_there, pull_there
             damping = max(damping / 8, 1e-6)
+            yield q, length(e)
             if costs < SHARP or gained < SHARP + FLAT * costs:
-                break
+                return
         else:
             damping *= 16
             if damping > 100:
-                break
-    return q, length(e)
+                return
+            yield q, length(e)
 
 
 def _step_in_box(H, b, q, low, high):
@@ -491,7 +499,7 @@ class ReportServo(object):
             return self.rows.suffice(cameras)
         return set(self.cameras) <= set(cameras)
 
-    def glimpse(self, camera, q, s):
+    def glimpse(self, camera, q, s, only=None):
         """What is seen in motion is not used."""
 
     def decide(self, q, views):
@@ -621,7 +629,9 @@ class Goal(object):
 
     def _refresh(self):
         """Work out place and velocity anew, where it is time for that."""
-        good = self.REFRESHED if any(self._velocity) else self.STANDING
+        good = self.STANDING if not any(self._velocity) else self.REFRESHED
+        if len(self._seen) <= self.WINDOW / 2:
+            good = 0.0
         if not self._seen or self._seen[-1][0] - self._refreshed_at < good:
             return
         self._refreshed_at = self._seen[-1][0]
@@ -795,10 +805,11 @@ class Servo(object):
         """Whether every joint has been moved before the eyes of a camera."""
         return self._known or self._looks.get(camera, 0) > self._n
 
-    def glimpse(self, camera, q, s):
+    def glimpse(self, camera, q, s, only=None):
         """Learn from a frame that was taken in motion, when the joints were at q.
 
-        Each waits for the next one: what does not lie between its neighbours is left out.
+        All models do, or `only` the one of this name.  Each frame waits for the next one: what does
+        not lie between its neighbours is left out.
         """
         frames = self._glimpsed.setdefault(camera, [])
         frames.append((q, s))
@@ -811,7 +822,7 @@ class Servo(object):
         sigma = self.measure.sigma_of(camera)
         if off > STRAIGHT * length(way) + 4 * sigma + IN_MOTION:
             return
-        for name in self._names:
+        for name in (only,) if only else self._names:
             variance = sigma**2 + IN_MOTION**2 + self._blur(name, camera)
             self._model(name, camera).observe(q, s, variance, standing=False)
 
@@ -1118,9 +1129,15 @@ class Servo(object):
                 best = to, off
         return best
 
-    def picture(self, camera, q, s):
-        """What the chain, if there is one, knows of a camera that sees s with the joints at q."""
-        return self._models[self._in_use(), camera].seen_from(q, s)
+    def shape(self, camera):
+        """How the image of a camera changes with the joints, as far as known: see models."""
+        return self._models[self._in_use(), camera].shape()
+
+    def refit(self):
+        """Bring the shapes up to what was learned: an iterator, each step a slice of the work."""
+        for camera in self.cameras:
+            for _ in self._models[self._in_use(), camera].refit():
+                yield
 
     def _in_use(self):
         return "chain" if "chain" in self._make else self.using or self._names[0]
@@ -1132,28 +1149,32 @@ class Servo(object):
             sights: {camera: Stream's sight}.
         """
         cameras = [camera for camera in self.cameras if camera in sights]
-        parts = [(sights[c].picture, self.rows.of(c), self._weights[c]) for c in cameras]
+        parts = [
+            (sights[c].shape.moved(sights[c].offset), self.rows.of(c), self._weights[c])
+            for c in cameras
+        ]
         goal = {
-            c: [x + v * (t - sights[c].t) for x, v in zip(sights[c].wanted, sights[c].speed)]
+            c: [x + v * (t - sights[c].t) for x, v in zip(sights[c].goal, sights[c].speed)]
             for c in cameras
         }
         speed = {c: sights[c].speed for c in cameras}
         return stacked(parts), self._together(goal), self._together(speed)
 
-    def aim(self, picture, goal, q):
-        """Where the joints should be that were seen at q while they moved, rad."""
-        caution = [[0.0] * self._n for _ in range(self._n)]
-        return best_pose(picture, goal, q, self._low, self._high, q, caution)[0]
+    def nearing(self, picture, goal, q):
+        """The steps from `q` (rad) to where the joints should be: see `descent`."""
+        known = [[0.0] * self._n] * self._n
+        return descent(picture, goal, q, self._low, self._high, q, known)
 
 
-_Sight = namedtuple("_Sight", "t picture wanted speed")
+_Sight = namedtuple("_Sight", "t shape offset goal speed")
 
 
 class Stream(object):
     """Steers by what is seen while the arm moves: every picture is of the joints at its own time.
 
     Set-points are absolute, so the delay of the camera does not act on the loop; only a goal that
-    moves is predicted.
+    moves is predicted.  A control tick either takes in frames (`see`) or aims anew (`reaim`), which
+    is a step or two of a search: on the way there are many.
 
     Args:
         servo: Servo, whose models have been explored.
@@ -1162,13 +1183,15 @@ class Stream(object):
         still_since: since when the joints are where they are, s.
     """
 
-    FEWEST, MOST, NEAR = 5, 25, math.radians(4)
+    FEWEST, MOST, NEAR = 5, 12, math.radians(4)
     """The last FEWEST frames, and up to MOST with the joints within NEAR (rad) of where they are,
-    say by their median by how much the newest is off."""
+    say by their median by how much the model is off."""
     REAIM, STILL = math.radians(1.5), math.radians(0.7)
     """An aim so near to the last one is the same; a joint that stays within STILL stands, rad."""
     STALE = 0.3
     """What a camera has not seen for so long is not gone by, s."""
+    STEPS = 3
+    """Of the search for a better aim, in one control tick."""
 
     def __init__(self, servo):
         self._servo = servo
@@ -1177,8 +1200,11 @@ class Stream(object):
     def begin(self, q):
         """The first aim, rad."""
         self._aim, self._drift, self._aimed_at = tuple(q), None, None
+        self._better = list(q)  # than the aim, so far
         self._recent = {}
         self._sights = {}
+        self._seen_at = self._seen_from = None  # the newest frame that has not been aimed by
+        self._search = None
         self._still_at = self.still_since = None
         self._confirmed = False
 
@@ -1186,40 +1212,73 @@ class Stream(object):
         """Take in a Frame; `goal` is the Goal that it is for, None if that is a fixed pixel."""
         if frame.q is None or frame.camera not in self._servo.cameras:
             return
+        shape = self._servo.shape(frame.camera)
         recent = self._recent.setdefault(frame.camera, [])
-        recent.append((frame.q, frame.s))
+        if recent and recent[-1][2] is not shape:
+            recent[:] = [(q, s, shape, self._missed(shape, q, s)) for q, s, _, _ in recent[-4:]]
+        missed = self._missed(shape, frame.q, frame.s)
+        recent.append((frame.q, frame.s, shape, missed))
         del recent[: -self.MOST]
-        self._sights[frame.camera] = self._sight(frame, goal)
-        sights = {c: sight for c, sight in self._sights.items() if frame.t - sight.t < self.STALE}
-        if not self._servo.suffices(sorted(sights)):
+        near = [
+            off
+            for k, (q, _, _, off) in enumerate(recent, 1)
+            if k > len(recent) - self.FEWEST or apart(q, frame.q) < self.NEAR
+        ]
+        offset = [median(column) for column in zip(*near)]
+        where = frame.goal if goal is None else goal.at(frame.t)
+        speed = (0.0, 0.0) if goal is None else goal.velocity
+        self._sights[frame.camera] = _Sight(frame.t, shape, offset, where, speed)
+        self._seen_at, self._seen_from = frame.t, frame.q
+
+    @staticmethod
+    def _missed(shape, q, s):
+        return list(map(sub, s, shape.predict(list(q))))
+
+    def reaim(self):
+        """Go by what was seen since the last time, if anything: a step or two on the way there."""
+        if self._search is None and not self._begin_search():
             return
-        picture, wanted, speed = self._servo.together(sights, frame.t)
-        to = self._servo.aim(picture, wanted, list(frame.q))
+        steps, picture, speed, t = self._search
+        for _ in range(self.STEPS):
+            found = next(steps, None)
+            if found is None:
+                self._search = None
+                self._settle_on(self._better, picture, speed, t)
+                return
+            self._better = found[0]
+
+    def _begin_search(self):
+        """Look for a better aim, if that is possible."""
+        t, self._seen_at = self._seen_at, None
+        if t is None:
+            return False
+        sights = {c: sight for c, sight in self._sights.items() if t - sight.t < self.STALE}
+        if not self._servo.suffices(sorted(sights)):
+            return False
+        picture, wanted, speed = self._servo.together(sights, t)
+        start = self._seen_from
+        if self._drift is not None:
+            start = [a + v * (t - self._aimed_at) for a, v in zip(self._aim, self._drift)]
+        self._search = self._servo.nearing(picture, wanted, list(start)), picture, speed, t
+        return True
+
+    def _settle_on(self, q, picture, speed, t):
+        """Make it the aim, unless it is all but the same."""
         if any(speed):
-            J = picture.jacobian(to)
-            drift = damped_solve(J, speed, 0.05 * math.sqrt(sum(dot(row, row) for row in J)))
-            self._aim, self._drift = to, drift
-            self._aimed_at, self._confirmed = frame.t, False
+            J = picture.jacobian(q)
+            size = math.sqrt(sum([sum(map(mul, row, row)) for row in J]))
+            self._aim, self._drift = q, damped_solve(J, speed, 0.05 * size)
+            self._aimed_at, self._confirmed = t, False
             return
         self._drift = None
-        if apart(to, self._aim) > self.REAIM:
-            self._aim, self._confirmed = to, False
-        elif self.still_since is not None and frame.t > self.still_since:
+        if apart(q, self._aim) > self.REAIM:
+            self._aim, self._confirmed = q, False
+        elif self.still_since is not None and t > self.still_since:
             self._confirmed = True
 
-    def _sight(self, frame, goal):
-        """The Picture from a frame, and the goal in it less by how much it is off."""
-        recent = self._recent[frame.camera]
-        picture = self._servo.picture(frame.camera, frame.q, frame.s)
-        near = [
-            (at, y)
-            for k, (at, y) in enumerate(recent, 1)
-            if k > len(recent) - self.FEWEST or apart(at, frame.q) < self.NEAR
-        ]
-        missed = [[a - b for a, b in zip(y, picture.predict(at))] for at, y in near]
-        wanted = frame.goal if goal is None else goal.at(frame.t)
-        wanted = [x - median(column) for x, column in zip(wanted, zip(*missed))]
-        return _Sight(frame.t, picture, wanted, (0.0, 0.0) if goal is None else goal.velocity)
+    def refit(self):
+        """As Servo.refit."""
+        return self._servo.refit()
 
     def aim(self, t, q):
         """Where the joints should be at time t, rad or Moving; None: stand and look."""

@@ -48,10 +48,7 @@ LOST = 0.3
 MARKER_PATIENCE, LINK_PATIENCE = 10.0, 20.0
 """The run is given up when marker or link have not come back for so long, s."""
 
-TURNS = 3
-"""In motion it listens in one tick of so many; in the others there is time to learn."""
-
-GLIMPSED = math.radians(1.5)
+GLIMPSED = math.radians(0.5)
 """Frames in motion are learned from if a joint has moved by so much in between, rad."""
 
 SETTLED = 0.03
@@ -157,9 +154,9 @@ class VisualServoing(object):
         self._chased, self._chase_began = [], None
         self._glimpses = deque(maxlen=MOST_CHASED)  # seen in motion, to be learned from at rest
         self._glimpsed = {}  # camera: where the joints were in the last of these
-        self._turn = 0  # what is done in this tick of a motion: listen if 0, else learn
+        self._refitting = None
+        self._turn = 0  # what is done in this tick of a motion: listen if 0, aim if 1, else learn
         self._enough = {}  # cameras, the one that saw last first: how many of them are needed
-        self._steered_by = {}  # camera: when it last was
         self._behind = {}  # camera: (t, error) smoothed
         self._moves = self._measurements = self._frames = self._heard = 0
 
@@ -379,11 +376,19 @@ class VisualServoing(object):
                 frames, count = {}, 0
                 self._give_up_in_time()
 
-    def _learn(self):
+    def _learn(self, only=None):
         """Learn from a frame that was seen in motion; the arm stands now, and there is time."""
         if self._glimpses:
             frame = self._glimpses.popleft()
-            self._servo.glimpse(frame.camera, frame.q, frame.s)
+            self._servo.glimpse(frame.camera, frame.q, frame.s, only)
+
+    def _learn_on(self):
+        """Learn, and do a slice of making use of it; for the stream."""
+        if self._refitting is None:
+            self._learn(self._servo.using)
+            self._refitting = self._stream.refit()
+        if next(self._refitting, self) is self:
+            self._refitting = None
 
     def _standing_angles(self):
         """The joints' angles, rad, as the encoders have them."""
@@ -432,35 +437,46 @@ class VisualServoing(object):
 
     # Moving
 
-    def _watch(self, t, q):
-        """In every control tick of a motion."""
-        self._history.add(t, q)
-        self._turn = (self._turn + 1) % (1 if self._stream else TURNS)
-        if self._turn:
-            # To learn from a frame takes a tick of its own.
-            self._learn()
-            return []
+    def _listen(self):
+        """What has come in, in motion.
+
+        Raises:
+            _Unseen: too few cameras see the marker.
+        """
         frames = self._hear(0.0, moving=True)
         for frame in frames:
             before = self._glimpsed.get(frame.camera)
             if frame.q is not None and (before is None or apart(frame.q, before) > GLIMPSED):
                 self._glimpsed[frame.camera] = frame.q
                 self._glimpses.append(frame)
-        going_by = [c for c in self._seeing(t) if c in self._servo.cameras]
+        going_by = [c for c in self._seeing(self._clock.now()) if c in self._servo.cameras]
         if not going_by or not self._suffice(going_by):
             raise _Unseen
         return frames
 
+    def _watch(self, t, q):
+        """In every control tick of a motion: listen, or learn, which takes a tick of its own."""
+        self._history.add(t, q)
+        self._turn = (self._turn + 1) % 2
+        if self._turn:
+            self._learn()
+        else:
+            self._listen()
+
     def _steer(self, t, q):
         """In every control tick of a chase: where the joints should be, or None."""
-        frames = self._watch(t, q)
-        self._chased += frames
-        del self._chased[:-MOST_CHASED]
-        if frames:
-            # One camera at a time, in turn: the brick would not keep up with all of them.
-            frame = min(frames, key=lambda frame: self._steered_by.get(frame.camera, 0.0))
-            self._steered_by[frame.camera] = t
-            self._stream.see(frame, self._goals.get(frame.camera))
+        self._history.add(t, q)
+        self._turn = (self._turn + 1) % 3
+        if self._turn == 0:
+            frames = self._listen()
+            self._chased += frames
+            del self._chased[:-MOST_CHASED]
+            for frame in frames:
+                self._stream.see(frame, self._goals.get(frame.camera))
+        elif self._turn == 1:
+            self._stream.reaim()
+        else:
+            self._learn_on()
         if t - self._chase_began > LONGEST_CHASE and not self._goal_moves():
             self._stream.aim(t, q)  # it notes since when the joints stand
             return None

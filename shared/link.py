@@ -46,6 +46,9 @@ MAX_BAD_LINES = 20
 MAX_QUEUE = 16
 """Messages, other than observations, that wait to be sent or taken."""
 
+MOST_USUAL = 64
+"""Names of cameras and markers that are kept in mind."""
+
 FOREIGN = "it does not speak our language"
 """Why a link has ended whose first words were no handshake."""
 
@@ -202,6 +205,7 @@ class Link(object):
         self._bad_in_a_row = 0
         self._latest = {}  # camera: (seq, t on their clock) of the newest observation accepted
         self._slots = {}  # camera: the observation to hand over
+        self._usual = set()  # names that have been found right
 
         self._unsent = b""  # the rest of a line that has begun to go out
         self._queue = collections.deque()
@@ -378,7 +382,7 @@ class Link(object):
         if self.closed:
             return False
         try:
-            message = decode(line)
+            message = decode(line, self._usual)
             if not self._proven and not isinstance(message, _HANDSHAKE + (Bye,)):
                 raise BadMessage("not before the handshake")
             if self._proven and isinstance(message, _HANDSHAKE):
@@ -423,6 +427,8 @@ class Link(object):
         seq, last = self._latest.get(seen.camera, (-1, -1.0))
         if seq < 0 and len(self._latest) == MAX_CAMERAS:
             raise BadMessage("more than {} cameras".format(MAX_CAMERAS))
+        if len(self._usual) < MOST_USUAL:
+            self._usual.update([seen.camera], seen.markers)
         if seen.seq <= seq:
             self.counters["out_of_sequence"] += 1
             return False

@@ -350,8 +350,11 @@ def encode(message):
     return data + b"\n"
 
 
-def decode(line):
+def decode(line, usual=()):
     """The message in a line of bytes, with or without its newline.
+
+    Args:
+        usual: names of cameras and markers that have been found right before.
 
     Raises:
         BadMessage: saying in one line what is wrong and what is allowed; nothing else is raised,
@@ -367,7 +370,7 @@ def decode(line):
         raise BadMessage("{} is not JSON in UTF-8".format(_shown(bytes(line)))) from None
     kind = values.get("kind") if isinstance(values, dict) else None
     if kind == "observation":
-        seen = _plain_observation(values)
+        seen = _plain_observation(values, usual)
         if seen is not None:
             return seen
     if not isinstance(kind, str) or kind not in _KINDS:
@@ -385,17 +388,10 @@ def decode(line):
             fields[key] = _checked(kind, key, check, values[key])
         elif (kind, key) not in _LATER:
             raise BadMessage("{}: {} is missing".format(kind, key))
-    message = _KINDS[kind][0](**fields)
-    if kind == "observation" and len(_USUAL) < MOST_USUAL:
-        _USUAL.update([message.camera], message.markers)
-    return message
+    return _KINDS[kind][0](**fields)
 
 
-_USUAL, MOST_USUAL = set(), 64
-"""Names of cameras and markers that have passed their checks, and how many are kept."""
-
-
-def _plain_observation(values):
+def _plain_observation(values, usual):
     """The Observation that `values` are if nothing about them is unusual; else None.
 
     The checks of _KINDS would come to the same, but they take the brick twice as long, which hears
@@ -405,7 +401,7 @@ def _plain_observation(values):
     seen = values.get("markers")
     if type(seq) is not int or type(t) is not float or type(camera) is not str:
         return None
-    if camera not in _USUAL or len(camera) > 16:
+    if camera not in usual or len(camera) > 16:
         return None
     if not (0 <= seq <= 2**53 and 0.0 <= t <= 1e9 and type(seen) is dict):
         return None
@@ -413,7 +409,7 @@ def _plain_observation(values):
         return None
     markers = {}
     for name, sighting in seen.items():
-        if name not in _USUAL:
+        if name not in usual:
             return None
         if sighting is not None:
             if type(sighting) is not list or len(sighting) != 3:

@@ -890,6 +890,9 @@ class Chase:
                 if self.glimpse is not None:
                     self.glimpse(frame.camera, frame.q, frame.s)
                 self.stream.see(frame, self.goal)
+                self.stream.reaim()
+                for _ in self.stream.refit():
+                    pass
             aim = self.stream.aim(self.t, self.q)
             if aim is None:
                 return True
@@ -907,8 +910,8 @@ def test_the_set_points_for_a_standing_goal_do_not_depend_on_the_delay(delay):
     stream, world = streaming(goal_at)
     chase = Chase(stream, world.poses[-2], world.q, linear, linear(goal_at), delay)
     assert chase.run(5.0)
-    # from the first frame that has arrived on
-    late = chase.aims[int(delay / 0.02) + 3 :]
+    # from a few frames after the first that has arrived on: each is a step of at most 20 degrees
+    late = chase.aims[int(delay / 0.02) + 15 :]
     for aim in late:
         assert aim == pytest.approx(goal_at, abs=2 * DEG)
     for a, b in zip(chase.path, chase.path[1:]):

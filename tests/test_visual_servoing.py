@@ -386,14 +386,14 @@ def test_every_move_and_the_end_is_told_in_a_line(undisturbed):
         assert line.startswith(f"move {number}: ")
         assert line.endswith(" deg")
     assert "explore, +8.0 +0.0 deg" in moves[0]
-    assert "chain" in moves[2]
+    assert any(name in moves[2] for name in ("chain", "kalman"))
     assert lines[-1].startswith("converged: ")
     assert f"after {len(moves)} moves" in lines[-1]
 
 
 def test_the_laptop_is_told_how_it_goes_and_how_it_ended(undisturbed):
     _, w, shown = undisturbed
-    assert len(w.statuses) > 30
+    assert len(w.statuses) > 15
     assert [status.verdict for status in w.statuses[:-1]] == [""] * (len(w.statuses) - 1)
     last = w.statuses[-1]
     assert last.verdict == "converged"

@@ -35,7 +35,7 @@ from laptop.simulator.session import park_on_file
 from laptop.simulator.sight import rendered
 from laptop.simulator.virtual_tracker import Markers, See, VirtualTracker
 from laptop.simulator.world import World
-from robot.image_jacobian import ROUND, Picture
+from robot.image_jacobian import ROUND, Picture, straight
 from robot.motion import kinematics
 from robot.servo import Rows, Servo, View
 from robot.visual_servoing import BELIEVED, make_servo
@@ -299,6 +299,14 @@ class TrueJacobian:
             ]
 
         return Picture(predict, lambda there: jacobian)
+
+    def refit(self) -> Iterator[None]:
+        """There is nothing to fit."""
+        return iter(())
+
+    def shape(self) -> Any:
+        """The same, but for its place in the image."""
+        return straight(self._camera.jacobian(self._brick.plant.q))
 
     def covariance(self) -> list[list[float]]:
         """There is no doubt."""

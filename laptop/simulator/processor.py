@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import importlib
+import sys
 
 from laptop.simulator.counting import COUNT, EV3DEV2, SPEND
 from laptop.simulator.prices import (
@@ -96,12 +97,13 @@ class Processor(object):
         self._beside += 1000 * thousands / IN_COMPANY
 
     @contextlib.contextmanager
-    def aside(self):
-        """What the library's functions take within a `with` block, this processor does not do."""
-        before = self._beside
+    def idle(self):
+        """What is computed within a `with` block, this processor does not do."""
+        before = self.instructions()
         try:
             yield
         finally:
+            self.instructions()
             self._beside = before
 
     def _loaded(self, name):
@@ -167,10 +169,25 @@ def library_charged(spend):
             setattr(owner, name, function)
 
 
+_LIBRARY = {place.partition(":")[0].partition(".")[0] for place in LIBRARY} | {"re"}
+
+
+def _for_the_program():
+    """Whether it is counted code that has called, through the library: the laptop has its own."""
+    frame = sys._getframe(2)
+    while frame is not None and COUNT not in frame.f_globals:
+        if frame.f_globals.get("__name__", "").partition(".")[0] not in _LIBRARY:
+            return False
+        frame = frame.f_back
+    return frame is not None
+
+
 def _charged(function, once, each, spend):
     @functools.wraps(function)
     def charged(*args, **kwargs):
         result = function(*args, **kwargs)
+        if not _for_the_program():
+            return result
         texts = [value for value in (result, *args[1:2]) if isinstance(value, str)]
         spend(once + each * (len(texts[0]) if texts else 0))
         return result
@@ -184,6 +201,8 @@ def _charged_once(function, spend):
     @functools.wraps(function)
     def charged(pattern, flags):
         if isinstance(pattern, (str, bytes)) and (pattern, flags) not in seen:
+            if not _for_the_program():
+                return function(pattern, flags)
             seen.add((pattern, flags))
             once, each = PATTERN
             spend(once + each * len(pattern))

@@ -30,7 +30,10 @@ class Program(object):
 
     def __getitem__(self, name):
         """The module of that name: what this process has, or on a slow brick one with counts."""
-        return importlib.import_module(name)
+        if self.processor is None:
+            return importlib.import_module(name)
+        with self.processor.idle():  # it may be here already, from an earlier program
+            return importlib.import_module(name)
 
 
 class _Clock(object):
@@ -54,6 +57,7 @@ def on(brick):
         return
     processor = Processor(brick.slowness)
     with _counted(processor), brick.sysfs.installed():
+        processor.instructions()  # of the library's import, if this is the first program
         processor.begin()
         brick.world.processor = processor
         try:
@@ -70,6 +74,9 @@ def _counted(processor):
     for module in _COUNTED.values():
         if counting.COUNT in vars(module):
             processor.adopt(vars(module))
+            for value in vars(module).values():
+                if hasattr(value, "cache_clear"):
+                    value.cache_clear()  # it was another program's
     setattr(builtins, counting.ENROL, processor.enrol)
     importlib.machinery.SourceFileLoader.get_code = _get_code
     try:

@@ -363,20 +363,13 @@ class World(object):
                     continue
                 heapq.heappop(self._events)
                 if event[2] is not None:
-                    self._happen(event[2])
+                    event[2]()
                 if self.verdict is not before:
                     return
         except Exception as error:
             if self._run is None or before is not None:
                 raise
             self._fail(error)
-
-    def _happen(self, action):
-        if self.processor is None:
-            action()
-            return
-        with self.processor.aside():
-            action()
 
     def _move(self, t):
         """True when `t` is reached."""

@@ -174,7 +174,9 @@ class ControlLoop(object):
                         settling.begin_again()
                 else:
                     if not settling.take(now, t - since, axis.seen, error):
-                        raise self._astray(axis, error, now)
+                        if not pace.is_coarse(now):
+                            raise self._astray(axis, error, now)
+                        settling.over = True  # so slow a loop gets it no nearer
                     settled = settled and settling.over
             if over and settled:
                 return

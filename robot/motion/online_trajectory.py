@@ -23,8 +23,9 @@ STIRS, TURNS = 0.5, 1.0 / 3
 """A joint at rest goes on for an aim this far ahead (counts), and back for one so far behind (of
 the play; and at least as far as ahead): what is nearer may be noise."""
 
-UNEVEN, EVEN, LATELY = 0.8, 0.95, 15
-"""An aim moves evenly, with all between, if its last so many places lie on a line of this r^2.
+UNEVEN, EVEN, LATELY, FEWEST = 0.8, 0.95, 0.29, 5
+"""An aim moves evenly, with all between, if its places of so long (s; and so many at least) lie on
+a line of this r^2.
 
 A single step in the middle comes to 0.75."""
 
@@ -95,7 +96,9 @@ class _Joint(object):
         self._crossings = []
         self._ready = self._crossed = -math.inf
         self._pressed = 0
-        self._places = collections.deque(maxlen=LATELY)
+        self._places = collections.deque()
+        # The aim, since when it is that, and whether it is planned for as one that stands.
+        self._aim, self._aimed_at, self._planned = None, -math.inf, False
         self.rests_from = 0.0
 
     def at(self, t):
@@ -129,6 +132,13 @@ class _Joint(object):
 
         `speed` is the aim's, rad/s; None: as it has moved lately.
         """
+        if aim == self._aim and speed is None and not certain and aim is not None:
+            # The plan stands, but that where the aim stands the stop is to be soft.
+            if self._planned or t - self._aimed_at < LATELY:
+                return
+            self._planned = True
+        else:
+            self._aim, self._aimed_at, self._planned = aim, t, False
         then = t + LEAD
         q, v, side, _ = self.at(then)
         ready = max(then, self._ready)  # no motion before the play is crossed
@@ -199,10 +209,13 @@ class _Joint(object):
 
     def _speed_of_aim(self, t, aim):
         """The speed of an aim that moves evenly, by least squares; of any other 0."""
-        self._places.append((t, aim))
-        if len(self._places) < LATELY:
+        places = self._places
+        places.append((t, aim))
+        while len(places) > FEWEST and t - places[1][0] >= LATELY:
+            places.popleft()
+        n = float(len(places))
+        if n < FEWEST or t - places[0][0] < LATELY - 1e-9:
             return 0.0
-        n = float(LATELY)
         mean_t = sum(place[0] for place in self._places) / n
         mean = sum(place[1] for place in self._places) / n
         tt = ty = yy = 0.0

@@ -30,6 +30,9 @@ CHANGES = 1.0
 LATE, LATELY = 0.06, 0.3
 """What comes later than this after the tick before is late (s); and so long ago is lately, s."""
 
+COARSE = 1.4
+"""With a period of more than so many times the shortest, joints end a little off."""
+
 HOPELESS, TICKS = 0.1, 4
 """So many ticks in a row that take longer than this (s) control nothing."""
 
@@ -105,3 +108,7 @@ class Pace(object):
     def was_late(self, t):
         """Whether lately a tick was late, so that what motors did says nothing of the arm."""
         return self._late_at is not None and t - self._late_at < LATELY
+
+    def is_coarse(self, t):
+        """Whether ticks are so far apart that a joint may not get to where it should be exactly."""
+        return self.period > COARSE * SHORTEST or self.was_late(t)
