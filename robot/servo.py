@@ -1190,7 +1190,7 @@ class Stream(object):
     """An aim so near to the last one is the same; a joint that stays within STILL stands, rad."""
     STALE = 0.3
     """What a camera has not seen for so long is not gone by, s."""
-    STEPS = 3
+    STEPS = 4
     """Of the search for a better aim, in one control tick."""
 
     def __init__(self, servo):

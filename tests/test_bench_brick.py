@@ -4,6 +4,19 @@ import pytest
 
 from laptop.bench import brick
 
+BUDGETS = {
+    "planar: tick, line": 310,
+    "spatial: tick, line": 450,
+    "planar: tick, moving": 290,
+    "spatial: tick, moving": 420,
+    "planar, look: tick": 620,
+    "spatial, look: tick": 900,
+    "planar: planning a line": 10000,
+    "spatial: planning a line": 15000,
+}
+"""Thousand instructions, as the emulator counts them (a few per cent more than CPython 3.5.3 does):
+a control tick has 20 ms, which are 880 of them, sysfs and all."""
+
 
 # python-ev3dev2 leaves its files open, and here they are real ones.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
@@ -13,6 +26,8 @@ def test_every_piece_costs_what_was_counted():
     assert len(rows) == brick.count() > 40
     off = [row for row in rows if not 0.75 <= row.ratio <= 1.25]
     assert not off
+    emulated = {row.what: row.emulated for row in rows}
+    assert not {what: emulated[what] for what, most in BUDGETS.items() if emulated[what] > most}
 
 
 def test_figures_for_people():

@@ -14,7 +14,7 @@ import pytest
 
 from shared.messages import Stop
 
-MIDST = 4.2
+MIDST = 4.7
 """In the midst of a long move, and of a chase, of both joints, s."""
 
 FULL = 20000
@@ -183,10 +183,10 @@ def test_a_frozen_or_killed_program_leaves_no_joint_driven_and_a_log(watched, ho
 
 def test_the_budget_ends_a_motion(watched):
     w = watched()
-    shown = w.run("--budget", "4.2")
-    assert judge(w, shown, "budget spent", "4.2 s")
-    assert 4.2 < shown.t < 4.7
-    assert any(m.speed > 0.5 for m in w.moments if 4.1 < m.t < 4.2)
+    shown = w.run("--budget", "4.7")
+    assert judge(w, shown, "budget spent", "4.7 s")
+    assert 4.7 < shown.t < 5.2
+    assert any(m.speed > 0.5 for m in w.moments if 4.6 < m.t < 4.7)
     assert w.stands(MIDST + 0.5)
 
 
@@ -201,11 +201,11 @@ def test_the_budget_ends_a_motion(watched):
 )
 def test_a_goal_out_of_reach_is_given_up_soon(watched, goal, mode):
     w = watched(goal=goal)
-    shown = w.run("--mode", mode, "--budget", "30")
+    shown = w.run("--mode", mode, "--budget", "60")
     verdict = shown.log[-1]["verdict"]
     assert verdict in ("unreachable", "limit")
     assert judge(w, shown, verdict, "short")
-    assert shown.log[-1]["moves"] <= 16  # both postures are tried
+    assert shown.log[-1]["moves"] <= 24  # both postures are tried
     assert shown.status == 1
 
 

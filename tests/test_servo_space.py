@@ -156,7 +156,7 @@ def test_a_goal_beyond_a_limit_is_had_by_another_posture(space):
     w = space(
         goal=kinematics.forward(arm, degrees(-84, 102, -66)),
         start=degrees(80, 100, -59),
-        seed=5,  # it is by luck of the noise that it takes the way that is barred
+        seed=4,  # it is by luck of the noise that it takes the way that is barred
     )
     shown = w.run()
     assert judge(w, shown, "converged")
@@ -274,7 +274,7 @@ def test_a_camera_that_is_not_gone_by_is_none_to_go_on_with(watched):
     w.world.at(4.5, lambda: w.hidden.clear())
     w.world.at(5.0, lambda: w.hidden.add("A"))
     shown = w.run("--mode", "stream", "--follow", "--budget", "14", "--tolerance", "10")
-    assert w.stands(5.5, 5.7)
+    assert w.stands(5.45, 5.6)
     assert any("held" in text for text in notes(shown))
     assert shown.log[-1]["verdict"] == "converged"
     steps = [line for line in shown.log if line["kind"] == "step"]

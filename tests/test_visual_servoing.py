@@ -306,9 +306,9 @@ def test_a_goal_that_is_too_fast_is_not_called_reached(watched):
 @pytest.mark.long
 def test_who_follows_does_not_end_at_a_goal_that_stands(watched):
     w = watched()
-    shown = w.run("--mode", "stream", "--follow", "--budget", "8")
+    shown = w.run("--mode", "stream", "--follow", "--budget", "14")
     assert converged(w, shown)
-    assert shown.t > 8
+    assert shown.t > 14
 
 
 # What it tells

@@ -1,0 +1,103 @@
+"""How often the control loop goes round: as often as the brick can; no verdict blames a motor."""
+
+import gc
+import math
+
+import pytest
+from rig import degrees, switched_on
+
+from robot.motion.control_loop import Stalled, TooSlow
+from robot.motion.pace import DOZEN, LONGEST, SHORTEST, Pace
+
+
+def paced(*computing):
+    """A Pace after dozens of ticks that took so long each (s), and what it has said."""
+    said = []
+    pace = Pace(said.append)
+    t = 0.0
+    for seconds in computing:
+        for _ in range(DOZEN):
+            since = max(pace.period, seconds)
+            t += since
+            pace.note(t, since, seconds)
+    return pace, said
+
+
+@pytest.mark.parametrize(("computing", "period"), [(0.005, 0.02), (0.02, 0.025), (0.036, 0.045)])
+def test_the_period_is_what_ticks_take_and_a_quarter_more(computing, period):
+    pace, said = paced(computing)
+    assert pace.period == pytest.approx(period)
+    assert pace.rate == 1.0
+    assert len(said) == 1
+    assert f"{1000 * computing:.0f} ms of this brick" in said[0]
+
+
+def test_a_later_command_is_fed_forward_earlier_and_by_a_softer_hand():
+    fast, slow = (paced(computing)[0] for computing in (0.005, 0.03))
+    assert slow.delay > fast.delay
+    assert slow.lead > fast.lead
+
+
+def test_where_no_period_will_do_the_plan_goes_slower_than_the_clock_and_not_by_a_jerk():
+    pace, _ = paced(0.08, 0.08, 0.08)
+    assert pace.period == LONGEST
+    assert pace.rate == pytest.approx(LONGEST / 0.1)
+    pace, _ = paced(0.005, 0.08)
+    before = pace.rate
+    pace.note(99.0, 0.08, 0.08)
+    assert 0 < before - pace.rate <= 0.08 + 1e-9
+
+
+def test_that_the_brick_becomes_slower_is_told_once_with_what_to_do():
+    pace, said = paced(0.01, 0.01, 0.04, 0.045, 0.01, 0.045)
+    assert len(said) == 2
+    assert "has become slower" in said[1]
+    assert "end other programs on the brick" in said[1]
+    assert "cable" not in said[1]
+
+
+def test_a_late_tick_is_late_for_a_while():
+    pace = Pace(lambda line: None)
+    pace.note(1.0, 0.02, 0.01)
+    assert not pace.was_late(1.0)
+    pace.note(1.1, 0.09, 0.09)
+    assert pace.was_late(1.2)
+    assert pace.latest == 0.09
+    assert not pace.was_late(1.5)
+    assert pace.period == SHORTEST
+
+
+@pytest.mark.parametrize("access", [0.001, 0.005, 0.012])
+def test_a_blocked_joint_is_called_blocked_however_slow_the_brick(tmp_path, access):
+    with switched_on(tmp_path, plant=f"access={access}") as rig:
+        robot = rig.robot()
+        rig.world.at(rig.world.now() + 1.2, lambda: rig.brick.jam("B"))
+        with pytest.raises(Stalled, match="elbow"):
+            robot.go_to(degrees(0, 90), speed=0.3)
+
+
+def test_a_slow_brick_is_called_slow_and_no_word_is_said_of_cables(tmp_path):
+    with switched_on(tmp_path, plant="access=0.03") as rig:
+        robot = rig.robot()
+        with pytest.raises(TooSlow) as error:
+            robot.go_to(degrees(0, 90))
+    assert "end other programs on the brick" in str(error.value)
+    assert "cable" not in str(error.value)
+
+
+@pytest.mark.parametrize("access", [0.001, 0.005, 0.008])
+def test_slow_accesses_cost_time_but_bring_the_arm_there(tmp_path, access):
+    with switched_on(tmp_path, plant=f"access={access}") as rig:
+        rig.robot().go_to(degrees(40, 60))
+        rig.world.sleep(0.3)
+        assert rig.q == pytest.approx(degrees(40, 60), abs=math.radians(3))
+
+
+def test_no_garbage_is_collected_in_a_motion(tmp_path):
+    with switched_on(tmp_path) as rig:
+        robot = rig.robot()
+        seen = []
+        robot.go_to(degrees(10, 10), watch=lambda t, q: seen.append(gc.isenabled()))
+    assert len(seen) > 10
+    assert not any(seen)
+    assert gc.isenabled()
