@@ -234,7 +234,7 @@ def test_an_aim_that_stands_is_reached_and_not_passed(tmp_path, name, goal):
         for k in (0, 1):
             sign = math.copysign(1, goal[k] - 40)
             passed = max(sign * (math.degrees(true[k]) - goal[k]) for _, _, true, _ in rows)
-            assert passed < 0.1 + 0.7 * count
+            assert passed < 0.15 + 0.7 * count
         there = next(t for t, _, true, _ in rows if far(true, degrees(*goal)) < 0.2 + 0.6 * count)
         assert there < 1.0
         assert far(rig.q, degrees(*goal)) < 0.2 + 0.6 * count

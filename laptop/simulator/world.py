@@ -15,6 +15,7 @@ touches the clock again (`while not flag: pass`, where another thread sets the f
 
 import collections
 import ctypes
+import gc
 import heapq
 import io
 import threading
@@ -263,6 +264,7 @@ class World(object):
         Raises:
             whatever a body or an event raised.
         """
+        collecting = gc.isenabled()  # a program that is killed does not put it back
         self._run = object()
         self.verdict = None
         self.limit = limit
@@ -294,6 +296,8 @@ class World(object):
             if self.realtime:
                 self._look_at_pace()
         self._wind_up()
+        if collecting:
+            gc.enable()
         if self._member is not None:
             self._member.leave()
             self._member = None

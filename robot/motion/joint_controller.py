@@ -65,7 +65,7 @@ _LARGE = Gains(
     deadband=0.022,
     turning=1.3,
     moving=3.7,
-    most_error=1.5,
+    most_error=1.8,
 )
 
 GAINS = {
