@@ -1,8 +1,9 @@
 """Paths to draw, as strokes: lines, arcs, circles, rectangles.
 
-Pure.  A *stroke* is a tuple of points (x, y) or, in space, (x, y, z), cm, so close together where
-it bends that straight lines between them will do; the tip moves along it without stopping.  Corners
-lie between strokes.  What is curved lies at one height z.
+Pure.  A *stroke* is a tuple of points (x, y) or, in space, (x, y, z), cm: two for a straight line,
+or more for the smooth curve through them, so close together where it bends that straight lines
+between them would do, too; the tip moves along it without stopping.  Corners lie between strokes.
+What is curved lies at one height z.
 """
 
 import math
