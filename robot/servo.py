@@ -1129,6 +1129,10 @@ class Servo(object):
                 best = to, off
         return best
 
+    def picture(self, camera, q, s):
+        """What is known of a camera that sees s with the joints at q: see models."""
+        return self._models[self._in_use(), camera].seen_from(q, s)
+
     def shape(self, camera):
         """How the image of a camera changes with the joints, as far as known: see models."""
         return self._models[self._in_use(), camera].shape()

@@ -130,7 +130,7 @@ WHILE_IT_RUNS = [
     case("dead encoder on the way", LINE, kill_encoder("B"), "way", 0.15, "the elbow (port B)"),
     case("unplugged in homing", HOME, unplug("B"), "run", 0.1, "the elbow motor at port B"),
     case("idle one unplugged in homing", HOME, unplug("A"), "run", 0.1, "port A"),
-    case("slow brick, 25 ms", LINE, slow(0.025), "ink", 0.4, "port"),  # it goes astray first
+    case("slow brick, 25 ms", LINE, slow(0.025), "ink", 0.4, "a control tick took"),
     case("slow brick, 50 ms", LINE, slow(0.05), "ink", 0.4, "a control tick took"),
 ]
 

@@ -65,7 +65,7 @@ def notes(shown):
     [("chain", "stereo"), ("chain", "xyz"), ("kalman", "xyz")],
 )
 def test_the_goal_is_reached_in_space(space, method, rows):
-    w = space()
+    w = space(seed=3)
     shown = w.run("--method", method, "--rows", rows)
     assert judge(w, shown, "converged")
     last = [line for line in shown.log if line["kind"] == "step"][-1]
@@ -153,16 +153,16 @@ def test_it_stays_at_the_goal_unless_told_to_go_low(space, low):
 def test_a_goal_beyond_a_limit_is_had_by_another_posture(space):
     """Over the base's axis, bent backwards, the shoulder would have to go beyond its limit."""
     arm = read_arm(find_arm("spatial"))
-    w = space(
-        goal=kinematics.forward(arm, degrees(-84, 102, -66)),
-        start=degrees(80, 100, -59),
-        seed=4,  # it is by luck of the noise that it takes the way that is barred
-    )
-    shown = w.run()
-    assert judge(w, shown, "converged")
-    steps = [line for line in shown.log if line["kind"] == "step"]
-    assert [step["action"] for step in steps].count("restart") == 1
-    assert w.q[0] < 0
+    goal = kinematics.forward(arm, degrees(-84, 102, -66))
+    for seed in range(1, 13):  # it is by luck of the noise that it takes the way that is barred
+        w = space(goal=goal, start=degrees(80, 100, -59), seed=seed)
+        shown = w.run()
+        assert judge(w, shown, "converged")
+        assert w.q[0] < 0
+        steps = [line for line in shown.log if line["kind"] == "step"]
+        if [step["action"] for step in steps].count("restart") == 1:
+            return
+    raise AssertionError("it never took that way")
 
 
 # One camera loses the marker
