@@ -225,8 +225,8 @@ class LocalJacobian(object):
             bent = BENDING**2 * square * size / len(self.J)
             for k in range(n):
                 P[k][k] = min(P[k][k] + bent, UNKNOWN**2)
-            along = [sum(map(mul, row, dq)) for row in P]
-            expected = sum(map(mul, dq, along)) + variance
+            along = [dot(row, dq) for row in P]
+            expected = dot(dq, along) + variance
             missed = [moved - dot(row, dq) for row, moved in zip(self.J, ds)]
             excess = dot(missed, missed) / (len(missed) * expected * ROBUST**2)
             weight = _trust(excess)

@@ -1270,7 +1270,7 @@ class Stream(object):
         """Make it the aim, unless it is all but the same."""
         if any(speed):
             J = picture.jacobian(q)
-            size = math.sqrt(sum([sum(map(mul, row, row)) for row in J]))
+            size = math.sqrt(sum([dot(row, row) for row in J]))
             self._aim, self._drift = q, damped_solve(J, speed, 0.05 * size)
             self._aimed_at, self._confirmed = t, False
             return

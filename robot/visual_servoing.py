@@ -156,7 +156,7 @@ class VisualServoing(object):
         self._glimpsed = {}  # camera: where the joints were in the last of these
         self._refitting = None
         self._turn = 0  # what is done in this tick of a motion: listen if 0, aim if 1, else learn
-        self._enough = {}  # cameras, the one that saw last first: how many of them are needed
+        self._enough = {}  # cameras: whether what they see determines where the joints go
         self._behind = {}  # camera: (t, error) smoothed
         self._moves = self._measurements = self._frames = self._heard = 0
 
@@ -252,17 +252,13 @@ class VisualServoing(object):
 
     def _sees_enough(self, now):
         """Whether what was lately seen determines the motion; keeps in mind when it last was."""
-        cameras = tuple(sorted(self._seen_by, key=self._seen_by.get, reverse=True))
-        if cameras not in self._enough:
-            numbers = range(1, len(cameras) + 1)
-            self._enough[cameras] = next(
-                (n for n in numbers if self._servo.suffices(list(cameras[:n]))), None
-            )
-        needed = self._enough[cameras]
-        if needed is None:
-            return False
-        self._seen_at = max(self._seen_at, self._seen_by[cameras[needed - 1]])
-        return now - self._seen_at <= LOST
+        cameras = []
+        for camera in sorted(self._seen_by, key=self._seen_by.get, reverse=True):
+            cameras.append(camera)
+            if self._suffice(cameras):
+                self._seen_at = max(self._seen_at, self._seen_by[camera])
+                return now - self._seen_at <= LOST
+        return False
 
     def _suffice(self, cameras):
         """Servo.suffices, which between two decisions does not change."""

@@ -179,7 +179,9 @@ def test_it_does_what_is_ordered(waiting, orders):
     }
     models = {line["model"] for line in shown.log if line["kind"] == "step"} - {None}
     # (Beside the chain another model learns, and goes first as long as it is right more often.)
-    assert models <= {orders.method, "kalman"}
+    beside = {"kalman"} if orders.method == "chain" else set()
+    assert models
+    assert models <= {orders.method} | beside
 
 
 def test_who_has_just_arrived_explores_no_more_on_the_way_to_the_next_point(waiting):

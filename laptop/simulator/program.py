@@ -11,7 +11,7 @@ import sys
 
 from laptop.simulator import counting
 from laptop.simulator.processor import Processor, library_charged
-from laptop.simulator.shims import PROGRAM
+from laptop.simulator.shims import PROGRAM, code_of, top_of
 
 _COUNTED = {}  # type: dict  # the modules with counts, by name: loaded once
 
@@ -91,12 +91,9 @@ def _counted(processor):
 
 def _taken_out():
     """The program's modules, which are no longer those that one imports."""
-    names = [name for name in sys.modules if name.partition(".")[0] in PROGRAM]
+    names = [name for name in sys.modules if top_of(name) in PROGRAM]
     return {name: sys.modules.pop(name) for name in names}
 
 
 def _get_code(loader, name):
-    if name.partition(".")[0] in PROGRAM:
-        path = loader.get_filename(name)
-        return counting.compiled(loader.get_data(path), path)
-    return super(importlib.machinery.SourceFileLoader, loader).get_code(name)
+    return code_of(loader, name, top_of(name) in PROGRAM)

@@ -55,7 +55,8 @@ _AT_START = (
 )  # fmt: skip
 
 
-def _top(name):
+def top_of(name):
+    """The package of a module, by its name."""
     return name.partition(".")[0]
 
 
@@ -96,7 +97,7 @@ class Shims(object):
                 setattr(builtins, ENROL, self.world.processor.enrol)
                 charges.enter_context(library_charged(self._spend))
             for name in list(sys.modules):
-                if _top(name) in siblings or _top(name) in PROGRAM or _top(name) in REBOUND:
+                if top_of(name) in siblings or top_of(name) in PROGRAM or top_of(name) in REBOUND:
                     del sys.modules[name]
             # These two would wait in C, where no baton is passed; Python's own versions step in.
             sys.modules["_queue"] = sys.modules["_asyncio"] = None
@@ -136,7 +137,9 @@ class Shims(object):
         """How modules are read: those of the program with counts, where it is to be charged."""
 
         def get_code(loader, name):
-            return _code(loader, name, self.world.processor is not None and _top(name) in self._own)
+            return code_of(
+                loader, name, self.world.processor is not None and top_of(name) in self._own
+            )
 
         return get_code
 
@@ -374,7 +377,7 @@ class _Kept(object):
         # Extension modules cannot be relied on to be imported twice: their packages stay, but for
         # Pillow, which can, and which python-ev3dev2 brings in.
         compiled = {
-            _top(name)
+            top_of(name)
             for name, module in list(sys.modules.items())
             if isinstance(
                 getattr(getattr(module, "__spec__", None), "loader", None),
@@ -384,7 +387,7 @@ class _Kept(object):
         # A thread that never comes back from importing a module would hold that module's lock.
         locks = getattr(importlib._bootstrap, "_module_locks", {})
         for name in list(sys.modules):
-            if name not in self._modules and _top(name) not in compiled:
+            if name not in self._modules and top_of(name) not in compiled:
                 module = sys.modules.pop(name)
                 parent, _, child = name.rpartition(".")
                 if module is not None and getattr(self._modules.get(parent), child, None) is module:
@@ -396,7 +399,7 @@ class _Kept(object):
 _CODES = {}  # type: dict
 
 
-def _code(loader, name, counts):
+def code_of(loader, name, counts):
     """The code of a module, compiled once for all runs, as long as its file is the same."""
     path = loader.get_filename(name)
     key = path, counts, tuple(sorted(loader.path_stats(path).items()))

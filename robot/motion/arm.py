@@ -39,7 +39,7 @@ than where they have come from."""
 DOWN, STAGES = 0.3, 40
 """Share of full speed with which the arm is parked low, and places looked at on the way there."""
 
-PRESSED_EVERY = 0.05
+PRESS_AGAIN = 0.05
 """How often it is asked where gravity presses, on the way to one place, s."""
 
 CHASE_ASTRAY = math.radians(5)
@@ -263,8 +263,7 @@ class RobotArm(object):
                 self.sides = pursuit.sides_at(t)
                 wanted = aim(now, self._links(angles))
                 if pursuit.duration < math.inf:
-                    if t - pursuit.pressed_at >= PRESSED_EVERY:
-                        pursuit.press(t)
+                    pursuit.press(t, PRESS_AGAIN)
                     return
                 angles = wanted.q if isinstance(wanted, Moving) else wanted
                 if angles is not None and not all(math.isfinite(angle) for angle in angles):

@@ -115,26 +115,25 @@ class ControlLoop(object):
         Raises:
             Stalled, TooSlow, MotorNotFound: with the motors driven still, for DEAD_MAN at most.
         """
+        longest = max(settle, min(UNHURRIED, settle * self.pace.period / SHORTEST))
         axes = [
-            _Axis(motor, self._controllers[motor], settle, tolerance, astray) for motor in motors
+            _Axis(motor, self._controllers[motor], longest, tolerance, astray) for motor in motors
         ]
         collecting = gc.isenabled()
         gc.disable()
         try:
-            self._run(axes, plan, settle, watch, weigh)
+            self._run(axes, plan, watch, weigh)
         finally:
             if collecting:
                 gc.enable()
 
-    def _run(self, axes, plan, settle, watch, weigh):
+    def _run(self, axes, plan, watch, weigh):
         now_of, sleep, pace = self._clock.now, self._clock.sleep, self.pace
         for axis in axes:
             axis.motor.engage(STIFFNESS)
         due = began = now = check_at = now_of()
         pace.begin()
         delay = None
-        for axis in axes:
-            axis.settling.longest = max(settle, min(UNHURRIED, settle * pace.period / SHORTEST))
         t = -plan.before
         t_ahead = t + pace.lead
         last = plan.speeds(t_ahead)

@@ -187,11 +187,7 @@ class JointMotor(object):
         """Stop here and hold."""
         if not self._engaged:
             self._set("stop_action", "hold")
-        try:
-            self._command.seek(0)
-            self._command.write(b"stop")
-        except OSError as error:
-            raise self._lost(error) from None
+        self._set("command", "stop")
 
     def check_plugged_in(self):
         """Notice a pulled cable without an access.

@@ -245,7 +245,6 @@ class OnlineTrajectory(object):
 
     Attributes:
         duration: s; inf until the end is known.
-        pressed_at: when it was last asked where gravity presses, s.
         rests_from: per joint, when its set-point comes to rest, s; inf: it goes on.
     """
 
@@ -257,15 +256,18 @@ class OnlineTrajectory(object):
             for joint, angle, side in zip(joints, q, sides)
         ]
         self.duration = math.inf
-        self.pressed_at = -math.inf
+        self._pressed_at = -math.inf
         self.rests_from = [0.0] * len(self._joints)
         self._pressed = pressed
 
-    def press(self, t):
-        """Take in at time `t` (s) where gravity presses; for ticks in which nothing is steered."""
-        self.pressed_at = t
-        if not self._pressed:
+    def press(self, t, again=0.0):
+        """Take in at time `t` (s) where gravity presses; for ticks in which nothing is steered.
+
+        `again`: not if that was asked less long ago, s.
+        """
+        if not self._pressed or t - self._pressed_at < again:
             return
+        self._pressed_at = t
         sides = self._pressed([joint.at(t + LEAD)[0] for joint in self._joints])
         for joint, side in zip(self._joints, sides):
             joint.press(t, side)

@@ -17,7 +17,7 @@ class SettlingDetector(object):
     """What is left to correct of one joint when its set-point stands.
 
     Args:
-        longest: time for it on a brick that keeps the shortest period, s.
+        longest: time for it, s.
         fine: rad within which it has settled.
 
     Attributes:
@@ -26,7 +26,7 @@ class SettlingDetector(object):
     """
 
     def __init__(self, longest, fine):
-        self.longest = longest
+        self._longest = longest
         self._fine = fine
         self._seen_since = 0.0
         self.begin_again()
@@ -57,5 +57,5 @@ class SettlingDetector(object):
         near = self._near_since is not None and t - self._near_since >= NEAR_FOR
         stands = t - self._seen_since >= STILL_FOR
         arrived = -ARRIVED * self._fine <= error <= ARRIVED * self._fine
-        self.over = near or stands or (arrived and rested > self.longest)
-        return arrived or not stands and rested <= self.longest + LONGER
+        self.over = near or stands or (arrived and rested > self._longest)
+        return arrived or not stands and rested <= self._longest + LONGER

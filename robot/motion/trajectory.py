@@ -59,15 +59,17 @@ class Trajectory(object):
         self.start, self.end = tuple(cubic[0] for cubic in segments[0][2]), tuple(end)
         self.directions, self.reversals = self._turns()
 
-    def _segment(self, t):
-        """The number of the segment of the time `t` (s), which is on the way."""
+    def _passing(self, t):
+        """(cm since the last knot, cm/s, cubics, J' t) at the time `t` (s), which is on the way."""
         times, k = self._times, self._k
         while t < times[k]:
             k -= 1
         while t > times[k + 1]:
             k += 1
         self._k = k
-        return k
+        v, a, cubics, across = self._segments[k]
+        dt = t - times[k]
+        return dt * (v + 0.5 * a * dt), v + a * dt, cubics, across
 
     def at(self, t):
         """(q, path) at time `t` (s); before the start and after the end it stands still.
@@ -78,26 +80,19 @@ class Trajectory(object):
             return list(self.start), None
         if t >= self.duration:
             return list(self.end), None
-        k = self._segment(t)
-        v, a, cubics, across = self._segments[k]
-        dt = t - self._times[k]
-        s = dt * (v + 0.5 * a * dt)
+        s, v, cubics, across = self._passing(t)
         q, slopes = [], []
         for c0, c1, c2, c3 in cubics:
             bent = c2 + c3 * s
             q.append(c0 + s * (c1 + s * bent))
             slopes.append(c1 + s * (bent + bent + c3 * s))
-        return q, (across, slopes) if across and v + a * dt > CRAWLING else None
+        return q, (across, slopes) if across and v > CRAWLING else None
 
     def speeds(self, t):
         """dq/dt at time `t` (s), rad/s."""
         if not 0 < t < self.duration:
             return [0.0] * len(self.end)
-        k = self._segment(t)
-        v, a, cubics, _ = self._segments[k]
-        dt = t - self._times[k]
-        s = dt * (v + 0.5 * a * dt)
-        v += a * dt
+        s, v, cubics, _ = self._passing(t)
         return [v * (c1 + s * (c2 + c2 + 3.0 * c3 * s)) for _, c1, c2, c3 in cubics]
 
     def _turns(self):
