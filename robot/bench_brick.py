@@ -32,7 +32,8 @@ import ev3dev2.motor  # noqa: E402
 from robot.clock import Clock  # noqa: E402
 from robot.motion import arm as arms  # noqa: E402
 from robot.motion import kinematics, motors, paths, trajectory  # noqa: E402
-from robot.visual_servoing import VisualServoing, make_servo  # noqa: E402
+from robot.servoing.loop import VisualServoing
+from robot.servoing.runs import make_servo  # noqa: E402
 from shared.arm_description import find_arm, read_arm  # noqa: E402
 from shared.messages import decode  # noqa: E402
 
@@ -317,7 +318,9 @@ def measure_servoing(description, mode, laps, pieces):
         servo.decide = laps.timed(
             lambda decision: "{}: decision, {}".format(name, decision.action), servo.decide
         )
-        servo.glimpse = laps.timed(name + ": learning from a frame", servo.glimpse)
+        servo.observe_in_motion = laps.timed(
+            name + ": learning from a frame", servo.observe_in_motion
+        )
         if stream:
             stream.see = laps.timed(name + ": steering by a frame", stream.see)
     eyes = MadeUpCameras(arm, clock, goal)

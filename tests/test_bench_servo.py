@@ -14,10 +14,10 @@ from laptop.cli.main import laptop
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
 from laptop.simulator.world import World
-from robot import visual_servoing
 from robot.motion import kinematics
-from robot.servo import Rows
-from robot.visual_servoing import Verdict
+from robot.servoing import loop
+from robot.servoing.loop import Verdict
+from robot.servoing.rows import Rows
 from shared.orders import ROWS
 
 SEED = 77
@@ -195,7 +195,7 @@ def run_with(monkeypatch, verdict, scene=NOMINAL):
                 raise verdict
             return verdict
 
-    monkeypatch.setattr(visual_servoing, "VisualServoing", Loop)
+    monkeypatch.setattr(loop, "VisualServoing", Loop)
     return servo.run_one(Case("nominal", scene, "planar", SEED, ("chain",)), "chain")
 
 

@@ -12,8 +12,9 @@ from operator import mul
 
 import pytest
 
-from robot.image_jacobian import LEAST_DOUBT, ROUND, ChainModel, LocalJacobian
 from robot.motion import kinematics
+from robot.servoing.chain_model import ROUND, ChainModel
+from robot.servoing.local_jacobian import LEAST_DOUBT, LocalJacobian
 from shared.arm_description import find_arm, read_arm
 
 LINKS = (11.3, 9.5)
@@ -504,23 +505,15 @@ def test_how_the_image_moves_with_the_place_is_that_of_an_affine_camera(chain):
         assert found == pytest.approx(row, abs=0.1)
 
 
-def test_in_space_a_fit_waits_for_three_key_frames_seen_in_motion_or_one_at_rest():
-    """It takes longer than a control tick."""
-    arm = read_arm(find_arm("spatial"))
-    poses = iter(scattered(20, joints=3))
-
-    def news(model, standing):
-        before = model.by_space()
-        model.observe(next(poses), (300.0, 200.0), 1.0, standing=standing)
-        return model.by_space() != before
-
+@pytest.mark.parametrize("name", ["planar", "spatial"])
+@pytest.mark.parametrize("standing", [True, False])
+def test_every_new_key_frame_is_in_the_next_fit(name, standing):
+    arm = read_arm(find_arm(name))
+    poses = iter(scattered(12, joints=len(arm.joints)))
     model = ChainModel(2, arm.chain, [joint.link for joint in arm.joints])
     for k in range(6):
-        q = next(poses)
-        model.observe(q, (10.0 * k, 5.0), 1.0)
-    assert [news(model, False) for _ in range(6)] == [False, False, True] * 2
-    assert news(model, True)
-    planar = taught(affine, scattered(5))
-    before = planar.by_space()
-    planar.observe((1.5, 1.5), (0.0, 0.0), 1.0, standing=False)
-    assert planar.by_space() != before
+        model.observe(next(poses), (10.0 * k, 5.0), 1.0)
+    before = model.by_space()
+    assert model.by_space() == before
+    model.observe(next(poses), (300.0, 200.0), 1.0, standing=standing)
+    assert model.by_space() != before

@@ -9,9 +9,12 @@ import math
 import numpy as np
 import pytest
 
-from robot import image_jacobian
-from robot.image_jacobian import ChainModel, LocalJacobian, Picture
-from robot.servo import best_pose, condition
+from robot.servoing import chain_model, local_jacobian
+from robot.servoing.chain_model import ChainModel
+from robot.servoing.image_model import LocalImageModel
+from robot.servoing.linear_algebra import condition
+from robot.servoing.local_jacobian import LocalJacobian
+from robot.servoing.pose_search import best_pose
 
 
 def test_the_filter_is_the_textbooks():
@@ -20,7 +23,7 @@ def test_the_filter_is_the_textbooks():
     m, n = 2, 3
     true = luck.normal(0, 300, (m, n))
     model = LocalJacobian(m, n)
-    x, P = np.zeros(m * n), np.eye(m * n) * image_jacobian.UNKNOWN**2
+    x, P = np.zeros(m * n), np.eye(m * n) * local_jacobian.UNKNOWN**2
     q = np.zeros(n)
     s, variance = true @ q, 1.0
     model.observe(q.tolist(), s.tolist(), variance)
@@ -32,16 +35,16 @@ def test_the_filter_is_the_textbooks():
         q, s = q + dq, s + ds
         model.observe(q.tolist(), s.tolist(), new_variance)
 
-        bent = image_jacobian.BENDING**2 * (dq @ dq) * (x @ x) / m
+        bent = local_jacobian.BENDING**2 * (dq @ dq) * (x @ x) / m
         P = P + bent * np.eye(m * n)
-        cap = image_jacobian.UNKNOWN**2
+        cap = local_jacobian.UNKNOWN**2
         P[np.diag_indices(m * n)] = np.minimum(np.diag(P), cap)
         H = np.kron(np.eye(m), dq)
         S = H @ P @ H.T + (variance + new_variance) * np.eye(m)
         K = P @ H.T @ np.linalg.inv(S)
         x = x + K @ (ds - H @ x)
         P = (np.eye(m * n) - K @ H) @ P
-        least = image_jacobian.LEAST_DOUBT**2
+        least = local_jacobian.LEAST_DOUBT**2
         P[np.diag_indices(m * n)] = np.maximum(np.diag(P), least)
         variance = new_variance
 
@@ -72,17 +75,17 @@ def test_the_chains_fit_is_numpys_weighted_ridge(links):
     for q, s, variance in zip(poses, seen, variances, strict=True):
         model.observe(q.tolist(), s.tolist(), float(variance))
     here, s_here = luck.uniform(-1, 1, n), luck.normal(0, 100, m)
-    for _ in range(image_jacobian.ROUND + 1):
+    for _ in range(chain_model.ROUND + 1):
         picture = model.seen_from(here.tolist(), s_here.tolist())
 
     u = np.array(links) / np.linalg.norm(links)
     spread = np.zeros((2 * n + 1, 2 * n + 1))
-    spread[0, 0] = image_jacobian.OFFSET**2
-    of_links = image_jacobian.SEEN**2 * np.outer(u, u) + image_jacobian.ODD**2 * np.eye(n)
+    spread[0, 0] = chain_model.OFFSET**2
+    of_links = chain_model.SEEN**2 * np.outer(u, u) + chain_model.ODD**2 * np.eye(n)
     spread[1:, 1:] = np.kron(of_links, np.eye(2))
     whiten = np.linalg.cholesky(np.linalg.inv(spread)).T
     apart = ((poses - here) ** 2).sum(axis=1)
-    sd = np.sqrt(variances + image_jacobian.FAR**2 * apart)
+    sd = np.sqrt(variances + chain_model.FAR**2 * apart)
     A = np.vstack([np.array([planar_terms(q) for q in poses]) / sd[:, None], whiten])
     b = np.vstack([seen / sd[:, None], np.zeros((2 * n + 1, m))])
     W = np.linalg.lstsq(A, b, rcond=None)[0].T
@@ -112,7 +115,9 @@ def test_conditions_are_numpys(shape):
 
 
 def linear_picture(J):
-    return Picture(lambda q: (J @ np.array(q)).tolist(), lambda q: tuple(map(tuple, J.tolist())))
+    return LocalImageModel(
+        lambda q: (J @ np.array(q)).tolist(), lambda q: tuple(map(tuple, J.tolist()))
+    )
 
 
 @pytest.mark.parametrize("joints", [2, 3])
@@ -166,7 +171,7 @@ def test_the_best_pose_before_a_bent_camera_is_the_one_of_a_grid():
         columns = [(see(q + h * e) - see(q - h * e)) / (2 * h) for e in np.eye(2)]
         return tuple(map(tuple, np.array(columns).T.tolist()))
 
-    picture = Picture(lambda q: see(q).tolist(), lambda q: jacobian(np.array(q)))
+    picture = LocalImageModel(lambda q: see(q).tolist(), lambda q: jacobian(np.array(q)))
     low, high = np.array([-0.5, 0.1]), np.array([1.2, 2.0])
     grid = np.stack(
         np.meshgrid(np.linspace(low[0], high[0], 66), np.linspace(low[1], high[1], 73)), axis=-1

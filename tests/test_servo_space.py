@@ -13,7 +13,7 @@ from rig import degrees
 from servo_rig import Camera, SpaceCamera, circling
 
 from robot.motion import kinematics
-from robot.servo import Rows
+from robot.servoing.rows import Rows
 from shared.arm_description import find_arm, read_arm
 
 ABOVE, SIDE = SpaceCamera(math.radians(10)), SpaceCamera(math.radians(90))

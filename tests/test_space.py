@@ -12,9 +12,9 @@ from laptop.bench.draw import Case, draw
 from laptop.cli.main import laptop
 from laptop.simulator.scene import Scene, read_scene
 from robot.driver import LINES, main
-from robot.image_jacobian import ChainModel
 from robot.motion import paths
 from robot.motion.kinematics import branches, forward, joint_positions
+from robot.servoing.chain_model import ChainModel
 from shared.arm_description import find_arm, read_arm
 
 ROOT = Path(__file__).parents[1]

@@ -13,7 +13,7 @@ from servo_rig import PROGRAM, Camera, Watched, circling
 
 from laptop.tracking_server import State
 from robot.motion import kinematics
-from robot.visual_servoing import LONGEST_CHASE
+from robot.servoing.loop import LONGEST_CHASE
 from shared.messages import Start, Stop
 
 PIXEL = 230.0, 185.0

@@ -13,7 +13,7 @@ from servo_rig import SpaceCamera
 
 from laptop.simulator.peripherals import Peripherals
 from laptop.simulator.virtual_tracker import HOST
-from robot.visual_servoing import LINK_PATIENCE, MARKER_PATIENCE
+from robot.servoing.loop import LINK_PATIENCE, MARKER_PATIENCE
 from shared.messages import Start, Stop
 
 SIGNALS = signal.SIGTERM, signal.SIGINT, signal.SIGHUP

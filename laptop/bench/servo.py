@@ -35,10 +35,14 @@ from laptop.simulator.session import park_on_file
 from laptop.simulator.sight import rendered
 from laptop.simulator.virtual_tracker import Markers, See, VirtualTracker
 from laptop.simulator.world import World
-from robot.image_jacobian import ROUND, Picture, straight
 from robot.motion import kinematics
-from robot.servo import Rows, Servo, View
-from robot.visual_servoing import BELIEVED, make_servo
+from robot.servoing.chain_model import ROUND
+from robot.servoing.image_model import LinearImageModel, straight
+from robot.servoing.measurement import Measurement
+from robot.servoing.rows import Rows
+from robot.servoing.runs import make_servo
+from robot.servoing.servo import Servo
+from robot.servoing.sightings import LEAST_CONFIDENCE
 from shared.arm_description import Arm, find_arm, read_arm
 
 Pose = tuple[float, ...]
@@ -280,7 +284,7 @@ def set_up(arm_name: str, seed: int, scene: Scene) -> tuple[SetUp, Cameras]:
 
 
 class TrueJacobian:
-    """What an oracle knows: J at the true pose; the door of robot.image_jacobian's models."""
+    """What an oracle knows: J at the true pose; the door of robot.servoing's models."""
 
     def __init__(self, camera: Camera, brick: EmulatedBrick) -> None:
         self._camera, self._brick = camera, brick
@@ -288,17 +292,14 @@ class TrueJacobian:
     def observe(self, q: Any, s: Any, variance: float, standing: bool = True) -> None:
         """Nothing is learned."""
 
-    def seen_from(self, q: Sequence[float], s: Sequence[float]) -> Picture:
+    def seen_from(self, q: Sequence[float], s: Sequence[float]) -> LinearImageModel:
         """J is right here; elsewhere it is not."""
         jacobian = self._camera.jacobian(self._brick.plant.q)
-
-        def predict(there: Sequence[float]) -> list[float]:
-            return [
-                y + sum(a * (b - c) for a, b, c in zip(row, there, q, strict=True))
-                for y, row in zip(s, jacobian, strict=True)
-            ]
-
-        return Picture(predict, lambda there: jacobian)
+        offset = [
+            y - sum(a * b for a, b in zip(row, q, strict=True))
+            for y, row in zip(s, jacobian, strict=True)
+        ]
+        return straight(jacobian, offset)
 
     def refit(self) -> Iterator[None]:
         """There is nothing to fit."""
@@ -467,7 +468,7 @@ def _found(setting: SetUp, shown: dict[str, pictured.Scene]) -> bool:
     brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
     see = rendered(shown, brick)
     seen = [marker for name in shown for marker in (see(name, 0, 0.0) or {}).values()]
-    return all(marker is not None and marker[2] >= BELIEVED for marker in seen)
+    return all(marker is not None and marker[2] >= LEAST_CONFIDENCE for marker in seen)
 
 
 def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result:
@@ -506,7 +507,7 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
         )
         arm.wake()
         servo, stream = _servo(program, method, setting, cameras, brick, case)
-        loop = program["robot.visual_servoing"].VisualServoing(
+        loop = program["robot.servoing.loop"].VisualServoing(
             arm,
             tracker.client(program.clock, make=program["robot.tracking_client"].TrackingClient),
             program.clock,
@@ -564,17 +565,22 @@ def _servo(
     brick: EmulatedBrick,
     case: Case,
 ) -> tuple[Any, Any]:
-    scene, told, module = case.scene, setting.told, program["robot.servo"]
-    rows = module.Rows(case.rows, len(told.joints))
+    scene, told = case.scene, setting.told
+    rows = program["robot.servoing.rows"].Rows(case.rows, len(told.joints))
     if method == "oracle":
         models = {"oracle": lambda name: TrueJacobian(cameras[name], brick)}
-        servo = module.Servo(told, models, scene.tolerance, known=True, rows=rows)
-        return servo, module.Stream(servo) if scene.mode == "stream" else None
+        servo = program["robot.servoing.servo"].Servo(
+            told, models, scene.tolerance, known=True, rows=rows
+        )
+        return servo, program["robot.servoing.stream"].Stream(
+            servo
+        ) if scene.mode == "stream" else None
     if method.startswith("report"):
         # It ends where it is near; after a goal that moves it has to go on.
         tolerance = 0.0 if scene.speed else scene.tolerance
-        return module.ReportServo(told.joints, tolerance, rows, robust=method != "report"), None
-    make = program["robot.visual_servoing"].make_servo
+        make = program["robot.servoing.report_servo"].ReportServo
+        return make(told.joints, tolerance, rows, robust=method != "report"), None
+    make = program["robot.servoing.runs"].make_servo
     return make(told, method, scene.mode, scene.tolerance, setting.seed, case.rows)
 
 
@@ -772,22 +778,22 @@ def step_cost(arm_name: str = "planar", keys: int = 24) -> str:
 
     start, goal = ((0.2, 0.9), (0.6, 0.5)) if len(cameras) == 1 else ((0.2, 0.9, -1), (0.6, 1, -1))
 
-    def views(q: Sequence[float]) -> list[View]:
-        return [View(name, seen(q, name), seen(goal, name), 0.1, 6) for name in cameras]
+    def measured(q: Sequence[float]) -> list[Measurement]:
+        return [Measurement(name, seen(q, name), seen(goal, name), 0.1, 6) for name in cameras]
 
     def prepared(fits: int) -> Servo:
         servo, _ = make_servo(arm, DEFAULT, "look", 5.0)
         here: Sequence[float] = start
         for _ in arm.joints:  # all are explored
-            here = servo.decide(here, views(here)).q
+            here = servo.decide(here, measured(here)).q
         for _ in range(6 * keys):
             around = [a + draw.uniform(-0.8, 0.8) for a in start]
             for name in cameras:
                 for _ in range(3):  # a frame waits for its neighbours
-                    servo.glimpse(name, around, seen(around, name))
+                    servo.observe_in_motion(name, around, seen(around, name))
         for _ in range(fits):
             for name in cameras:
-                servo.picture(name, here, seen(here, name))
+                servo.models.of("chain", name).seen_from(here, seen(here, name))
         return servo
 
     fastest = [math.inf] * ROUND
@@ -795,7 +801,7 @@ def step_cost(arm_name: str = "planar", keys: int = 24) -> str:
         servo = prepared(fits)
         gc.disable()
         began = time.perf_counter()
-        decision = servo.decide(start, views(start))
+        decision = servo.decide(start, measured(start))
         fastest[fits] = min(fastest[fits], time.perf_counter() - began)
         gc.enable()
         if decision.action != "move":

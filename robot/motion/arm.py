@@ -13,7 +13,7 @@ from robot.motion.control_loop import COARSE, SETTLE, UNHURRIED, ControlLoop, St
 from robot.motion.gravity import Gravity
 from robot.motion.joint_controller import GAINS, JointController
 from robot.motion.motors import JointMotor
-from robot.motion.online_trajectory import Moving, OnlineTrajectory
+from robot.motion.online_trajectory import STOP, Moving, OnlineTrajectory
 from robot.motion.trajectory import JOINT_ACCELERATION, JointMove
 from robot.motion.zero import Zero
 
@@ -41,6 +41,10 @@ DOWN, STAGES = 0.3, 40
 
 PRESS_AGAIN = 0.05
 """How often it is asked where gravity presses, on the way to one place, s."""
+
+LANDS = 1.5
+"""A joint that was to reach a place by itself ends within so many counts of it: what comes after
+goes by where it is, and a coarse loop would take its time for the rest."""
 
 CHASE_ASTRAY = math.radians(5)
 """Greatest error in a chase, rad: a motor faster than described runs ahead on a long way."""
@@ -188,8 +192,9 @@ class RobotArm(object):
         Args:
             settle: longest correction after each, s.
             watch: called in every control tick, right after the encoders were read, with the time
-                (s) and the links' angles as observed (rad), play allowed for as far as known.  What
-                it raises ends the motion, all motors held, and goes on.
+                (s) and the links' angles as observed (rad), play allowed for as far as known.  If
+                it returns STOP, the motions end, all motors held; so they do if it raises, which
+                goes on.
 
         Raises:
             Stalled, TooSlow, MotorNotFound: after stopping.
@@ -207,15 +212,19 @@ class RobotArm(object):
                 sides = plans[-1].sides
             for self._plan in plans:
                 noting = self._noting(self._plan, watch) if watch else None
-                self._loop.run(self.joints, self._plan, settle, watch=noting, weigh=self._weigh)
+                if not self._loop.run(
+                    self.joints, self._plan, settle, watch=noting, weigh=self._weigh
+                ):
+                    self._note_braked()
+                    break
                 self.sides = self._plan.sides
             self._hold(self.joints)
 
     def reach(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, watch=None):
         """Move to `q` (rad), each joint by itself, as fast as a chase and landing as softly.
 
-        On a long way sooner there than `go_to`, and the links end nearer to where they should; but
-        the joints do not move together.
+        On a long way sooner there than `go_to`; but the joints do not move together, and they end
+        within LANDS of where they should, whose place is then known all the same.
 
         Args:
             speed, acceleration: as for `chase`.
@@ -228,9 +237,7 @@ class RobotArm(object):
         self.check(q)
 
         def tell(t, links):
-            if watch:
-                watch(t, links)
-            return q
+            return STOP if watch and watch(t, links) is STOP else q
 
         self._pursue(tell, speed, acceleration, True)
 
@@ -239,8 +246,8 @@ class RobotArm(object):
 
         Args:
             aim: called in every control tick as `watch` of `follow`, it returns where the joints
-                should be (rad, or a pursuit.Moving; what is past a limit means the limit), or
-                None: come to rest, end.
+                should be (rad, or a Moving; what is past a limit means the limit), or None: come to
+                rest, end; or STOP: end at once.
                 It is called to the end, so that it sees the coming to rest, too.
             speed: share of each joint's greatest.
             acceleration: greatest of any joint, rad/s^2.
@@ -262,22 +269,27 @@ class RobotArm(object):
             def steer(t, now, angles):
                 self.sides = pursuit.sides_at(t)
                 wanted = aim(now, self._links(angles))
+                if wanted is STOP:
+                    return STOP
                 if pursuit.duration < math.inf:
                     pursuit.press(t, PRESS_AGAIN)
-                    return
+                    return None
                 angles = wanted.q if isinstance(wanted, Moving) else wanted
                 if angles is not None and not all(math.isfinite(angle) for angle in angles):
                     self.check(angles)
                 pursuit.steer(t, wanted, once)
+                return None
 
-            self._loop.run(
+            if not self._loop.run(
                 self.joints,
                 pursuit,
                 UNHURRIED,
-                astray=CHASE_ASTRAY,
-                watch=steer,
-                weigh=self._weigh,
-            )
+                LANDS,
+                CHASE_ASTRAY,
+                steer,
+                self._weigh,
+            ):
+                self._note_braked()
             self._hold(self.joints)
 
     def _noting(self, plan, watch):
@@ -285,7 +297,7 @@ class RobotArm(object):
 
         def note(t, now, angles):
             self.sides = plan.sides_at(t)
-            watch(now, self._links(angles))
+            return watch(now, self._links(angles))
 
         return note
 
@@ -306,14 +318,18 @@ class RobotArm(object):
             self._homed = self._homed and not isinstance(error, Stalled)
             if self._plan:
                 self.sides = self._plan.sides_at(self._loop.plan_time)
-            self.sides = tuple(
-                0 if abs(self._controllers[motor].speed) > RUNS_ON else side
-                for motor, side in zip(self.joints, self.sides)
-            )
+            self._note_braked()
             self._halt()
             raise
         finally:
             self._plan = None
+
+    def _note_braked(self):
+        """Which side of its backlash a joint lies on is unknown where it runs on."""
+        self.sides = tuple(
+            0 if abs(self._controllers[motor].speed) > RUNS_ON else side
+            for motor, side in zip(self.joints, self.sides)
+        )
 
     def check_plugged_in(self):
         """Notice a pulled cable, also of a motor that is idle; costs no access.

@@ -9,6 +9,7 @@ import math
 
 from robot.motion.joint_controller import ALONG, STIFFNESS
 from robot.motion.motors import DEAD_MAN
+from robot.motion.online_trajectory import STOP
 from robot.motion.pace import SHORTEST, TICKS, Pace
 from robot.motion.settling import STILL_FOR, SettlingDetector
 from shared.arm_description import ArmError
@@ -108,9 +109,13 @@ class ControlLoop(object):
             tolerance: counts within which a motor has settled.
             astray: greatest error on the way, rad.
             watch: called in every tick with the plan's time (s), the clock's (s) and the motors'
-                angles as just observed (rad); what it raises goes on.
+                angles as just observed (rad); if it returns STOP, the motion is over, and what it
+                raises goes on.
             weigh: from the motors' angles (rad) to the torques of the weights that they carry, Nm;
                 None: unknown.
+
+        Returns:
+            Whether it came to the end of the plan.
 
         Raises:
             Stalled, TooSlow, MotorNotFound: with the motors driven still, for DEAD_MAN at most.
@@ -122,7 +127,7 @@ class ControlLoop(object):
         collecting = gc.isenabled()
         gc.disable()
         try:
-            self._run(axes, plan, watch, weigh)
+            return self._run(axes, plan, watch, weigh)
         finally:
             if collecting:
                 gc.enable()
@@ -152,8 +157,8 @@ class ControlLoop(object):
             rate = pace.rate
             self.plan_time = t = t + rate * (now - before)
             angles = [axis.controller.angle for axis in axes]
-            if watch:
-                watch(t, now, angles)
+            if watch and watch(t, now, angles) is STOP:
+                return False
             if weigh:
                 for axis, torque in zip(axes, weigh(angles)):
                     axis.controller.carry(torque)
@@ -178,7 +183,7 @@ class ControlLoop(object):
                         settling.over = True  # so slow a loop gets it no nearer
                     settled = settled and settling.over
             if over and settled:
-                return
+                return True
             # Watching takes time, by which this command comes later.
             before_ahead, t_ahead = t_ahead, t + rate * (now_of() - now + pace.lead)
             speeds = plan.speeds(t_ahead)

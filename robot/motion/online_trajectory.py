@@ -39,6 +39,9 @@ MATCHED = 0.9
 Moving = collections.namedtuple("Moving", "q q_dot")
 Moving.__doc__ = "An aim that moves at a known speed: rad and rad/s."
 
+STOP = object()
+"""Returned in place of an aim, or by who watches a motion: it ends at once, all motors held."""
+
 
 def way(e, v, u, fastest, up, down):
     """The fastest way forward to an aim `e` ahead that moves forward at `u`; never backwards.

@@ -1,0 +1,1 @@
+"""Visual servoing: what was seen becomes where the joints go."""

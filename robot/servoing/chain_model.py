@@ -1,0 +1,313 @@
+"""The image of a chain of revolute joints, learned on the way: no camera is calibrated.  Pure.
+
+    q   joint angles, rad (n)
+    s   image features, px (m)
+    J   image Jacobian ds/dq, px/rad: m rows, n columns
+
+This model and local_jacobian's have the same door: `observe` takes in what was seen at which joint
+angles; `seen_from` gives what is known at this moment, as an image model that later observations do
+not change; `shape` the same but for its place in the image, which costs less; `covariance` says how
+little that is, of J there; `doubt_all` is for when the world has changed.
+"""
+
+import math
+from operator import mul
+
+from robot.servoing.image_model import Chain, LinearImageModel
+from robot.servoing.linear_algebra import back_substituted, cholesky, dot, forward_substituted
+from robot.servoing.robust import ROBUST, trust
+
+SEEN = 400.0
+"""Standard deviation of how far, in px, the sum of the links' directions can move the marker."""
+
+ODD = 25.0
+"""The same of each link by itself: length, zero and lens may be off, px."""
+
+OFFSET = 1e4
+"""The same of where the base is seen, px."""
+
+FAR = 2.3
+"""A key-frame is doubted by so many px per rad of distance from the arm: perspective and lens."""
+
+APART, MOST_KEYS = math.radians(2.5), 24
+"""Key-frames nearer to one another (rad, every joint) are one; so many are held."""
+
+ROUND = 16
+"""After every so manieth fit the key-frames are weighed anew: it makes little difference, and costs
+more than all the rest."""
+
+REWEIGH = 4
+"""The same of fits while the arm moves."""
+
+MOVED = 40.0
+"""What was seen before the world changed is doubted by so many px from then on."""
+
+
+def _planar_terms(q):
+    """1, and the cosine and sine of every link's heading: in a planar chain the angles add up."""
+    terms, heading = [1.0], 0.0
+    for angle in q:
+        heading += angle
+        terms.append(math.cos(heading))
+        terms.append(math.sin(heading))
+    return terms
+
+
+def _planar_slopes(terms, joints):
+    """d terms / dq, one list per joint: joint k turns its own link and those after it."""
+    turned = [0.0] * len(terms)
+    for i in range(1, len(terms), 2):
+        turned[i], turned[i + 1] = -terms[i + 1], terms[i]
+    return [[0.0] * (2 * k + 1) + turned[2 * k + 1 :] for k in range(joints)]
+
+
+def _planar_axes(links):
+    """The place of the tip along each axis of space, as coefficients of the terms."""
+    ahead, aside = [0.0], [0.0]
+    for link in links:
+        ahead += [link, 0.0]
+        aside += [0.0, link]
+    return [ahead, aside]
+
+
+def _spatial_terms(q):
+    """1, cosine and sine of the yaw; of every link that pitches its reach up, ahead and aside."""
+    cos, sin = math.cos(q[0]), math.sin(q[0])
+    terms, heading = [1.0, cos, sin], 0.0
+    for angle in q[1:]:
+        heading += angle
+        out = math.cos(heading)
+        terms += math.sin(heading), out * cos, out * sin
+    return terms
+
+
+def _spatial_slopes(terms, joints):
+    """d terms / dq, one list per joint: the yaw turns what reaches out, a pitch its links."""
+    cos, sin = terms[1:3]
+    yawed, turned = [0.0, -sin, cos], [0.0, 0.0, 0.0]
+    for i in range(3, len(terms), 3):
+        up, ahead, aside = terms[i : i + 3]
+        yawed += 0.0, -aside, ahead
+        turned += ahead * cos + aside * sin, -up * cos, -up * sin
+    return [yawed] + [[0.0] * (3 * k) + turned[3 * k :] for k in range(1, joints)]
+
+
+def _spatial_axes(links):
+    """As _planar_axes: out from the base's axis, ahead and aside; and upwards."""
+    ahead, aside, up = [0.0] * 3, [0.0] * 3, [0.0] * 3
+    for link in links[1:]:
+        up += link, 0.0, 0.0
+        ahead += 0.0, link, 0.0
+        aside += 0.0, 0.0, link
+    return [ahead, aside, up]
+
+
+def _precision(axes):
+    """Of the terms' coefficients, px^-2, before anything was seen; the lower triangle.
+
+    Each axis of space may be seen in any way (SEEN px along the whole arm); each term by itself
+    deviates from that (ODD).  The inverse of ODD^2 I + SEEN^2 sum u u', the u being orthogonal unit
+    vectors (Sherman and Morrison 1950); a constant offset may be anything.
+    """
+    units = []
+    for axis in axes:
+        whole = math.sqrt(dot(axis, axis))
+        units.append([a / whole for a in axis])
+    share = SEEN**2 / (ODD**2 + SEEN**2)
+    precision = [[1 / OFFSET**2]]
+    for i in range(1, len(axes[0])):
+        precision.append(
+            [0.0]
+            + [
+                ((i == j) - share * sum(u[i] * u[j] for u in units)) / ODD**2
+                for j in range(1, i + 1)
+            ]
+        )
+    return precision
+
+
+_CHAINS = {
+    "planar": Chain(_planar_terms, _planar_slopes, _planar_axes),
+    "spatial": Chain(_spatial_terms, _spatial_slopes, _spatial_axes),
+}
+
+
+class _Key(object):
+    """A key-frame: what was seen at one pose.
+
+    products  what a weight of 1 would add to the normal equations
+    weight    with which it is in them
+    """
+
+    __slots__ = ("q", "terms", "s", "variance", "products", "weight")
+
+    def __init__(self, q, terms, s, variance):
+        self.q, self.terms, self.s, self.variance = q, terms, s, variance
+        self.weight = 0.0
+        products = [a * b for i, a in enumerate(terms, 1) for b in terms[:i]]
+        self.products = products + [a * y for y in s for a in terms]
+
+
+class ChainModel(object):
+    """The image as a linear function of the sines and cosines of a chain of revolute joints.
+
+    A revolute joint moves an image point on a projected circle (Ruf, Horaud and others: visual
+    control by projective kinematics); so s = W terms(q), where W holds camera and link lengths.  W
+    is fitted to key-frames by least squares: each is weighed by its noise, by its distance from the
+    arm, which takes up perspective and lens, and by how well it agreed with the fit before.  The
+    lengths of the description are no more than a prior.
+
+    Args:
+        rows: m.
+        chain: kind of the arm's chain.
+        links: their lengths, cm.
+    """
+
+    def __init__(self, rows, chain, links):
+        self._rows = rows
+        self._joints = len(links)
+        self._chain = _CHAINS[chain]
+        self._axes = self._chain.axes(links)
+        precision = _precision(self._axes)
+        size = len(precision)
+        whole = size * (size + 1) // 2
+        # The normal equations: the lower triangle row by row, then the right sides.
+        self._prior = self._sums = sum(precision, []) + [0.0] * (rows * size)
+        self._triangle = [slice(i * (i + 1) // 2, (i + 1) * (i + 2) // 2) for i in range(size)]
+        self._sides = [slice(whole + k * size, whole + (k + 1) * size) for k in range(rows)]
+        self._keys = []
+        self._fits = self._refits = 0
+        self._fitted = self._shape = None  # W
+        self._waiting = False  # are there key-frames that are not in W?
+
+    def observe(self, q, s, variance, standing=True):
+        """Keep what was seen as a key-frame, in place of one that is nearly the same.
+
+        Args:
+            variance: of each element of s, px^2.
+            standing: what was seen in motion does not replace what is known better.
+        """
+        near = []
+        for key in self._keys:
+            for a, b in zip(key.q, q):
+                if not -APART < a - b < APART:
+                    break
+            else:
+                near.append(key)
+        if near and not standing and min(key.variance for key in near) <= variance:
+            return
+        new = _Key(tuple(q), self._chain.terms(q), tuple(s), variance)
+        old = near or self._keys[: 1 - MOST_KEYS]
+        if len(old) == 1:  # most often, and half as much to do
+            self._replace(old[0], new)
+        else:
+            self._weigh(new, 1 / variance)
+            for key in old:
+                self._weigh(key, 0.0)
+        self._keys = [key for key in self._keys if key.weight] + [new]
+        self._waiting = True
+
+    def seen_from(self, q, s):
+        """The image model of an arm that is at q, where s is seen."""
+        W = self._fit(q)
+        here = self._chain.terms(q)
+        self._slopes = self._chain.slopes(here, self._joints)
+        offset = [y - sum(map(mul, w, here)) for y, w in zip(s, W)]
+        return LinearImageModel(self._chain, self._joints, W, offset)
+
+    def refit(self):
+        """Fit anew if there is enough that is new: an iterator, each step a slice of the work."""
+        if self._fitted is not None and not self._waiting:
+            return
+        W = self._solve()
+        self._refits += 1
+        if self._refits % REWEIGH:
+            return
+        q = self._keys[-1].q
+        deserved = []
+        for key in self._keys:
+            yield
+            deserved.append((key, self._deserved(key, q, W)))
+        for key, weight in deserved:
+            yield
+            if key.weight:  # it has not been left out meanwhile
+                self._weigh(key, weight)
+        self._waiting = True
+
+    def shape(self):
+        """The same but for its place in the image, as last fitted; the same as long as that."""
+        if self._fitted is None or self._shape is None or self._shape.W is not self._fitted:
+            W = self._fitted or self._fit(self._keys[-1].q)
+            self._shape = LinearImageModel(self._chain, self._joints, W, [0.0] * self._rows)
+        return self._shape
+
+    def _weigh(self, key, weight):
+        """Let a key-frame count for so much in the normal equations."""
+        more = weight - key.weight
+        self._sums = [total + more * p for total, p in zip(self._sums, key.products)]
+        key.weight = weight
+
+    def _replace(self, old, new):
+        """Let a new key-frame count in place of an old one."""
+        less, more = old.weight, 1 / new.variance
+        products = zip(self._sums, old.products, new.products)
+        self._sums = [total - less * a + more * b for total, a, b in products]
+        old.weight, new.weight = 0.0, more
+
+    def _solve(self):
+        """Fit W (m x terms) by least squares, and return it."""
+        sums = self._sums
+        self._L = L = cholesky([sums[part] for part in self._triangle])
+        W = [back_substituted(L, forward_substituted(L, sums[side])) for side in self._sides]
+        self._fitted, self._waiting = W, False
+        return W
+
+    def _fit(self, q):
+        """W, with all that was learned in it."""
+        W = self._solve() if self._fitted is None or self._waiting else self._fitted
+        self._fits += 1
+        if self._fits % ROUND == 0 and self._keys:
+            self._weigh_all(q, W)
+        return W
+
+    def _weigh_all(self, q, W):
+        """By how well they agree with W, and by their distance from q.
+
+        Together: weighed one by one, what is right would be doubted before what is false is.
+        """
+        for key in self._keys:
+            key.weight = self._deserved(key, q, W)
+        weights = [key.weight for key in self._keys]
+        columns = zip(*[key.products for key in self._keys])
+        self._fitted = None
+        self._sums = [p + sum(map(mul, weights, column)) for p, column in zip(self._prior, columns)]
+
+    def _deserved(self, key, q, W):
+        """The weight of a key-frame."""
+        doubt = key.variance
+        for a, b in zip(key.q, q):
+            doubt += FAR**2 * (a - b) * (a - b)
+        terms, excess = key.terms, 0.0
+        for off, w in zip(key.s, W):
+            for a, b in zip(w, terms):
+                off -= a * b
+            excess += off * off
+        return trust(excess / (doubt * self._rows * ROBUST**2)) / doubt
+
+    def covariance(self):
+        """Of each row of J, n x n, (px/rad)^2, where it was last seen from."""
+        # slope' N^-1 slope, from one side: N^-1 = L'^-1 L^-1
+        halves = [forward_substituted(self._L, slope) for slope in self._slopes]
+        return [[sum(map(mul, a, b)) for b in halves] for a in halves]
+
+    def by_space(self):
+        """How the image moves with the tip's place in space, px/cm: m rows, W along the axes."""
+        W = self._fit(self._keys[-1].q)
+        return [[dot(w, axis) / dot(axis, axis) for axis in self._axes] for w in W]
+
+    def doubt_all(self):
+        """The camera was moved, or the like: what was seen before counts little from now on."""
+        for key in self._keys:
+            key.variance += MOVED**2
+            self._weigh(key, 1 / key.variance)
+        self._fitted = None

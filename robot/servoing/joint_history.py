@@ -1,0 +1,41 @@
+"""Where the joints were: a image is of the past.  Pure."""
+
+import bisect
+
+
+class JointHistory(object):
+    """Where the joints were: a image is of the past.
+
+    Args:
+        seconds: how long it is kept.
+    """
+
+    def __init__(self, seconds=2.0):
+        self._seconds = seconds
+        self._times, self._angles = [], []
+
+    def add(self, t, q):
+        """The joints are at q (rad) at time t (s); earlier times than the last are left out."""
+        if self._times and t <= self._times[-1]:
+            return
+        self._times.append(t)
+        self._angles.append(tuple(q))
+        if t - self._times[0] > 1.5 * self._seconds:
+            old = max(0, bisect.bisect(self._times, t - self._seconds) - 1)
+            del self._times[:old]
+            del self._angles[:old]
+
+    def at(self, t):
+        """q at time t, rad, between the neighbours in time; None before the first."""
+        k = bisect.bisect(self._times, t)
+        if k == 0:
+            return None
+        if k == len(self._times):
+            return self._angles[-1]
+        share = (t - self._times[k - 1]) / (self._times[k] - self._times[k - 1])
+        return tuple(a + share * (b - a) for a, b in zip(self._angles[k - 1], self._angles[k]))
+
+    @property
+    def last(self):
+        """(t, q) of the newest entry, or None."""
+        return (self._times[-1], self._angles[-1]) if self._times else None

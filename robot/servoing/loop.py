@@ -1,0 +1,462 @@
+"""The loop of visual servoing: receive what the cameras see, let the servo decide, move the arm.
+
+The way of a stop.  What ends a motion is found out where messages are received (`_receive`): a stop
+or a refusal of the laptop, the end of the time, cameras that see too little.  It comes back as a
+Halt to the control tick (`_watch`, `_steer`), which hands STOP to the arm's control loop: that
+returns at once, and the arm holds every motor.  `_serve` goes by the Halt: an end becomes the
+verdict; a hold is told, and it is looked until something is seen again.  Trouble of the arm itself
+(a stall, a motor that is gone, a brick that is too slow) and signals come as exceptions from the
+arm, which has stopped before anybody hears of it.
+"""
+
+import math
+from collections import OrderedDict, deque, namedtuple
+
+from robot.motion.online_trajectory import STOP
+from robot.servoing.linear_algebra import apart, condition, length
+from robot.servoing.measurement import error_of
+from robot.servoing.servo import CONVERGED
+from robot.servoing.sightings import LOST, Sightings
+from shared.arm_description import ArmError
+from shared.messages import Stop
+
+MARKER_PATIENCE, LINK_PATIENCE = 10.0, 20.0
+"""The run is given up when marker or link have not come back for so long, s."""
+
+LEARNING_STEP = math.radians(0.5)
+"""Frames in motion are learned from if a joint has moved by so much in between, rad."""
+
+MOST_KEPT = 200
+"""Frames that wait to be learned from, and those of a chase that may have been seen at rest."""
+
+SETTLED = 0.03
+"""What is seen so long after the end of a motion is seen of an arm that stands, s."""
+
+LONGEST_CHASE = 6.0
+"""After a goal that stands; then the arm stands, too, and is looked at, s."""
+
+WAIT = 0.1
+"""For observations while nothing is to be done, s at a time."""
+
+LISTENS, STREAMS = 0.08, 0.03
+"""In a motion messages are received so often, s; where it is steered by them, more often."""
+
+WORK = 0.006
+"""So much of a control tick, and a slice more, goes into learning and aiming, s."""
+
+FASTEST = math.radians(60)
+"""Of any joint, rad/s."""
+
+FEWER = 0.5
+"""The share of its speed at which it goes on when a camera has lost sight of the marker."""
+
+Verdict = namedtuple("Verdict", "word reason error q moves measurements frames seconds")
+Verdict.__doc__ = """How a run ended.
+
+word          "converged", or why not
+reason        in words for people; "" where the word says it all
+error         distance of tip and goal in the image when last measured, px, or None
+q             joint angles, rad, or None
+moves, measurements, frames, seconds   what it took
+"""
+
+Halt = namedtuple("Halt", "word reason")
+Halt.__doc__ = (
+    """Why a motion is over: a verdict's word and its reason; HOLD: too little is seen."""
+)
+
+HOLD = Halt("", "")
+
+
+class VisualServoing(object):
+    """The loop of one run.
+
+    Args:
+        arm: robot.motion.arm.RobotArm, its zero known.
+        client: robot.tracking_client.TrackingClient, or what looks like one.
+        clock: has `now()` and `sleep(seconds)`.
+        servo: Servo or ReportServo.
+        goals: {camera: (u, v)}, px; none for the marker.
+        stream: a Stream to steer by while the arm moves; None: look, then move.
+        budget: s.
+        most_moves: None for no limit.
+        follow: go on after a goal that moves, until the budget is spent or the laptop stops it; it
+            has converged if the smoothed error is then less than so many px. None: end at the goal.
+        log: called with a dict per line of the log; None for none.
+        say: called with each line of progress.
+        number: of the run, for the laptop.
+    """
+
+    def __init__(
+        self, arm, client, clock, servo, goals=None, stream=None, budget=60.0,
+        most_moves=None, follow=None, log=None, say=print, number=1
+    ):  # fmt: skip
+        self._arm, self._client, self._clock, self._servo = arm, client, clock, servo
+        self._stream = stream
+        self._budget, self._most_moves, self._follow = budget, most_moves, follow
+        self._log = log
+        self._say = say
+        self._number = number
+        self._speed = min(1.0, FASTEST / max(j.max_speed for j in arm.description.joints))
+        self._sightings = Sightings(goals or {}, stream is not None)
+        self._began = self._seen_at = self._unlinked_at = self._heard_at = clock.now()
+        self._held_for = None
+        self._halt = None  # why the motion is over
+        self._error, self._e, self._condition = None, {}, None
+        self._chased, self._chase_began = [], None
+        self._unlearned = deque(maxlen=MOST_KEPT)  # frames that were seen in motion
+        self._kept_at = {}  # camera: where the joints were in the last of these
+        self._work = iter(())
+        self._enough = {}  # cameras: whether what they see determines where the joints go
+        self._moves = self._measurements = self._frames = self._heard = 0
+
+    def run(self):
+        """Servo until a verdict.
+
+        Returns:
+            Verdict; the arm is held.
+
+        Raises:
+            whatever is not the arm's trouble (a signal), after the verdict is on record.
+        """
+        self._began = self._seen_at = self._unlinked_at = self._clock.now()
+        try:
+            end = self._serve()
+        except ArmError as error:
+            end = Halt(_word_for(error), str(error))
+        except BaseException as error:
+            self._conclude(Halt("stopped", str(error)))
+            raise
+        return self._conclude(end)
+
+    def progress(self):
+        """What the laptop is told of the run so far, as TrackingClient.report takes it."""
+        return {
+            "error": self._error, "e": self._e, "condition": self._condition,
+            "moves": self._moves, "run": self._number,
+        }  # fmt: skip
+
+    def _serve(self):
+        """Look, decide and move until a Halt that is an end."""
+        seen = ()
+        while True:
+            end, q, measurements, frames = self._measure(*seen)
+            if end:
+                return end
+            seen = ()
+            began = self._clock.now()
+            decision = self._servo.decide(q, measurements)
+            self._enough = {}
+            measurements = [m for m in measurements if m.camera in self._servo.cameras]
+            self._error = length(error_of(measurements, self._servo.rows))
+            self._record_step(q, measurements, frames, decision, self._clock.now() - began)
+            if decision.action == "end":
+                if self._follow and decision.verdict == CONVERGED:
+                    continue
+                return Halt(decision.verdict, decision.reason)
+            if self._moves == self._most_moves:
+                return Halt("budget spent", "{} moves".format(self._moves))
+            self._moves += 1
+            self._halt, self._work = None, iter(())
+            speed = self._speed * (FEWER if self._sightings.any_blind else 1.0)
+            if self._stream is not None and decision.action == "move":
+                self._stream.begin(decision.q)
+                self._chased, self._chase_began = [], self._clock.now()
+                self._arm.chase(self._steer, speed)
+                seen = self._stream.still_since, self._chased
+            else:
+                self._arm.reach(decision.q, speed, watch=self._watch)
+            if self._halt is HOLD:
+                self._note_lost()
+                seen = ()
+            elif self._halt:
+                return self._halt
+
+    # Seeing
+
+    def _receive(self, timeout, moving=False):
+        """(the new MarkerFrames, camera by camera; a Halt that is an end, or None)."""
+        new = self._client.look(timeout)
+        now = self._heard_at = self._clock.now()
+        end = self._end_due(now)
+        self._client.report(self._where() or (), reason=self._held_for or "", **self.progress())
+        frames = []
+        for camera in sorted(new):
+            frame = self._sightings.frame(new[camera], now, moving, self._log and self._log_frame)
+            if frame is not None:
+                frames.append(frame)
+                if self._follow:
+                    self._sightings.smooth(frame)
+        self._heard += len(frames)
+        if frames and self._sees_enough(now):
+            self._note_changes(now)
+            if self._held_for is not None:
+                self._note(
+                    "{} again".format("seen" if self._held_for == "marker lost" else "linked")
+                )
+                self._held_for = None
+        return frames, end
+
+    def _end_due(self, now):
+        """The Halt that is due whatever is seen; None."""
+        for command in self._client.commands():
+            if isinstance(command, Stop):
+                return self._end_from_outside("stopped", command.reason or "by the laptop")
+            self._note("a start of the laptop is ignored: this run is not over; stop it first")
+        if self._client.refused:
+            return Halt("link lost", self._client.why)
+        if now - self._began > self._budget:
+            return self._end_from_outside("budget spent", self._why_so_long(now))
+        if not self._client.linked:
+            self._unlinked_at = now
+        return None
+
+    def _sees_enough(self, now):
+        """Whether what was lately seen determines the motion; keeps in mind when it last was."""
+        cameras, seen_by = [], self._sightings.seen_by
+        for camera in sorted(seen_by, key=seen_by.get, reverse=True):
+            cameras.append(camera)
+            if self._suffice(cameras):
+                self._seen_at = max(self._seen_at, seen_by[camera])
+                return now - self._seen_at <= LOST
+        return False
+
+    def _suffice(self, cameras):
+        """Servo.suffices, which between two decisions does not change."""
+        key = frozenset(cameras)
+        if key not in self._enough:
+            self._enough[key] = self._servo.suffices(cameras)
+        return self._enough[key]
+
+    def _note_changes(self, now):
+        """Tell of cameras that have lost sight of the marker, and see it again."""
+        lost, found = self._sightings.changes(now)
+        seeing = " and ".join(self._sightings.seeing(now)) if lost else ""
+        for camera in lost:
+            self._note("camera {}: marker lost; on with {}".format(camera, seeing))
+        for camera in found:
+            self._note("camera {}: marker seen again".format(camera))
+
+    def _end_from_outside(self, word, reason):
+        """End, though the servo has not decided so; who follows a goal has converged if near it."""
+        now = self._clock.now()
+        behind = self._sightings.behind
+        if behind and now - self._seen_at <= LOST:
+            lately = {c: behind[c] for c in self._sightings.seeing(now) if c in behind}
+            self._error = length(self._servo.rows.values(lately))
+            if self._error < self._follow:
+                word = CONVERGED
+        return Halt(word, reason)
+
+    def _why_so_long(self, now):
+        rate = self._heard / (now - self._began) / max(1, len(self._sightings.seen_by))
+        reason = "{:g} s".format(self._budget)
+        if rate < 2 / LOST:
+            reason += "; {:.1f} pictures a second with the marker in them, {:g} are needed".format(
+                rate, math.ceil(2 / LOST)
+            )
+        return reason
+
+    def _where(self):
+        """The joints' angles when last seen, rad; None before."""
+        last = self._sightings.history.last
+        return last and last[1]
+
+    def _measure(self, since=None, seen=()):
+        """Stand, and look until it is enough; holds as long as nothing is seen.
+
+        Args:
+            since: the arm stands since then, s; now if None.
+            seen: MarkerFrames that have come in meanwhile.
+
+        Returns:
+            (Halt that is an end or None, q, [Measurement], frames it took)
+        """
+        q = self._arm.angles()
+        now = self._clock.now()
+        self._sightings.history.add(now, q)
+        since = (now if since is None else since) + SETTLED
+        frames, heard, count = {}, {}, 0
+        while True:
+            self._learn()
+            new, end = self._receive(0.0 if self._unlearned else WAIT)
+            if end:
+                return end, q, None, count
+            for frame in list(seen) + new:
+                heard[frame.camera] = self._clock.now()
+                if frame.t >= since:
+                    of_camera = frames.setdefault(frame.camera, [])
+                    of_camera.append((frame.t, frame.s, frame.goal))
+                    count += 1
+            seen = ()
+            for camera in list(frames):
+                if self._clock.now() - heard[camera] > LOST:  # the others do not wait for it
+                    del frames[camera]
+            measurements = None
+            if self._servo.suffices(sorted(frames)):
+                measurements = self._servo.estimator.measurements(frames)
+            if measurements:
+                while self._learn():
+                    pass
+                self._measurements += 1
+                self._frames += count
+                return None, q, measurements, count
+            now = self._clock.now()
+            if now - self._seen_at > LOST:
+                self._note_lost()
+                frames, count = {}, 0
+                if now - max(self._seen_at, self._unlinked_at) > MARKER_PATIENCE:
+                    joints = len(self._arm.description.joints)
+                    why = self._sightings.what_is_missing(now, joints, MARKER_PATIENCE)
+                    return Halt("marker lost", why), q, None, 0
+                if not self._client.linked and now - self._seen_at > LINK_PATIENCE:
+                    return Halt("link lost", self._client.why), q, None, 0
+
+    def _note_lost(self):
+        why = "marker lost" if self._client.linked else "link lost"
+        if self._held_for != why:
+            self._held_for = why
+            self._note("{}: held".format(why))
+
+    # Moving
+
+    def _listen(self):
+        """Take in what has come in, in motion: (MarkerFrames, Halt or None)."""
+        frames, halt = self._receive(0.0, moving=True)
+        for frame in frames:
+            before = self._kept_at.get(frame.camera)
+            if frame.q is not None and (before is None or apart(frame.q, before) > LEARNING_STEP):
+                self._kept_at[frame.camera] = frame.q
+                self._unlearned.append(frame)
+        seeing = self._sightings.seeing(self._heard_at)
+        going_by = [camera for camera in seeing if camera in self._servo.cameras]
+        if not halt and not (going_by and self._suffice(going_by)):
+            halt = HOLD
+        return frames, halt
+
+    def _watch(self, t, q):
+        """What is done in every control tick of a motion: None to go on, or STOP."""
+        self._sightings.history.add(t, q)
+        if t - self._heard_at >= LISTENS:
+            _, self._halt = self._listen()
+            if self._halt:
+                return STOP
+        while self._clock.now() - t < WORK and self._learn(self._servo.using):
+            pass
+        return None
+
+    def _steer(self, t, q):
+        """The same of a chase: where the joints should be, None to come to rest, or STOP."""
+        self._sightings.history.add(t, q)
+        if t - self._heard_at >= STREAMS:
+            frames, self._halt = self._listen()
+            if self._halt:
+                return STOP
+            self._chased += frames
+            del self._chased[:-MOST_KEPT]
+            for frame in frames:
+                self._stream.see(frame, self._sightings.goals.get(frame.camera))
+        while self._clock.now() - t < WORK:
+            if next(self._work, self) is self:
+                if not (self._unlearned or self._stream.has_news):
+                    break
+                self._work = self._stream_work()
+        aim = self._stream.aim(t, q)  # it notes since when the joints stand
+        late = t - self._chase_began > LONGEST_CHASE and not self._sightings.goal_moves(t)
+        return None if late else aim
+
+    def _stream_work(self):
+        """Aim by what was seen; then learn from a frame and make use of it: slice by slice."""
+        for _ in self._stream.reaim():
+            yield
+        if self._learn(self._servo.using):
+            yield
+            for _ in self._stream.refit():
+                yield
+
+    def _learn(self, only=None):
+        """Learn from a frame that was seen in motion; whether there was one."""
+        if not self._unlearned:
+            return False
+        frame = self._unlearned.popleft()
+        self._servo.observe_in_motion(frame.camera, frame.q, frame.s, only)
+        return True
+
+    # Telling
+
+    def _record_step(self, q, measurements, frames, decision, computing):
+        servo = self._servo
+        unequal = servo.J and condition(servo.J)
+        self._condition = None if unequal == math.inf else unequal  # JSON knows no infinity
+        names = servo.rows.names(m.camera for m in measurements)
+        s = servo.rows.values({m.camera: m.s for m in measurements})
+        goal = servo.rows.values({m.camera: m.goal for m in measurements})
+        self._e = {name: a - b for name, a, b in zip(names, s, goal)}
+        self._log_line(
+            "step", self._clock.now(), q=q, rows=names, s=s, goal=goal,
+            error=self._error, sigma=servo.estimator.sigma, frames=frames,
+            J=servo.J, condition=self._condition, model=servo.using,
+            action="hold" if decision.action == "end" else decision.action,
+            q_wanted=decision.q, computing=computing,
+        )  # fmt: skip
+        if decision.q is not None:
+            step = " ".join("{:+.1f}".format(math.degrees(b - a)) for a, b in zip(q, decision.q))
+            self._say(
+                "move {}: {:.1f} px off, {}, {} deg".format(
+                    self._moves + 1,
+                    self._error,
+                    servo.using if decision.action == "move" else decision.action,
+                    step,
+                )
+            )
+
+    def _note(self, text):
+        self._say(text)
+        self._log_line("note", self._clock.now(), text=text)
+
+    def _log_frame(self, frame):
+        self._log_line(
+            "seen", frame.t, camera=frame.camera, q=frame.q, s=frame.s, goal=frame.goal
+        )  # fmt: skip
+
+    def _log_line(self, kind, t, **values):
+        if not self._log:
+            return
+        line = OrderedDict([("kind", kind), ("t", round(t - self._began, 4))])
+        line.update(sorted(values.items()))
+        self._log(line)
+
+    def _conclude(self, end):
+        now, q = self._clock.now(), self._where()
+        verdict = Verdict(
+            end.word, end.reason, self._error, q, self._moves, self._measurements, self._frames,
+            now - self._began,
+        )  # fmt: skip
+        self._client.report(q or (), verdict=end.word, reason=end.reason, **self.progress())
+        self._log_line(
+            "verdict", now, verdict=end.word, reason=end.reason, error=self._error, q=q,
+            moves=self._moves, measurements=self._measurements, frames=self._frames,
+        )  # fmt: skip
+        return verdict
+
+
+def _word_for(error):
+    """The verdict that an ArmError comes to."""
+    # Not above: the laptop, which has no motors, is to be told so in one line.
+    from robot.motion.control_loop import Stalled, TooSlow
+    from robot.motion.motors import MotorNotFound
+
+    if isinstance(error, TooSlow):
+        return "too slow"
+    return "stalled" if isinstance(error, (Stalled, MotorNotFound)) else "stopped"
+
+
+def in_words(verdict):
+    """A Verdict as one line."""
+    text = verdict.word
+    if verdict.error is not None:
+        text += ": {:.1f} px off".format(verdict.error)
+    text += " after {} move{}, {:.1f} s".format(
+        verdict.moves, "" if verdict.moves == 1 else "s", verdict.seconds
+    )
+    return text + (" ({})".format(verdict.reason) if verdict.reason else "")

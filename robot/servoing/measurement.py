@@ -1,0 +1,131 @@
+"""From frames of an arm that stands to what one measurement says.  Pure.
+
+s   image features, px: u and v of a camera
+"""
+
+import math
+from collections import namedtuple
+from operator import sub
+
+from robot.servoing.linear_algebra import length, median
+
+FEWEST_FRAMES, MOST_FRAMES = 6, 12
+"""Frames of a measurement; where noise might decide whether it has arrived, up to MOST_FRAMES."""
+
+MEDIAN = math.pi / 2
+"""Variance of a median of normal noise, over that of a mean."""
+
+FIRST_SIGMA, LEAST_SIGMA = 1.0, 0.2
+"""Noise of a frame before it is known, and the least that is believed, px."""
+
+SCATTERED = 3.0
+"""Frames that scatter so much more than usual are not enough yet."""
+
+Measurement = namedtuple("Measurement", "camera s goal variance frames")
+Measurement.__doc__ = """What one camera has measured while the arm stood.
+
+s, goal    px;  variance  of each element of s, px^2;  frames  that it took
+"""
+
+
+def robust_mean(frames):
+    """Median of what was seen, after far-off frames were left out.
+
+    Args:
+        frames: list of s, px.
+
+    Returns:
+        (s, standard deviation of a frame by the median absolute deviation, frames kept)
+    """
+    middle = [median(column) for column in zip(*frames)]
+    columns = list(zip(*frames))
+    sigma = sum(1.4826 * median([abs(x - m) for x in c]) for c, m in zip(columns, middle))
+    sigma /= len(middle)
+    limit = max(3 * sigma, 3.0)
+    kept = [f for f in frames if max(abs(x - m) for x, m in zip(f, middle)) <= limit] or frames
+    return tuple(median(column) for column in zip(*kept)), sigma, len(kept)
+
+
+def error_of(measurements, rows):
+    """e = s - s_star, the Rows that count of all cameras in turn, px."""
+    return rows.values(
+        {
+            measurement.camera: tuple(map(sub, measurement.s, measurement.goal))
+            for measurement in measurements
+        }
+    )
+
+
+class MedianEstimator(object):
+    """Collects frames of an arm that stands until they are enough; the median, robustly."""
+
+    def __init__(self, tolerance, rows):
+        self._sigmas = {}
+        self._tolerance = tolerance
+        self._rows = rows
+
+    def sigma_of(self, camera):
+        """Noise of a frame of a camera, px."""
+        return self._sigmas.get(camera, FIRST_SIGMA)
+
+    @property
+    def sigma(self):
+        """The same of the noisiest camera."""
+        return max(self._sigmas.values()) if self._sigmas else FIRST_SIGMA
+
+    def measurements(self, frames):
+        """[Measurement], or None while more frames are needed.
+
+        Args:
+            frames: {camera: [(t, s, goal)]} in order of time, all since the arm stands.
+        """
+        if not frames or min(len(seen) for seen in frames.values()) < FEWEST_FRAMES:
+            return None
+        measurements, spreads = [], {}
+        scattered = False
+        for camera in sorted(frames):
+            s, spread, kept = robust_mean([s for _, s, _ in frames[camera]])
+            usual = self.sigma_of(camera)
+            variance = MEDIAN * max(usual, LEAST_SIGMA) ** 2 / kept
+            measurements.append(
+                Measurement(camera, s, frames[camera][-1][2], variance, len(frames[camera]))
+            )
+            spreads[camera] = min(max(spread, LEAST_SIGMA), SCATTERED * usual)
+            scattered = scattered or spread > SCATTERED * usual
+        off = length(error_of(measurements, self._rows))
+        enough = min(measurement.frames for measurement in measurements) >= MOST_FRAMES
+        doubtful = abs(off - self._tolerance) < 2 * math.sqrt(sum(v.variance for v in measurements))
+        if (doubtful or scattered) and not enough:
+            return None
+        for camera in spreads:
+            usual = self.sigma_of(camera)
+            self._sigmas[camera] = usual + 0.3 * (spreads[camera] - usual)
+        return measurements
+
+
+class ReportEstimator(object):
+    """The report's: 20 points over 2 s, their mean; with `robust` their median."""
+
+    POINTS, PERIOD = 20, 0.1
+
+    def __init__(self, robust=False):
+        self.sigma = FIRST_SIGMA
+        self._robust = robust
+
+    def measurements(self, frames):
+        """As MedianEstimator.measurements."""
+        measurements = []
+        for camera in sorted(frames):
+            points, due = [], None
+            for t, s, _ in frames[camera]:
+                if due is None or t >= due - 1e-6:
+                    points.append(s)
+                    due = t + self.PERIOD if due is None else due + self.PERIOD
+            if len(points) < self.POINTS:
+                return None
+            columns = list(zip(*points))
+            s = [median(c) if self._robust else sum(c) / len(c) for c in columns]
+            measurements.append(
+                Measurement(camera, tuple(s), frames[camera][-1][2], 0.1, len(points))
+            )
+        return measurements or None

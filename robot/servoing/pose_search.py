@@ -1,0 +1,100 @@
+"""The search for the joint angles at which the image is as wanted.  Pure."""
+
+import math
+from operator import add, mul, sub
+
+from robot.servoing.linear_algebra import solve_definite
+
+SHARP, FLAT = 0.25, 0.05
+"""A pose is searched no finer than this, px^2."""
+
+
+def best_pose(image, goal, start, low, high, here=None, penalty=None, iterations=12):
+    """The joint angles in the box low..high at which the goal is expected to be nearest.
+
+    Makes |s(q) - goal|^2 + (q - here)' penalty (q - here) least, by Levenberg and Marquardt; a
+    joint that would leave the box is set to its wall, and the others are solved again for what that
+    leaves over (active set).
+
+    Args:
+        image: an image model.
+        start, low, high, here: rad.
+        penalty: n x n, px^2/rad^2: covariance of s per square radian away from `here`; None: none.
+
+    Returns:
+        (q, distance that is left, px)
+    """
+    *_, found = descent(image, goal, start, low, high, here, penalty, iterations)
+    return found
+
+
+def descent(image, goal, start, low, high, here=None, penalty=None, iterations=12):
+    """Iterate over the steps of `best_pose`: (q, distance that is left, px), from the start on."""
+
+    def cost(q):
+        e = list(map(sub, goal, image.predict(q)))
+        square = sum(map(mul, e, e))
+        if penalty is None:
+            return square, square, e, None
+        away = list(map(sub, q, here))
+        pull = [sum(map(mul, row, away)) for row in penalty]
+        return square + sum(map(mul, pull, away)), square, e, pull
+
+    q = list(map(min, map(max, start, low), high))
+    least, square, e, pull = cost(q)
+    damping = 1e-4
+    yield q, math.sqrt(square)
+    for _ in range(iterations):
+        columns = list(zip(*image.jacobian(q)))
+        H, downhill, trace = [], [], 0.0
+        for k, a in enumerate(columns):
+            row = [sum(map(mul, a, b)) for b in columns[: k + 1]]
+            downhill.append(sum(map(mul, a, e)))
+            if pull:
+                row = list(map(add, row, penalty[k]))
+                downhill[k] -= pull[k]
+            H.append(row)
+            trace += row[k]
+        extra = damping * trace + 1e-9
+        for row in H:
+            row[-1] += extra
+        there = _step_in_box(H, downhill, q, low, high)
+        tried = cost(there)
+        gained = least - tried[0]
+        if gained > 0:
+            q = there
+            least, square, e, pull = tried
+            damping = max(damping / 8, 1e-6)
+            yield q, math.sqrt(square)
+            if least < SHARP or gained < SHARP + FLAT * least:
+                return
+        else:
+            damping *= 16
+            if damping > 100:
+                return
+            yield q, math.sqrt(square)
+
+
+def _step_in_box(H, b, q, low, high):
+    """q + x with H x = b for a positive definite H (its lower triangle), kept in the box."""
+    there = list(map(add, q, solve_definite(H, b)))
+    for a, least, most in zip(there, low, high):
+        if not least <= a <= most:
+            break
+    else:
+        return there
+    there = list(q)
+    free = list(range(len(q)))
+    while free:
+        fixed = [k for k in range(len(q)) if k not in free]
+        left = [
+            b[i] - sum(H[max(i, k)][min(i, k)] * (there[k] - q[k]) for k in fixed) for i in free
+        ]
+        x = solve_definite([[H[i][k] for k in free if k <= i] for i in free], left)
+        for k, d in zip(free, x):
+            there[k] = min(max(q[k] + d, low[k]), high[k])
+        inside = [k for k, d in zip(free, x) if low[k] <= q[k] + d <= high[k]]
+        if len(inside) == len(free):
+            break
+        free = inside
+    return there

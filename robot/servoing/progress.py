@@ -1,0 +1,129 @@
+"""Whether the moves of a run lead to its goal, and what to do if not.  Pure.
+
+improving          go on
+stagnant           start elsewhere; after so many starts, give up
+diverging          explore anew
+at a dead end      explore anew, then try another posture; none is left: out of reach
+"""
+
+GO_ON, EXPLORE_ANEW, START_ELSEWHERE, TRY_POSTURE, GIVE_UP = (
+    "go on", "explore anew", "start elsewhere", "try another posture", "give up",
+)  # fmt: skip
+
+FAR = 30.0
+"""Two starts that end equally far off, and by more than this (px), end where the arm ends."""
+
+NEAR = 3.0
+"""Tolerances within which a goal is near."""
+
+IMPROVED, STAGNANT, STAGNANT_NEAR = 0.9, 4, 10
+"""So many moves (more where it is near) without the error falling to this share of the best:
+start elsewhere."""
+
+STALLED, HOPELESS = 0.9, 2
+"""A course stalls that leaves over more than this share of the error; so many may on the way to a
+goal, with a model that is right lately, before all is explored anew; then it is out of reach,
+unless there is another posture to try."""
+
+MOST_RESTARTS, ALIKE, ALIKE_WITHIN = 4, 3, 0.1
+"""After so many starts from elsewhere, or so many that end equally far off (to this share), the
+goal counts as out of reach."""
+
+DIVERGED, DIVERGING, SURPRISE = 1.3, 3, 25.0
+"""So many moves in a row with the error beyond this many times the best, and px more: diverging."""
+
+RIGHT = 0.6
+"""A model was right lately if so much of its steps, and no more, was predicted wrongly."""
+
+
+class Progress(object):
+    """The progress on the way to one goal.
+
+    Args:
+        tolerance: px.
+        known: the models need no exploring.
+
+    Attributes:
+        bound: where the arm is bound for (rad), as long as that is the best that is known.
+        postures: joint angles (rad) of the postures that have been tried.
+        refined: whether it was within the tolerance before.
+        flat: whether the cameras were once found to see the same.
+    """
+
+    def __init__(self, tolerance, known=False):
+        self._tolerance = tolerance
+        self._known = known
+        self._best, self._stagnant, self._diverging = None, 0, 0
+        self._stuck_at = []  # the errors at which starts have ended, px
+        self._stalled = 0
+        self._checked = False  # by exploring anew, that it is out of reach
+        self.bound = None
+        self.postures = []
+        self.refined = self.flat = False
+
+    def note(self, off):
+        """Take in that a measurement is so far off (px); what to do: one of the actions above."""
+        if self._best is None or off < IMPROVED * self._best:
+            self._best, self._stagnant = off, 0
+        else:
+            self._stagnant += 1
+        self._diverging = self._diverging + 1 if off > DIVERGED * self._best + SURPRISE else 0
+        if self._stagnant >= (STAGNANT_NEAR if self.near else STAGNANT):
+            return self._give_up_or(START_ELSEWHERE)
+        if self._diverging >= DIVERGING and not self._known:
+            return EXPLORE_ANEW
+        return GO_ON
+
+    def _give_up_or(self, action):
+        best = self._best
+        self._stuck_at.append(best)
+        alike = [off for off in self._stuck_at if abs(off - best) < ALIKE_WITHIN * best]
+        if len(self._stuck_at) > MOST_RESTARTS or (best > FAR and len(alike) == ALIKE):
+            return GIVE_UP
+        return action
+
+    def stalls(self, off, left):
+        """Whether a course from `off` that leaves over `left` (px) is none."""
+        return left > max(self._tolerance, STALLED * off)
+
+    def note_stalled(self, left, wrong):
+        """Take in such a course; what to do.
+
+        Args:
+            left: px, though all were known.
+            wrong: share of its steps that the model in use has predicted wrongly.
+        """
+        self._stalled += 1
+        if self._stalled <= HOPELESS or left <= self._tolerance or wrong >= RIGHT:
+            return GO_ON
+        if not (self._checked or self._known):
+            self._checked = True
+            return EXPLORE_ANEW
+        return TRY_POSTURE
+
+    @property
+    def near(self):
+        """Whether the best so far was near the goal."""
+        return self._best is not None and self._best < NEAR * self._tolerance
+
+    @property
+    def nearest(self):
+        """The least error at which a start has ended, px."""
+        return min(self._stuck_at)
+
+    @property
+    def gain(self):
+        """Share of a step to make: near the goal, to and fro without end means unknown play."""
+        return 1.0 / (1.0 + 0.5 * self._stagnant) if self.near else 1.0
+
+    def detour(self):
+        """The way may lead farther off at first."""
+        self._best = float("inf")
+
+    def begin_elsewhere(self):
+        """Start from another posture."""
+        self._best, self._stagnant, self._stalled, self.bound = None, 0, 0, None
+
+    def begin_exploring(self):
+        """Explore anew."""
+        self._best, self._diverging, self.bound = None, 0, None

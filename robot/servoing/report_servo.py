@@ -1,0 +1,99 @@
+"""The report's algorithm.  Pure."""
+
+import math
+from operator import sub
+
+from robot.motion.kinematics import Singular, broyden_update, damped_solve, solve
+from robot.servoing.linear_algebra import length
+from robot.servoing.measurement import ReportEstimator, error_of
+from robot.servoing.rows import Rows
+from robot.servoing.servo import CONVERGED, SINGULAR, Decision
+
+
+class ReportServo(object):
+    """The report's algorithm, to the letter (Broyden with gamma = 1, steps of 10, 5 and 2 degrees).
+
+    What it leaves open: the exploring steps are of 10 degrees and not taken back; dx is the step as
+    it was commanded, of which a joint limit may have taken some; at the tolerance it ends; the
+    cameras that it begins with are those that it needs.
+
+    Args:
+        joints: of the arm's description.
+        tolerance: px.
+        rows: Rows; all if None.
+        robust: measure by medians.
+
+    Attributes:
+        using: the model in use, for the log.  J: px/rad, None at first.
+        rows: Rows.
+    """
+
+    EXPLORE = math.radians(10)
+    FAR, NEAR = 30.0, 15.0
+    STEPS = tuple(math.radians(x) for x in (10, 5, 2))
+
+    def __init__(self, joints, tolerance, rows=None, robust=False):
+        self.using, self.J = "report", None
+        self.rows = rows or Rows("stereo", len(joints))
+        self.estimator = ReportEstimator(robust)
+        self.cameras = None
+        self._low = [joint.lower for joint in joints]
+        self._high = [joint.upper for joint in joints]
+        self._tolerance = tolerance
+        self._columns = []  # of J as explored, by camera
+        self._seen = self._dx = self._x = None
+
+    def suffices(self, cameras):
+        """As Servo.suffices."""
+        if self.cameras is None:
+            return self.rows.suffice(cameras)
+        return set(self.cameras) <= set(cameras)
+
+    def observe_in_motion(self, camera, q, s, only=None):
+        """What is seen in motion is not used."""
+
+    def decide(self, q, measurements):
+        """As Servo.decide."""
+        if self.cameras is None:
+            self.cameras = [measurement.camera for measurement in measurements]
+        measurements = [m for m in measurements if m.camera in self.cameras]
+        n = len(q)
+        self._x = list(q) if self._x is None else self._x
+        seen = {measurement.camera: measurement.s for measurement in measurements}
+        before, self._seen = self._seen, seen
+        if before is not None and self.J is None:
+            self._columns.append(
+                {
+                    camera: [(a - b) / self.EXPLORE for a, b in zip(seen[camera], before[camera])]
+                    for camera in seen
+                }
+            )
+            if len(self._columns) == n:
+                J = {c: tuple(zip(*[column[c] for column in self._columns])) for c in seen}
+                self.rows.choose(J)
+                self.cameras = [c for c in self.cameras if self.rows.count([c])]
+                self.J, before = tuple(self.rows.values(J)), None
+        e = error_of(measurements, self.rows)
+        if length(e) < self._tolerance or not any(e):
+            return Decision("end", None, CONVERGED, "")
+        if self.J is None:
+            dx = [self.EXPLORE * (k == len(self._columns)) for k in range(n)]
+            return self._step("explore", dx)
+        if before is not None:
+            dy = map(sub, self.rows.values(seen), self.rows.values(before))
+            self.J = broyden_update(self.J, self._dx, list(dy))
+        try:
+            wanted = [-x for x in e]
+            square = len(self.J) == n
+            dx = solve(self.J, wanted) if square else damped_solve(self.J, wanted, 0.0)
+        except Singular:
+            return Decision("end", None, SINGULAR, "the Jacobian has no inverse")
+        mu = self.STEPS[0 if length(e) >= self.FAR else 1 if length(e) >= self.NEAR else 2]
+        return self._step("move", [mu * d / length(dx) for d in dx])
+
+    def _step(self, action, dx):
+        self._dx = dx
+        moved = [a + d for a, d in zip(self._x, dx)]
+        box = zip(moved, self._low, self._high)
+        self._x = [min(max(a, low), high) for a, low, high in box]
+        return Decision(action, list(self._x), None, "")

@@ -1,0 +1,189 @@
+"""Runs of one arm, each as ordered, and their log."""
+
+import contextlib
+import json
+from collections import OrderedDict
+
+from robot.servoing.image_models import models_of
+from robot.servoing.loop import WAIT, VisualServoing, in_words
+from robot.servoing.report_servo import ReportServo
+from robot.servoing.rows import Rows
+from robot.servoing.servo import CONVERGED, Servo
+from robot.servoing.stream import Stream
+from robot.tracking_client import Refusal
+from shared.arm_description import ArmError
+from shared.messages import READY, REFUSED, Start
+from shared.orders import check
+
+
+class LogLost(ArmError):
+    """The log cannot be written."""
+
+
+class RunLog(object):
+    """Lines of JSON in a file, or nowhere.
+
+    Raises:
+        LogLost: once; from then on it writes nowhere.
+    """
+
+    def __init__(self, path):
+        self._path, self._file = path, None
+        with self._telling():
+            self._file = path and open(path, "w")  # noqa: SIM115 - it stays open
+
+    def __call__(self, line):
+        """Write one line, given as a dict."""
+        if self._file:
+            with self._telling():
+                self._file.write(json.dumps(line) + "\n")
+                # A program that is killed leaves all but the last few sightings.
+                if line["kind"] != "seen":
+                    self._file.flush()
+
+    def close(self):
+        """Write what is left."""
+        if self._file:
+            with self._telling():
+                self._file.close()
+
+    @contextlib.contextmanager
+    def _telling(self):
+        try:
+            yield
+        except OSError as error:
+            file, self._file = self._file, None
+            if file:
+                with contextlib.suppress(OSError):  # what waits to be written does not fit either
+                    file.close()
+            raise LogLost(
+                "cannot write {}: {}; give another file with --log".format(
+                    self._path, error.strerror
+                )
+            ) from None
+
+
+def say(line):
+    """Print a line at once."""
+    print(line, flush=True)
+
+
+def make_servo(arm, method, mode, tolerance, seed=0, rows="stereo", third=None):
+    """(servo, stream or None) by the names of the command line."""
+    rows = Rows(rows, len(arm.joints), third)
+    if method == "report":
+        return ReportServo(arm.joints, tolerance, rows), None
+    servo = Servo(arm, models_of(method, arm), tolerance, seed, rows=rows)
+    return servo, Stream(servo) if mode == "stream" else None
+
+
+class Runs(object):
+    """Runs of one arm, each as ordered.
+
+    Args:
+        arm, client, clock: as for VisualServoing.
+        log: path of a file for the last run's log; None for none.
+        third: as for Rows.
+    """
+
+    def __init__(self, arm, client, clock, log=None, third=None):
+        self._arm, self._client, self._clock = arm, client, clock
+        self._log, self._third = log, third
+        self._told = {"error": None, "verdict": READY, "run": 0}
+        self._learned = None  # orders and servo of a run that was a success
+
+    def run(self, orders, number=1):
+        """Do one run; its Verdict.
+
+        Raises:
+            ArmError: the log cannot be written; nothing has moved.
+            LogLost, and what VisualServoing.run raises.
+        """
+        with contextlib.closing(RunLog(self._log)) as log:
+            return self._run(orders, number, log)
+
+    def _run(self, orders, number, log):
+        description = self._arm.description
+        servo, stream = self._servo(orders)
+        loop = VisualServoing(
+            self._arm, self._client, self._clock, servo, orders.goals, stream, orders.budget,
+            follow=orders.tolerance if orders.follow else None, log=log, say=say,
+            number=number,
+        )  # fmt: skip
+        log(
+            OrderedDict(
+                [
+                    ("kind", "run"), ("version", 1), ("method", orders.method),
+                    ("mode", orders.mode), ("arm", description.name),
+                    ("joints", [joint.name for joint in description.joints]),
+                    ("tolerance", orders.tolerance), ("budget", orders.budget),
+                    ("goal", orders.goals or "marker"), ("rows", orders.rows),
+                    ("clock", self._clock.now()),
+                ]
+            )
+        )  # fmt: skip
+        verdict = loop.run()
+        self._told = dict(loop.progress(), verdict=verdict.word, reason=verdict.reason)
+        success = verdict.word == CONVERGED and orders.method != "report"
+        self._learned = (_kind(orders), (servo, stream)) if success else None
+        return verdict
+
+    def _servo(self, orders):
+        """As make_servo; the one that has just been a success knows the way, and goes on."""
+        if self._learned and self._learned[0] == _kind(orders):
+            return self._learned[1]
+        return make_servo(
+            self._arm.description, orders.method, orders.mode, orders.tolerance,
+            rows=orders.rows, third=self._third,
+        )  # fmt: skip
+
+    def wait(self):
+        """Do a run for every Start of the laptop, one after the other; never returns.
+
+        Between them the arm is held, and the laptop is told where it is and how the last run ended.
+
+        Raises:
+            Refusal: the tracker will never serve us.
+        """
+        number = 0
+        say("waiting for the laptop to say start")
+        while True:
+            self._client.look(WAIT)
+            if self._client.refused:
+                raise Refusal(self._client.why)
+            orders = None
+            for command in self._client.commands():
+                orders = command if isinstance(command, Start) else None  # a Stop takes it back
+            if orders is not None:
+                number += 1
+                self._obey(orders, number)
+            self._client.report(self._where(), **self._told)
+
+    def _obey(self, orders, number):
+        """Do the run that is ordered, if that is possible; the arm is held."""
+        try:
+            check(orders, len(self._arm.description.joints))
+            if not self._arm.homed:
+                self._arm.wake()
+            try:
+                say(in_words(self.run(orders, number)))
+            finally:
+                self._arm.park()
+        except ArmError as error:
+            if self._told["run"] < number:  # it has come to no run
+                self._told = {
+                    "error": None, "verdict": REFUSED, "reason": str(error), "run": number,
+                }  # fmt: skip
+            say("{}: {}".format(self._told["verdict"], error))
+
+    def _where(self):
+        """The joints' angles, rad; none if a motor does not answer, of which a run would tell."""
+        try:
+            return self._arm.angles()
+        except ArmError:
+            return ()
+
+
+def _kind(orders):
+    """What a servo is made for."""
+    return orders.method, orders.mode, orders.rows, orders.tolerance

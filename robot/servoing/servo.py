@@ -1,0 +1,385 @@
+"""Look, then move: one decision, from what was seen to where the joints go, and the verdict.
+
+Pure: no clock, no socket, no motor.
+
+    q   joint angles, rad (n)
+    s   image features, px (m): u and v of every camera in turn, or those of Rows;  s_star  where
+        they shall be
+    e   s - s_star
+    J   image Jacobian ds/dq, px/rad (m x n)
+"""
+
+import itertools
+import math
+import random
+from collections import namedtuple
+from operator import itemgetter, sub
+
+from robot.motion import kinematics
+from robot.servoing.camera_selection import CameraSelection
+from robot.servoing.image_model import stacked
+from robot.servoing.image_models import ImageModels
+from robot.servoing.linear_algebra import apart, condition, length
+from robot.servoing.measurement import MedianEstimator, error_of
+from robot.servoing.pose_search import best_pose, descent
+from robot.servoing.progress import (
+    EXPLORE_ANEW,
+    GIVE_UP,
+    START_ELSEWHERE,
+    TRY_POSTURE,
+    Progress,
+)
+from robot.servoing.rows import Rows
+
+CONVERGED, UNREACHABLE, LIMIT, SINGULAR = "converged", "unreachable", "limit", "singular"
+
+STOP_MARGIN = 0.7
+"""Share of the tolerance at which it ends; what is off by more is corrected once."""
+
+EXPLORE = math.radians(8)
+"""Size of a joint's exploring step, rad."""
+
+UNSEEN = 3.0
+"""An exploring step that moves the marker by fewer standard deviations shows nothing."""
+
+MAX_STEREO_CONDITION = 6.0
+"""Cameras see the same if the condition of the image by space (greatest over least singular value)
+is more: two less than 15 degrees apart, most often, and none that are 30 degrees apart."""
+
+FLAT_VIEW = "seen by {}, the tip may be off along the line of sight; look from another side, too"
+
+FIRST_STEP, LEAST_STEP, MOST_STEP = (math.radians(x) for x in (35, 3, 60))
+"""Trust region: the greatest step of a joint, rad."""
+
+AGREES, DISAGREES, GROWS, SHRINKS = 0.3, 0.6, 2.0, 0.5
+"""Share of a step that was predicted wrongly, below and above which the region grows or shrinks, to
+so many times the step."""
+
+WAYPOINT_DISTANCE = 150.0
+"""With J of one place alone, a goal farther off is gone for by way-points, px."""
+
+MIN_STEP_SIGMAS = 6.0
+"""A step that moved the marker by less, in standard deviations, tells nothing of the models."""
+
+LIMIT_MARGIN = math.radians(1)
+"""Distance kept from joint limits, rad: nobody knows the play exactly."""
+
+CLEARLY_BETTER = 0.7
+"""Another posture must leave over no more than this share of the error."""
+
+STARTS = (0.2, 0.5, 0.8), (0.25, 0.75)
+"""Where in their ranges joints begin to be searched for another posture: up to two, and more."""
+
+GLANCES, FINALISTS = 3, 2
+"""Each start is followed for so many steps; so many that are then the best, to their ends."""
+
+RESTART_FROM = 0.25, 0.75
+"""Where in their ranges joints start anew."""
+
+Decision = namedtuple("Decision", "action q verdict reason")
+Decision.__doc__ = """What to do.
+
+action   "explore" | "move" | "restart": go to q (rad); "end": with a verdict and its reason
+"""
+
+
+def _end(verdict, reason=""):
+    return Decision("end", None, verdict, reason)
+
+
+class Servo(object):
+    """Models learn how the image moves; the one that was right lately decides.
+
+    Args:
+        arm: shared.arm_description.Arm.
+        models: as models_of.
+        tolerance: px.
+        seed: draws where to start anew.
+        known: the models need no exploring.
+        rows: Rows; all if None.
+
+    Attributes:
+        using: name of the model that made the last step; None when exploring.
+        J: of that model, px/rad, its rows those that count; None before there is one.
+        rows: Rows.
+        estimator: has `measurements(frames)`.
+        models: ImageModels.
+    """
+
+    def __init__(self, arm, models, tolerance, seed=0, known=False, rows=None):
+        self.using, self.J = None, None
+        self.rows = rows or Rows("stereo", len(arm.joints))
+        self.estimator = MedianEstimator(tolerance, self.rows)
+        self.models = ImageModels(models, arm.joints, self.estimator.sigma_of)
+        self._arm = arm
+        self._tolerance, self._known = tolerance, known
+        self._box = (
+            [joint.lower + LIMIT_MARGIN for joint in arm.joints],
+            [joint.upper - LIMIT_MARGIN for joint in arm.joints],
+        )
+        self._selection = CameraSelection(self.rows, len(arm.joints), known)
+        self._progress = Progress(tolerance, known)
+        self._region = FIRST_STEP
+        self._luck = random.Random(seed)
+        self._q, self._seen = None, {}  # where it was looked from, and what was seen, by camera
+
+    @property
+    def cameras(self):
+        """Those that it goes by."""
+        return self._selection.used
+
+    def suffices(self, cameras):
+        """Whether what these cameras see determines where the joints go."""
+        return self.rows.suffice(cameras)
+
+    def observe_in_motion(self, camera, q, s, only=None):
+        """As ImageModels.observe_in_motion."""
+        self.models.observe_in_motion(camera, q, s, only)
+
+    def decide(self, q, measurements):
+        """What to do now that the arm stands at q (rad) and [Measurement] is what is seen.
+
+        Returns:
+            Decision
+        """
+        q = list(q)
+        seen = {measurement.camera: measurement.s for measurement in measurements}
+        if self._q is not None and self._selection.explored:
+            self._judge(q, seen)
+        self.models.update(q, measurements)
+        self._choose_cameras(q, sorted(seen))
+        unknown = self._q is None or self._known or not self._selection.explored
+        self._q, self._seen = q, seen
+        used = [measurement for measurement in measurements if measurement.camera in self.cameras]
+        goal = self._selection.together({m.camera: m.goal for m in used})
+        off = length(error_of(used, self.rows))
+        progress = self._progress
+        if off < self._tolerance * (1 if progress.refined else STOP_MARGIN):
+            if not unknown and self._sees_flat():
+                if progress.flat:
+                    return _end(SINGULAR, FLAT_VIEW.format(" and ".join(self.cameras)))
+                progress.flat = True  # false sightings may say so, too: look again
+                return self._explore_anew(q, goal, measurements)
+            self._progress = Progress(self._tolerance, self._known)  # should the goal move on
+            return _end(CONVERGED)
+        if not unknown and self.using is None and not self._marker_moved(q):
+            return _end(SINGULAR, "the marker does not move when the joints do")
+        progress.refined = progress.refined or off < self._tolerance
+        if not self._selection.explored:
+            return self._explore(q, goal)
+        action = progress.note(off)
+        if action == GIVE_UP:
+            return _end(UNREACHABLE, "no nearer than {:.1f} px".format(progress.nearest))
+        if action == START_ELSEWHERE:
+            shares = [self._luck.uniform(*RESTART_FROM) for _ in q]
+            return self._start_from(self._posture(shares))
+        if action == EXPLORE_ANEW:
+            return self._explore_anew(q, goal, measurements)
+        return self._move(q, goal, off, measurements)
+
+    def _judge(self, q, seen):
+        """Fit the trust region to how well the step that led here was predicted."""
+        both = [c for c in self.cameras if c in self._seen and c in seen]
+        before, now = ({c: s[c] for c in both} for s in (self._seen, seen))
+        moved = length([x for c in both for x in map(sub, now[c], before[c])])
+        if moved < MIN_STEP_SIGMAS * self.estimator.sigma:
+            return
+        wrong = self.models.judge(q, before, now)
+        if self.using is None:
+            return
+        step = apart(q, self._q)
+        if wrong[self.using] > DISAGREES:
+            self._region = max(LEAST_STEP, SHRINKS * step)
+        elif wrong[self.using] < AGREES:
+            self._region = min(MOST_STEP, max(self._region, GROWS * step))
+
+    def _choose_cameras(self, q, cameras):
+        known = self._selection.look(cameras)
+        name = self._in_use()
+        self.rows.choose({c: self.models.image(name, c).jacobian(q) for c in known})
+        if self._selection.choose(cameras, known, self.estimator.sigma_of):
+            self._progress = Progress(self._tolerance, self._known)
+
+    def _marker_moved(self, q):
+        """Whether exploring has shown that any joint moves the marker."""
+        columns = zip(*self.models.together(self.models.local, self._selection).jacobian(q))
+        return max(map(length, columns)) * EXPLORE > UNSEEN * self.estimator.sigma
+
+    def _sees_flat(self):
+        """Whether several cameras see all but the same, and leave the depth untold.
+
+        Only the chain knows more than its last few steps have told.
+        """
+        if len(self.cameras) == 1 or "chain" not in self.models:
+            return False
+        by_space = {c: self.models.of("chain", c).by_space() for c in self.cameras}
+        return condition(self.rows.values(by_space)) > MAX_STEREO_CONDITION
+
+    def _explore(self, q, goal):
+        """Move a joint of which nothing is known; those that are known go on meanwhile."""
+        self.using = None
+        k, explored = self._selection.next_joint()
+        to = list(q)
+        low, high = self._box
+        to[k] += math.copysign(EXPLORE, (low[k] + high[k]) / 2 - q[k])
+        name = self.models.local
+        if any(explored) and name != "broyden":
+            # (Plain Broyden would lay what the new joint does to the charge of all that moved.)
+            reach = [FIRST_STEP / 2 * known for known in explored]
+            low = [max(wall, a - r) for wall, a, r in zip(low, to, reach)]
+            high = [min(wall, a + r) for wall, a, r in zip(high, to, reach)]
+            penalty = self.models.penalty(name, self._selection, len(q))
+            penalty[k] = [0.0] * len(q)
+            for row in penalty:
+                row[k] = 0.0
+            image = self.models.together(name, self._selection)
+            to, _ = best_pose(image, goal, to, low, high, to, penalty)
+        return self._go("explore", to)
+
+    def _explore_anew(self, q, goal, measurements):
+        """What is known of the image does not lead to the goal: it may have moved."""
+        self.models.doubt_all()
+        self.models.update(q, measurements)
+        self._selection.forget()
+        self._selection.look([measurement.camera for measurement in measurements])
+        self._progress.begin_exploring()
+        return self._explore(q, goal)
+
+    def _start_from(self, q):
+        """Go there, and begin as if nothing were known for certain."""
+        self.using, self._region = None, FIRST_STEP
+        self._progress.begin_elsewhere()
+        self._selection.forget()
+        self.models.doubt_all()
+        return self._go("restart", q)
+
+    def _go(self, action, q):
+        """The Decision to go to q, as far as the limits allow."""
+        low, high = self._box
+        return Decision(action, list(map(min, map(max, q, low), high)), None, "")
+
+    def _move(self, q, goal, off, measurements):
+        name = self.using = self.models.best()
+        image = self.models.together(name, self._selection)
+        J = {c: self.models.image(name, c).jacobian(q) for c in self.cameras}
+        self.J = tuple(self.rows.values(J))
+        penalty = self.models.penalty(name, self._selection, len(q))
+        if name == "chain":
+            to, left = self._course(image, goal, q, penalty)
+            if self._progress.stalls(off, left):
+                # The penalty keeps it here, or geometry does: what if all were known?
+                here = best_pose(image, goal, q, *self._box)
+                to, left = self._best_posture(image, goal, q, None, here, left)
+                action = self._progress.note_stalled(left, self.models.wrong[name])
+                if action == EXPLORE_ANEW:
+                    return self._explore_anew(q, goal, measurements)
+                if action == TRY_POSTURE:
+                    other = self._other_posture(q)
+                    if other is None:
+                        return self._out_of_reach(to, left)
+                    return self._start_from(other)
+                if apart(to, q) > FIRST_STEP:
+                    self._progress.detour()
+            self._progress.bound = to
+            greatest = apart(to, q)
+            if greatest > self._region:
+                to = [b + (a - b) * self._region / greatest for a, b in zip(to, q)]
+        else:
+            low = [max(wall, a - self._region) for wall, a in zip(self._box[0], q)]
+            high = [min(wall, a + self._region) for wall, a in zip(self._box[1], q)]
+            nearer = min(1.0, WAYPOINT_DISTANCE / off)
+            here = self._selection.together(self._seen)
+            waypoint = [y + nearer * (g - y) for y, g in zip(here, goal)]
+            to, _ = best_pose(image, waypoint, q, low, high, q, penalty)
+        gain = self._progress.gain
+        return self._go("move", [a + gain * (b - a) for a, b in zip(q, to)])
+
+    def _out_of_reach(self, to, left):
+        for joint, a, low, high in zip(self._arm.joints, to, *self._box):
+            if min(a - low, high - a) < LIMIT_MARGIN:
+                return _end(
+                    LIMIT, "the {} is at its limit, {:.0f} px short".format(joint.name, left)
+                )
+        return _end(UNREACHABLE, "the arm ends {:.0f} px short".format(left))
+
+    def _posture(self, shares):
+        """Joint angles by their shares of their ranges, rad."""
+        return [low + (high - low) * share for low, high, share in zip(*self._box, shares)]
+
+    def _other_posture(self, q):
+        """One not yet tried in which the tip would be where it is, or nearly, rad; or None.
+
+        Two joints have two, and _best_posture has looked for both; in space it would have to know
+        what half a turn of the base away looks like.
+        """
+        if len(q) < 3:
+            return None
+        tried = self._progress.postures
+        tried.append(q)
+        q = map(min, map(max, q, self._box[0]), self._box[1])
+        for other in kinematics.branches(self._arm, kinematics.forward(self._arm, tuple(q))):
+            if min(apart(other, p) for p in tried) > FIRST_STEP:
+                return other
+        return None
+
+    def _course(self, image, goal, q, penalty):
+        """(q, px left over): straight to the goal, or on to where it is bound for, or anywhere."""
+        to, left = best_pose(image, goal, q, *self._box, here=q, penalty=penalty)
+        if left <= self._tolerance:
+            return to, left
+        bound = self._progress.bound
+        if bound is None:
+            return self._best_posture(image, goal, q, penalty, (to, left), left)
+        other, less = best_pose(image, goal, bound, *self._box, here=q, penalty=penalty)
+        return (other, less) if less < left - 1 else (to, left)
+
+    def _best_posture(self, image, goal, q, penalty, best, left):
+        """Of the best from here, and those from all over the joints' ranges; see CLEARLY_BETTER."""
+        box = self._box + (q, penalty)
+        begun = [
+            best_pose(image, goal, self._posture(shares), *box, iterations=GLANCES)
+            for shares in itertools.product(STARTS[len(q) > 2], repeat=len(q))
+        ]
+        begun.sort(key=itemgetter(1))
+        for start, _ in begun[:FINALISTS]:
+            to, off = best_pose(image, goal, start, *box)
+            if off < min(best[1], max(self._tolerance, CLEARLY_BETTER * left)):
+                best = to, off
+        return best
+
+    # For the stream
+
+    def _in_use(self):
+        return "chain" if "chain" in self.models else self.using or self.models.names[0]
+
+    def shape(self, camera):
+        """How the image of a camera changes with the joints, as far as known: see models."""
+        return self.models.of(self._in_use(), camera).shape()
+
+    def refit(self):
+        """Bring the shapes up to what was learned: an iterator, each step a slice of the work."""
+        for camera in self.cameras:
+            for _ in self.models.of(self._in_use(), camera).refit():
+                yield
+            yield
+
+    def together(self, sights, t):
+        """(image model, goal at time t, its velocity), of all that counts.
+
+        Args:
+            sights: {camera: Stream's sight}.
+        """
+        selection = self._selection
+        images = {c: sight.shape.moved(sight.offset) for c, sight in sights.items()}
+        goal = {
+            c: [x + v * (t - sight.t) for x, v in zip(sight.goal, sight.speed)]
+            for c, sight in sights.items()
+        }
+        speed = {c: sight.speed for c, sight in sights.items()}
+        return (
+            stacked(selection.parts(images)), selection.together(goal), selection.together(speed)
+        )  # fmt: skip
+
+    def nearing(self, image, goal, q):
+        """The steps from `q` (rad) to where the joints should be: see `descent`."""
+        return descent(image, goal, q, *self._box)

@@ -1,0 +1,134 @@
+"""What the cameras have shown of tip and goal, and when.  Pure."""
+
+from collections import namedtuple
+
+from robot.servoing.goal_estimate import GoalEstimate
+from robot.servoing.joint_history import JointHistory
+
+EFFECTOR, GOAL = "effector", "goal"
+"""Names of the markers."""
+
+LEAST_CONFIDENCE = 0.5
+"""A sighting with less may be something else."""
+
+LOST = 0.3
+"""What was not seen for so long is lost, s: nothing moves on old data."""
+
+SMOOTHED = 0.5
+"""Over so long the error is smoothed when a moving goal is followed, s."""
+
+MarkerFrame = namedtuple("MarkerFrame", "camera t q s goal")
+MarkerFrame.__doc__ = "One frame of one camera: when it was taken (s), where the joints were, px."
+
+
+class Sightings(object):
+    """The sightings of a run.
+
+    Args:
+        fixed_goals: {camera: (u, v)}, px; none for the marker.
+        streaming: whether the arm is steered by them while it moves.
+
+    Attributes:
+        history: JointHistory.
+        goals: {camera: GoalEstimate}.
+        seen_by: {camera: when both tip and goal were last heard of, s}.
+        behind: {camera: e, smoothed, px}.
+    """
+
+    def __init__(self, fixed_goals, streaming):
+        self.history = JointHistory()
+        self.goals, self.seen_by, self.behind = {}, {}, {}
+        self._fixed_goals, self._streaming = fixed_goals, streaming
+        self._heard_of = set()  # cameras that send, whatever they see
+        self._blind = set()  # those that were told of as blind
+        self._smoothed_at = {}
+
+    def frame(self, seen, now, moving, tell=None):
+        """The MarkerFrame of an Observation; None unless the tip is seen and the goal known.
+
+        Args:
+            now: s.
+            moving: whether the arm moves.
+            tell: called with the MarkerFrame, also where something of it is not known (None).
+        """
+        camera = seen.camera
+        self._heard_of.add(camera)
+        tip, goal = seen.markers.get(EFFECTOR), seen.markers.get(GOAL)
+        s = tip[:2] if tip and tip[2] >= LEAST_CONFIDENCE else None
+        if s and goal and goal[2] >= LEAST_CONFIDENCE and not self._fixed_goals:
+            if camera not in self.goals:
+                self.goals[camera] = GoalEstimate()
+            self.goals[camera].add(seen.t, goal[:2], goal[2], s)
+        where = self._fixed_goals.get(camera)
+        if camera in self.goals:
+            estimate = self.goals[camera]
+            # In motion nothing is made of where it is, unless it is steered for.
+            where = estimate.latest if moving and not self._streaming else estimate.at(seen.t)
+        frame = MarkerFrame(camera, seen.t, self.history.at(seen.t), s, where)
+        if tell:
+            tell(frame)
+        if s is None or where is None:
+            return None
+        self.seen_by[camera] = now
+        return frame
+
+    def smooth(self, frame):
+        """Take in how far off it is, for `behind`."""
+        e = tuple([a - b for a, b in zip(frame.s, frame.goal)])
+        camera = frame.camera
+        share = min((frame.t - self._smoothed_at.get(camera, frame.t)) / SMOOTHED, 1.0)
+        self._smoothed_at[camera] = frame.t
+        before = self.behind.get(camera, e)
+        self.behind[camera] = tuple([b + share * (x - b) for b, x in zip(before, e)])
+
+    def seeing(self, now):
+        """The cameras that have lately seen what is to be seen."""
+        return [camera for camera in sorted(self.seen_by) if now - self.seen_by[camera] <= LOST]
+
+    def goal_moves(self, now):
+        """Whether it does, as far as known."""
+        seeing = self.seeing(now) or self.goals
+        return any(goal.moving for camera, goal in self.goals.items() if camera in seeing)
+
+    def changes(self, now):
+        """(cameras that have lost sight of the marker, those that see it again) since last time."""
+        if not self._blind and len(self.seeing(now)) == len(self.seen_by):
+            return (), ()
+        blind = set(self.seen_by) - set(self.seeing(now))
+        lost, found = sorted(blind - self._blind), sorted(self._blind - blind)
+        self._blind = blind
+        return lost, found
+
+    @property
+    def any_blind(self):
+        """Whether some camera has lost sight of the marker."""
+        return bool(self._blind)
+
+    def what_is_missing(self, now, joints, seconds):
+        """One line for people: why it does not go on.
+
+        Args:
+            joints: how many.  seconds: for how long.
+        """
+        if not self._fixed_goals and not self.goals:
+            return (
+                "effector and goal have not been seen together for {:g} s; let the camera see "
+                "both, or give a pixel as the goal".format(seconds)
+            )
+        seeing = self.seeing(now)
+        missing = sorted((set(self.seen_by) | set(self._fixed_goals)) - set(seeing))
+        unheard = [camera for camera in missing if camera not in self._heard_of]
+        if unheard and self._fixed_goals:
+            return "no camera {}, of which a pixel is the goal; those that send are {}".format(
+                " and ".join(unheard), " and ".join(sorted(self._heard_of)) or "none"
+            )
+        if seeing:
+            return (
+                "what {} sees is not enough to move {} joints; let {} see effector and goal".format(
+                    " and ".join(seeing), joints, " and ".join(missing) or "another camera"
+                )
+            )
+        return "{} has not been seen for {:g} s; look at what the tracker says of it".format(
+            "the effector, or the goal, which moves," if self.goal_moves(now) else "the effector",
+            seconds,
+        )
