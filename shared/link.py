@@ -383,6 +383,10 @@ class Link(object):
             return False
         try:
             message = decode(line, self._usual)
+            if type(message) is Observation and self._proven:  # most often by far
+                kept = self._keep(message, t)
+                self._bad_in_a_row, self._heard = 0, t
+                return kept
             if not self._proven and not isinstance(message, _HANDSHAKE + (Bye,)):
                 raise BadMessage("not before the handshake")
             if self._proven and isinstance(message, _HANDSHAKE):
@@ -396,8 +400,6 @@ class Link(object):
         return kept
 
     def _act(self, message, t):
-        if isinstance(message, Observation):
-            return self._keep(message, t)
         if isinstance(message, Ping):
             if not self.blocked:  # late, a pong is worth nothing
                 self.send(Pong(message.id, t, self._now()))
@@ -427,8 +429,9 @@ class Link(object):
         seq, last = self._latest.get(seen.camera, (-1, -1.0))
         if seq < 0 and len(self._latest) == MAX_CAMERAS:
             raise BadMessage("more than {} cameras".format(MAX_CAMERAS))
-        if len(self._usual) < MOST_USUAL:
-            self._usual.update([seen.camera], seen.markers)
+        for name in seen.markers:
+            if name not in self._usual and len(self._usual) < MOST_USUAL:
+                self._usual.update([seen.camera, name])
         if seen.seq <= seq:
             self.counters["out_of_sequence"] += 1
             return False
@@ -439,7 +442,7 @@ class Link(object):
         if seen.t < last:
             self.counters["out_of_sequence"] += 1
             self._doubt(t)
-        elif age < -self.clock.uncertainty(t) - FUTURE:
+        elif age < -FUTURE and age < -FUTURE - self.clock.uncertainty(t):
             self.counters["future"] += 1
             self._doubt(t)
         else:

@@ -202,6 +202,18 @@ def test_told_to_end_it_comes_to_rest_and_says_when():
     assert links(chase, joints, end) == links(chase, joints, end + 1)
 
 
+def test_told_to_end_at_a_limit_that_its_aim_went_beyond_it_says_when():
+    chase, joints = pursuit()
+    upper = joints[0].upper
+    for k in range(100):
+        chase.steer(k * TICK, [0.6 * k * DEG] * 2)
+    assert chase.rests_from[0] == math.inf
+    late = 100 * TICK + upper / (20 * DEG)
+    chase.steer(late, None)
+    assert chase.duration < late + 1.0
+    assert links(chase, joints, chase.duration)[0] == pytest.approx(upper / DEG)
+
+
 def test_the_last_aim_is_gone_to_however_near():
     chase, joints = pursuit()
     chase.steer(0.0, [0.2 * DEG, -0.2 * DEG], last=True)

@@ -157,6 +157,8 @@ class _Joint(object):
         if not v and ready == then:
             direction = 1 if e > 0 else -1
             if abs(e) <= (0.0 if certain else self._patience(direction, u)):
+                if self.rests_from == math.inf:  # it was to go on beyond a limit, and may not
+                    self._go(t, then, ready, q, 0.0, 0.0, 0.0)
                 return
             self._direction = direction
             if abs(side - direction) > 1e-6 and self.half_play and not self._pressed:

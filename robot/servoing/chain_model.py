@@ -36,7 +36,7 @@ ROUND = 16
 """After every so manieth fit the key-frames are weighed anew: it makes little difference, and costs
 more than all the rest."""
 
-REWEIGH = 4
+REWEIGH = 12
 """The same of fits while the arm moves."""
 
 MOVED = 40.0
@@ -237,7 +237,7 @@ class ChainModel(object):
     def shape(self):
         """The same but for its place in the image, as last fitted; the same as long as that."""
         if self._fitted is None or self._shape is None or self._shape.W is not self._fitted:
-            W = self._fitted or self._fit(self._keys[-1].q)
+            W = self._fitted or self._solve()
             self._shape = LinearImageModel(self._chain, self._joints, W, [0.0] * self._rows)
         return self._shape
 

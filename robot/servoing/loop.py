@@ -27,10 +27,17 @@ LEARNING_STEP = math.radians(0.5)
 """Frames in motion are learned from if a joint has moved by so much in between, rad."""
 
 MOST_KEPT = 200
-"""Frames that wait to be learned from, and those of a chase that may have been seen at rest."""
+"""Frames of a chase that are kept: some may have been seen at rest."""
+
+MOST_UNLEARNED, MOST_LATE = 60, 12
+"""Frames that wait to be learned from: until it stands, and in a chase, which goes by them."""
 
 SETTLED = 0.03
 """What is seen so long after the end of a motion is seen of an arm that stands, s."""
+
+CHASED = math.radians(5)
+"""A goal that stands is chased if a joint is farther off, rad: the last bit is gone by what was
+measured at rest, which says more than frames in motion."""
 
 LONGEST_CHASE = 6.0
 """After a goal that stands; then the arm stands, too, and is looked at, s."""
@@ -38,10 +45,10 @@ LONGEST_CHASE = 6.0
 WAIT = 0.1
 """For observations while nothing is to be done, s at a time."""
 
-LISTENS, STREAMS = 0.08, 0.03
-"""In a motion messages are received so often, s; where it is steered by them, more often."""
+LISTENS = 0.045
+"""In a motion messages are received so often for each camera, s: two of them take a whole tick."""
 
-WORK = 0.006
+WORK = 0.015
 """So much of a control tick, and a slice more, goes into learning and aiming, s."""
 
 FASTEST = math.radians(60)
@@ -104,7 +111,9 @@ class VisualServoing(object):
         self._halt = None  # why the motion is over
         self._error, self._e, self._condition = None, {}, None
         self._chased, self._chase_began = [], None
-        self._unlearned = deque(maxlen=MOST_KEPT)  # frames that were seen in motion
+        self._listens = LISTENS
+        self._unseen = deque(maxlen=MOST_LATE)  # frames of a chase, to be steered by
+        self._unlearned = deque(maxlen=MOST_UNLEARNED)  # the same, and of other motions
         self._kept_at = {}  # camera: where the joints were in the last of these
         self._work = iter(())
         self._enough = {}  # cameras: whether what they see determines where the joints go
@@ -156,12 +165,20 @@ class VisualServoing(object):
                 return Halt(decision.verdict, decision.reason)
             if self._moves == self._most_moves:
                 return Halt("budget spent", "{} moves".format(self._moves))
+            _, end = self._receive(
+                0.0
+            )  # what has piled up meanwhile would make the first tick late
+            if end:
+                return end
             self._moves += 1
             self._halt, self._work = None, iter(())
+            self._listens = LISTENS * len(measurements)
             speed = self._speed * (FEWER if self._sightings.any_blind else 1.0)
-            if self._stream is not None and decision.action == "move":
+            far = self._follow or apart(decision.q, q) > CHASED
+            if self._stream is not None and decision.action == "move" and far:
                 self._stream.begin(decision.q)
                 self._chased, self._chase_began = [], self._clock.now()
+                self._unseen.clear()
                 self._arm.chase(self._steer, speed)
                 seen = self._stream.still_since, self._chased
             else:
@@ -337,49 +354,58 @@ class VisualServoing(object):
     def _watch(self, t, q):
         """What is done in every control tick of a motion: None to go on, or STOP."""
         self._sightings.history.add(t, q)
-        if t - self._heard_at >= LISTENS:
+        if t - self._heard_at >= self._listens:
             _, self._halt = self._listen()
-            if self._halt:
-                return STOP
-        while self._clock.now() - t < WORK and self._learn(self._servo.using):
+            return STOP if self._halt else None
+        while self._clock.now() - t < WORK and self._learn():
             pass
         return None
 
     def _steer(self, t, q):
         """The same of a chase: where the joints should be, None to come to rest, or STOP."""
         self._sightings.history.add(t, q)
-        if t - self._heard_at >= STREAMS:
+        if t - self._heard_at >= self._listens:
             frames, self._halt = self._listen()
             if self._halt:
                 return STOP
             self._chased += frames
             del self._chased[:-MOST_KEPT]
-            for frame in frames:
-                self._stream.see(frame, self._sightings.goals.get(frame.camera))
-        while self._clock.now() - t < WORK:
-            if next(self._work, self) is self:
-                if not (self._unlearned or self._stream.has_news):
-                    break
-                self._work = self._stream_work()
+            self._unseen += frames
+            while len(self._unlearned) > MOST_LATE:
+                self._unlearned.popleft()
+        else:
+            self._work_on(t + WORK)
         aim = self._stream.aim(t, q)  # it notes since when the joints stand
         late = t - self._chase_began > LONGEST_CHASE and not self._sightings.goal_moves(t)
         return None if late else aim
 
-    def _stream_work(self):
+    def _work_on(self, until):
+        """Do slices of what is to be done in a chase, if there is anything, until that time (s)."""
+        while self._clock.now() < until:
+            if next(self._work, self) is self:
+                if not (self._unseen or self._unlearned):
+                    break
+                self._work = self._chase_work()
+
+    def _chase_work(self):
         """Aim by what was seen; then learn from a frame and make use of it: slice by slice."""
+        while self._unseen:
+            frame = self._unseen.popleft()
+            self._stream.see(frame, self._sightings.goals.get(frame.camera))
+            yield
         for _ in self._stream.reaim():
             yield
-        if self._learn(self._servo.using):
-            yield
-            for _ in self._stream.refit():
+        if self._unlearned:
+            frame = self._unlearned.popleft()
+            for _ in self._servo.learn_shape(frame.camera, frame.q, frame.s):
                 yield
 
-    def _learn(self, only=None):
+    def _learn(self):
         """Learn from a frame that was seen in motion; whether there was one."""
         if not self._unlearned:
             return False
         frame = self._unlearned.popleft()
-        self._servo.observe_in_motion(frame.camera, frame.q, frame.s, only)
+        self._servo.observe_in_motion(frame.camera, frame.q, frame.s)
         return True
 
     # Telling

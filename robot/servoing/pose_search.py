@@ -6,7 +6,7 @@ from operator import add, mul, sub
 from robot.servoing.linear_algebra import solve_definite
 
 SHARP, FLAT = 0.25, 0.05
-"""A pose is searched no finer than this, px^2."""
+"""A pose is searched until this little is left (px^2), or a step gains no more and this share."""
 
 
 def best_pose(image, goal, start, low, high, here=None, penalty=None, iterations=12):
@@ -28,7 +28,7 @@ def best_pose(image, goal, start, low, high, here=None, penalty=None, iterations
     return found
 
 
-def descent(image, goal, start, low, high, here=None, penalty=None, iterations=12):
+def descent(image, goal, start, low, high, here=None, penalty=None, iterations=12, sharp=SHARP):
     """Iterate over the steps of `best_pose`: (q, distance that is left, px), from the start on."""
 
     def cost(q):
@@ -66,7 +66,7 @@ def descent(image, goal, start, low, high, here=None, penalty=None, iterations=1
             least, square, e, pull = tried
             damping = max(damping / 8, 1e-6)
             yield q, math.sqrt(square)
-            if least < SHARP or gained < SHARP + FLAT * least:
+            if least < sharp or gained < sharp + FLAT * least:
                 return
         else:
             damping *= 16

@@ -49,7 +49,7 @@ class ReportServo(object):
             return self.rows.suffice(cameras)
         return set(self.cameras) <= set(cameras)
 
-    def observe_in_motion(self, camera, q, s, only=None):
+    def observe_in_motion(self, camera, q, s):
         """What is seen in motion is not used."""
 
     def decide(self, q, measurements):

@@ -73,6 +73,9 @@ STARTS = (0.2, 0.5, 0.8), (0.25, 0.75)
 GLANCES, FINALISTS = 3, 2
 """Each start is followed for so many steps; so many that are then the best, to their ends."""
 
+AIMED = 0.3
+"""Share of the tolerance that an aim of the stream may be off: the next one comes soon."""
+
 RESTART_FROM = 0.25, 0.75
 """Where in their ranges joints start anew."""
 
@@ -132,9 +135,9 @@ class Servo(object):
         """Whether what these cameras see determines where the joints go."""
         return self.rows.suffice(cameras)
 
-    def observe_in_motion(self, camera, q, s, only=None):
-        """As ImageModels.observe_in_motion."""
-        self.models.observe_in_motion(camera, q, s, only)
+    def observe_in_motion(self, camera, q, s):
+        """As ImageModels.observe_in_motion, of all models."""
+        self.models.observe_in_motion(camera, q, s)
 
     def decide(self, q, measurements):
         """What to do now that the arm stands at q (rad) and [Measurement] is what is seen.
@@ -356,11 +359,12 @@ class Servo(object):
         """How the image of a camera changes with the joints, as far as known: see models."""
         return self.models.of(self._in_use(), camera).shape()
 
-    def refit(self):
-        """Bring the shapes up to what was learned: an iterator, each step a slice of the work."""
-        for camera in self.cameras:
-            for _ in self.models.of(self._in_use(), camera).refit():
-                yield
+    def learn_shape(self, camera, q, s):
+        """Learn from a frame taken in motion: an iterator, each step a slice of the work."""
+        name = self._in_use()
+        self.models.observe_in_motion(camera, q, s, name)
+        yield
+        for _ in self.models.of(name, camera).refit():
             yield
 
     def together(self, sights, t):
@@ -382,4 +386,5 @@ class Servo(object):
 
     def nearing(self, image, goal, q):
         """The steps from `q` (rad) to where the joints should be: see `descent`."""
-        return descent(image, goal, q, *self._box)
+        sharp = (AIMED * self._tolerance) ** 2
+        return descent(image, goal, q, *self._box, sharp=sharp)

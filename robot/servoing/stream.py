@@ -32,10 +32,13 @@ class Stream(object):
     """
 
     FEWEST, MOST, NEAR = 5, 12, math.radians(4)
-    """The last FEWEST frames, and up to MOST with the joints within NEAR (rad) of where they are,
-    say by their median by how much the model is off."""
+    """The last FEWEST frames, or up to MOST if the joints have stayed within NEAR (rad), say by
+    their median by how much the model is off."""
     REAIM, STILL = math.radians(1.5), math.radians(0.7)
     """An aim so near to the last one is the same; a joint that stays within STILL stands, rad."""
+    ARRIVED, SURE = math.radians(2), 3
+    """A chase ends within this of its aim (rad) after so many aims: the rest is gone by what is
+    measured at rest."""
     STALE = 0.3
     """What a camera has not seen for so long is not gone by, s."""
 
@@ -52,11 +55,7 @@ class Stream(object):
         self._news_at = None  # time of the newest frame that has not been aimed by
         self._still_at = self.still_since = None
         self._confirmed = False
-
-    @property
-    def has_news(self):
-        """Whether a frame has come in that has not been aimed by."""
-        return self._news_at is not None
+        self._aims = 0
 
     def see(self, frame, goal):
         """Take in a MarkerFrame; `goal` is its GoalEstimate, None if that is a fixed pixel."""
@@ -69,8 +68,8 @@ class Stream(object):
             recent[:] = [_missed(shape, q, s) for q, s, _, _ in recent[1 - self.FEWEST :]]
         recent.append(_missed(shape, q, s))
         del recent[: -self.MOST]
-        near = [off for _, _, _, off in recent[-self.FEWEST :]]
-        near += [off for p, _, _, off in recent[: -self.FEWEST] if apart(p, q) < self.NEAR]
+        slow = apart(recent[0][0], q) < self.NEAR
+        near = [off for _, _, _, off in (recent if slow else recent[-self.FEWEST :])]
         offset = [median(column) for column in zip(*near)]
         speed = STANDS
         if goal is not None:
@@ -97,6 +96,7 @@ class Stream(object):
 
     def _settle_on(self, q, image, speed, t):
         """Make it the aim, unless it is all but the same."""
+        self._aims += 1
         if any(speed):
             J = image.jacobian(q)
             size = math.sqrt(sum([dot(row, row) for row in J]))
@@ -109,10 +109,6 @@ class Stream(object):
         elif self.still_since is not None and t > self.still_since:
             self._confirmed = True
 
-    def refit(self):
-        """As Servo.refit."""
-        return self._servo.refit()
-
     def aim(self, t, q):
         """Where the joints should be at time t, rad or Moving; None: stand and look."""
         if self._still_at is None or apart(q, self._still_at) > self.STILL:
@@ -120,7 +116,9 @@ class Stream(object):
         if self._drift is not None:
             late = t - self._aimed_at
             return Moving([a + v * late for a, v in zip(self._aim, self._drift)], self._drift)
-        there = apart(q, self._aim) < 2 * self.REAIM
-        if there and self._confirmed and t - self.still_since > 0.1:
+        off = apart(q, self._aim)
+        if off < self.ARRIVED and self._aims >= self.SURE:
+            return None
+        if off < 2 * self.REAIM and self._confirmed and t - self.still_since > 0.1:
             return None
         return self._aim
