@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections import Counter
 
 import pytest
 from click.testing import CliRunner
@@ -88,7 +89,7 @@ def test_every_joint_and_condition_is_drawn_once():
 def test_a_row_per_condition_and_two_for_many_plants():
     def result(condition, line, greatest, error=""):
         return draw.Result(
-            "spatial", "smooth", condition, line, 0.5, greatest, 0.1, 0.1, 3.0, 9, error
+            "spatial", "smooth", condition, line, 0.5, greatest, 0.1, 0.1, 0.1, 3.0, 9, error
         )
 
     rows = draw.space_table(
@@ -112,8 +113,37 @@ def test_an_arm_it_does_not_know_is_refused(words):
     assert shown.exit_code == 2
 
 
-def test_the_planar_cases_are_those_of_old():
+def test_the_planar_cases_are_drawn_by_every_method_of_their_arm():
     cases = list(draw.cases(range(1000, 1002)))
     assert {c.arm for c in cases} == {"planar", "geared"}
     assert {(c.at, c.weight) for c in cases} == {(draw.EVERYWHERE, FELT)}
-    assert len(cases) == 2 * 2 * (4 * 5 + 2 * 4)
+    own, down = ([c for c in cases if c.elbow == elbow] for elbow in (None, "down"))
+    assert Counter((c.arm, c.method) for c in own) == dict.fromkeys(
+        [("geared", method) for method in ("smooth", "steps")]
+        + [
+            ("planar", method)
+            for method in ("smooth", "steps", "timed steps", "timed steps, halved")
+        ],
+        4 * 5 + 2 * 4,
+    )
+    assert len(own) + len(down) == len(cases)
+    assert {(c.arm, c.method, c.plant, c.line) for c in down} == {
+        ("planar", method, plant, line)
+        for method in ("smooth", "steps", "timed steps", "timed steps, halved")
+        for plant in ("backlash=2", "backlash=2,seed=1000", "backlash=2,seed=1001")
+        for line in LINES[2]
+    }
+
+
+def test_a_row_tells_how_far_short_a_line_stops():
+    line = LINES[2][0]
+    results = [
+        draw.draw(draw.Case("planar", method, "", "backlash=2", 2.0, line, "line 1", elbow="down"))
+        for method in ("smooth", "timed steps")
+    ]
+    rows = [dict(zip(draw.HEADINGS, row, strict=True)) for row in draw.table(results)]
+    assert [row["method"] for row in rows] == ["smooth", "timed steps"]
+    smooth, timed = (float(row["short mm"]) for row in rows)
+    assert abs(smooth) < 2
+    assert 13 < timed < 22, "it ends within 2 cm, as the encoders have it"
+    assert timed == pytest.approx(results[1].end, abs=1), "it is nearly on the line"

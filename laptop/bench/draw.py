@@ -1,4 +1,4 @@
-"""Drawing, measured: smooth lines beside the report's steps and the encoders' floor.
+"""Drawing, measured: smooth lines beside steps, timed steps and the encoders' floor.
 
 The *floor* of a line is the deviation of a perfect controller that knows each joint to half an
 encoder count: half a count at every joint in the worst signs, mapped through the Jacobian onto the
@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from laptop import drawing
-from laptop.bench import workers
+from laptop.bench import timed_steps, workers
 from laptop.simulator import program as programs
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant, weighed
@@ -36,8 +36,9 @@ from shared.arm_description import Arm, find_arm, read_arm
 Point = tuple[float, float]
 Line = tuple[tuple[float, ...], tuple[float, ...]]
 
-ARMS = ("planar", "geared")
-METHODS = ("smooth", "steps")
+METHODS = {"planar": ("smooth", "steps", *timed_steps.LAWS), "geared": ("smooth", "steps")}
+"""Of each arm in the plane; timed steps are for direct drive, like the arm of their program."""
+
 CONDITIONS = (
     ("backlash 0", "backlash=0", 0.0),
     ("backlash 2", "backlash=2", 2.0),
@@ -45,6 +46,11 @@ CONDITIONS = (
     ("3 described as 2", "backlash=3", 2.0),
 )
 """Name, true plant, and the backlash (deg) that the arm's description says."""
+
+RANDOM = ("random plants", "backlash=2,seed={}", 2.0)
+
+ELBOW_DOWN = ", elbow down"
+"""As the classic program has it, whatever the arm prefers."""
 
 
 class Weight(NamedTuple):
@@ -81,6 +87,7 @@ class Case:
     """One line to draw: which arm, how, on which plant, and the backlash (deg) described.
 
     `at` names the joint that has the play described, or EVERYWHERE; `weight` is a key of WEIGHTS.
+    `elbow` is "up" or "down", the arm's own if None.
     """
 
     arm: str
@@ -93,11 +100,15 @@ class Case:
     at: str = EVERYWHERE
     weight: str = "felt"
     cpu: float = 0.0
+    elbow: str | None = None
 
 
 @dataclass(frozen=True)
 class Result:
-    """One line drawn: mm, s; `error` says why it was not."""
+    """One line drawn: mm, s; `error` says why it was not.
+
+    `short` is what is missing along the line, negative where it was drawn past its end.
+    """
 
     arm: str
     method: str
@@ -107,6 +118,7 @@ class Result:
     greatest: float
     rms: float
     end: float
+    short: float
     seconds: float
     accesses: int
     error: str
@@ -154,26 +166,31 @@ def random_line(arm: Arm, seed: int) -> Line:
 
 def cases(seeds: range) -> Iterator[Case]:
     """Every line under every condition; each random line also on the random plant of its seed."""
-    for arm_name in ARMS:
+    for arm_name in METHODS:
         arm = read_arm(find_arm(arm_name))
         own = LINES[kinematics.coordinates(arm)]
         lines = [(f"line {n}", line) for n, line in enumerate(own, 1)]
         luck = [("random", random_line(arm, seed)) for seed in seeds]
-        for method in METHODS:
+        for method in METHODS[arm_name]:
             for condition, plant, play in CONDITIONS:
                 for name, line in lines + luck:
                     yield Case(arm_name, method, condition, plant, play, line, name)
+            condition, plant, play = RANDOM
             for k, seed in enumerate(seeds):
                 for name, line in [*lines, luck[k]]:
-                    yield Case(
-                        arm_name,
-                        method,
-                        "random plants",
-                        f"backlash=2,seed={seed}",
-                        2.0,
-                        line,
-                        name,
-                    )
+                    yield Case(arm_name, method, condition, plant.format(seed), play, line, name)
+    yield from _elbow_down(seeds)
+
+
+def _elbow_down(seeds: range) -> Iterator[Case]:
+    """The three lines as the classic program draws them, by every method of its arm."""
+    nominal, plant, play = CONDITIONS[1]
+    plants = [(nominal, plant), *((RANDOM[0], RANDOM[1].format(seed)) for seed in seeds)]
+    for method in METHODS["planar"]:
+        for condition, plant in plants:
+            for n, line in enumerate(LINES[2], 1):
+                words, name = condition + ELBOW_DOWN, f"line {n}"
+                yield Case("planar", method, words, plant, play, line, name, elbow="down")
 
 
 class _CountingClock:
@@ -201,6 +218,7 @@ class _CountingClock:
 def _drawn(case: Case) -> tuple[EmulatedBrick, int, str]:
     """A line drawn with the real driver: the brick, accesses per tick, and why it was not."""
     arm = described(case.arm, case.described, case.at)
+    arm = arm._replace(elbow=case.elbow or arm.elbow)
     weight = WEIGHTS[case.weight]
     plant = read_plant(",".join(filter(None, (case.plant, weight.plant, f"cpu={case.cpu}"))))
     brick = EmulatedBrick(World(), arm, plant)
@@ -216,7 +234,11 @@ def _drawn(case: Case) -> tuple[EmulatedBrick, int, str]:
         try:
             robot.wake()
             driver = program["robot.driver"].Driver(robot, elbow=arm.elbow, say=lambda line: None)
-            driver.draw_line(*case.line, method=case.method)
+            if case.method in timed_steps.LAWS:
+                law = timed_steps.LAWS[case.method]
+                timed_steps.draw_line(program, driver, *case.line, law)
+            else:
+                driver.draw_line(*case.line, method=case.method)
             robot.park()
         except Exception as problem:  # a crash is a result here, and must not end the bench
             error = f"{type(problem).__name__}: {problem}"
@@ -236,6 +258,7 @@ def draw(case: Case) -> Result:
         measure.greatest_mm if measure else math.nan,
         measure.rms_mm if measure else math.nan,
         measure.end_mm if measure else math.nan,
+        10 * (measure.length_cm - measure.lateral[-1][0]) if measure else math.nan,
         measure.seconds if measure else math.nan,
         accesses,
         error,
@@ -251,7 +274,7 @@ Row = tuple[str, ...]
 
 HEADINGS: Row = (
     "arm", "method", "plant", "line", "floor mm", "greatest mm", "x floor", "rms mm", "x floor",
-    "end mm", "x floor", "time s", "accesses/tick", "failed",
+    "end mm", "x floor", "short mm", "time s", "accesses/tick", "failed",
 )  # fmt: skip
 
 
@@ -282,8 +305,8 @@ def _figures(group: list[Result], q: int) -> Row:
         ratios = [value / r.floor for value, r in zip(values, group, strict=True)]
         out += [f"{at(values):.2f}", f"{at(ratios):.2f}"]
     out = ["failed" if figure == "inf" else figure for figure in out]
-    seconds = f"{at([r.seconds for r in group]):.1f}"
-    return (*out, seconds, f"{at([r.accesses for r in group]):.0f}")
+    short, seconds = (f"{at([getattr(r, n) for r in group]):.1f}" for n in ("short", "seconds"))
+    return (*out, short, seconds, f"{at([r.accesses for r in group]):.0f}")
 
 
 def failures(results: list[Result]) -> dict[str, int]:

@@ -58,7 +58,7 @@ _cpu = click.option(
 @_cpu
 @click.option("--json", "as_json", is_flag=True, help="Every line's figures instead of the table.")
 def bench_draw(seeds: range, arm: str, cpu: float, as_json: bool) -> None:
-    """Straightness of lines: smooth and steps, beside the encoders' floor."""
+    """Straightness of lines: smooth, steps and timed steps, beside the encoders' floor."""
     from laptop.bench import draw, show  # what else a command needs is slow to import
 
     in_space = arm == "spatial"

@@ -1,4 +1,4 @@
-"""The classic lab's way of drawing a line: joint steps by the inverse Jacobian.
+"""The lab report's way of drawing a line: joint steps by the inverse Jacobian.
 
 Pure.  Letters: `q` joint angles rad, `dq` a step, `p` a tip position cm, `J` the Jacobian cm/rad.
 """
