@@ -84,9 +84,7 @@ def _load(file):
         figures = None
     if not isinstance(figures, dict) or figures.get("format") != FORMAT:
         raise BadConstants(
-            "{} is not a file of robot/bench_brick.py; give the one that it has written".format(
-                file
-            )
+            "{} was not written by robot/bench_brick.py; give the file that was".format(file)
         )
     if figures.get("version") != VERSION:
         raise BadConstants(

@@ -48,8 +48,10 @@ def run(args, begun):
         _check_bare(port, description)
     try:
         with _lap(laps, "start: import python-ev3dev2"):
-            import ev3dev2.motor  # noqa: F401
-    except ImportError:
+            import robot.motion.motors  # noqa: F401
+    except ImportError as error:
+        if getattr(error, "name", "") != "ev3dev2":
+            raise
         raise CannotMeasure(
             "there is no python-ev3dev2 here; run this on the brick, or emulated: "
             "python -m laptop simulate {}".format(sys.argv[0])

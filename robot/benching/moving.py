@@ -1,25 +1,17 @@
-"""How the motors turn: speed per volt, friction, brake distance, inertia, and a joint's backlash.
-
-What is measured, at the motor's shaft and in volts (the DC motor's equation times R / Kt):
-
-    u = Ke w + F + J dw/dt
-
-u is duty times battery, w the speed.  Steady speeds in both directions give Ke and F by a straight
-line; what pulls one way only drops out.  J is what speeding up takes beside that: the integral of
-u - Ke w over what it is when steady.  (Not what braking takes: then the link runs on in its play.)
+"""Motors turned to and fro at several speeds, and joints against their stops.
 
 Every set-point is renewed, so that a motor stops by itself when the program dies (DEAD_MAN).
 """
 
-import collections
 import math
 
+from robot.benching.figures import Pass, figures
 from robot.motion import homing, kinematics
 from robot.motion.arm import GENTLE, SLOWLY
 from robot.motion.control_loop import Stalled
 from robot.motion.joint_controller import GAINS
 from robot.motion.motors import DEAD_MAN, JointMotor
-from shared.arm_description import MOTOR_SPEEDS, PULLED_DOWN, ArmError
+from shared.arm_description import MOTOR_SPEEDS, PULLED_DOWN
 
 LEVELS = (0.3, 0.5, 0.75, 1.0)
 """The speeds of the passes, as shares of the fastest."""
@@ -45,7 +37,7 @@ RENEWED = DEAD_MAN / 4
 STILL, COMES_TO_REST = 0.15, 1.0
 """A braked motor that has not moved for so long stands, s; it has so long for that."""
 
-BLOCKED = 0.4
+BLOCKED = 0.15
 """A driven motor that has not moved for so long is blocked, s."""
 
 CLEAR, ABOVE_TABLE = math.radians(5), 2.0
@@ -63,16 +55,6 @@ LEAVING = 15.0
 
 LEAST_FREE = 1.5
 """Counts of play within which a motor must move alone to tell where it stood at its stop."""
-
-Pass = collections.namedtuple("Pass", "speed duty volts behind extra braked")
-"""One pass, at the motor's shaft and positive the way it went.
-
-speed, duty  when steady, rad/s and %
-volts        of the battery, V
-behind       how far speeding up left it behind the steady motion, rad
-extra        duty beside that of the steady motion while it sped up, % s
-braked       from where it was braked to where it stood, rad; None: it was held
-"""
 
 
 def describe(description, k):
@@ -243,11 +225,11 @@ class Bench(object):
         speed = (last_step - first) / (t_last - t_first)
         pushed = [duty for t, duty in duties if t_first <= t <= t_last]
         duty = sum(pushed) / len(pushed)
-        extra, before = 0.0, began
+        extra, t_before, before = 0.0, began, duties[0][1]
         for t, pushes in duties:
             if t <= t_first:
-                extra += (pushes - duty) * (t - before)
-                before = t
+                extra += ((pushes + before) / 2 - duty) * (t - t_before)
+                t_before, before = t, pushes
         behind = speed * (t_first - began) - (first - rested)
         way = rest - last_step - speed * (stopped - t_last)
         return Pass(
@@ -345,64 +327,3 @@ def _asked(speed, kind):
 def _gone(t, lag):
     """How far a motor gets in `t` s from rest, in units of its final speed."""
     return t - lag * (1 - math.exp(-t / lag))
-
-
-def figures(pairs, kind):
-    """What a motor is, from pairs of Passes there and back.
-
-    Returns:
-        OrderedDict: "kind", "volts", "no_load_deg_per_s" (at full duty; of a joint it is
-        extrapolated), "emf_volts_s_per_rad", "friction_volts", "friction_duty_percent"; and where
-        it was braked "brake_from_deg_per_s", "brake_deg" of the fastest pass, "brake_time_s" (in
-        which the speed falls to 1/e without friction), "inertia_volts_s2_per_rad".
-
-    Raises:
-        ArmError: the speeds do not rise with the voltage.
-    """
-    points = []
-    for pair in pairs:
-        speed = sum(each.speed for each in pair) / 2
-        points.append((speed, sum(each.duty * each.volts for each in pair) / 200))
-    emf, friction = _line(points)
-    if emf <= 0:
-        raise ArmError("the motor's speed does not rise with the voltage: is it free to turn?")
-    passes = [each for pair in pairs for each in pair]
-    volts = sum(each.volts for each in passes) / len(passes)
-    found = collections.OrderedDict(
-        kind=kind,
-        volts=volts,
-        no_load_deg_per_s=math.degrees((volts - friction) / emf),
-        emf_volts_s_per_rad=emf,
-        friction_volts=friction,
-        friction_duty_percent=100 * friction / volts,
-    )
-    braked = [each for each in passes if each.braked is not None]
-    if braked:
-        inertia = _inertia(braked, emf)
-        fastest = max(braked, key=lambda each: each.speed)
-        found["brake_from_deg_per_s"] = math.degrees(fastest.speed)
-        found["brake_deg"] = math.degrees(fastest.braked)
-        found["brake_time_s"] = inertia / emf
-        found["inertia_volts_s2_per_rad"] = inertia
-    for name, value in found.items():
-        if name != "kind":
-            found[name] = float("{:.5g}".format(value))
-    return found
-
-
-def _inertia(passes, emf):
-    """J from speeding up, the fast passes counting for more."""
-    momenta = [each.volts * each.extra / 100 + emf * each.behind for each in passes]
-    return sum(p * each.speed for p, each in zip(momenta, passes)) / sum(
-        each.speed**2 for each in passes
-    )
-
-
-def _line(points):
-    """(slope, height at 0) of the straight line nearest to points (x, y)."""
-    n = float(len(points))
-    x_mean, y_mean = sum(x for x, _ in points) / n, sum(y for _, y in points) / n
-    slope = sum((x - x_mean) * (y - y_mean) for x, y in points) / sum(
-        (x - x_mean) ** 2 for x, _ in points
-    )
-    return slope, y_mean - slope * x_mean
