@@ -77,7 +77,7 @@ def within(share, found, true):
 @pytest.mark.parametrize(
     ("arm", "plant"),
     [
-        ("planar", ""),
+        ("planar", "cpu=0"),
         ("planar", "cpu=1.5,access=0.0007,link_friction=0.02,backlash=3,voltage=7.2"),
         ("planar", "cpu=0.7,emf_constant=1.2,rotor_friction=1.5,shoulder_inertia=0.006"),
         ("planar", "cpu=1,rotor_inertia=1.5,rotor_friction=0.6,phase=0.4,elbow_inertia=0.002"),
@@ -129,7 +129,7 @@ def test_it_gives_back_the_emulated_bricks_own_constants(bench, arm, plant):
 
 
 def test_full_duty_of_a_bare_motor_is_what_was_published(bench):
-    run = bench("--bare D", extra={"D": "medium"})
+    run = bench("--bare D", plant="cpu=0", extra={"D": "medium"})
     (motor,) = run.figures()["motors"].values()
     nominal = MOTORS["medium"]
     volts = 8.0 - nominal.resistance * nominal.friction / nominal.torque_constant
@@ -188,7 +188,10 @@ def test_nothing_turns_unless_asked(bench):
 
 
 def test_a_brick_that_computes_in_no_time_is_one(bench):
-    assert constants.read_constants(bench().file, read_arm(find_arm("planar")))["cpu"] == 0.0
+    assert (
+        constants.read_constants(bench(plant="cpu=0").file, read_arm(find_arm("planar")))["cpu"]
+        == 0.0
+    )
 
 
 def test_it_tells_how_long_python_and_imports_take(bench):
@@ -243,7 +246,8 @@ def test_what_cannot_be_measured_is_refused_before_anything_moves(bench, words, 
     ],
 )
 def test_it_always_stops(bench, fault, status, told):
-    run = bench("--move --bare D", extra={"D": "large"}, faults=[session.read_fault(fault)])
+    faults = [session.read_fault(fault)]
+    run = bench("--move --bare D", plant="cpu=0", extra={"D": "large"}, faults=faults)
     assert run.is_refused(status, told)
     at = float(fault.partition("@")[2])
     assert run.outcome.t < at + (0.5 if status != 124 else 0.01)
