@@ -23,6 +23,7 @@ from shared.arm_description import find_arm, read_arm
 
 ROOT = Path(__file__).parent.parent
 DRIVER = str(ROOT / "robot" / "driver.py")
+BENCH = str(ROOT / "robot" / "bench_brick.py")
 LINE = ["line", "10,0", "5,10"]
 
 
@@ -563,3 +564,40 @@ def test_a_run_of_nothing_or_of_another_arm_is_refused(tmp_path, rows):
     leave_a_run(tmp_path / "first", *rows)
     with pytest.raises(session.BadOrder, match=r"there is no trace of this arm; give the --out"):
         session.read_start(f"after:{tmp_path / 'first'}", read_arm(find_arm("planar")))
+
+
+# A brick that was measured
+
+
+# python-ev3dev2 leaves its files open, and some of them here are real ones.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
+def test_a_measured_brick_is_emulated_and_the_plant_overrides(simulate, tmp_path):
+    file = tmp_path / "brick.json"
+    words = ["--json", file, "planar", "--bare", "D"]
+    bench = ["--plant", "cpu=2,access=0.002,rotor_friction=1.4", BENCH, *words]
+    assert simulate(*bench).exit_code == 0
+    result = simulate("--constants", file, "--plant", "access=0.0005", DRIVER, "where")
+    assert result.exit_code == 0
+    summary = json.loads((result.out / "summary.json").read_text())
+    assert (summary["constants"], summary["plant"]) == (str(file), "access=0.0005")
+    assert summary["cpu"] == pytest.approx(2.0, rel=0.02)
+    assert summary["measured"]["access"] == pytest.approx(0.002, rel=0.02)
+    assert summary["measured"]["ports"]["D"]["rotor_friction"] == pytest.approx(1.4, rel=0.05)
+    assert f"as {file} has it: cpu = 2" in result.output
+    # Slow as it is, but quick to access.
+    slow = simulate("--plant", "cpu=2,access=0.0005", DRIVER, "where")
+    told = json.loads((slow.out / "summary.json").read_text())
+    assert told["seconds"] == pytest.approx(summary["seconds"], rel=0.02)
+    assert (told["constants"], told["measured"]) == (None, None)
+
+
+@pytest.mark.parametrize("content", [None, "{}", '{"format": "brickservo brick", "version": 1}'])
+def test_bad_constants_are_refused_before_anything_runs(simulate, tmp_path, content):
+    file = tmp_path / "brick.json"
+    if content:
+        file.write_text(content)
+    result = simulate("--constants", file, DRIVER, *LINE)
+    assert result.exit_code == 1
+    assert in_one_line(result.output, "Error: ", str(file), "bench_brick.py")
+    assert not result.out.exists()

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.options import ON_THE_BRICK
-from laptop.simulator import peripherals, session
+from laptop.simulator import constants, peripherals, session
 from laptop.simulator.pace import BUSY
 from laptop.simulator.plant import CONSTANTS, read_plant
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
@@ -45,6 +45,12 @@ def _plants() -> str:
 )
 @ON_THE_BRICK
 @click.option("--plant", "plant_text", default="", metavar="KEY=VALUE,...", help="See below.")
+@click.option(
+    "--constants",
+    "constants_file",
+    metavar="FILE",
+    help="The brick that robot/bench_brick.py has measured; --plant overrides.",
+)
 @click.option(
     "--out", default="out", metavar="DIR", type=click.Path(path_type=Path), show_default=True
 )
@@ -102,6 +108,7 @@ def _plants() -> str:
 def simulate(
     arm_file: str,
     plant_text: str,
+    constants_file: str | None,
     out: Path,
     realtime: bool,
     presses: tuple[str, ...],
@@ -123,8 +130,13 @@ def simulate(
 
     try:
         arm = read_arm(find_arm(arm_file))
+        read_plant(plant_text)
+        measured = None if constants_file is None else constants.read_constants(constants_file, arm)
+        plant = read_plant(plant_text, measured)
+        if measured:
+            click.echo(f"as {constants_file} has it: {constants.in_words(measured)}")
         orders = {
-            "plant": read_plant(plant_text),
+            "plant": plant,
             "faults": [session.read_fault(text) for text in faults],
             "presses": [peripherals.read_press(text) for text in presses],
             "extra": _plugged(arm, plug),
@@ -147,6 +159,9 @@ def simulate(
     to_see = drawing.is_there_to_see(run.record, run.wanted)
     drawn = to_see if pictured is None else pictured
     summary = _summary(script, args, arm, plant_text, run, measures)
+    summary["cpu"] = plant["cpu"]
+    summary["constants"] = constants_file
+    summary["measured"] = measured
     click.echo(_report(summary, took))
     try:
         _write(out, arm, run, wanted, measures, summary, drawn)
@@ -289,7 +304,6 @@ def _summary(
         "status": run.outcome.status,
         "reason": run.outcome.reason,
         "seconds": round(run.outcome.t, 6),
-        "cpu": read_plant(plant)["cpu"],
         "start_s": run.outcome.start and round(run.outcome.start, 3),
         "pace": run.pace and round(run.pace, 3),
         "accesses": run.outcome.accesses,

@@ -117,20 +117,25 @@ class BadPlant(ArmError, ValueError):
     """A plant constant that is unknown or out of range."""
 
 
-def read_plant(text=""):
+def read_plant(text="", measured=None):
     """The plant constants of a text such as `backlash=3,voltage=7.2,load=-0.1..0.1,seed=4`.
 
     `KEY=LOW..HIGH` draws uniformly; `seed` scatters the frictions, inertias and the voltage by up
     to `spread` around their values, and (see `at_port`) every motor's own constants.  The same text
     draws the same plant.
 
+    Args:
+        measured: name -> float, in place of the defaults; and "ports": port -> such a dict of what
+            is only so there.  What the text gives holds at all ports.
+
     Returns:
-        dict, name -> float or None (not given and without a default).
+        dict, name -> float or None (not given and without a default); and "ports" as measured.
 
     Raises:
         BadPlant: naming the key, the value and its range.
     """
     given = {}
+    measured = measured or {}
     for item in filter(None, (part.strip() for part in text.split(","))):
         key, equals, value = item.partition("=")
         key = key.strip()
@@ -140,7 +145,7 @@ def read_plant(text=""):
             raise BadPlant(
                 "no plant constant '{}' in '{}'; known: {}".format(key, item, ", ".join(CONSTANTS))
             )
-        bounds = [_number(key, part) for part in value.split("..")]
+        bounds = [check(key, part) for part in value.split("..")]
         if len(bounds) > (1 if key in ("seed", "spread") else 2):
             raise BadPlant(
                 "plant {}: '{}' is not a single value{}".format(
@@ -154,7 +159,7 @@ def read_plant(text=""):
     plant = {}
     for key in _DRAWN:
         constant = CONSTANTS[key]
-        bounds = given.get(key, [constant.default])
+        bounds = given.get(key, [measured.get(key, constant.default)])
         luck = draw.uniform(-1, 1)
         if len(bounds) == 2:
             plant[key] = (bounds[0] + bounds[1]) / 2 + luck * (bounds[1] - bounds[0]) / 2
@@ -162,12 +167,17 @@ def read_plant(text=""):
             plant[key] = bounds[0] * (1 + spread * luck)
         else:
             plant[key] = bounds[0]
+    if "ports" in measured:
+        plant["ports"] = {
+            port: {key: value for key, value in own.items() if key not in given}
+            for port, own in measured["ports"].items()
+        }
     return plant
 
 
 def at_port(plant, port):
     """The plant's constants as they are at one port: no two motors are alike where it is random."""
-    own = dict(plant)
+    own = dict(plant, **plant.get("ports", {}).get(port, {}))
     draw = random.Random("{}/{}".format(plant["seed"], port))
     for key in _DRAWN:
         luck = draw.uniform(-1, 1)
@@ -178,7 +188,12 @@ def at_port(plant, port):
     return own
 
 
-def _number(key, text):
+def check(key, text):
+    """The value of a constant.
+
+    Raises:
+        BadPlant: it is no number within the constant's limits.
+    """
     constant = CONSTANTS[key]
     try:
         value = float(text)
@@ -401,12 +416,13 @@ class ArmPlant(object):
         self._gravity = Gravity(weighed(arm, plant), plant["gravity"])
         self._pen_drag = 0.0 if self.weighs else plant["pen_drag"]  # there is no paper in the air
         for joint, angle, inertia in zip(arm.joints, start, inertias(arm, plant)):
-            described = plant["backlash"] is None
+            own = at_port(plant, joint.port)
+            play = own["backlash"]
             link = Link(
                 angle + error,
                 inertia,
-                at_port(plant, joint.port)["link_friction"],
-                joint.backlash if described else math.radians(plant["backlash"]),
+                own["link_friction"],
+                joint.backlash if play is None else math.radians(play),
                 -math.inf if joint.stop_lower is None else joint.stop_lower,
                 math.inf if joint.stop_upper is None else joint.stop_upper,
             )

@@ -17,6 +17,7 @@ import contextlib
 import fcntl as real_fcntl
 import importlib
 import importlib.machinery
+import io
 import os
 import random
 import re
@@ -27,7 +28,7 @@ import traceback
 import types
 
 from laptop.simulator import counting
-from laptop.simulator.clocks import Clock, copy_module, datetime_module, time_module
+from laptop.simulator.clocks import UPTIME, Clock, copy_module, datetime_module, time_module
 from laptop.simulator.counting import ENROL
 from laptop.simulator.peripherals import EventFile
 from laptop.simulator.processes import Processes
@@ -40,6 +41,9 @@ from laptop.simulator.world import Verdict, WaitingLine
 #: What a `print` costs, s, and how often files of the host are looked at by those that wait, s.
 PRINT_COST = 0.5e-3
 FD_POLL_PERIOD = 0.01
+
+#: Where a program reads when it was started.
+OWN_STAT = "/proc/self/stat"
 
 #: Modules that bind the names replaced here, and so must be imported afresh.
 REBOUND = (
@@ -71,6 +75,7 @@ class Shims(object):
         self.world = world
         self.peripherals = peripherals
         self.clock = Clock(world)
+        self._started = UPTIME + world.now()
         self.signals = Signals(world, self.clock)
         self.processes = Processes(world, self.clock, peripherals)
         self.exit_calls = []
@@ -327,10 +332,18 @@ class Shims(object):
         _REAL_PRINT(*args, **kwargs)
 
     def _open(self, file, mode="r", *args, **kwargs):
+        if file == OWN_STAT:
+            return io.StringIO(self._stat())
         device = self.peripherals.open(file) if isinstance(file, str) else None
         if device is None:
             return _REAL_OPEN(file, mode, *args, **kwargs)
         return device if isinstance(device, EventFile) else _AttributeFile(device, "b" in mode)
+
+    def _stat(self):
+        """What the brick's Linux tells of this program; of 52 figures, its number and its start."""
+        figures = ["0"] * 49
+        figures[18] = str(int(self._started * os.sysconf("SC_CLK_TCK")))
+        return "{} (python3) R {}\n".format(os.getpid(), " ".join(figures))
 
 
 _REAL_PRINT, _REAL_OPEN = builtins.print, builtins.open

@@ -372,6 +372,19 @@ class RobotArm(object):
             self._loop.run([self.joints[k]], move, SETTLE, COARSE)
             self._hold([self.joints[k]])
 
+    @contextlib.contextmanager
+    def lend_motors(self):
+        """For a `with` block somebody else turns the joints' motors; whatever goes wrong, all stop.
+
+        Where the play lies is unknown afterwards.
+        """
+        self._engage()
+        with self._stopping_on_error():
+            try:
+                yield
+            finally:
+                self.sides = (0,) * len(self.joints)
+
     def home(self, here=False, say=print):
         """Find the zero, or with `here` take the joints to be at the home pose; remember it.
 

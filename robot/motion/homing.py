@@ -115,21 +115,22 @@ def _set_zero(motor, joint, ends, spread):
 def _touches(arm, k, sign):
     """Counts at which the joint stands against a stop, TOUCHES times."""
     motor, joint = arm.joints[k], arm.description.joints[k]
-    _push(arm, motor, joint, sign, FIRST_PUSH)
-    _back_off(arm, k, sign)
+    push(arm, motor, joint, sign, FIRST_PUSH)
+    back_off(arm, k, sign)
     out = []
     for _ in range(TOUCHES):
-        out.append(_push(arm, motor, joint, sign, SECOND_PUSH))
-        _back_off(arm, k, sign)
+        out.append(push(arm, motor, joint, sign, SECOND_PUSH))
+        back_off(arm, k, sign)
     return out
 
 
-def _back_off(arm, k, sign):
+def back_off(arm, k, sign):
+    """Leave the stop on the side of `sign` by BACK_OFF."""
     here = arm.joints[k].angle()
     arm.move_motor(k, JointMove([here], [here - sign * BACK_OFF], [BACK_OFF_SPEED]))
 
 
-def _push(arm, motor, joint, sign, force):
+def push(arm, motor, joint, sign, force):
     """Push until the joint stands; the middle of what the encoder then allows, counts."""
     clock = arm.clock
     # What a standing motor pushes with is the stiffness times the speed set-point.

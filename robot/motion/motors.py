@@ -26,7 +26,8 @@ class MotorNotFound(ArmError, OSError):
     """A motor that is not there, or no longer."""
 
 
-def _what_is_plugged_in():
+def plugged_in():
+    """The motors that are there: sorted pairs of address ("outA") and driver's name."""
     folder = os.path.join(ev3dev2.motor.Device.DEVICE_ROOT_PATH, "tacho-motor")
     found = []
     for name in ev3dev2.motor.list_device_names(folder, "*"):
@@ -34,7 +35,7 @@ def _what_is_plugged_in():
         for attribute in ("address", "driver_name"):
             with open(os.path.join(folder, name, attribute)) as file:
                 words.append(file.read().strip().replace("ev3-ports:", ""))
-        found.append("{} ({})".format(*words))
+        found.append(tuple(words))
     return sorted(found)
 
 
@@ -62,7 +63,7 @@ class JointMotor(object):
         try:
             self._motor = _KINDS[kind]("out" + port)
         except ev3dev2.DeviceNotFound:
-            found = _what_is_plugged_in()
+            found = ["{} ({})".format(*motor) for motor in plugged_in()]
             raise MotorNotFound(
                 "no {} motor at port {} for the {}; {}".format(
                     kind,
@@ -118,6 +119,13 @@ class JointMotor(object):
     def angle(self):
         """The middle of `bounds`, rad."""
         return sum(self.bounds()) / 2
+
+    def duty(self):
+        """What the driver gives the motor now, %; positive where the joint's angle rises."""
+        try:
+            return math.copysign(1.0, self._per_radian) * self._motor.duty_cycle
+        except (ev3dev2.DeviceNotFound, OSError) as error:
+            raise self._lost(error) from None
 
     def in_counts(self, radians):
         """A difference of angles at the joint as counts."""
@@ -188,6 +196,12 @@ class JointMotor(object):
         if not self._engaged:
             self._set("stop_action", "hold")
         self._set("command", "stop")
+
+    def brake(self):
+        """Stop by a short circuit of the windings: nothing holds it then."""
+        self._set("stop_action", "brake")
+        self._set("command", "stop")
+        self._engaged = None  # the next stop is to hold again
 
     def check_plugged_in(self):
         """Notice a pulled cable without an access.

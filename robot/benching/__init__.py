@@ -1,0 +1,1 @@
+"""What `bench_brick.py` measures."""

@@ -1,0 +1,292 @@
+"""Control ticks, decisions, messages, a collection: what computing costs, piece by piece.
+
+The code is the same that draws and servoes.  But its motors are files in a temporary folder, with a
+model of a motor behind; its cameras are worked out; and its clock jumps over all waiting.
+"""
+
+import collections
+import contextlib
+import gc
+import math
+import os
+import random
+import shutil
+import tempfile
+
+import ev3dev2.motor
+
+from robot.motion import arm as arms
+from robot.motion import kinematics, motors, paths, trajectory
+from robot.servoing.loop import VisualServoing
+from robot.servoing.runs import make_servo
+from shared.arm_description import find_arm, read_arm
+from shared.messages import decode
+
+ARMS = ("planar", "spatial")
+
+LINES = {2: ((10, 0), (5, 10)), 3: ((12, -6, 8), (12, 6, 8))}
+"""What is drawn, cm."""
+
+GOALS = {2: (3.0, 17.0), 3: (9.0, 8.0, 12.0)}
+"""Where the tip is to go by sight, cm."""
+
+FRAME = 1 / 30.0
+"""Time between two frames of a camera, s."""
+
+NOISE = 0.5
+"""Of a marker in a frame, px."""
+
+OBSERVATION = (
+    b'{"kind":"observation","camera":"A","seq":1234,"t":1234.567891,'
+    b'"markers":{"effector":[320.123,240.456,0.98],"goal":[400.123,200.456,0.97]}}\n'
+)
+
+Seen = collections.namedtuple("Seen", "camera seq t markers")
+
+
+class JumpingClock(object):
+    """A clock that jumps over all waiting; each jump is the end of a tick.
+
+    Attributes:
+        on_jump: called with the seconds jumped over.
+        tick: name of the pieces that ticks are; None: they are none.
+    """
+
+    def __init__(self, laps):
+        self._laps = laps
+        self._t = 100.0
+        self.tick = None
+        self.on_jump = lambda seconds: None
+
+    def now(self):
+        """Seconds; a look takes a moment."""
+        self._t += 1e-5
+        return self._t
+
+    def sleep(self, seconds):
+        """Go on to then."""
+        if self.tick:
+            self._laps.end(self.tick)
+        if seconds > 0:
+            self._t += seconds
+            self.on_jump(seconds)
+        if self.tick:
+            self._laps.begin()
+
+
+class ModelMotor(motors.JointMotor):
+    """A motor that turns as the observer of a JointController takes it to; nothing real does."""
+
+    def __init__(self, *args):
+        motors.JointMotor.__init__(self, *args)
+        self.counted = 0.0
+        self.driven = None
+        self._turns = 0.0
+
+    def counts(self):
+        """As the model has it; the attribute is read all the same."""
+        motors.JointMotor.counts(self)
+        return int(self.counted)
+
+    def drive(self, speed):
+        """Set the speed, rad/s at the joint."""
+        self.driven = speed
+        motors.JointMotor.drive(self, speed)
+
+    def hold(self):
+        """Stop here."""
+        self.driven = None
+        motors.JointMotor.hold(self)
+
+    def advance(self, seconds, follower):
+        """Turn on for so long, s."""
+        if self.driven is None:
+            self._turns = 0.0
+            return
+        friction = follower._friction
+        for _ in range(10):
+            push = self.driven - follower._weight
+            if abs(self._turns) > 1e-3:
+                push -= math.copysign(friction, self._turns)
+            else:
+                push = math.copysign(max(0.0, abs(push) - friction), push)
+            lag = min(1.0, seconds / 10 / follower._lag)
+            self._turns += (follower._share * push - self._turns) * lag
+            self.counted += self.in_counts(self._turns * seconds / 10)
+
+
+class _KnownZero(object):
+    """The motors' zero is where they are at first."""
+
+    def confirmed(self, counts):
+        return dict.fromkeys(counts, 0.0)
+
+    def save(self, zero, parked):
+        """Nothing is kept."""
+
+    forget = save
+
+
+class MadeUpCameras(object):
+    """What a tracking client would have heard: A looks down, in space B looks from the side."""
+
+    linked, refused, why = True, False, ""
+
+    def __init__(self, arm, clock, goal):
+        self._arm, self._clock, self._goal = arm, clock, goal
+        self._luck = random.Random(3)
+        self._seq = 0
+        names = "A" if len(goal) == 2 else "AB"
+        now = clock.now()
+        self._due = {name: now + 0.01 * k for k, name in enumerate(names)}
+
+    def look(self, timeout):
+        """The frames that are due, waited for at most so long, s."""
+        first = min(self._due.values()) - self._clock.now()
+        if first > 0 and timeout > 0:
+            self._clock.sleep(min(first, timeout))
+        now = self._clock.now()
+        return {name: self._frame(name, now) for name, due in self._due.items() if due <= now}
+
+    def _frame(self, name, now):
+        self._due[name] += FRAME
+        self._seq += 1
+        arm = self._arm
+        q = [motor.counted / motor.in_counts(1.0) for motor in arm.joints]
+        markers = {
+            "effector": self._pixel(name, kinematics.forward(arm.description, q)),
+            "goal": self._pixel(name, self._goal),
+        }
+        return Seen(name, self._seq, now - 0.005, markers)
+
+    def _pixel(self, name, point):
+        x, y, z = (tuple(point) + (0.0,))[:3]
+        along, depth = (y - 4, 55 + 0.15 * y - z) if name == "A" else (z - 8, 60 + y)
+        noise = self._luck.gauss
+        return (
+            320 + 600 * (x - 8) / depth + noise(0, NOISE),
+            240 - 600 * along / depth + noise(0, NOISE),
+            1.0,
+        )
+
+    def commands(self):
+        """None."""
+        return []
+
+    def report(self, *args, **more):
+        """Nobody is told."""
+
+
+@contextlib.contextmanager
+def folder_of_motors(joints):
+    """Have python-ev3dev2 find these joints' motors in a temporary folder, for a `with` block."""
+    device = ev3dev2.motor.Device
+    before = device.DEVICE_ROOT_PATH
+    root = tempfile.mkdtemp()
+    try:
+        for k, joint in enumerate(joints):
+            folder = os.path.join(root, "tacho-motor", "motor{}".format(k))
+            os.makedirs(os.path.join(folder, "speed_pid"))
+            large = joint.motor == "large"
+            attributes = {
+                "address": "ev3-ports:out" + joint.port,
+                "driver_name": "lego-ev3-{}-motor".format("l" if large else "m"),
+                "count_per_rot": 360,
+                "max_speed": 1050 if large else 1560,
+                "stop_action": "hold",
+            }
+            for name in ("position", "speed_sp", "position_sp", "time_sp", "command", "state",
+                         "speed_pid/Kp", "speed_pid/Ki", "speed_pid/Kd"):  # fmt: skip
+                attributes[name] = 0
+            for name, value in attributes.items():
+                path = os.path.join(folder, name)
+                with open(path, "w") as file:
+                    file.write("{}\n".format(value))
+                os.chmod(path, 0o664)
+        device.DEVICE_ROOT_PATH = root
+        yield
+    finally:
+        device.DEVICE_ROOT_PATH = before
+        shutil.rmtree(root)
+
+
+def arm_of_files(description, clock):
+    """A RobotArm on model motors, parked in its home pose, its zero known."""
+    real, arms.JointMotor = arms.JointMotor, ModelMotor
+    try:
+        arm = arms.RobotArm(description, clock, zero=_KnownZero(), say=lambda line: None)
+    finally:
+        arms.JointMotor = real
+    arm.wake()
+    for motor, joint in zip(arm.joints, description.joints):
+        motor.counted = motor.in_counts(joint.home)
+
+    def advance(seconds):
+        for motor in arm.joints:
+            motor.advance(seconds, arm._controllers[motor])
+
+    clock.on_jump = advance
+    return arm
+
+
+def measure_drawing(description, laps):
+    """Planning a line, the ticks of moves and lines, an inverse, single accesses."""
+    name = description.name
+    ends = LINES[kinematics.coordinates(description)]
+    clock = JumpingClock(laps)
+    arm = arm_of_files(description, clock)
+    plan = laps.timed(name + ": planning a line", trajectory.plan)(
+        description, [paths.polyline(list(ends))[0]]
+    )
+    laps.timed(name + ": inverse", kinematics.inverse)(description, ends[0])
+    clock.tick = name + ": tick, moving"
+    laps.begin()
+    arm.go_to(plan[0].start)
+    clock.tick = name + ": tick, line"
+    arm.follow(plan)
+    laps.end("")
+    motor = arm.joints[0]._motor
+    for _ in range(3):
+        laps.timed("read position", lambda: motor.position)()
+        laps.timed("write speed_sp", lambda: setattr(motor, "speed_sp", 100))()
+        laps.timed("write command", lambda: setattr(motor, "command", "stop"))()
+
+
+def measure_servoing(description, mode, laps, pieces):
+    """A run to a goal; of its ticks, or with `pieces` of what is worked out in them and between."""
+    name = "{}, {}".format(description.name, mode)
+    clock = JumpingClock(laps)
+    arm = arm_of_files(description, clock)
+    goal = GOALS[kinematics.coordinates(description)]
+    servo, stream = make_servo(description, "chain", mode, tolerance=5)
+    if pieces:
+        servo.decide = laps.timed(
+            lambda decision: "{}: decision, {}".format(name, decision.action), servo.decide
+        )
+        servo.observe_in_motion = laps.timed(name + ": learning from a frame", servo.observe_in_motion)
+        if stream:
+            stream.see = laps.timed(name + ": steering by a frame", stream.see)
+    eyes = MadeUpCameras(arm, clock, goal)
+    loop = VisualServoing(arm, eyes, clock, servo, stream=stream, say=lambda line: None)
+    if not pieces:
+        clock.tick = name + ": tick"
+        laps.begin()
+    verdict = loop.run()
+    if not pieces:
+        laps.end("")
+    if verdict.word != "converged":
+        raise AssertionError("{}: {}".format(name, verdict))
+
+
+def measure(names, laps):
+    """All of it, on the arms of these names."""
+    for _ in range(5):
+        laps.timed("decode an observation", decode)(OBSERVATION)
+    for name in names:
+        description = read_arm(find_arm(name))._replace(pen=None)
+        with folder_of_motors(description.joints):
+            measure_drawing(description, laps)
+            for mode in ("look", "stream"):
+                for pieces in (False, True):
+                    measure_servoing(description, mode, laps, pieces)
+    laps.timed("a full collection", lambda: gc.collect())()
