@@ -35,6 +35,7 @@ from robot.motion import kinematics, motors, paths, trajectory  # noqa: E402
 from robot.visual_servoing import VisualServoing, make_servo  # noqa: E402
 from shared.arm_description import find_arm, read_arm  # noqa: E402
 from shared.messages import decode  # noqa: E402
+from shared.record import record  # noqa: E402
 
 ARMS = ("planar", "spatial")
 
@@ -55,7 +56,7 @@ OBSERVATION = (
     b'"markers":{"effector":[320.123,240.456,0.98],"goal":[400.123,200.456,0.97]}}\n'
 )
 
-Seen = collections.namedtuple("Seen", "camera seq t markers")
+Seen = record("Seen", "camera seq t markers")
 
 
 class Laps(object):

@@ -9,7 +9,6 @@ Started by itself it moves nothing: it shows whether the brick sees.
 """
 
 import argparse
-import collections
 import contextlib
 import errno
 import json
@@ -46,6 +45,7 @@ from shared.messages import (  # noqa: E402
     Welcome,
     one_line,
 )
+from shared.record import record  # noqa: E402
 from shared.state import state_folder  # noqa: E402
 
 CONNECT_LIMIT = 3.0
@@ -76,7 +76,7 @@ class Refusal(ArmError):
     """The tracker will not serve this client however often it tries."""
 
 
-Tracker = collections.namedtuple("Tracker", "host port code")
+Tracker = record("Tracker", "host port code")
 Tracker.__doc__ = """Where the tracker is, and the code that it printed (as pairing.read_code)."""
 
 

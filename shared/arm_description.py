@@ -6,10 +6,11 @@ any way is refused in one line that names the file, the section, the key, the va
 and the next step.
 """
 
-import collections
 import configparser
 import math
 import os
+
+from shared.record import record
 
 ARMS_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "arms")
 
@@ -43,7 +44,7 @@ class BadArmFile(ArmError, ValueError):
     """An arm file that is missing, unreadable or wrong."""
 
 
-Arm = collections.namedtuple("Arm", "name chain joints pen elbow speed file")
+Arm = record("Arm", "name chain joints pen elbow speed file")
 Arm.__doc__ = """One arm.
 
 name    the file's name without its ending
@@ -56,7 +57,7 @@ speed   of the tip while drawing, cm/s
 file    path of the file it was read from
 """
 
-Joint = collections.namedtuple(
+Joint = record(
     "Joint",
     "name link port motor gear direction lower upper stop_lower stop_upper"
     " backlash max_speed home find_home mass centre friction rest",
@@ -85,7 +86,7 @@ friction    of the link in its bearings, Nm
 rest        angle at which the arm is parked low, rad, or None: wherever it is
 """
 
-Pen = collections.namedtuple("Pen", "port motor up down")
+Pen = record("Pen", "port motor up down")
 Pen.__doc__ = """The pen's motor: port, "large" | "medium", its shaft's angles up and down, rad."""
 
 

@@ -23,6 +23,9 @@ of the standard library; see processor.Processor.enrol."""
 
 EV3DEV2 = "ev3dev2"
 
+NAMED_TUPLES = ("collections.namedtuple", "shared.record.record")
+"""What makes classes of tuples whose elements have names."""
+
 _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 _LEAVES = (ast.Return, ast.Raise, ast.Break, ast.Continue)
 _WALRUS = sys.version_info >= (3, 8)
@@ -301,7 +304,7 @@ class _Counting(object):
         last = (name or "").rpartition(".")[2].lstrip("_")
         if name in CALLS:
             return price + CALLS[name]
-        if self._made.get(name) == "collections.namedtuple":
+        if self._made.get(name) in NAMED_TUPLES:
             return price + PRICES["named tuple"]
         return price + (PRICES["create"] if last[:1].isupper() and not last.isupper() else 0)
 
