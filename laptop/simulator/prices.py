@@ -85,7 +85,8 @@ CALLS = {
     "os.path.join": 9500, "os.path.exists": 11500, "os.path.abspath": 21500,
     "os.path.dirname": 9500, "os.path.realpath": 50000, "os.environ.get": 14500,
     "gc.collect": 5000000, "collections.namedtuple": 1874000,
-    "shared.record.record": 170000, "contextlib.suppress": 5000, "super": 1700, "collections.deque": 900,
+    "shared.record.record": 170000, "contextlib.suppress": 5000, "super": 1700,
+    "collections.deque": 900,
 }  # fmt: skip
 """What a call of these takes beside `call`, instructions."""
 
