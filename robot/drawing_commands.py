@@ -196,7 +196,3 @@ def main(argv=None):
     parser = _parser()
     args = parser.parse_args(argv)
     return program.run(parser.prog, lambda: _run(parser, args))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

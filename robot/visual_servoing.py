@@ -595,7 +595,7 @@ def _parser():
     )  # fmt: skip
     parser.add_argument("--code", help="as the tracker prints it (default: as remembered)")
     parser.add_argument(
-        "--goal", type=_goal, action="append", default=[], metavar="marker|[CAMERA:]U,V",
+        "--goal", type=_goal, action="append", default=[], metavar="marker|U,V|CAMERA:U,V",
         help="once, or a pixel of each camera (default: marker)",
     )  # fmt: skip
     parser.add_argument(
