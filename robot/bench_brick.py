@@ -30,6 +30,7 @@ if __name__ == "__main__":
 import ev3dev2.motor  # noqa: E402
 
 from robot.clock import Clock  # noqa: E402
+from robot.command_line import Parser  # noqa: E402
 from robot.motion import arm as arms  # noqa: E402
 from robot.motion import kinematics, motors, paths, trajectory  # noqa: E402
 from robot.visual_servoing import VisualServoing, make_servo  # noqa: E402
@@ -371,9 +372,7 @@ def _run(args):
 
 def main(argv=None):
     """The command line; the exit status."""
-    parser = program.Parser(
-        prog="bench_brick.py", description="What computing costs on this brick, ms."
-    )
+    parser = Parser("bench_brick.py", "What computing costs on this brick, ms.")
     parser.add_argument("arms", nargs="*", metavar="ARM", help="planar or spatial (default: both)")
     parser.add_argument("--json", metavar="FILE", help="write all laps there, s")
     parser.add_argument("--marks", metavar="FILE", help="write there what each mark is the end of")

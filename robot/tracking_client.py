@@ -8,7 +8,6 @@
 Started by itself it moves nothing: it shows whether the brick sees.
 """
 
-import argparse
 import contextlib
 import errno
 import json
@@ -26,6 +25,7 @@ if __name__ == "__main__":
     program.let_signals_end()
 
 from robot.clock import Clock  # noqa: E402
+from robot.command_line import BadArgument, Parser  # noqa: E402
 from shared import pairing  # noqa: E402
 from shared.arm_description import ArmError  # noqa: E402
 from shared.link import FOREIGN, MAX_AGE, Link  # noqa: E402
@@ -519,16 +519,12 @@ def _seconds(text):
     except ValueError:
         value = float("nan")
     if not 0.1 <= value <= 86400:
-        raise argparse.ArgumentTypeError(
-            "'{}' must be a number from 0.1 to 86400 s".format(_short(text))
-        )
+        raise BadArgument("'{}' must be a number from 0.1 to 86400 s".format(_short(text)))
     return value
 
 
 def _parser():
-    parser = program.Parser(
-        prog="tracking_client.py", description="Show what the tracker on the laptop sees."
-    )
+    parser = Parser("tracking_client.py", "Show what the tracker on the laptop sees.")
     parser.add_argument(
         "place",
         nargs="?",

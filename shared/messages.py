@@ -9,7 +9,6 @@ known are ignored, so that a later version may add some; kinds that are not know
 import collections
 import json
 import re
-from numbers import Integral, Real
 
 from shared.arm_description import ArmError
 from shared.record import record
@@ -158,8 +157,11 @@ def _integer(lowest, highest):
     allowed = "a whole number from {} to {}".format(lowest, highest)
 
     def check(value):
-        if isinstance(value, bool) or not isinstance(value, Integral):
-            raise _Wrong(allowed)
+        if type(value) is not int:
+            from numbers import Integral  # not above: only the laptop has others than int
+
+            if isinstance(value, bool) or not isinstance(value, Integral):
+                raise _Wrong(allowed)
         if not lowest <= value <= highest:
             raise _Wrong(allowed)
         return int(value)
@@ -172,6 +174,8 @@ def _number(lowest, highest, unit, decimals):
 
     def check(value):
         if type(value) is not float:
+            from numbers import Real
+
             if isinstance(value, bool) or not isinstance(value, Real):
                 raise _Wrong(allowed)
             try:
@@ -186,9 +190,11 @@ def _number(lowest, highest, unit, decimals):
 
 
 def _matching(pattern, allowed):
-    matches = re.compile(pattern).match
+    matches = None
 
     def check(value):
+        nonlocal matches
+        matches = matches or re.compile(pattern).match  # not above: it takes the brick a while
         if not isinstance(value, str) or not matches(value):
             raise _Wrong(allowed)
         return value
