@@ -58,10 +58,10 @@ anew where the code changes: `--marks` says of what."""
 
 STARTS = {
     "driver.py where": 142000,
-    "driver.py inverse 10,5": 113060,
-    "driver.py line 1,1": 103617,
-    "visual_servoing.py --budget none": 224848,
-    "tracking_client.py --seconds none": 180811,
+    "driver.py inverse 10,5": 113065,
+    "driver.py line 1,1": 103619,
+    "visual_servoing.py --budget none": 219703,
+    "tracking_client.py --seconds none": 127341,
 }
 """The same of whole programs, from the start of Python to where it looks for the first motor; of
 those that need no brick, to its end."""
