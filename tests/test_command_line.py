@@ -117,6 +117,7 @@ def small():
     parser.add_argument("-n", "--number", type=number_in(1, 5, "cm"), default="3")
     parser.add_argument("--also", action="append", default=[])
     parser.add_argument("--yes-no", action="store_true")
+    parser.add_argument("--which", choices=("a", "b"))
     go = parser.add_command("go", "on")
     go.add_argument("places", nargs="*", metavar="PLACE")
     go.add_argument("--fast", required=True)
@@ -140,6 +141,15 @@ def test_the_usual_is_read_without_argparse(line, values, monkeypatch):
     read = vars(small().parse_args(line.split()))
     assert {name: read[name] for name in values} == values
     assert vars(small().parse_known_args(line.split())[0]) == read
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["--help", "nowhere", "-n", "-n -1", "--yes-no=1", "--numb 2", "--which c", "--", "stop -"]
+    + ["stop a b", "go", "go a --fast 1 b", "go --fast", "go --fast 1 -- a", "stop -n 2 --fast 1"],
+)
+def test_the_unusual_is_left_to_argparse(line):
+    assert small()._usual(line.split()) is None
 
 
 def test_a_wrong_value_is_told_without_argparse(monkeypatch, capsys):
