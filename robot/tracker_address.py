@@ -16,6 +16,10 @@ class NotPaired(ArmError):
     """It is not known where the tracker is, or with which code."""
 
 
+class Refusal(ArmError):
+    """The tracker will not serve this client however often it tries."""
+
+
 Tracker = record("Tracker", "host port code")
 Tracker.__doc__ = """Where the tracker is, and the code that it printed (as pairing.read_code)."""
 

@@ -7,7 +7,6 @@ import socket
 
 from robot.tracker_address import Memory, NotPaired, Tracker, shortened
 from shared import pairing
-from shared.arm_description import ArmError
 from shared.link import FOREIGN, MAX_AGE, Link
 from shared.messages import (
     BRICK,
@@ -43,10 +42,6 @@ MOST_COMMANDS = 16
 
 RECEIVE_BUFFER = 16384
 """Bytes that the system keeps for us while we do not look: a second or two of observations."""
-
-
-class Refusal(ArmError):
-    """The tracker will not serve this client however often it tries."""
 
 
 class TrackingClient(object):

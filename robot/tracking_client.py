@@ -19,8 +19,14 @@ if __name__ == "__main__":
     program.let_signals_end()
 
 # All else is imported: Python keeps what it has compiled of a module, but of a script nothing.
-from robot.tracker_address import Memory, Tracker, find_tracker, read_place  # noqa: E402, F401
-from robot.tracking import Refusal, TrackingClient  # noqa: E402, F401
+from robot.tracker_address import (  # noqa: E402, F401
+    Memory,
+    Refusal,
+    Tracker,
+    find_tracker,
+    read_place,
+)
+from robot.tracking import TrackingClient  # noqa: E402, F401
 from robot.tracking_commands import main  # noqa: E402, F401
 
 if __name__ == "__main__":

@@ -3,8 +3,8 @@
 from robot import program
 from robot.clock import Clock
 from robot.command_line import BadArgument, Parser
-from robot.tracker_address import NotPaired, check_is_no_code, find_tracker, shortened
-from robot.tracking import Refusal, TrackingClient
+from robot.tracker_address import NotPaired, Refusal, check_is_no_code, find_tracker, shortened
+from robot.tracking import TrackingClient
 
 LINE_PERIOD = 0.1
 """Between two looks that are printed, s: a person reads no faster, and printing costs the brick."""
