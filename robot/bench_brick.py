@@ -24,6 +24,8 @@ from robot import program  # noqa: E402
 if __name__ == "__main__":
     program.let_signals_end()
 
+from robot.command_line import Parser  # noqa: E402
+
 ARMS = ("planar", "spatial")
 
 
@@ -35,7 +37,7 @@ def _run(args):
 
 def main(argv=None):
     """The command line; the exit status."""
-    parser = program.Parser(prog="bench_brick.py", description="Measure this brick.")
+    parser = Parser("bench_brick.py", "Measure this brick.")
     parser.add_argument("arms", nargs="*", metavar="ARM", help="planar or spatial (default: both)")
     parser.add_argument(
         "--json", metavar="FILE", default="brick.json", help="(default: %(default)s)"

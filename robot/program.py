@@ -1,20 +1,18 @@
-"""What every script on the brick has in common: how it reads a command line, and how it ends.
+"""What every script on the brick has in common: how it begins, and how it ends.
 
     if __name__ == "__main__":
         program.let_signals_end()   # before the imports that take seconds
     ...
-    parser = program.Parser(prog="name.py")
     status = program.run("name.py", command)
 
 Whatever moves or must say farewell does so in `except BaseException` or `finally`, and calls
 `ignore_signals` first.
 """
 
-import argparse
+# All of `signal` but its enums of the numbers, which take the brick 8 M instructions to make.
+import _signal as signal  # type: ignore[import-not-found]
 import contextlib
-import math
 import os
-import signal
 import sys
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -24,35 +22,10 @@ class Stopped(BaseException):
     """A signal asked the program to end; no `except Exception` of a library may swallow that."""
 
     def __init__(self, number):
-        super(Stopped, self).__init__("stopped by {}".format(signal.Signals(number).name))
+        from signal import Signals  # not above, see there
+
+        super(Stopped, self).__init__("stopped by {}".format(Signals(number).name))
         self.status = 128 + number
-
-
-class Parser(argparse.ArgumentParser):
-    """A command line that is refused in one line."""
-
-    def error(self, message):
-        """One line, and nothing has been done."""
-        self.exit(2, "{}: {}; see {} --help\n".format(self.prog, message, self.prog))
-
-
-def number_in(lower, upper, unit):
-    """A `type` for an argument: reads a number within these limits, both included."""
-
-    def read(text):
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not lower <= value <= upper:
-            raise argparse.ArgumentTypeError(
-                "'{}' must be a number from {:g} to {:g} {}".format(
-                    text.strip()[:40], lower, upper, unit
-                )
-            )
-        return value
-
-    return read
 
 
 def let_signals_end():

@@ -6,10 +6,11 @@ any way is refused in one line that names the file, the section, the key, the va
 and the next step.
 """
 
-import collections
-import configparser
 import math
 import os
+
+from shared.ini import BadIni, read_ini
+from shared.record import record
 
 ARMS_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "arms")
 
@@ -43,7 +44,7 @@ class BadArmFile(ArmError, ValueError):
     """An arm file that is missing, unreadable or wrong."""
 
 
-Arm = collections.namedtuple("Arm", "name chain joints pen elbow speed file")
+Arm = record("Arm", "name chain joints pen elbow speed file")
 Arm.__doc__ = """One arm.
 
 name    the file's name without its ending
@@ -56,7 +57,7 @@ speed   of the tip while drawing, cm/s
 file    path of the file it was read from
 """
 
-Joint = collections.namedtuple(
+Joint = record(
     "Joint",
     "name link port motor gear direction lower upper stop_lower stop_upper"
     " backlash max_speed home find_home mass centre friction rest",
@@ -85,7 +86,7 @@ friction    of the link in its bearings, Nm
 rest        angle at which the arm is parked low, rad, or None: wherever it is
 """
 
-Pen = collections.namedtuple("Pen", "port motor up down")
+Pen = record("Pen", "port motor up down")
 Pen.__doc__ = """The pen's motor: port, "large" | "medium", its shaft's angles up and down, rad."""
 
 
@@ -107,20 +108,21 @@ def find_arm(name_or_path):
 def read_arm(path):
     """The Arm described by the INI file at `path`; raises BadArmFile in one line."""
     path = str(path)
-    parser = _parse(path)
-    for section in parser.sections():
-        if section != "arm" and section not in _known_sections(parser):
+    sections = _parse(path)
+    known = _known_sections(sections)
+    for section in sections:
+        if section not in known:
             raise _bad(
                 path,
                 section,
                 None,
-                "is an unknown section; known here: {}".format(", ".join(_known_sections(parser))),
+                "is an unknown section; known here: {}".format(", ".join(known)),
             )
-    arm = _read_section(path, parser, "arm", ARM_KEYS)
+    arm = _read_section(path, sections, "arm", ARM_KEYS)
     names = CHAINS[arm["chain"]]
-    joints = tuple(_read_joint(path, parser, name, arm["chain"]) for name in names)
-    pen = _read_pen(path, parser) if parser.has_section("pen") else None
-    _check_ports(path, parser, names + (("pen",) if pen else ()))
+    joints = tuple(_read_joint(path, sections, name, arm["chain"]) for name in names)
+    pen = _read_pen(path, sections) if "pen" in sections else None
+    _check_ports(path, sections, names + (("pen",) if pen else ()))
     name = os.path.splitext(os.path.basename(path))[0]
     return Arm(name, arm["chain"], joints, pen, arm["elbow"], arm["speed"], path)
 
@@ -208,14 +210,10 @@ PEN_KEYS = (
 
 
 def _parse(path):
-    parser = configparser.ConfigParser(
-        interpolation=None,
-        inline_comment_prefixes=(";", "#"),
-        default_section="",  # so that [DEFAULT] is an unknown section like any other
-    )
+    """The file's values by section and key."""
     try:
         with open(path, encoding="utf-8-sig") as file:
-            parser.read_file(file)
+            return read_ini(file)
     except FileNotFoundError:
         raise _no_such_file(path) from None
     except UnicodeDecodeError:
@@ -226,38 +224,23 @@ def _parse(path):
                 _shown_path(path), error.strerror
             )
         ) from None
-    except configparser.DuplicateSectionError as error:
-        raise _bad(
-            path, error.section, None, "is there twice (line {})".format(error.lineno)
-        ) from None
-    except configparser.DuplicateOptionError as error:
-        raise _bad(
-            path, error.section, error.option, "is there twice (line {})".format(error.lineno)
-        ) from None
-    except configparser.MissingSectionHeaderError as error:
-        raise _bad(
-            path, None, None, "line {} is outside any [section]".format(error.lineno)
-        ) from None
-    except configparser.ParsingError as error:
-        raise _bad(
-            path, None, None, "line {} is not of the form key = value".format(error.errors[0][0])
-        ) from None
-    return parser
+    except BadIni as error:
+        raise _bad(path, error.section, error.key, error.problem) from None
 
 
-def _known_sections(parser):
-    chain = parser.get("arm", "chain", fallback=None)
+def _known_sections(sections):
+    chain = sections.get("arm", {}).get("chain")
     joints = CHAINS.get(chain) or sorted(set(sum(CHAINS.values(), ())))
     return ("arm",) + tuple(joints) + ("pen",)
 
 
-def _read_section(path, parser, section, keys, others=()):
+def _read_section(path, sections, section, keys, others=()):
     """Dict of the section's values, every key read by its rule; of the others those that are there.
 
     Args:
         keys, others: pairs (key, rule).
     """
-    if not parser.has_section(section):
+    if section not in sections:
         raise _bad(
             path,
             section,
@@ -265,36 +248,36 @@ def _read_section(path, parser, section, keys, others=()):
             "is missing; needed are the keys {}".format(", ".join(key for key, _ in keys)),
         )
     known = [key for key, _ in keys + others]
-    for key in parser.options(section):
+    for key in sections[section]:
         if key not in known:
             raise _bad(
                 path,
                 section,
                 key,
                 "is an unknown key; known here: {}".format(", ".join(known)),
-                parser,
+                sections,
             )
     values = {}
-    for key, rule in keys + tuple(one for one in others if parser.has_option(section, one[0])):
+    for key, rule in keys + tuple(one for one in others if one[0] in sections[section]):
         try:
-            values[key] = rule(parser.get(section, key, fallback=""))
+            values[key] = rule(sections[section].get(key, ""))
         except ValueError as error:
             problem = str(error)
-            if not parser.has_option(section, key):
+            if key not in sections[section]:
                 problem = "is missing; it " + problem
-            raise _bad(path, section, key, problem, parser) from None
+            raise _bad(path, section, key, problem, sections) from None
     return values
 
 
-def _read_joint(path, parser, name, chain):
+def _read_joint(path, sections, name, chain):
     others = WEIGHT_KEYS + REST_KEYS if chain in PULLED_DOWN else ()
     weightless = {"mass": 0.0, "centre": 0.0, "friction": 0.0, "rest": None}
-    values = _read_section(path, parser, name, JOINT_KEYS, others)
+    values = _read_section(path, sections, name, JOINT_KEYS, others)
     joint = Joint(name=name, **dict(weightless, **values))
 
     def refuse(key, problem, *others):
-        texts = [parser.get(name, other) for other in others]
-        raise _bad(path, name, key, problem.format(*texts), parser)
+        texts = [sections[name][other] for other in others]
+        raise _bad(path, name, key, problem.format(*texts), sections)
 
     if joint.lower >= joint.upper:
         refuse("lower", "must be below upper = {}", "upper")
@@ -336,24 +319,24 @@ def _ways_home(joint):
     ]
 
 
-def _read_pen(path, parser):
-    pen = Pen(**_read_section(path, parser, "pen", PEN_KEYS))
+def _read_pen(path, sections):
+    pen = Pen(**_read_section(path, sections, "pen", PEN_KEYS))
     if pen.up == pen.down:
-        raise _bad(path, "pen", "down", "must differ from up", parser)
+        raise _bad(path, "pen", "down", "must differ from up", sections)
     return pen
 
 
-def _check_ports(path, parser, sections):
+def _check_ports(path, sections, names):
     taken = {}
-    for section in sections:
-        port = parser.get(section, "port")
+    for section in names:
+        port = sections[section]["port"]
         if port in taken:
             raise _bad(
                 path,
                 section,
                 "port",
                 "is taken by [{}]; each motor needs a port of its own, A to D".format(taken[port]),
-                parser,
+                sections,
             )
         taken[port] = section
 
@@ -361,14 +344,14 @@ def _check_ports(path, parser, sections):
 # ---- wording
 
 
-def _bad(path, section, key, problem, parser=None):
+def _bad(path, section, key, problem, sections=None):
     where = _shown_path(path) + ":"
     if section is not None:
         where += " [{}]".format(_one_line(section))
     if key is not None:
         where += " " + _one_line(key)
-        if parser is not None and parser.has_option(section, key):
-            where += " = " + _one_line(parser.get(section, key))
+        if sections is not None and key in sections[section]:
+            where += " = " + _one_line(sections[section][key])
         where += ":"
     return BadArmFile("{} {}; correct the file".format(where, problem))
 

@@ -27,6 +27,7 @@ from shared.messages import (
     decode,
     encode,
 )
+from shared.record import record
 
 SILENCE = 2.0
 """A side that says nothing, or takes nothing, for so long is gone, s."""
@@ -98,7 +99,7 @@ _OBSERVATION = re.compile(
 
 _HANDSHAKE = (Hello, Challenge, Proof, Welcome, Refused)
 
-_Sample = collections.namedtuple("_Sample", "t lowest highest")
+_Sample = record("_Sample", "t lowest highest")
 
 
 def _seq(entry):

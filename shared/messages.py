@@ -9,9 +9,9 @@ known are ignored, so that a later version may add some; kinds that are not know
 import collections
 import json
 import re
-from numbers import Integral, Real
 
 from shared.arm_description import ArmError
+from shared.record import record
 
 VERSION = 2
 """Raised whenever the other side would misunderstand; `hello` keeps its form in every version."""
@@ -41,7 +41,7 @@ class BadMessage(ArmError, ValueError):
     """A line that is no message, or a message that must not be sent."""
 
 
-Hello = collections.namedtuple("Hello", "version role nonce")
+Hello = record("Hello", "version role nonce")
 Hello.__doc__ = """The first line of the side that connects.
 
 version  VERSION of the sender
@@ -49,16 +49,16 @@ role     BRICK
 nonce    32 hex digits, new for every connection
 """
 
-Challenge = collections.namedtuple("Challenge", "nonce")
+Challenge = record("Challenge", "nonce")
 Challenge.__doc__ = """The answer to a Hello: 32 hex digits, new for every connection."""
 
-Proof = collections.namedtuple("Proof", "proof")
+Proof = record("Proof", "proof")
 Proof.__doc__ = """That the brick knows the pairing code: 64 hex digits (shared.pairing)."""
 
-Welcome = collections.namedtuple("Welcome", "proof")
+Welcome = record("Welcome", "proof")
 Welcome.__doc__ = """That the laptop knows it too, and serves the brick from now on."""
 
-Refused = collections.namedtuple("Refused", "cause reason wait")
+Refused = record("Refused", "cause reason wait")
 Refused.__doc__ = """The laptop does not serve the sender.
 
 cause   "version" | "code" (trying again is no use) | "busy" | "wait"
@@ -66,13 +66,13 @@ reason  one line for people
 wait    trying again sooner is no use, s
 """
 
-Ping = collections.namedtuple("Ping", "id")
+Ping = record("Ping", "id")
 Ping.__doc__ = """Asks for a Pong of the same id."""
 
-Pong = collections.namedtuple("Pong", "id received sent")
+Pong = record("Pong", "id received sent")
 Pong.__doc__ = """When the Ping came in and when this went out, s on the sender's clock."""
 
-Observation = collections.namedtuple("Observation", "seq camera t markers")
+Observation = record("Observation", "seq camera t markers")
 Observation.__doc__ = """What one frame of one camera shows.
 
 seq      rises from frame to frame
@@ -82,9 +82,7 @@ markers  {name: (u, v, confidence), or None when it is not seen}; u, v in px, co
 """
 
 
-class Status(
-    collections.namedtuple("Status", "t q error verdict reason e condition moves run battery")
-):
+class Status(record("Status", "t q error verdict reason e condition moves run battery")):
     """How the brick is doing.
 
     t          when q was read, s on the sender's clock
@@ -118,7 +116,7 @@ REFUSED = "refused"
 """The verdict on a Start whose orders make no sense."""
 
 
-class Start(collections.namedtuple("Start", "method mode rows tolerance budget follow goals")):
+class Start(record("Start", "method mode rows tolerance budget follow goals")):
     """The laptop asks the brick for a run, and orders how it is to be done.
 
     method     how the image Jacobian is known
@@ -141,10 +139,10 @@ class Start(collections.namedtuple("Start", "method mode rows tolerance budget f
         return super(Start, cls).__new__(cls, method, mode, rows, tolerance, budget, follow, goals)
 
 
-Stop = collections.namedtuple("Stop", "reason")
+Stop = record("Stop", "reason")
 Stop.__doc__ = """The laptop asks the brick to stop, and why."""
 
-Bye = collections.namedtuple("Bye", "reason")
+Bye = record("Bye", "reason")
 Bye.__doc__ = """The last line before the sender closes the connection, and why."""
 
 
@@ -159,8 +157,11 @@ def _integer(lowest, highest):
     allowed = "a whole number from {} to {}".format(lowest, highest)
 
     def check(value):
-        if isinstance(value, bool) or not isinstance(value, Integral):
-            raise _Wrong(allowed)
+        if type(value) is not int:
+            from numbers import Integral  # not above: only the laptop has others than int
+
+            if isinstance(value, bool) or not isinstance(value, Integral):
+                raise _Wrong(allowed)
         if not lowest <= value <= highest:
             raise _Wrong(allowed)
         return int(value)
@@ -173,6 +174,8 @@ def _number(lowest, highest, unit, decimals):
 
     def check(value):
         if type(value) is not float:
+            from numbers import Real
+
             if isinstance(value, bool) or not isinstance(value, Real):
                 raise _Wrong(allowed)
             try:
@@ -187,9 +190,11 @@ def _number(lowest, highest, unit, decimals):
 
 
 def _matching(pattern, allowed):
-    matches = re.compile(pattern).match
+    matches = None
 
     def check(value):
+        nonlocal matches
+        matches = matches or re.compile(pattern).match  # not above: it takes the brick a while
         if not isinstance(value, str) or not matches(value):
             raise _Wrong(allowed)
         return value

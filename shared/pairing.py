@@ -12,8 +12,6 @@ dear as ITERATIONS.
 
 import binascii
 import functools
-import hashlib
-import hmac
 import os
 
 from shared.arm_description import ArmError
@@ -65,6 +63,8 @@ def show_code(code):
 @functools.lru_cache(maxsize=16)  # a program may pair often
 def key_of(code):
     """The key for `proof`: 32 bytes."""
+    import hashlib  # not above: on the brick the arm is ready sooner without
+
     return hashlib.pbkdf2_hmac("sha256", code.encode("ascii"), b"BrickServo pairing", ITERATIONS)
 
 
@@ -75,10 +75,15 @@ def new_nonce():
 
 def proof(key, role, brick_nonce, laptop_nonce):
     """What the side with this role sends to show that it has the key: 64 hex digits."""
+    import hashlib
+    import hmac
+
     text = "BrickServo {} {} {} {}".format(VERSION, role, brick_nonce, laptop_nonce)
     return hmac.new(key, text.encode("ascii"), hashlib.sha256).hexdigest()
 
 
 def is_proof(given, key, role, brick_nonce, laptop_nonce):
     """Whether `given` is that proof; takes the same time wherever the two differ."""
+    import hmac
+
     return hmac.compare_digest(given, proof(key, role, brick_nonce, laptop_nonce))

@@ -13,6 +13,8 @@ BUDGETS = {
     "spatial, look: tick": 900,
     "planar: planning a line": 10000,
     "spatial: planning a line": 15000,
+    "start: driver.py where": 160000,
+    "start: tracking_client.py --seconds none": 135000,
 }
 """Thousand instructions, as the emulator counts them (a few per cent more than CPython 3.5.3 does):
 a control tick has 20 ms, which are 880 of them, sysfs and all."""

@@ -22,6 +22,7 @@ def counted(source, monkeypatch, names=()):
     def enrol(space, length, asked):
         space["_count_"] = 0
         space["_spend_"] = lambda price: space.__setitem__("_count_", space["_count_"] + price)
+        space["_load_"] = lambda asked: told.append((0, asked))
         told.append((length, asked))
 
     monkeypatch.setattr(builtins, counting.ENROL, enrol, raising=False)
@@ -96,10 +97,14 @@ def scoped():
         w = f.read()
     return y, z, w, {k for k in "aba"}, [i for i in range(3) for _ in range(i)], "%d" % 3
 p = Point(1, 2)
+def late():
+    from os import path
+    import math as m
+    return path.sep, m.floor(1.5)
 RESULT = [
     Base.table, Base.pairs, Base(4, 5, z=6).double, Base.twice(len, "ab"), list(gen(3)), closure(),
     [leaves(k) for k in range(7)], nested([[1, 2], [0, 0], [3, -4]]), shadow(0), scoped(), p,
-    p._replace(x=3),
+    p._replace(x=3), late(),
     (1 if p.x else 2) + (p.y and 3), 0 < p.x < 2 <= p.y, math.hypot(3, 4), gen.__doc__,
     Base.__doc__, Base.double.__doc__, __doc__ if "__doc__" in globals() else None,
 ]

@@ -319,7 +319,7 @@ def test_threads_share_the_clock(run):
         "        q.put(None)\n"
         "p = Producer(); p.start()\n"
         "print(p.is_alive(), p.name, threading.active_count(),\n"
-        "      [t.name for t in threading.enumerate()])\n"
+        "      sorted(t.name for t in threading.enumerate()))\n"
         "while True:\n"
         "    item = q.get()\n"
         "    if item is None: break\n"

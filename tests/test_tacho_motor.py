@@ -6,6 +6,7 @@ counts, whichever is more, where nothing better is known.
 
 import contextlib
 import math
+import sys
 
 import ev3dev2
 import ev3dev2.motor
@@ -145,8 +146,11 @@ def test_a_call_makes_just_these_accesses(bench, name):
     before = sysfs.accesses
     call(motor)
     reads = sysfs.accesses - before - len(writes)
-    # The kwargs of `run_...` are in the order they were given from Python 3.6 on.
-    assert writes == written.split()
+    written = written.split()
+    if name.startswith("run_") and sys.version_info < (3, 6):
+        # Keywords are in no order there, and the library writes them as they come.
+        writes[:-1], written[:-1] = sorted(writes[:-1]), sorted(written[:-1])
+    assert writes == written
     assert fewest_reads <= reads <= most_reads
 
 

@@ -13,18 +13,11 @@ import sys
 import pytest
 from waiting import PATIENCE
 
-from robot import tracking_client
-from robot.tracking_client import (
-    CONNECT_LIMIT,
-    LONGEST_PAUSE,
-    Memory,
-    NotPaired,
-    Tracker,
-    TrackingClient,
-    find_tracker,
-    main,
-    read_place,
-)
+from robot import program, tracking, tracking_client, tracking_commands
+from robot.clock import Clock
+from robot.tracker_address import NotPaired
+from robot.tracking import CONNECT_LIMIT, LONGEST_PAUSE
+from robot.tracking_client import Memory, Tracker, TrackingClient, find_tracker, main, read_place
 from shared import pairing
 from shared.arm_description import ArmError
 from shared.link import SILENCE, Link
@@ -127,7 +120,7 @@ class FakeTracker:
 @pytest.fixture(autouse=True)
 def no_patience(monkeypatch):
     """Whose clock stands, and who is answered by the same thread, had better not wait."""
-    monkeypatch.setattr(tracking_client, "PATIENCE", 0.0)
+    monkeypatch.setattr(tracking, "PATIENCE", 0.0)
 
 
 @pytest.fixture
@@ -300,7 +293,7 @@ def test_orders_that_nobody_takes_are_bounded(make):
         tracker.link.send(Stop(str(number)))
         client.look()
     until(lambda: client._commands[-1].reason == "99", client)
-    assert len(client._commands) == tracking_client.MOST_COMMANDS
+    assert len(client._commands) == tracking.MOST_COMMANDS
 
 
 def test_a_lost_link_is_told_and_dated(make, clock, said):
@@ -354,7 +347,7 @@ def test_an_address_of_a_kind_that_the_system_has_not_is_passed_over(make, monke
             raise OSError(errno.EAFNOSUPPORT, "Address family not supported by protocol")
         return real(family, *args, **options)
 
-    monkeypatch.setattr(tracking_client.socket, "socket", make_socket)
+    monkeypatch.setattr(tracking.socket, "socket", make_socket)
     client._addresses.insert(0, (unknown, ("::1", tracker.port, 0, 0)))
     client.look()
     assert "not supported" in client.why
@@ -700,7 +693,7 @@ class RealClock:
 
     @property
     def t(self):
-        return tracking_client.Clock().now()
+        return Clock().now()
 
 
 def serve(process, tracker, lines):
@@ -748,7 +741,7 @@ def test_the_command_is_refused_in_one_line(tmp_path):
 
 
 def test_the_command_says_once_that_nothing_listens_and_gives_up_in_time(monkeypatch, capsys):
-    monkeypatch.setattr(signal, "signal", lambda number, handler: None)
+    monkeypatch.setattr(program.signal, "signal", lambda number, handler: None)
     place = f"127.0.0.1:{free_port()}"
     assert main([place, "--code", "ABCDEFGH", "--seconds", "0.6"]) == 1
     out, err = capsys.readouterr()
@@ -774,7 +767,7 @@ def test_the_command_says_once_that_nothing_listens_and_gives_up_in_time(monkeyp
     ],
 )
 def test_a_wrong_command_is_answered_in_one_line(argv, words, monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr(signal, "signal", lambda number, handler: None)
+    monkeypatch.setattr(program.signal, "signal", lambda number, handler: None)
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
     monkeypatch.delenv("SSH_CLIENT", raising=False)
     monkeypatch.delenv("SSH_CONNECTION", raising=False)
@@ -798,7 +791,7 @@ def test_the_script_can_be_started_by_its_name():
 
 def test_no_line_is_sent_that_is_longer_than_the_buffer_of_a_second():
     seen = Observation(1, "A", 1e5, {"effector": (320.5, 240.25, 0.98), "goal": None})
-    assert 60 * len(encode(seen)) < tracking_client.RECEIVE_BUFFER
+    assert 60 * len(encode(seen)) < tracking.RECEIVE_BUFFER
 
 
 def test_after_the_link_is_lost_nothing_older_is_printed(monkeypatch, capsys):
@@ -821,9 +814,9 @@ def test_after_the_link_is_lost_nothing_older_is_printed(monkeypatch, capsys):
         def close(self, reason):
             self.linked = False
 
-    monkeypatch.setattr(tracking_client, "TrackingClient", FakeClient)
-    monkeypatch.setattr(tracking_client, "find_tracker", lambda place, code: ())
-    monkeypatch.setattr(tracking_client.program, "run", lambda name, command: command())
-    with pytest.raises(tracking_client.NotPaired):
-        tracking_client.main(["--seconds", "0.2"])
+    monkeypatch.setattr(tracking_commands, "TrackingClient", FakeClient)
+    monkeypatch.setattr(tracking_commands, "find_tracker", lambda place, code: ())
+    monkeypatch.setattr(program, "run", lambda name, command: command())
+    with pytest.raises(NotPaired):
+        main(["--seconds", "0.2"])
     assert capsys.readouterr().out == "not linked: gone\n"

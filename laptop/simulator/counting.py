@@ -16,12 +16,16 @@ import sys
 
 from laptop.simulator.prices import CALLS, METHODS, PRICES, imports
 
-COUNT, SPEND, ENROL = "_count_", "_spend_", "_enrol_"
-"""The names of a module's own count, of what adds to it where no statement can stand, and of the
+COUNT, SPEND, LOAD, ENROL = "_count_", "_spend_", "_load_", "_enrol_"
+"""The names of a module's own count, of what adds to it where no statement can stand, of what a
+function calls with the modules of the standard library that it is about to import, and of the
 builtin that each module calls first: with its names, the length of its source, and what it imports
-of the standard library; see processor.Processor.enrol."""
+itself; see processor.Processor.enrol."""
 
 EV3DEV2 = "ev3dev2"
+
+NAMED_TUPLES = ("collections.namedtuple", "shared.record.record")
+"""What makes classes of tuples whose elements have names."""
 
 _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 _LEAVES = (ast.Return, ast.Raise, ast.Break, ast.Continue)
@@ -46,10 +50,10 @@ class _Counting(object):
 
     def module(self, tree, length):
         """The tree of a module, with its counts; `length` of its source, bytes."""
-        self._globals = _assigned(tree.body) | {COUNT, SPEND}
+        self._globals = _assigned(tree.body) | {COUNT, SPEND, LOAD}
         body = self._block(tree.body)
         at = _head(body)
-        asked = sorted(_imported(tree.body) & {EV3DEV2, *imports()})
+        asked = _asked(tree.body)
         body.insert(at, _expression("{}(globals(), {}, {})".format(ENROL, length, asked)))
         tree.body = body
         return ast.fix_missing_locations(tree)
@@ -62,6 +66,8 @@ class _Counting(object):
         out.extend(body[:at])
         for statement in body[at:]:
             price += self._statement(statement)
+            if self._scopes and isinstance(statement, (ast.Import, ast.ImportFrom)):
+                out.append(_expression("{}({})".format(LOAD, _asked([statement]))))
             out.append(statement)
             if _may_leave(statement):
                 self._count(out, at, price)
@@ -301,7 +307,7 @@ class _Counting(object):
         last = (name or "").rpartition(".")[2].lstrip("_")
         if name in CALLS:
             return price + CALLS[name]
-        if self._made.get(name) == "collections.namedtuple":
+        if self._made.get(name) in NAMED_TUPLES:
             return price + PRICES["named tuple"]
         return price + (PRICES["create"] if last[:1].isupper() and not last.isupper() else 0)
 
@@ -420,6 +426,11 @@ def _imported(body):
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             names |= {node.module} | {node.module + "." + alias.name for alias in node.names}
     return names | {name.partition(".")[0] for name in names}
+
+
+def _asked(body):
+    """Of these, the modules that have a price, and python-ev3dev2."""
+    return sorted(_imported(body) & {EV3DEV2, *imports()})
 
 
 def _parameters(args):

@@ -85,7 +85,8 @@ CALLS = {
     "os.path.join": 9500, "os.path.exists": 11500, "os.path.abspath": 21500,
     "os.path.dirname": 9500, "os.path.realpath": 50000, "os.environ.get": 14500,
     "gc.collect": 5000000, "collections.namedtuple": 1874000,
-    "contextlib.suppress": 5000, "super": 1700, "collections.deque": 900,
+    "shared.record.record": 170000, "contextlib.suppress": 5000, "super": 1700,
+    "collections.deque": 900,
 }  # fmt: skip
 """What a call of these takes beside `call`, instructions."""
 
@@ -94,7 +95,7 @@ METHODS = {
     "join": 700, "split": 1200, "strip": 350, "decode": 700, "encode": 550, "startswith": 850,
     "endswith": 850, "format": 4500, "match": 2100, "search": 2500, "group": 500, "update": 1000,
     "extend": 700, "sort": 4500, "copy": 700, "insert": 300, "index": 400, "count": 400,
-    "_replace": 9300, "setdefault": 400, "replace": 1000, "lower": 500, "find": 500,
+    "setdefault": 400, "replace": 1000, "lower": 500, "find": 500,
     "seek": 900, "read": 1500, "write": 1500, "flush": 300, "add_subparsers": 140000,
 }  # fmt: skip
 """The same of a method of whatever object."""
@@ -136,49 +137,54 @@ CLEARED = 0.12
 
 _IMPORTS = """
 _ast 8273; _bisect 70; _compat_pickle 855; _compression 664; _datetime 468; _json 131; _md5 88;
-_pickle 453; _posixsubprocess 63; _pydecimal 17252; _random 87; _sha1 382; _sha256 120; _sha512
-120; _socket 735; _sre 197; _string 67; _struct 204; argparse 5287 copy re textwrap gettext; array
-193; ast 725 _ast; atexit 72; base64 655 re struct binascii; binascii 251; bisect 326 _bisect; bz2
-1636 _compression threading; calendar 2655 datetime locale; configparser 12355 re; contextlib 997;
-copy 1625 copyreg; copyreg 310; csv 1070 re; ctypes 1245; datetime 3068 time math _datetime;
-decimal 1217 _pydecimal math numbers threading re locale; difflib 3637 re; dis 3874 opcode; email
-231; email._encoded_words 927 re base64 binascii string email.errors; email._parseaddr 630 time
-calendar; email._policybase 1201 email.header email.charset email.utils; email.base64mime 284
-base64 binascii; email.charset 1084 email.base64mime email.quoprimime email.errors email.encoders;
-email.encoders 541 base64 quopri; email.errors 2579; email.feedparser 3301 re email.errors
-email.message email._policybase; email.header 3836 re binascii email.quoprimime email.base64mime
-email.errors email.charset; email.iterators 260; email.message 3313 re uu quopri email.utils
-email.errors email._policybase email.charset email._encoded_words email.iterators; email.parser
-772 email.feedparser email._policybase; email.quoprimime 1230 re string; email.utils 4696 re time
-random socket datetime urllib urllib.parse email._parseaddr email.charset; enum 1475; fcntl 130;
-fnmatch 302 re; fractions 6154 decimal math numbers re; gc 105; getopt 394 gettext; gettext 6969
-locale copy re struct; glob 894 re fnmatch; grp 101; hashlib 2396 _md5 _sha1 _sha256 _sha512; hmac
-896 hashlib; html 1960 re html.entities; html.entities 4436; http 6344 enum; http.client 4664
-email email.parser email.message re socket urllib urllib.parse ssl; importlib.machinery 425;
-inspect 22735 ast dis enum importlib.machinery linecache re tokenize token; ipaddress 8199; json
-783 json.decoder json.encoder; json.decoder 1596 re json.scanner _json; json.encoder 1932 re
-_json; json.scanner 1703 re _json; linecache 663 tokenize; locale 3731 re; logging 3333 time
-traceback string threading atexit; lzma 1009; math 148; ntpath 2362; numbers 1995; opcode 1852;
-pathlib 4574 fnmatch ntpath re contextlib urllib urllib.parse; pickle 4842 copyreg struct re
-_compat_pickle _pickle; platform 16720 re subprocess; pprint 804 re; pwd 110; queue 2287 threading
-time; quopri 341 binascii; random 1105 math hashlib _random; re 976 sre_compile sre_parse copyreg;
-sched 2607 time threading; select 162; selectors 3821 math select; shlex 848 re; shutil 4748
-fnmatch bz2 lzma pwd grp; signal 5159 enum; socket 8002 _socket selectors enum; socketserver 1934
-socket selectors threading time; sre_compile 1147 _sre sre_parse sre_constants; sre_constants 1313
-_sre; sre_parse 1345 sre_constants; ssl 3526 ipaddress textwrap re enum; statistics 899 math
-fractions decimal; string 9722 _string re; struct 324 _struct; subprocess 2267 time signal
+_pickle 453; _posixsubprocess 63; _pydecimal 17252 functools; _random 87; _sha1 382; _sha256 120;
+_sha512 120; _socket 735; _sre 197; _string 67; _struct 204; argparse 5287 copy re textwrap
+gettext; array 193; ast 725 _ast; atexit 72; base64 655 re struct binascii; binascii 251; bisect
+326 _bisect; bz2 1636 _compression threading; calendar 2655 datetime locale; collections 5700
+operator keyword heapq reprlib; configparser 12355 re functools; contextlib 997 functools; copy
+1625 copyreg functools; copyreg 310; csv 1070 re; ctypes 1245; datetime 3068 time math _datetime;
+decimal 1217 _pydecimal math numbers threading re locale; difflib 3637 re collections; dis 3874
+opcode functools; email 231; email._encoded_words 927 re base64 binascii string email.errors
+functools; email._parseaddr 630 time calendar; email._policybase 1201 email.header email.charset
+email.utils; email.base64mime 284 base64 binascii; email.charset 1084 email.base64mime
+email.quoprimime email.errors email.encoders functools; email.encoders 541 base64 quopri;
+email.errors 2579; email.feedparser 3301 re email.errors email.message email._policybase;
+email.header 3836 re binascii email.quoprimime email.base64mime email.errors email.charset;
+email.iterators 260; email.message 3313 re uu quopri email.utils email.errors email._policybase
+email.charset email._encoded_words email.iterators; email.parser 772 email.feedparser
+email._policybase; email.quoprimime 1230 re string; email.utils 4696 re time random socket datetime
+urllib urllib.parse email._parseaddr email.charset; enum 1475 functools; fcntl 130; fnmatch 302 re
+functools; fractions 6154 decimal math numbers re; functools 3430 types weakref collections; gc
+105; getopt 394 gettext; gettext 6969 locale copy re struct; glob 894 re fnmatch; grp 101; hashlib
+2396 _md5 _sha1 _sha256 _sha512; heapq 870; hmac 896 hashlib; html 1960 re html.entities;
+html.entities 4436; http 6344 enum; http.client 4664 email email.parser email.message re socket
+urllib urllib.parse ssl; importlib.machinery 425 functools; inspect 22735 ast dis enum
+importlib.machinery linecache re tokenize token; ipaddress 8199 functools; json 783 json.decoder
+json.encoder; json.decoder 1596 re json.scanner _json; json.encoder 1932 re _json; json.scanner
+1703 re _json; keyword 700; linecache 663 tokenize functools; locale 3731 re functools; logging
+3333 time traceback string threading atexit; lzma 1009; math 148; ntpath 2362; numbers 1995; opcode
+1852; operator 1580; pathlib 4574 fnmatch ntpath re contextlib urllib urllib.parse; pickle 4842
+copyreg struct re _compat_pickle _pickle functools; platform 16720 re subprocess; pprint 804 re
+functools; pwd 110; queue 2287 threading time; quopri 341 binascii; random 1105 math hashlib
+_random functools; re 976 sre_compile sre_parse copyreg; reprlib 910; sched 2607 time threading;
+select 162; selectors 3821 math select collections; shlex 848 re collections; shutil 4748 fnmatch
+bz2 lzma pwd grp; signal 5159 enum; socket 8002 _socket selectors enum; socketserver 1934 socket
+selectors threading time; sre_compile 1147 _sre sre_parse sre_constants; sre_constants 1313 _sre;
+sre_parse 1345 sre_constants; ssl 3526 ipaddress textwrap re enum; statistics 899 math fractions
+decimal; string 9722 _string re collections; struct 324 _struct; subprocess 2267 time signal
 _posixsubprocess select selectors threading; tempfile 1173 shutil random; textwrap 7082 re;
-threading 3754 time traceback; time 186; timeit 478 gc time; token 539; tokenize 5302 re token;
-traceback 1179 linecache; unittest 1352 unittest.result unittest.case unittest.suite
-unittest.loader unittest.main unittest.runner unittest.signals; unittest.case 4369 difflib logging
-pprint re contextlib traceback unittest.result unittest.util; unittest.loader 2741 re traceback
-fnmatch unittest.case unittest.suite unittest.util; unittest.main 749 argparse unittest.loader
-unittest.runner unittest.signals; unittest.result 1059 traceback unittest.util; unittest.runner
-1117 time unittest.result unittest.signals; unittest.signals 370 signal; unittest.suite 770
-unittest.case unittest.util; unittest.util 2162; urllib 177; urllib.error 753 urllib.response;
-urllib.parse 8532 re; urllib.request 7094 base64 bisect email hashlib http http.client re socket
-string time tempfile contextlib urllib.error urllib.parse urllib.response ssl; urllib.response 591
-tempfile; uu 394 binascii; uuid 1251 ctypes
+threading 3754 time traceback; time 186; timeit 478 gc time; token 539; tokenize 5302 re token
+collections; traceback 1179 linecache; types 1170 functools collections; unittest 1352
+unittest.result unittest.case unittest.suite unittest.loader unittest.main unittest.runner
+unittest.signals; unittest.case 4369 difflib logging pprint re contextlib traceback unittest.result
+unittest.util; unittest.loader 2741 re traceback fnmatch unittest.case unittest.suite
+unittest.util; unittest.main 749 argparse unittest.loader unittest.runner unittest.signals;
+unittest.result 1059 traceback unittest.util; unittest.runner 1117 time unittest.result
+unittest.signals; unittest.signals 370 signal; unittest.suite 770 unittest.case unittest.util;
+unittest.util 2162 functools; urllib 177; urllib.error 753 urllib.response; urllib.parse 8532 re
+collections; urllib.request 7094 base64 bisect email hashlib http http.client re socket string time
+tempfile contextlib urllib.error urllib.parse urllib.response ssl; urllib.response 591 tempfile; uu
+394 binascii; uuid 1251 ctypes; weakref 2260 collections
 """
 """Modules of the standard library that bare Python has not loaded yet: what each takes by itself,
 thousand instructions, and what it imports."""

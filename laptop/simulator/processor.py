@@ -5,7 +5,7 @@ import functools
 import importlib
 import sys
 
-from laptop.simulator.counting import COUNT, EV3DEV2, SPEND
+from laptop.simulator.counting import COUNT, EV3DEV2, LOAD, SPEND
 from laptop.simulator.prices import (
     CLEARED,
     COMPILED,
@@ -68,6 +68,7 @@ class Processor(object):
             names[COUNT] += price
 
         names[SPEND] = spend
+        names[LOAD] = self._import
         self._modules.append(names)
         if names["__name__"] == "__main__":
             self._running = True
@@ -76,21 +77,27 @@ class Processor(object):
         if not self._running:
             self._early.append((names, length, asked))
             return
-        self._load(length, asked)
-        if EV3DEV2 in asked:
-            for early, length, asked in self._early:
-                self._load(length, asked)
-                self._beside += early[COUNT]
-            self._early = []
+        self._load(FOUND + LOADED * length, asked)
 
     def adopt(self, names):
         """A module has begun earlier, for another program."""
+        names[LOAD] = self._import
         self._modules.append(names)
         self._taken += names[COUNT]
 
-    def _load(self, length, asked):
-        loaded = FOUND + LOADED * length + sum(map(self._loaded, asked))
-        self.spend((1 + CLEARED) * loaded)
+    def _import(self, asked):
+        """A function is about to import these."""
+        if self._running:
+            self._load(0, asked)
+
+    def _load(self, own, asked):
+        """Loading takes `own`, thousand instructions, and what it asks for."""
+        self.spend((1 + CLEARED) * (own + sum(map(self._loaded, asked))))
+        if EV3DEV2 in asked:
+            early, self._early = self._early, []
+            for names, length, others in early:
+                self._load(FOUND + LOADED * length, others)
+                self._beside += names[COUNT]
 
     def spend(self, thousands):
         """Something beside counted code took so many thousand instructions."""

@@ -114,7 +114,7 @@ class Shims(object):
                 self.world, self.clock, importlib.import_module("threading"), low
             )
             sys.modules["select"] = self._select_module()
-            sys.modules["signal"] = self.signals.module()
+            sys.modules["signal"] = sys.modules["_signal"] = self.signals.module()
             sys.modules["datetime"] = datetime_module(self.clock)
             sys.modules["atexit"] = self._atexit_module()
             sys.modules["fcntl"] = self._fcntl_module()

@@ -4,7 +4,6 @@ The code is the same that draws and servoes.  But its motors are files in a temp
 model of a motor behind; its cameras are worked out; and its clock jumps over all waiting.
 """
 
-import collections
 import contextlib
 import gc
 import math
@@ -21,6 +20,7 @@ from robot.servoing.loop import VisualServoing
 from robot.servoing.runs import make_servo
 from shared.arm_description import find_arm, read_arm
 from shared.messages import decode
+from shared.record import record
 
 ARMS = ("planar", "spatial")
 
@@ -41,7 +41,7 @@ OBSERVATION = (
     b'"markers":{"effector":[320.123,240.456,0.98],"goal":[400.123,200.456,0.97]}}\n'
 )
 
-Seen = collections.namedtuple("Seen", "camera seq t markers")
+Seen = record("Seen", "camera seq t markers")
 
 
 class JumpingClock(object):
@@ -263,7 +263,9 @@ def measure_servoing(description, mode, laps, pieces):
         servo.decide = laps.timed(
             lambda decision: "{}: decision, {}".format(name, decision.action), servo.decide
         )
-        servo.observe_in_motion = laps.timed(name + ": learning from a frame", servo.observe_in_motion)
+        servo.observe_in_motion = laps.timed(
+            name + ": learning from a frame", servo.observe_in_motion
+        )
         if stream:
             stream.see = laps.timed(name + ": steering by a frame", stream.see)
     eyes = MadeUpCameras(arm, clock, goal)

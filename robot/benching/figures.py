@@ -13,8 +13,9 @@ import collections
 import math
 
 from shared.arm_description import ArmError
+from shared.record import record
 
-Pass = collections.namedtuple("Pass", "speed duty volts behind extra braked")
+Pass = record("Pass", "speed duty volts behind extra braked")
 """One pass, at the motor's shaft and positive the way it went.
 
 speed, duty  when steady, rad/s and %

@@ -5,11 +5,11 @@ and is measured on the way.
 """
 
 import math
-from collections import namedtuple
 
 from robot.motion.motors import DEAD_MAN
 from robot.motion.trajectory import JointMove
 from shared.arm_description import ArmError
+from shared.record import record
 
 TOUCHES = 3
 FIRST_PUSH, SECOND_PUSH = 20.0, 14.0
@@ -33,7 +33,7 @@ AGREE = 3
 PLAUSIBLE = math.radians(5)
 """Stops that are farther than this from where they should be are others, rad."""
 
-Found = namedtuple("Found", "joint zero play spread")
+Found = record("Found", "joint zero play spread")
 """What was found of one joint.
 
 joint   its name

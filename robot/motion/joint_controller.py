@@ -14,7 +14,8 @@ joint.
 """
 
 import math
-from collections import namedtuple
+
+from shared.record import record
 
 STIFFNESS = 0.1
 """The push with which the motor's driver answers a difference of speeds, % per deg/s."""
@@ -29,7 +30,7 @@ TUNED_DELAY, SOFTER, FORESEEN = 0.013, 20.0, 0.7
 """The gains are those for commands that act so late, s; for later ones the position's falls by this
 share of itself, 1/s; and for so much of what is later the error is foreseen."""
 
-Gains = namedtuple(
+Gains = record(
     "Gains",
     "speed_per_duty lag torque_per_duty friction position velocity "
     "observe_position observe_velocity learn_push learn_friction deadband "

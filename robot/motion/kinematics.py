@@ -12,11 +12,11 @@ Pure: numbers in, numbers out; no motor, no file, no clock. Plain Python, becaus
 A chain of joints is one entry in `_CHAINS`; everything else here works for any of them.
 """
 
-import collections
 import itertools
 import math
 
 from shared.arm_description import ArmError
+from shared.record import record
 
 TURN = 2 * math.pi
 
@@ -42,10 +42,10 @@ class Singular(ArmError, ArithmeticError):
     """A system of equations without exactly one solution, as at a singular pose."""
 
 
-Solution = collections.namedtuple("Solution", "q trace")
+Solution = record("Solution", "q trace")
 Solution.__doc__ = "What an iteration found: q, rad, and its trace, a list of Iterate from q0 on."
 
-Iterate = collections.namedtuple("Iterate", "iteration q p error_cm")
+Iterate = record("Iterate", "iteration q p error_cm")
 Iterate.__doc__ = "One pose of an iteration: number, q in rad, p in cm, distance to the goal in cm."
 
 
@@ -526,7 +526,7 @@ def _spatial_scale(arm, q):
 # A chain: positions(arm, q), jacobian(arm, q), pull(q, moments), solutions(arm, p, near) as
 # _solutions, singularity(arm, q), scale(arm, q), the number of coordinates of p, how many
 # joints are below the shoulder, and the sign of the elbow's angle in the branch "up".
-_Chain = collections.namedtuple(
+_Chain = record(
     "_Chain", "positions jacobian pull solutions singularity scale coordinates below up"
 )
 _CHAINS = {

@@ -14,6 +14,7 @@ import math
 from robot.motion.backlash import crossed, take_up_time
 from robot.motion.joint_controller import LEAD
 from robot.motion.trajectory import JOINT_ACCELERATION
+from shared.record import record
 
 SLOWING = 0.4
 """Share of the acceleration with which joints come to a stop where there is room for it: friction
@@ -36,7 +37,7 @@ MATCHED = 0.9
 """Share of its greatest speed at which a joint still keeps up with an aim."""
 
 
-Moving = collections.namedtuple("Moving", "q q_dot")
+Moving = record("Moving", "q q_dot")
 Moving.__doc__ = "An aim that moves at a known speed: rad and rad/s."
 
 STOP = object()

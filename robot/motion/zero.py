@@ -5,7 +5,6 @@ file holds, beside the counts at joint angle zero, the counts at which the arm w
 which start of the brick; while it moves, it is on record as not parked.
 """
 
-import json
 import math
 import os
 
@@ -49,6 +48,8 @@ class Zero(object):
         Raises:
             NotHomed: the arm was never homed, was not parked, or the encoders say otherwise.
         """
+        import json  # not above: a program that finds no motors does without
+
         advice = "; lift the pen and home it first: driver.py home (or home --here)"
         try:
             with open(self.file) as file:
@@ -104,6 +105,8 @@ class Zero(object):
         Raises:
             StateNotSaved: naming the file and why.
         """
+        import json
+
         text = json.dumps({"boot": _boot(), "parked": parked, "zero": zero}, sort_keys=True)
         draft = self.file + ".new"
         try:

@@ -5,11 +5,12 @@ s   image features, px (m)
 J   image Jacobian ds/dq, px/rad: m rows, n columns
 """
 
-from collections import namedtuple
 from operator import mul
 
+from shared.record import record
 
-class LocalImageModel(namedtuple("LocalImageModel", "predict jacobian")):
+
+class LocalImageModel(record("LocalImageModel", "predict jacobian")):
     """What a model knows at one moment, seen from one pose.
 
     predict(q)   s that will be seen at q, px
@@ -64,7 +65,7 @@ class LinearImageModel(object):
         return self._J
 
 
-Chain = namedtuple("Chain", "terms slopes axes")
+Chain = record("Chain", "terms slopes axes")
 Chain.__doc__ = """Functions in whose results the image is linear.
 
 terms(q)               of joint angles (rad): a list of numbers, the first of which is 1

@@ -10,7 +10,7 @@ arm, which has stopped before anybody hears of it.
 """
 
 import math
-from collections import OrderedDict, deque, namedtuple
+from collections import OrderedDict, deque
 
 from robot.motion.online_trajectory import STOP
 from robot.servoing.linear_algebra import apart, condition, length
@@ -19,6 +19,7 @@ from robot.servoing.servo import CONVERGED
 from robot.servoing.sightings import LOST, Sightings
 from shared.arm_description import ArmError
 from shared.messages import Stop
+from shared.record import record
 
 MARKER_PATIENCE, LINK_PATIENCE = 10.0, 20.0
 """The run is given up when marker or link have not come back for so long, s."""
@@ -57,7 +58,7 @@ FASTEST = math.radians(60)
 FEWER = 0.5
 """The share of its speed at which it goes on when a camera has lost sight of the marker."""
 
-Verdict = namedtuple("Verdict", "word reason error q moves measurements frames seconds")
+Verdict = record("Verdict", "word reason error q moves measurements frames seconds")
 Verdict.__doc__ = """How a run ended.
 
 word          "converged", or why not
@@ -67,7 +68,7 @@ q             joint angles, rad, or None
 moves, measurements, frames, seconds   what it took
 """
 
-Halt = namedtuple("Halt", "word reason")
+Halt = record("Halt", "word reason")
 Halt.__doc__ = (
     """Why a motion is over: a verdict's word and its reason; HOLD: too little is seen."""
 )

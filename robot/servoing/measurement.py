@@ -4,10 +4,10 @@ s   image features, px: u and v of a camera
 """
 
 import math
-from collections import namedtuple
 from operator import sub
 
 from robot.servoing.linear_algebra import length, median
+from shared.record import record
 
 FEWEST_FRAMES, MOST_FRAMES = 6, 12
 """Frames of a measurement; where noise might decide whether it has arrived, up to MOST_FRAMES."""
@@ -21,7 +21,7 @@ FIRST_SIGMA, LEAST_SIGMA = 1.0, 0.2
 SCATTERED = 3.0
 """Frames that scatter so much more than usual are not enough yet."""
 
-Measurement = namedtuple("Measurement", "camera s goal variance frames")
+Measurement = record("Measurement", "camera s goal variance frames")
 Measurement.__doc__ = """What one camera has measured while the arm stood.
 
 s, goal    px;  variance  of each element of s, px^2;  frames  that it took

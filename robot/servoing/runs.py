@@ -10,7 +10,7 @@ from robot.servoing.report_servo import ReportServo
 from robot.servoing.rows import Rows
 from robot.servoing.servo import CONVERGED, Servo
 from robot.servoing.stream import Stream
-from robot.tracking_client import Refusal
+from robot.tracker_address import Refusal
 from shared.arm_description import ArmError
 from shared.messages import READY, REFUSED, Start
 from shared.orders import check

@@ -11,8 +11,6 @@ Pure: no clock, no socket, no motor.
 
 import itertools
 import math
-import random
-from collections import namedtuple
 from operator import itemgetter, sub
 
 from robot.motion import kinematics
@@ -30,6 +28,7 @@ from robot.servoing.progress import (
     Progress,
 )
 from robot.servoing.rows import Rows
+from shared.record import record
 
 CONVERGED, UNREACHABLE, LIMIT, SINGULAR = "converged", "unreachable", "limit", "singular"
 
@@ -79,7 +78,7 @@ AIMED = 0.3
 RESTART_FROM = 0.25, 0.75
 """Where in their ranges joints start anew."""
 
-Decision = namedtuple("Decision", "action q verdict reason")
+Decision = record("Decision", "action q verdict reason")
 Decision.__doc__ = """What to do.
 
 action   "explore" | "move" | "restart": go to q (rad); "end": with a verdict and its reason
@@ -123,7 +122,7 @@ class Servo(object):
         self._selection = CameraSelection(self.rows, len(arm.joints), known)
         self._progress = Progress(tolerance, known)
         self._region = FIRST_STEP
-        self._luck = random.Random(seed)
+        self._seed, self._luck = seed, None  # random is imported only where it is needed
         self._q, self._seen = None, {}  # where it was looked from, and what was seen, by camera
 
     @property
@@ -174,6 +173,10 @@ class Servo(object):
         if action == GIVE_UP:
             return _end(UNREACHABLE, "no nearer than {:.1f} px".format(progress.nearest))
         if action == START_ELSEWHERE:
+            if self._luck is None:
+                import random
+
+                self._luck = random.Random(self._seed)
             shares = [self._luck.uniform(*RESTART_FROM) for _ in q]
             return self._start_from(self._posture(shares))
         if action == EXPLORE_ANEW:

@@ -1,9 +1,8 @@
 """What the cameras have shown of tip and goal, and when.  Pure."""
 
-from collections import namedtuple
-
 from robot.servoing.goal_estimate import GoalEstimate
 from robot.servoing.joint_history import JointHistory
+from shared.record import record
 
 EFFECTOR, GOAL = "effector", "goal"
 """Names of the markers."""
@@ -17,7 +16,7 @@ LOST = 0.3
 SMOOTHED = 0.5
 """Over so long the error is smoothed when a moving goal is followed, s."""
 
-MarkerFrame = namedtuple("MarkerFrame", "camera t q s goal")
+MarkerFrame = record("MarkerFrame", "camera t q s goal")
 MarkerFrame.__doc__ = "One frame of one camera: when it was taken (s), where the joints were, px."
 
 

@@ -1,17 +1,17 @@
 """Steering by what is seen while the arm moves.  Pure."""
 
 import math
-from collections import namedtuple
 from operator import sub
 
 from robot.motion.kinematics import damped_solve
 from robot.motion.online_trajectory import Moving
 from robot.servoing.linear_algebra import apart, dot, median
+from shared.record import record
 
 STANDS = 0.0, 0.0
 """The velocity of a goal that stands, px/s."""
 
-_Sight = namedtuple("_Sight", "t shape offset goal speed")
+_Sight = record("_Sight", "t shape offset goal speed")
 
 
 def _missed(shape, q, s):

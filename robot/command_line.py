@@ -1,0 +1,266 @@
+"""Reads the command lines of the brick's scripts.
+
+What is usual is read here; only what is not (help, a mistake, an abbreviation) is left to argparse,
+which makes of the same arguments what it would have made of all: to import it and set it up takes
+the brick a second.
+"""
+
+import math
+import sys
+
+
+class BadArgument(ValueError):
+    """A text is not what an argument takes; says so in words for people."""
+
+
+def number_in(lower, upper, unit):
+    """A `type` for an argument: reads a number within these limits, both included."""
+
+    def read(text):
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not lower <= value <= upper:
+            raise BadArgument(
+                "'{}' must be a number from {:g} to {:g} {}".format(
+                    text.strip()[:40], lower, upper, unit
+                )
+            )
+        return value
+
+    return read
+
+
+class Values(object):
+    """What a command line says, by the names of its arguments."""
+
+    def __contains__(self, name):
+        return name in vars(self)
+
+
+class _Unusual(Exception):
+    """A command line that argparse has to read."""
+
+
+class _Argument(object):
+    """One argument, as argparse.add_argument takes it; of what that knows, only what is used."""
+
+    def __init__(self, *flags, **options):
+        self.flags, self.options = flags, options
+        self.is_option = flags[0].startswith("-")
+        name = options.get("dest") or next((f for f in flags if f.startswith("--")), flags[0])
+        self.dest = name.lstrip("-").replace("-", "_")
+        self.action = options.get("action", "store")
+        self.takes_value = self.action != "store_true"
+        self.nargs = options.get("nargs")
+        usual = ("store", "store_true", "append") if self.is_option else ("store",)
+        if self.action not in usual or (self.is_option and self.nargs is not None):
+            raise ValueError("{} is an argument of a kind that is not known".format(name))
+
+    @property
+    def shown(self):
+        """Its name in a message."""
+        return "/".join(self.flags) if self.is_option else self.options["metavar"]
+
+    def default(self):
+        """Its value when it is not given."""
+        value = self.options.get("default", None if self.takes_value else False)
+        if value is None and self.nargs == "*":
+            return []
+        return self.read(value) if isinstance(value, str) else value
+
+    def read(self, text):
+        """The value of a text.
+
+        Raises:
+            BadArgument: it is none.
+        """
+        value = self.options.get("type", str)(text)
+        if value not in self.options.get("choices", (value,)):
+            raise _Unusual
+        return value
+
+    def takes(self, number):
+        """Whether so many texts are right for it."""
+        if self.nargs is None:
+            return number == 1
+        least = {"?": 0, "*": 0, "+": 1}.get(self.nargs, self.nargs)
+        most = {"?": 1, "*": number, "+": number}.get(self.nargs, self.nargs)
+        return least <= number <= most
+
+    def value(self, texts):
+        """The value of these texts, which are right in number; of none, its default."""
+        if not texts:
+            return self.default()
+        values = [self.read(text) for text in texts]
+        return values[0] if self.nargs in (None, "?") else values
+
+
+class Parser(object):
+    """A command line that is refused in one line.
+
+    Arguments are added as with argparse.ArgumentParser; commands by `add_command`.
+
+    Args:
+        prog: the script's name.
+        description: one line for the help.
+    """
+
+    def __init__(self, prog, description=None):
+        self.prog = prog
+        self.description = description
+        self._arguments = []
+        self._commands = []  # pairs (Parser, its line in the help)
+
+    def add_argument(self, *flags, **options):
+        """Add an argument; of those without a dash at most one."""
+        argument = _Argument(*flags, **options)
+        if not argument.is_option and self._positional():
+            raise ValueError("{} is one argument too many".format(flags[0]))
+        self._arguments.append(argument)
+
+    def add_command(self, name, text):
+        """Add a command; the options of this parser are accepted before and after its name.
+
+        Returns:
+            The Parser for what else may follow it.
+        """
+        command = Parser("{} {}".format(self.prog, name))
+        command.name = name
+        self._commands.append((command, text))
+        return command
+
+    def error(self, message):
+        """End the program with one line: nothing has been done."""
+        sys.stderr.write("{0}: {1}; see {0} --help\n".format(self.prog, message))
+        sys.exit(2)
+
+    def parse_args(self, argv=None):
+        """The Values of a command line; the script's own if it is None."""
+        argv = sys.argv[1:] if argv is None else argv
+        values = self._usual(argv)
+        return values or self.with_argparse().parse_args(argv, Values())
+
+    def parse_known_args(self, argv=None):
+        """The same, and a list of what is not known."""
+        argv = sys.argv[1:] if argv is None else argv
+        values = self._usual(argv)
+        return (values, []) if values else self.with_argparse().parse_known_args(argv, Values())
+
+    # What is usual
+
+    def _usual(self, argv):
+        try:
+            return self._read(argv)
+        except _Unusual:
+            return None
+
+    def _options(self):
+        return [argument for argument in self._arguments if argument.is_option]
+
+    def _positional(self):
+        return next((one for one in self._arguments if not one.is_option), None)
+
+    def _read(self, argv):
+        """The Values of a usual command line.
+
+        Raises:
+            _Unusual: this is none.
+        """
+        given, parser = self._sorted(argv)
+        required = [one for one in parser._arguments if one.options.get("required")]
+        if any(one not in [argument for argument, _, _ in given] for one in required):
+            raise _Unusual
+        values = Values()
+        for argument in self._arguments + (parser._arguments if parser is not self else []):
+            setattr(values, argument.dest, argument.default())
+        if self._commands:
+            values.command = getattr(parser, "name", None)
+        for argument, texts, reader in given:
+            try:
+                if not argument.takes_value:
+                    value = True
+                elif argument.action == "append":
+                    value = getattr(values, argument.dest) + [argument.read(texts[0])]
+                else:
+                    value = argument.value(texts)
+            except BadArgument as problem:
+                reader.error("argument {}: {}".format(argument.shown, problem))
+            except ValueError:  # argparse will meet the same, and tells it as it does
+                raise _Unusual from None
+            setattr(values, argument.dest, value)
+        return values
+
+    def _sorted(self, argv):
+        """What is given, (argument, its texts, the Parser that reads it), and the command's Parser.
+
+        Raises:
+            _Unusual: it is not that plain.
+        """
+        parser, given, loose, ended = self, [], None, False
+        options = {flag: one for one in self._options() for flag in one.flags}
+        words = iter(argv)
+        for word in words:
+            if len(word) > 1 and word.startswith("-"):
+                flag, is_joined, text = word.partition("=")
+                if flag not in options or (is_joined and not options[flag].takes_value):
+                    raise _Unusual
+                if options[flag].takes_value and not is_joined:
+                    text = next(words, "-")
+                    if text.startswith("-"):
+                        raise _Unusual
+                given.append((options[flag], [text], parser))
+                ended = loose is not None
+            elif parser is self and self._commands:
+                commands = [one for one, _ in self._commands if one.name == word]
+                if not commands:
+                    raise _Unusual
+                parser = commands[0]
+                options.update({flag: one for one in parser._options() for flag in one.flags})
+            elif ended or word == "-":
+                raise _Unusual
+            elif loose is None:
+                loose = [word]
+                given.append((parser._positional(), loose, parser))
+            else:
+                loose.append(word)
+        positional = parser._positional()
+        if loose is not None if positional is None else not positional.takes(len(loose or ())):
+            raise _Unusual
+        return given, parser
+
+    # What is not
+
+    def with_argparse(self):
+        """The argparse.ArgumentParser that knows the same."""
+        import argparse  # not above, see there
+
+        class Refusing(argparse.ArgumentParser):
+            error = Parser.error
+
+        def add(parser, arguments, **other):
+            for argument in arguments:
+                options = dict(argument.options, **other)
+                if "type" in options:
+                    options["type"] = told(options["type"])
+                parser.add_argument(*argument.flags, **options)
+
+        def told(read):
+            def checked(text):
+                try:
+                    return read(text)
+                except BadArgument as problem:
+                    raise argparse.ArgumentTypeError(str(problem)) from None
+
+            return checked
+
+        parser = Refusing(prog=self.prog, description=self.description)
+        add(parser, self._arguments)
+        if self._commands:
+            commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+            for command, text in self._commands:
+                one = commands.add_parser(command.name, help=text)
+                add(one, self._options(), default=argparse.SUPPRESS)
+                add(one, command._arguments)
+        return parser

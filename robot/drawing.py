@@ -1,0 +1,182 @@
+"""A drawing arm: lines, arcs, circles, rectangles, by joint motions worked out on the brick."""
+
+import math
+import os
+
+from robot.motion import classic_steps, kinematics, paths, trajectory
+from shared.arm_description import ArmError
+
+METHODS = ("smooth", "steps")
+
+PLAY_DIFFERS = math.radians(1.5)
+"""Measured and described play may differ by this much before a word is said, rad."""
+
+MOST_STEPS = 200
+"""The report's steps end somewhere; this many would go round the base several times."""
+
+
+class NotAnnounced(ArmError, OSError):
+    """The file for whoever watches cannot be written."""
+
+
+class Driver(object):
+    """A drawing arm.
+
+    Args:
+        arm: robot.motion.arm.RobotArm.
+        speed: of the tip, cm/s; the arm's own if None.
+        elbow: "up" | "down" | None: the arm's own where it can.
+        say: called with each line of progress.
+    """
+
+    def __init__(self, arm, speed=None, elbow=None, say=print):
+        self.arm = arm
+        self.speed = speed
+        self.elbow = elbow
+        self.say = say
+        self._pen_is_down = None
+
+    def home(self, here=False):
+        """Find the zero, or take the arm as it stands for its home pose, then go to the home pose.
+
+        Raises:
+            ArmError: after stopping; the zero is then unknown.
+        """
+        for found, joint in zip(self.arm.home(here, self.say), self.arm.description.joints):
+            play = (
+                "" if found.play is None else ", play {:.1f} deg".format(math.degrees(found.play))
+            )
+            self.say(
+                "{}: zero at {:.1f} counts, touches within {:.0f}{}".format(
+                    found.joint, found.zero, found.spread, play
+                )
+            )
+            if found.play is not None and abs(found.play - joint.backlash) > PLAY_DIFFERS:
+                self.say(
+                    "{}: the arm file says {:.1f} deg of play; correct it, or the stops".format(
+                        joint.name, math.degrees(joint.backlash)
+                    )
+                )
+        if not here:
+            self.arm.go_to([joint.home for joint in self.arm.description.joints], speed=0.5)
+
+    def position(self):
+        """The tip (x, y) or (x, y, z), cm, as the encoders have it."""
+        return self.arm.position()
+
+    def pen_up(self):
+        """Lift the pen; nothing where the arm has no pen motor."""
+        self._move_pen(False)
+
+    def pen_down(self):
+        """Lower the pen."""
+        self._move_pen(True)
+
+    def _move_pen(self, down):
+        pen = self.arm.description.pen
+        if pen and self._pen_is_down is not down:
+            self.arm.move_pen(pen.down if down else pen.up)
+            self._pen_is_down = down
+
+    def move_to(self, p):
+        """Move to `p` (cm) with the pen up, not necessarily straight.
+
+        Raises:
+            kinematics.Unreachable: nothing has moved.
+        """
+        q = kinematics.inverse(self.arm.description, p, self.elbow, near=self.arm.angles())
+        self.pen_up()
+        self.arm.go_to(q)
+
+    def go_low(self):
+        """Go to where the arm rests, if there is such a place and a way; say what came of it."""
+        try:
+            if self.arm.go_low():
+                self.say("gone low, where the arm rests")
+        except kinematics.Unreachable as problem:
+            self.say(str(problem))
+
+    def draw_line(self, start, end, method="smooth"):
+        """Draw the straight line from `start` to `end`, cm.
+
+        Args:
+            method: "smooth" or the report's "steps".
+
+        Raises:
+            kinematics.Unreachable: some point of it cannot be had; nothing has moved.
+        """
+        self.draw(paths.polyline([start, end]), method)
+
+    def draw(self, strokes, method="smooth"):
+        """Draw strokes (see robot.motion.paths), each beginning where the one before ends.
+
+        Raises:
+            kinematics.Unreachable: some point cannot be had; nothing has moved.
+        """
+        plans = trajectory.plan(self.arm.description, strokes, self.speed, self.elbow)
+        self.play(strokes, plans, method)
+
+    def play(self, strokes, plans, method="smooth"):
+        """Draw strokes whose Trajectories (trajectory.plan) are known."""
+        if method not in METHODS:
+            raise ArmError(
+                "there is no method '{}'; take one of {}".format(method, ", ".join(METHODS))
+            )
+        if method == "steps":
+            for stroke, plan in zip(strokes, plans):
+                classic_steps.jacobian_step(self.arm.description, plan.start, _way(stroke))
+        announce(strokes)
+        self.pen_up()
+        if method == "steps":
+            self._draw_in_steps(strokes, plans)
+        else:
+            self.arm.approach(plans[0])
+            self.pen_down()
+            self.arm.follow(plans)
+        self.pen_up()
+
+    def _draw_in_steps(self, strokes, plans):
+        self.arm.go_to(plans[0].start)
+        self.pen_down()
+        for stroke in strokes:
+            for start, goal in zip(stroke, stroke[1:]):
+                self._steps(start, goal)
+
+    def _steps(self, start, goal):
+        """The report's method: dy fixed, dx = J^-1 dy here, cut to 5 degrees, repeated."""
+        description = self.arm.description
+        dy = _way((start, goal))
+        for _ in range(MOST_STEPS):
+            q = self.arm.angles()
+            if classic_steps.has_arrived(start, goal, kinematics.forward(description, q)):
+                return
+            dq = classic_steps.jacobian_step(description, q, dy)
+            self.arm.step_to([a + d for a, d in zip(q, dq)])
+        raise ArmError(
+            "{} steps did not get from ({}) to ({}) cm; use --method smooth".format(
+                MOST_STEPS, *(", ".join("{:g}".format(x) for x in p) for p in (start, goal))
+            )
+        )
+
+
+def _way(stroke):
+    """From the first point of a stroke towards the second, cm."""
+    return tuple(b - a for a, b in zip(*stroke[:2]))
+
+
+def announce(strokes):
+    """Append the wanted path to the file $BRICKSERVO_PLAN, for whoever watches; one JSON line."""
+    file = os.environ.get("BRICKSERVO_PLAN")
+    if file:
+        points = [strokes[0][0]] + [p for stroke in strokes for p in stroke[1:]]
+        import json  # not above: few are watched
+
+        try:
+            with open(file, "a") as out:
+                out.write(json.dumps({"path": points}) + "\n")
+        except OSError as error:
+            raise NotAnnounced(
+                "cannot write {}: {}; make room or unset BRICKSERVO_PLAN".format(
+                    file, error.strerror
+                )
+            ) from None

@@ -1,0 +1,198 @@
+"""The commands of `driver.py`: what is typed becomes drawings, and those are drawn."""
+
+import contextlib
+import math
+import os
+import re
+import sys
+
+from robot import program
+from robot.clock import Clock
+from robot.command_line import BadArgument, Parser, number_in
+from robot.drawing import METHODS, Driver
+from robot.motion import kinematics, paths, trajectory
+from robot.motion.zero import NotHomed
+from shared.arm_description import ArmError, find_arm, read_arm
+
+LINES = {
+    2: (((10, 0), (5, 10)), ((15, 0), (0, 15)), ((12, 15), (0, 15))),
+    3: (((14, 0, 4), (14, 0, 16)), ((12, -6, 8), (12, 6, 8)), ((15, -4, 6), (9, 4, 12.6))),
+}
+"""What is drawn if nothing is said, cm: in the plane the lines of the report that the methods come
+from; in space an upright, a level and a slanting one."""
+
+
+def _point(text):
+    try:
+        point = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        point = ()
+    if len(point) not in (2, 3):
+        raise BadArgument(
+            "'{}' is not a point; write X,Y in cm, like 10,0, or X,Y,Z".format(text.strip())
+        )
+    if not all(map(math.isfinite, point)):
+        raise BadArgument("'{}' is not a place; give finite numbers".format(text.strip()))
+    return point
+
+
+def _parser():
+    parser = Parser("driver.py", "Draw with the arm; all lengths in cm.")
+    parser.add_argument(
+        "--arm",
+        default=os.environ.get("BRICKSERVO_ARM", "planar"),
+        metavar="FILE",
+        help="arm file (default: $BRICKSERVO_ARM, else planar)",
+    )
+    parser.add_argument("--method", choices=METHODS, default="smooth")
+    parser.add_argument(
+        "--speed",
+        type=number_in(0.1, 50, "cm/s"),
+        metavar="CM_PER_S",
+        help="(default: the arm's)",
+    )
+    parser.add_argument(
+        "--height",
+        type=number_in(-100, 100, "cm"),
+        metavar="CM",
+        help="z of points given as X,Y to an arm in space (default: 0)",
+    )
+    parser.add_argument(
+        "--stay",
+        action="store_true",
+        help="stay where it ends; else an arm with a resting place goes there, except after move",
+    )
+    parser.add_argument("--elbow", choices=("up", "down"), help="(default: the arm's, if it can)")
+    add = parser.add_command
+    add("where", "where the tip is")
+    inverse = add("inverse", "the joint angles for a point, found in three ways; moves nothing")
+    inverse.add_argument("point", type=_point, metavar="X,Y[,Z]")
+    home = add("home", "find the zero against the hard stops")
+    home.add_argument("--here", action="store_true", help="the arm stands in its home pose")
+    move = add("move", "go there, pen up")
+    move.add_argument("point", type=_point, metavar="X,Y[,Z]")
+    line = add("line", "a straight line")
+    line.add_argument("points", type=_point, nargs="+", metavar="X,Y[,Z]")
+    line.add_argument("--angle", type=number_in(-360, 360, "deg"), metavar="DEG")
+    line.add_argument("--length", type=number_in(0.1, 100, "cm"), metavar="CM")
+    for name, text in (
+        ("polyline", "straight from point to point"),
+        ("arc", "smoothly through n points"),
+    ):
+        add(name, text).add_argument("points", type=_point, nargs="+", metavar="X,Y[,Z]")
+    circle = add("circle", "a circle round a point")
+    circle.add_argument("point", type=_point, metavar="X,Y[,Z]")
+    circle.add_argument("--radius", type=number_in(0.1, 100, "cm"), metavar="CM", required=True)
+    rectangle = add("rectangle", "an upright rectangle between two corners")
+    rectangle.add_argument("points", type=_point, nargs=2, metavar="X,Y[,Z]")
+    add("lines", "three lines (default); in the plane those of the report")
+    return parser
+
+
+def _compare_inverses(description, p):
+    """Print the analytic poses for `p`, and the ways of Newton and Broyden from the home pose."""
+
+    def degrees(q):
+        return ", ".join("{:8.3f}".format(math.degrees(angle)) for angle in q)
+
+    for q in kinematics.branches(description, p):
+        print("analytic     {} deg".format(degrees(q)))
+    home = [joint.home for joint in description.joints]
+    for name, method in (
+        ("newton", kinematics.newton_inverse),
+        ("broyden", kinematics.broyden_inverse),
+    ):
+        for step in method(description, p, home).trace:
+            print(
+                "{:7} {:3}  {} deg, {:.6f} cm off".format(
+                    name, step.iteration, degrees(step.q), step.error_cm
+                )
+            )
+
+
+def _placed(description, point, height):
+    """The point as this arm has them; a height completes X,Y to X,Y,Z."""
+    size = kinematics.coordinates(description)
+    if size == 3 and len(point) == 2:
+        return point + (height or 0.0,)
+    if len(point) != size or (size == 2 and height is not None):
+        raise ArmError(
+            "{} is no point for {}, an arm in the plane; give X,Y and no height, or --arm spatial"
+            "".format(",".join(map("{:g}".format, point)), description.name)
+        )
+    return point
+
+
+def _strokes(parser, args, description):
+    """What to draw: a list of drawings, each a list of strokes."""
+    if args.command in ("where", "inverse", "home", "move"):
+        return []
+    if args.command == "line":
+        if args.angle is None and args.length is None and len(args.points) == 2:
+            return [paths.polyline(args.points)]
+        if args.angle is not None and args.length is not None and len(args.points) == 1:
+            return [paths.line_from(args.points[0], math.radians(args.angle), args.length)]
+        parser.error("a line takes two points, or one with --angle and --length")
+    if args.command == "polyline":
+        return [paths.polyline(args.points)]
+    if args.command == "arc":
+        return [paths.arc(args.points)]
+    if args.command == "circle":
+        return [paths.circle(args.point, args.radius)]
+    if args.command == "rectangle":
+        return [paths.rectangle(*args.points)]
+    return [paths.polyline(line) for line in LINES[kinematics.coordinates(description)]]
+
+
+def _run(parser, args):
+    description = read_arm(find_arm(args.arm))
+    if "point" in args:
+        args.point = _placed(description, args.point, args.height)
+    if "points" in args:
+        args.points = [_placed(description, point, args.height) for point in args.points]
+    if args.command == "inverse":
+        _compare_inverses(description, args.point)
+        return
+    drawings = _strokes(parser, args, description)
+    plans = [trajectory.plan(description, s, args.speed, args.elbow) for s in drawings]
+    arm = program.connect(description, Clock())
+    driver = Driver(arm, args.speed, args.elbow)
+    try:
+        if args.command == "home":
+            driver.home(args.here)
+        else:
+            try:
+                arm.wake()
+            except NotHomed as problem:
+                if args.command:
+                    raise
+                print("{}".format(problem).split(";")[0] + ": homing")
+                driver.home()
+        if args.command == "move":
+            driver.move_to(args.point)
+        for number, strokes in enumerate(drawings, 1):
+            length = sum(kinematics.distance(a, b) for s in strokes for a, b in zip(s, s[1:]))
+            print("drawing {} of {}: {:.1f} cm".format(number, len(drawings), length))
+            driver.play(strokes, plans[number - 1], args.method)
+        tip = ",".join("{:.2f}".format(value) for value in driver.position())
+        angles = ", ".join("{:.1f}".format(math.degrees(a)) for a in arm.angles())
+        print("tip at {} cm, joints at {} deg, as the encoders have it".format(tip, angles))
+        if not args.stay and args.command != "move":
+            driver.go_low()
+    except BaseException:
+        program.ignore_signals()
+        with contextlib.suppress(ArmError):  # the first trouble is the one to tell
+            arm.park()
+        raise
+    program.ignore_signals()
+    arm.park()
+
+
+def main(argv=None):
+    """Run one command; the exit status."""
+    argv = sys.argv[1:] if argv is None else argv
+    # A leading space tells argparse that "-5,10" is a point and not an option.
+    argv = [" " + word if re.match(r"-(\d|\.|inf|nan)", word) else word for word in argv]
+    parser = _parser()
+    args = parser.parse_args(argv)
+    return program.run(parser.prog, lambda: _run(parser, args))

@@ -1,0 +1,166 @@
+"""The command of `visual_servoing.py`: one run, or runs as the laptop orders them."""
+
+import contextlib
+import os
+import re
+import sys
+
+from robot import program
+from robot.battery import Battery
+from robot.clock import Clock
+from robot.command_line import BadArgument, Parser, number_in
+from robot.servoing.loop import in_words
+from robot.servoing.rows import Rows
+from robot.servoing.runs import Runs, say
+from robot.servoing.servo import CONVERGED
+from robot.tracker_address import find_tracker
+from shared.arm_description import ArmError, find_arm, read_arm
+from shared.messages import BUDGET, TOLERANCE, Start
+from shared.orders import METHODS, MODES, ROWS, BadOrders, check
+
+CAMERA = "A"
+"""A goal that is given as a pixel, and no more, is one of this camera."""
+
+DEFAULTS = Start()
+"""What is done unless something else is ordered."""
+
+
+class NotReached(ArmError):
+    """The run has ended with another verdict than `converged`."""
+
+
+def _goal(text):
+    """(camera, (u, v)); None for the marker."""
+    if text == "marker":
+        return None
+    number = r"(-?\d+(?:\.\d*)?)"
+    match = re.match(r"\s*(?:([A-Z]):)?{0},{0}\s*\Z".format(number), text)
+    if not match or not all(abs(float(x)) <= 1e5 for x in match.groups()[1:]):
+        raise BadArgument(
+            "'{}' is no goal; write marker, or a pixel U,V like 400,200, or B:U,V if it is one of"
+            " camera B".format(text.strip()[:40])
+        )
+    return match.group(1) or CAMERA, tuple(float(x) for x in match.groups()[1:])
+
+
+def _fixed_goals(goals):
+    """{camera: (u, v)} of what was given with --goal.
+
+    Raises:
+        ArmError: that is no one goal.
+    """
+    fixed = dict(goal for goal in goals if goal is not None)
+    if len(fixed) != len(goals) and len(goals) > 1:
+        raise ArmError("--goal twice for one camera, or for a marker and a pixel; give one of them")
+    return fixed
+
+
+def _parser():
+    parser = Parser("visual_servoing.py", "Bring the tip where the camera sees the goal.")
+    parser.add_argument(
+        "place", nargs="?", default="", metavar="HOST",
+        help="the laptop, or HOST:PORT (default: where ssh came from, else as remembered)",
+    )  # fmt: skip
+    parser.add_argument("--code", help="as the tracker prints it (default: as remembered)")
+    parser.add_argument(
+        "--goal", type=_goal, action="append", default=[], metavar="GOAL",
+        help="marker, a pixel U,V, or one of each camera, as B:U,V (default: marker)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--rows", choices=ROWS, default=DEFAULTS.rows,
+        help="of the cameras' u and v, all, weighed by their noise, or as the report has it, those"
+        " of the first and one of the second (default: stereo)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--third", choices=sorted(Rows.ONE),
+        help="the second camera's row with --rows xyz (default: as exploring shows)",
+    )  # fmt: skip
+    parser.add_argument("--method", choices=METHODS, default=DEFAULTS.method)
+    parser.add_argument("--mode", choices=MODES, default=DEFAULTS.mode)
+    parser.add_argument(
+        "--follow", action="store_true",
+        help="after a goal that moves, until the budget is spent; needs --mode stream",
+    )  # fmt: skip
+    parser.add_argument(
+        "--tolerance", type=number_in(*TOLERANCE), default=DEFAULTS.tolerance, metavar="PX"
+    )
+    parser.add_argument("--budget", type=number_in(*BUDGET), default=DEFAULTS.budget, metavar="S")
+    parser.add_argument(
+        "--wait", action="store_true",
+        help="until ended by a signal, do a run whenever the laptop says so, as it orders, and hold"
+        " the arm between them",
+    )  # fmt: skip
+    parser.add_argument(
+        "--arm", default=os.environ.get("BRICKSERVO_ARM", "planar"), metavar="FILE",
+        help="arm file (default: $BRICKSERVO_ARM, else planar)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--low", action="store_true",
+        help="once at the goal, go low before parking, if the arm's file says where it rests",
+    )  # fmt: skip
+    parser.add_argument(
+        "--log", metavar="FILE",
+        help="what happened, as lines of JSON; with --wait, in the last run",
+    )  # fmt: skip
+    return parser
+
+
+def _run(parser, args):
+    description = read_arm(find_arm(args.arm))
+    goals = _fixed_goals(args.goal)
+    if args.third and args.rows != "xyz":
+        parser.error(
+            "--third is the second camera's row with --rows xyz; add that, or leave it out"
+        )
+    orders = Start(
+        args.method, args.mode, args.rows, args.tolerance, args.budget, args.follow,
+        goals,
+    )  # fmt: skip
+    if args.wait and (orders != DEFAULTS or args.low):
+        parser.error(
+            "with --wait the laptop orders each run, and the arm is held at its goal; leave all but"
+            " HOST, --code, --arm, --third and --log out"
+        )
+    if args.low and all(joint.rest is None for joint in description.joints):
+        parser.error("--low: {} does not say where it rests; leave it out".format(description.name))
+    try:
+        check(orders, len(description.joints))
+    except BadOrders as error:
+        parser.error(str(error))
+    tracker = find_tracker(args.place, args.code)
+    clock = Clock()
+    arm = program.connect(description, clock)
+    arm.wake()
+    from robot.tracking import TrackingClient  # only now: the arm knows where it is
+
+    client = TrackingClient(*tracker, clock=clock, say=say, battery=Battery(clock).volts)
+    runs = Runs(arm, client, clock, args.log, args.third)
+    reached = False
+    try:
+        if args.wait:
+            runs.wait()
+        verdict = runs.run(orders)
+        reached = verdict.word == CONVERGED
+        if reached and args.low:
+            arm.go_low()
+    finally:
+        program.ignore_signals()
+        with contextlib.ExitStack() as last:
+            last.callback(
+                client.close, "the program has ended" if args.wait else "the run has ended"
+            )
+            if not reached:
+                last.enter_context(contextlib.suppress(ArmError))  # the first trouble is told
+            arm.park()
+    if not reached:
+        raise NotReached(in_words(verdict))
+    say(in_words(verdict))
+
+
+def main(argv=None):
+    """Run one servo run; the exit status."""
+    argv = sys.argv[1:] if argv is None else argv
+    argv = [" " + word if re.match(r"-\d", word) else word for word in argv]
+    parser = _parser()
+    args = parser.parse_args(argv)
+    return program.run(parser.prog, lambda: _run(parser, args))

@@ -1,0 +1,139 @@
+"""Where the tracker on the laptop is, and with which code the brick pairs: said or remembered."""
+
+import contextlib
+import json
+import os
+import re
+
+from shared import pairing
+from shared.arm_description import ArmError
+from shared.messages import PORT
+from shared.record import record
+from shared.state import state_folder
+
+
+class NotPaired(ArmError):
+    """It is not known where the tracker is, or with which code."""
+
+
+class Refusal(ArmError):
+    """The tracker will not serve this client however often it tries."""
+
+
+Tracker = record("Tracker", "host port code")
+Tracker.__doc__ = """Where the tracker is, and the code that it printed (as pairing.read_code)."""
+
+
+class Memory(object):
+    """The tracker on file, so that it need be told once.
+
+    Args:
+        folder: None takes $BRICKSERVO_STATE, or ~/.brickservo.
+    """
+
+    def __init__(self, folder=None):
+        self.file = os.path.join(folder or state_folder(), "tracker")
+
+    def load(self):
+        """The Tracker; None if none is remembered, or the file is of no use."""
+        try:
+            with open(self.file) as file:
+                kept = json.loads(file.read())
+            host, port = read_place(kept["host"], int(kept["port"]))
+            return host and Tracker(host, port, pairing.read_code(kept["code"]))
+        except (ArmError, OSError, ValueError, LookupError, TypeError, AttributeError):
+            return None
+        except (OverflowError, RecursionError):
+            return None
+
+    def save(self, tracker):
+        """Remember it, for this user's eyes only.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        text = json.dumps(dict(tracker._asdict()), sort_keys=True) + "\n"
+        draft = self.file + ".new"
+        os.makedirs(os.path.dirname(self.file), exist_ok=True)
+        with contextlib.suppress(FileNotFoundError):
+            os.remove(draft)  # whoever may read an old one could read the new one
+        descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with open(descriptor, "w") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.rename(draft, self.file)
+
+
+def read_place(text, port=None):
+    """Host and port from HOST, HOST:PORT, [IPV6]:PORT or :PORT; None for what is not said.
+
+    Raises:
+        NotPaired: it is none of these.
+    """
+    host, number = text, ""
+    if text.startswith("["):
+        host, bracket, rest = text[1:].partition("]")
+        if not bracket or not host or rest[:1] not in ("", ":"):
+            raise NotPaired("'{}' is no place; write [IPV6]:PORT".format(shortened(text)))
+        number = rest[1:]
+    elif text.count(":") == 1:
+        host, _, number = text.partition(":")
+    if number or text.endswith(":"):
+        port = int(number) if re.match(r"[0-9]{1,5}\Z", number) else 0
+    if port is not None and not 1 <= port <= 65535:
+        raise NotPaired("'{}' has no port from 1 to 65535; write HOST:PORT".format(shortened(text)))
+    if len(host) > 255 or not host.isprintable() or any(letter.isspace() for letter in host):
+        raise NotPaired("'{}' is no host; write HOST or HOST:PORT".format(shortened(text)))
+    return host or None, port
+
+
+def find_tracker(place="", code=None, environ=None, memory=None):
+    """Which tracker to go to: as said, else where ssh came from, else as remembered.
+
+    Args:
+        place: as for read_place; "" where nothing is said.
+        code: as typed, or None.
+        environ: os.environ if None.  memory: Memory() if None.
+
+    Returns:
+        Tracker
+
+    Raises:
+        NotPaired, pairing.BadCode: something is missing or wrong; it says what to type.
+    """
+    environ = os.environ if environ is None else environ
+    known = (memory or Memory()).load()
+    host, port = read_place(place)
+    if code is None and not (known and known.host == host):
+        check_is_no_code(place)
+    code = pairing.read_code(code) if code is not None else known and known.code
+    if not host:
+        ssh = (environ.get("SSH_CLIENT") or environ.get("SSH_CONNECTION") or "").split()
+        host = ssh[0] if ssh else known and known.host
+    if not host:
+        raise NotPaired(
+            "where is the tracker? give its address, HOST --code CODE, "
+            "as the tracker on the laptop prints it"
+        )
+    if not code:
+        raise NotPaired(
+            "this brick is not paired yet; give the code that the tracker on the laptop prints: "
+            "--code CODE"
+        )
+    if port is None:
+        port = known.port if known and known.host == host else PORT
+    return Tracker(host, port, code)
+
+
+def check_is_no_code(word):
+    """Raise NotPaired if a word that stands alone reads as a pairing code."""
+    with contextlib.suppress(pairing.BadCode):
+        code = pairing.show_code(pairing.read_code(word))
+        raise NotPaired("'{}' reads as a pairing code; write --code {}".format(word, code))
+
+
+def shortened(text):
+    """A text that may be anything, as one short printable line."""
+    shown = ascii(text)[1:-1]
+    return shown if len(shown) <= 40 else shown[:37] + "..."

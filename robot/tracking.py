@@ -1,0 +1,340 @@
+"""The brick's end of the link to the tracker: where the camera sees the markers, newest only."""
+
+import errno
+import os
+import select
+import socket
+
+from robot.tracker_address import Memory, NotPaired, Tracker, shortened
+from shared import pairing
+from shared.link import FOREIGN, MAX_AGE, Link
+from shared.messages import (
+    BRICK,
+    LAPTOP,
+    VERSION,
+    BadMessage,
+    Challenge,
+    Hello,
+    Proof,
+    Refused,
+    Start,
+    Status,
+    Stop,
+    Welcome,
+    one_line,
+)
+
+CONNECT_LIMIT = 3.0
+"""For TCP to connect, s; after that it is the link that notices silence."""
+
+FIRST_PAUSE = 0.25
+LONGEST_PAUSE = 2.0
+"""Between two tries to connect, s; doubled after each."""
+
+STATUS_PERIOD = 0.2
+"""Between two reports, s."""
+
+PATIENCE = 0.005
+"""For the answer to a ping, s: the clock offset can be no better known than when it came in."""
+
+MOST_COMMANDS = 16
+"""Commands that wait to be taken; older ones go."""
+
+RECEIVE_BUFFER = 16384
+"""Bytes that the system keeps for us while we do not look: a second or two of observations."""
+
+
+class TrackingClient(object):
+    """A link to the tracker that comes back by itself. Call `look` often; nothing runs beside it.
+
+    Host and code are remembered once the tracker has proven that it knows the code. A name is
+    looked up here, at once; later nothing waits for longer than it is told to, but for the
+    answer to a ping now and then (PATIENCE; ten times that while nothing can be dated anyway).
+
+    Args:
+        host, port: of the tracker.
+        code: as pairing.read_code returns it.
+        clock: robot.clock.Clock.
+        memory: Memory() if None.
+        say: called with a line whenever the link comes, goes, or fails for another reason; who
+            sees `refused` tells `why` in its own way.
+        select: waits for sockets, as select.select does.
+        battery: called for its voltage, V or None, before each report.
+
+    Attributes:
+        linked: whether observations can come in.
+        why: why not; "" while linked.
+        refused: whether it has given up: another code or another version is needed.
+        lost_since: since when it is not linked, s on our clock; None while linked.
+
+    Raises:
+        NotPaired: nothing is known of a host of that name.
+    """
+
+    def __init__(
+        self, host, port, code, clock, memory=None, say=print, select=select.select,
+        battery=lambda: None
+    ):  # fmt: skip
+        self.linked = False
+        self.why = "not connected yet"
+        self.refused = False
+        self.lost_since = clock.now()
+        self._tracker = Tracker(host, port, code)
+        self._place = ("[{}]:{}" if ":" in host else "{}:{}").format(host, port)
+        self._addresses = _addresses(host, port)
+        self._key = pairing.key_of(code)
+        self._clock = clock
+        self._memory = memory or Memory()
+        self._say = say
+        self._said = None
+        self._select = select
+        self._battery = battery
+
+        self._connecting = None  # a socket on its way
+        self._link = None
+        self._nonces = None  # ours, theirs
+        self._limit = None  # until when it may take
+        self._tries = 0
+        self._pause = FIRST_PAUSE
+        self._next_try = clock.now()
+        self._seen = {}  # camera: capture time of the newest observation handed over
+        self._commands = []
+        self._reported = None  # (when, (run, verdict)) of the last report
+
+    def look(self, timeout=0.0):
+        """Do what is due, and hand over what is new; better wait here than sleep elsewhere.
+
+        Args:
+            timeout: s to wait, at most, until something comes in.
+
+        Returns:
+            {camera: Observation}, each newer than the last one; their t is on our clock.
+        """
+        if self._link is None and self._connecting is None:
+            now = self._clock.now()
+            if self.refused or now < self._next_try:
+                left = timeout if self.refused else min(timeout, self._next_try - now)
+                self._clock.sleep(left)
+                return {}
+            self._connect()
+        if self._connecting is not None:
+            self._finish_connecting(timeout)
+            timeout = 0.0
+        if self._link is None:
+            return {}
+        self._link.poll(timeout)
+        self._listen()
+        if not self.linked:
+            return {}
+        new = {}
+        for camera, seen in self._link.newest().items():
+            # Where the clock offset was corrected a later picture can seem the older one; what is
+            # much older tells that our own clock has jumped back.
+            if not 0 <= self._seen.get(camera, -float("inf")) - seen.t < MAX_AGE:
+                self._seen[camera] = seen.t
+                new[camera] = seen
+        return new
+
+    def age(self, camera):
+        """How long ago the newest observation of a camera was taken, s; inf if there was none."""
+        return self._clock.now() - self._seen.get(camera, -float("inf"))
+
+    def commands(self):
+        """The Start and Stop messages since the last call; a lost link takes them back."""
+        commands, self._commands = self._commands, []
+        return commands
+
+    def report(self, q, error, verdict="", reason="", e=None, condition=None, moves=0, run=1):
+        """Tell the laptop how it goes; more often than every STATUS_PERIOD, only what is final.
+
+        What is not finite, or too large for a message, is told as not known: no angles, no error.
+
+        Args:
+            q: joint angles, rad.  error: px, or None.  verdict: "" while the run goes on.
+            reason: cut to one line.  e, condition, moves, run: as in Status.
+        """
+        now = self._clock.now()
+        due = self._reported is None or now - self._reported[0] >= STATUS_PERIOD
+        if self.linked and (due or (run, verdict) != self._reported[1]):
+            self._reported = now, (run, verdict)
+            reason = one_line(reason)
+            status = Status(
+                now, q, error, verdict, reason, e, condition, moves, run, self._battery()
+            )  # fmt: skip
+            try:
+                self._link.send(status)
+            except BadMessage:
+                self._link.send(
+                    status._replace(q=(), error=None, e={}, condition=None, battery=None)
+                )
+
+    @property
+    def round_trip(self):
+        """Of the ping that the clock offset rests on, s; None while there is none."""
+        return self._link.clock.round_trip if self.linked else None
+
+    @property
+    def counters(self):
+        """What the present link has counted (see Link); {} without one."""
+        return dict(self._link.counters) if self._link else {}
+
+    def close(self, reason=""):
+        """Say bye and end; `look` would connect again."""
+        if self._connecting is not None:
+            self._connecting.close()
+            self._connecting = None
+        if self._link is not None:
+            self._link.close(reason)
+            self._link = None
+        self._lose("closed", self._clock.now(), quietly=True)
+
+    # Connecting
+
+    def _connect(self):
+        family, address = self._addresses[self._tries % len(self._addresses)]
+        self._tries += 1
+        self._limit = self._clock.now() + CONNECT_LIMIT
+        try:
+            self._connecting = socket.socket(family, socket.SOCK_STREAM)
+            self._connecting.setblocking(False)
+            self._connecting.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
+            self._connecting.connect(address)
+        except BlockingIOError:
+            pass  # it is on its way
+        except OSError as error:
+            self._not_connected(error.errno)
+
+    def _finish_connecting(self, timeout):
+        sock = self._connecting
+        if self._select([], [sock], [], timeout)[1]:
+            number = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+            if number:
+                self._not_connected(number)
+                return
+            self._connecting = None
+            self._link = Link(
+                sock, self._clock.now, proven=False, patience=PATIENCE, select=self._select
+            )
+            self._nonces = [pairing.new_nonce(), None]
+            self._link.send(Hello(VERSION, BRICK, self._nonces[0]))
+        elif self._clock.now() > self._limit:
+            self._not_connected(None)
+
+    def _not_connected(self, number):
+        if self._connecting is not None:  # the system has perhaps no socket of this kind
+            self._connecting.close()
+            self._connecting = None
+        if number is None:
+            why = (
+                "no answer from {} within {:g} s; is it on the same network, "
+                "and does its firewall let port {} in?".format(
+                    self._place, CONNECT_LIMIT, self._tracker.port
+                )
+            )
+        else:
+            why = "cannot reach {}: {}; start the tracker there: python -m laptop track".format(
+                self._place, os.strerror(number).lower()
+            )
+            if number == errno.ECONNREFUSED:
+                why += ", or check the port that it prints"
+        self._lose(why, self._clock.now())
+
+    # The handshake, and what comes after it
+
+    def _listen(self):
+        message = self._link.receive()
+        while message is not None:
+            if self.linked:
+                if isinstance(message, (Start, Stop)):
+                    self._commands.append(message)
+                    del self._commands[:-MOST_COMMANDS]
+            else:
+                self._shake_hands(message)
+            message = self._link.receive() if self._link else None
+        if self._link is None:
+            return
+        now = self._clock.now()
+        if self._link.closed:
+            why = "{}: {}".format(self._place, self._link.reason)
+            if self._link.reason == FOREIGN:
+                why = (
+                    "{}: something else than the tracker answers there; "
+                    "check address and port".format(self._place)
+                )
+            self._lose(why, now)
+
+    def _shake_hands(self, message):
+        if isinstance(message, Challenge) and self._nonces[1] is None:
+            self._nonces[1] = message.nonce
+            self._link.send(Proof(pairing.proof(self._key, BRICK, *self._nonces)))
+        elif isinstance(message, Welcome) and self._nonces[1] is not None:
+            if pairing.is_proof(message.proof, self._key, LAPTOP, *self._nonces):
+                self._welcome()
+            else:
+                self._give_up(
+                    "{} does not know the pairing code, so it is not your tracker; "
+                    "check the address".format(self._place)
+                )
+        elif isinstance(message, Refused):
+            now = self._clock.now()
+            if message.cause in ("code", "version"):
+                self._give_up("{}: {}".format(self._place, message.reason))
+            else:
+                self._lose("{}: {}".format(self._place, message.reason), now)
+                self._next_try = max(self._next_try, now + message.wait)
+        else:
+            self._lose("{} does not keep to the handshake".format(self._place), self._clock.now())
+
+    def _welcome(self):
+        self._link.trust()
+        self.linked = True
+        self.why = ""
+        self.lost_since = None
+        self._pause = FIRST_PAUSE
+        self._tell("linked to {}".format(self._place))
+        if self._memory.load() != self._tracker:
+            try:
+                self._memory.save(self._tracker)
+            except OSError as error:
+                self._tell(
+                    "{} cannot be written ({}), so host and code must be told again".format(
+                        self._memory.file, error.strerror
+                    )
+                )
+        self._link.poll()  # the first ping
+
+    def _give_up(self, why):
+        self.refused = True
+        self._lose(why, self._clock.now())
+
+    def _lose(self, why, now, quietly=False):
+        if self._link is not None:
+            self._link.close()
+            self._link = None
+        if self.lost_since is None:
+            self.lost_since = now
+        self.linked = False
+        self.why = why
+        self._commands = []
+        self._reported = None
+        self._next_try = now + self._pause
+        self._pause = min(2 * self._pause, LONGEST_PAUSE)
+        if not quietly and not self.refused:
+            self._tell("not linked: {}".format(why))
+
+    def _tell(self, line):
+        if line != self._said:
+            self._said = line
+            self._say(line)
+
+
+def _addresses(host, port):
+    """What the name stands for: a list of (family, address)."""
+    try:
+        found = socket.getaddrinfo(host, port, 0, socket.SOCK_STREAM)
+    except (OSError, UnicodeError):
+        raise NotPaired(
+            "there is no host '{}'; give the laptop's address as the tracker prints it: "
+            "HOST --code CODE".format(shortened(host))
+        ) from None
+    return [(family, address) for family, _, _, _, address in found]
