@@ -660,7 +660,10 @@ def run(orders: Orders, console: Console) -> tuple[int, Path]:
         progress.finish(REPORT, True, shown)
     console.print(report.table(run))
     console.print(report.headline(run), soft_wrap=True, highlight=False, markup=False)
-    took = f"{time.monotonic() - began:.0f} s, the emulated clock at {show.story['pace']:.2f} x"
+    took = (
+        f"{time.monotonic() - began:.0f} s, the emulated brick with cpu={show.story['cpu']:g}, "
+        f"its clock at {show.story['pace']:.2f} x"
+    )
     ink = f", first ink after {show.story['first_ink']:.1f} s" if "first_ink" in show.story else ""
     console.print(f"{took}{ink}; {shown}", soft_wrap=True, highlight=False, markup=False)
     return (0 if run.worked else 1), page
@@ -775,6 +778,7 @@ class Show:
         if summary["status"]:
             drawing.program.wait(ENDED)
             raise drawing.program.complain()
+        self.story["cpu"] = summary["cpu"]
         lines = self.story["lines"] = summary["paths"]
         self.story["ink"] = _ink(self._views, read_trace(home / "trace.csv"))
         self._progress.finish(DRAWING, report.drawn(lines), report.lines_text(lines))

@@ -26,7 +26,7 @@ from laptop import drawing
 from laptop.bench import workers
 from laptop.simulator import program as programs
 from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.plant import read_plant, weighed
+from laptop.simulator.plant import CPU, read_plant, weighed
 from laptop.simulator.session import park_on_file
 from laptop.simulator.world import World
 from robot.driver import LINES
@@ -92,7 +92,7 @@ class Case:
     name: str
     at: str = EVERYWHERE
     weight: str = "felt"
-    cpu: float = 0.0
+    cpu: float = CPU
 
 
 @dataclass(frozen=True)
@@ -242,7 +242,7 @@ def draw(case: Case) -> Result:
     )
 
 
-def run(drawings: list[Case], cpu: float = 0.0) -> Iterator[Result]:
+def run(drawings: list[Case], cpu: float = CPU) -> Iterator[Result]:
     """The results of all cases in their order, on all cores; `cpu` as read_plant has it."""
     return workers.results(draw, [replace(case, cpu=cpu) for case in drawings], chunk=4)
 

@@ -8,6 +8,7 @@ from dataclasses import asdict
 
 import click
 
+from laptop.simulator.plant import CPU
 from shared.arm_description import ArmError
 
 
@@ -34,9 +35,9 @@ class _Seeds(click.ParamType):
 _cpu = click.option(
     "--cpu",
     type=click.FloatRange(0, 20),
-    default=0.0,
+    default=CPU,
     show_default=True,
-    help="How slowly the brick computes: 1 as it truly does, 0 in no time.",
+    help="How slowly the brick computes: 1 as it truly does, 2 half as fast, 0 in no time.",
 )
 
 
@@ -207,8 +208,8 @@ def bench_page(seeds: range, as_json: bool) -> None:
         click.echo(json.dumps([asdict(result) for result in results], indent=1))
         return
     title = (
-        f"seeds {seeds.start}:{seeds.stop}; camera, brick and browsers on one machine, "
-        f"{os.cpu_count()} cores; figures from the emulator, in real time"
+        f"seeds {seeds.start}:{seeds.stop}, cpu={CPU:g}; camera, brick and browsers on one "
+        f"machine, {os.cpu_count()} cores; figures from the emulator, in real time"
     )
     show.table(title, page.HEADINGS, page.table(results), sections=0)
     for line in page.failures(results):
@@ -222,7 +223,7 @@ def bench_limits() -> None:
 
     drawings = draw.limit_cases()
     results = list(show.progress(draw.run(drawings), len(drawings), "drawing"))
-    title = "planar arm, smooth, greatest deviation in floors; figures from the emulator"
+    title = f"planar arm, smooth, cpu={CPU:g}; greatest deviation in floors, from the emulator"
     show.table(title, draw.LIMIT_HEADINGS, draw.limit_table(results), sections=0)
 
 

@@ -303,9 +303,12 @@ def _report(summary: dict, took: float) -> str:
     """A short summary for people."""
     pace = summary["pace"]
     speed = f"{summary['seconds'] / took:.0f}" if pace is None else f"{pace:.2f}"
+    brick = f"cpu={summary['cpu']:g}"
+    if summary["start_s"] is not None:
+        brick += f", whose start takes another {summary['start_s']:.1f} s"
     lines = [
         f"{summary['reason']}, status {summary['status']}, after {summary['seconds']:.2f} s on the "
-        f"emulated brick ({summary['accesses']} accesses; {speed} x real time)"
+        f"emulated brick ({brick}; {summary['accesses']} accesses; {speed} x real time)"
     ]
     if pace is not None and pace < BUSY:
         lines.append("this computer was busy, so the emulated clock went slower than real time")
