@@ -107,7 +107,7 @@ class Watched(Rig):
         cameras=None, seed=1, **others
     ):  # fmt: skip
         super().__init__(folder, **others)
-        self.folder, self._capsys = folder, capsys
+        self._capsys = capsys
         self.cameras = {"A": Camera()} if cameras is None else cameras
         self.goal, self.noise, self.hidden = goal, noise, set()
         self.moments, self.statuses, self.struck = [], [], None
