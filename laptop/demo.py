@@ -1058,6 +1058,18 @@ def read_trace(file: Path) -> list[Row]:
         raise DemoFailed(f"{file} cannot be read; is the disk full?") from None
 
 
+def _starting(home: Path) -> float:
+    """How long a program took to start, of which the world's clock knows nothing, s.
+
+    Raises:
+        DemoFailed: `simulate` has not told.
+    """
+    try:
+        return json.loads((home / SUMMARY).read_text(encoding="utf-8"))["start_s"] or 0.0
+    except (OSError, ValueError, KeyError):
+        raise DemoFailed(f"{home / SUMMARY} cannot be read; is the disk full?") from None
+
+
 def _start(home: Path) -> str:
     """Where another run ends, for the next one."""
     return f"--start={AFTER}{home}"
@@ -1080,7 +1092,7 @@ def approach_of(views: Views, goal: Goal, home: Path, program: Program) -> dict[
         program.wait(ENDED)
         raise program.complain()
     rows = read_trace(home / "trace.csv")
-    zero = notes.run["clock"] - UPTIME
+    zero = notes.run["clock"] - UPTIME - _starting(home)
     path = _path(views, rows)
     tip = views.centre("effector", rows[-1].q)
     record = {

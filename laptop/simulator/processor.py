@@ -41,8 +41,8 @@ class Processor(object):
             where there is one thread only.
 
     Attributes:
-        start: what the program took before it first used a motor, a sensor, a button or the
-            screen, or began a thread, s; None: it has not done so yet.
+        start: what the program took before it first had to do with the world, see World.begin, s;
+            None: it has not done so yet.
     """
 
     def __init__(self, slowness=1.0, look=None):
@@ -153,7 +153,7 @@ class Processor(object):
         return seconds
 
     def begin(self):
-        """The program now first uses what the brick is there for."""
+        """The program now first has to do with the world."""
         self.take()
         self.start = self._starting
 

@@ -35,8 +35,8 @@ reason    "ended" (by itself, whatever the status), or what ended it: "timeout",
           "back button", "deadlock", "stuck", a signal's name, "no script"
 t         virtual time at its end, s
 accesses  sysfs accesses it made
-start     what Python, imports and all else took before it first used the brick, or began a thread,
-          s; None on one that computes in no time
+start     what Python, imports and all else took before it first used the brick, waited, began a
+          thread or called somebody, s; None on one that computes in no time
 """
 
 _WHY = {

@@ -227,7 +227,10 @@ class World(object):
             self._attend(me)
 
     def begin(self):
-        """The program uses the brick, or begins a thread: now what it computes takes its time."""
+        """The program has to do with the world: from now on what it computes takes its time.
+
+        It uses the brick, waits, begins a thread, or calls somebody.
+        """
         if self.processor and self.processor.start is None:
             self.processor.begin()
 
@@ -461,6 +464,7 @@ class World(object):
 
     def _wait(self, me, deadline, ticket=None):
         """Until `ticket` is called (True) or the deadline has passed (False; None: never)."""
+        self.begin()
         while True:
             if self._loose:
                 wall.sleep(self.COURTESY)
