@@ -392,8 +392,9 @@ def space_table(results: list[Result]) -> list[Row]:
     return rows
 
 
-def sag(weight: str) -> float:
+def sag(weight: str, cpu: float = CPU) -> float:
     """How far the level line hangs through at its lowest, mm: without play, under a `weight`."""
     line = LINES[3][SPACE_LINES.index("level")]
-    brick, _, _ = _drawn(Case("spatial", "smooth", "", "", 0.0, line, "level", weight=weight))
+    case = Case("spatial", "smooth", "", "", 0.0, line, "level", weight=weight, cpu=cpu)
+    brick, _, _ = _drawn(case)
     return 10 * max(line[0][2] - sample.z for sample in brick.record if sample.pen)

@@ -72,7 +72,9 @@ def bench_draw(seeds: range, arm: str, cpu: float, as_json: bool) -> None:
         if in_space:
             title += "; greatest deviations"
             show.table(title, draw.SPACE_HEADINGS, draw.space_table(results), sections=1)
-            sags = [f"{draw.sag(weight):.2f} mm" for weight in ("not fed forward", "felt", "off")]
+            sags = [
+                f"{draw.sag(weight, cpu):.2f} mm" for weight in ("not fed forward", "felt", "off")
+            ]
             click.echo(
                 "the level line hangs through by {}; with the weight fed forward {}; without "
                 "gravity {}".format(*sags)

@@ -117,7 +117,8 @@ def simulate(
     """Run an ev3dev2 SCRIPT, unmodified, on an emulated brick; its exit status is the script's.
 
     Leaves trace.csv, picture.png and summary.json in the folder given by --out.  Options go before
-    SCRIPT.  Every run is a brick of its own: what one run homes, the next does not know.
+    SCRIPT.  Every run is a brick of its own: what one run homes, the next does not know.  It
+    computes as slowly as a real one; with --plant cpu=0 in no time.
     """
     from laptop import drawing  # numpy is slow to import, and --help does without
 
