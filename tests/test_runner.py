@@ -407,7 +407,7 @@ def test_who_goes_round_lets_others_have_their_turn_every_5_ms(run, monkeypatch)
         "for k in range(100):\n    time.sleep(0.001); turns.append(time.monotonic())\n"
         "print(*sorted(b - a for a, b in zip(turns, turns[1:])))\n"
     )
-    out = run(source)[1]
+    out = run(source, patience=10)[1]
     between = [float(word) for word in out[0].split()]
     # Who sleeps looks at the clock before and after, and at each look it is the other's turn.
     assert 3 * SLICE < between[10] <= between[-10] < 3.1 * SLICE
@@ -415,7 +415,8 @@ def test_who_goes_round_lets_others_have_their_turn_every_5_ms(run, monkeypatch)
 
 def test_a_signal_is_heard_by_who_goes_round(run, monkeypatch):
     monkeypatch.setattr(World, "VALVE", 1e9)
-    outcome, _, _ = run(MOVE + "while True: pass\n", signals=[(2.0, number("SIGINT"))])
+    source = MOVE + "while True: pass\n"
+    outcome, _, _ = run(source, signals=[(2.0, number("SIGINT"))], patience=10)
     assert (outcome.status, outcome.reason) == (130, "ended")
     assert outcome.t == pytest.approx(2.0, abs=0.02)
 
