@@ -122,3 +122,20 @@ def test_the_planar_cases_are_those_of_old():
     assert {c.arm for c in cases} == {"planar", "geared"}
     assert {(c.at, c.weight) for c in cases} == {(draw.EVERYWHERE, FELT)}
     assert len(cases) == 2 * 2 * (4 * 5 + 2 * 4)
+
+
+@pytest.mark.parametrize(("words", "cpu"), [((), 1.0), (("--cpu", "2"), 2.0)])
+def test_the_bench_of_limits_computes_as_slowly_as_asked_and_says_so(monkeypatch, words, cpu):
+    asked = []
+
+    def drawn(one):
+        asked.append(one.cpu)
+        return draw.Result(
+            one.arm, one.method, one.condition, one.name, 1.0, 0.9, 0.5, 0.5, 2.0, 6, ""
+        )
+
+    monkeypatch.setattr(draw.workers, "results", lambda do, cases, chunk: map(drawn, cases))
+    shown = CliRunner().invoke(laptop, ["bench", "limits", *words])
+    assert shown.exit_code == 0, shown.output
+    assert asked == [cpu] * len(draw.limit_cases())
+    assert f"cpu={cpu:g};" in shown.stdout

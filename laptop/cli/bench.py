@@ -219,13 +219,14 @@ def bench_page(seeds: range, as_json: bool) -> None:
 
 
 @bench.command("limits")
-def bench_limits() -> None:
+@_cpu
+def bench_limits(cpu: float) -> None:
     """Where straightness ends: the planar arm's three lines on plants farther and farther off."""
     from laptop.bench import draw, show
 
     drawings = draw.limit_cases()
-    results = list(show.progress(draw.run(drawings), len(drawings), "drawing"))
-    title = f"planar arm, smooth, cpu={CPU:g}; greatest deviation in floors, from the emulator"
+    results = list(show.progress(draw.run(drawings, cpu), len(drawings), "drawing"))
+    title = f"planar arm, smooth, cpu={cpu:g}; greatest deviation in floors, from the emulator"
     show.table(title, draw.LIMIT_HEADINGS, draw.limit_table(results), sections=0)
 
 
