@@ -59,6 +59,9 @@ def from_line(p, line):
 class Rig:
     """A brick that wakes up parked, and a Driver on it.
 
+    Programs compute as slowly as on the brick: scripts under run_script, and what is `running` in
+    this process.  Only what a test does on the bare sysfs, to one motor, say, takes no time.
+
     Args:
         folder: of the state file.
         arm: a name or an Arm.
