@@ -660,7 +660,10 @@ def run(orders: Orders, console: Console) -> tuple[int, Path]:
         progress.finish(REPORT, True, shown)
     console.print(report.table(run))
     console.print(report.headline(run), soft_wrap=True, highlight=False, markup=False)
-    took = f"{time.monotonic() - began:.0f} s, the emulated clock at {show.story['pace']:.2f} x"
+    took = (
+        f"{time.monotonic() - began:.0f} s, the emulated brick with cpu={show.story['cpu']:g}, "
+        f"its clock at {show.story['pace']:.2f} x"
+    )
     ink = f", first ink after {show.story['first_ink']:.1f} s" if "first_ink" in show.story else ""
     console.print(f"{took}{ink}; {shown}", soft_wrap=True, highlight=False, markup=False)
     return (0 if run.worked else 1), page
@@ -775,6 +778,7 @@ class Show:
         if summary["status"]:
             drawing.program.wait(ENDED)
             raise drawing.program.complain()
+        self.story["cpu"] = summary["cpu"]
         lines = self.story["lines"] = summary["paths"]
         self.story["ink"] = _ink(self._views, read_trace(home / "trace.csv"))
         self._progress.finish(DRAWING, report.drawn(lines), report.lines_text(lines))
@@ -1054,6 +1058,18 @@ def read_trace(file: Path) -> list[Row]:
         raise DemoFailed(f"{file} cannot be read; is the disk full?") from None
 
 
+def _starting(home: Path) -> float:
+    """How long a program took to start, of which the world's clock knows nothing, s.
+
+    Raises:
+        DemoFailed: `simulate` has not told.
+    """
+    try:
+        return json.loads((home / SUMMARY).read_text(encoding="utf-8"))["start_s"] or 0.0
+    except (OSError, ValueError, KeyError):
+        raise DemoFailed(f"{home / SUMMARY} cannot be read; is the disk full?") from None
+
+
 def _start(home: Path) -> str:
     """Where another run ends, for the next one."""
     return f"--start={AFTER}{home}"
@@ -1076,7 +1092,7 @@ def approach_of(views: Views, goal: Goal, home: Path, program: Program) -> dict[
         program.wait(ENDED)
         raise program.complain()
     rows = read_trace(home / "trace.csv")
-    zero = notes.run["clock"] - UPTIME
+    zero = notes.run["clock"] - UPTIME - _starting(home)
     path = _path(views, rows)
     tip = views.centre("effector", rows[-1].q)
     record = {

@@ -804,6 +804,8 @@ def _facts(run: Run) -> str:
     facts = [f"arm {run.story['arm']}", f"scene {run.story['scene']}"]
     if run.story.get("seconds"):
         facts.append(f"{run.story['seconds']:.0f} s from start to end")
+    if run.story.get("cpu") is not None:
+        facts.append(f"the brick computes with cpu={run.story['cpu']:g}")
     if run.story.get("pace"):
         facts.append(f"emulated clock at {run.story['pace']:.2f} x real time")
     return ", ".join(facts)

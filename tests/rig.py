@@ -10,6 +10,7 @@ import math
 import os
 from collections import namedtuple
 
+from laptop.simulator import program
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import read_plant
 from laptop.simulator.runner import run_script
@@ -58,6 +59,9 @@ def from_line(p, line):
 class Rig:
     """A brick that wakes up parked, and a Driver on it.
 
+    Programs compute as slowly as on the brick: scripts under run_script, and what is `running` in
+    this process.  Only what a test does on the bare sysfs, to one motor, say, takes no time.
+
     Args:
         folder: of the state file.
         arm: a name or an Arm.
@@ -66,6 +70,7 @@ class Rig:
         homed: whether the zero is on file.
 
     Attributes:
+        program: laptop.simulator.program.Program, while one is `running`.
         writes: every write to a motor, as (t, port, attribute, text).
     """
 
@@ -74,7 +79,9 @@ class Rig:
         start = tuple(joint.home for joint in self.arm.joints) if start is None else start
         self.world = World()
         self.brick = EmulatedBrick(self.world, self.arm, read_plant(plant), start)
-        self.state = Zero(self.arm.name, str(folder))
+        self.folder = str(folder)
+        self.state = Zero(self.arm.name, self.folder)
+        self.program = None
         self.writes = []
         for motor in self.brick.motors.values():
             self._listen(motor)
@@ -91,16 +98,30 @@ class Rig:
 
         motor.write = heard
 
-    def robot(self, awake=True):
+    @contextlib.contextmanager
+    def running(self):
+        """A program runs on the brick, in this process, for a `with` block.
+
+        What it computes takes as long as it takes there, what the test computes no time.
+        """
+        with program.on(self.brick) as self.program:
+            yield
+
+    def its(self, kind):
+        """The program's own of what is imported here: a class or a function of the brick's side."""
+        return getattr(self.program[kind.__module__], kind.__name__)
+
+    def robot(self, awake=True, arm=None, clock=None, **options):
         """A RobotArm of a program that starts now."""
-        robot = RobotArm(self.arm, self.world, self.state)
+        state = self.its(Zero)(self.arm.name, self.folder)
+        robot = self.its(RobotArm)(arm or self.arm, clock or self.program.clock, state, **options)
         if awake:
             robot.wake()
         return robot
 
     def driver(self, awake=True, **options):
         """A Driver of a program that starts now."""
-        return Driver(self.robot(awake), say=lambda line: None, **options)
+        return self.its(Driver)(self.robot(awake), **{"say": lambda line: None, **options})
 
     @property
     def q(self):
@@ -135,9 +156,9 @@ class Rig:
 
 @contextlib.contextmanager
 def switched_on(folder, *args, **options):
-    """A Rig with the library on its sysfs, for programs in this process."""
+    """A Rig on which a program is running, in this process."""
     rig = Rig(folder, *args, **options)
-    with rig.brick.sysfs.installed():
+    with rig.running():
         yield rig
 
 

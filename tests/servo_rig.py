@@ -12,6 +12,7 @@ from pathlib import Path
 
 from rig import Rig
 
+from laptop.simulator.clocks import UPTIME
 from laptop.simulator.runner import run_script
 from laptop.simulator.virtual_tracker import HOST, VirtualTracker
 from robot.motion import kinematics
@@ -19,8 +20,12 @@ from robot.tracking_client import Memory, Tracker
 
 PROGRAM = str(Path(__file__).parent.parent / "robot" / "visual_servoing.py")
 
-Shown = namedtuple("Shown", "status reason t out err log")
-"""What a shell would see of a run, when it ended (s), and the log's lines as dicts."""
+Shown = namedtuple("Shown", "status reason t out err log began")
+"""What a shell would see of a run, when it ended (s), the log's lines as dicts, and when in the
+world's time they begin (s; None without a log)."""
+
+NOT_YET = "cpu=0"
+"""The plant of those runs for which the servo is not good enough yet at the brick's own pace."""
 
 Moment = namedtuple("Moment", "t driven speed q")
 """s, ports that were driven, greatest true speed of a link (rad/s), true angles (rad)."""
@@ -107,7 +112,7 @@ class Watched(Rig):
         cameras=None, seed=1, **others
     ):  # fmt: skip
         super().__init__(folder, **others)
-        self.folder, self._capsys = folder, capsys
+        self._capsys = capsys
         self.cameras = {"A": Camera()} if cameras is None else cameras
         self.goal, self.noise, self.hidden = goal, noise, set()
         self.moments, self.statuses, self.struck = [], [], None
@@ -179,9 +184,9 @@ class Watched(Rig):
         outcome = run_script(self.brick, PROGRAM, words, **options)
         out, err = self._capsys.readouterr()
         lines = log.read_text().splitlines() if log.exists() else []
-        return Shown(
-            *outcome[:3], out, err, [json.loads(line, parse_constant=_no) for line in lines]
-        )
+        log = [json.loads(line, parse_constant=_no) for line in lines]
+        began = log[0]["clock"] - UPTIME - (outcome.start or 0.0) if log else None
+        return Shown(*outcome[:3], out, err, log, began)
 
     def stands(self, since, until=math.inf):
         """Whether no motor was driven in that time (s), and no link turned by 1.5 deg.

@@ -5,7 +5,6 @@ import math
 import pytest
 from rig import REPORT_LINES, degrees, described, switched_on, zero_of
 
-from robot.motion.arm import RobotArm
 from robot.motion.control_loop import Stalled, TooSlow
 from robot.motion.kinematics import Unreachable, forward
 from robot.motion.motors import MotorNotFound
@@ -22,11 +21,11 @@ def far(a, b):
 
 
 class CountingClock:
-    """The world's clock; remembers how many accesses were made between two sleeps, and when."""
+    """A program's clock; remembers how many accesses were made between two sleeps, and when."""
 
     def __init__(self, rig):
         self._rig = rig
-        self.now = rig.world.now
+        self.now = rig.program.clock.now
         self.start()
 
     def start(self):
@@ -37,7 +36,7 @@ class CountingClock:
         accesses = self._rig.brick.sysfs.accesses
         self.ticks.append((self.now(), accesses - self._last))
         self._last = accesses
-        self._rig.world.sleep(seconds)
+        self._rig.program.clock.sleep(seconds)
 
 
 @pytest.mark.short("line0-planar", "line1-geared")
@@ -46,8 +45,7 @@ class CountingClock:
 def test_at_most_six_accesses_and_fifty_ticks_a_second(tmp_path, name, line):
     with switched_on(tmp_path, name) as rig:
         clock = CountingClock(rig)
-        robot = RobotArm(rig.arm, clock, rig.state)
-        robot.wake()
+        robot = rig.robot(clock=clock)
         motions = plan(rig.arm, polyline(line), rig.arm.speed)
         robot.approach(motions[0])
         clock.start()
@@ -126,7 +124,7 @@ def test_the_limits_are_kept_where_the_play_is_taken_up(tmp_path):
 def test_beyond_a_limit_nothing_moves(tmp_path, q, move):
     with switched_on(tmp_path) as rig:
         robot = rig.robot()
-        with pytest.raises(Unreachable) as error:
+        with pytest.raises(rig.its(Unreachable)) as error:
             getattr(robot, move)(degrees(*q))
         assert "\n" not in str(error.value)
         assert "limits" in str(error.value)
@@ -146,8 +144,7 @@ class HereAndNow(Exception):
 def test_watching_tells_in_every_tick_where_the_links_are(tmp_path, name):
     with switched_on(tmp_path, name) as rig:
         clock = CountingClock(rig)
-        robot = RobotArm(rig.arm, clock, rig.state)
-        robot.wake()
+        robot = rig.robot(clock=clock)
         robot.go_to(degrees(40, 60))
         clock.start()
         seen = []
@@ -248,12 +245,16 @@ def test_an_aim_that_stands_is_reached_and_not_passed(tmp_path, name, goal):
 
 
 @ARMS
-def test_a_moving_aim_is_followed_through_its_turns(tmp_path, name):
+@pytest.mark.parametrize(
+    ("plant", "period"),  # on the brick a tick of a chase takes more than there is time for
+    [("cpu=0", 0.0201), ("cpu=1", 0.025)],
+)
+def test_a_moving_aim_is_followed_through_its_turns(tmp_path, name, plant, period):
     def aim(t):
         x = 10 * math.sin(2 * math.pi * t / 6)
         return x, 40 - 2 * x
 
-    with switched_on(tmp_path, slow(name), start=degrees(0, 40)) as rig:
+    with switched_on(tmp_path, slow(name), plant, start=degrees(0, 40)) as rig:
         rows = chased(rig, rig.robot(), aim, 6.0)
     off = [far(true, degrees(*aim(t))) for t, _, true, _ in rows if 1 < t < 6]  # then it stops
     assert math.sqrt(sum(e * e for e in off) / len(off)) < 1.0
@@ -261,9 +262,7 @@ def test_a_moving_aim_is_followed_through_its_turns(tmp_path, name):
     assert sorted(known)[len(known) // 2] < 0.4
     accesses = [after[3] - before[3] for before, after in zip(rows, rows[1:])]
     assert max(accesses) <= 6
-    assert sum(b[0] - a[0] for a, b in zip(rows, rows[1:])) / len(accesses) == pytest.approx(
-        0.02, abs=1e-4
-    )
+    assert 0.0199 < sum(b[0] - a[0] for a, b in zip(rows, rows[1:])) / len(accesses) < period
 
 
 def test_a_chase_goes_no_farther_than_the_limits(tmp_path):
@@ -276,7 +275,7 @@ def test_a_chase_goes_no_farther_than_the_limits(tmp_path):
 
 def test_an_aim_that_is_no_number_is_refused_with_every_motor_held(tmp_path):
     with switched_on(tmp_path) as rig:
-        with pytest.raises(Unreachable, match="elbow"):
+        with pytest.raises(rig.its(Unreachable), match="elbow"):
             chased(rig, rig.robot(), lambda t: (20, math.nan if t > 0.3 else 20), 1.0)
         assert rig.brick.driven() == []
 
@@ -320,7 +319,7 @@ def test_a_chase_notices_a_motor_that_does_not_do_as_told(tmp_path, name, fault,
     with switched_on(tmp_path, slow(name)) as rig:
         robot = rig.robot()
         rig.world.at(at, lambda: getattr(rig.brick, fault)("B"))
-        with pytest.raises(MotorNotFound if fault == "unplug" else Stalled, match="elbow"):
+        with pytest.raises(rig.its(MotorNotFound if fault == "unplug" else Stalled), match="elbow"):
             chased(rig, robot, lambda t: (40, 40) if t < 2.0 else (60, 10), 9.0)
         assert rig.world.now() < at + 1.0
         assert rig.brick.driven() == []
@@ -331,7 +330,7 @@ def test_a_chase_notices_a_blocked_joint_that_has_hardly_anything_to_go(tmp_path
     with switched_on(tmp_path, slow(name)) as rig:
         robot = rig.robot()
         rig.world.at(0.9, lambda: rig.brick.jam("B"))
-        with pytest.raises(Stalled, match="elbow"):
+        with pytest.raises(rig.its(Stalled), match="elbow"):
             chased(rig, robot, lambda t: (20, 20) if t < 1.0 else (20, 22.5), 9.0)
         assert rig.world.now() < 3.0
 
@@ -348,7 +347,7 @@ def test_a_program_that_freezes_in_a_chase_leaves_no_joint_driven(tmp_path):
                 stopped.append(rig.brick.driven())
             return 90, 90
 
-        with pytest.raises(TooSlow, match="tick"):
+        with pytest.raises(rig.its(TooSlow), match="tick"):
             chased(rig, robot, aim, 2.0)
     assert stopped == [[]]
 
@@ -395,7 +394,7 @@ def test_reaching_goes_however_little_and_is_soon_done(tmp_path, name):
 
 @pytest.mark.parametrize("q", [(171, 0), (0, math.nan)])
 def test_reaching_beyond_a_limit_nothing_moves(tmp_path, q):
-    with switched_on(tmp_path) as rig, pytest.raises(Unreachable, match="limits"):
+    with switched_on(tmp_path) as rig, pytest.raises(rig.its(Unreachable), match="limits"):
         rig.robot().reach(degrees(*q))
     assert rig.writes == []
 
@@ -441,8 +440,10 @@ def test_encoders_that_contradict_the_file_are_not_believed(tmp_path, port):
         robot.park()
         # The Back button: every encoder starts from 0 again; one is enough.
         motor = rig.brick.motors[port]
+        motor.write("stop_action", "coast")
+        motor.write("command", "stop")  # one that is held would turn back
         motor.write("position", str(motor.position + 9))
-        with pytest.raises(NotHomed, match="motor " + port):
+        with pytest.raises(rig.its(NotHomed), match="motor " + port):
             rig.robot()
 
 
@@ -452,7 +453,7 @@ def test_after_the_back_button_it_must_be_homed(tmp_path):
         robot.go_to(degrees(20, 30))
         robot.park()
         rig.brick.reset_motors()
-        with pytest.raises(NotHomed):
+        with pytest.raises(rig.its(NotHomed)):
             rig.robot()
 
 
@@ -460,7 +461,7 @@ def test_if_the_record_cannot_be_kept_nothing_moves(tmp_path):
     with switched_on(tmp_path) as rig:
         robot = rig.robot()
         (tmp_path / "planar.json.new").mkdir()
-        with pytest.raises(StateNotSaved):
+        with pytest.raises(rig.its(StateNotSaved)):
             robot.go_to(degrees(20, 30))
         assert [what for _, _, what, text in rig.writes if text.startswith("run")] == []
         rig.world.sleep(1)
@@ -501,7 +502,7 @@ def test_stopping_stops_all_that_still_answer_and_then_says_who_does_not(tmp_pat
             motor.drive(1.0)
         assert rig.brick.driven() == ["A", "B", "C"]
         rig.brick.unplug(port)
-        with pytest.raises(MotorNotFound, match="port " + port):
+        with pytest.raises(rig.its(MotorNotFound), match="port " + port):
             robot.stop()
         assert rig.brick.driven() == []
         others = [motor.mode for at, motor in rig.brick.motors.items() if at != port]
@@ -513,7 +514,7 @@ def test_a_blocked_joint_is_noticed_by_the_arm_itself(tmp_path):
         robot = rig.robot()
         rig.brick.jam("B")
         begin = rig.world.now()
-        with pytest.raises(Stalled, match="elbow"):
+        with pytest.raises(rig.its(Stalled), match="elbow"):
             robot.go_to(degrees(0, 90))
         assert rig.world.now() - begin < 1.0
 
@@ -521,7 +522,7 @@ def test_a_blocked_joint_is_noticed_by_the_arm_itself(tmp_path):
 def test_a_brick_that_is_too_slow_is_noticed(tmp_path):
     with switched_on(tmp_path, plant="access=0.05") as rig:
         robot = rig.robot()
-        with pytest.raises(TooSlow, match="tick"):
+        with pytest.raises(rig.its(TooSlow), match="tick"):
             robot.go_to(degrees(0, 90))
 
 
@@ -580,7 +581,7 @@ def test_a_step_that_does_not_get_there_is_given_up(tmp_path):
         robot.go_to(degrees(30, 60))
         rig.brick.jam("A")
         begin = rig.world.now()
-        with pytest.raises(Stalled, match="shoulder"):
+        with pytest.raises(rig.its(Stalled), match="shoulder"):
             robot.step_to(degrees(35, 60))
         assert rig.world.now() - begin < 1.0
         robot.stop()

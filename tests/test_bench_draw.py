@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
@@ -45,9 +46,13 @@ def test_the_preload_makes_up_for_the_play_of_a_loaded_joint(line, at):
 
 @pytest.mark.long
 def test_a_turntable_has_no_preload_and_needs_none():
-    with_it, without = (draw.draw(case("level", weight, at="base")) for weight in (FELT, WITHOUT))
+    cases = [case("level", weight, at="base") for weight in (FELT, WITHOUT)]
+    # (In no time: to work out the preload takes some.)
+    with_it, without = (draw.draw(replace(one, cpu=0.0)) for one in cases)
     assert with_it == without
-    assert with_it.greatest < 1.5 * with_it.floor
+    for one in cases:
+        drawn = draw.draw(one)
+        assert drawn.greatest < 1.5 * drawn.floor
 
 
 @pytest.mark.long
@@ -147,3 +152,20 @@ def test_a_row_tells_how_far_short_a_line_stops():
     assert abs(smooth) < 2
     assert 13 < timed < 22, "it ends within 2 cm, as the encoders have it"
     assert timed == pytest.approx(results[1].end, abs=1), "it is nearly on the line"
+
+
+@pytest.mark.parametrize(("words", "cpu"), [((), 1.0), (("--cpu", "2"), 2.0)])
+def test_the_bench_of_limits_computes_as_slowly_as_asked_and_says_so(monkeypatch, words, cpu):
+    asked = []
+
+    def drawn(one):
+        asked.append(one.cpu)
+        return draw.Result(
+            one.arm, one.method, one.condition, one.name, 1.0, 0.9, 0.5, 0.5, 2.0, 6, ""
+        )
+
+    monkeypatch.setattr(draw.workers, "results", lambda do, cases, chunk: map(drawn, cases))
+    shown = CliRunner().invoke(laptop, ["bench", "limits", *words])
+    assert shown.exit_code == 0, shown.output
+    assert asked == [cpu] * len(draw.limit_cases())
+    assert f"cpu={cpu:g};" in shown.stdout

@@ -74,7 +74,7 @@ def leave(folder, end, paths=(), status=0):
             q = ["%.6f" % (a * min(1, k / 20)) for a in end]
             file.write("%.4f,%s,%d\\n" % (0.1 * k, ",".join(q), 10 <= k < 15))
     with open(folder + "/summary.part", "w") as file:
-        json.dump({"status": status, "paths": paths}, file)
+        json.dump({"status": status, "cpu": 1.0, "start_s": 2.5, "paths": paths}, file)
     os.replace(folder + "/summary.part", folder + "/summary.json")
 
 
@@ -255,6 +255,7 @@ def test_a_demo_that_works_leaves_its_report_and_no_process(play):
     assert [a.name for a in run.approaches] == ["goal 1", "goal 2", "goal 3"]
     assert run.rival.method == "report"
     assert max(a.error for a in run.approaches) < 0.1
+    assert [a.path[0, 0] for a in run.approaches] == [0.0] * 3, "on the log's clock"
 
 
 def words_of(play, command):
@@ -384,8 +385,9 @@ def test_that_it_goes_slower_is_told_and_stands_at_the_end(play, monkeypatch):
     status, folder = play()
     assert status == 0, play.said
     assert "this computer is busy: running at 0.6 x\n" in play.said
-    assert "s, the emulated clock at 0.61 x" in play.said
-    assert "emulated clock at 0.61 x real time" in (folder / "report.html").read_text()
+    assert "the emulated brick with cpu=1, its clock at 0.61 x" in play.said
+    page = (folder / "report.html").read_text()
+    assert "the brick computes with cpu=1, emulated clock at 0.61 x real time" in page
 
 
 def test_a_page_is_told_when_it_answers():

@@ -10,8 +10,6 @@ import pytest
 from rig import DRIVER, REPORT_LINES, Shell, degrees, described, from_line, switched_on
 from waiting import PATIENCE
 
-from robot.driver import Driver
-from robot.motion.arm import RobotArm
 from robot.motion.kinematics import Unreachable
 from robot.motion.paths import arc, circle, polyline, rectangle
 
@@ -255,7 +253,7 @@ def test_what_cannot_be_had_is_refused_before_anything_moves(tmp_path):
             lambda: driver.draw_line((10, 0), (30, 0), method="steps"),
             lambda: driver.draw(circle((18, 0), 4)),
         ):
-            with pytest.raises(Unreachable):
+            with pytest.raises(rig.its(Unreachable)):
                 act()
         driver.arm.park()
     assert rig.writes == []
@@ -276,18 +274,21 @@ def test_one_drawing_after_the_other(tmp_path):
 # The report's steps, to the letter
 
 
-class Noted(RobotArm):
-    """Notes where each step began, as far as the driver knew, and where it was to end, rad."""
+def noted(robot):
+    """Where each step will begin, as far as the driver knows, and where it is to end, rad."""
+    known, steps = [], []
+    angles, step_to = robot.angles, robot.step_to
 
-    noted = ()
+    def told():
+        known.append(angles())
+        return known[-1]
 
-    def angles(self):
-        self.known = RobotArm.angles(self)
-        return self.known
+    def step(q):
+        steps.append((known[-1], tuple(q)))
+        step_to(q)
 
-    def step_to(self, q):
-        self.noted = self.noted + ((self.known, tuple(q)),)
-        RobotArm.step_to(self, q)
+    robot.angles, robot.step_to = told, step
+    return steps
 
 
 @pytest.mark.short("line 1-planar", "line 3-geared")
@@ -295,11 +296,10 @@ class Noted(RobotArm):
 @THREE
 def test_steps_are_the_reports(tmp_path, name, line):
     with switched_on(tmp_path, name) as rig:
-        robot = Noted(rig.arm, rig.world, rig.state)
-        robot.wake()
-        Driver(robot, say=lambda text: None).draw_line(*line, method="steps")
+        driver = rig.driver()
+        steps = noted(driver.arm)
+        driver.draw_line(*line, method="steps")
     (ax, ay), (bx, by) = line
-    steps = robot.noted
     assert len(steps) >= 5
     first, second = (joint.link for joint in rig.arm.joints)
     for here, there in steps:

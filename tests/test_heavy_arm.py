@@ -7,7 +7,6 @@ import pytest
 from rig import Shell, degrees, described, switched_on, zero_of
 
 from laptop.simulator.session import run
-from robot.motion.arm import RobotArm
 from robot.motion.control_loop import Stalled
 from robot.motion.gravity import Gravity
 from robot.motion.kinematics import Unreachable, forward, joint_positions
@@ -62,8 +61,7 @@ def test_gravity_says_where_the_play_lies(tmp_path, move, way, sides):
 
 def test_a_driver_that_does_not_count_on_it_is_off_by_the_play(tmp_path):
     with switched_on(tmp_path, described("spatial", 4)) as rig:
-        robot = RobotArm(rig.arm, rig.world, rig.state, gravity=Gravity(rig.arm, presses=False))
-        robot.wake()
+        robot = rig.robot(gravity=rig.its(Gravity)(rig.arm, presses=False))
         robot.go_to(degrees(0, 60, -40))
         robot.go_to(degrees(0, 20, -40))
         assert robot.sides[1] == -1
@@ -78,8 +76,7 @@ def test_a_followed_arm_does_not_sag_when_it_is_taken_over(tmp_path):
         arm = described("spatial", 0)
         with switched_on(tmp_path / str(known), arm, "voltage=6.5", start=q) as rig:
             rig.world.sleep(1)
-            robot = RobotArm(arm, rig.world, rig.state, gravity=Gravity(arm, known=known))
-            robot.wake()
+            robot = rig.robot(gravity=rig.its(Gravity)(arm, known=known))
             before, begin = rig.q[1], rig.world.now()
             robot.chase(lambda t, _: q if t - begin < 1 else None)  # noqa: B023
             late = [s.q[1] for s in rig.brick.record if begin < s.t < begin + 1]
@@ -193,7 +190,7 @@ def test_where_no_way_is_free_it_is_held_where_it_is(tmp_path):
     with switched_on(tmp_path, deep) as rig:
         robot = rig.robot()
         robot.go_to(degrees(0, 50, -60))
-        with pytest.raises(Unreachable, match="table") as error:
+        with pytest.raises(rig.its(Unreachable), match="table") as error:
             robot.go_low()
         assert "\n" not in str(error.value)
         robot.park(low=True)
@@ -306,7 +303,7 @@ def test_a_stall_on_the_way_down_ends_in_one_line(tmp_path):
         robot = rig.robot()
         robot.go_to(degrees(0, 60, -60))
         rig.world.at(rig.world.now() + 0.8, lambda: rig.brick.jam("B"))
-        with pytest.raises(Stalled):
+        with pytest.raises(rig.its(Stalled)):
             robot.park(low=True)
         robot.park()
         assert held(rig)

@@ -5,8 +5,6 @@ import math
 import pytest
 from rig import degrees, described, switched_on, zero_of
 
-from robot.driver import Driver
-from robot.motion.arm import RobotArm
 from robot.motion.homing import AGREE, Blocked
 from robot.motion.zero import NotHomed
 
@@ -89,7 +87,7 @@ def test_the_push_is_gentle(tmp_path):
 
 def test_afterwards_the_zero_is_on_file_and_the_arm_draws(tmp_path):
     with switched_on(tmp_path, start=degrees(100, -70), homed=False) as rig:
-        with pytest.raises(NotHomed):
+        with pytest.raises(rig.its(NotHomed)):
             rig.robot()
         driver = rig.driver(awake=False)
         driver.home()
@@ -103,7 +101,7 @@ def test_afterwards_the_zero_is_on_file_and_the_arm_draws(tmp_path):
 def test_progress_is_told(tmp_path):
     with switched_on(tmp_path, homed=False) as rig:
         said = []
-        driver = Driver(rig.robot(awake=False), say=said.append)
+        driver = rig.driver(awake=False, say=said.append)
         driver.home()
     text = "\n".join(said)
     for words in ("shoulder, lower", "shoulder, upper", "elbow, lower", "elbow, upper", "play 2."):
@@ -135,7 +133,7 @@ def homed_as(rig, **changes):
     """Home with a description whose elbow differs from the one on the brick."""
     shoulder, elbow = rig.arm.joints
     joints = (shoulder, elbow._replace(**changes))
-    robot = RobotArm(rig.arm._replace(joints=joints), rig.world, rig.state)
+    robot = rig.robot(awake=False, arm=rig.arm._replace(joints=joints))
     try:
         robot.home(say=quiet)
     finally:
@@ -147,7 +145,7 @@ def refused(rig, error, *words):
     assert "\n" not in text
     assert all(word in text for word in words), text
     assert rig.brick.driven() == []
-    with pytest.raises(NotHomed):
+    with pytest.raises(rig.its(NotHomed)):
         rig.robot()
     return True
 
@@ -156,7 +154,7 @@ def refused(rig, error, *words):
 @pytest.mark.parametrize("stop", [130, 200])
 def test_stops_that_are_not_those_of_the_arm_file(tmp_path, stop):
     with switched_on(tmp_path, homed=False) as rig:
-        with pytest.raises(Blocked) as error:
+        with pytest.raises(rig.its(Blocked)) as error:
             homed_as(rig, stop_upper=math.radians(stop), upper=math.radians(120))
         assert refused(rig, error, "elbow", "stops")
 
@@ -164,7 +162,7 @@ def test_stops_that_are_not_those_of_the_arm_file(tmp_path, stop):
 def test_a_stop_that_is_not_there(tmp_path):
     arm = described("planar", stop_upper=None)
     with switched_on(tmp_path, arm, homed=False) as rig:
-        with pytest.raises(Blocked) as error:
+        with pytest.raises(rig.its(Blocked)) as error:
             homed_as(rig, stop_upper=math.radians(160))
         assert refused(rig, error, "elbow", "no stop")
 
@@ -185,7 +183,7 @@ def test_a_stop_that_gives_way(tmp_path):
                 link.lower -= math.radians(12)
 
         rig.world.bodies.append(slip)
-        with pytest.raises(Blocked) as error:
+        with pytest.raises(rig.its(Blocked)) as error:
             homed_as(rig)
         assert slipped
         assert refused(rig, error, "elbow", "counts apart")
@@ -193,7 +191,7 @@ def test_a_stop_that_gives_way(tmp_path):
 
 def test_an_arm_that_had_a_zero_loses_it_when_homing_fails(tmp_path):
     with switched_on(tmp_path) as rig:
-        with pytest.raises(Blocked) as error:
+        with pytest.raises(rig.its(Blocked)) as error:
             homed_as(rig, stop_upper=math.radians(200))
         assert refused(rig, error, "stops")
 

@@ -43,7 +43,7 @@ class Run:
         return self.rig.world.zero
 
     def draw(self, start, end):
-        with self.rig.brick.sysfs.installed():
+        with self.rig.running():
             self.rig.driver().draw_line(start, end)
 
     def follower(self):

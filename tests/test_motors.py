@@ -290,5 +290,5 @@ def test_a_motor_whose_device_has_a_number_of_two_digits_is_there(tmp_path):
         for motor in joints:
             motor.check_plugged_in()
         rig.brick.unplug("B")
-        with pytest.raises(MotorNotFound):
+        with pytest.raises(rig.its(MotorNotFound)):
             joints[1].check_plugged_in()

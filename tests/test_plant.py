@@ -8,6 +8,7 @@ import pytest
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import (
     CONSTANTS,
+    CPU,
     MOTORS,
     ArmPlant,
     BadPlant,
@@ -540,6 +541,7 @@ def test_what_weighs_in_space_leaves_the_plants_in_the_plane_as_they_were():
 
 def test_the_plain_plant_is_the_defaults():
     assert read_plant() == {key: CONSTANTS[key].default for key in CONSTANTS}
+    assert read_plant()["cpu"] == CPU == 1
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ ARM = read_arm(find_arm("planar"))
 ROBOT = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "robot")
 
 
-def brick_of(plant="cpu=1"):
+def brick_of(plant=""):
     return EmulatedBrick(World(), ARM, read_plant(plant))
 
 
@@ -26,7 +26,7 @@ def brick_of(plant="cpu=1"):
 def run(tmp_path, capfd):
     """`run(source, plant)`: what the script prints, each line as JSON, and the Outcome."""
 
-    def run(source, plant="cpu=1"):
+    def run(source, plant=""):
         script = tmp_path / "script.py"
         script.write_text(source)
         outcome = run_script(brick_of(plant), str(script))
@@ -86,6 +86,25 @@ def test_the_start_is_told_and_is_no_part_of_the_world_s_time(run):
     assert outcome.start > (1000 * START + 100000 * 200) * SECONDS
     assert outcome.t < 0.1
     assert computed == pytest.approx(outcome.start, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    "first",
+    [
+        "LargeMotor('outA')",
+        "time.sleep(0.001)",
+        "threading.Thread(target=int).start()",
+        "s = socket.socket(type=socket.SOCK_DGRAM); s.connect(('127.0.0.1', 9)); s.close()",
+    ],
+)
+def test_a_program_has_started_once_it_has_to_do_with_the_world(run, first):
+    source = (
+        "import socket, threading, time\nfrom ev3dev2.motor import LargeMotor\n" + first + "\n"
+        "began = time.monotonic()\nfor k in range(100000): pass\nprint(time.monotonic() - began)\n"
+    )
+    (took,), outcome = run(source)
+    assert took > 0.3
+    assert outcome.t == pytest.approx(took, abs=0.05)
 
 
 def test_the_library_costs_where_it_is_imported_only(run):

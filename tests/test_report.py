@@ -38,7 +38,7 @@ def log_text(off=2.0, verdict="converged", method="chain", cameras="A", **words)
         budget=60.0,
         goal="marker",
         rows="stereo",
-        clock=100.0,
+        clock=102.5,
     )
     for number in range(5):
         share = number / 4

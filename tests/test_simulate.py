@@ -187,6 +187,18 @@ def test_how_much_faster_than_real_time_it_was_is_told(simulate, script):
     assert " 40 x real time" in command._report(summary, took=0.15)
 
 
+@pytest.mark.parametrize(
+    ("words", "cpu", "told"),
+    [([], 1, "(cpu=1, whose start takes another "), (["--plant", "cpu=0"], 0, "(cpu=0; ")],
+)
+def test_how_slowly_the_brick_computes_is_told(simulate, script, words, cpu, told):
+    result = simulate(*words, script("import time; time.sleep(0.1)"))
+    summary = json.loads((result.out / "summary.json").read_text())
+    assert told in result.output
+    assert summary["cpu"] == cpu
+    assert (summary["start_s"] or 0) > 1 if cpu else summary["start_s"] is None
+
+
 @pytest.mark.long
 def test_a_second_run_replaces_the_first(simulate):
     first = simulate(DRIVER, *LINE, with_picture=True)

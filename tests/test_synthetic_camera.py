@@ -324,7 +324,7 @@ def test_an_emulated_arm_is_filmed_in_its_virtual_time(tmp_path):
     rig = Rig(tmp_path)
     filmed = film(rig.brick, CLEAN + "delay=0.05,jitter=0")
     assert filmed.frame_at(0.01) is None
-    with rig.brick.sysfs.installed():
+    with rig.running():
         rig.driver().draw_line((10, 0), (5, 10))
     t = rig.world.now()
     frame = filmed.frame_at(t)

@@ -9,7 +9,7 @@ import math
 import signal
 
 import pytest
-from servo_rig import PROGRAM, Camera, Watched, circling
+from servo_rig import NOT_YET, PROGRAM, Camera, Watched, circling
 
 from laptop.tracking_server import State
 from robot.motion import kinematics
@@ -178,9 +178,8 @@ def test_what_it_decides_on_was_seen_of_an_arm_that_stood(watched):
     w = watched(noise=0.0, tracker={"latency": 0.4})
     shown = w.run()
     assert converged(w, shown)
-    start = shown.log[0]["clock"] - 100  # when the world began
     for step in (line for line in shown.log if line["kind"] == "step"):
-        truly = w.brick.record[round(200 * (start + step["t"]))]
+        truly = w.brick.record[round(200 * (shown.began + step["t"]))]
         assert math.dist(step["s"], w.cameras["A"].pixel((truly.x, truly.y))) < 1.0
 
 
@@ -223,7 +222,7 @@ def test_a_chase_of_a_standing_goal_does_not_go_on_for_ever(watched):
 
 
 def test_a_goal_that_moves_is_followed_until_the_budget_is_spent(watched):
-    w = watched()
+    w = watched(plant=NOT_YET)  # 20 px off on average at cpu=1
     goal = circling(w, 1.5)
     shown = w.run("--mode", "stream", "--follow", "--budget", "12", "--tolerance", "10")
     assert shown.status == 0
@@ -296,7 +295,7 @@ def test_following_ends_when_the_laptop_says_so(watched):
 
 @pytest.mark.long
 def test_a_goal_that_is_too_fast_is_not_called_reached(watched):
-    w = watched()
+    w = watched(plant=NOT_YET)  # at cpu=1 it is, in half of the cases
     circling(w, 25.0)
     shown = w.run("--mode", "stream", "--follow", "--budget", "8")
     assert shown.status == 1
@@ -362,9 +361,8 @@ def test_what_was_seen_is_logged_with_the_angles_at_its_time(undisturbed):
     _, w, shown = undisturbed
     seen = [line for line in shown.log if line["kind"] == "seen" and line["q"]]
     assert len(seen) > 80
-    start = shown.log[0]["clock"] - 100  # when the world began
     for line in seen:
-        truly = w.brick.record[int(round(200 * (start + line["t"])))].q
+        truly = w.brick.record[int(round(200 * (shown.began + line["t"])))].q
         assert line["q"] == pytest.approx(truly, abs=math.radians(4))
         assert math.dist(line["goal"], Camera().pixel(w.goal)) < 2.5
 

@@ -26,7 +26,7 @@ from laptop import drawing
 from laptop.bench import timed_steps, workers
 from laptop.simulator import program as programs
 from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.plant import read_plant, weighed
+from laptop.simulator.plant import CPU, read_plant, weighed
 from laptop.simulator.session import park_on_file
 from laptop.simulator.world import World
 from robot.driver import LINES
@@ -99,7 +99,7 @@ class Case:
     name: str
     at: str = EVERYWHERE
     weight: str = "felt"
-    cpu: float = 0.0
+    cpu: float = CPU
     elbow: str | None = None
 
 
@@ -265,7 +265,7 @@ def draw(case: Case) -> Result:
     )
 
 
-def run(drawings: list[Case], cpu: float = 0.0) -> Iterator[Result]:
+def run(drawings: list[Case], cpu: float = CPU) -> Iterator[Result]:
     """The results of all cases in their order, on all cores; `cpu` as read_plant has it."""
     return workers.results(draw, [replace(case, cpu=cpu) for case in drawings], chunk=4)
 
@@ -415,8 +415,9 @@ def space_table(results: list[Result]) -> list[Row]:
     return rows
 
 
-def sag(weight: str) -> float:
+def sag(weight: str, cpu: float = CPU) -> float:
     """How far the level line hangs through at its lowest, mm: without play, under a `weight`."""
     line = LINES[3][SPACE_LINES.index("level")]
-    brick, _, _ = _drawn(Case("spatial", "smooth", "", "", 0.0, line, "level", weight=weight))
+    case = Case("spatial", "smooth", "", "", 0.0, line, "level", weight=weight, cpu=cpu)
+    brick, _, _ = _drawn(case)
     return 10 * max(line[0][2] - sample.z for sample in brick.record if sample.pen)

@@ -28,7 +28,7 @@ from laptop.bench import workers
 from laptop.simulator import program as programs
 from laptop.simulator import scene as pictured
 from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.plant import read_plant
+from laptop.simulator.plant import CPU, read_plant
 from laptop.simulator.program import Program
 from laptop.simulator.scene import completed, marker_centre, place_camera, read_scene
 from laptop.simulator.session import park_on_file
@@ -355,7 +355,7 @@ class Case:
     methods: tuple[str, ...]
     rendered: bool = False
     rows: str = "stereo"
-    cpu: float = 0.0
+    cpu: float = CPU
 
 
 def moving_goal(cameras: Cameras, set_up: SetUp, speed: float) -> Callable[[float], Pixels]:
@@ -610,7 +610,7 @@ def cases(
     methods: Sequence[str] = (),
     rendered: bool = False,
     rows: str = "stereo",
-    cpu: float = 0.0,
+    cpu: float = CPU,
 ) -> list[Case]:
     """One for every seed, arm and condition of a scene; the scene's own methods if none is said."""
     methods = tuple(methods) or methods_of(name, rendered)
@@ -639,7 +639,7 @@ def count(
     methods: Sequence[str] = (),
     rendered: bool = False,
     rows: str = "stereo",
-    cpu: float = 0.0,
+    cpu: float = CPU,
 ) -> int:
     """How many set-ups `run` goes through."""
     return len(cases(seeds, scene, arms, methods, rendered, rows, cpu))
@@ -652,7 +652,7 @@ def run(
     methods: Sequence[str] = (),
     rendered: bool = False,
     rows: str = "stereo",
-    cpu: float = 0.0,
+    cpu: float = CPU,
 ) -> Iterator[list[Result]]:
     """The results of all set-ups in their order, on all cores."""
     return workers.results(run_case, cases(seeds, scene, arms, methods, rendered, rows, cpu))

@@ -8,6 +8,7 @@ from dataclasses import asdict
 
 import click
 
+from laptop.simulator.plant import CPU
 from shared.arm_description import ArmError
 
 
@@ -34,9 +35,9 @@ class _Seeds(click.ParamType):
 _cpu = click.option(
     "--cpu",
     type=click.FloatRange(0, 20),
-    default=0.0,
+    default=CPU,
     show_default=True,
-    help="How slowly the brick computes: 1 as it truly does, 0 in no time.",
+    help="How slowly the brick computes: 1 as it truly does, 2 half as fast, 0 in no time.",
 )
 
 
@@ -71,7 +72,9 @@ def bench_draw(seeds: range, arm: str, cpu: float, as_json: bool) -> None:
         if in_space:
             title += "; greatest deviations"
             show.table(title, draw.SPACE_HEADINGS, draw.space_table(results), sections=1)
-            sags = [f"{draw.sag(weight):.2f} mm" for weight in ("not fed forward", "felt", "off")]
+            sags = [
+                f"{draw.sag(weight, cpu):.2f} mm" for weight in ("not fed forward", "felt", "off")
+            ]
             click.echo(
                 "the level line hangs through by {}; with the weight fed forward {}; without "
                 "gravity {}".format(*sags)
@@ -207,8 +210,8 @@ def bench_page(seeds: range, as_json: bool) -> None:
         click.echo(json.dumps([asdict(result) for result in results], indent=1))
         return
     title = (
-        f"seeds {seeds.start}:{seeds.stop}; camera, brick and browsers on one machine, "
-        f"{os.cpu_count()} cores; figures from the emulator, in real time"
+        f"seeds {seeds.start}:{seeds.stop}, cpu={CPU:g}; camera, brick and browsers on one "
+        f"machine, {os.cpu_count()} cores; figures from the emulator, in real time"
     )
     show.table(title, page.HEADINGS, page.table(results), sections=0)
     for line in page.failures(results):
@@ -216,13 +219,14 @@ def bench_page(seeds: range, as_json: bool) -> None:
 
 
 @bench.command("limits")
-def bench_limits() -> None:
+@_cpu
+def bench_limits(cpu: float) -> None:
     """Where straightness ends: the planar arm's three lines on plants farther and farther off."""
     from laptop.bench import draw, show
 
     drawings = draw.limit_cases()
-    results = list(show.progress(draw.run(drawings), len(drawings), "drawing"))
-    title = "planar arm, smooth, greatest deviation in floors; figures from the emulator"
+    results = list(show.progress(draw.run(drawings, cpu), len(drawings), "drawing"))
+    title = f"planar arm, smooth, cpu={cpu:g}; greatest deviation in floors, from the emulator"
     show.table(title, draw.LIMIT_HEADINGS, draw.limit_table(results), sections=0)
 
 

@@ -124,7 +124,8 @@ def simulate(
     """Run an ev3dev2 SCRIPT, unmodified, on an emulated brick; its exit status is the script's.
 
     Leaves trace.csv, picture.png and summary.json in the folder given by --out.  Options go before
-    SCRIPT.  Every run is a brick of its own: what one run homes, the next does not know.
+    SCRIPT.  Every run is a brick of its own: what one run homes, the next does not know.  It
+    computes as slowly as a real one; with --plant cpu=0 in no time.
     """
     from laptop import drawing  # numpy is slow to import, and --help does without
 
@@ -317,9 +318,12 @@ def _report(summary: dict, took: float) -> str:
     """A short summary for people."""
     pace = summary["pace"]
     speed = f"{summary['seconds'] / took:.0f}" if pace is None else f"{pace:.2f}"
+    brick = f"cpu={summary['cpu']:g}"
+    if summary["start_s"] is not None:
+        brick += f", whose start takes another {summary['start_s']:.1f} s"
     lines = [
         f"{summary['reason']}, status {summary['status']}, after {summary['seconds']:.2f} s on the "
-        f"emulated brick ({summary['accesses']} accesses; {speed} x real time)"
+        f"emulated brick ({brick}; {summary['accesses']} accesses; {speed} x real time)"
     ]
     if pace is not None and pace < BUSY:
         lines.append("this computer was busy, so the emulated clock went slower than real time")

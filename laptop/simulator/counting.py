@@ -22,6 +22,10 @@ function calls with the modules of the standard library that it is about to impo
 builtin that each module calls first: with its names, the length of its source, and what it imports
 itself; see processor.Processor.enrol."""
 
+DUE, LOOK = "_due_", "_look_"
+"""Where the count has come to the first, each turn of a `while` calls the second: who goes round
+for long is to let others have their turn, and signals be heard."""
+
 EV3DEV2 = "ev3dev2"
 
 NAMED_TUPLES = ("collections.namedtuple", "shared.record.record")
@@ -50,7 +54,7 @@ class _Counting(object):
 
     def module(self, tree, length):
         """The tree of a module, with its counts; `length` of its source, bytes."""
-        self._globals = _assigned(tree.body) | {COUNT, SPEND, LOAD}
+        self._globals = _assigned(tree.body) | {COUNT, SPEND, LOAD, DUE, LOOK}
         body = self._block(tree.body)
         at = _head(body)
         asked = _asked(tree.body)
@@ -126,6 +130,7 @@ class _Counting(object):
     def _while(self, node):
         test = self._test(node.test) + PRICES["branch"]
         node.body = self._block(node.body, test)
+        node.body.insert(0, ast.parse("if {} > {}: {}()".format(COUNT, DUE, LOOK)).body[0])
         node.orelse = self._block(node.orelse) if node.orelse else []
         return test + PRICES["branch"]
 

@@ -82,11 +82,19 @@ CONSTANTS = {
         "time of one sysfs access; if not given cpu x 0.00044, 0.001 where that is 0",
     ),
     "cpu": Constant(
-        0.0, 0.0, 20.0, "x", None, "how slowly the brick computes: as it truly does; 0: in no time"
+        1.0,
+        0.0,
+        20.0,
+        "x",
+        None,
+        "how slowly the brick computes: 1 as it truly does, 2 half as fast, 0 in no time",
     ),
     "spread": Constant(0.2, 0.0, 0.5, "", None, "half-width of the random draw, as a fraction"),
     "seed": Constant(None, 0, 2**31, "", None, "draw the scattered constants with this seed"),
 }
+
+CPU = CONSTANTS["cpu"].default
+"""How slowly every emulated brick computes if nothing is said."""
 
 IN_SPACE = {
     "gravity": Constant(9.81, 0.0, 25.0, "m/s2", None, "gravity; 0 lets nothing weigh"),

@@ -3,9 +3,10 @@
 import contextlib
 import functools
 import importlib
+import math
 import sys
 
-from laptop.simulator.counting import COUNT, EV3DEV2, LOAD, SPEND
+from laptop.simulator.counting import COUNT, DUE, EV3DEV2, LOAD, LOOK, SPEND
 from laptop.simulator.prices import (
     CLEARED,
     COMPILED,
@@ -27,23 +28,30 @@ SECONDS = CYCLES_PER_INSTRUCTION / CYCLES_PER_SECOND
 ACCESS = 0.44e-3
 """What the kernel takes for an access to an attribute, s."""
 
+SLICE = 5e-3
+"""After so long, s, Python lets another thread have its turn (`sys.getswitchinterval`)."""
+
 
 class Processor(object):
     """One processor, and one program on it, from its start to its end.
 
     Args:
         slowness: how many times as long as the real one it takes.
+        look: called by a thread that has gone round for a SLICE without looking at the clock; None
+            where there is one thread only.
 
     Attributes:
-        start: what the program took before it first used a motor, a sensor, a button or the
-            screen, s; None: it has not done so yet.
+        start: what the program took before it first had to do with the world, see World.begin, s;
+            None: it has not done so yet.
     """
 
-    def __init__(self, slowness=1.0):
+    def __init__(self, slowness=1.0, look=None):
         self.slowness = slowness
+        self._look = look
         self.start = None
         self._starting = 0.0
         self._per_instruction = slowness * SECONDS * IN_COMPANY
+        self._slice = SLICE / self._per_instruction
         self._modules = []
         self._imported = set()
         self._taken = 0
@@ -67,8 +75,17 @@ class Processor(object):
         def spend(price):
             names[COUNT] += price
 
-        names[SPEND] = spend
+        def look():
+            """Called in every turn of a `while` from DUE on."""
+            left = self._slice - (self._total() - self._taken + self._beside)
+            if left <= 0:
+                self._look()
+                left = self._slice
+            names[DUE] = names[COUNT] + left
+
+        names[SPEND], names[LOOK] = spend, look
         names[LOAD] = self._import
+        names[DUE] = self._slice if self._look else math.inf
         self._modules.append(names)
         if names["__name__"] == "__main__":
             self._running = True
@@ -121,11 +138,15 @@ class Processor(object):
         price, others = imports()[name]
         return price + sum(map(self._loaded, others))
 
-    def instructions(self):
-        """What was computed since this was asked last; as it were by itself, see IN_COMPANY."""
+    def _total(self):
         total = 0
         for names in self._modules:
             total += names[COUNT]
+        return total
+
+    def instructions(self):
+        """What was computed since this was asked last; as it were by itself, see IN_COMPANY."""
+        total = self._total()
         new = total - self._taken + self._beside
         self._taken, self._beside = total, 0
         return new
@@ -139,7 +160,7 @@ class Processor(object):
         return seconds
 
     def begin(self):
-        """The program now first uses what the brick is there for."""
+        """The program now first has to do with the world."""
         self.take()
         self.start = self._starting
 

@@ -35,8 +35,8 @@ reason    "ended" (by itself, whatever the status), or what ended it: "timeout",
           "back button", "deadlock", "stuck", a signal's name, "no script"
 t         virtual time at its end, s
 accesses  sysfs accesses it made
-start     what Python, imports and all else took before it first used the brick, s; None on one that
-          computes in no time
+start     what Python, imports and all else took before it first used the brick, waited, began a
+          thread or called somebody, s; None on one that computes in no time
 """
 
 _WHY = {
@@ -96,7 +96,7 @@ def run_script(
         return Outcome(2, "no script", world.now(), 0, None)
     if peripherals is None:
         peripherals = Peripherals(world, sysfs)
-    world.processor = Processor(brick.slowness) if brick.slowness else None
+    world.processor = _processor(brick)
     shims = Shims(world, peripherals)
 
     def back():
@@ -133,6 +133,13 @@ def run_script(
         world.realtime = False  # nobody waits for what comes after the end
         world.advance(end + aftermath)
     return outcome
+
+
+def _processor(brick):
+    """What the script computes on; None where that takes no time."""
+    if not brick.slowness:
+        return None
+    return Processor(brick.slowness, lambda: brick.world.touch(0.0))
 
 
 def _call(function, argument):
@@ -181,8 +188,9 @@ def _main(shims, script, source):
 def _let_go(names):
     """Delete objects while the world still listens, as Python does at its end for `__del__`."""
     kept = (type, types.ModuleType, types.FunctionType)
+    counts = counting.COUNT, counting.DUE  # what `__del__` computes, it counts
     for name in [name for name in names if not isinstance(names[name], kept)]:
-        if not name.startswith("__"):
+        if not name.startswith("__") and name not in counts:
             del names[name]
 
 

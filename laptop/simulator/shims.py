@@ -228,7 +228,7 @@ class Shims(object):
         return shim
 
     def _time_out_sockets(self, module):
-        """Let sockets with a timeout wait in virtual time."""
+        """Let sockets with a timeout wait in virtual time; a program that calls has started."""
         world = self.world
 
         def waiting(call):
@@ -242,8 +242,17 @@ class Shims(object):
 
             return waited
 
+        def connecting(call):
+            def connected(sock, *args, **kwargs):
+                world.begin()
+                return call(sock, *args, **kwargs)
+
+            return connected
+
         names = ("_accept", "recv", "recvfrom", "recv_into", "recvfrom_into")
         calls = {name: waiting(getattr(module.socket, name)) for name in names}
+        for name in ("connect", "connect_ex"):
+            calls[name] = connecting(getattr(module.socket, name))
         module.socket = type("socket", (module.socket,), dict(calls, __slots__=()))
 
     def _atexit_module(self):

@@ -38,6 +38,7 @@ def thread_module(world, clock):
                 sys.stderr.write("Unhandled exception in thread started by {!r}\n".format(function))
                 print_exception(*sys.exc_info())
 
+        world.begin()
         thread = world.spawn(body, "Dummy")
         clock.step(START_COST)
         return thread.ident or id(thread)
@@ -194,6 +195,7 @@ class _Thread(object):
         if own.started:
             raise RuntimeError("threads can only be started once")
         own.started = True
+        threads.world.begin()
         own.thread = threads.world.spawn(self._bootstrap, own.name)
         threads.known[own.thread] = self
         threads.clock.step(START_COST)

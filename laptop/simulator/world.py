@@ -10,7 +10,8 @@ Rules:
 
 The one exception to rule 2 is the valve: a thread that computes for `World.VALVE` s of wall time
 without touching the clock, while others could run, loses the baton and runs beside them until it
-touches the clock again (`while not flag: pass`, where another thread sets the flag).
+touches the clock again (`while not flag: pass`, where another thread sets the flag).  Where
+computing takes time, whoever goes round in a `while` touches it by itself, see counting.LOOK.
 """
 
 import collections
@@ -226,7 +227,10 @@ class World(object):
             self._attend(me)
 
     def begin(self):
-        """The program uses the brick: what it computes from now on takes its time on the clock."""
+        """The program has to do with the world: from now on what it computes takes its time.
+
+        It uses the brick, waits, begins a thread, or calls somebody.
+        """
         if self.processor and self.processor.start is None:
             self.processor.begin()
 
@@ -460,6 +464,7 @@ class World(object):
 
     def _wait(self, me, deadline, ticket=None):
         """Until `ticket` is called (True) or the deadline has passed (False; None: never)."""
+        self.begin()
         while True:
             if self._loose:
                 wall.sleep(self.COURTESY)
