@@ -15,16 +15,16 @@ import contextlib
 import os
 import sys
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+SIGNALS = {
+    signal.SIGINT: "SIGINT", signal.SIGTERM: "SIGTERM", signal.SIGHUP: "SIGHUP"
+}  # fmt: skip
 
 
 class Stopped(BaseException):
     """A signal asked the program to end; no `except Exception` of a library may swallow that."""
 
     def __init__(self, number):
-        from signal import Signals  # not above, see there
-
-        super(Stopped, self).__init__("stopped by {}".format(Signals(number).name))
+        super(Stopped, self).__init__("stopped by {}".format(SIGNALS[number]))
         self.status = 128 + number
 
 

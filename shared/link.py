@@ -26,6 +26,7 @@ from shared.messages import (
     Welcome,
     decode,
     encode,
+    prepare,
 )
 from shared.record import record
 
@@ -241,6 +242,7 @@ class Link(object):
 
     def trust(self):
         """The other side has proven who it is: from here on everything passes, and pings go out."""
+        prepare()
         self._proven = True
         self._heard = self._next_ping = self._now()
 

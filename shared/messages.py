@@ -243,6 +243,12 @@ _condition = _number(0, 1e12, "", 3)
 _volts = _number(0, 100, "V", 2)
 
 
+def prepare():
+    """Compile what observations are checked by: later that would make the first of them late."""
+    _camera("A")
+    _name("A")
+
+
 def _angles(value):
     if not isinstance(value, (list, tuple)) or len(value) > MAX_JOINTS:
         raise _Wrong("a list of at most {} angles, rad".format(MAX_JOINTS))

@@ -161,7 +161,7 @@ def test_the_bench_of_limits_computes_as_slowly_as_asked_and_says_so(monkeypatch
     def drawn(one):
         asked.append(one.cpu)
         return draw.Result(
-            one.arm, one.method, one.condition, one.name, 1.0, 0.9, 0.5, 0.5, 2.0, 6, ""
+            one.arm, one.method, one.condition, one.name, 1.0, 0.9, 0.5, 0.5, 0.1, 2.0, 6, ""
         )
 
     monkeypatch.setattr(draw.workers, "results", lambda do, cases, chunk: map(drawn, cases))

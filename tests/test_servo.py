@@ -870,7 +870,7 @@ class Chase:
         self.stream, self.see, self.goal_at, self.delay = stream, see, goal_at, delay
         self.q, self.speed, self.goal = tuple(q), speed, goal
         self.aims, self.path, self.coming, self.t = [], [], [], 100.0
-        self.arrived, self.glimpse = [], None
+        self.arrived, self.learn = [], lambda camera, q, s: ()
         stream.begin(aim)
 
     def run(self, seconds):
@@ -885,12 +885,10 @@ class Chase:
                 if self.goal is not None:
                     self.goal.add(frame.t, frame.goal, 1.0, frame.s)
                 self.arrived.append(frame.t)
-                if self.glimpse is not None:
-                    self.glimpse(frame.camera, frame.q, frame.s)
                 self.stream.see(frame, self.goal)
                 for _ in self.stream.reaim():
                     pass
-                for _ in self.stream.refit():
+                for _ in self.learn(frame.camera, frame.q, frame.s):
                     pass
             aim = self.stream.aim(self.t, self.q)
             if aim is None:
@@ -933,7 +931,7 @@ def test_a_stream_before_a_bent_camera_reaches_its_goals(method, delay):
             if decision.action == "move":
                 chase = Chase(stream, before, decision.q, oblique, oblique(goal_at), delay)
                 chase.t = 100.0 * k
-                chase.glimpse = world.servo.observe_in_motion
+                chase.learn = world.servo.learn_shape
                 chase.run(4.0)
                 world.q = chase.q
         assert decision.verdict == CONVERGED

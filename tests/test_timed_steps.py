@@ -47,7 +47,7 @@ def test_every_command_is_the_law_of_what_was_read(tmp_path, monkeypatch, name, 
         read.append(angle(motor))
         return read[-1]
 
-    with switched_on(tmp_path, described("planar", 2.0, direction=direction)) as rig:
+    with switched_on(tmp_path, described("planar", 2.0, direction=direction), "cpu=0") as rig:
         driver = rig.driver(elbow="down")
         started = []
         driver.pen_down, put_down = lambda: (put_down(), started.append(True)), driver.pen_down
@@ -133,7 +133,7 @@ def test_twice_the_same(cpu):
 
 
 def test_a_start_out_of_reach_is_refused(tmp_path):
-    with switched_on(tmp_path) as rig:
+    with switched_on(tmp_path, plant="cpu=0") as rig:
         driver, line = rig.driver(), ((30, 0), (5, 10))
         with pytest.raises(ArmError, match="out of reach"):
             timed_steps.draw_line(Program(rig.world, None), driver, *line, LAWS["timed steps"])
@@ -143,7 +143,7 @@ def test_a_start_out_of_reach_is_refused(tmp_path):
 def test_a_joint_does_not_go_past_its_limit(tmp_path):
     arm = described("planar", 2.0)
     shoulder = arm.joints[0]._replace(upper=math.radians(60))
-    with switched_on(tmp_path, arm._replace(joints=(shoulder, arm.joints[1]))) as rig:
+    with switched_on(tmp_path, arm._replace(joints=(shoulder, arm.joints[1])), "cpu=0") as rig:
         driver = rig.driver(elbow="down")
         with pytest.raises(ArmError, match="shoulder cannot go to"):
             timed_steps.draw_line(

@@ -102,9 +102,9 @@ def ended(w, shown, number=signal.SIGTERM):
 )
 def test_without_a_start_nothing_moves_until_a_signal_ends_it(waiting, number):
     w, laptop = waiting()
-    shown = w.run("--wait", signals=[(4.0, number)])
+    shown = w.run("--wait", signals=[(5.0, number)])
     assert ended(w, shown, number)
-    assert shown.t < 4.2
+    assert shown.t < 5.2
     assert not w.moved()
     assert laptop.verdicts() == [(0, "ready")]
     assert len(w.statuses) > 15

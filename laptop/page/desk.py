@@ -89,6 +89,7 @@ VERDICTS = {
     "another posture.",
     "limit": "A joint is at its limit. Aim elsewhere.",
     "stalled": "A motor is blocked. Free the arm, then start again.",
+    "too slow": "The brick is too slow. End other programs on it; then start again.",
     "link lost": "The link was lost. Look at the cable or Wi-Fi; then start again.",
     "budget spent": "Not there in time. Look at camera and light, or allow a greater tolerance.",
     "stopped": "Stopped. The arm is held.",

@@ -9,7 +9,7 @@ import math
 
 from robot.motion import homing, kinematics
 from robot.motion.backlash import BacklashCompensation
-from robot.motion.control_loop import COARSE, SETTLE, UNHURRIED, ControlLoop, Stalled
+from robot.motion.control_loop import COARSE, FINE, SETTLE, UNHURRIED, ControlLoop, Stalled
 from robot.motion.gravity import Gravity
 from robot.motion.joint_controller import GAINS, JointController
 from robot.motion.motors import JointMotor
@@ -41,10 +41,6 @@ DOWN, STAGES = 0.3, 40
 
 PRESS_AGAIN = 0.05
 """How often it is asked where gravity presses, on the way to one place, s."""
-
-LANDS = 1.5
-"""A joint that was to reach a place by itself ends within so many counts of it: what comes after
-goes by where it is, and a coarse loop would take its time for the rest."""
 
 CHASE_ASTRAY = math.radians(5)
 """Greatest error in a chase, rad: a motor faster than described runs ahead on a long way."""
@@ -220,14 +216,14 @@ class RobotArm(object):
                 self.sides = self._plan.sides
             self._hold(self.joints)
 
-    def reach(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, watch=None):
+    def reach(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, watch=None, within=FINE):
         """Move to `q` (rad), each joint by itself, as fast as a chase and landing as softly.
 
-        On a long way sooner there than `go_to`; but the joints do not move together, and they end
-        within LANDS of where they should, whose place is then known all the same.
+        On a long way sooner there than `go_to`, and the links end nearer to where they should; but
+        the joints do not move together.
 
         Args:
-            speed, acceleration: as for `chase`.
+            speed, acceleration, within: as for `chase`.
             watch: as for `follow`.
 
         Raises:
@@ -239,9 +235,9 @@ class RobotArm(object):
         def tell(t, links):
             return STOP if watch and watch(t, links) is STOP else q
 
-        self._pursue(tell, speed, acceleration, True)
+        self._pursue(tell, speed, acceleration, within, True)
 
-    def chase(self, aim, speed=1.0, acceleration=JOINT_ACCELERATION):
+    def chase(self, aim, speed=1.0, acceleration=JOINT_ACCELERATION, within=FINE):
         """Let the links follow an aim that may move as it likes; end at rest, held.
 
         Args:
@@ -251,14 +247,16 @@ class RobotArm(object):
                 It is called to the end, so that it sees the coming to rest, too.
             speed: share of each joint's greatest.
             acceleration: greatest of any joint, rad/s^2.
+            within: so many counts from its end a joint has settled: a coarse loop takes its time
+                for the last bit, and who measures where it is has no need of that.
 
         Raises:
             kinematics.Unreachable: an aim that is not a number.
             Stalled, TooSlow, MotorNotFound: after stopping.
         """
-        self._pursue(aim, speed, acceleration, False)
+        self._pursue(aim, speed, acceleration, within, False)
 
-    def _pursue(self, aim, speed, acceleration, once):
+    def _pursue(self, aim, speed, acceleration, within, once):
         """Chase an aim, or `once` go where it is at first."""
         self._engage()
         with self._stopping_on_error():
@@ -284,7 +282,7 @@ class RobotArm(object):
                 self.joints,
                 pursuit,
                 UNHURRIED,
-                LANDS,
+                within,
                 CHASE_ASTRAY,
                 steer,
                 self._weigh,

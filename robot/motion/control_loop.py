@@ -20,6 +20,9 @@ CHECK = 0.1
 ASTRAY, ASTRAY_COUNTS = math.radians(3), 5
 """A joint this far (rad, and counts) from where it should be is blocked or blind."""
 
+UNMOVED = 0.5
+"""So is one that is driven with its full hand for so long without a count, s."""
+
 SETTLE, UNHURRIED = 0.2, 0.8
 """Longest correction after the end of a path with the pen down, of a move with the pen up, s."""
 
@@ -57,6 +60,7 @@ class _Axis(object):
 
     Attributes:
         seen, stands_since: what the encoder says, and since when, s.
+        slack_at: when it was last driven with less than its full hand, s.
         held: whether it is held, being at rest while others move on.
     """
 
@@ -64,7 +68,7 @@ class _Axis(object):
         self.motor, self.controller = motor, controller
         self.settling = SettlingDetector(settle, tolerance * motor.resolution)
         self.astray = max(astray, ASTRAY_COUNTS * motor.resolution)
-        self.seen, self.stands_since = None, 0.0
+        self.seen, self.stands_since, self.slack_at = None, 0.0, 0.0
         self.held = False
 
 
@@ -137,6 +141,8 @@ class ControlLoop(object):
         for axis in axes:
             axis.motor.engage(STIFFNESS)
         due = began = now = check_at = now_of()
+        for axis in axes:
+            axis.slack_at = now
         pace.begin()
         delay = None
         t = -plan.before
@@ -170,6 +176,11 @@ class ControlLoop(object):
                 error = wanted - angle
                 errors.append(error)
                 if not -axis.astray < error < axis.astray:
+                    raise self._astray(axis, error, now)
+                full = axis.controller.full_error
+                if -full < error < full:
+                    axis.slack_at = now
+                elif now - axis.slack_at > UNMOVED and now - axis.stands_since > UNMOVED:
                     raise self._astray(axis, error, now)
                 settling = axis.settling
                 if t <= since:

@@ -102,6 +102,7 @@ class JointController(object):
 
     Attributes:
         angle, speed: as observed, rad and rad/s; None until the first reading.
+        full_error: at an error of so much the hand is as firm as it gets, rad.
         delay: s; from a reading to the middle of the time for which the command acts that it leads
             to.  The later that is, the softer the hand, and the more does speed count.
     """
@@ -117,7 +118,8 @@ class JointController(object):
         self._degree = degree
         self._turning_at = gains.turning * degree
         self._gains = gains.position * per_degree, gains.velocity * per_degree
-        self._hand = gains.most_error * degree * gains.position * per_degree
+        self.full_error = gains.most_error * degree
+        self._hand = self.full_error * gains.position * per_degree
         self._friction = gains.friction * per_duty
         self._model = self._share, self._lag, degree, gains.moving * degree
         self._observer = (

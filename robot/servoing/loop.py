@@ -52,6 +52,9 @@ LISTENS = 0.045
 WORK = 0.015
 """So much of a control tick, and a slice more, goes into learning and aiming, s."""
 
+LANDS = 1.5
+"""A motion may end so many counts off: it is then looked from where it is."""
+
 FASTEST = math.radians(60)
 """Of any joint, rad/s."""
 
@@ -180,10 +183,10 @@ class VisualServoing(object):
                 self._stream.begin(decision.q)
                 self._chased, self._chase_began = [], self._clock.now()
                 self._unseen.clear()
-                self._arm.chase(self._steer, speed)
+                self._arm.chase(self._steer, speed, within=LANDS)
                 seen = self._stream.still_since, self._chased
             else:
-                self._arm.reach(decision.q, speed, watch=self._watch)
+                self._arm.reach(decision.q, speed, watch=self._watch, within=LANDS)
             if self._halt is HOLD:
                 self._note_lost()
                 seen = ()
@@ -377,6 +380,8 @@ class VisualServoing(object):
         else:
             self._work_on(t + WORK)
         aim = self._stream.aim(t, q)  # it notes since when the joints stand
+        if not self._follow and self._stream.has_arrived(q):
+            return None
         late = t - self._chase_began > LONGEST_CHASE and not self._sightings.goal_moves(t)
         return None if late else aim
 

@@ -37,8 +37,7 @@ class Stream(object):
     REAIM, STILL = math.radians(1.5), math.radians(0.7)
     """An aim so near to the last one is the same; a joint that stays within STILL stands, rad."""
     ARRIVED, SURE = math.radians(2), 3
-    """A chase ends within this of its aim (rad) after so many aims: the rest is gone by what is
-    measured at rest."""
+    """Within this of its aim (rad), after so many of them, it has arrived."""
     STALE = 0.3
     """What a camera has not seen for so long is not gone by, s."""
 
@@ -109,6 +108,10 @@ class Stream(object):
         elif self.still_since is not None and t > self.still_since:
             self._confirmed = True
 
+    def has_arrived(self, q):
+        """Whether the joints, at q (rad), are all but there, where they can be looked at."""
+        return self._aims >= self.SURE and apart(q, self._aim) < self.ARRIVED
+
     def aim(self, t, q):
         """Where the joints should be at time t, rad or Moving; None: stand and look."""
         if self._still_at is None or apart(q, self._still_at) > self.STILL:
@@ -116,9 +119,7 @@ class Stream(object):
         if self._drift is not None:
             late = t - self._aimed_at
             return Moving([a + v * late for a, v in zip(self._aim, self._drift)], self._drift)
-        off = apart(q, self._aim)
-        if off < self.ARRIVED and self._aims >= self.SURE:
-            return None
-        if off < 2 * self.REAIM and self._confirmed and t - self.still_since > 0.1:
+        there = apart(q, self._aim) < 2 * self.REAIM
+        if there and self._confirmed and t - self.still_since > 0.1:
             return None
         return self._aim
