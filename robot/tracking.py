@@ -11,6 +11,7 @@ from shared.link import FOREIGN, MAX_AGE, Link
 from shared.messages import (
     BRICK,
     LAPTOP,
+    STATUS_PERIOD,
     VERSION,
     BadMessage,
     Challenge,
@@ -30,9 +31,6 @@ CONNECT_LIMIT = 3.0
 FIRST_PAUSE = 0.25
 LONGEST_PAUSE = 2.0
 """Between two tries to connect, s; doubled after each."""
-
-STATUS_PERIOD = 0.2
-"""Between two reports, s."""
 
 PATIENCE = 0.005
 """For the answer to a ping, s: the clock offset can be no better known than when it came in."""

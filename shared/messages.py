@@ -27,6 +27,9 @@ MAX_CAMERAS = 8
 MAX_JOINTS = 8
 MAX_TEXT = 200
 
+STATUS_PERIOD = 0.2
+"""Between two Statuses, s, but for one that is final."""
+
 TOLERANCE = 0.5, 200.0, "px"
 BUDGET = 1.0, 3600.0, "s"
 """What may be ordered: from, to, unit."""

@@ -26,7 +26,7 @@ def midst(tmp_path_factory, monkeypatch, capsys):
         if mode not in UNDISTURBED:
             with monkeypatch.context() as patch:
                 w = Watched(tmp_path_factory.mktemp(mode), patch, capsys)
-                w.run("--mode", mode)
+                UNDISTURBED["began"] = w.run("--mode", mode).began
                 w.tracker.close()
             fast, begun = [], None
             for m in w.moments:
@@ -207,7 +207,8 @@ def test_a_frozen_or_killed_program_leaves_no_joint_driven_and_a_log(watched, mi
 
 
 def test_the_budget_ends_a_motion(watched, midst):
-    w, budget = watched(), round(midst("look"), 1)
+    w, midst = watched(), midst("look")
+    budget = round(midst - UNDISTURBED["began"], 1)
     shown = w.run("--budget", f"{budget:g}")
     assert judge(w, shown, "budget spent", f"{budget:g} s")
     end = shown.began + budget

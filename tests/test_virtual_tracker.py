@@ -20,7 +20,7 @@ from laptop.tracking_server import TrackingServer
 from robot import tracking_client
 from robot.tracking import FIRST_PAUSE, LONGEST_PAUSE
 from shared.arm_description import find_arm, read_arm
-from shared.link import SILENCE
+from shared.link import FAST_PING, SILENCE
 
 ARM = read_arm(find_arm("planar"))
 WATCHER = """
@@ -217,8 +217,10 @@ def test_a_program_sees_the_same_in_every_run(run, tmp_path):
     assert len(lines) > 80
     for line in lines[1:]:
         number, t, read = line.split()
-        assert float(t) - UPTIME - outcome.start == pytest.approx(taken[int(number)], abs=0.001)
-        assert 0.06 <= float(read) - float(t) < 0.1
+        # The first ping meets a program that is busy with what it does for the first time.
+        known = 0.001 if float(read) > float(lines[1].split()[2]) + FAST_PING else 0.02
+        assert float(t) - UPTIME - outcome.start == pytest.approx(taken[int(number)], abs=known)
+        assert 0.06 - known <= float(read) - float(t) < 0.1
     again = run(str(script))[1]
     assert again[1:] == lines[1:]  # but for the port
 

@@ -178,7 +178,7 @@ class ControlLoop(object):
                 if not -axis.astray < error < axis.astray:
                     raise self._astray(axis, error, now)
                 full = axis.controller.full_error
-                if -full < error < full:
+                if -full < error < full or t > since:  # at rest friction may hold it
                     axis.slack_at = now
                 elif now - axis.slack_at > UNMOVED and now - axis.stands_since > UNMOVED:
                     raise self._astray(axis, error, now)

@@ -18,7 +18,7 @@ from robot.servoing.measurement import error_of
 from robot.servoing.servo import CONVERGED
 from robot.servoing.sightings import LOST, Sightings
 from shared.arm_description import ArmError
-from shared.messages import Stop
+from shared.messages import STATUS_PERIOD, Stop
 from shared.record import record
 
 MARKER_PATIENCE, LINK_PATIENCE = 10.0, 20.0
@@ -49,8 +49,9 @@ WAIT = 0.1
 LISTENS = 0.045
 """In a motion messages are received so often for each camera, s: two of them take a whole tick."""
 
-WORK = 0.015
-"""So much of a control tick, and a slice more, goes into learning and aiming, s."""
+WORK, MOST_SKIPPED = 0.02, 3
+"""So long after the reading of the encoders learning and aiming must be done, s; and after so many
+ticks in which nothing of it would fit, it is done all the same."""
 
 LANDS = 1.5
 """A motion may end so many counts off: it is then looked from where it is."""
@@ -120,6 +121,8 @@ class VisualServoing(object):
         self._unlearned = deque(maxlen=MOST_UNLEARNED)  # the same, and of other motions
         self._kept_at = {}  # camera: where the joints were in the last of these
         self._work = iter(())
+        self._slice, self._skipped = 0.0, 0  # how long the last slice took, s
+        self._reported_at = clock.now()
         self._enough = {}  # cameras: whether what they see determines where the joints go
         self._moves = self._measurements = self._frames = self._heard = 0
 
@@ -200,7 +203,8 @@ class VisualServoing(object):
         new = self._client.look(timeout)
         now = self._heard_at = self._clock.now()
         end = self._end_due(now)
-        self._client.report(self._where() or (), reason=self._held_for or "", **self.progress())
+        if not moving:
+            self._report()
         frames = []
         for camera in sorted(new):
             frame = self._sightings.frame(new[camera], now, moving, self._log and self._log_frame)
@@ -217,6 +221,11 @@ class VisualServoing(object):
                 )
                 self._held_for = None
         return frames, end
+
+    def _report(self):
+        """Tell the laptop how it goes, now and then."""
+        self._reported_at = self._clock.now()
+        self._client.report(self._where() or (), reason=self._held_for or "", **self.progress())
 
     def _end_due(self, now):
         """The Halt that is due whatever is seen; None."""
@@ -361,8 +370,7 @@ class VisualServoing(object):
         if t - self._heard_at >= self._listens:
             _, self._halt = self._listen()
             return STOP if self._halt else None
-        while self._clock.now() - t < WORK and self._learn():
-            pass
+        self._work_on(t, self._learning)
         return None
 
     def _steer(self, t, q):
@@ -378,22 +386,45 @@ class VisualServoing(object):
             while len(self._unlearned) > MOST_LATE:
                 self._unlearned.popleft()
         else:
-            self._work_on(t + WORK)
+            self._work_on(t, self._chasing)
         aim = self._stream.aim(t, q)  # it notes since when the joints stand
         if not self._follow and self._stream.has_arrived(q):
             return None
         late = t - self._chase_began > LONGEST_CHASE and not self._sightings.goal_moves(t)
         return None if late else aim
 
-    def _work_on(self, until):
-        """Do slices of what is to be done in a chase, if there is anything, until that time (s)."""
-        while self._clock.now() < until:
-            if next(self._work, self) is self:
-                if not (self._unseen or self._unlearned):
-                    break
-                self._work = self._chase_work()
+    def _work_on(self, t, work):
+        """Report if it is time, else do slices of `work`: what fits into a tick that began at t.
 
-    def _chase_work(self):
+        What takes a slow brick longer than that has its turn now and then all the same.
+        """
+        now = self._clock.now()
+        if now - self._reported_at >= STATUS_PERIOD:
+            self._report()
+            return
+        if now + self._slice > t + WORK and self._skipped < MOST_SKIPPED:
+            self._skipped += 1
+            return
+        self._skipped = 0
+        begun = False
+        while True:
+            if next(self._work, self) is self:
+                if begun:
+                    return  # there is nothing to do
+                self._work, begun = work(), True
+                continue
+            begun = False
+            began, now = now, self._clock.now()
+            self._slice = now - began
+            if now + self._slice > t + WORK:
+                return
+
+    def _learning(self):
+        """Learn from frames, one in a slice."""
+        while self._learn():
+            yield
+
+    def _chasing(self):
         """Aim by what was seen; then learn from a frame and make use of it: slice by slice."""
         while self._unseen:
             frame = self._unseen.popleft()
