@@ -155,7 +155,7 @@ class Watched(Rig):
         """Have `act()` done when a link truly turns fast, after a time (s); see `struck`."""
 
         def look():
-            if self.moments[-1].speed > 0.7:
+            if self.moments[-1].speed > 0.6:
                 self.struck = self.world.t
                 act()
             else:

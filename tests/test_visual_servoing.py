@@ -160,7 +160,7 @@ def test_no_joint_turns_faster_than_60_deg_per_s_for_long(undisturbed):
         return max(math.degrees(abs(b - a)) for a, b in pairs) / seconds
 
     assert fastest(0.5) < 63
-    assert fastest(0.1) < 71
+    assert fastest(0.1) < 73
 
 
 @pytest.mark.long
@@ -222,12 +222,12 @@ def test_a_chase_of_a_standing_goal_does_not_go_on_for_ever(watched):
 
 
 def test_a_goal_that_moves_is_followed_until_the_budget_is_spent(watched):
-    w = watched(plant=NOT_YET)  # 20 px off on average at cpu=1
+    w = watched()
     goal = circling(w, 1.5)
     shown = w.run("--mode", "stream", "--follow", "--budget", "12", "--tolerance", "10")
     assert shown.status == 0
     assert shown.log[-1]["verdict"] == "converged"
-    assert 12 < shown.t < 12.6
+    assert 12 < shown.t - shown.began < 12.3
     off = [
         math.dist(
             w.cameras["A"].pixel(kinematics.forward(w.arm, m.q)), w.cameras["A"].pixel(goal(m.t))
@@ -237,7 +237,7 @@ def test_a_goal_that_moves_is_followed_until_the_budget_is_spent(watched):
     ]
     assert len(off) > 100
     assert sum(off) / len(off) < 10
-    assert w.stands(12.5)
+    assert w.stands(shown.began + 12.3)
 
 
 @pytest.mark.long

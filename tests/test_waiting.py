@@ -9,7 +9,7 @@ import signal
 
 import pytest
 from rig import degrees
-from servo_rig import NOT_YET, SpaceCamera
+from servo_rig import SpaceCamera
 
 from laptop.simulator.peripherals import Peripherals
 from laptop.simulator.virtual_tracker import HOST
@@ -209,7 +209,7 @@ def test_what_it_has_learned_does_not_outlive_a_change_of_method_or_a_failure(wa
 
 @pytest.mark.long
 def test_a_goal_that_moves_is_followed_until_the_laptop_says_stop(waiting):
-    w, laptop = waiting(plant=NOT_YET)  # at cpu=1 it is off by more than the tolerance
+    w, laptop = waiting()
     laptop.at(1.0, Start(mode="stream", tolerance=10.0, budget=100.0, follow=True))
     laptop.at(15.0, Stop("enough"))
     laptop.after(1, laptop.end)

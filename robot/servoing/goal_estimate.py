@@ -8,8 +8,9 @@ from robot.servoing.linear_algebra import dot, length, median
 class GoalEstimate(object):
     """Where a goal marker is in one camera's image, also while the arm hides it."""
 
-    WINDOW, LATELY = 30, 22
-    """Sightings that tell whether it moves, and those that tell how fast."""
+    WINDOW, LATELY, FEWEST = 1.0, 0.75, 3
+    """The sightings of so long tell whether it moves, s, and those how fast; so many at the least
+    of a third of it."""
     MOVES = 6.0
     """A goal slower than this stands, px/s."""
     LATELY_SEEN = 0.3
@@ -43,19 +44,23 @@ class GoalEstimate(object):
         if unclear and length([a - b for a, b in zip(g, s)]) < self.HIDES:
             return
         self._seen.append((t, g))
-        del self._seen[: -self.WINDOW]
+        while t - self._seen[0][0] > self.WINDOW:
+            del self._seen[0]
 
     def _refresh(self):
         """Work out place and velocity anew, where it is time for that."""
         good = self.STANDING if not any(self._velocity) else self.REFRESHED
-        if len(self._seen) <= self.WINDOW / 2:
-            good = 0.0
-        if not self._seen or self._seen[-1][0] - self._refreshed_at < good:
+        if not self._seen:
             return
-        self._refreshed_at = self._seen[-1][0]
+        last = self._seen[-1][0]
+        if last - self._seen[0][0] < self.WINDOW / 2:
+            good = 0.0
+        if last - self._refreshed_at < good:
+            return
+        self._refreshed_at = last
         third = len(self._seen) // 3
         velocity = (0.0,) * len(self._seen[0][1])
-        if third >= 5:
+        if third >= self.FEWEST:
             t0, early = _middle(self._seen[:third])
             t1, late = _middle(self._seen[-third:])
             velocity = [(b - a) / (t1 - t0) for a, b in zip(early, late)]
@@ -67,7 +72,8 @@ class GoalEstimate(object):
 
     def _fit(self, velocity):
         """A line through the last sightings that lie near the one by medians."""
-        lately = self._seen[-self.LATELY :]
+        since = self._seen[-1][0] - self.LATELY
+        lately = [seen for seen in self._seen if seen[0] >= since]
         t0, place = _middle(lately)
         off = [
             length([x - y - v * (t - t0) for x, y, v in zip(g, place, velocity)]) for t, g in lately
