@@ -6,7 +6,6 @@ from robot.servoing import progress
 from robot.servoing.progress import (
     DIVERGING,
     EXPLORE_ANEW,
-    FAR,
     GIVE_UP,
     GO_ON,
     HOPELESS,
@@ -65,7 +64,8 @@ def stuck(course, off):
     [
         ([100, 104, 97], [START_ELSEWHERE, START_ELSEWHERE, GIVE_UP]),
         ([100, 120, 144], [START_ELSEWHERE] * 3),  # not alike
-        ([FAR - 1] * 4, [START_ELSEWHERE] * 4),  # not far
+        ([29.9] * 4, [START_ELSEWHERE] * 4),  # not far
+        ([30.1] * 3, [START_ELSEWHERE, START_ELSEWHERE, GIVE_UP]),
         ([100, 150, 225, 340, 510], [START_ELSEWHERE] * MOST_RESTARTS + [GIVE_UP]),
     ],
 )

@@ -123,7 +123,7 @@ class Servo(object):
         self._progress = Progress(tolerance, known)
         self._region = FIRST_STEP
         self._seed, self._luck = seed, None  # random is imported only where it is needed
-        self._q, self._seen = None, {}  # where it was looked from, and what was seen, by camera
+        self._looked = None  # (q, {camera: s}) of the last measurement
 
     @property
     def cameras(self):
@@ -146,12 +146,13 @@ class Servo(object):
         """
         q = list(q)
         seen = {measurement.camera: measurement.s for measurement in measurements}
-        if self._q is not None and self._selection.explored:
+        begins = self._looked is None
+        if not begins and self._selection.explored:
             self._judge(q, seen)
         self.models.update(q, measurements)
         self._choose_cameras(q, sorted(seen))
-        unknown = self._q is None or self._known or not self._selection.explored
-        self._q, self._seen = q, seen
+        unknown = begins or self._known or not self._selection.explored
+        self._looked = q, seen
         used = [measurement for measurement in measurements if measurement.camera in self.cameras]
         goal = self._selection.together({m.camera: m.goal for m in used})
         off = length(error_of(used, self.rows))
@@ -185,15 +186,16 @@ class Servo(object):
 
     def _judge(self, q, seen):
         """Fit the trust region to how well the step that led here was predicted."""
-        both = [c for c in self.cameras if c in self._seen and c in seen]
-        before, now = ({c: s[c] for c in both} for s in (self._seen, seen))
+        q_before, seen_before = self._looked
+        both = [c for c in self.cameras if c in seen_before and c in seen]
+        before, now = ({c: s[c] for c in both} for s in (seen_before, seen))
         moved = length([x for c in both for x in map(sub, now[c], before[c])])
         if moved < MIN_STEP_SIGMAS * self.estimator.sigma:
             return
         wrong = self.models.judge(q, before, now)
         if self.using is None:
             return
-        step = apart(q, self._q)
+        step = apart(q, q_before)
         if wrong[self.using] > DISAGREES:
             self._region = max(LEAST_STEP, SHRINKS * step)
         elif wrong[self.using] < AGREES:
@@ -294,7 +296,7 @@ class Servo(object):
             low = [max(wall, a - self._region) for wall, a in zip(self._box[0], q)]
             high = [min(wall, a + self._region) for wall, a in zip(self._box[1], q)]
             nearer = min(1.0, WAYPOINT_DISTANCE / off)
-            here = self._selection.together(self._seen)
+            here = self._selection.together(self._looked[1])
             waypoint = [y + nearer * (g - y) for y, g in zip(here, goal)]
             to, _ = best_pose(image, waypoint, q, low, high, q, penalty)
         gain = self._progress.gain

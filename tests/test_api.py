@@ -1,0 +1,46 @@
+"""What people import: it is all there, loaded when used, and the README uses nothing else."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from robot import api
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.mark.parametrize("name", api.__all__)
+def test_every_name_is_there(name):
+    value = getattr(api, name)
+    assert getattr(value, "__name__", name) == name
+
+
+def test_nothing_is_loaded_before_it_is_used():
+    code = (
+        "import sys; from robot import api; before = set(sys.modules); api.Clock;"
+        "print(sorted(m for m in before if m.startswith(('robot.', 'shared'))));"
+        "print(sorted(m for m in set(sys.modules) - before if m.startswith(('robot.', 'shared'))))"
+    )
+    out = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert out.stdout.splitlines() == ["['robot.api']", "['robot.clock']"]
+
+
+def test_a_wrong_name_is_answered_with_the_right_ones():
+    with pytest.raises(AttributeError, match="has no Drover; it has .*Driver"):
+        api.Drover  # noqa: B018
+    assert dir(api) == api.__all__
+
+
+def test_the_snippets_of_the_readme_import_from_here_alone():
+    text = (ROOT / "README.md").read_text()
+    snippets = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert len(snippets) >= 3
+    for snippet in snippets:
+        for line in re.findall(r"^(?:from|import) .*$", snippet, re.MULTILINE):
+            found = re.fullmatch(r"from robot\.api import ([\w, ]+)", line)
+            assert found, line
+            assert set(found[1].split(", ")) <= set(api.__all__)
+        compile(snippet, "README.md", "exec")

@@ -1,0 +1,129 @@
+"""The servo's policy, number by number: each of its constants changed alone makes a test here fail.
+
+The model is exact, or wrong by a share that is set; joints go where they are told.
+"""
+
+import math
+
+import pytest
+
+from robot.servoing.image_model import straight
+from robot.servoing.measurement import Measurement
+from robot.servoing.servo import CONVERGED, Servo
+from shared.arm_description import find_arm, read_arm
+
+ARM = read_arm(find_arm("planar"))
+DEG = math.radians(1)
+TOLERANCE = 5.0
+SCALE = 600.0
+"""px per rad, of either joint along an axis of its own."""
+
+
+class Known:
+    """A model that knows J but for a factor."""
+
+    factor = 1.0
+
+    def observe(self, q, s, variance, standing=True):
+        """Nothing is learned."""
+
+    def seen_from(self, q, s):
+        """J as it is believed to be."""
+        scale = self.factor * SCALE
+        offset = [y - scale * a for y, a in zip(s, q)]
+        return straight(((scale, 0.0), (0.0, scale)), offset)
+
+    def covariance(self):
+        """There is no doubt."""
+        return [[0.0, 0.0], [0.0, 0.0]]
+
+    def doubt_all(self):
+        """There is no doubt."""
+
+
+def servo():
+    model = Known()
+    return Servo(ARM, {"known": lambda camera: model}, TOLERANCE, known=True), model
+
+
+def look(one, q, goal):
+    """The Decision at q for the goal (px), seen exactly."""
+    s = tuple(SCALE * a for a in q)
+    return one.decide(q, [Measurement("A", s, goal, 0.01, 6)])
+
+
+def test_a_servo_keeps_few_things_in_mind():
+    assert len(vars(servo()[0])) <= 15
+
+
+@pytest.mark.parametrize(("share", "ends"), [(0.69, True), (0.71, False)])
+def test_it_ends_at_seven_tenths_of_the_tolerance(share, ends):
+    one, _ = servo()
+    decision = look(one, (0.3, 0.4), (SCALE * 0.3 + share * TOLERANCE, SCALE * 0.4))
+    assert (decision.verdict == CONVERGED) is ends
+
+
+@pytest.mark.parametrize(("share", "ends"), [(0.99, True), (1.01, False)])
+def test_what_was_corrected_once_ends_at_the_tolerance(share, ends):
+    one, _ = servo()
+    goal = (SCALE * 0.3, SCALE * 0.4)
+    assert look(one, (0.3 + 0.9 * TOLERANCE / SCALE, 0.4), goal).action == "move"
+    decision = look(one, (0.3 + share * TOLERANCE / SCALE, 0.4), goal)
+    assert (decision.verdict == CONVERGED) is ends
+
+
+def test_a_degree_is_kept_from_the_limits():
+    one, _ = servo()
+    upper = ARM.joints[0].upper
+    decision = look(one, (upper - 4 * DEG, 0.4), (SCALE * (upper + 1.0), SCALE * 0.4))
+    assert decision.q[0] == pytest.approx(upper - DEG)
+
+
+def test_the_first_step_is_of_35_degrees_at_most():
+    one, _ = servo()
+    one_step = look(one, (-1.0, 0.4), (SCALE * 0.9, SCALE * 0.4)).q
+    waypoint = 150 / SCALE  # a model of one place alone goes no farther at once
+    assert one_step[0] == pytest.approx(-1.0 + waypoint, abs=1e-3)
+    assert one._region == pytest.approx(35 * DEG)
+
+
+@pytest.mark.parametrize(
+    ("factor", "step", "region"),
+    [
+        # believed / true: a share |factor - 1| of the step is predicted wrongly
+        (1.29, 10, 35),  # right enough: as it was, for twice the step is less
+        (1.29, 20, 40),  # twice the step
+        (1.29, 40, 60),  # but 60 degrees at most
+        (1.31, 20, 35),  # neither right nor wrong
+        (1.59, 20, 35),
+        (1.61, 20, 10),  # wrong: half the step
+        (1.61, 5, 3),  # but 3 degrees at least
+    ],
+)
+def test_the_region_of_trust_follows_how_right_the_model_was(factor, step, region):
+    one, model = servo()
+    model.factor = factor
+    goal = (SCALE * 1.2, SCALE * 0.4)
+    look(one, (-1.0, 0.4), goal)
+    look(one, (-1.0 + step * DEG, 0.4), goal)
+    assert one._region == pytest.approx(region * DEG)
+
+
+@pytest.mark.parametrize(("moved", "judged"), [(5.9, False), (6.1, True)])
+def test_a_step_that_moves_the_marker_by_less_than_six_deviations_tells_nothing(moved, judged):
+    one, model = servo()
+    model.factor = 2.0
+    goal = (SCALE * 1.2, SCALE * 0.4)
+    look(one, (-1.0, 0.4), goal)
+    look(one, (-1.0 + moved * one.estimator.sigma / SCALE, 0.4), goal)
+    assert (one._region != pytest.approx(35 * DEG)) is judged
+
+
+@pytest.mark.parametrize("times", range(1, 5))
+def test_near_the_goal_steps_that_lead_nowhere_get_shorter(times):
+    one, _ = servo()
+    goal, off = (SCALE * 0.3, SCALE * 0.4), 2 * TOLERANCE / SCALE
+    for _ in range(times):
+        decision = look(one, (0.3 - off, 0.4), goal)
+    gain = 1 / (1 + 0.5 * (times - 1))
+    assert decision.q[0] - (0.3 - off) == pytest.approx(gain * off, rel=1e-3)
