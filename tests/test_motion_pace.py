@@ -6,7 +6,9 @@ import math
 import pytest
 from rig import degrees, switched_on
 
-from robot.motion.control_loop import Stalled, TooSlow
+from laptop.simulator.world import World
+from robot.motion.control_loop import ControlLoop, Stalled, TooSlow
+from robot.motion.online_trajectory import STOP
 from robot.motion.pace import DOZEN, LONGEST, SHORTEST, Pace
 
 
@@ -101,3 +103,74 @@ def test_no_garbage_is_collected_in_a_motion(tmp_path):
     assert len(seen) > 10
     assert not any(seen)
     assert gc.isenabled()
+
+
+class Lagging:
+    """A motor and controller whose joint turns so far behind its plan; at `stops` it stops."""
+
+    name, port, resolution, angle, speed, full_error = "elbow", "B", 0.001, 0.0, 0.0, 1.0
+    weight = 0.0
+
+    def __init__(self, clock, behind, stops=math.inf):
+        self._clock, self._behind, self._stops = clock, behind, stops
+
+    def bounds(self):
+        """What the encoder says of the angle, rad."""
+        self.angle = min(self._clock.now(), self._stops) - self._behind
+        return self.angle, self.angle
+
+    def observe(self, t, low, high):
+        """Nothing is to be learned."""
+
+    def command(self, error, speed, acceleration):
+        """As wanted."""
+        return speed
+
+    def __getattr__(self, name):
+        return lambda *args: None
+
+
+class Even:
+    """A plan of 1 rad/s."""
+
+    before, duration, rests_from = 0.0, 5.0, [5.0]
+
+    def at(self, t):
+        """Where the joint should be."""
+        return [t], None
+
+    def speeds(self, t):
+        """As fast as that."""
+        return [1.0]
+
+
+@pytest.mark.parametrize(
+    ("period", "behind", "stops", "blocked"),
+    [
+        (0.02, 2.9, math.inf, False),
+        (0.02, 3.1, math.inf, True),
+        (0.05, 7.4, math.inf, False),  # one that turns may lag by as much more as ticks are longer
+        (0.05, 7.6, math.inf, True),
+        (0.05, 0.0, 1.0, True),  # one that stands may not
+    ],
+)
+def test_a_joint_that_turns_is_not_called_blocked_because_ticks_are_long(
+    period, behind, stops, blocked
+):
+    world = World()
+    joint = Lagging(world, math.radians(behind), stops)
+    loop = ControlLoop(world, {joint: joint}, lambda: None, lambda line: None)
+    loop.pace.period = period
+    loop.pace.note = lambda *args: None
+    ticks = []
+
+    def watch(t, now, angles):
+        ticks.append(math.degrees(t - angles[0]))
+        return STOP if t > 3 else None
+
+    if blocked:
+        with pytest.raises(Stalled):
+            loop.run([joint], Even(), astray=math.radians(3), watch=watch)
+        assert ticks[-1] < 3.3 * period / 0.02 if stops == math.inf else 7.6 + math.degrees(0.2)
+    else:
+        assert not loop.run([joint], Even(), astray=math.radians(3), watch=watch)

@@ -176,7 +176,10 @@ class ControlLoop(object):
                 error = wanted - angle
                 errors.append(error)
                 if not -axis.astray < error < axis.astray:
-                    raise self._astray(axis, error, now)
+                    # One that turns may lag by as much more as ticks are longer.
+                    lag = axis.astray * pace.period / SHORTEST
+                    if now - axis.stands_since > STILL_FOR or not -lag < error < lag:
+                        raise self._astray(axis, error, now)
                 full = axis.controller.full_error
                 if -full < error < full or t > since:  # at rest friction may hold it
                     axis.slack_at = now
