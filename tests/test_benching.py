@@ -20,10 +20,9 @@ ROBOT = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SCRIPT = os.path.join(ROBOT, "bench_brick.py")
 
 # python-ev3dev2 leaves its files open, and some of them here are real ones.
-pytestmark = [
-    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
-    pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning"),
-]
+pytestmark = [pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")]
+if hasattr(pytest, "PytestUnraisableExceptionWarning"):  # not the last pytest for Python 3.5
+    pytestmark.append(pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"))
 
 
 class Shown:
