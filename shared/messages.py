@@ -7,6 +7,7 @@ known are ignored, so that a later version may add some; kinds that are not know
 """
 
 import collections
+import functools
 import json
 import re
 
@@ -192,13 +193,15 @@ def _number(lowest, highest, unit, decimals):
     return check
 
 
-def _matching(pattern, allowed):
-    matches = None
+@functools.lru_cache(maxsize=None)
+def _compiled(pattern):
+    """The pattern, compiled where it is first needed: it takes the brick a while."""
+    return re.compile(pattern)
 
+
+def _matching(pattern, allowed):
     def check(value):
-        nonlocal matches
-        matches = matches or re.compile(pattern).match  # not above: it takes the brick a while
-        if not isinstance(value, str) or not matches(value):
+        if not isinstance(value, str) or not _compiled(pattern).match(value):
             raise _Wrong(allowed)
         return value
 
