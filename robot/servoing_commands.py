@@ -9,10 +9,10 @@ from robot import program
 from robot.battery import Battery
 from robot.clock import Clock
 from robot.command_line import BadArgument, Parser, number_in
-from robot.servoing.loop import in_words
 from robot.servoing.rows import Rows
 from robot.servoing.runs import Runs, say
 from robot.servoing.servo import CONVERGED
+from robot.servoing.telling import in_words
 from robot.tracker_address import find_tracker
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.messages import BUDGET, TOLERANCE, Start

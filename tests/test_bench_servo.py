@@ -16,8 +16,8 @@ from laptop.simulator.plant import CPU, read_plant
 from laptop.simulator.world import World
 from robot.motion import kinematics
 from robot.servoing import loop
-from robot.servoing.loop import Verdict
 from robot.servoing.rows import Rows
+from robot.servoing.telling import Verdict
 from shared.orders import ROWS
 
 SEED = 77

@@ -10,13 +10,14 @@ arm, which has stopped before anybody hears of it.
 """
 
 import math
-from collections import OrderedDict, deque
+from collections import deque
 
 from robot.motion.online_trajectory import STOP
 from robot.servoing.linear_algebra import apart, condition, length
 from robot.servoing.measurement import error_of
 from robot.servoing.servo import CONVERGED
 from robot.servoing.sightings import LOST, Sightings
+from robot.servoing.telling import Teller, Verdict
 from shared.arm_description import ArmError
 from shared.messages import STATUS_PERIOD, Stop
 from shared.record import record
@@ -62,16 +63,6 @@ FASTEST = math.radians(60)
 FEWER = 0.5
 """The share of its speed at which it goes on when a camera has lost sight of the marker."""
 
-Verdict = record("Verdict", "word reason error q moves measurements frames seconds")
-Verdict.__doc__ = """How a run ended.
-
-word          "converged", or why not
-reason        in words for people; "" where the word says it all
-error         distance of tip and goal in the image when last measured, px, or None
-q             joint angles, rad, or None
-moves, measurements, frames, seconds   what it took
-"""
-
 Halt = record("Halt", "word reason")
 Halt.__doc__ = (
     """Why a motion is over: a verdict's word and its reason; HOLD: too little is seen."""
@@ -106,8 +97,7 @@ class VisualServoing(object):
         self._arm, self._client, self._clock, self._servo = arm, client, clock, servo
         self._stream = stream
         self._budget, self._most_moves, self._follow = budget, most_moves, follow
-        self._log = log
-        self._say = say
+        self._teller = Teller(log, say)
         self._number = number
         self._speed = min(1.0, FASTEST / max(j.max_speed for j in arm.description.joints))
         self._sightings = Sightings(goals or {}, stream is not None)
@@ -136,6 +126,7 @@ class VisualServoing(object):
             whatever is not the arm's trouble (a signal), after the verdict is on record.
         """
         self._began = self._seen_at = self._unlinked_at = self._clock.now()
+        self._teller.began = self._began
         try:
             end = self._serve()
         except ArmError as error:
@@ -207,7 +198,9 @@ class VisualServoing(object):
             self._report()
         frames = []
         for camera in sorted(new):
-            frame = self._sightings.frame(new[camera], now, moving, self._log and self._log_frame)
+            frame = self._sightings.frame(
+                new[camera], now, moving, self._teller.frame if self._teller.logs else None
+            )
             if frame is not None:
                 frames.append(frame)
                 if self._follow:
@@ -224,8 +217,10 @@ class VisualServoing(object):
 
     def _report(self):
         """Tell the laptop how it goes, now and then."""
-        self._reported_at = self._clock.now()
         self._client.report(self._where() or (), reason=self._held_for or "", **self.progress())
+        self._reported_at = (
+            self._clock.now()
+        )  # after it: then it is due there, too, when it is here
 
     def _end_due(self, now):
         """The Halt that is due whatever is seen; None."""
@@ -455,7 +450,7 @@ class VisualServoing(object):
         s = servo.rows.values({m.camera: m.s for m in measurements})
         goal = servo.rows.values({m.camera: m.goal for m in measurements})
         self._e = {name: a - b for name, a, b in zip(names, s, goal)}
-        self._log_line(
+        self._teller.line(
             "step", self._clock.now(), q=q, rows=names, s=s, goal=goal,
             error=self._error, sigma=servo.estimator.sigma, frames=frames,
             J=servo.J, condition=self._condition, model=servo.using,
@@ -463,31 +458,12 @@ class VisualServoing(object):
             q_wanted=decision.q, computing=computing,
         )  # fmt: skip
         if decision.q is not None:
-            step = " ".join("{:+.1f}".format(math.degrees(b - a)) for a, b in zip(q, decision.q))
-            self._say(
-                "move {}: {:.1f} px off, {}, {} deg".format(
-                    self._moves + 1,
-                    self._error,
-                    servo.using if decision.action == "move" else decision.action,
-                    step,
-                )
-            )
+            how = servo.using if decision.action == "move" else decision.action
+            step = [b - a for a, b in zip(q, decision.q)]
+            self._teller.move(self._moves + 1, self._error, how, step)
 
     def _note(self, text):
-        self._say(text)
-        self._log_line("note", self._clock.now(), text=text)
-
-    def _log_frame(self, frame):
-        self._log_line(
-            "seen", frame.t, camera=frame.camera, q=frame.q, s=frame.s, goal=frame.goal
-        )  # fmt: skip
-
-    def _log_line(self, kind, t, **values):
-        if not self._log:
-            return
-        line = OrderedDict([("kind", kind), ("t", round(t - self._began, 4))])
-        line.update(sorted(values.items()))
-        self._log(line)
+        self._teller.note(self._clock.now(), text)
 
     def _conclude(self, end):
         now, q = self._clock.now(), self._where()
@@ -496,10 +472,7 @@ class VisualServoing(object):
             now - self._began,
         )  # fmt: skip
         self._client.report(q or (), verdict=end.word, reason=end.reason, **self.progress())
-        self._log_line(
-            "verdict", now, verdict=end.word, reason=end.reason, error=self._error, q=q,
-            moves=self._moves, measurements=self._measurements, frames=self._frames,
-        )  # fmt: skip
+        self._teller.verdict(now, verdict)
         return verdict
 
 
@@ -512,14 +485,3 @@ def _word_for(error):
     if isinstance(error, TooSlow):
         return "too slow"
     return "stalled" if isinstance(error, (Stalled, MotorNotFound)) else "stopped"
-
-
-def in_words(verdict):
-    """A Verdict as one line."""
-    text = verdict.word
-    if verdict.error is not None:
-        text += ": {:.1f} px off".format(verdict.error)
-    text += " after {} move{}, {:.1f} s".format(
-        verdict.moves, "" if verdict.moves == 1 else "s", verdict.seconds
-    )
-    return text + (" ({})".format(verdict.reason) if verdict.reason else "")
