@@ -305,7 +305,7 @@ def test_a_full_disk_for_the_log_moves_nothing(watched):
     assert not w.moved()
 
 
-def test_a_log_that_cannot_go_on_stops_the_arm_and_says_so(watched, midst, tmp_path):
+def test_a_log_that_cannot_go_on_stops_the_arm_and_says_so(watched, tmp_path):
     w = watched()
 
     def fill():
@@ -316,7 +316,7 @@ def test_a_log_that_cannot_go_on_stops_the_arm_and_says_so(watched, midst, tmp_p
                 os.dup2(full, int(name))
                 os.close(full)
 
-    w.in_motion(midst("look") - 0.1, fill)
+    w.in_motion(3.0, fill)
     shown = w.run()
     assert shown.status == 1
     assert shown.err.count("\n") == 1
