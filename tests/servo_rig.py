@@ -151,11 +151,20 @@ class Watched(Rig):
         if status and (not self.statuses or self.statuses[-1] is not status):
             self.statuses.append(status)
 
-    def in_motion(self, after, act):
-        """Have `act()` done when a link truly turns fast, after a time (s); see `struck`."""
+    def in_motion(self, after, act, joint=None):
+        """Have `act()` done when a link truly turns fast, after a time (s); see `struck`.
+
+        Of `joint`, if given, so fast that it has a way to go.
+        """
+
+        def fast():
+            if joint is None:
+                return self.moments[-1].speed > 0.6
+            before, last = self.moments[-6], self.moments[-1]
+            return abs(last.q[joint] - before.q[joint]) > 0.8 * (last.t - before.t)
 
         def look():
-            if self.moments[-1].speed > 0.6:
+            if fast():
                 self.struck = self.world.t
                 act()
             else:

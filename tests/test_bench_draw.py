@@ -58,7 +58,7 @@ def test_a_turntable_has_no_preload_and_needs_none():
 @pytest.mark.long
 def test_the_sag_is_fed_forward():
     assert draw.sag(NOT_FED) > 0.7
-    assert draw.sag(FELT) < 0.5
+    assert draw.sag(FELT) < 0.55
 
 
 def test_play_is_described_where_it_is():

@@ -833,6 +833,23 @@ def test_a_goal_that_has_stopped_stands_again():
     assert goal.at(5.0) == pytest.approx((330, 200), abs=0.5)
 
 
+def test_a_goal_that_was_moved_to_another_place_is_there_after_three_sightings():
+    goal = watched(lambda t: (300.0, 200.0), noise=0.5)
+    assert goal.at(2.0) == pytest.approx((300, 200), abs=1.0)
+    for k in range(3):
+        assert goal.at(2 + k / 30) == pytest.approx((300, 200), abs=1.0)
+        goal.add(2 + k / 30, (340.0 + k, 200.0 - k), 1.0, (0.0, 0.0))
+    assert goal.at(2.1) == pytest.approx((341, 199), abs=1.0)
+    assert not goal.moving
+
+
+def test_false_sightings_in_a_row_are_no_other_place():
+    goal = watched(lambda t: (300.0, 200.0), noise=0.5)
+    for k, where in enumerate(((50.0, 60.0), (400.0, 100.0), (90.0, 300.0), (50.0, 60.0))):
+        goal.add(2 + k / 30, where, 1.0, (0.0, 0.0))
+        assert goal.at(2 + k / 30) == pytest.approx((300, 200), abs=1.0)
+
+
 def test_a_goal_half_hidden_by_the_tip_stays_where_it_was():
     goal = watched(lambda t: (300.0, 200.0))
     for k in range(60):

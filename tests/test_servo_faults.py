@@ -167,7 +167,8 @@ STREAMED = ("marker gone", "elbow stalled", "shoulder unplugged")
 def test_what_stays_ends_the_run_with_the_right_verdict(watched, midst, name, mode):
     it = STAYING[name]
     w = watched()
-    w.in_motion(midst(mode) - 0.25, lambda: it.act(w))  # all joints have a way to go
+    joint = {"shoulder stalled": 0, "elbow stalled": 1}.get(name)
+    w.in_motion(midst(mode) - 0.25 if joint is None else 2.0, lambda: it.act(w), joint)
     shown = w.run("--mode", mode)
     assert judge(w, shown, it.verdict, it.says)
     assert shown.status == 1
@@ -232,7 +233,7 @@ def test_a_goal_out_of_reach_is_given_up_soon(watched, goal, mode):
     verdict = shown.log[-1]["verdict"]
     assert verdict in ("unreachable", "limit")
     assert judge(w, shown, verdict, "short")
-    assert shown.log[-1]["moves"] <= 24  # both postures are tried
+    assert shown.log[-1]["moves"] <= 30  # both postures are tried
     assert shown.status == 1
 
 

@@ -11,6 +11,9 @@ class GoalEstimate(object):
     WINDOW, LATELY, FEWEST = 1.0, 0.75, 3
     """The sightings of so long tell whether it moves, s, and those how fast; so many at the least
     of a third of it."""
+    JUMPS = 20.0
+    """So far from where it should be, FEWEST times in a row and near one another, it has been moved
+    to another place, px."""
     MOVES = 6.0
     """A goal slower than this stands, px/s."""
     LATELY_SEEN = 0.3
@@ -24,6 +27,7 @@ class GoalEstimate(object):
     def __init__(self):
         self._velocity = (0.0, 0.0)
         self._seen = []
+        self._strays = []  # the last sightings in a row that were elsewhere
         self._place = None
         self._refreshed_at = -math.inf
 
@@ -44,8 +48,25 @@ class GoalEstimate(object):
         if unclear and length([a - b for a, b in zip(g, s)]) < self.HIDES:
             return
         self._seen.append((t, g))
+        if self._has_jumped(t, g):
+            self._seen, self._strays, self._refreshed_at = self._strays, [], -math.inf
         while t - self._seen[0][0] > self.WINDOW:
             del self._seen[0]
+
+    def _has_jumped(self, t, g):
+        """Whether the last sightings are all elsewhere, and near one another."""
+        if self._place is None:
+            return False
+        t0, place = self._place
+        expected = [x + v * (t - t0) for x, v in zip(place, self._velocity)]
+        if length([a - b for a, b in zip(g, expected)]) < self.JUMPS:
+            self._strays = []
+            return False
+        self._strays.append((t, g))
+        first = self._strays[0][1]
+        if length([a - b for a, b in zip(g, first)]) > self.JUMPS / 2:
+            self._strays = [(t, g)]
+        return len(self._strays) == self.FEWEST
 
     def _refresh(self):
         """Work out place and velocity anew, where it is time for that."""
