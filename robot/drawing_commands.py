@@ -1,6 +1,5 @@
 """The commands of `driver.py`: what is typed becomes drawings, and those are drawn."""
 
-import contextlib
 import math
 import os
 import re
@@ -157,7 +156,7 @@ def _run(parser, args):
     plans = [trajectory.plan(description, s, args.speed, args.elbow) for s in drawings]
     arm = program.connect(description, Clock())
     driver = Driver(arm, args.speed, args.elbow)
-    try:
+    with program.parking(arm):
         if args.command == "home":
             driver.home(args.here)
         else:
@@ -179,13 +178,6 @@ def _run(parser, args):
         print("tip at {} cm, joints at {} deg, as the encoders have it".format(tip, angles))
         if not args.stay and args.command != "move":
             driver.go_low()
-    except BaseException:
-        program.ignore_signals()
-        with contextlib.suppress(ArmError):  # the first trouble is the one to tell
-            arm.park()
-        raise
-    program.ignore_signals()
-    arm.park()
 
 
 def main(argv=None):

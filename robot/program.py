@@ -77,6 +77,26 @@ def connect(description, clock):
     return RobotArm(description, clock)
 
 
+@contextlib.contextmanager
+def parking(arm):
+    """Park the arm after a `with` block, whatever happens, and let no signal spoil that.
+
+    Raises:
+        ArmError: of parking, unless something else came first.
+    """
+    from shared.arm_description import ArmError  # not above, see run
+
+    try:
+        yield
+    except BaseException:
+        ignore_signals()
+        with contextlib.suppress(ArmError):  # the first trouble is the one to tell
+            arm.park()
+        raise
+    ignore_signals()
+    arm.park()
+
+
 def run(name, command):
     """Call `command()`; the exit status, after one line if it has failed or was stopped."""
     from shared.arm_description import ArmError  # not above: it is no part of a quick start

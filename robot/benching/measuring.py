@@ -197,7 +197,7 @@ def _move(args, description, clock):
 
 
 def _measure_arm(arm, bench, motors):
-    try:
+    with program.parking(arm):
         arm.go_to([joint.home for joint in arm.description.joints])
         for k, joint in enumerate(arm.description.joints):
             print("measuring the {}".format(joint.name))
@@ -205,13 +205,6 @@ def _measure_arm(arm, bench, motors):
             found["joint"], found["gear"] = joint.name, joint.gear
             motors[joint.port] = found
         arm.go_low()
-    except BaseException:
-        program.ignore_signals()
-        with contextlib.suppress(ArmError):  # the first trouble is the one to tell
-            arm.park()
-        raise
-    program.ignore_signals()
-    arm.park()
     program.raise_on_signals()
 
 
