@@ -215,7 +215,8 @@ def test_a_chase_of_a_standing_goal_does_not_go_on_for_ever(watched):
     w.tracker.see = wandering
     shown = w.run("--mode", "stream", "--budget", "14")
     steps = [line["t"] for line in shown.log if line["kind"] == "step"]
-    assert max(b - a for a, b in zip(steps, [*steps[1:], 14.0])) < LONGEST_CHASE + 2
+    # (To come to rest takes a coarse loop longer.)
+    assert max(b - a for a, b in zip(steps, [*steps[1:], 14.0])) < LONGEST_CHASE + 2.5
 
 
 # Following
