@@ -18,27 +18,29 @@ from robot.servoing.local_jacobian import LEAST_DOUBT, LocalJacobian
 from shared.arm_description import find_arm, read_arm
 
 LINKS = (11.3, 9.5)
+CHAINS = {2: "planar", 3: "spatial"}
 TRUE = ((520.0, -210.0), (90.0, 340.0))
 
 
 def tip(q, links=LINKS):
-    """Where the tip of a planar chain is, cm."""
-    headings = [sum(q[: k + 1]) for k in range(len(q))]
-    return (
-        sum(link * math.cos(h) for link, h in zip(links, headings)),
-        sum(link * math.sin(h) for link, h in zip(links, headings)),
-    )
+    """Where the tip of a chain is, cm: of two joints in the plane, of three in space."""
+    *yaw, first, second = q
+    out = links[-2] * math.cos(first) + links[-1] * math.cos(first + second)
+    up = links[-2] * math.sin(first) + links[-1] * math.sin(first + second)
+    if not yaw:
+        return out, up, 0.0
+    return out * math.cos(yaw[0]), out * math.sin(yaw[0]), links[0] + up
 
 
 def affine(q, links=LINKS):
     """An oblique parallel projection, px."""
-    x, y = tip(q, links)
-    return (310 + 11 * x - 3 * y, 250 - 2 * x - 9 * y)
+    x, y, z = tip(q, links)
+    return (310 + 11 * x - 3 * y + 2 * z, 250 - 2 * x - 9 * y - 8 * z)
 
 
 def perspective(q, links=LINKS):
     """A pinhole camera that looks at the plane from a slant, px."""
-    x, y = tip(q, links)
+    x, y, _ = tip(q, links)
     depth = 60 + 0.3 * x + 0.45 * y
     return (320 + 800 * x / depth, 240 - 800 * (0.8 * y + 2) / depth)
 
@@ -100,7 +102,7 @@ def explored(noise_aware, J=TRUE, variance=1e-4):
 
 def taught(see, poses, links=LINKS, variance=0.05):
     """A ChainModel that was shown these poses."""
-    model = ChainModel(len(see(poses[0])), "planar", links)
+    model = ChainModel(len(see(poses[0])), CHAINS[len(links)], links)
     for q in poses:
         model.observe(q, see(q), variance)
     return model
@@ -479,7 +481,7 @@ def test_a_chains_picture_does_not_change_when_the_model_learns():
 @pytest.mark.parametrize("joints", [2, 3])
 def test_the_chains_covariance_is_positive_and_shrinks_with_what_is_known(joints):
     links = (9.0, 7.0, 5.0)[:joints]
-    model = ChainModel(2, "planar", links)
+    model = ChainModel(2, CHAINS[joints], links)
     here = (0.2,) * joints
     sizes = []
     for q in scattered(10, joints=joints):

@@ -10,12 +10,13 @@ but the numbers that are handed in.
 import math
 import random
 from collections import namedtuple
+from types import SimpleNamespace
 
 import pytest
 
 from robot.motion.online_trajectory import Moving
 from robot.servoing.goal_estimate import GoalEstimate
-from robot.servoing.image_model import LocalImageModel, stacked
+from robot.servoing.image_model import stacked, straight
 from robot.servoing.image_models import models_of
 from robot.servoing.joint_history import JointHistory
 from robot.servoing.linear_algebra import condition, length, median
@@ -364,6 +365,8 @@ def test_conditions_by_hand():
     assert condition(((1.0, 1.0), (0.0, 1.0))) == pytest.approx((3 + math.sqrt(5)) / 2)
     assert condition(((1.0, 0.0), (2.0, 0.0))) == float("inf")
     assert condition(((1.0, 2.0), (2.0, 4.0))) > 1e6
+    assert condition(((0.0, 0.0, 7.0), (7.0, 0.0, 0.0), (0.0, 7.0, 0.0))) == 1
+    assert condition(((0.0, 0.0, 0.0),) * 3) == float("inf")
 
 
 # ---- the best pose
@@ -371,15 +374,8 @@ def test_conditions_by_hand():
 NO_CAUTION = ((0.0, 0.0), (0.0, 0.0))
 
 
-def plane(J, offset=(0.0, 0.0)):
-    return LocalImageModel(
-        lambda q: [o + sum(a * x for a, x in zip(row, q)) for row, o in zip(J, offset)],
-        lambda q: J,
-    )
-
-
 def test_inside_the_box_the_best_pose_reaches_the_goal():
-    picture = plane(((100.0, 20.0), (-30.0, 80.0)))
+    picture = straight(((100.0, 20.0), (-30.0, 80.0)))
     # 100 * 0.4 + 20 * -0.3 = 34; -30 * 0.4 + 80 * -0.3 = -36
     q, left = best_pose(picture, (34, -36), (0, 0), (-1, -1), (1, 1), (0, 0), NO_CAUTION)
     assert q == pytest.approx([0.4, -0.3], abs=2e-3)
@@ -388,7 +384,7 @@ def test_inside_the_box_the_best_pose_reaches_the_goal():
 
 def test_a_joint_at_its_wall_lets_the_other_do_what_is_left():
     J = ((100.0, 60.0), (0.0, 80.0))
-    q, left = best_pose(plane(J), (200, 40), (0, 0), (-1, -1), (1, 2), (0, 0), NO_CAUTION)
+    q, left = best_pose(straight(J), (200, 40), (0, 0), (-1, -1), (1, 2), (0, 0), NO_CAUTION)
     # joint 1 at 1: least squares of (60, 80) q2 = (100, 40) is 9200 / 10000
     assert q == pytest.approx([1.0, 0.92], abs=2e-3)
     assert left == pytest.approx(math.hypot(100 - 60 * 0.92, 40 - 80 * 0.92), abs=0.1)
@@ -396,7 +392,7 @@ def test_a_joint_at_its_wall_lets_the_other_do_what_is_left():
 
 def test_one_iteration_is_enough_for_a_plane_with_a_wall():
     J = ((100.0, 60.0), (0.0, 80.0))
-    q, _ = best_pose(plane(J), (200, 40), (0, 0), (-1, -1), (1, 2), (0, 0), NO_CAUTION, 1)
+    q, _ = best_pose(straight(J), (200, 40), (0, 0), (-1, -1), (1, 2), (0, 0), NO_CAUTION, 1)
     assert q == pytest.approx([1.0, 0.92], abs=0.01)
 
 
@@ -409,15 +405,15 @@ def test_the_best_pose_never_leaves_the_box():
         goal = [luck.uniform(-500, 500) for _ in range(4)]
         start = [luck.uniform(-2, 2) for _ in range(3)]
         caution = [[0.0] * 3 for _ in range(3)]
-        q, left = best_pose(plane(J, (0,) * 4), goal, start, low, high, start, caution)
+        q, left = best_pose(straight(J, (0,) * 4), goal, start, low, high, start, caution)
         assert all(least <= a <= most for least, a, most in zip(low, q, high))
         assert left == pytest.approx(
-            length([g - y for g, y in zip(goal, plane(J, (0,) * 4).predict(q))])
+            length([g - y for g, y in zip(goal, straight(J, (0,) * 4).predict(q))])
         )
 
 
 def test_caution_shortens_the_step_that_it_doubts():
-    picture, box = plane(((100.0, 0.0), (0.0, 100.0))), ((-1, -1), (1, 1))
+    picture, box = straight(((100.0, 0.0), (0.0, 100.0))), ((-1, -1), (1, 1))
     bold, _ = best_pose(picture, (50, 50), (0, 0), box[0], box[1], (0, 0), NO_CAUTION)
     doubt = ((10000.0, 0.0), (0.0, 0.0))
     careful, left = best_pose(picture, (50, 50), (0, 0), box[0], box[1], (0, 0), doubt)
@@ -428,7 +424,7 @@ def test_caution_shortens_the_step_that_it_doubts():
 
 
 def test_the_best_pose_before_a_bent_camera_is_the_true_one():
-    picture = LocalImageModel(oblique, lambda q: slopes(oblique, q))
+    picture = SimpleNamespace(predict=oblique, jacobian=lambda q: slopes(oblique, q))
     low, high = (-1.5, -2.5), (2.5, 2.5)
     q, left = best_pose(picture, oblique((0.8, 0.7)), (0.2, 1.4), low, high, (0.2, 1.4), NO_CAUTION)
     assert left < 0.3
@@ -444,11 +440,11 @@ def slopes(see, q, h=1e-6):
 
 
 def test_stacked_pictures_have_their_rows_in_turn():
-    one = plane(((1.0, 2.0), (7.0, 9.0)), (5.0, 1.0))
-    other = plane(((3.0, 4.0), (5.0, 6.0)), (0.0, 1.0))
+    one = straight(((1.0, 2.0), (7.0, 9.0)), (5.0, 1.0))
+    other = straight(((3.0, 4.0), (5.0, 6.0)), (0.0, 1.0))
     both = stacked([(one, Rows.ONE["u"], 1.0), (other, Rows.BOTH, 0.5)])
     assert both.predict((1.0, 1.0)) == [8.0, 3.5, 6.0]
-    assert both.jacobian((0.0, 0.0)) == ([1.0, 2.0], [1.5, 2.0], [2.5, 3.0])
+    assert both.jacobian((0.0, 0.0)) == [[1.0, 2.0], [1.5, 2.0], [2.5, 3.0]]
 
 
 # ---- the servo in a closed loop

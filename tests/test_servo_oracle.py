@@ -5,13 +5,14 @@
 
 import itertools
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from robot.servoing import chain_model, local_jacobian
 from robot.servoing.chain_model import ChainModel
-from robot.servoing.image_model import LocalImageModel
+from robot.servoing.image_model import straight
 from robot.servoing.linear_algebra import condition
 from robot.servoing.local_jacobian import LocalJacobian
 from robot.servoing.pose_search import best_pose
@@ -58,14 +59,13 @@ def planar_terms(q):
     return np.concatenate([[1.0], np.ravel(np.column_stack([np.cos(headings), np.sin(headings)]))])
 
 
-@pytest.mark.parametrize("links", [(11.3, 9.5), (9.0, 7.0, 5.0)])
-def test_the_chains_fit_is_numpys_weighted_ridge(links):
+def test_the_chains_fit_is_numpys_weighted_ridge():
     """As stacked rows: key-frames by their standard deviations, the prior by its square root.
 
     Some fits weigh the key-frames for the place that they are seen from.
     """
     luck = np.random.default_rng(3)
-    n, m = len(links), 3
+    links, n, m = (11.3, 9.5), 2, 3
     poses = luck.uniform(-1.2, 1.2, (10, n))
     variances = luck.uniform(0.1, 4, 10)
     true = luck.normal(0, 100, (m, 2 * n + 1))
@@ -114,12 +114,6 @@ def test_conditions_are_numpys(shape):
     assert condition(J.tolist()) == pytest.approx(np.linalg.cond(J), rel=1e-3)
 
 
-def linear_picture(J):
-    return LocalImageModel(
-        lambda q: (J @ np.array(q)).tolist(), lambda q: tuple(map(tuple, J.tolist()))
-    )
-
-
 @pytest.mark.parametrize("joints", [2, 3])
 def test_the_best_pose_is_that_of_every_set_of_walls_tried(joints):
     """The least cost of a quadratic in a box, by solving for every choice of joints at walls."""
@@ -148,7 +142,7 @@ def test_the_best_pose_is_that_of_every_set_of_walls_tried(joints):
                 best = min(best, cost(q))
 
         found, left = best_pose(
-            linear_picture(J), goal.tolist(), here.tolist(), low.tolist(), high.tolist(),
+            straight(J.tolist()), goal.tolist(), here.tolist(), low.tolist(), high.tolist(),
             here.tolist(), caution.tolist(),
         )  # fmt: skip
         assert np.all(found >= low)
@@ -171,7 +165,9 @@ def test_the_best_pose_before_a_bent_camera_is_the_one_of_a_grid():
         columns = [(see(q + h * e) - see(q - h * e)) / (2 * h) for e in np.eye(2)]
         return tuple(map(tuple, np.array(columns).T.tolist()))
 
-    picture = LocalImageModel(lambda q: see(q).tolist(), lambda q: jacobian(np.array(q)))
+    picture = SimpleNamespace(
+        predict=lambda q: see(q).tolist(), jacobian=lambda q: jacobian(np.array(q))
+    )
     low, high = np.array([-0.5, 0.1]), np.array([1.2, 2.0])
     grid = np.stack(
         np.meshgrid(np.linspace(low[0], high[0], 66), np.linspace(low[1], high[1], 73)), axis=-1

@@ -44,21 +44,26 @@ MOVED = 40.0
 
 
 def _planar_terms(q):
-    """1, and the cosine and sine of every link's heading: in a planar chain the angles add up."""
-    terms, heading = [1.0], 0.0
-    for angle in q:
-        heading += angle
-        terms.append(math.cos(heading))
-        terms.append(math.sin(heading))
-    return terms
+    """1, and the cosine and sine of each link's heading: in a planar chain the angles add up."""
+    first, second = q
+    second += first
+    return [1.0, math.cos(first), math.sin(first), math.cos(second), math.sin(second)]
 
 
-def _planar_slopes(terms, joints):
-    """d terms / dq, one list per joint: joint k turns its own link and those after it."""
-    turned = [0.0] * len(terms)
-    for i in range(1, len(terms), 2):
-        turned[i], turned[i + 1] = -terms[i + 1], terms[i]
-    return [[0.0] * (2 * k + 1) + turned[2 * k + 1 :] for k in range(joints)]
+def _planar_slopes(terms):
+    """d terms / dq, a list for each joint: the first one turns both links."""
+    _, cos1, sin1, cos2, sin2 = terms
+    return [0.0, -sin1, cos1, -sin2, cos2], [0.0, 0.0, 0.0, -sin2, cos2]
+
+
+def _planar_jacobian(terms, W):
+    """W d terms / dq, without its zeros."""
+    _, cos1, sin1, cos2, sin2 = terms
+    J = []
+    for _, a, b, c, d in W:
+        forearm = d * cos2 - c * sin2
+        J.append([b * cos1 - a * sin1 + forearm, forearm])
+    return J
 
 
 def _planar_axes(links):
@@ -71,25 +76,39 @@ def _planar_axes(links):
 
 
 def _spatial_terms(q):
-    """1, cosine and sine of the yaw; of every link that pitches its reach up, ahead and aside."""
-    cos, sin = math.cos(q[0]), math.sin(q[0])
-    terms, heading = [1.0, cos, sin], 0.0
-    for angle in q[1:]:
-        heading += angle
-        out = math.cos(heading)
-        terms += math.sin(heading), out * cos, out * sin
-    return terms
+    """1, cosine and sine of the yaw; of both links that pitch their reach up, ahead and aside."""
+    yaw, first, second = q
+    second += first
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    out1, out2 = math.cos(first), math.cos(second)
+    return [
+        1.0, cos, sin, math.sin(first), out1 * cos, out1 * sin,
+        math.sin(second), out2 * cos, out2 * sin,
+    ]  # fmt: skip
 
 
-def _spatial_slopes(terms, joints):
-    """d terms / dq, one list per joint: the yaw turns what reaches out, a pitch its links."""
-    cos, sin = terms[1:3]
-    yawed, turned = [0.0, -sin, cos], [0.0, 0.0, 0.0]
-    for i in range(3, len(terms), 3):
-        up, ahead, aside = terms[i : i + 3]
-        yawed += 0.0, -aside, ahead
-        turned += ahead * cos + aside * sin, -up * cos, -up * sin
-    return [yawed] + [[0.0] * (3 * k) + turned[3 * k :] for k in range(1, joints)]
+def _spatial_slopes(terms):
+    """d terms / dq, a list for each joint: the yaw turns what reaches out, a pitch its links."""
+    _, cos, sin, up1, ahead1, aside1, up2, ahead2, aside2 = terms
+    forearm = [ahead2 * cos + aside2 * sin, -up2 * cos, -up2 * sin]
+    return (
+        [0.0, -sin, cos, 0.0, -aside1, ahead1, 0.0, -aside2, ahead2],
+        [0.0, 0.0, 0.0, ahead1 * cos + aside1 * sin, -up1 * cos, -up1 * sin] + forearm,
+        [0.0] * 6 + forearm,
+    )
+
+
+def _spatial_jacobian(terms, W):
+    """W d terms / dq, without its zeros."""
+    _, cos, sin, up1, ahead1, aside1, up2, ahead2, aside2 = terms
+    out1, out2 = ahead1 * cos + aside1 * sin, ahead2 * cos + aside2 * sin
+    J = []
+    for _, a, b, c, d, e, f, g, h in W:
+        forearm = f * out2 - (g * cos + h * sin) * up2
+        both = c * out1 - (d * cos + e * sin) * up1 + forearm
+        yawed = b * cos - a * sin + e * ahead1 - d * aside1 + h * ahead2 - g * aside2
+        J.append([yawed, both, forearm])
+    return J
 
 
 def _spatial_axes(links):
@@ -127,8 +146,8 @@ def _precision(axes):
 
 
 _CHAINS = {
-    "planar": Chain(_planar_terms, _planar_slopes, _planar_axes),
-    "spatial": Chain(_spatial_terms, _spatial_slopes, _spatial_axes),
+    "planar": Chain(_planar_terms, _planar_slopes, _planar_jacobian, _planar_axes),
+    "spatial": Chain(_spatial_terms, _spatial_slopes, _spatial_jacobian, _spatial_axes),
 }
 
 
@@ -165,7 +184,6 @@ class ChainModel(object):
 
     def __init__(self, rows, chain, links):
         self._rows = rows
-        self._joints = len(links)
         self._chain = _CHAINS[chain]
         self._axes = self._chain.axes(links)
         precision = _precision(self._axes)
@@ -211,9 +229,9 @@ class ChainModel(object):
         """The image model of an arm that is at q, where s is seen."""
         W = self._fit(q)
         here = self._chain.terms(q)
-        self._slopes = self._chain.slopes(here, self._joints)
+        self._slopes = self._chain.slopes(here)
         offset = [y - sum(map(mul, w, here)) for y, w in zip(s, W)]
-        return LinearImageModel(self._chain, self._joints, W, offset)
+        return LinearImageModel(self._chain, W, offset)
 
     def refit(self):
         """Fit anew if there is enough that is new: an iterator, each step a slice of the work."""
@@ -238,7 +256,7 @@ class ChainModel(object):
         """The same but for its place in the image, as last fitted; the same as long as that."""
         if self._fitted is None or self._shape is None or self._shape.W is not self._fitted:
             W = self._fitted or self._solve()
-            self._shape = LinearImageModel(self._chain, self._joints, W, [0.0] * self._rows)
+            self._shape = LinearImageModel(self._chain, W, [0.0] * self._rows)
         return self._shape
 
     def _weigh(self, key, weight):

@@ -68,34 +68,48 @@ def back_substituted(L, y):
 
 def solve_definite(H, b):
     """x with H x = b, for a positive definite H (its lower triangle)."""
-    if len(b) == 2:  # most often by far, and several times as fast
+    if len(b) == 2:  # these two most often by far, and several times as fast
         (a,), (c, d) = H
         det = a * d - c * c
         return [(d * b[0] - c * b[1]) / det, (a * b[1] - c * b[0]) / det]
+    if len(b) == 3:  # L D L'
+        (d0,), (l1, d1), (l2, l3, d2) = H
+        x0, x1, x2 = b
+        e1, e2 = l1 / d0, l2 / d0
+        d1 -= e1 * l1
+        l3 -= e1 * l2
+        e3 = l3 / d1
+        x1 -= e1 * x0
+        x2 = (x2 - e2 * x0 - e3 * x1) / (d2 - e2 * l2 - e3 * l3)
+        x1 = x1 / d1 - e3 * x2
+        return [x0 / d0 - e1 * x1 - e2 * x2, x1, x2]
     L = cholesky(H)
     return back_substituted(L, forward_substituted(L, b))
 
 
 def condition(J):
-    """Greatest over least singular value of J (m x n, m >= n); inf where the least is 0.
+    """Greatest over least singular value of J (m x n, n 2 or 3); inf where the least is 0.
 
-    By Hestenes' one-sided rotations (1958).
+    By the roots of the characteristic polynomial of J'J, in closed form (Smith 1961): beyond some
+    1e7 rounding outweighs the least.
     """
-    columns = [list(column) for column in zip(*J)]
-    for _ in range(30):
-        turned = False
-        for i in range(len(columns)):
-            for j in range(i + 1, len(columns)):
-                a, b = columns[i], columns[j]
-                aa, bb, ab = dot(a, a), dot(b, b), dot(a, b)
-                if abs(ab) <= 1e-12 * math.sqrt(aa * bb):
-                    continue
-                turned = True
-                angle = 0.5 * math.atan2(2 * ab, aa - bb)
-                c, s = math.cos(angle), math.sin(angle)
-                columns[i] = [c * x + s * y for x, y in zip(a, b)]
-                columns[j] = [c * y - s * x for x, y in zip(a, b)]
-        if not turned:
-            break
-    sizes = [length(column) for column in columns]
-    return max(sizes) / min(sizes) if min(sizes) > 0 else float("inf")
+    columns = list(zip(*J))
+    a, b = columns[:2]
+    aa, bb, ab = dot(a, a), dot(b, b), dot(a, b)
+    if len(columns) == 2:
+        middle, spread = (aa + bb) / 2, math.hypot((aa - bb) / 2, ab)
+        greatest, least = middle + spread, middle - spread
+    else:
+        c = columns[2]
+        cc, ac, bc = dot(c, c), dot(a, c), dot(b, c)
+        middle = (aa + bb + cc) / 3
+        x, y, z = aa - middle, bb - middle, cc - middle
+        mixed = ab * ab + ac * ac + bc * bc
+        spread = math.sqrt((x * x + y * y + z * z + 2 * mixed) / 6)
+        if spread == 0:
+            return 1.0 if middle else math.inf
+        det = x * (y * z - bc * bc) - ab * (ab * z - bc * ac) + ac * (ab * bc - y * ac)
+        angle = math.acos(min(max(det / (2 * spread**3), -1.0), 1.0)) / 3
+        greatest = middle + 2 * spread * math.cos(angle)
+        least = middle + 2 * spread * math.cos(angle + 2 * math.pi / 3)
+    return math.sqrt(greatest / least) if least > 0 else math.inf
