@@ -356,6 +356,9 @@ class Link(object):
             while self._lines and not self._inbox and not self.closed:
                 self._take(*self._lines.popleft())
             return
+        if len(self._lines) == 1:  # nothing newer has come with it
+            self._take(*self._lines.popleft())
+            return
         cameras = {}
         while self._lines:
             line, t = self._lines.popleft()
@@ -432,9 +435,9 @@ class Link(object):
         seq, last = self._latest.get(seen.camera, (-1, -1.0))
         if seq < 0 and len(self._latest) == MAX_CAMERAS:
             raise BadMessage("more than {} cameras".format(MAX_CAMERAS))
-        for name in seen.markers:
+        for name in [seen.camera] + list(seen.markers) if seq < 0 else seen.markers:
             if name not in self._usual and len(self._usual) < MOST_USUAL:
-                self._usual.update([seen.camera, name])
+                self._usual.add(name)
         if seen.seq <= seq:
             self.counters["out_of_sequence"] += 1
             return False

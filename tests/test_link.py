@@ -15,6 +15,7 @@ from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.runner import run_script
 from laptop.simulator.world import World
 from shared import link as link_module
+from shared import messages
 from shared.arm_description import find_arm, read_arm
 from shared.link import (
     DRIFT,
@@ -214,6 +215,21 @@ def test_every_camera_has_a_slot_of_its_own(wire):
         "B": 2,
         "C": 4,
     }
+
+
+def test_every_camera_is_soon_read_by_the_short_way(wire, monkeypatch):
+    plain, ways = messages._plain_observation, []
+
+    def watched(values, usual):
+        seen = plain(values, usual)
+        ways.append((values["camera"], seen is not None))
+        return seen
+
+    monkeypatch.setattr(messages, "_plain_observation", watched)
+    for camera in ("A", "B") * 2:
+        wire.laptop.send(wire.observation(camera=camera))
+        wire.poll()
+    assert ways == [("A", False), ("B", False), ("A", True), ("B", True)]
 
 
 def test_observations_go_both_ways_and_so_do_orders(wire):

@@ -5,16 +5,23 @@
     J   image Jacobian ds/dq, px/rad: m rows, n columns
 
 This model and local_jacobian's have the same door: `observe` takes in what was seen at which joint
-angles; `seen_from` gives what is known at this moment, as an image model that later observations do
-not change; `shape` the same but for its place in the image, which costs less; `covariance` says how
-little that is, of J there; `doubt_all` is for when the world has changed.
+angles; `prepare` does so early, in slices, while the arm is still being looked at; `seen_from`
+gives what is known at this moment, as an image model that later observations do not change; `shape`
+the same but for its place in the image, which costs less; `covariance` says how little that is, of
+J there; `doubt_all` is for when the world has changed.
 """
 
 import math
-from operator import mul
+from operator import mul, sub
 
 from robot.servoing.image_model import Chain, LinearImageModel
-from robot.servoing.linear_algebra import back_substituted, cholesky, dot, forward_substituted
+from robot.servoing.linear_algebra import (
+    apart,
+    back_substituted,
+    cholesky,
+    dot,
+    forward_substituted,
+)
 from robot.servoing.robust import ROBUST, trust
 
 SEEN = 400.0
@@ -38,6 +45,9 @@ more than all the rest."""
 
 REWEIGH = 12
 """The same of fits while the arm moves."""
+
+AGREES = 3.0
+"""What was prepared holds if what is seen in the end is no more standard deviations off."""
 
 MOVED = 40.0
 """What was seen before the world changed is doubted by so many px from then on."""
@@ -196,6 +206,8 @@ class ChainModel(object):
         self._keys = []
         self._fits = self._refits = 0
         self._fitted = self._shape = None  # W
+        self._here = self._covariance = None  # where the slopes are known, and the doubt of J there
+        self._prepared = None  # (q, s, variance) of what is in it before it has been observed
         self._waiting = False  # are there key-frames that are not in W?
 
     def observe(self, q, s, variance, standing=True):
@@ -205,12 +217,12 @@ class ChainModel(object):
             variance: of each element of s, px^2.
             standing: what was seen in motion does not replace what is known better.
         """
-        near = []
+        prepared, self._prepared = self._prepared, None
+        if standing and prepared and _agrees(prepared, q, s):
+            return
+        near, first = [], q[0]
         for key in self._keys:
-            for a, b in zip(key.q, q):
-                if not -APART < a - b < APART:
-                    break
-            else:
+            if -APART < key.q[0] - first < APART and apart(key.q, q) < APART:
                 near.append(key)
         if near and not standing and min(key.variance for key in near) <= variance:
             return
@@ -225,13 +237,31 @@ class ChainModel(object):
         self._keys = [key for key in self._keys if key.weight] + [new]
         self._waiting = True
 
+    def prepare(self, q, s, variance):
+        """Learn from what is seen so far of an arm that stands at q: an iterator over slices.
+
+        `observe`, `seen_from` and `covariance` have little left to do then, if that was right.
+        """
+        self.observe(q, s, variance)
+        self._prepared = tuple(q), s, variance
+        yield
+        self._fit(q)
+        yield
+        self._stand_at(q)
+        self.covariance()
+
     def seen_from(self, q, s):
         """The image model of an arm that is at q, where s is seen."""
         W = self._fit(q)
-        here = self._chain.terms(q)
-        self._slopes = self._chain.slopes(here)
-        offset = [y - sum(map(mul, w, here)) for y, w in zip(s, W)]
+        self._stand_at(q)
+        offset = [y - sum(map(mul, w, self._terms)) for y, w in zip(s, W)]
         return LinearImageModel(self._chain, W, offset)
+
+    def _stand_at(self, q):
+        if self._here != tuple(q):
+            self._here, self._covariance = tuple(q), None
+            self._terms = self._chain.terms(q)
+            self._slopes = self._chain.slopes(self._terms)
 
     def refit(self):
         """Fit anew if there is enough that is new: an iterator, each step a slice of the work."""
@@ -277,7 +307,7 @@ class ChainModel(object):
         sums = self._sums
         self._L = L = cholesky([sums[part] for part in self._triangle])
         W = [back_substituted(L, forward_substituted(L, sums[side])) for side in self._sides]
-        self._fitted, self._waiting = W, False
+        self._fitted, self._waiting, self._covariance = W, False, None
         return W
 
     def _fit(self, q):
@@ -314,9 +344,11 @@ class ChainModel(object):
 
     def covariance(self):
         """Of each row of J, n x n, (px/rad)^2, where it was last seen from."""
-        # slope' N^-1 slope, from one side: N^-1 = L'^-1 L^-1
-        halves = [forward_substituted(self._L, slope) for slope in self._slopes]
-        return [[sum(map(mul, a, b)) for b in halves] for a in halves]
+        if self._covariance is None:
+            # slope' N^-1 slope, from one side: N^-1 = L'^-1 L^-1
+            halves = [forward_substituted(self._L, slope) for slope in self._slopes]
+            self._covariance = [[sum(map(mul, a, b)) for b in halves] for a in halves]
+        return self._covariance
 
     def by_space(self):
         """How the image moves with the tip's place in space, px/cm: m rows, W along the axes."""
@@ -328,4 +360,11 @@ class ChainModel(object):
         for key in self._keys:
             key.variance += MOVED**2
             self._weigh(key, 1 / key.variance)
-        self._fitted = None
+        self._fitted = self._prepared = None
+
+
+def _agrees(prepared, q, s):
+    """Whether what was prepared is of the arm at q, and s what was seen then."""
+    at, seen, variance = prepared
+    off = list(map(sub, seen, s))
+    return at == tuple(q) and dot(off, off) < AGREES**2 * variance * len(off)

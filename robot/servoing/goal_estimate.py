@@ -57,10 +57,11 @@ class GoalEstimate(object):
         """Whether the last sightings are all elsewhere, and near one another."""
         if self._place is None:
             return False
-        t0, place = self._place
-        expected = [x + v * (t - t0) for x, v in zip(place, self._velocity)]
-        if length([a - b for a, b in zip(g, expected)]) < self.JUMPS:
-            self._strays = []
+        t0, (x, y) = self._place
+        u, v = self._velocity
+        if math.hypot(g[0] - x - u * (t - t0), g[1] - y - v * (t - t0)) < self.JUMPS:
+            if self._strays:
+                self._strays = []
             return False
         self._strays.append((t, g))
         first = self._strays[0][1]

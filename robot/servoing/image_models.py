@@ -120,6 +120,15 @@ class ImageModels(object):
             variance = sigma * sigma + IN_MOTION**2 + self._blur(name, camera)
             self.of(name, camera).observe(q, s, variance, standing=False)
 
+    def prepare(self, q, measurements):
+        """Learn ahead of `update` from what is seen so far: an iterator over slices of the work."""
+        for measurement in measurements:
+            camera, s = measurement.camera, measurement.s
+            for name in self.names:
+                variance = measurement.variance + self._blur(name, camera)
+                for _ in self.of(name, camera).prepare(q, s, variance):
+                    yield
+
     def update(self, q, measurements):
         """Learn from [Measurement] of an arm that stands at q (rad)."""
         self._last_frames = {}

@@ -99,6 +99,10 @@ class LocalJacobian(object):
             P[k][k] = max(P[k][k], LEAST_DOUBT**2)
         self._P = P
 
+    def prepare(self, q, s, variance):
+        """There is nothing to prepare."""
+        return iter(())
+
     def seen_from(self, q, s):
         """The image model of an arm that is at q, where s is seen."""
         return straight(self.J, [y - dot(row, q) for row, y in zip(self.J, s)])

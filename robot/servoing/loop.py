@@ -112,7 +112,7 @@ class VisualServoing(object):
         self._kept_at = {}  # camera: where the joints were in the last of these
         self._work = iter(())
         self._slice, self._skipped = 0.0, 0  # how long the last slice took, s
-        self._reported_at = clock.now()
+        self._reported_at = -math.inf
         self._enough = {}  # cameras: whether what they see determines where the joints go
         self._moves = self._measurements = self._frames = self._heard = 0
 
@@ -194,7 +194,7 @@ class VisualServoing(object):
         new = self._client.look(timeout)
         now = self._heard_at = self._clock.now()
         end = self._end_due(now)
-        if not moving:
+        if not moving and now - self._reported_at >= STATUS_PERIOD:
             self._report()
         frames = []
         for camera in sorted(new):
@@ -302,9 +302,13 @@ class VisualServoing(object):
         self._sightings.history.add(now, q)
         since = (now if since is None else since) + SETTLED
         frames, heard, count = {}, {}, 0
+        preparing, done = None, False
         while True:
-            self._learn()
-            new, end = self._receive(0.0 if self._unlearned else WAIT)
+            if preparing is not None:
+                done = done or next(preparing, self) is self
+            elif not self._learn() and self._servo.suffices(sorted(frames)):
+                preparing = self._servo.prepare(q, frames)
+            new, end = self._receive(WAIT if done or not (self._unlearned or preparing) else 0.0)
             if end:
                 return end, q, None, count
             for frame in list(seen) + new:

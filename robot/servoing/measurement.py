@@ -12,6 +12,9 @@ from shared.record import record
 FEWEST_FRAMES, MOST_FRAMES = 6, 12
 """Frames of a measurement; where noise might decide whether it has arrived, up to MOST_FRAMES."""
 
+GLANCED = 3
+"""Frames after which it is worth preparing for what they show."""
+
 MEDIAN = math.pi / 2
 """Variance of a median of normal noise, over that of a mean."""
 
@@ -72,6 +75,18 @@ class MedianEstimator(object):
     def sigma(self):
         """The same of the noisiest camera."""
         return max(self._sigmas.values()) if self._sigmas else FIRST_SIGMA
+
+    def glance(self, frames):
+        """[Measurement] by the first frames; None while they are too few.  Args: as below."""
+        if min(map(len, frames.values())) < GLANCED:
+            return None
+        glances = []
+        for camera in sorted(frames):
+            seen = frames[camera]
+            s = tuple([median(column) for column in zip(*[s for _, s, _ in seen])])
+            variance = MEDIAN * max(self.sigma_of(camera), LEAST_SIGMA) ** 2 / len(seen)
+            glances.append(Measurement(camera, s, seen[-1][2], variance, len(seen)))
+        return glances
 
     def measurements(self, frames):
         """[Measurement], or None while more frames are needed.

@@ -52,6 +52,10 @@ class ReportServo(object):
     def observe_in_motion(self, camera, q, s):
         """What is seen in motion is not used."""
 
+    def prepare(self, q, frames):
+        """As Servo.prepare; there is nothing to prepare."""
+        return iter(())
+
     def decide(self, q, measurements):
         """As Servo.decide."""
         if self.cameras is None:

@@ -142,6 +142,18 @@ class Servo(object):
         """As ImageModels.observe_in_motion, of all models."""
         self.models.observe_in_motion(camera, q, s)
 
+    def prepare(self, q, frames):
+        """Learn ahead of `decide`, while the arm stands at q and is still being looked at.
+
+        Args:
+            frames: as the estimator takes them.
+
+        Returns:
+            an iterator over slices of the work; None if it is too early.
+        """
+        measurements = self.estimator.glance(frames)
+        return measurements and self.models.prepare(q, measurements)
+
     def decide(self, q, measurements):
         """What to do now that the arm stands at q (rad) and [Measurement] is what is seen.
 
