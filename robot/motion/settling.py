@@ -1,6 +1,6 @@
 """When a joint whose set-point stands has settled.  Pure."""
 
-NEAR_FOR = 0.035
+NEAR_FOR = 0.028
 """A joint has settled that has been within its tolerance for so long, s."""
 
 STILL_FOR = 0.2

@@ -12,7 +12,7 @@ J there; `doubt_all` is for when the world has changed.
 """
 
 import math
-from operator import mul, sub
+from operator import mul
 
 from robot.servoing.image_model import Chain, LinearImageModel
 from robot.servoing.linear_algebra import (
@@ -22,7 +22,7 @@ from robot.servoing.linear_algebra import (
     dot,
     forward_substituted,
 )
-from robot.servoing.robust import ROBUST, trust
+from robot.servoing.robust import ROBUST, agrees, trust
 
 SEEN = 400.0
 """Standard deviation of how far, in px, the sum of the links' directions can move the marker."""
@@ -45,9 +45,6 @@ more than all the rest."""
 
 REWEIGH = 12
 """The same of fits while the arm moves."""
-
-AGREES = 3.0
-"""What was prepared holds if what is seen in the end is no more standard deviations off."""
 
 MOVED = 40.0
 """What was seen before the world changed is doubted by so many px from then on."""
@@ -218,7 +215,7 @@ class ChainModel(object):
             standing: what was seen in motion does not replace what is known better.
         """
         prepared, self._prepared = self._prepared, None
-        if standing and prepared and _agrees(prepared, q, s):
+        if standing and prepared and agrees(prepared, q, s):
             return
         near, first = [], q[0]
         for key in self._keys:
@@ -361,10 +358,3 @@ class ChainModel(object):
             key.variance += MOVED**2
             self._weigh(key, 1 / key.variance)
         self._fitted = self._prepared = None
-
-
-def _agrees(prepared, q, s):
-    """Whether what was prepared is of the arm at q, and s what was seen then."""
-    at, seen, variance = prepared
-    off = list(map(sub, seen, s))
-    return at == tuple(q) and dot(off, off) < AGREES**2 * variance * len(off)

@@ -10,7 +10,7 @@ from operator import mul, sub
 from robot.motion.kinematics import broyden_update
 from robot.servoing.image_model import straight
 from robot.servoing.linear_algebra import dot
-from robot.servoing.robust import ROBUST, trust
+from robot.servoing.robust import ROBUST, agrees, trust
 
 UNKNOWN = 2000.0
 """Standard deviation of an element of J before anything was seen, and the greatest, px/rad."""
@@ -45,6 +45,7 @@ class LocalJacobian(object):
         self._P = [[UNKNOWN**2 * (i == j) for j in range(joints)] for i in range(joints)]
         self._noise_aware = noise_aware
         self._last = None
+        self._prepared = None  # (q, s, variance) that is in it already, and (J, P, last) before
 
     def observe(self, q, s, variance, standing=True):
         """Learn from the step that led here from what was observed before.
@@ -55,6 +56,11 @@ class LocalJacobian(object):
         """
         if not (standing or self._noise_aware):
             return
+        if self._prepared is not None:
+            if standing and agrees(self._prepared[0], q, s):
+                self._prepared = None
+                return
+            self._take_back()
         if self._last is not None:
             q_before, s_before, variance_before = self._last
             dq, ds = list(map(sub, q, q_before)), list(map(sub, s, s_before))
@@ -100,8 +106,15 @@ class LocalJacobian(object):
         self._P = P
 
     def prepare(self, q, s, variance):
-        """There is nothing to prepare."""
-        return iter(())
+        """Learn from what is seen so far of an arm that stands at q: an iterator over slices."""
+        before = self.J, [list(row) for row in self._P], self._last
+        self.observe(q, s, variance)
+        self._prepared = (tuple(q), s, variance), before
+        yield
+
+    def _take_back(self):
+        """What was learned early."""
+        (self.J, self._P, self._last), self._prepared = self._prepared[1], None
 
     def seen_from(self, q, s):
         """The image model of an arm that is at q, where s is seen."""
@@ -121,6 +134,8 @@ class LocalJacobian(object):
 
     def doubt_all(self):
         """The camera was moved, or the like: J is kept, but half of it may be wrong."""
+        if self._prepared is not None:
+            self._take_back()
         size = sum(dot(row, row) for row in self.J) / len(self.J)
         for k in range(len(self._P)):
             self._P[k][k] = max(self._P[k][k], 0.25 * size)

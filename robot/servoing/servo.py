@@ -76,6 +76,9 @@ STARTS = (0.2, 0.5, 0.8), (0.25, 0.75)
 GLANCES, FINALISTS = 3, 2
 """Each start is followed for so many steps; so many that are then the best, to their ends."""
 
+STRAIGHT = 1
+"""Steps of a search by an image that is linear in the joints' angles."""
+
 AIMED = 0.3
 """Share of the tolerance that an aim of the stream may be off: the next one comes soon."""
 
@@ -257,7 +260,7 @@ class Servo(object):
             for row in penalty:
                 row[k] = 0.0
             image = self.models.together(name, self._selection)
-            to, _ = best_pose(image, goal, to, low, high, to, penalty)
+            to, _ = best_pose(image, goal, to, low, high, to, penalty, STRAIGHT)
         return self._go("explore", to)
 
     def _explore_anew(self, q, goal, measurements):
@@ -314,7 +317,7 @@ class Servo(object):
             nearer = min(1.0, WAYPOINT_DISTANCE / off)
             here = self._selection.together(self._looked[1])
             waypoint = [y + nearer * (g - y) for y, g in zip(here, goal)]
-            to, _ = best_pose(image, waypoint, q, low, high, q, penalty)
+            to, _ = best_pose(image, waypoint, q, low, high, q, penalty, STRAIGHT)
         gain = self._progress.gain
         return self._go("move", [a + gain * (b - a) for a, b in zip(q, to)])
 
