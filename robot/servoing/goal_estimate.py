@@ -26,7 +26,7 @@ class GoalEstimate(object):
 
     def __init__(self):
         self._velocity = (0.0, 0.0)
-        self._seen = []
+        self._seen = []  # (t, u, v)
         self._strays = []  # the last sightings in a row that were elsewhere
         self._place = None
         self._refreshed_at = -math.inf
@@ -47,26 +47,26 @@ class GoalEstimate(object):
         unclear = confidence < self.CLEAR and self._seen and not any(self._velocity)
         if unclear and length([a - b for a, b in zip(g, s)]) < self.HIDES:
             return
-        self._seen.append((t, g))
-        if self._has_jumped(t, g):
+        self._seen.append((t,) + tuple(g))
+        if self._has_jumped(t, *g):
             self._seen, self._strays, self._refreshed_at = self._strays, [], -math.inf
         while t - self._seen[0][0] > self.WINDOW:
             del self._seen[0]
 
-    def _has_jumped(self, t, g):
+    def _has_jumped(self, t, u, v):
         """Whether the last sightings are all elsewhere, and near one another."""
         if self._place is None:
             return False
-        t0, (x, y) = self._place
-        u, v = self._velocity
-        if math.hypot(g[0] - x - u * (t - t0), g[1] - y - v * (t - t0)) < self.JUMPS:
+        t0, x, y = self._place
+        ut, vt = self._velocity
+        if math.hypot(u - x - ut * (t - t0), v - y - vt * (t - t0)) < self.JUMPS:
             if self._strays:
                 self._strays = []
             return False
-        self._strays.append((t, g))
-        first = self._strays[0][1]
-        if length([a - b for a, b in zip(g, first)]) > self.JUMPS / 2:
-            self._strays = [(t, g)]
+        self._strays.append((t, u, v))
+        _, u0, v0 = self._strays[0]
+        if math.hypot(u - u0, v - v0) > self.JUMPS / 2:
+            self._strays = [(t, u, v)]
         return len(self._strays) == self.FEWEST
 
     def _refresh(self):
@@ -81,53 +81,53 @@ class GoalEstimate(object):
             return
         self._refreshed_at = last
         third = len(self._seen) // 3
-        velocity = (0.0,) * len(self._seen[0][1])
+        velocity = (0.0, 0.0)
         if third >= self.FEWEST:
-            t0, early = _middle(self._seen[:third])
-            t1, late = _middle(self._seen[-third:])
-            velocity = [(b - a) / (t1 - t0) for a, b in zip(early, late)]
-        if length(velocity) < self.MOVES:
-            self._velocity = (0.0,) * len(velocity)
+            t0, u0, v0 = _middle(self._seen[:third])
+            t1, u1, v1 = _middle(self._seen[-third:])
+            velocity = (u1 - u0) / (t1 - t0), (v1 - v0) / (t1 - t0)
+        if math.hypot(*velocity) < self.MOVES:
+            self._velocity = (0.0, 0.0)
             self._place = _middle(self._seen)
         else:
-            self._fit(velocity)
+            self._fit(*velocity)
 
-    def _fit(self, velocity):
+    def _fit(self, ut, vt):
         """A line through the last sightings that lie near the one by medians."""
         since = self._seen[-1][0] - self.LATELY
         lately = [seen for seen in self._seen if seen[0] >= since]
-        t0, place = _middle(lately)
-        off = [
-            length([x - y - v * (t - t0) for x, y, v in zip(g, place, velocity)]) for t, g in lately
-        ]
+        t0, u0, v0 = _middle(lately)
+        off = [math.hypot(u - u0 - ut * (t - t0), v - v0 - vt * (t - t0)) for t, u, v in lately]
         limit = max(3 * median(off), 3.0)
-        kept = [seen for seen, far in zip(lately, off) if far <= limit]
-        n = len(kept)
-        t0 = sum(t for t, _ in kept) / n
-        columns = list(zip(*(g for _, g in kept)))
-        times = [t - t0 for t, _ in kept]
+        times, us, vs = zip(*[seen for seen, far in zip(lately, off) if far <= limit])
+        n = len(times)
+        t0 = sum(times) / n
+        times = [t - t0 for t in times]
         spread = dot(times, times) or 1.0
-        self._velocity = tuple(dot(times, column) / spread for column in columns)
-        self._place = t0, [sum(c) / n for c in columns]
+        self._velocity = dot(times, us) / spread, dot(times, vs) / spread
+        self._place = t0, sum(us) / n, sum(vs) / n
 
     @property
     def latest(self):
         """Where it was seen last, px; None if it never was."""
-        return self._seen[-1][1] if self._seen else None
+        return self._seen[-1][1:] if self._seen else None
 
     def at(self, t):
         """Where it is at time t, px; None if it was never seen, or moves and was not lately."""
         self._refresh()
         if self._place is None:
             return None
-        t0, place = self._place
+        t0, u, v = self._place
         if not any(self._velocity):
-            return tuple(place)
+            return u, v
         if t - self._seen[-1][0] > self.LATELY_SEEN:
             return None
-        return tuple([x + v * (t - t0) for x, v in zip(place, self._velocity)])
+        ut, vt = self._velocity
+        return u + ut * (t - t0), v + vt * (t - t0)
 
 
 def _middle(seen):
-    """Medians of the times and of the places of sightings."""
-    return median([t for t, _ in seen]), [median(c) for c in zip(*(g for _, g in seen))]
+    """Of sightings in order of time: the middle one's time, the medians of u and v."""
+    times, us, vs = zip(*seen)
+    half = len(times) // 2
+    return (times[half] + times[~half]) / 2, median(us), median(vs)

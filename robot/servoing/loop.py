@@ -163,11 +163,6 @@ class VisualServoing(object):
                 return Halt(decision.verdict, decision.reason)
             if self._moves == self._most_moves:
                 return Halt("budget spent", "{} moves".format(self._moves))
-            _, end = self._receive(
-                0.0
-            )  # what has piled up meanwhile would make the first tick late
-            if end:
-                return end
             self._moves += 1
             self._halt, self._work = None, iter(())
             self._listens = LISTENS * len(measurements)
@@ -306,23 +301,23 @@ class VisualServoing(object):
         while True:
             if preparing is not None:
                 done = done or next(preparing, self) is self
-            elif not self._learn() and self._servo.suffices(sorted(frames)):
+            elif not self._learn() and self._suffice(frames):
                 preparing = self._servo.prepare(q, frames)
             new, end = self._receive(WAIT if done or not (self._unlearned or preparing) else 0.0)
             if end:
                 return end, q, None, count
             for frame in list(seen) + new:
-                heard[frame.camera] = self._clock.now()
+                heard[frame.camera] = self._heard_at
                 if frame.t >= since:
                     of_camera = frames.setdefault(frame.camera, [])
                     of_camera.append((frame.t, frame.s, frame.goal))
                     count += 1
             seen = ()
             for camera in list(frames):
-                if self._clock.now() - heard[camera] > LOST:  # the others do not wait for it
+                if self._heard_at - heard[camera] > LOST:  # the others do not wait for it
                     del frames[camera]
             measurements = None
-            if self._servo.suffices(sorted(frames)):
+            if self._suffice(frames):
                 measurements = self._servo.estimator.measurements(frames)
             if measurements:
                 while self._learn():

@@ -40,13 +40,15 @@ def robust_mean(frames):
     Returns:
         (s, standard deviation of a frame by the median absolute deviation, frames kept)
     """
-    middle = [median(column) for column in zip(*frames)]
     columns = list(zip(*frames))
-    sigma = sum(1.4826 * median([abs(x - m) for x in c]) for c, m in zip(columns, middle))
-    sigma /= len(middle)
+    middle = [median(column) for column in columns]
+    off = [[abs(x - m) for x in column] for column, m in zip(columns, middle)]
+    sigma = 1.4826 * sum([median(column) for column in off]) / len(off)
     limit = max(3 * sigma, 3.0)
-    kept = [f for f in frames if max(abs(x - m) for x, m in zip(f, middle)) <= limit] or frames
-    return tuple(median(column) for column in zip(*kept)), sigma, len(kept)
+    kept = [frame for frame, far in zip(frames, zip(*off)) if max(far) <= limit] or frames
+    if len(kept) < len(frames):
+        middle = [median(column) for column in zip(*kept)]
+    return tuple(middle), sigma, len(kept)
 
 
 def error_of(measurements, rows):

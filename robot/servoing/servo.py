@@ -76,7 +76,7 @@ STARTS = (0.2, 0.5, 0.8), (0.25, 0.75)
 GLANCES, FINALISTS = 3, 2
 """Each start is followed for so many steps; so many that are then the best, to their ends."""
 
-STRAIGHT = 1
+STRAIGHT = 4
 """Steps of a search by an image that is linear in the joints' angles."""
 
 AIMED = 0.3
