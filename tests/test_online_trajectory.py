@@ -8,7 +8,7 @@ from rig import described
 
 from robot.motion.backlash import TAKE_UP
 from robot.motion.joint_controller import LEAD
-from robot.motion.online_trajectory import OnlineTrajectory, way
+from robot.motion.online_trajectory import PRESS_AGAIN, OnlineTrajectory, way
 
 TICK = 0.02
 
@@ -280,6 +280,7 @@ def test_a_joint_at_rest_whose_play_is_pressed_elsewhere_is_not_over_before_it_i
     _, chase = pressed_run(lambda t: 0, 1.0, lambda q: -1 if turned else 1)
     assert rested(chase, 1.0)[0] > 0.5
     turned.append(True)
-    chase.steer(1.0, [0.0, 0.0])
-    assert rested(chase, 1.0)[0] == pytest.approx(-LEAD - TAKE_UP)
-    assert chase.sides_at(1.0 + LEAD + TAKE_UP)[0] == pytest.approx(-1)
+    t = 1.0 + PRESS_AGAIN
+    chase.steer(t, [0.0, 0.0])
+    assert rested(chase, t)[0] == pytest.approx(-LEAD - TAKE_UP)
+    assert chase.sides_at(t + LEAD + TAKE_UP)[0] == pytest.approx(-1)

@@ -13,7 +13,7 @@ from robot.motion.control_loop import COARSE, FINE, SETTLE, UNHURRIED, ControlLo
 from robot.motion.gravity import Gravity
 from robot.motion.joint_controller import GAINS, JointController
 from robot.motion.motors import JointMotor
-from robot.motion.online_trajectory import STOP, Moving, OnlineTrajectory
+from robot.motion.online_trajectory import STOP, Landing, Moving, OnlineTrajectory
 from robot.motion.trajectory import JOINT_ACCELERATION, JointMove
 from robot.motion.zero import Zero
 
@@ -38,9 +38,6 @@ than where they have come from."""
 
 DOWN, STAGES = 0.3, 40
 """Share of full speed with which the arm is parked low, and places looked at on the way there."""
-
-PRESS_AGAIN = 0.05
-"""How often it is asked where gravity presses, on the way to one place, s."""
 
 CHASE_ASTRAY = math.radians(5)
 """Greatest error in a chase, rad: a motor faster than described runs ahead on a long way."""
@@ -216,7 +213,9 @@ class RobotArm(object):
                 self.sides = self._plan.sides
             self._hold(self.joints)
 
-    def reach(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, watch=None, within=FINE):
+    def reach(
+        self, q, speed=1.0, acceleration=JOINT_ACCELERATION, watch=None, within=FINE, spare=None
+    ):
         """Move to `q` (rad), each joint by itself, as fast as a chase and landing as softly.
 
         On a long way sooner there than `go_to`, and the links end nearer to where they should; but
@@ -225,6 +224,7 @@ class RobotArm(object):
         Args:
             speed, acceleration, within: as for `chase`.
             watch: as for `follow`.
+            spare: as for ControlLoop.run.
 
         Raises:
             kinematics.Unreachable: a joint angle past its limit; nothing has moved.
@@ -235,28 +235,29 @@ class RobotArm(object):
         def tell(t, links):
             return STOP if watch and watch(t, links) is STOP else q
 
-        self._pursue(tell, speed, acceleration, within, True)
+        self._pursue(tell, speed, acceleration, within, True, spare)
 
-    def chase(self, aim, speed=1.0, acceleration=JOINT_ACCELERATION, within=FINE):
+    def chase(self, aim, speed=1.0, acceleration=JOINT_ACCELERATION, within=FINE, spare=None):
         """Let the links follow an aim that may move as it likes; end at rest, held.
 
         Args:
             aim: called in every control tick as `watch` of `follow`, it returns where the joints
-                should be (rad, or a Moving; what is past a limit means the limit), or None: come to
-                rest, end; or STOP: end at once.
+                should be (rad, or a Moving; what is past a limit means the limit); or a Landing:
+                end there; or None: come to rest, end; or STOP: end at once.
                 It is called to the end, so that it sees the coming to rest, too.
             speed: share of each joint's greatest.
             acceleration: greatest of any joint, rad/s^2.
             within: so many counts from its end a joint has settled: a coarse loop takes its time
                 for the last bit, and who measures where it is has no need of that.
+            spare: as for ControlLoop.run.
 
         Raises:
             kinematics.Unreachable: an aim that is not a number.
             Stalled, TooSlow, MotorNotFound: after stopping.
         """
-        self._pursue(aim, speed, acceleration, within, False)
+        self._pursue(aim, speed, acceleration, within, False, spare)
 
-    def _pursue(self, aim, speed, acceleration, within, once):
+    def _pursue(self, aim, speed, acceleration, within, once, spare):
         """Chase an aim, or `once` go where it is at first."""
         self._engage()
         with self._stopping_on_error():
@@ -270,12 +271,15 @@ class RobotArm(object):
                 if wanted is STOP:
                     return STOP
                 if pursuit.duration < math.inf:
-                    pursuit.press(t, PRESS_AGAIN)
+                    pursuit.press(t)
                     return None
+                last = once or isinstance(wanted, Landing)
+                if isinstance(wanted, Landing):
+                    wanted = wanted.q
                 angles = wanted.q if isinstance(wanted, Moving) else wanted
                 if angles is not None and not all(math.isfinite(angle) for angle in angles):
                     self.check(angles)
-                pursuit.steer(t, wanted, once)
+                pursuit.steer(t, wanted, last)
                 return None
 
             if not self._loop.run(
@@ -286,6 +290,7 @@ class RobotArm(object):
                 CHASE_ASTRAY,
                 steer,
                 self._weigh,
+                spare,
             ):
                 self._note_braked()
             self._hold(self.joints)

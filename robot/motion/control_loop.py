@@ -29,6 +29,10 @@ SETTLE, UNHURRIED = 0.2, 0.8
 FINE, COARSE = 0.4, 6.0
 """A motor has settled within so many counts, where they matter and where not."""
 
+IDLE, SPARE = 0.15, 0.008
+"""Share of a period that is left to the system; and what whoever wants spare time has of a tick on
+the average, s."""
+
 CREEP = 4.0
 """Speed towards the end of a path, per distance that is left, 1/s."""
 
@@ -99,8 +103,9 @@ class ControlLoop(object):
             self._controllers[motor].rest()
 
     def run(
-        self, motors, plan, settle=SETTLE, tolerance=FINE, astray=ASTRAY, watch=None, weigh=None
-    ):
+        self, motors, plan, settle=SETTLE, tolerance=FINE, astray=ASTRAY, watch=None, weigh=None,
+        spare=None
+    ):  # fmt: skip
         """Let `motors` follow `plan` to its end; they are driven still when this returns.
 
         Meanwhile no garbage is collected, which would take five ticks.
@@ -117,6 +122,8 @@ class ControlLoop(object):
                 raises goes on.
             weigh: from the motors' angles (rad) to the torques of the weights that they carry, Nm;
                 None: unknown.
+            spare: called in every tick after the motors were driven with the time (s) until which
+                there is nothing else to do; None: nobody wants it.
 
         Returns:
             Whether it came to the end of the plan.
@@ -131,12 +138,12 @@ class ControlLoop(object):
         collecting = gc.isenabled()
         gc.disable()
         try:
-            return self._run(axes, plan, watch, weigh)
+            return self._run(axes, plan, watch, weigh, spare)
         finally:
             if collecting:
                 gc.enable()
 
-    def _run(self, axes, plan, watch, weigh):
+    def _run(self, axes, plan, watch, weigh, spare):
         now_of, sleep, pace = self._clock.now, self._clock.sleep, self.pace
         for axis in axes:
             axis.motor.engage(STIFFNESS)
@@ -229,8 +236,13 @@ class ControlLoop(object):
                 check_at = end + CHECK
             # The plan goes by the clock, so that a late tick costs accuracy only.
             due = max(due + pace.period, end)
-            since = due - began
-            pace.note(end, since, end - began)
+            computing = end - began
+            if spare:
+                spare(due - IDLE * pace.period)
+                end = now_of()
+                computing += max(0.0, end - due) + SPARE
+            since = max(due, end) - began
+            pace.note(end, since, computing)
             if pace.slow == TICKS or since > DEAD_MAN:
                 raise TooSlow(since)
             sleep(due - end)

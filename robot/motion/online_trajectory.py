@@ -33,12 +33,18 @@ A single step in the middle comes to 0.75."""
 COUNTS_PER_TURN = 360
 """Of a motor's encoder."""
 
+PRESS_AGAIN = 0.05
+"""How often it is asked where gravity presses, on the way to one place, s."""
+
 MATCHED = 0.9
 """Share of its greatest speed at which a joint still keeps up with an aim."""
 
 
 Moving = record("Moving", "q q_dot")
 Moving.__doc__ = "An aim that moves at a known speed: rad and rad/s."
+
+Landing = record("Landing", "q")
+Landing.__doc__ = "The last aim, rad: the motion ends there."
 
 STOP = object()
 """Returned in place of an aim, or by who watches a motion: it ends at once, all motors held."""
@@ -262,16 +268,14 @@ class OnlineTrajectory(object):
             for joint, angle, side in zip(joints, q, sides)
         ]
         self.duration = math.inf
+        self._t, self._states = None, None
         self._pressed_at = -math.inf
         self.rests_from = [0.0] * len(self._joints)
         self._pressed = pressed
 
-    def press(self, t, again=0.0):
-        """Take in at time `t` (s) where gravity presses; for ticks in which nothing is steered.
-
-        `again`: not if that was asked less long ago, s.
-        """
-        if not self._pressed or t - self._pressed_at < again:
+    def press(self, t):
+        """Take in at time `t` (s) where gravity presses; for ticks in which nothing is steered."""
+        if not self._pressed or t - self._pressed_at < PRESS_AGAIN:
             return
         self._pressed_at = t
         sides = self._pressed([joint.at(t + LEAD)[0] for joint in self._joints])
@@ -302,11 +306,16 @@ class OnlineTrajectory(object):
         if aim is None or last:
             self.duration = max(t, max(self.rests_from))
 
+    def _at(self, t):
+        """Of every joint: as _Joint.at.  In a tick it is asked for the same time twice."""
+        if t != self._t:
+            self._t, self._states = t, [joint.at(t) for joint in self._joints]
+        return self._states
+
     def at(self, t):
         """(q, None) of the motors' side at `t` (s), at most LEAD after the last `steer`."""
         q = []
-        for joint in self._joints:
-            angle, _, side, _ = joint.at(t)
+        for joint, (angle, _, side, _) in zip(self._joints, self._at(t)):
             q.append(angle + side * joint.half_play)
         return q, None
 
@@ -320,4 +329,4 @@ class OnlineTrajectory(object):
 
     def sides_at(self, t):
         """Per joint, where the play lies at time `t` (s): from -1 to +1."""
-        return tuple(joint.at(t)[2] for joint in self._joints)
+        return tuple([side for _, _, side, _ in self._at(t)])

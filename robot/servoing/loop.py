@@ -31,7 +31,7 @@ LEARNING_STEP = math.radians(0.5)
 MOST_KEPT = 200
 """Frames of a chase that are kept: some may have been seen at rest."""
 
-MOST_UNLEARNED, MOST_LATE = 60, 12
+MOST_UNLEARNED, MOST_LATE = 60, 3
 """Frames that wait to be learned from: until it stands, and in a chase, which goes by them."""
 
 SETTLED = 0.03
@@ -47,12 +47,15 @@ LONGEST_CHASE = 6.0
 WAIT = 0.1
 """For observations while nothing is to be done, s at a time."""
 
-LISTENS = 0.045
-"""In a motion messages are received so often for each camera, s: two of them take a whole tick."""
+QUIET, SOONEST, LATEST = 4, 0.03, LOST / 2
+"""In motion messages are received after so many times what that took last, but no sooner and no
+later, s: most of the time is for aiming and learning."""
 
-WORK, MOST_SKIPPED = 0.02, 3
-"""So long after the reading of the encoders learning and aiming must be done, s; and after so many
-ticks in which nothing of it would fit, it is done all the same."""
+FITS = 0.5
+"""A slice of these is begun if so much of the one before would fit into what is left of a tick."""
+
+MOST_SKIPPED = 3
+"""After so many ticks in which nothing of it would fit, it is done all the same."""
 
 LANDS = 1.5
 """A motion may end so many counts off: it is then looked from where it is."""
@@ -106,9 +109,9 @@ class VisualServoing(object):
         self._halt = None  # why the motion is over
         self._error, self._e, self._condition = None, {}, None
         self._chased, self._chase_began = [], None
-        self._listens = LISTENS
-        self._unseen = deque(maxlen=MOST_LATE)  # frames of a chase, to be steered by
-        self._unlearned = deque(maxlen=MOST_UNLEARNED)  # the same, and of other motions
+        self._chasing_now = False
+        self._pause = SOONEST  # between two times of listening, s
+        self._unlearned = deque(maxlen=MOST_UNLEARNED)  # frames of a motion
         self._kept_at = {}  # camera: where the joints were in the last of these
         self._work = iter(())
         self._slice, self._skipped = 0.0, 0  # how long the last slice took, s
@@ -165,17 +168,21 @@ class VisualServoing(object):
                 return Halt("budget spent", "{} moves".format(self._moves))
             self._moves += 1
             self._halt, self._work = None, iter(())
-            self._listens = LISTENS * len(measurements)
             speed = self._speed * (FEWER if self._sightings.any_blind else 1.0)
             far = self._follow or apart(decision.q, q) > CHASED
-            if self._stream is not None and decision.action == "move" and far:
+            self._chasing_now = (
+                self._stream is not None and decision.action == "move" and far
+                and not self._servo.detours
+            )  # fmt: skip
+            if self._chasing_now:
                 self._stream.begin(decision.q)
                 self._chased, self._chase_began = [], self._clock.now()
-                self._unseen.clear()
-                self._arm.chase(self._steer, speed, within=LANDS)
+                self._arm.chase(self._steer, speed, within=LANDS, spare=self._spare)
                 seen = self._stream.still_since, self._chased
             else:
-                self._arm.reach(decision.q, speed, watch=self._watch, within=LANDS)
+                self._arm.reach(
+                    decision.q, speed, watch=self._watch, within=LANDS, spare=self._spare
+                )
             if self._halt is HOLD:
                 self._note_lost()
                 seen = ()
@@ -361,56 +368,57 @@ class VisualServoing(object):
     def _watch(self, t, q):
         """What is done in every control tick of a motion: None to go on, or STOP."""
         self._sightings.history.add(t, q)
-        if t - self._heard_at >= self._listens:
-            _, self._halt = self._listen()
-            return STOP if self._halt else None
-        self._work_on(t, self._learning)
-        return None
+        return STOP if self._halt else None
 
     def _steer(self, t, q):
         """The same of a chase: where the joints should be, None to come to rest, or STOP."""
         self._sightings.history.add(t, q)
-        if t - self._heard_at >= self._listens:
-            frames, self._halt = self._listen()
-            if self._halt:
-                return STOP
-            self._chased += frames
-            del self._chased[:-MOST_KEPT]
-            self._unseen += frames
-            while len(self._unlearned) > MOST_LATE:
-                self._unlearned.popleft()
-        else:
-            self._work_on(t, self._chasing)
-        aim = self._stream.aim(t, q)  # it notes since when the joints stand
-        if not self._follow and self._stream.has_arrived(q):
-            return None
+        if self._halt:
+            return STOP
+        aim = self._stream.aim(t, q, self._follow)  # it notes since when the joints stand
         late = t - self._chase_began > LONGEST_CHASE and not self._sightings.goal_moves(t)
         return None if late else aim
 
-    def _work_on(self, t, work):
-        """Report if it is time, else do slices of `work`: what fits into a tick that began at t.
+    def _spare(self, until):
+        """What is done in the rest of a tick: listen or report if it is time, else learn and aim.
 
-        What takes a slow brick longer than that has its turn now and then all the same.
+        What takes a slow brick longer than there is has its turn now and then all the same.
         """
         now = self._clock.now()
+        if now - self._heard_at >= self._pause:
+            frames, self._halt = self._listen()
+            self._pause = min(max(SOONEST, QUIET * (self._clock.now() - now)), LATEST)
+            if self._chasing_now:
+                self._chased += frames
+                del self._chased[:-MOST_KEPT]
+                for frame in frames:
+                    self._stream.see(frame, self._sightings.goals.get(frame.camera))
+                while len(self._unlearned) > MOST_LATE:
+                    self._unlearned.popleft()
+            return
         if now - self._reported_at >= STATUS_PERIOD:
             self._report()
-            return
-        if now + self._slice > t + WORK and self._skipped < MOST_SKIPPED:
+            now = self._reported_at
+        if now + FITS * self._slice > until and self._skipped < MOST_SKIPPED:
             self._skipped += 1
-            return
-        self._skipped = 0
+        else:
+            self._skipped = 0
+            self._work_on(now, until)
+
+    def _work_on(self, now, until):
+        """Do slices of learning and aiming, the first one at all events."""
         begun = False
         while True:
             if next(self._work, self) is self:
                 if begun:
                     return  # there is nothing to do
-                self._work, begun = work(), True
+                self._work = self._chasing() if self._chasing_now else self._learning()
+                begun = True
                 continue
             begun = False
             began, now = now, self._clock.now()
             self._slice = now - began
-            if now + self._slice > t + WORK:
+            if now + FITS * self._slice > until:
                 return
 
     def _learning(self):
@@ -420,10 +428,6 @@ class VisualServoing(object):
 
     def _chasing(self):
         """Aim by what was seen; then learn from a frame and make use of it: slice by slice."""
-        while self._unseen:
-            frame = self._unseen.popleft()
-            self._stream.see(frame, self._sightings.goals.get(frame.camera))
-            yield
         for _ in self._stream.reaim():
             yield
         if self._unlearned:

@@ -48,6 +48,7 @@ class Progress(object):
         postures: joint angles (rad) of the postures that have been tried.
         refined: whether it was within the tolerance before.
         flat: whether the cameras were once found to see the same.
+        detours: whether the last move leads to another posture.
     """
 
     def __init__(self, tolerance, known=False):
@@ -59,7 +60,7 @@ class Progress(object):
         self._checked = False  # by exploring anew, that it is out of reach
         self.bound = None
         self.postures = []
-        self.refined = self.flat = False
+        self.refined = self.flat = self.detours = False
 
     def note(self, off):
         """Take in that a measurement is so far off (px); what to do: one of the actions above."""
@@ -118,7 +119,7 @@ class Progress(object):
 
     def detour(self):
         """The way may lead farther off at first."""
-        self._best = float("inf")
+        self._best, self.detours = float("inf"), True
 
     def begin_elsewhere(self):
         """Start from another posture."""

@@ -19,7 +19,7 @@ from robot.servoing.image_model import stacked
 from robot.servoing.image_models import ImageModels
 from robot.servoing.linear_algebra import apart, condition, length
 from robot.servoing.measurement import MedianEstimator, error_of
-from robot.servoing.pose_search import best_pose, descent
+from robot.servoing.pose_search import CLEARLY_BETTER, NEARLY_THERE, best_pose, descent
 from robot.servoing.progress import (
     EXPLORE_ANEW,
     GIVE_UP,
@@ -63,13 +63,6 @@ MIN_STEP_SIGMAS = 6.0
 LIMIT_MARGIN = math.radians(1)
 """Distance kept from joint limits, rad: nobody knows the play exactly."""
 
-NEARLY_THERE = 0.4
-"""A course that leaves over no more than this share of the error is taken without looking for
-another posture: there was none that was better in 60 of 60 where it mattered."""
-
-CLEARLY_BETTER = 0.7
-"""Another posture must leave over no more than this share of the error."""
-
 STARTS = (0.2, 0.5, 0.8), (0.25, 0.75)
 """Where in their ranges joints begin to be searched for another posture: up to two, and more."""
 
@@ -78,6 +71,9 @@ GLANCES, FINALISTS = 3, 2
 
 STRAIGHT = 4
 """Steps of a search by an image that is linear in the joints' angles."""
+
+CAUTION = 0.3
+"""Share of what is not known of J that counts in a chase, which learns on the way."""
 
 AIMED = 0.3
 """Share of the tolerance that an aim of the stream may be off: the next one comes soon."""
@@ -113,6 +109,7 @@ class Servo(object):
         rows: Rows.
         estimator: has `measurements(frames)`.
         models: ImageModels.
+        tolerance: px.
     """
 
     def __init__(self, arm, models, tolerance, seed=0, known=False, rows=None):
@@ -121,7 +118,7 @@ class Servo(object):
         self.estimator = MedianEstimator(tolerance, self.rows)
         self.models = ImageModels(models, arm.joints, self.estimator.sigma_of)
         self._arm = arm
-        self._tolerance, self._known = tolerance, known
+        self.tolerance, self._known = tolerance, known
         self._box = (
             [joint.lower + LIMIT_MARGIN for joint in arm.joints],
             [joint.upper - LIMIT_MARGIN for joint in arm.joints],
@@ -136,6 +133,11 @@ class Servo(object):
     def cameras(self):
         """Those that it goes by."""
         return self._selection.used
+
+    @property
+    def detours(self):
+        """Whether the last move leads to another posture, and at first perhaps farther off."""
+        return self._progress.detours
 
     def suffices(self, cameras):
         """Whether what these cameras see determines where the joints go."""
@@ -176,17 +178,17 @@ class Servo(object):
         goal = self._selection.together({m.camera: m.goal for m in used})
         off = length(error_of(used, self.rows))
         progress = self._progress
-        if off < self._tolerance * (1 if progress.refined else STOP_MARGIN):
+        if off < self.tolerance * (1 if progress.refined else STOP_MARGIN):
             if not unknown and self._sees_flat():
                 if progress.flat:
                     return _end(SINGULAR, FLAT_VIEW.format(" and ".join(self.cameras)))
                 progress.flat = True  # false sightings may say so, too: look again
                 return self._explore_anew(q, goal, measurements)
-            self._progress = Progress(self._tolerance, self._known)  # should the goal move on
+            self._progress = Progress(self.tolerance, self._known)  # should the goal move on
             return _end(CONVERGED)
         if not unknown and self.using is None and not self._marker_moved(q):
             return _end(SINGULAR, "the marker does not move when the joints do")
-        progress.refined = progress.refined or off < self._tolerance
+        progress.refined = progress.refined or off < self.tolerance
         if not self._selection.explored:
             return self._explore(q, goal)
         action = progress.note(off)
@@ -225,7 +227,7 @@ class Servo(object):
         name = self._in_use()
         self.rows.choose({c: self.models.image(name, c).jacobian(q) for c in known})
         if self._selection.choose(cameras, known, self.estimator.sigma_of):
-            self._progress = Progress(self._tolerance, self._known)
+            self._progress = Progress(self.tolerance, self._known)
 
     def _marker_moved(self, q):
         """Whether exploring has shown that any joint moves the marker."""
@@ -291,6 +293,7 @@ class Servo(object):
         J = {c: self.models.image(name, c).jacobian(q) for c in self.cameras}
         self.J = tuple(self.rows.values(J))
         penalty = self.models.penalty(name, self._selection, len(q))
+        self._progress.detours = False
         if name == "chain":
             to, left = self._course(image, goal, q, penalty, off)
             if self._progress.stalls(off, left):
@@ -354,7 +357,7 @@ class Servo(object):
         straight = best_pose(image, goal, q, *self._box, here=q, penalty=penalty)
         left = straight[1]
         bound = self._progress.bound
-        if left <= (self._tolerance if bound else max(self._tolerance, NEARLY_THERE * off)):
+        if left <= (self.tolerance if bound else max(self.tolerance, NEARLY_THERE * off)):
             return straight
         if bound is None:
             course = self._best_posture(image, goal, q, penalty, straight, left)
@@ -363,6 +366,7 @@ class Servo(object):
             if course[1] >= left - 1:
                 course = straight
         self._progress.bound = course[0]
+        self._progress.detours = course is not straight
         return course
 
     def _best_posture(self, image, goal, q, penalty, best, left):
@@ -375,7 +379,7 @@ class Servo(object):
         begun.sort(key=itemgetter(1))
         for start, _ in begun[:FINALISTS]:
             to, off = best_pose(image, goal, start, *box)
-            if off < min(best[1], max(self._tolerance, CLEARLY_BETTER * left)):
+            if off < min(best[1], max(self.tolerance, CLEARLY_BETTER * left)):
                 best = to, off
         return best
 
@@ -413,7 +417,12 @@ class Servo(object):
             stacked(selection.parts(images)), selection.together(goal), selection.together(speed)
         )  # fmt: skip
 
-    def nearing(self, image, goal, q):
-        """The steps from `q` (rad) to where the joints should be: see `descent`."""
-        sharp = (AIMED * self._tolerance) ** 2
-        return descent(image, goal, q, *self._box, sharp=sharp)
+    def caution(self, q):
+        """What is not known of J where the joints stand, at q (rad): a penalty for `nearing`."""
+        penalty = self.models.penalty(self._in_use(), self._selection, len(q))
+        return [[CAUTION * value for value in row] for row in penalty]
+
+    def nearing(self, image, goal, start, q, caution):
+        """The steps from `start` to where joints that are at `q` should be (rad): see `descent`."""
+        sharp = (AIMED * self.tolerance) ** 2
+        return descent(image, goal, start, *self._box, here=q, penalty=caution, sharp=sharp)

@@ -4,18 +4,15 @@ import math
 from operator import sub
 
 from robot.motion.kinematics import damped_solve
-from robot.motion.online_trajectory import Moving
-from robot.servoing.linear_algebra import apart, dot, median
+from robot.motion.online_trajectory import Landing, Moving
+from robot.servoing.linear_algebra import apart, dot, length, median
+from robot.servoing.pose_search import CLEARLY_BETTER, NEARLY_THERE
 from shared.record import record
 
 STANDS = 0.0, 0.0
 """The velocity of a goal that stands, px/s."""
 
 _Sight = record("_Sight", "t shape offset goal speed")
-
-
-def _missed(shape, q, s):
-    return q, s, shape, list(map(sub, s, shape.predict(list(q))))
 
 
 class Stream(object):
@@ -36,8 +33,9 @@ class Stream(object):
     their median by how much the model is off."""
     REAIM, STILL = math.radians(1.5), math.radians(0.7)
     """An aim so near to the last one is the same; a joint that stays within STILL stands, rad."""
-    ARRIVED, SURE = math.radians(2), 3
-    """Within this of its aim (rad), after so many of them, it has arrived."""
+    ARRIVED, SURE, SLOW_FOR = math.radians(2), 3, 0.06
+    """Within this of its aim (rad), after so many of them, and standing for so long (s), it has
+    arrived: one that passes by goes on beyond."""
     STALE = 0.3
     """What a camera has not seen for so long is not gone by, s."""
 
@@ -49,8 +47,9 @@ class Stream(object):
         """Begin with the first aim, rad."""
         self._aim, self._drift, self._aimed_at = tuple(q), None, None
         self._better = self._aim  # so far; on the way there it may be found to be another
+        self._caution = self._servo.caution(q)
         self._recent = {}  # camera: the last frames, [(q, s, shape, what the shape missed, px)]
-        self._sights = {}
+        self._seen = {}  # camera: (t, goal, its speed) in the last one
         self._news_at = None  # time of the newest frame that has not been aimed by
         self._still_at = self.still_since = None
         self._confirmed = False
@@ -61,37 +60,63 @@ class Stream(object):
         camera, t, q, s, where = frame
         if q is None or camera not in self._servo.cameras:
             return
-        shape = self._servo.shape(camera)
         recent = self._recent.setdefault(camera, [])
-        if recent and recent[-1][2] is not shape:
-            recent[:] = [_missed(shape, q, s) for q, s, _, _ in recent[1 - self.FEWEST :]]
-        recent.append(_missed(shape, q, s))
+        recent.append((q, s, None, None))
         del recent[: -self.MOST]
-        slow = apart(recent[0][0], q) < self.NEAR
-        near = [off for _, _, _, off in (recent if slow else recent[-self.FEWEST :])]
-        offset = [median(column) for column in zip(*near)]
         speed = STANDS
         if goal is not None:
             where, speed = goal.at(t), goal.velocity
-        self._sights[camera] = _Sight(t, shape, offset, where, speed)
-        self._news_at = t
+        self._seen[camera] = t, where, speed
+        self._q, self._news_at = q, t
+
+    def _sight(self, camera):
+        """What the last frames of a camera say, and by how much its model is off."""
+        shape = self._servo.shape(camera)
+        recent = self._recent[camera]
+        if recent[0][2] is not shape:
+            del recent[: -self.FEWEST]
+        off = []
+        for k, (q, s, by, missed) in enumerate(recent):
+            if by is not shape:
+                missed = list(map(sub, s, shape.predict(list(q))))
+                recent[k] = q, s, shape, missed
+            off.append(missed)
+        if apart(recent[0][0], recent[-1][0]) >= self.NEAR:
+            off = off[-self.FEWEST :]
+        t, where, speed = self._seen[camera]
+        return _Sight(t, shape, [median(column) for column in zip(*off)], where, speed)
 
     def reaim(self):
         """Aim by what was seen since the last time: an iterator, each step a slice of the work."""
         t, self._news_at = self._news_at, None
         if t is None:
             return
-        sights = {c: sight for c, sight in self._sights.items() if t - sight.t < self.STALE}
-        if not self._servo.suffices(sorted(sights)):
+        cameras = sorted(c for c, seen in self._seen.items() if t - seen[0] < self.STALE)
+        if not self._servo.suffices(cameras):
             return
+        sights = {}
+        for camera in cameras:
+            sights[camera] = self._sight(camera)
+            yield
         image, wanted, speed = self._servo.together(sights, t)
-        start = self._better
+        q, start = self._q, self._better
         if self._drift is not None:
             start = [a + v * (t - self._aimed_at) for a, v in zip(self._aim, self._drift)]
-        for found, _ in self._servo.nearing(image, wanted, start):
-            self._better = found
-            yield
-        self._settle_on(self._better, image, speed, t)
+        better, left = yield from self._nearing(image, wanted, start, q)
+        if left > self._servo.tolerance:
+            off = length(list(map(sub, wanted, image.predict(q))))
+            if left > NEARLY_THERE * off:  # that may be the far side of a wall: what from here?
+                found, less = yield from self._nearing(image, wanted, q, q)
+                if less < CLEARLY_BETTER * left:
+                    better = found
+        self._better = better
+        self._settle_on(better, image, speed, t)
+
+    def _nearing(self, image, wanted, start, q):
+        """Go through the steps of Servo.nearing, each in a slice of its own; the last one."""
+        for found in self._servo.nearing(image, wanted, start, q, self._caution):
+            yield found
+        return found
 
     def _settle_on(self, q, image, speed, t):
         """Make it the aim, unless it is all but the same."""
@@ -108,18 +133,21 @@ class Stream(object):
         elif self.still_since is not None and t > self.still_since:
             self._confirmed = True
 
-    def has_arrived(self, q):
-        """Whether the joints, at q (rad), are all but there, where they can be looked at."""
-        return self._aims >= self.SURE and apart(q, self._aim) < self.ARRIVED
+    def aim(self, t, q, follow=False):
+        """Where the joints, at q (rad) at time t, should be, as RobotArm.chase takes it.
 
-    def aim(self, t, q):
-        """Where the joints should be at time t, rad or Moving; None: stand and look."""
+        Args:
+            follow: do not end near a goal that moves.
+        """
         if self._still_at is None or apart(q, self._still_at) > self.STILL:
             self._still_at, self.still_since, self._confirmed = q, t, False
+        stands_for = t - self.still_since
+        near = apart(q, self._aim) < self.ARRIVED and self._aims >= self.SURE
+        arrived = near and stands_for > self.SLOW_FOR and not follow
         if self._drift is not None:
             late = t - self._aimed_at
-            return Moving([a + v * late for a, v in zip(self._aim, self._drift)], self._drift)
-        there = apart(q, self._aim) < 2 * self.REAIM
-        if there and self._confirmed and t - self.still_since > 0.1:
+            there = [a + v * late for a, v in zip(self._aim, self._drift)]
+            return None if arrived else Moving(there, self._drift)
+        if self._confirmed and stands_for > 0.1 and apart(q, self._aim) < 2 * self.REAIM:
             return None
-        return self._aim
+        return Landing(self._aim) if arrived else self._aim
