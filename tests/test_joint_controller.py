@@ -217,3 +217,16 @@ def test_a_weight_is_carried_through_the_gear(gear):
     # What a standing motor pushes with is the stiffness times the set-point, % and deg/s.
     duty = STIFFNESS * math.degrees(controller.command(0.0, 0.0, 0.0)) * gear
     assert duty * gains.torque_per_duty * gear == pytest.approx(0.1)
+
+
+def test_a_softer_hand_is_as_firm_as_it_gets_from_a_greater_error_on():
+    one = JointController(1.0, GAINS["large"])
+    firm = []
+    for delay in (0.01, 0.05):
+        one.delay = delay
+        one.observe(0.0, 0.0, 0.0)
+        firm.append(one.full_error)
+        most, less = (one.command(share * one.full_error, 0.0, 0.0) for share in (1.0, 0.9))
+        assert most == one.command(2 * one.full_error, 0.0, 0.0)
+        assert less == pytest.approx(0.9 * most)
+    assert firm[1] > 1.5 * firm[0]

@@ -7,7 +7,7 @@ import pytest
 from rig import degrees, switched_on
 
 from laptop.simulator.world import World
-from robot.motion.control_loop import ControlLoop, Stalled, TooSlow
+from robot.motion.control_loop import IDLE, SPARE, STARTING, ControlLoop, Stalled, TooSlow
 from robot.motion.online_trajectory import STOP
 from robot.motion.pace import DOZEN, LONGEST, SHORTEST, Pace
 
@@ -174,3 +174,42 @@ def test_a_joint_that_turns_is_not_called_blocked_because_ticks_are_long(
         assert ticks[-1] < 3.3 * period / 0.02 if stops == math.inf else 7.6 + math.degrees(0.2)
     else:
         assert not loop.run([joint], Even(), astray=math.radians(3), watch=watch)
+
+
+@pytest.mark.parametrize("period", [0.02, 0.05])
+def test_spare_time_is_what_is_left_of_a_tick_when_its_motors_are_driven(period):
+    """None at the start; and the system keeps its share."""
+    world, told = World(), []
+    joint = Lagging(world, 0.0)
+    loop = ControlLoop(world, {joint: joint}, lambda: None, lambda line: None)
+    loop.pace.period = period
+    loop.pace.note = lambda *args: None
+
+    def watch(t, now, angles):
+        told.append(("read", now))
+        world.sleep(0.004)
+        return STOP if t > 1 else None
+
+    def spare(until):
+        told.append(("spare", world.now(), until))
+
+    assert not loop.run([joint], Even(), watch=watch, spare=spare)
+    for (_, read, *_), (name, *times), (_, next_one, *_) in zip(told, told[1:], told[2:]):
+        if name == "spare":
+            assert times == pytest.approx([read + 0.004, read + period * (1 - IDLE)])
+            assert next_one == pytest.approx(read + period)
+    assert min(entry[1] for entry in told if entry[0] == "spare") > STARTING
+
+
+def test_who_needs_more_than_the_spare_time_makes_the_period_longer():
+    noted = []
+    for needs, since, computing in ((0.0, 0.02, SPARE), (0.03, 0.03, SPARE + 0.03)):
+        world = World()
+        joint = Lagging(world, 0.0)
+        loop = ControlLoop(world, {joint: joint}, lambda: None, lambda line: None)
+        loop.pace.note = lambda t, since, computing: noted.append((since, computing))
+        loop.run(
+            [joint], Even(), watch=lambda t, now, angles: STOP if t > 1 else None,
+            spare=lambda until, world=world, needs=needs: world.sleep(needs),
+        )  # fmt: skip
+        assert noted[-1] == pytest.approx((since, computing), abs=1e-9)

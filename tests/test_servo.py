@@ -134,6 +134,35 @@ def view(s, goal, camera="A", variance=0.1):
     return Measurement(camera, tuple(s), tuple(goal), variance, 6)
 
 
+def prepared(world, off):
+    """Two steps in which the first frames are off by so many px; what is decided then."""
+    for _ in range(4):
+        seen = world.measurements()
+        frames = {m.camera: [(0.0, (m.s[0] + off, m.s[1]), m.goal)] * 3 for m in seen}
+        for _ in world.servo.prepare(world.q, frames):
+            pass
+        decision = world.step()
+    return decision
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_is_prepared_by_the_first_frames_is_what_is_decided(method):
+    """Where they were false all the same: what was learned from them is learned anew."""
+    plain, early, false = (rig(method, *RUNS[0]) for _ in range(3))
+    for _ in range(4):
+        decision = plain.step()
+    assert prepared(early, 0.0).q == pytest.approx(decision.q, abs=math.radians(1.5))
+    assert prepared(false, 300.0).q == pytest.approx(decision.q, abs=math.radians(1.5))
+
+
+def test_nothing_is_prepared_by_a_frame_or_two():
+    servo = rig("chain", *RUNS[0]).servo
+    frames = [(0.0, (1.0, 2.0), (3.0, 4.0))]
+    assert servo.prepare((0.2, 0.8), {"A": 2 * frames}) is None
+    assert servo.prepare((0.2, 0.8), {"A": 3 * frames, "B": frames}) is None
+    assert servo.prepare((0.2, 0.8), {"A": 3 * frames}) is not None
+
+
 # ---- the report's algorithm, to the letter
 
 

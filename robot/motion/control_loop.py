@@ -29,6 +29,10 @@ SETTLE, UNHURRIED = 0.2, 0.8
 FINE, COARSE = 0.4, 6.0
 """A motor has settled within so many counts, where they matter and where not."""
 
+STARTING = 0.1
+"""There is no spare time at the start of a motion, s: the push that sets a joint going through its
+play would last as long as a tick that takes too long."""
+
 IDLE, SPARE = 0.15, 0.008
 """Share of a period that is left to the system; and what whoever wants spare time has of a tick on
 the average, s."""
@@ -237,7 +241,7 @@ class ControlLoop(object):
             # The plan goes by the clock, so that a late tick costs accuracy only.
             due = max(due + pace.period, end)
             computing = end - began
-            if spare:
+            if spare and t > STARTING:
                 spare(due - IDLE * pace.period)
                 end = now_of()
                 computing += max(0.0, end - due) + SPARE

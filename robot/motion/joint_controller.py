@@ -102,7 +102,8 @@ class JointController(object):
 
     Attributes:
         angle, speed: as observed, rad and rad/s; None until the first reading.
-        full_error: at an error of so much the hand is as firm as it gets, rad.
+        full_error: from an error of so much on the hand is as firm as it gets, rad: the softer it
+            is, the later.
         delay: s; from a reading to the middle of the time for which the command acts that it leads
             to.  The later that is, the softer the hand, and the more does speed count.
     """
@@ -118,8 +119,7 @@ class JointController(object):
         self._degree = degree
         self._turning_at = gains.turning * degree
         self._gains = gains.position * per_degree, gains.velocity * per_degree
-        self.full_error = gains.most_error * degree
-        self._hand = self.full_error * gains.position * per_degree
+        self._hand = gains.most_error * degree * gains.position * per_degree
         self._friction = gains.friction * per_duty
         self._model = self._share, self._lag, degree, gains.moving * degree
         self._observer = (
@@ -150,7 +150,7 @@ class JointController(object):
         position, velocity = self._gains
         late = max(0.0, delay - TUNED_DELAY)
         self._position = position / (1 + SOFTER * late)
-        self._most_error = self._hand / self._position
+        self.full_error = self._hand / self._position
         # What is missing when the command acts, not when it was read.
         self._velocity = velocity + self._position * late * FORESEEN
 
@@ -244,7 +244,7 @@ class JointController(object):
         else:
             turning = speed / at
         self._turning = turning
-        most = self._most_error
+        most = self.full_error
         if error > most:
             error = most
         elif error < -most:

@@ -166,6 +166,10 @@ class VisualServoing(object):
                 return Halt(decision.verdict, decision.reason)
             if self._moves == self._most_moves:
                 return Halt("budget spent", "{} moves".format(self._moves))
+            if self._clock.now() - self._heard_at > LATEST:  # much has piled up meanwhile
+                _, end = self._receive(0.0)
+                if end:
+                    return end
             self._moves += 1
             self._halt, self._work = None, iter(())
             speed = self._speed * (FEWER if self._sightings.any_blind else 1.0)
