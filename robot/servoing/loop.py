@@ -49,7 +49,8 @@ WAIT = 0.1
 
 QUIET, SOONEST, LATEST = 4, 0.03, LOST / 2
 """In motion messages are received after so many times what that took last, but no sooner and no
-later, s: most of the time is for aiming and learning."""
+later, s: most of the time is for aiming and learning.  Where nothing was seen it is looked again
+soon."""
 
 FITS = 0.5
 """A slice of these is begun if so much of the one before would fit into what is left of a tick."""
@@ -391,7 +392,8 @@ class VisualServoing(object):
         now = self._clock.now()
         if now - self._heard_at >= self._pause:
             frames, self._halt = self._listen()
-            self._pause = min(max(SOONEST, QUIET * (self._clock.now() - now)), LATEST)
+            took = self._clock.now() - now
+            self._pause = min(max(SOONEST, QUIET * took), LATEST) if frames else SOONEST
             if self._chasing_now:
                 self._chased += frames
                 del self._chased[:-MOST_KEPT]
