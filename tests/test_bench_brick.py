@@ -13,7 +13,7 @@ BUDGETS = {
     "spatial, look: tick": 900,
     "planar, look: decision, move": 1500,
     "spatial, look: decision, move": 2500,
-    "spatial, look: decision, move, greatest": 9000,
+    "spatial, look: decision, end": 9000,
     "planar: planning a line": 10000,
     "spatial: planning a line": 15000,
     "start: driver.py where": 160000,
