@@ -166,7 +166,7 @@ def test_no_joint_turns_faster_than_60_deg_per_s_for_long(undisturbed):
 @pytest.mark.long
 def test_no_joint_is_ever_past_its_limit(watched):
     w = watched(goal=(-17.0, -4.0))
-    w.run("--budget", "15")
+    w.run("--budget", "30")
     for joint, angles in zip(w.arm.joints, zip(*(m.q for m in w.moments))):
         assert joint.lower <= min(angles)
         assert max(angles) <= joint.upper
