@@ -403,3 +403,12 @@ def test_what_cannot_be_run_is_refused_in_a_line(bench, arguments, word):
 def test_a_camera_that_sees_no_two_poses_apart_is_drawn_anew():
     setting, cameras = servo.set_up("planar", 1083, servo.SCENES["lego"][0][1])
     assert servo.apart(cameras(setting.start), cameras(setting.goal)) >= 80
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["30 ms late", "120 ms late"])
+def test_a_stream_that_is_to_go_to_another_posture_is_not_steered_back(which):
+    """The nearest place where it is expected to be is where it is stuck: that took 27 moves."""
+    case = list(servo.cases(range(3013, 3014), "latency", ("planar",), ("chain",), cpu=0.0))[which]
+    (result,) = servo.run_case(case)
+    assert result.success
+    assert result.moves < 15

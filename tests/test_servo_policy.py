@@ -27,6 +27,10 @@ class Known:
     def observe(self, q, s, variance, standing=True):
         """Nothing is learned."""
 
+    def prepare(self, q, s, variance):
+        """Nothing is learned."""
+        return iter(())
+
     def seen_from(self, q, s):
         """J as it is believed to be."""
         scale = self.factor * SCALE
@@ -41,9 +45,9 @@ class Known:
         """There is no doubt."""
 
 
-def servo():
+def servo(name="known"):
     model = Known()
-    return Servo(ARM, {"known": lambda camera: model}, TOLERANCE, known=True), model
+    return Servo(ARM, {name: lambda camera: model}, TOLERANCE, known=True), model
 
 
 def look(one, q, goal):
@@ -127,3 +131,23 @@ def test_near_the_goal_steps_that_lead_nowhere_get_shorter(times):
         decision = look(one, (0.3 - off, 0.4), goal)
     gain = 1 / (1 + 0.5 * (times - 1))
     assert decision.q[0] - (0.3 - off) == pytest.approx(gain * off, rel=1e-3)
+
+
+@pytest.mark.parametrize("other", [None, (-1.0, 0.4)], ids=["there is none", "there is one"])
+@pytest.mark.parametrize(("share", "looks"), [(0.29, False), (0.31, True)])
+def test_another_posture_is_looked_for_where_three_tenths_would_be_left(
+    monkeypatch, share, looks, other
+):
+    one, _ = servo("chain")
+    looked = []
+
+    def best_posture(self, image, goal, q, penalty, best, left):
+        looked.append(left)
+        return best if other is None else (list(other), 0.0)
+
+    monkeypatch.setattr(Servo, "_best_posture", best_posture)
+    most = ARM.joints[0].upper - DEG
+    beyond = 60 * DEG * share / (1 - share)  # what a goal beyond the limit leaves over
+    look(one, (most - 60 * DEG, 0.4), (SCALE * (most + beyond), SCALE * 0.4))
+    assert bool(looked) is looks
+    assert one.detours is (looks and other is not None)
