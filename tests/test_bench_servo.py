@@ -405,6 +405,13 @@ def test_a_camera_that_sees_no_two_poses_apart_is_drawn_anew():
     assert servo.apart(cameras(setting.start), cameras(setting.goal)) >= 80
 
 
+@pytest.mark.parametrize("mode", ["look", "stream"])
+def test_the_oracle_gets_there(mode):
+    """A crash of a method is a result of the bench; this one's would be a bound that is none."""
+    case = Case("nominal", replace(NOMINAL, mode=mode), "planar", SEED, ("oracle",))
+    assert servo.run_case(case)[0].success
+
+
 @pytest.mark.parametrize("which", [0, 1], ids=["30 ms late", "120 ms late"])
 def test_a_stream_that_is_to_go_to_another_posture_is_not_steered_back(which):
     """The nearest place where it is expected to be is where it is stuck: that took 27 moves."""

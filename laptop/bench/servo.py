@@ -292,6 +292,10 @@ class TrueJacobian:
     def observe(self, q: Any, s: Any, variance: float, standing: bool = True) -> None:
         """Nothing is learned."""
 
+    def prepare(self, q: Any, s: Any, variance: float) -> Iterator[None]:
+        """Nothing is learned."""
+        return iter(())
+
     def seen_from(self, q: Sequence[float], s: Sequence[float]) -> LinearImageModel:
         """J is right here; elsewhere it is not."""
         jacobian = self._camera.jacobian(self._brick.plant.q)
