@@ -58,6 +58,12 @@ def test_that_the_brick_becomes_slower_is_told_once_with_what_to_do():
     assert "cable" not in said[1]
 
 
+def test_ticks_that_take_longer_but_find_room_are_no_news():
+    pace, said = paced(0.01, 0.01, 0.03, 0.039)
+    assert pace.rate == 1.0
+    assert len(said) == 1
+
+
 def test_a_late_tick_is_late_for_a_while():
     pace = Pace(lambda line: None)
     pace.note(1.0, 0.02, 0.01)

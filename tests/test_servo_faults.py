@@ -172,7 +172,9 @@ def test_what_stays_ends_the_run_with_the_right_verdict(watched, midst, name, mo
     shown = w.run("--mode", mode)
     assert judge(w, shown, it.verdict, it.says)
     assert shown.status == 1
-    assert w.stands(w.struck + it.stands)
+    # A chase may go on with the other joint, as long as it has no need of the one that is stuck.
+    later = 0.5 if mode == "stream" and joint is not None else 0.0
+    assert w.stands(w.struck + it.stands + later)
     assert shown.t < w.struck + it.ends + 0.5
 
 

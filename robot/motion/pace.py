@@ -22,7 +22,8 @@ LEADS = 0.7
 """What is fed forward is so by this share of what the period is longer than SHORTEST, more."""
 
 SLOWER = 1.3
-"""A period so many times as long as it was at first is worth a word."""
+"""A period so many times as long as it was at first, and so long that the plan goes slower, is
+worth a word."""
 
 CHANGES = 1.0
 """The plan's rate changes no faster, 1/s."""
@@ -98,7 +99,7 @@ class Pace(object):
                 "a control tick takes {:.0f} ms of this brick, so there is one every {:.0f} ms"
                 "".format(1000 * computing, 1000 * max(self.period, computing))
             )
-        elif not self._told and wanted > max(SLOWER * self._first, SLOWER * SHORTEST):
+        elif not self._told and wanted > max(SLOWER * self._first, LONGEST):
             self._told = True
             self._say(
                 "the brick has become slower, a control tick takes {:.0f} ms: the arm slows down; "
