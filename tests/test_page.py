@@ -20,12 +20,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from waiting import PATIENCE
+from waiting import PATIENCE, until
 
 from laptop.bench import page as bench
 from laptop.cli.track import _own_brick as own_brick
 from laptop.markers import read_markers
 from laptop.page import process as page_process
+from laptop.page.browser import UNSEEN
 from laptop.simulator.live import Follower
 from laptop.simulator.pace import PacedClock
 from laptop.simulator.scene import Scene, read_scene
@@ -308,9 +309,9 @@ def browser():
 
 
 class Surfer:
-    """Somebody before a browser, and the true arm behind it all."""
+    """Somebody before a browser, to which pictures may come `late` (s); and the true arm."""
 
-    def __init__(self, browser, tracker, **options):
+    def __init__(self, browser, tracker, late=0.0, **options):
         self.tracker = tracker
         self.context = browser.new_context(viewport=WINDOW, **options)
         self.context.set_default_timeout(1000 * PATIENCE)
@@ -318,6 +319,8 @@ class Surfer:
         self.errors, self.addresses = [], []
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
         self.page.on("request", lambda request: self.addresses.append(request.url))
+        if late:
+            self.page.route("**/view/**", lambda route: (time.sleep(late), route.continue_()))
         self.page.goto(tracker.address)
         self.page.wait_for_selector("[data-marker=effector]", state="attached")
         self.scene = Scene(read_arm(find_arm("planar")), read_scene(""))
@@ -361,9 +364,13 @@ class Surfer:
         self.page.get_by_text(text).first.wait_for()
 
     def joints(self):
-        """The true ones, rad."""
-        self.follower.poll()
-        return self.follower.at(self.clock.now()).q
+        """The true ones, rad; if there is no brick yet, once it has come."""
+
+        def pose():
+            self.follower.poll()
+            return self.follower.at(self.clock.now())
+
+        return until(pose, "the brick", lambda: self.page.wait_for_timeout(20)).q
 
     def tip(self):
         """Where the true tip is, px."""
@@ -437,6 +444,30 @@ def test_what_cannot_be_picked_says_why(surfer):
     surfer.tool("Pick")
     surfer.click(5, 5)
     surfer.reads("pick the middle of a")
+
+
+def test_in_pictures_that_take_long_to_come_one_can_pick(browser, tracker):
+    surfer = Surfer(browser, tracker, late=1.5)
+    surfer.tool("Pick")
+    surfer.click(5, 5)
+    surfer.reads("pick the middle of a")
+    surfer.close()
+
+
+def test_a_picture_that_is_no_longer_to_be_had_holds_up_none(surfer):
+    gone = []
+
+    def refuse(route):
+        gone.append(route)
+        route.fulfill(status=404)
+
+    surfer.page.route("**/view/**", refuse)
+    # Were each waited for, it would take longer than anybody waits.
+    until(lambda: len(gone) * UNSEEN > PATIENCE, "more", lambda: surfer.page.wait_for_timeout(20))
+    surfer.page.unroute("**/view/**")
+    surfer.page.wait_for_function(
+        "() => document.querySelector('.picture img').naturalWidth === 640"
+    )
 
 
 def test_the_overlay_is_where_the_true_tip_is(surfer):

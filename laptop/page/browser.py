@@ -38,8 +38,9 @@ from shared.orders import METHODS, MODES, ROWS
 
 FACTS, PLOTS = 1.0, 1.0
 """Figures and plots are shown anew every so many s for each browser."""
-UNSEEN = 1.0
-"""A picture that a browser has not shown so long after it was sent, s, is given up."""
+UNSEEN = 10.0
+"""A picture that a browser has neither shown nor refused so long after it was sent, s, is given up:
+none comes before, for what is clicked is clicked in the picture that was shown last."""
 BACK = 1.0
 """A start that comes so soon after the browser has come back, s, was pressed before."""
 
@@ -165,6 +166,7 @@ class Picture:
                 self.image.on(
                     "loaded", self._on_loaded, js_handler=TOGETHER.format(id=self.image.id)
                 )
+                self.image.on("error.capture", self._give_up, args=[])
                 self.image.props(f'alt="camera {camera}"')
                 self._caption = ui.label().classes("caption")
                 self._lost = ui.element("div").classes("lost").props("role=status aria-live=polite")
@@ -308,6 +310,11 @@ class Picture:
     def _on_loaded(self, event: events.GenericEventArguments) -> None:
         if self._sent and f"/{self._sent.index}.jpg?" in str(event.args):
             self._show()
+
+    def _give_up(self) -> None:
+        """What was sent is no longer to be had."""
+        self._sent = None
+        self._loaded.set()
 
     async def _on_pointer(self, event: events.MouseEventArguments) -> None:
         if self.shown is None:
