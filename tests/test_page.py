@@ -609,13 +609,47 @@ def test_the_overlay_waits_for_its_picture(surfer):
     assert wrong == []
 
 
-def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, tmp_path):
+@pytest.fixture
+def film(tmp_path):
+    """A blue disc goes to the right, 4 px a frame."""
     film = str(tmp_path / "film.mp4")
     out = cv2.VideoWriter(film, cv2.VideoWriter.fourcc(*"mp4v"), 60.0, (640, 480))
     for index in range(120):
         image = np.full((480, 640, 3), 130, np.uint8)
         out.write(cv2.circle(image, (80 + 4 * index, 240), 24, (190, 70, 20), -1, cv2.LINE_AA))
     out.release()
+    return film
+
+
+def test_what_is_asked_of_a_still_comes_though_it_was_asked_early_or_refused(
+    browser, film, tmp_path
+):
+    held = []
+
+    def refuse(route):
+        held.append(route.request.url)
+        route.fulfill(status=404)
+
+    with Tracker(tmp_path, "--camera", film, "--open") as tracker:
+        page = browser.new_page()
+        page.set_default_timeout(1000 * PATIENCE)
+        until(lambda: any("all is tracked" in line for line in tracker.lines), "the end")
+        page.route("**/view/**", lambda route: held.append(route))
+        page.goto(tracker.address)
+        until(lambda: held, "a picture", lambda: page.wait_for_timeout(20))
+        page.get_by_role("checkbox", name="Mask").click()  # no picture is there
+        page.unroute("**/view/**")  # and what is held goes on
+        page.locator(".over image").wait_for(state="attached")
+
+        held.clear()
+        page.route("**/view/**", refuse, times=1)
+        page.get_by_role("button", name="frame back").click()
+        page.get_by_text("frame 118 of").wait_for()
+        assert "/118.jpg" in held[0]
+        page.close()
+
+
+def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, film, tmp_path):
     with Tracker(tmp_path, "--camera", film, "--open") as tracker:
         page = browser.new_page()
         page.set_default_timeout(1000 * PATIENCE)

@@ -134,6 +134,8 @@ TOGETHER = (
     "c.querySelector('.over').innerHTML = c.dataset.over; emit(e.source); }}"
 )
 """In the browser, once a picture is there: only now is its overlay shown."""
+REFUSED = "e => emit(e.target.src || '')"
+"""In the browser, once a picture cannot be had (or the none that an image has at first)."""
 
 
 class Picture:
@@ -154,7 +156,8 @@ class Picture:
         self._draws = 0
         self._pointer = Pointer()
         self._wanted: int | None = None  # a frame of a recording
-        self._stood: tuple[object, ...] | None = None  # what was asked for while it stands
+        self._pinned: int | None = None  # a frame that it stands at
+        self._looked: tuple[object, ...] = ()  # at what was sent: its frame, for which colours
         with ui.element("div").classes("sight"):
             with ui.element("div").classes("picture empty") as self._frame:
                 self.image = ui.interactive_image(
@@ -166,7 +169,7 @@ class Picture:
                 self.image.on(
                     "loaded", self._on_loaded, js_handler=TOGETHER.format(id=self.image.id)
                 )
-                self.image.on("error.capture", self._give_up, args=[])
+                self.image.on("error.capture", self._on_refused, js_handler=REFUSED)
                 self.image.props(f'alt="camera {camera}"')
                 self._caption = ui.label().classes("caption")
                 self._lost = ui.element("div").classes("lost").props("role=status aria-live=polite")
@@ -194,6 +197,12 @@ class Picture:
         assert state is not None
         return next(eye for eye in state.eyes if eye.camera == self.camera)
 
+    @property
+    def _markers(self) -> tuple[tuple[str, str], ...]:
+        """What is looked for, as far as is known here."""
+        state = self._view.desk.state
+        return tuple(state.markers.items()) if state else ()
+
     async def _refresh(self) -> None:
         """Send the next picture, until the browser has shown it."""
         self._timer.interval = self._view.desk.pace
@@ -204,6 +213,8 @@ class Picture:
         new = shown and (self._sent or not self.shown or shown.index != self.shown.index)
         sent = self._sent and time.monotonic() - self._last < UNSEEN  # a still, meanwhile
         if shown and new and self._runs and not sent:
+            mask = self._view.mask
+            self._looked = shown.index, mask if mask in shown.masks else "", self._markers
             self._send(shown)
             with suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._loaded.wait(), UNSEEN)
@@ -219,21 +230,23 @@ class Picture:
         standing = self._view.paused or self._eye.ended
         self._scrub.set_visibility(standing and self._eye.frames > 0)
         if not standing:
-            self._stood = self._wanted = None
+            self._pinned = self._wanted = None
         if not standing or not self.shown:
             return
-        if self._sent and time.monotonic() - self._last < UNSEEN:
-            return
-        mask, state = self._view.mask, self._view.desk.state
+        if self._sent:
+            if time.monotonic() - self._last < UNSEEN:
+                return
+            self._give_up()
+        mask = self._view.mask
         index = self.shown.index if self._wanted is None else self._wanted
-        now = index, mask, tuple(state.markers.items()) if state else ()
-        if self._stood is None or (self._wanted is None and self._stood[0] != index):
-            self._stood = now
+        now = index, mask, self._markers
+        if self._wanted is None and self._pinned != index:
+            self._pinned = index
             self._slider.set_value(index)
             self._view.desk.feeds[self.camera].keep(self.shown)
             await self._view.desk.ask("pin", self.camera, index)
-        elif self._stood != now:
-            self._stood = now
+        elif self._looked != now:
+            self._looked = now
             still = await self._view.desk.still(self.camera, index, (mask,) if mask else ())
             if isinstance(still, Shown):
                 self._send(still)
@@ -245,7 +258,7 @@ class Picture:
 
     def step(self, frames: int) -> None:
         """Go on by so many frames, or back, in a recording that stands."""
-        if self._stood and self.shown and self._eye.frames:
+        if self._pinned is not None and self.shown and self._eye.frames:
             index = self.shown.index if self._wanted is None else self._wanted
             self._wanted = min(max(0, index + frames), self._eye.frames - 1)
             self._slider.set_value(self._wanted)
@@ -308,12 +321,20 @@ class Picture:
         self._caption.set_text(" · ".join(facts))
 
     def _on_loaded(self, event: events.GenericEventArguments) -> None:
-        if self._sent and f"/{self._sent.index}.jpg?" in str(event.args):
+        if self._is_sent(event.args):
             self._show()
 
+    def _on_refused(self, event: events.GenericEventArguments) -> None:
+        if self._is_sent(event.args):
+            self._give_up()
+
+    def _is_sent(self, source: object) -> bool:
+        """Whether what was sent has this address in the browser."""
+        return self._sent is not None and str(source).endswith(f"#{self._draws}")
+
     def _give_up(self) -> None:
-        """What was sent is no longer to be had."""
-        self._sent = None
+        """What was sent is not to be had; let whatever comes next be loaded."""
+        self._sent, self._looked, self._drawn = None, (), ("", "")
         self._loaded.set()
 
     async def _on_pointer(self, event: events.MouseEventArguments) -> None:
