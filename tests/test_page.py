@@ -649,6 +649,32 @@ def test_what_is_asked_of_a_still_comes_though_it_was_asked_early_or_refused(
         page.close()
 
 
+def test_a_name_that_is_typed_at_once_is_taken(browser, film, tmp_path):
+    with Tracker(tmp_path, "--camera", film, "--open") as tracker:
+        page = browser.new_page()
+        page.set_default_timeout(1000 * PATIENCE)
+        page.goto(tracker.address)
+        page.locator(".tools").get_by_role("button", name="Pick", exact=True).click()
+        page.evaluate("""new MutationObserver((changes, observer) => {
+            const field = document.querySelector("[aria-label='effector is from now on']");
+            if (!field) return;
+            observer.disconnect();
+            field.value = "ball";
+            field.dispatchEvent(new Event("input"));
+        }).observe(document.body, {childList: true, subtree: true})""")
+        page.get_by_role("button", name="Rename", exact=True).click()
+        page.get_by_role("button", name="Rename it").click()
+        page.get_by_text("ball lost").wait_for()
+
+        page.get_by_role("button", name="Rename", exact=True).click()
+        page.get_by_label("ball is from now on").fill("disc")
+        page.get_by_role("button", name="Leave it").click()
+        page.get_by_role("button", name="Leave it").wait_for(state="detached")
+        page.get_by_role("button", name="Rename", exact=True).click()
+        assert page.get_by_label("ball is from now on").input_value() == "ball"
+        page.close()
+
+
 def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, film, tmp_path):
     with Tracker(tmp_path, "--camera", film, "--open") as tracker:
         page = browser.new_page()

@@ -537,9 +537,7 @@ class Page:
                 )
             self._named.set_visibility(False)
             with ui.dialog() as self._naming, ui.element("div").classes("card naming"):
-                self._new_name = (
-                    ui.input().classes("w-full").props("autofocus").on("keydown.enter", self.rename)
-                )
+                self._name_field = ui.element("div")
                 ui.label(
                     f"The arm brings the marker named {EFFECTOR} to the one named {GOAL}."
                 ).classes("quiet")
@@ -747,7 +745,10 @@ class Page:
             self._which.set_options([*dict.fromkeys([*self._which.options, back])], value=back)
 
     def _ask_name(self) -> None:
-        self._new_name.props(f'label="{self._marker} is from now on"').set_value(self._marker)
+        self._name_field.clear()  # an old field that is set anew undoes what is typed meanwhile
+        with self._name_field:
+            self._new_name = ui.input(f"{self._marker} is from now on", value=self._marker)
+            self._new_name.classes("w-full").props("autofocus").on("keydown.enter", self.rename)
         self._naming.open()
 
     async def rename(self) -> None:
