@@ -83,7 +83,7 @@ def test_after_a_move_the_side_of_the_play_is_known_and_allowed_for(tmp_path, na
         for q, sides in (((40, -40), (1, -1)), ((20, -20), (-1, 1))):
             robot.go_to(degrees(*q))
             assert robot.sides == sides
-            assert far(robot.angles(), rig.q) < 2.2, "not the 3 deg that half the play is"
+            assert far(robot.angles(), rig.q) < 2.4, "not the 3 deg that half the play is"
 
 
 @ARMS

@@ -182,6 +182,28 @@ def test_a_joint_that_turns_is_not_called_blocked_because_ticks_are_long(
         assert not loop.run([joint], Even(), astray=math.radians(3), watch=watch)
 
 
+def test_what_is_fed_forward_goes_at_the_plan_s_rate_from_the_first_tick_on():
+    """Else an acceleration would be that of no time at all: the arm began with a blow."""
+    world, ahead = World(), []
+    joint = Lagging(world, 0.0)
+    loop = ControlLoop(world, {joint: joint}, lambda: None, lambda line: None)
+    for n in range(2 * DOZEN):
+        loop.pace.note(0.07 * n, 0.07, 0.07)
+    loop.pace.note = lambda *args: None
+
+    def watch(t, now, angles):
+        world.sleep(0.004)
+        return STOP if t > 0.5 else None
+
+    plan = Even()
+    plan.speeds = lambda t: ahead.append(t) or [1.0]
+    assert not loop.run([joint], plan, astray=9.0, watch=watch)
+    rate = loop.pace.rate
+    assert rate == pytest.approx(LONGEST / (0.07 * 1.25))
+    steps = [after - before for before, after in zip(ahead, ahead[1:])]
+    assert steps == pytest.approx([rate * 0.004] + [rate * LONGEST] * (len(steps) - 1))
+
+
 @pytest.mark.parametrize("period", [0.02, 0.05])
 def test_spare_time_is_what_is_left_of_a_tick_when_its_motors_are_driven(period):
     """None at the start; and the system keeps its share."""

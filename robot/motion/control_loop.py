@@ -157,7 +157,7 @@ class ControlLoop(object):
         pace.begin()
         delay = None
         t = -plan.before
-        t_ahead = t + pace.lead
+        t_ahead = t + pace.rate * pace.lead
         last = plan.speeds(t_ahead)
         while True:
             for axis in axes:
