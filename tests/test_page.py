@@ -635,7 +635,7 @@ def test_what_is_asked_of_a_still_comes_though_it_was_asked_early_or_refused(
         page.set_default_timeout(1000 * PATIENCE)
         until(lambda: any("all is tracked" in line for line in tracker.lines), "the end")
         page.route("**/view/**", lambda route: held.append(route))
-        page.goto(tracker.address)
+        page.goto(tracker.address, wait_until="domcontentloaded")  # held pictures hold up a "load"
         until(lambda: held, "a picture", lambda: page.wait_for_timeout(20))
         page.get_by_role("checkbox", name="Mask").click()  # no picture is there
         page.unroute("**/view/**")  # and what is held goes on
