@@ -8,6 +8,7 @@ from rig import REPORT_LINES, degrees, described, switched_on, zero_of
 from robot.motion.control_loop import Stalled, TooSlow
 from robot.motion.kinematics import Unreachable, forward
 from robot.motion.motors import MotorNotFound
+from robot.motion.online_trajectory import Moving
 from robot.motion.paths import polyline
 from robot.motion.trajectory import JointMove, plan
 from robot.motion.zero import NotHomed, StateNotSaved
@@ -204,6 +205,13 @@ def test_stopped_at_rest_the_side_of_the_play_is_known_still(tmp_path):
 # Chasing
 
 
+def in_radians(rig, aim):
+    """What the program on the brick takes for an aim in degrees, or a Moving of degrees."""
+    if isinstance(aim, Moving):
+        return rig.its(Moving)(degrees(*aim.q), degrees(*aim.q_dot))
+    return degrees(*aim)
+
+
 def chased(rig, robot, aim, seconds):
     """Chase aim(t), deg, for so long; rows of (t, q as told, true q, accesses so far)."""
     begin = rig.world.now()
@@ -211,7 +219,7 @@ def chased(rig, robot, aim, seconds):
 
     def told(t, q):
         rows.append((t - begin, q, rig.q, rig.brick.sysfs.accesses))
-        return degrees(*aim(t - begin)) if t - begin < seconds else None
+        return in_radians(rig, aim(t - begin)) if t - begin < seconds else None
 
     robot.chase(told)
     return rows
@@ -251,12 +259,13 @@ def test_an_aim_that_stands_is_reached_and_not_passed(tmp_path, name, goal):
 )
 def test_a_moving_aim_is_followed_through_its_turns(tmp_path, name, plant, period):
     def aim(t):
-        x = 10 * math.sin(2 * math.pi * t / 6)
-        return x, 40 - 2 * x
+        turn = 2 * math.pi / 6
+        x, speed = 10 * math.sin(turn * t), 10 * turn * math.cos(turn * t)
+        return Moving((x, 40 - 2 * x), (speed, -2 * speed))
 
     with switched_on(tmp_path, slow(name), plant, start=degrees(0, 40)) as rig:
         rows = chased(rig, rig.robot(), aim, 6.0)
-    off = [far(true, degrees(*aim(t))) for t, _, true, _ in rows if 1 < t < 6]  # then it stops
+    off = [far(true, degrees(*aim(t).q)) for t, _, true, _ in rows if 1 < t < 6]  # then it stops
     assert math.sqrt(sum(e * e for e in off) / len(off)) < 1.0
     known = [far(q, true) for t, q, true, _ in rows if t > 0.5]
     assert sorted(known)[len(known) // 2] < 0.4

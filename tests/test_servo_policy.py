@@ -150,4 +150,4 @@ def test_another_posture_is_looked_for_where_three_tenths_would_be_left(
     beyond = 60 * DEG * share / (1 - share)  # what a goal beyond the limit leaves over
     look(one, (most - 60 * DEG, 0.4), (SCALE * (most + beyond), SCALE * 0.4))
     assert bool(looked) is looks
-    assert one.detours is (looks and other is not None)
+    assert one.bound == (list(other) if looks and other else None)

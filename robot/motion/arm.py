@@ -242,8 +242,9 @@ class RobotArm(object):
 
         Args:
             aim: called in every control tick as `watch` of `follow`, it returns where the joints
-                should be (rad, or a Moving; what is past a limit means the limit); or a Landing:
-                end there; or None: come to rest, end; or STOP: end at once.
+                should be (rad, or a Moving if they are to go on from there; what is past a limit
+                means the limit); or a Landing: end there; or None: come to rest, end; or STOP:
+                end at once.
                 It is called to the end, so that it sees the coming to rest, too.
             speed: share of each joint's greatest.
             acceleration: greatest of any joint, rad/s^2.

@@ -1,14 +1,13 @@
 """Joint set-points on the way to an aim that may move: decided tick by tick, smooth all the same.
 
 Pure: no I/O, no clock.  Each joint by itself goes to its aim as fast as its limits of speed and
-acceleration allow, without passing it (if the aim moves evenly, it arrives at the aim's speed);
-where it turns round it stands while its motor crosses the play, unless gravity keeps that closed.
+acceleration allow, without passing it (an aim that is said to move it meets at its speed); where it
+turns round it stands while its motor crosses the play, unless gravity keeps that closed.
 
 The control law feeds speeds forward by LEAD.  What was fed forward stands; so an aim heard of at
 time t changes the way from t + LEAD on.
 """
 
-import collections
 import math
 
 from robot.motion.backlash import crossed, take_up_time
@@ -23,12 +22,6 @@ alone keeps a link from running ahead through its play."""
 STIRS, TURNS = 0.5, 1.0 / 3
 """A joint at rest goes on for an aim this far ahead (counts), and back for one so far behind (of
 the play; and at least as far as ahead): what is nearer may be noise."""
-
-UNEVEN, EVEN, LATELY, FEWEST = 0.8, 0.95, 0.29, 5
-"""An aim moves evenly, with all between, if its places of so long (s; and so many at least) lie on
-a line of this r^2.
-
-A single step in the middle comes to 0.75."""
 
 COUNTS_PER_TURN = 360
 """Of a motor's encoder."""
@@ -106,9 +99,7 @@ class _Joint(object):
         self._crossings = []
         self._ready = self._crossed = -math.inf
         self._pressed = 0
-        self._places = collections.deque()
-        # The aim, since when it is that, and whether it is planned for as one that stands.
-        self._aim, self._aimed_at, self._planned = None, -math.inf, False
+        self._aim = None
         self.rests_from = 0.0
 
     def at(self, t):
@@ -137,19 +128,15 @@ class _Joint(object):
             self._cross(then, lies, self._lies)
             self.rests_from = max(self.rests_from, self._crossed)
 
-    def steer(self, t, aim, certain, speed=None):
-        """Go to `aim` from `t` + LEAD on; None: come to rest.  What is certain is no noise.
+    def steer(self, t, aim, certain, speed=0.0):
+        """Go to `aim`, which moves at `speed`, from `t` + LEAD on; None: come to rest.
 
-        `speed` is the aim's, rad/s; None: as it has moved lately.
+        What is certain is no noise.
         """
-        if aim == self._aim and speed is None and not certain and aim is not None:
-            # The plan stands, but that where the aim stands the stop is to be soft.
-            if self._planned or t - self._aimed_at < LATELY:
-                return
-            self._planned = True
-        else:
-            self._aim, self._aimed_at, self._planned = aim, t, False
         then = t + LEAD
+        if aim == self._aim and not speed and not certain and then < self.rests_from < math.inf:
+            return  # it is on the way there
+        self._aim = aim
         q, v, side, _ = self.at(then)
         ready = max(then, self._ready)  # no motion before the play is crossed
         u = 0.0
@@ -157,9 +144,8 @@ class _Joint(object):
             aim = q
         else:
             aim = min(max(aim, self._limits[0]), self._limits[1])
-            seen = self._speed_of_aim(t, aim)
             most = MATCHED * self._fastest
-            u = min(max(seen if speed is None else speed, -most), most)
+            u = min(max(speed, -most), most)
         e = aim + u * (ready - t) - q
         if not v and ready == then:
             direction = 1 if e > 0 else -1
@@ -203,10 +189,8 @@ class _Joint(object):
             left = (self._upper if sign > 0 else -self._lower) - sign * q
             if v * v / (2 * up) > left - 2 * LEAD * v:
                 e, u = min(e, left), 0.0
-        # It is where the aim stands that the stop must be soft, if there is room for it.
-        places = [place for _, place in self._places] or [0.0]
-        down = SLOWING * up if max(places) - min(places) <= self._stirs else up
-        if v > u:
+        down = SLOWING * up
+        if v > u:  # soft as far as there is room for it
             down = min(max(down, (v - u) ** 2 / (2 * e) if e > 0 else up), up)
         if ready > then:
             self._phases.append((then, q, 0.0, 0.0))
@@ -218,29 +202,6 @@ class _Joint(object):
             v += a * dt
         self._phases.append((since, q, sign * u, 0.0))
         self.rests_from = math.inf if u else max(since, self._crossed)
-
-    def _speed_of_aim(self, t, aim):
-        """The speed of an aim that moves evenly, by least squares; of any other 0."""
-        places = self._places
-        places.append((t, aim))
-        while len(places) > FEWEST and t - places[1][0] >= LATELY:
-            places.popleft()
-        n = float(len(places))
-        if n < FEWEST or t - places[0][0] < LATELY - 1e-9:
-            return 0.0
-        mean_t = sum(place[0] for place in self._places) / n
-        mean = sum(place[1] for place in self._places) / n
-        tt = ty = yy = 0.0
-        for time, place in self._places:
-            time -= mean_t
-            place -= mean
-            tt += time * time
-            ty += time * place
-            yy += place * place
-        if abs(ty) / tt * (t - self._places[0][0]) < self._stirs:
-            return 0.0
-        even = (ty * ty / (tt * yy) - UNEVEN) / (EVEN - UNEVEN)
-        return min(max(even, 0.0), 1.0) * ty / tt
 
 
 class OnlineTrajectory(object):
@@ -292,7 +253,7 @@ class OnlineTrajectory(object):
         """Take in at time `t` (s) where the joints should be.
 
         Args:
-            aim: rad, or Moving; None: come to rest and end.
+            aim: rad, where they are to stand; or a Moving; None: come to rest and end.
             last: whether to end there, however near that is.
         """
         self.press(t)

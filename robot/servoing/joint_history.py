@@ -2,6 +2,8 @@
 
 import bisect
 
+from robot.servoing.linear_algebra import apart
+
 
 class JointHistory(object):
     """Where the joints were: a image is of the past.
@@ -34,6 +36,13 @@ class JointHistory(object):
             return self._angles[-1]
         share = (t - self._times[k - 1]) / (self._times[k] - self._times[k - 1])
         return tuple(a + share * (b - a) for a, b in zip(self._angles[k - 1], self._angles[k]))
+
+    def still_since(self, within):
+        """Since when the joints have been within so much (rad) of where they are now, s."""
+        k, here = len(self._times) - 1, self._angles[-1]
+        while k and apart(self._angles[k - 1], here) < within:
+            k -= 1
+        return self._times[k]
 
     @property
     def last(self):

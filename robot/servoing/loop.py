@@ -34,6 +34,9 @@ MOST_KEPT = 200
 MOST_UNLEARNED, MOST_LATE = 60, 3
 """Frames that wait to be learned from: until it stands, and in a chase, which goes by them."""
 
+STOOD = math.radians(0.2)
+"""Within this of where they stand in the end, joints stood already, rad."""
+
 SETTLED = 0.03
 """What is seen so long after the end of a motion is seen of an arm that stands, s."""
 
@@ -114,6 +117,7 @@ class VisualServoing(object):
         self._pause = SOONEST  # between two times of listening, s
         self._unlearned = deque(maxlen=MOST_UNLEARNED)  # frames of a motion
         self._kept_at = {}  # camera: where the joints were in the last of these
+        self._learned_at = {}  # camera: when the last was taken that was learned from in a chase, s
         self._work = iter(())
         self._slice, self._skipped = 0.0, 0  # how long the last slice took, s
         self._reported_at = -math.inf
@@ -151,7 +155,7 @@ class VisualServoing(object):
         """Look, decide and move until a Halt that is an end."""
         seen = ()
         while True:
-            end, q, measurements, frames = self._measure(*seen)
+            end, q, measurements, frames = self._measure(seen)
             if end:
                 return end
             seen = ()
@@ -175,15 +179,12 @@ class VisualServoing(object):
             self._halt, self._work = None, iter(())
             speed = self._speed * (FEWER if self._sightings.any_blind else 1.0)
             far = self._follow or apart(decision.q, q) > CHASED
-            self._chasing_now = (
-                self._stream is not None and decision.action == "move" and far
-                and not self._servo.detours
-            )  # fmt: skip
+            self._chasing_now = self._stream is not None and decision.action == "move" and far
             if self._chasing_now:
-                self._stream.begin(decision.q)
+                self._stream.begin(decision.q, self._servo.bound)
                 self._chased, self._chase_began = [], self._clock.now()
                 self._arm.chase(self._steer, speed, within=LANDS, spare=self._spare)
-                seen = self._stream.still_since, self._chased
+                seen = self._chased
             else:
                 self._arm.reach(
                     decision.q, speed, watch=self._watch, within=LANDS, spare=self._spare
@@ -294,12 +295,11 @@ class VisualServoing(object):
         last = self._sightings.history.last
         return last and last[1]
 
-    def _measure(self, since=None, seen=()):
+    def _measure(self, seen=()):
         """Stand, and look until it is enough; holds as long as nothing is seen.
 
         Args:
-            since: the arm stands since then, s; now if None.
-            seen: MarkerFrames that have come in meanwhile.
+            seen: MarkerFrames that came in before: some may be of the arm as it stands now.
 
         Returns:
             (Halt that is an end or None, q, [Measurement], frames it took)
@@ -307,7 +307,7 @@ class VisualServoing(object):
         q = self._arm.angles()
         now = self._clock.now()
         self._sightings.history.add(now, q)
-        since = (now if since is None else since) + SETTLED
+        since = (self._sightings.history.still_since(STOOD) if seen else now) + SETTLED
         frames, heard, count = {}, {}, 0
         preparing, done = None, False
         while True:
@@ -436,8 +436,10 @@ class VisualServoing(object):
         """Aim by what was seen; then learn from a frame and make use of it: slice by slice."""
         for _ in self._stream.reaim():
             yield
-        if self._unlearned:
-            frame = self._unlearned.popleft()
+        if self._unlearned:  # each camera in its turn: they come in the same order every time
+            frame = min(self._unlearned, key=lambda frame: self._learned_at.get(frame.camera, 0.0))
+            self._unlearned.remove(frame)
+            self._learned_at[frame.camera] = frame.t
             for _ in self._servo.learn_shape(frame.camera, frame.q, frame.s):
                 yield
 

@@ -28,7 +28,6 @@ class ReportServo(object):
         rows: Rows.
     """
 
-    detours = False
     EXPLORE = math.radians(10)
     FAR, NEAR = 30.0, 15.0
     STEPS = tuple(math.radians(x) for x in (10, 5, 2))

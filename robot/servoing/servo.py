@@ -135,9 +135,9 @@ class Servo(object):
         return self._selection.used
 
     @property
-    def detours(self):
-        """Whether the last move leads to another posture, and at first perhaps farther off."""
-        return self._progress.detours
+    def bound(self):
+        """The posture that the last move leads to, at first perhaps farther off, rad; or None."""
+        return self._progress.bound if self._progress.detours else None
 
     def suffices(self, cameras):
         """Whether what these cameras see determines where the joints go."""

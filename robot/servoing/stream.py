@@ -43,10 +43,10 @@ class Stream(object):
         self._servo = servo
         self.still_since = None
 
-    def begin(self, q):
-        """Begin with the first aim, rad."""
+    def begin(self, q, bound=None):
+        """Begin with the first aim, rad; if it leads to another posture, that is `bound`."""
         self._aim, self._drift, self._aimed_at = tuple(q), None, None
-        self._better = self._aim  # so far; on the way there it may be found to be another
+        self._better = bound or self._aim  # so far; on the way it may be found to be another
         self._caution = self._servo.caution(q)
         self._recent = {}  # camera: the last frames, [(q, s, shape, what the shape missed, px)]
         self._seen = {}  # camera: (t, goal, its speed) in the last one
