@@ -9,7 +9,7 @@ import math
 import signal
 
 import pytest
-from servo_rig import NOT_YET, PROGRAM, Camera, Watched, circling
+from servo_rig import PROGRAM, Camera, Watched, circling
 
 from laptop.tracking_server import State
 from robot.motion import kinematics
@@ -296,7 +296,7 @@ def test_following_ends_when_the_laptop_says_so(watched):
 
 @pytest.mark.long
 def test_a_goal_that_is_too_fast_is_not_called_reached(watched):
-    w = watched(plant=NOT_YET)  # at cpu=1 it is, in half of the cases
+    w = watched()
     circling(w, 25.0)
     shown = w.run("--mode", "stream", "--follow", "--budget", "8")
     assert shown.status == 1

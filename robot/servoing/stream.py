@@ -23,9 +23,6 @@ class Stream(object):
 
     Args:
         servo: Servo, whose models have been explored.
-
-    Attributes:
-        still_since: since when the joints are where they are, s.
     """
 
     FEWEST, MOST, NEAR = 5, 12, math.radians(4)
@@ -41,7 +38,7 @@ class Stream(object):
 
     def __init__(self, servo):
         self._servo = servo
-        self.still_since = None
+        self._still_since = None
 
     def begin(self, q, bound=None):
         """Begin with the first aim, rad; if it leads to another posture, that is `bound`."""
@@ -51,7 +48,7 @@ class Stream(object):
         self._recent = {}  # camera: the last frames, [(q, s, shape, what the shape missed, px)]
         self._seen = {}  # camera: (t, goal, its speed) in the last one
         self._news_at = None  # time of the newest frame that has not been aimed by
-        self._still_at = self.still_since = None
+        self._still_at = self._still_since = None
         self._confirmed = False
         self._aims = 0
 
@@ -130,7 +127,7 @@ class Stream(object):
         self._drift = None
         if apart(q, self._aim) > self.REAIM:
             self._aim, self._confirmed = q, False
-        elif self.still_since is not None and t > self.still_since:
+        elif self._still_since is not None and t > self._still_since:
             self._confirmed = True
 
     def aim(self, t, q, follow=False):
@@ -140,8 +137,8 @@ class Stream(object):
             follow: do not end near a goal that moves.
         """
         if self._still_at is None or apart(q, self._still_at) > self.STILL:
-            self._still_at, self.still_since, self._confirmed = q, t, False
-        stands_for = t - self.still_since
+            self._still_at, self._still_since, self._confirmed = q, t, False
+        stands_for = t - self._still_since
         near = apart(q, self._aim) < self.ARRIVED and self._aims >= self.SURE
         arrived = near and stands_for > self.SLOW_FOR and not follow
         if self._drift is not None:
