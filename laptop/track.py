@@ -19,14 +19,14 @@ from typing import NamedTuple
 import cv2
 from rich.console import Console
 
-from laptop.camera import WEBCAM, Frame, is_live, name_of, open_camera, quiet_decoders
-from laptop.learning import learn
-from laptop.markers import Marker, read_markers, read_spec, write_markers
 from laptop.page import process as page_process
 from laptop.page.desk import EFFECTOR, Desk
-from laptop.tracker import Tracker
 from laptop.tracking_server import State, TrackingServer, pairing_code
-from laptop.view import write_picture
+from laptop.vision.camera import WEBCAM, Frame, is_live, name_of, open_camera, quiet_decoders
+from laptop.vision.learning import learn
+from laptop.vision.markers import Marker, read_markers, read_spec, write_markers
+from laptop.vision.tracker import Tracker
+from laptop.vision.view import write_picture
 from laptop.watching import (
     GOAL,
     TICK,

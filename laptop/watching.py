@@ -27,9 +27,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemaining
 from rich.table import Table
 from rich.text import Text
 
-from laptop.camera import Frame
-from laptop.tracker import BELIEVED, Sighting, Window
-from laptop.view import View
+from laptop.vision.camera import Frame
+from laptop.vision.tracker import BELIEVED, Sighting, Window
+from laptop.vision.view import View
 from shared import messages
 from shared.arm_description import ArmError
 
@@ -56,7 +56,7 @@ class Interrupted(ArmError):
 
 
 class Camera(Protocol):
-    """What is used of any camera; see `laptop.camera`."""
+    """What is used of any camera; see `laptop.vision.camera`."""
 
     name: str
 

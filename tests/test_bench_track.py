@@ -12,9 +12,9 @@ from click.testing import CliRunner
 from laptop.bench import track
 from laptop.bench.track import LOOKS, Cost, LightCase, PrecisionCase, Result, Score, judge
 from laptop.cli.main import laptop
-from laptop.markers import BadMarker, Color, Marker
 from laptop.simulator.synthetic_camera import marker_frame
-from laptop.tracker import Sighting
+from laptop.vision.markers import BadMarker, Color, Marker
+from laptop.vision.tracker import Sighting
 
 SEED = 77
 DISC = LOOKS[1]

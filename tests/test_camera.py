@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from waiting import PATIENCE
 
-from laptop import camera
-from laptop.camera import LiveCamera, NoCamera, Stills, open_camera, quiet_decoders, webcams
+from laptop.vision import camera
+from laptop.vision.camera import LiveCamera, NoCamera, Stills, open_camera, quiet_decoders, webcams
 
 FPS = 20.0
 STEP = 12  # of brightness from frame to frame
@@ -297,7 +297,7 @@ def test_while_decoders_are_quiet_python_is_not(tmp_path):
 
     code = (
         "import os, sys\n"
-        "from laptop.camera import quiet_decoders\n"
+        "from laptop.vision.camera import quiet_decoders\n"
         "with quiet_decoders():\n"
         "    os.write(2, b'libjpeg\\n')\n"
         "    print('ours', file=sys.stderr)\n"

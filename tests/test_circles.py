@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.circles import ellipse_of, find_circle
+from laptop.vision.circles import ellipse_of, find_circle
 
 WIDTH, HEIGHT = 160, 120
 X, Y = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))

@@ -13,9 +13,6 @@ import numpy as np
 import pytest
 from waiting import PATIENCE
 
-from laptop.camera import Frame, open_camera
-from laptop.learning import exclude, include, learn
-from laptop.markers import BadMarker, read_markers, read_spec, write_markers
 from laptop.page import desk as desks
 from laptop.page import feeds
 from laptop.page import record as records
@@ -23,8 +20,11 @@ from laptop.page import report as reports
 from laptop.page.desk import EFFECTOR, Desk, Door, answer
 from laptop.page.pointer import Pointer
 from laptop.picture import DPI
-from laptop.tracker import Tracker
 from laptop.tracking_server import State as LinkState
+from laptop.vision.camera import Frame, open_camera
+from laptop.vision.learning import exclude, include, learn
+from laptop.vision.markers import BadMarker, read_markers, read_spec, write_markers
+from laptop.vision.tracker import Tracker
 from laptop.watching import GOAL, Watcher
 from shared.messages import Start, Status, Stop
 

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.learning import learn
-from laptop.tracker import BELIEVED, Tracker
+from laptop.vision.learning import learn
+from laptop.vision.tracker import BELIEVED, Tracker
 
 FOOTAGE = Path(__file__).resolve().parents[2] / "shared" / "footage"
 pytestmark = [

@@ -7,10 +7,18 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.learning import learn
-from laptop.markers import BadMarker, Color, gate, hsv_of, hue_distance, read_markers, write_markers
 from laptop.simulator.optics import COLOURS, light_of, to_srgb
 from laptop.simulator.synthetic_camera import marker_frame
+from laptop.vision.learning import learn
+from laptop.vision.markers import (
+    BadMarker,
+    Color,
+    gate,
+    hsv_of,
+    hue_distance,
+    read_markers,
+    write_markers,
+)
 
 VIVID = [word for word in COLOURS if word not in ("white", "grey", "black")]
 U, V = 64.3, 60.2

@@ -4,10 +4,10 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.learning import learn
-from laptop.marker_sheet import BadSheet, write_sheet
-from laptop.markers import Marker, read_spec
-from laptop.tracker import Tracker
+from laptop.vision.learning import learn
+from laptop.vision.marker_sheet import BadSheet, write_sheet
+from laptop.vision.markers import Marker, read_spec
+from laptop.vision.tracker import Tracker
 
 PX_PER_MM = 10
 

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.markers import (
+from laptop.vision.markers import (
     ARUCO_IDS,
     WORDS,
     BadMarker,

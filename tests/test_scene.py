@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.markers import read_spec
 from laptop.simulator.optics import (
     BadLens,
     Box,
@@ -31,7 +30,8 @@ from laptop.simulator.scene import (
 )
 from laptop.simulator.sight import looks
 from laptop.simulator.synthetic_camera import ScriptedPoses, SyntheticCamera
-from laptop.tracker import Tracker
+from laptop.vision.markers import read_spec
+from laptop.vision.tracker import Tracker
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 

@@ -22,13 +22,13 @@ from rich.console import Console
 from waiting import PATIENCE
 
 from laptop import track, watching
-from laptop.camera import Frame
 from laptop.cli.main import laptop
 from laptop.cli.track import track as track_command
-from laptop.markers import Marker, read_markers, read_spec, write_markers
-from laptop.tracker import Sighting
 from laptop.tracking_server import State, TrackingServer
-from laptop.view import View, draw
+from laptop.vision.camera import Frame
+from laptop.vision.markers import Marker, read_markers, read_spec, write_markers
+from laptop.vision.tracker import Sighting
+from laptop.vision.view import View, draw
 from laptop.watching import Interrupted, Run, Sheet, Tally, Watcher
 from shared.messages import PORT, Status
 

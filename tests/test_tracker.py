@@ -8,8 +8,6 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.learning import learn
-from laptop.markers import Marker, read_spec
 from laptop.simulator.optics import Box, coverage, light_of, to_srgb
 from laptop.simulator.scene import Scene, read_scene
 from laptop.simulator.synthetic_camera import (
@@ -18,7 +16,9 @@ from laptop.simulator.synthetic_camera import (
     marker_frame,
     through_jpeg,
 )
-from laptop.tracker import BELIEVED, Tracker
+from laptop.vision.learning import learn
+from laptop.vision.markers import Marker, read_spec
+from laptop.vision.tracker import BELIEVED, Tracker
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))

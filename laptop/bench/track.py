@@ -26,8 +26,6 @@ import cv2
 import numpy as np
 
 from laptop.bench import workers
-from laptop.learning import learn
-from laptop.markers import BadMarker, Color, Marker, gate
 from laptop.simulator.optics import circle, light_of, marker_light, to_linear, to_srgb
 from laptop.simulator.scene import ARUCO_IDS, Scene, read_scene
 from laptop.simulator.synthetic_camera import (
@@ -37,8 +35,10 @@ from laptop.simulator.synthetic_camera import (
     marker_frame,
     through_jpeg,
 )
-from laptop.tracker import Sighting, Tracker
 from laptop.tracking_server import TrackingServer
+from laptop.vision.learning import learn
+from laptop.vision.markers import BadMarker, Color, Marker, gate
+from laptop.vision.tracker import Sighting, Tracker
 from robot import tracking_client
 from shared.arm_description import find_arm, read_arm
 from shared.messages import Observation

@@ -14,7 +14,7 @@ from shared.arm_description import ArmError
 @click.argument("file", default="markers.pdf", type=click.Path(dir_okay=False, path_type=Path))
 def markers(size: float, file: Path) -> None:
     """Make a page of markers to print: FILE is .pdf (markers.pdf if not said), .svg or .png."""
-    from laptop.marker_sheet import write_sheet
+    from laptop.vision.marker_sheet import write_sheet
 
     try:
         write_sheet(file, size)

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from laptop.tracker import BELIEVED
-from laptop.view import View
+from laptop.vision.tracker import BELIEVED
+from laptop.vision.view import View
 from laptop.watching import GOAL
 from shared.messages import READY, Start, Status
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from laptop.markers import read_spec
 from laptop.simulator.scene import ARUCO_IDS, Scene
 from laptop.simulator.synthetic_camera import ScriptedPoses, SyntheticCamera
-from laptop.tracker import Tracker
+from laptop.vision.markers import read_spec
+from laptop.vision.tracker import Tracker
 
 if TYPE_CHECKING:
     from laptop.simulator.brick import EmulatedBrick

@@ -18,11 +18,11 @@ from typing import Any, Protocol
 import cv2
 import numpy as np
 
-from laptop.camera import Frame
 from laptop.simulator.live import NO_RUN, Follower, History, Pose
 from laptop.simulator.optics import Box, light_of, marker_light, to_linear, to_srgb
 from laptop.simulator.pace import BUSY, Member, Pace, PacedClock, in_words
 from laptop.simulator.scene import CAMERAS, Patch, Scene, read_scene
+from laptop.vision.camera import Frame
 from shared.arm_description import Arm, find_arm, read_arm
 
 STEPS = 64

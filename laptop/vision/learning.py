@@ -8,8 +8,8 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from laptop.circles import Circle, ellipse_of, find_circle
-from laptop.markers import (
+from laptop.vision.circles import Circle, ellipse_of, find_circle
+from laptop.vision.markers import (
     SATURATION_FLOOR,
     VALUE_FLOOR,
     BadMarker,

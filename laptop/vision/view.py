@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 
-from laptop.camera import Frame
-from laptop.tracker import BELIEVED, Sighting, Window
+from laptop.vision.camera import Frame
+from laptop.vision.tracker import BELIEVED, Sighting, Window
 from shared.arm_description import ArmError
 
 

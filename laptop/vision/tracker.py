@@ -20,8 +20,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from laptop.circles import Circle, ellipse_of, find_circle
-from laptop.markers import Color, Marker, gate, hsv_of, hue_distance, scene_of
+from laptop.vision.circles import Circle, ellipse_of, find_circle
+from laptop.vision.markers import Color, Marker, gate, hsv_of, hue_distance, scene_of
 
 Window = tuple[float, float, float, float]
 """Left, top, right, bottom, px."""

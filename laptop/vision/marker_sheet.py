@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from laptop.markers import ARUCO_IDS
+from laptop.vision.markers import ARUCO_IDS
 from shared.arm_description import ArmError
 
 PAGE = (210.0, 297.0)
