@@ -48,7 +48,7 @@ from laptop.simulator.pace import BUSY, Pace, PacedClock, in_words
 from laptop.simulator.scene import Scene, cameras, read_scene
 from laptop.simulator.session import AFTER
 from laptop.simulator.world import BUSY as TOO_BUSY
-from laptop.watching import undisturbed
+from laptop.tracking.watching import undisturbed
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
 Told = TypeVar("Told")

@@ -23,11 +23,12 @@ from click.testing import CliRunner
 from rich.console import Console
 from test_report import log_text
 
-from laptop import demo, report, watching
+from laptop import demo, report
 from laptop.cli.main import laptop
 from laptop.demo import DemoFailed, Orders, Views
 from laptop.simulator.scene import Scene, read_scene
-from laptop.tracking_server import TrackingServer
+from laptop.tracking import watching
+from laptop.tracking.server import TrackingServer
 from shared.arm_description import find_arm, read_arm
 
 ARMS = {name: read_arm(find_arm(name)) for name in ("planar", "geared", "spatial")}

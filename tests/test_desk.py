@@ -20,12 +20,12 @@ from laptop.page import report as reports
 from laptop.page.desk import EFFECTOR, Desk, Door, answer
 from laptop.page.pointer import Pointer
 from laptop.picture import DPI
-from laptop.tracking_server import State as LinkState
+from laptop.tracking.server import State as LinkState
+from laptop.tracking.watching import GOAL, Watcher
 from laptop.vision.camera import Frame, open_camera
 from laptop.vision.learning import exclude, include, learn
 from laptop.vision.markers import BadMarker, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Tracker
-from laptop.watching import GOAL, Watcher
 from shared.messages import Start, Status, Stop
 
 WIDTH, HEIGHT = 320, 240

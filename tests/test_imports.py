@@ -28,7 +28,7 @@ RULES = {
     ),
     "laptop.simulator.virtual_tracker": (
         "laptop.simulator",
-        "laptop.tracking_server",
+        "laptop.tracking.server",
         "robot",
         "shared",
     ),
@@ -46,7 +46,7 @@ RULES = {
     **{  # only these import what the page is made with
         f"laptop.page.{name}": (
             "laptop.page",
-            "laptop.watching",
+            "laptop.tracking.watching",
             "shared",
             "nicegui",
             "fastapi",
@@ -178,8 +178,16 @@ def test_imports_follow_the_direction(path):
             "laptop.vision.tracker",
         ),
         ("laptop.simulator.world", "from .. import bench", "laptop.bench"),
-        ("laptop.simulator.world", "import laptop.tracking_server", "laptop.tracking_server"),
-        ("laptop.simulator.virtual_tracker", "from laptop import track", "laptop.track"),
+        (
+            "laptop.simulator.world",
+            "import laptop.tracking.server",
+            "laptop.tracking.server",
+        ),
+        (
+            "laptop.simulator.virtual_tracker",
+            "from laptop.tracking import track",
+            "laptop.tracking.track",
+        ),
         ("laptop.simulator.world", "import cv2", "cv2"),
         ("laptop.simulator.__init__", "from ..bench import NAMES", "laptop.bench"),
     ],
@@ -200,7 +208,10 @@ def test_a_forbidden_import_is_caught(module, source, name):
         ("laptop.demo", "from laptop.simulator.world import World"),
         ("laptop.cli.bench", "import click\nfrom laptop import bench, simulator"),
         ("laptop.simulator.__init__", "from .world import World"),
-        ("laptop.simulator.virtual_tracker", "from laptop.tracking_server import TrackingServer"),
+        (
+            "laptop.simulator.virtual_tracker",
+            "from laptop.tracking.server import TrackingServer",
+        ),
         ("laptop.simulator.runner", "import ev3dev2.sound, robot.motion.arm, time"),
         ("laptop.bench.draw", "import numpy\nfrom robot import arm\nfrom laptop import simulator"),
     ],

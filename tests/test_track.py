@@ -21,15 +21,15 @@ from click.testing import CliRunner
 from rich.console import Console
 from waiting import PATIENCE
 
-from laptop import track, watching
 from laptop.cli.main import laptop
 from laptop.cli.track import track as track_command
-from laptop.tracking_server import State, TrackingServer
+from laptop.tracking import track, watching
+from laptop.tracking.server import State, TrackingServer
+from laptop.tracking.watching import Interrupted, Run, Sheet, Tally, Watcher
 from laptop.vision.camera import Frame
 from laptop.vision.markers import Marker, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Sighting
 from laptop.vision.view import View, draw
-from laptop.watching import Interrupted, Run, Sheet, Tally, Watcher
 from shared.messages import PORT, Status
 
 ROOT = Path(__file__).parent.parent

@@ -14,8 +14,8 @@ import pytest
 import waiting
 from waiting import PATIENCE
 
-from laptop import tracking_server
-from laptop.tracking_server import (
+from laptop.tracking import server as tracking_server
+from laptop.tracking.server import (
     FORGIVEN,
     LONGEST_DELAY,
     MOST_CALLERS,

@@ -16,7 +16,7 @@ from laptop.simulator.clocks import UPTIME
 from laptop.simulator.runner import run_script
 from laptop.simulator.virtual_tracker import HOST, LINK_LIMIT, VirtualTracker
 from laptop.simulator.world import World
-from laptop.tracking_server import TrackingServer
+from laptop.tracking.server import TrackingServer
 from robot import tracking_client
 from robot.tracking import FIRST_PAUSE, LONGEST_PAUSE
 from shared.arm_description import find_arm, read_arm

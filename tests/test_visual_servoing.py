@@ -11,7 +11,7 @@ import signal
 import pytest
 from servo_rig import PROGRAM, Camera, Watched, circling
 
-from laptop.tracking_server import State
+from laptop.tracking.server import State
 from robot.motion import kinematics
 from robot.servoing.loop import LONGEST_CHASE
 from shared.messages import Start, Stop

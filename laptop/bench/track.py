@@ -35,7 +35,7 @@ from laptop.simulator.synthetic_camera import (
     marker_frame,
     through_jpeg,
 )
-from laptop.tracking_server import TrackingServer
+from laptop.tracking.server import TrackingServer
 from laptop.vision.learning import learn
 from laptop.vision.markers import BadMarker, Color, Marker, gate
 from laptop.vision.tracker import Sighting, Tracker

@@ -124,7 +124,7 @@ def track(page: bool | None, brick: bool, **orders: Any) -> None:
 
     Ends with the last video, once nobody has the page open, or by Ctrl-C.
     """
-    from laptop import track as tracking  # OpenCV is slow to import
+    from laptop.tracking import track as tracking  # OpenCV is slow to import
 
     shown = orders["serve"] if page is None else page
     # The page brings an emulated brick along; its arm is there from the beginning.

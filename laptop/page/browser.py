@@ -32,7 +32,7 @@ from laptop.page.feeds import FRAMES, FarDesk
 from laptop.page.overlay import overlay
 from laptop.page.pointer import Pointer
 from laptop.page.record import Summary
-from laptop.watching import GOAL, Point
+from laptop.tracking.watching import GOAL, Point
 from shared.messages import BUDGET, TOLERANCE
 from shared.orders import METHODS, MODES, ROWS
 

@@ -24,13 +24,13 @@ import cv2
 import numpy as np
 
 from laptop.page.record import EFFECTOR, Record, Recorder, Summary
-from laptop.tracking_server import State as LinkState
+from laptop.tracking.server import State as LinkState
+from laptop.tracking.watching import GOAL, Point, Watcher
 from laptop.vision.camera import Frame, Stills
 from laptop.vision.learning import exclude, include, learn
 from laptop.vision.markers import BadMarker, Marker, gate, read_markers, write_markers
 from laptop.vision.tracker import BELIEVED, Tracker, Window
 from laptop.vision.view import View
-from laptop.watching import GOAL, Point, Watcher
 from shared.arm_description import ArmError
 from shared.messages import BUDGET, MAX_MARKERS, TOLERANCE, Start, Status, Stop
 from shared.orders import check

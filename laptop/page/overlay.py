@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from html import escape
 
 from laptop.page.desk import EFFECTOR, Mark, Shown
-from laptop.watching import GOAL, Point
+from laptop.tracking.watching import GOAL, Point
 
 _INK = {EFFECTOR: "#ffd60a", GOAL: "#40e0ff"}
 _OTHERS = ("#7dff8a", "#ff9df5", "#b9a5ff")

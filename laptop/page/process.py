@@ -19,7 +19,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 
 from laptop.page.desk import Desk, answer, keep_beating
-from laptop.tracking_server import own_addresses
+from laptop.tracking.server import own_addresses
 from shared.arm_description import ArmError
 
 HOST, PORT = "127.0.0.1", 7780

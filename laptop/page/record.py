@@ -14,9 +14,9 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from laptop.tracking.watching import GOAL
 from laptop.vision.tracker import BELIEVED
 from laptop.vision.view import View
-from laptop.watching import GOAL
 from shared.messages import READY, Start, Status
 
 EFFECTOR = "effector"

@@ -44,7 +44,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from laptop.simulator.world import World
-from laptop.tracking_server import TrackingServer
+from laptop.tracking.server import TrackingServer
 from robot.tracking_client import Tracker, TrackingClient
 from shared.messages import Observation
 

@@ -21,13 +21,8 @@ from rich.console import Console
 
 from laptop.page import process as page_process
 from laptop.page.desk import EFFECTOR, Desk
-from laptop.tracking_server import State, TrackingServer, pairing_code
-from laptop.vision.camera import WEBCAM, Frame, is_live, name_of, open_camera, quiet_decoders
-from laptop.vision.learning import learn
-from laptop.vision.markers import Marker, read_markers, read_spec, write_markers
-from laptop.vision.tracker import Tracker
-from laptop.vision.view import write_picture
-from laptop.watching import (
+from laptop.tracking.server import State, TrackingServer, pairing_code
+from laptop.tracking.watching import (
     GOAL,
     TICK,
     Camera,
@@ -40,6 +35,11 @@ from laptop.watching import (
     summary,
     undisturbed,
 )
+from laptop.vision.camera import WEBCAM, Frame, is_live, name_of, open_camera, quiet_decoders
+from laptop.vision.learning import learn
+from laptop.vision.markers import Marker, read_markers, read_spec, write_markers
+from laptop.vision.tracker import Tracker
+from laptop.vision.view import write_picture
 from shared import messages
 from shared.arm_description import ArmError
 from shared.state import state_folder
