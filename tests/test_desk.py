@@ -22,7 +22,8 @@ from laptop.page.pointer import Pointer
 from laptop.picture import DPI
 from laptop.tracking.server import State as LinkState
 from laptop.tracking.watching import GOAL, Watcher
-from laptop.vision.camera import Frame, open_camera
+from laptop.vision.cameras import open_camera
+from laptop.vision.frames import Frame
 from laptop.vision.learning import exclude, include, learn
 from laptop.vision.markers import BadMarker, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Tracker

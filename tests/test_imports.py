@@ -24,7 +24,7 @@ RULES = {
     "laptop.simulator": ("laptop.simulator", "robot", "shared", "ev3dev2"),
     **dict.fromkeys(
         [f"laptop.simulator.{name}" for name in ("optics", "solids", "scene", "synthetic_camera")],
-        ("laptop.simulator", "laptop.vision.camera", "robot", "shared", "numpy", "cv2"),
+        ("laptop.simulator", "laptop.vision.frames", "robot", "shared", "numpy", "cv2"),
     ),
     "laptop.simulator.virtual_tracker": (
         "laptop.simulator",

@@ -26,7 +26,7 @@ from laptop.cli.track import track as track_command
 from laptop.tracking import track, watching
 from laptop.tracking.server import State, TrackingServer
 from laptop.tracking.watching import Interrupted, Run, Sheet, Tally, Watcher
-from laptop.vision.camera import Frame
+from laptop.vision.frames import Frame
 from laptop.vision.markers import Marker, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Sighting
 from laptop.vision.view import View, draw

@@ -26,9 +26,10 @@ import numpy as np
 from laptop.page.record import EFFECTOR, Record, Recorder, Summary
 from laptop.tracking.server import State as LinkState
 from laptop.tracking.watching import GOAL, Point, Watcher
-from laptop.vision.camera import Frame, Stills
+from laptop.vision.frames import Frame
 from laptop.vision.learning import exclude, include, learn
 from laptop.vision.markers import BadMarker, Marker, gate, read_markers, write_markers
+from laptop.vision.stills import Stills
 from laptop.vision.tracker import BELIEVED, Tracker, Window
 from laptop.vision.view import View
 from shared.arm_description import ArmError

@@ -22,7 +22,7 @@ from laptop.simulator.live import NO_RUN, Follower, History, Pose
 from laptop.simulator.optics import Box, light_of, marker_light, to_linear, to_srgb
 from laptop.simulator.pace import BUSY, Member, Pace, PacedClock, in_words
 from laptop.simulator.scene import CAMERAS, Patch, Scene, read_scene
-from laptop.vision.camera import Frame
+from laptop.vision.frames import Frame
 from shared.arm_description import Arm, find_arm, read_arm
 
 STEPS = 64

@@ -35,7 +35,8 @@ from laptop.tracking.watching import (
     summary,
     undisturbed,
 )
-from laptop.vision.camera import WEBCAM, Frame, is_live, name_of, open_camera, quiet_decoders
+from laptop.vision.cameras import WEBCAM, is_live, name_of, open_camera
+from laptop.vision.frames import Frame, quiet_decoders
 from laptop.vision.learning import learn
 from laptop.vision.markers import Marker, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Tracker

@@ -27,7 +27,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemaining
 from rich.table import Table
 from rich.text import Text
 
-from laptop.vision.camera import Frame
+from laptop.vision.frames import Frame
 from laptop.vision.tracker import BELIEVED, Sighting, Window
 from laptop.vision.view import View
 from shared import messages
@@ -56,7 +56,7 @@ class Interrupted(ArmError):
 
 
 class Camera(Protocol):
-    """What is used of any camera; see `laptop.vision.camera`."""
+    """What is used of any camera; see `laptop.vision.cameras`."""
 
     name: str
 

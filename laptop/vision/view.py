@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 
-from laptop.vision.camera import Frame
+from laptop.vision.frames import Frame
 from laptop.vision.tracker import BELIEVED, Sighting, Window
 from shared.arm_description import ArmError
 

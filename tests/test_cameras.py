@@ -13,8 +13,13 @@ import numpy as np
 import pytest
 from waiting import PATIENCE
 
-from laptop.vision import camera
-from laptop.vision.camera import LiveCamera, NoCamera, Stills, open_camera, quiet_decoders, webcams
+from laptop.vision import live_cameras, recordings
+from laptop.vision import webcams as webcam_module
+from laptop.vision.cameras import is_live, open_camera
+from laptop.vision.frames import NoCamera, bgr, quiet_decoders
+from laptop.vision.live_cameras import LiveCamera
+from laptop.vision.stills import Stills
+from laptop.vision.webcams import webcams
 
 FPS = 20.0
 STEP = 12  # of brightness from frame to frame
@@ -151,14 +156,14 @@ class Endless:
 
 def test_a_file_that_promises_too_much_ends_all_the_same():
     capture = Endless()
-    source = camera.Recording("lie", capture)
+    source = recordings.Recording("lie", capture)
     assert len(everything(source)) == 3
     assert capture.grabbed < 2000
     assert source.notes == [f"{10**8 - 3} of {10**8} frames could not be read"]
 
 
 def test_time_goes_on_where_the_container_knows_none():
-    times = [frame.t for frame in everything(camera.Recording("lie", Endless()))]
+    times = [frame.t for frame in everything(recordings.Recording("lie", Endless()))]
     assert times == pytest.approx([0, 0.1, 0.2])
 
 
@@ -273,7 +278,7 @@ def test_any_kind_of_picture_becomes_blue_green_red(tmp_path):
     ids=lambda image: str(image.shape),
 )
 def test_what_a_driver_hands_over_becomes_blue_green_red(image):
-    made = camera.bgr(image)
+    made = bgr(image)
     assert (made.shape, made.dtype) == ((4, 6, 3), np.uint8)
     assert made[0, 0].tolist() == [90, 90, 90]
 
@@ -297,7 +302,7 @@ def test_while_decoders_are_quiet_python_is_not(tmp_path):
 
     code = (
         "import os, sys\n"
-        "from laptop.vision.camera import quiet_decoders\n"
+        "from laptop.vision.frames import quiet_decoders\n"
         "with quiet_decoders():\n"
         "    os.write(2, b'libjpeg\\n')\n"
         "    print('ours', file=sys.stderr)\n"
@@ -455,7 +460,7 @@ def test_a_stream_that_nobody_sends(scheme, capfd):
 
 def test_a_file_on_a_server_is_no_live_stream():
     source = open_camera("http://somewhere/film.mp4", make=lambda *words: Endless())
-    assert isinstance(source, camera.Recording)
+    assert isinstance(source, recordings.Recording)
 
 
 @pytest.mark.parametrize(
@@ -463,7 +468,7 @@ def test_a_file_on_a_server_is_no_live_stream():
     [("0", True), ("/dev/video1", True), ("http://a/b", True), ("film.mp4", False), ("1a", False)],
 )
 def test_what_goes_on_whether_or_not_anybody_looks(source, live):
-    assert camera.is_live(source) == live
+    assert is_live(source) == live
 
 
 def test_only_a_webcam_is_asked_for_a_size(video):
@@ -477,9 +482,9 @@ def test_only_a_webcam_is_asked_for_a_size(video):
 @pytest.fixture
 def system(tmp_path, monkeypatch):
     """A Linux with the nodes that the test makes."""
-    monkeypatch.setattr(camera, "LINUX", True)
-    monkeypatch.setattr(camera, "DEV", str(tmp_path / "dev"))
-    monkeypatch.setattr(camera, "SYSFS", str(tmp_path / "sys"))
+    monkeypatch.setattr(webcam_module, "LINUX", True)
+    monkeypatch.setattr(webcam_module, "DEV", str(tmp_path / "dev"))
+    monkeypatch.setattr(webcam_module, "SYSFS", str(tmp_path / "sys"))
     (tmp_path / "dev").mkdir()
 
     def plug(number, name, index=0):
@@ -520,7 +525,7 @@ def test_a_webcam_that_one_may_not_use(system, monkeypatch):
 
 
 def test_elsewhere_the_webcams_are_found_by_trying(monkeypatch):
-    monkeypatch.setattr(camera, "LINUX", False)
+    monkeypatch.setattr(webcam_module, "LINUX", False)
 
     def make(index, *words):
         capture = FakeCapture()
@@ -603,9 +608,9 @@ class FakeCapture:
 @pytest.fixture
 def webcam(monkeypatch):
     """Opens a webcam on FakeCaptures; ends them all."""
-    monkeypatch.setattr(camera, "LINUX", True)
-    monkeypatch.setattr(camera, "SETTLE", 3)
-    monkeypatch.setattr(camera._Webcam, "stamps", True)
+    monkeypatch.setattr(webcam_module, "LINUX", True)
+    monkeypatch.setattr(webcam_module, "SETTLE", 3)
+    monkeypatch.setattr(webcam_module.Webcam, "stamps", True)
     opened, made = [], []
 
     def plug(prepare=lambda capture: None, now=lambda: 50.0, **options):
@@ -615,14 +620,14 @@ def webcam(monkeypatch):
             made.append(capture)
             return capture
 
-        real = camera._Webcam.open
+        real = webcam_module.Webcam.open
 
         def open_and_begin(self):
             capture = real(self)
             capture.begun = True
             return capture
 
-        monkeypatch.setattr(camera._Webcam, "open", open_and_begin)
+        monkeypatch.setattr(webcam_module.Webcam, "open", open_and_begin)
         source = open_camera("2", make=make, now=now, **options)
         opened.append(source)
         return source, made
@@ -741,7 +746,7 @@ def test_a_picture_that_lay_in_the_driver_for_long_is_not_taken_for_a_new_one(we
 
 
 def test_a_webcam_that_came_back_without_time_stamps_is_noticed(webcam, monkeypatch):
-    monkeypatch.setattr(camera, "PATIENCE", (0.0, 0.0, 60.0))
+    monkeypatch.setattr(live_cameras, "PATIENCE", (0.0, 0.0, 60.0))
     source, made = webcam()
     made[0].give(1, stamp=49.99)
     assert source.read(PATIENCE).t == pytest.approx(49.99)
@@ -762,7 +767,7 @@ def test_a_frame_that_cannot_be_read_is_passed_over_and_counted(webcam):
 
 
 def test_a_webcam_that_dies_is_opened_again(webcam, monkeypatch):
-    monkeypatch.setattr(camera, "PATIENCE", (0.0, 0.0, 60.0))
+    monkeypatch.setattr(live_cameras, "PATIENCE", (0.0, 0.0, 60.0))
     source, made = webcam()
     made[0].give(1)
     assert source.read(PATIENCE).index == 0
@@ -779,7 +784,7 @@ def test_a_webcam_that_dies_is_opened_again(webcam, monkeypatch):
 
 
 def test_a_webcam_that_does_not_come_back_is_given_up(webcam, monkeypatch):
-    monkeypatch.setattr(camera, "PATIENCE", (0.0, 0.0, 60.0))
+    monkeypatch.setattr(live_cameras, "PATIENCE", (0.0, 0.0, 60.0))
     times = itertools.chain([50.0] * 10, itertools.count(50.0, 10.0))
     here = []
 
@@ -846,7 +851,7 @@ def stream():
 
 
 def test_a_stream_is_live_and_opened_again_when_it_ends(stream, monkeypatch, capfd):
-    monkeypatch.setattr(camera, "PATIENCE", (0.0, 0.0, 20.0))
+    monkeypatch.setattr(live_cameras, "PATIENCE", (0.0, 0.0, 20.0))
     url, lengths = stream
     lengths += [12, 12]
     source = open_camera(url)

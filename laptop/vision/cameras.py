@@ -1,0 +1,63 @@
+"""Any camera, by what people call it."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable
+
+import cv2
+
+from laptop.vision.frames import MakeCapture, NoCamera
+from laptop.vision.live_cameras import LiveCamera, NetworkStream
+from laptop.vision.recordings import Recording, open_files
+from laptop.vision.webcams import Webcam
+
+WEBCAM = re.compile(r"(?:/dev/video)?(\d{1,3})")
+
+
+def open_camera(
+    source: str,
+    live: bool = False,
+    fps: float | None = None,
+    size: tuple[int, int] | None = None,
+    now: Callable[[], float] = time.monotonic,
+    sleep: Callable[[float], None] = time.sleep,
+    make: MakeCapture = cv2.VideoCapture,
+) -> LiveCamera | Recording:
+    """Open whatever the text means.
+
+    Args:
+        source: a webcam's index or /dev/video..., a video file, a picture, a folder of pictures
+            (png, jpg; in the order of their names), or the URL of a stream.
+        live: play files at their own pace.
+        fps: what a webcam is asked for; how fast files are played.
+        size: (width, height) a webcam is asked for, px.
+        now, sleep: the clock, s.
+        make: cv2.VideoCapture, or what stands for it.
+
+    Raises:
+        NoCamera: it gives no pictures.
+    """
+    if webcam := WEBCAM.fullmatch(source):
+        return LiveCamera(name_of(source), Webcam(int(webcam[1]), size, fps, make, now), now)
+    if size:
+        raise NoCamera(f"size {size[0]}x{size[1]}: only a webcam has a choice; {source} has none")
+    if "://" in source:
+        stream = NetworkStream(source, make)
+        capture = stream.open()
+        if capture.get(cv2.CAP_PROP_FRAME_COUNT) > 0:  # a file that lies on a server
+            return Recording(source, capture, fps, live, now, sleep)
+        return LiveCamera(source, stream, now, capture)
+    return Recording(source, open_files(source, make), fps, live, now, sleep)
+
+
+def name_of(source: str) -> str:
+    """What people call a source, whichever way it is written: /dev/video0 is camera 0."""
+    webcam = WEBCAM.fullmatch(source)
+    return f"camera {int(webcam[1])}" if webcam else source
+
+
+def is_live(source: str) -> bool:
+    """Whether a source goes on whether or not anybody looks."""
+    return "://" in source or bool(WEBCAM.fullmatch(source))

@@ -1,0 +1,116 @@
+"""What every camera gives: frames, with the time they were taken; what is used of OpenCV for it."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple, Protocol
+
+# What OpenCV and FFmpeg say on stderr helps nobody; the second is read when a video is opened, the
+# third when cv2 is imported.
+os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
+os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+os.environ.setdefault("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "2")
+
+import cv2
+import numpy as np
+
+from shared.arm_description import ArmError
+
+if os.environ["OPENCV_LOG_LEVEL"] == "SILENT":
+    # (Imported before, it has not read the variable. Where this lives depends on its version.)
+    (cv2.setLogLevel if hasattr(cv2, "setLogLevel") else cv2.utils.logging.setLogLevel)(0)
+
+
+class NoCamera(ArmError):
+    """A camera, file, folder or stream that gives no pictures."""
+
+
+class Frame(NamedTuple):
+    """One picture.
+
+    index  counts the camera's frames from 0; a frame that nobody took in time leaves a gap
+    t      capture time, s
+    image  BGR, uint8, shape (height, width, 3)
+    """
+
+    index: int  # type: ignore[assignment]  # hides tuple.index, which no frame needs
+    t: float
+    image: np.ndarray
+
+
+class Capture(Protocol):
+    """What is used of cv2.VideoCapture."""
+
+    def isOpened(self) -> bool: ...  # noqa: N802, D102
+    def grab(self) -> bool: ...  # noqa: D102
+    def retrieve(self) -> tuple[bool, Any]: ...  # noqa: D102
+    def get(self, propId: int) -> float: ...  # noqa: N803, D102
+    def set(self, propId: int, value: float) -> bool: ...  # noqa: N803, D102
+    def release(self) -> None: ...  # noqa: D102
+
+
+MakeCapture = Callable[..., Capture]
+
+
+def size_of(capture: Capture) -> tuple[int, int]:
+    """Width and height, px."""
+    return (
+        int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)),
+        int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)),
+    )
+
+
+@contextmanager
+def quiet_decoders() -> Iterator[None]:
+    """Keep libjpeg and libpng from writing on the terminal: they know no log level.
+
+    They write to file descriptor 2, whatever Python's stderr is; that goes on as before.
+    """
+    before = sys.stderr
+    if before is None:  # nobody listens anyway
+        yield
+        return
+    before.flush()
+    kept = os.dup(2)
+    try:
+        if _descriptor(before) == 2:
+            sys.stderr = open(  # noqa: SIM115 - closed below
+                kept,
+                "w",
+                buffering=1,
+                encoding=before.encoding,
+                errors="backslashreplace",
+                closefd=False,
+            )
+        with open(os.devnull, "w") as nowhere:
+            os.dup2(nowhere.fileno(), 2)
+        yield
+    finally:
+        if sys.stderr is not before:
+            sys.stderr.close()
+            sys.stderr = before
+        os.dup2(kept, 2)
+        os.close(kept)
+
+
+def _descriptor(file: Any) -> int | None:
+    try:
+        return int(file.fileno())
+    except (AttributeError, OSError, ValueError):
+        return None
+
+
+def bgr(image: np.ndarray) -> np.ndarray:
+    """Any decoded picture as BGR, uint8, shape (h, w, 3): grey, with alpha, or of 16 bits."""
+    if image.dtype == np.uint16:
+        image = (image >> 8).astype(np.uint8)
+    if image.ndim == 2:
+        return cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
+    if image.shape[2] == 1:
+        return cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
+    if image.shape[2] == 4:
+        return cv2.cvtColor(image, cv2.COLOR_BGRA2BGR)
+    return image

@@ -1,0 +1,260 @@
+"""Frames that lie on a disk: a video file, a picture, a folder of pictures.
+
+Every one is given in order; played live they keep their own pace, and those that are late are left
+out.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import threading
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from laptop.vision.frames import Capture, Frame, MakeCapture, NoCamera, bgr, size_of
+
+PICTURE_FPS = 30.0
+"""Of a folder of pictures."""
+UNREAD_IN_A_ROW = 1000
+"""Frames in a row that cannot be read, after which a file is at its end whatever it promises."""
+PICTURES = (".png", ".jpg", ".jpeg")
+
+
+class Recording:
+    """Frames that lie on a disk: every one in order, or played live.
+
+    Args:
+        name: as people call it.
+        capture: gives the pictures.
+        fps: frames per second; None takes the recording's own, with its own time stamps.
+        live: frame n is due at (time of the first `read`) + n / fps on the clock `now`, and this is
+            its capture time; those that are late are left out.  Otherwise t is seconds into the
+            recording.
+        now, sleep: the clock to play by, s.
+
+    Attributes:
+        count: frames that the recording says it has, or None.
+        size: (width, height) of the first picture, px.
+        unread: frames that could not be read so far.
+        ended: nothing more will come.
+    """
+
+    why = ""
+
+    def __init__(
+        self,
+        name: str,
+        capture: Capture,
+        fps: float | None = None,
+        live: bool = False,
+        now: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        own = capture.get(cv2.CAP_PROP_FPS)
+        own = own if math.isfinite(own) and 0.01 <= own <= 1000 else PICTURE_FPS
+        count = capture.get(cv2.CAP_PROP_FRAME_COUNT)
+        self.name = name
+        self.fps: float = fps or own
+        self.count = int(count) if 0 < count < 1e9 else None
+        self.size = size_of(capture)
+        self.unread = 0
+        self.ended = False
+        self._capture = capture
+        self._stamped = fps is None and not live
+        self._live = live
+        self._now, self._sleep = now, sleep
+        self._start: float | None = None  # of playing it live
+        self._next = 0
+        self._failed = 0  # in a row
+        self._t = -math.inf
+        self._lock = threading.Lock()  # to release a capture that is being read would end it all
+
+    @property
+    def notes(self) -> list[str]:
+        """What people should know about it."""
+        if not self.unread:
+            return []
+        return [f"{self.unread} of {self._promised()}frames could not be read"]
+
+    def _promised(self) -> str:
+        return f"{self.count} " if self.count else "its "
+
+    def read(self, timeout: float) -> Frame | None:
+        """The next frame, or None: it is not due within the timeout (s), or there is none."""
+        with self._lock:
+            return self._read(timeout)
+
+    def _read(self, timeout: float) -> Frame | None:
+        if self._live and not self._wait(timeout):
+            return None
+        while not self.ended:
+            index = self._next
+            if self._grab() and (image := self._retrieve()) is not None:
+                self._failed = 0
+                return Frame(index, self._time_of(index), image)
+            if self._live:
+                return None  # the next one is not due yet
+        return None
+
+    def _wait(self, timeout: float) -> bool:
+        """Until the next frame is due; late ones are passed over."""
+        now = self._now()
+        if self._start is None:
+            self._start = now
+        early = self._start + self._next / self.fps - now
+        if early > 0:
+            self._sleep(min(early, timeout))
+            if early > timeout:
+                return False
+        newest = int((self._now() - self._start) * self.fps + 1e-6)
+        if self.count:
+            newest = min(newest, self.count - 1)
+        while self._next < newest and not self.ended:
+            self._grab()
+        return True
+
+    def _grab(self) -> bool:
+        """Step to the next frame without making a picture of it."""
+        if self._capture.grab():
+            self._next += 1
+            return True
+        if self.count is not None and self._next < self.count:
+            self._next += 1
+            self._miss()
+            if self._failed >= UNREAD_IN_A_ROW:
+                self.unread += self.count - self._next
+                self.ended = True
+        else:
+            self.ended = True
+        return False
+
+    def _retrieve(self) -> np.ndarray | None:
+        done, image = self._capture.retrieve()
+        if done and image is not None:
+            return bgr(image)
+        self._miss()
+        return None
+
+    def _miss(self) -> None:
+        self.unread += 1
+        self._failed += 1
+
+    def _time_of(self, index: int) -> float:
+        if self._start is not None:
+            return self._start + index / self.fps
+        t = index / self.fps
+        if self._stamped:
+            stamp = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+            # Containers exist that know no time: their stamps stand still.
+            t = stamp if stamp > self._t else max(t, self._t + 1 / self.fps)
+        self._t = t
+        return t
+
+    def close(self) -> None:
+        """End it; a disk that hangs is left to itself."""
+        self.ended = True
+        if self._lock.acquire(timeout=1.0):
+            self._capture.release()
+            self._lock.release()
+
+    def __enter__(self) -> Recording:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+class PictureFolder:
+    """Pictures in files, taken in turn as if they were a video: a Capture."""
+
+    def __init__(self, files: Sequence[Path]) -> None:
+        self._files = files
+        self._at = -1
+        first = next((image for image in map(_read_picture, files) if image is not None), None)
+        if first is None:
+            raise NoCamera(
+                f"none of the {len(files)} pictures in {files[0].parent} can be read; "
+                "give --camera a folder of png or jpg files"
+            )
+        height, width = first.shape[:2]
+        self._facts = {
+            cv2.CAP_PROP_FPS: PICTURE_FPS,
+            cv2.CAP_PROP_FRAME_COUNT: float(len(files)),
+            cv2.CAP_PROP_FRAME_WIDTH: float(width),
+            cv2.CAP_PROP_FRAME_HEIGHT: float(height),
+        }
+
+    def isOpened(self) -> bool:  # noqa: N802, D102
+        return True
+
+    def grab(self) -> bool:  # noqa: D102
+        self._at += 1
+        return self._at < len(self._files)
+
+    def retrieve(self) -> tuple[bool, Any]:  # noqa: D102
+        image = _read_picture(self._files[self._at])
+        return image is not None, image
+
+    def get(self, propId: int) -> float:  # noqa: N803, D102
+        if propId == cv2.CAP_PROP_POS_MSEC:
+            return 1000 * self._at / PICTURE_FPS
+        return self._facts[propId]
+
+    def set(self, propId: int, value: float) -> bool:  # noqa: N803, D102
+        if propId != cv2.CAP_PROP_POS_MSEC:
+            return False
+        self._at = round(value * PICTURE_FPS / 1000) - 1
+        return True
+
+    def release(self) -> None:  # noqa: D102
+        self._files = ()
+
+
+def _read_picture(file: Path) -> np.ndarray | None:
+    """Grey becomes colour, alpha is left out; None if the file cannot be read."""
+    try:
+        data = np.fromfile(file, np.uint8)
+        return cv2.imdecode(data, cv2.IMREAD_COLOR) if len(data) else None
+    except (OSError, cv2.error):
+        return None
+
+
+def _natural(file: Path) -> list[tuple[int, str]]:
+    """Sorts frame2 before frame10."""
+    parts = re.findall(r"\d+|\D+", file.name)
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
+
+
+def open_files(source: str, make: MakeCapture) -> Capture:
+    """Open a video file, a picture, or a folder of pictures.
+
+    Raises:
+        NoCamera: it gives no pictures.
+    """
+    path = Path(source)
+    if source and path.is_dir():  # (an empty one would be the folder we stand in)
+        files = [file for file in path.iterdir() if file.suffix.lower() in PICTURES]
+        if not files:
+            raise NoCamera(f"folder {path} has no pictures; png and jpg files are read")
+        return PictureFolder(sorted(files, key=_natural))
+    if not source or not path.exists():
+        raise NoCamera(
+            f"no camera, file or folder '{source}'; give --camera a webcam's number, a video file, "
+            "a folder of pictures, a stream (http://, rtsp://) or synthetic"
+        )
+    if path.suffix.lower() in PICTURES:
+        if _read_picture(path) is None:
+            raise NoCamera(f"{path} cannot be read as a picture; check the file")
+        return PictureFolder([path])
+    video = make(str(path), cv2.CAP_FFMPEG)
+    if video.isOpened():
+        return video
+    video.release()
+    what = "is empty" if path.stat().st_size == 0 else "cannot be read as a video"
+    raise NoCamera(f"{path} {what}; check that another player shows it, or convert it to mp4")
