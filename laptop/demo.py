@@ -41,7 +41,7 @@ from rich.table import Table
 from rich.text import Text
 
 from laptop import report
-from laptop.drawing import pen_down_runs
+from laptop.reporting.line_accuracy import pen_down_runs
 from laptop.simulator.clocks import UPTIME
 from laptop.simulator.live import Follower
 from laptop.simulator.pace import BUSY, Pace, PacedClock, in_words

@@ -1,7 +1,8 @@
 """The report of a demo: pictures and figures from its raw files, in one self-contained HTML file.
 
 A folder of raw files goes in (see `laptop.demo`, which leaves it), pictures and a page come out.
-Pictures are in the style of `laptop.picture`.  The README's one is made of the newest run by
+Pictures are in the style of `laptop.reporting.line_plot`.  The README's one is made of the newest
+run by
 
     from laptop import report
     report.write_overview("runs", "laptop/pictures/servo.jpg")
@@ -27,7 +28,7 @@ from rich import box
 from rich.markup import escape as escape_markup
 from rich.table import Table
 
-from laptop.charts import (
+from laptop.reporting.charts import (
     GOALS,
     badge,
     draw_angle,
@@ -42,9 +43,19 @@ from laptop.charts import (
     name_curves,
     show_picture,
 )
-from laptop.document import cells, document, figures, photograph, section
-from laptop.document import table as html_table
-from laptop.picture import INK, QUIET, REACH, REACH_EDGE, STEEL, TICKS, WIDTH, new_figure, png_of
+from laptop.reporting.document import cells, document, figures, photograph, section
+from laptop.reporting.document import table as html_table
+from laptop.reporting.line_plot import (
+    INK,
+    QUIET,
+    REACH,
+    REACH_EDGE,
+    STEEL,
+    TICKS,
+    WIDTH,
+    new_figure,
+    png_of,
+)
 from shared.arm_description import ArmError
 
 STORY = "demo.json"

@@ -19,7 +19,7 @@ from laptop.page import record as records
 from laptop.page import report as reports
 from laptop.page.desk import EFFECTOR, Desk, Door, answer
 from laptop.page.pointer import Pointer
-from laptop.picture import DPI
+from laptop.reporting.line_plot import DPI
 from laptop.tracking.server import State as LinkState
 from laptop.tracking.watching import GOAL, Watcher
 from laptop.vision.cameras import open_camera

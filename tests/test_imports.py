@@ -38,6 +38,7 @@ RULES = {
         "laptop.vision.tracker",
     ),
     "laptop.vision": ("laptop.vision", "shared", "numpy", "cv2", "matplotlib"),
+    "laptop.reporting": ("laptop.reporting", "shared", "numpy", "cv2", "matplotlib", "rich"),
     "laptop.bench": ("laptop", "-laptop.cli", "robot", "shared", *LIBRARIES),
     "laptop.bench.page": ("laptop", "-laptop.cli", "robot", "shared", *LIBRARIES, "playwright"),
     "laptop.demo": ("laptop", "-laptop.cli", "-laptop.bench", "shared", *LIBRARIES),

@@ -11,8 +11,8 @@ import pytest
 from rich.console import Console
 
 from laptop import report
-from laptop.picture import DPI, png_of
 from laptop.report import BadRun
+from laptop.reporting.line_plot import DPI, png_of
 
 GOAL = (400.0, 300.0)
 LINES = [{"greatest_mm": 1.2}, {"greatest_mm": 0.8}, {"greatest_mm": 1.0}]

@@ -13,11 +13,11 @@ from types import SimpleNamespace
 import pytest
 from click.testing import CliRunner
 
-from laptop import picture
 from laptop.bench import draw
 from laptop.cli import simulate as command
 from laptop.cli.main import laptop
-from laptop.drawing import measure
+from laptop.reporting import line_plot as picture
+from laptop.reporting.line_accuracy import measure
 from laptop.simulator import session
 from shared.arm_description import find_arm, read_arm
 

@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from laptop import drawing
 from laptop.bench import timed_steps, workers
+from laptop.reporting import line_accuracy
 from laptop.simulator import program as programs
 from laptop.simulator.brick import EmulatedBrick
 from laptop.simulator.plant import CPU, read_plant, weighed
@@ -248,7 +248,7 @@ def _drawn(case: Case) -> tuple[EmulatedBrick, int, str]:
 def draw(case: Case) -> Result:
     """Draw one line on the emulated brick, and measure the true ink."""
     brick, accesses, error = _drawn(case)
-    measure = drawing.measure(brick.record, [case.line])[0]
+    measure = line_accuracy.measure(brick.record, [case.line])[0]
     return Result(
         case.arm,
         case.method,

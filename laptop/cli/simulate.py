@@ -22,7 +22,7 @@ from laptop.simulator.plant import CONSTANTS, read_plant
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
 if TYPE_CHECKING:
-    from laptop import drawing
+    from laptop.reporting import line_accuracy
 
 FREE_MOTOR = ("D=large",)
 """What is plugged in beside the arm if nothing is said, where the arm leaves the port free."""
@@ -127,7 +127,7 @@ def simulate(
     SCRIPT.  Every run is a brick of its own: what one run homes, the next does not know.  It
     computes as slowly as a real one; with --plant cpu=0 in no time.
     """
-    from laptop import drawing  # numpy is slow to import, and --help does without
+    from laptop.reporting import line_accuracy  # numpy is slow to import, and --help does without
 
     try:
         arm = read_arm(find_arm(arm_file))
@@ -152,12 +152,12 @@ def simulate(
         took = time.perf_counter() - began
         # Without a pen motor all of the motion is ink, and none of it belongs to one path.
         wanted = run.wanted if arm.pen else []
-        measures = drawing.measure(run.record, wanted)
+        measures = line_accuracy.measure(run.record, wanted)
     except ArmError as error:
         raise click.ClickException(str(error)) from None
     except OSError as error:
         raise click.ClickException(f"{error.strerror}: {error.filename}; make room there") from None
-    to_see = drawing.is_there_to_see(run.record, run.wanted)
+    to_see = line_accuracy.is_there_to_see(run.record, run.wanted)
     drawn = to_see if pictured is None else pictured
     summary = _summary(script, args, arm, plant_text, run, measures)
     summary["cpu"] = plant["cpu"]
@@ -250,25 +250,27 @@ def _write(
     arm: Arm,
     run: session.Run,
     wanted: list,
-    measures: list[drawing.Measure | None],
+    measures: list[line_accuracy.Measure | None],
     summary: dict,
     pictured: bool,
 ) -> None:
     """All files, each whole or not at all; no picture of an earlier run stays."""
-    from laptop import drawing
+    from laptop.reporting import line_accuracy
 
     title = " ".join([summary["script"], *summary["args"]])
     notes = f"{arm.name} arm, true tip of the emulated arm"
 
     def draw(file: str, axes: str = "xy") -> None:
-        from laptop import picture  # matplotlib is slow to import; every other answer is quicker
+        from laptop.reporting import (
+            line_plot as picture,  # matplotlib is slow to import; every other answer is quicker
+        )
 
         picture.draw_picture(
             file, run.record, wanted, measures, run.skeleton, run.reach, title, notes, axes
         )
 
     def record(file: str) -> None:
-        drawing.write_trace(file, run.record)
+        line_accuracy.write_trace(file, run.record)
 
     def sum_up(file: str) -> None:
         Path(file).write_text(json.dumps(summary, indent=1) + "\n")
@@ -295,7 +297,7 @@ def _summary(
     arm: Arm,
     plant: str,
     run: session.Run,
-    measures: list[drawing.Measure | None],
+    measures: list[line_accuracy.Measure | None],
 ) -> dict:
     return {
         "script": script,

@@ -15,7 +15,9 @@ import cv2
 import numpy as np
 from matplotlib.axes import Axes
 
-from laptop.charts import (
+from laptop.page.desk import VERDICTS, points
+from laptop.page.record import Curve, Record, Run, Told
+from laptop.reporting.charts import (
     GOALS,
     draw_angle,
     draw_error,
@@ -29,10 +31,8 @@ from laptop.charts import (
     name_curves,
     show_picture,
 )
-from laptop.document import cells, document, figures, section, table
-from laptop.page.desk import VERDICTS, points
-from laptop.page.record import Curve, Record, Run, Told
-from laptop.picture import BAND, JOINTS, QUIET, REACH_EDGE, WIDTH, new_figure, png_of
+from laptop.reporting.document import cells, document, figures, section, table
+from laptop.reporting.line_plot import BAND, JOINTS, QUIET, REACH_EDGE, WIDTH, new_figure, png_of
 
 BLIND = 0.5
 """A camera that has not seen the tip for longer than this, s, leaves a gap."""

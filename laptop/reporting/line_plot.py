@@ -1,6 +1,6 @@
 """The picture of a run: what was drawn, the arm, and the deviation magnified beside it.
 
-Nothing is computed here but where things go; numbers come from `laptop.drawing`.  Matplotlib's
+Nothing is computed here but where things go; numbers come from `line_accuracy`.  Matplotlib's
 figures are used without pyplot and with the style below, whatever the user's matplotlibrc says;
 equal input gives equal bytes.
 """
@@ -23,7 +23,7 @@ from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.patches import Annulus, Circle, FancyBboxPatch
 from matplotlib.text import Text
 
-from laptop.drawing import Measure, Points, pen_down_runs, place
+from laptop.reporting.line_accuracy import Measure, Points, pen_down_runs, place
 
 WIDTH, HEIGHT, DPI = 1600, 1000, 150
 """px, px, px per inch."""
@@ -88,9 +88,9 @@ def draw_picture(
 
     Args:
         file: where to.
-        rows: the record, see `laptop.drawing`.
+        rows: the record, see `laptop.reporting.line_accuracy`.
         wanted: the paths that were to be drawn, cm; may be empty.
-        measures: one for each of them, from `laptop.drawing.measure`; a `floor_mm` is shown.
+        measures: one for each of them, from `line_accuracy.measure`; a `floor_mm` is shown.
         skeleton: the base, every joint and the tip in the final pose, cm; may be empty.
         reach: least and greatest distance of the tip from the base, cm.
         title: one line, or two.

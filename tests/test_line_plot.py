@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.text import Text
 
-from laptop.drawing import measure
-from laptop.picture import ARM, COLUMN, HEIGHT, INK, SHEET, WANTED, WIDTH, draw_picture
+from laptop.reporting.line_accuracy import measure
+from laptop.reporting.line_plot import ARM, COLUMN, HEIGHT, INK, SHEET, WANTED, WIDTH, draw_picture
 
 Row = namedtuple("Row", "t q x y pen z", defaults=[None])
 

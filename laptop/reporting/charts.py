@@ -1,7 +1,7 @@
 """What is drawn of a run of the servo: a camera's picture with ways in it, curves in time.
 
-The parts that go on axes, in the style of `laptop.picture`; which figures they make up, and of
-what, is the reports' own.
+The parts that go on axes, in the style of `line_plot`; which figures they make up, and of what, is
+the reports' own.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from laptop.picture import BAND, BAND_TEXT, INK, JOINTS, REACH_EDGE, TICKS
+from laptop.reporting.line_plot import BAND, BAND_TEXT, INK, JOINTS, REACH_EDGE, TICKS
 
 GOALS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 """Colours of goals and of the ways to them."""

@@ -6,8 +6,14 @@ from collections import namedtuple
 import numpy as np
 import pytest
 
-from laptop import drawing
-from laptop.drawing import BadPath, is_there_to_see, measure, pen_down_runs, write_trace
+from laptop.reporting import line_accuracy
+from laptop.reporting.line_accuracy import (
+    BadPath,
+    is_there_to_see,
+    measure,
+    pen_down_runs,
+    write_trace,
+)
 
 Row = namedtuple("Row", "t q x y pen z", defaults=[None])
 
@@ -202,7 +208,7 @@ def test_a_lift_just_longer_than_a_bounce_splits():
     def runs(gap):
         return len(pen_down_runs([Row(1.0, (), 0, 0, 1), Row(1.0 + gap, (), 0, 0, 1)]))
 
-    assert (runs(drawing.BOUNCE), runs(drawing.BOUNCE + 0.001)) == (1, 2)
+    assert (runs(line_accuracy.BOUNCE), runs(line_accuracy.BOUNCE + 0.001)) == (1, 2)
 
 
 BAD = {

@@ -1,0 +1,1 @@
+"""Charts, tables and documents of any run; what a drawing is worth."""
