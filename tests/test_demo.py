@@ -23,9 +23,11 @@ from click.testing import CliRunner
 from rich.console import Console
 from test_report import log_text
 
-from laptop import demo, report
 from laptop.cli.main import laptop
-from laptop.demo import DemoFailed, Orders, Views
+from laptop.demo import course, goals, processes, report, results, truth
+from laptop.demo.course import Orders
+from laptop.demo.goals import Views
+from laptop.demo.processes import DemoFailed
 from laptop.simulator.scene import Scene, read_scene
 from laptop.tracking import watching
 from laptop.tracking.server import TrackingServer
@@ -143,22 +145,30 @@ def scene_of(arm, text):
 def scenes_painted_once():
     """The demo's scenes: nothing changes them."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(demo, "read_scene", lambda *text: text)
-        patch.setattr(demo, "Scene", scene_of)
+        set_in_all(patch, "read_scene", lambda *text: text)
+        set_in_all(patch, "Scene", scene_of)
         yield
 
 
-really_choose = functools.cache(demo.choose_goals)
+def set_in_all(monkeypatch, name, value):
+    """Whichever modules of the demo have it."""
+    holders = [m for m in (course, goals, processes, truth) if hasattr(m, name)]
+    assert holders
+    for module in holders:
+        monkeypatch.setattr(module, name, value)
+
+
+really_choose = functools.cache(goals.choose_goals)
 
 
 @functools.cache
 def ends_of(name):
     """Joint angles, rad, where the driver ends, and with the tip at each goal by what is told."""
     arm = ARMS[name]
-    text, goals = really_choose(arm, 0)
+    text, chosen = really_choose(arm, 0)
     views = Views(arm, text)
-    start = views.postures_at(demo.STANDS[arm.chain].left)[0]
-    ends = {"driver": start, **{" ".join(goal.told): posture_at(views, goal) for goal in goals}}
+    start = views.postures_at(goals.STANDS[arm.chain].left)[0]
+    ends = {"driver": start, **{" ".join(goal.told): posture_at(views, goal) for goal in chosen}}
     return {told: list(map(float, q)) for told, q in ends.items()}
 
 
@@ -170,7 +180,7 @@ def posture_at(views, goal):
     """A posture within the limits, rad, with the tip at a goal."""
     joints = views.arm.joints
     for start in itertools.product((-0.8, 0.2, 1.2, 2.0), BENDS[len(joints)]):
-        q = demo._solve(views.truth, (start[0], *start[1]), goal.pixels)
+        q = goals._solve(views.truth, (start[0], *start[1]), goal.pixels)
         if np.isfinite(q).all() and all(
             j.lower <= a <= j.upper for a, j in zip(q, joints, strict=True)
         ):
@@ -186,9 +196,9 @@ def play(tmp_path, monkeypatch):
     pids = tmp_path / "pids"
     pids.mkdir()
     monkeypatch.setenv("PIDS", str(pids))
-    monkeypatch.setattr(demo, "LAPTOP", (sys.executable, "-S", "-E", str(stand_in)))
-    monkeypatch.setattr(demo, "choose_goals", really_choose)
-    monkeypatch.setattr(demo, "LOOK", 0.005)
+    set_in_all(monkeypatch, "LAPTOP", (sys.executable, "-S", "-E", str(stand_in)))
+    set_in_all(monkeypatch, "choose_goals", really_choose)
+    set_in_all(monkeypatch, "LOOK", 0.005)
     monkeypatch.setattr(report, "CAPTIONS", ())
 
     def run(fault="", **orders):
@@ -202,7 +212,7 @@ def play(tmp_path, monkeypatch):
         console = Console(file=(tmp_path / "out.txt").open("w"), width=100)
         with console.file:
             try:
-                status, page = demo.run(Orders(tmp_path / "runs", **orders), console)
+                status, page = course.run(Orders(tmp_path / "runs", **orders), console)
             finally:
                 run.said = (tmp_path / "out.txt").read_text()
         run.said = (tmp_path / "out.txt").read_text()
@@ -246,13 +256,13 @@ def test_a_demo_that_works_leaves_its_report_and_no_process(play):
     assert len(os.listdir(play.pids)) == 6
     for name in (
         "report.html",
-        report.STORY,
+        results.STORY,
         "goal-1.jsonl",
         "goal-3/trace.csv",
         "three-lines.txt",
     ):
         assert (folder / name).exists(), name
-    run = report.read_run(folder)
+    run = results.read_run(folder)
     assert [a.name for a in run.approaches] == ["goal 1", "goal 2", "goal 3"]
     assert run.rival.method == "report"
     assert max(a.error for a in run.approaches) < 0.1
@@ -290,7 +300,7 @@ def test_an_arm_in_space_is_shown_by_two_cameras_and_judged_in_space(play):
     assert track.count("--camera synthetic") == 2
     assert track.endswith(f"on {os.path.abspath(ARMS['spatial'].file)}")
     assert sum(len(re.findall(r"--goal=[AB]:\d", words)) == 2 for words in told) == 2
-    run = report.read_run(folder)
+    run = results.read_run(folder)
     assert run.story["cameras"] == "AB"
     assert max(a.miss_mm for a in run.approaches) < 0.2
     assert all(5 < a.within_mm < 12 for a in run.approaches)
@@ -324,12 +334,12 @@ def test_the_comparison_may_fail(play):
     status, folder = play("rival fails")
     assert status == 0
     assert "report's method failed: no room" in play.said
-    assert report.read_run(folder).rival is None
+    assert results.read_run(folder).rival is None
 
 
 def test_the_comparison_is_not_waited_for_for_ever(play, monkeypatch):
-    monkeypatch.setattr(demo, "ENDED", 0.3)
-    monkeypatch.setattr(demo, "COMPARED", 0.0)
+    set_in_all(monkeypatch, "ENDED", 0.3)
+    set_in_all(monkeypatch, "COMPARED", 0.0)
     status, _ = play("rival hangs")
     assert status == 0
     assert "report's method hangs" in play.said
@@ -344,13 +354,13 @@ def test_a_driver_that_fails_ends_the_demo(play):
 
 
 def test_a_program_that_hangs_ends_the_demo(play, monkeypatch):
-    monkeypatch.setattr(demo, "SERVOED", 0.2)
+    set_in_all(monkeypatch, "SERVOED", 0.2)
     assert complains(play, "servo hangs", r"goal 1 hangs: not done after 0.2 s; see .*goal-1\.txt")
 
 
 def test_a_program_that_does_not_listen_is_killed(play, monkeypatch):
-    monkeypatch.setattr(demo, "ENDED", 0.3)
-    monkeypatch.setattr(demo, "SERVOED", 0.2)
+    set_in_all(monkeypatch, "ENDED", 0.3)
+    set_in_all(monkeypatch, "SERVOED", 0.2)
     assert complains(play, "deaf servo", "goal 1 hangs")
 
 
@@ -364,25 +374,27 @@ def test_a_start_that_fails_is_tried_again_once(play, fault):
 
 
 def test_a_computer_that_is_too_busy_has_a_sentence_and_a_status_of_its_own(play, monkeypatch):
-    with pytest.raises(demo.TooBusy, match="three lines failed: .*this computer is too busy to go"):
+    with pytest.raises(
+        processes.TooBusy, match="three lines failed: .*this computer is too busy to go"
+    ):
         play("too busy")
 
     def fails(*orders):
-        raise demo.TooBusy("this computer is too busy")
+        raise processes.TooBusy("this computer is too busy")
 
-    monkeypatch.setattr(demo, "run", fails)
+    monkeypatch.setattr(course, "run", fails)
     result = CliRunner().invoke(laptop, ["demo"])
     assert (result.exit_code, result.output) == (75, "Error: this computer is too busy\n")
 
 
 def test_that_it_goes_slower_is_told_and_stands_at_the_end(play, monkeypatch):
-    class Slow(demo.Pace):
+    class Slow(course.Pace):
         mean = 0.61
 
         def look(self):
             return 0.6
 
-    monkeypatch.setattr(demo, "Pace", Slow)
+    set_in_all(monkeypatch, "Pace", Slow)
     status, folder = play()
     assert status == 0, play.said
     assert "this computer is busy: running at 0.6 x\n" in play.said
@@ -396,9 +408,9 @@ def test_a_page_is_told_when_it_answers():
         address = f"http://127.0.0.1:{page.server_port}/?token=t"
         answering = threading.Thread(target=page.handle_request)
         answering.start()
-        assert demo.answers(address)
+        assert processes.answers(address)
         answering.join()
-    assert not demo.answers(address)
+    assert not processes.answers(address)
 
 
 def test_without_a_tracker_there_is_no_demo(play):
@@ -457,7 +469,7 @@ def test_who_interrupts_while_a_program_starts_leaves_none_behind(play, monkeypa
         os.kill(os.getpid(), signal.SIGINT)
         return started[-1]
 
-    monkeypatch.setattr(demo.subprocess, "Popen", interrupted)
+    monkeypatch.setattr(processes.subprocess, "Popen", interrupted)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt):
@@ -475,18 +487,18 @@ def test_who_interrupts_while_a_program_starts_leaves_none_behind(play, monkeypa
 @pytest.mark.parametrize(("name", "seed"), [("planar", 0), ("geared", 7), ("spatial", 0)])
 def test_goals_are_in_the_pictures_and_apart_and_can_be_reached(name, seed):
     arm = ARMS[name]
-    text, goals = really_choose(arm, seed)
+    text, chosen = really_choose(arm, seed)
     views = Views(arm, text)
-    assert goals[0].told == ("marker",)
-    assert goals[0].pixels == views.truth([joint.home for joint in arm.joints], "goal")
-    for number, goal in enumerate(goals):
+    assert chosen[0].told == ("marker",)
+    assert chosen[0].pixels == views.truth([joint.home for joint in arm.joints], "goal")
+    for number, goal in enumerate(chosen):
         places = list(zip(goal.pixels[::2], goal.pixels[1::2], strict=True))
         if number:
             names = [f"{camera}:" for camera in views] if len(views) > 1 else [""]
             pairs = zip(names, places, strict=True)
             assert goal.told == tuple(f"{camera}{u:.1f},{v:.1f}" for camera, (u, v) in pairs)
         assert all(40 < u < 600 and 40 < v < 440 for u, v in places)
-        assert all(math.dist(goal.pixels, other.pixels) > 149 for other in goals[:number])
+        assert all(math.dist(goal.pixels, other.pixels) > 149 for other in chosen[:number])
         assert views.project(goal.place) == pytest.approx(goal.pixels, abs=0.1)
         assert math.dist(views.truth(posture_at(views, goal)), goal.pixels) < 0.1
 
@@ -494,13 +506,13 @@ def test_goals_are_in_the_pictures_and_apart_and_can_be_reached(name, seed):
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["planar", "spatial"])
 def test_the_same_seed_gives_the_same_goals(name):
-    assert demo.choose_goals(ARMS[name], 0) == really_choose(ARMS[name], 0)
+    assert goals.choose_goals(ARMS[name], 0) == really_choose(ARMS[name], 0)
 
 
 @pytest.mark.long
 def test_the_tip_is_seen_by_both_cameras_on_its_way():
-    views = Views(ARMS["spatial"], demo.scene_text("spatial", 0))
-    left = demo.STANDS["spatial"].left
+    views = Views(ARMS["spatial"], goals.scene_text("spatial", 0))
+    left = goals.STANDS["spatial"].left
     start = views.postures_at(left)[0]
     assert views.centre("effector", start) == pytest.approx(left)
     assert views.way_is_seen(start, (0.0, 0.6, -1.2))
@@ -511,12 +523,12 @@ def test_the_tip_is_seen_by_both_cameras_on_its_way():
 
 @pytest.mark.long
 def test_a_tip_behind_the_stand_of_a_goal_is_not_in_sight():
-    text = demo.scene_text("spatial", 0)
+    text = goals.scene_text("spatial", 0)
     start, end = Views(ARMS["spatial"], text).postures_at((9.0, 4.0, 12.6))[0], (0, 0.6, -1.2)
     eye = Views(ARMS["spatial"], text)["B"].camera.position
     x, y, _ = (9.0, 4.0, 12.6) + 0.2 * (eye - (9.0, 4.0, 12.6))
     behind = Views(ARMS["spatial"], f"{text},goal_x={x:.2f},goal_y={y:.2f},goal_z=25")
-    assert demo.GLIMPSE < behind.visible(start) < demo.CLEAR
+    assert goals.GLIMPSE < behind.visible(start) < goals.CLEAR
     assert not behind.way_is_seen(start, end)
     assert Views(ARMS["spatial"], f"{text},goal_x=-20").way_is_seen(start, end)
 
@@ -530,15 +542,15 @@ def test_a_tip_behind_the_stand_of_a_goal_is_not_in_sight():
     ],
 )
 def test_a_place_is_found_by_its_pixels(name, marker, places):
-    views = Views(ARMS[name], TILTED if name == "planar" else demo.scene_text(name, 0))
+    views = Views(ARMS[name], TILTED if name == "planar" else goals.scene_text(name, 0))
     for place in places:
         assert views.place_at(views.project(place), marker) == pytest.approx(place, abs=1e-6)
 
 
 def test_a_pixel_is_worth_most_where_the_cameras_tell_least():
-    views = Views(ARMS["spatial"], demo.scene_text("spatial", 0))
+    views = Views(ARMS["spatial"], goals.scene_text("spatial", 0))
     place = np.array([12.0, 0.0, 10.0])
-    worth = demo._worth(views, place)
+    worth = truth._worth(views, place)
     ways = [views.project(place + d) - views.project(place) for d in 0.1 * np.eye(3)]
     assert all(1 / np.linalg.norm(way) <= worth + 1e-3 for way in ways)  # 1 mm each way
     assert 0.7 < worth < 1.4
@@ -551,11 +563,11 @@ def test_the_line_of_the_tracker_is_understood():
     server = TrackingServer("127.0.0.1", 0, "ABCDEFGH")
     try:
         lines = server.commands()
-        found = [demo.read_invitation(f"or otherwise: {line}") for line in lines]
+        found = [processes.read_invitation(f"or otherwise: {line}") for line in lines]
     finally:
         server.close()
     assert (f"127.0.0.1:{server.port}", "ABCD-EFGH") in found
-    assert demo.read_invitation("30 fps, effector 1.0,2.0") is None
+    assert processes.read_invitation("30 fps, effector 1.0,2.0") is None
 
 
 @pytest.mark.parametrize("text", [None, "", "t,q1\n1,x\n"])
@@ -563,7 +575,7 @@ def test_a_trace_that_cannot_be_read_is_told_in_one_line(tmp_path, text):
     if text is not None:
         (tmp_path / "trace.csv").write_text(text)
     with pytest.raises(DemoFailed, match=r"trace\.csv cannot be read"):
-        demo.read_trace(tmp_path / "trace.csv")
+        truth.read_trace(tmp_path / "trace.csv")
 
 
 @pytest.mark.short("planar")
@@ -571,8 +583,8 @@ def test_a_trace_that_cannot_be_read_is_told_in_one_line(tmp_path, text):
 def test_the_true_path_keeps_when_rests_end(name):
     views = Views(ARMS[name], "seed=0")
     still = (0.0,) * (len(ARMS[name].joints) - 1)
-    rows = [demo.Row(0.1 * k, (0.01 * max(0, k - 10), *still), False) for k in range(16)]
-    path = demo._path(views, rows)
+    rows = [truth.Row(0.1 * k, (0.01 * max(0, k - 10), *still), False) for k in range(16)]
+    path = truth._path(views, rows)
     assert [round(t, 1) for t, _ in path] == [0.0, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5]
     assert path[0][1] == path[1][1]
     assert path[-1][1] == (0.05, *still)
@@ -615,7 +627,7 @@ client.close()
 def test_a_script_in_virtual_time_is_served_with_what_a_camera_would_see(tmp_path, monkeypatch):
     monkeypatch.setenv("SSH_CLIENT", "192.0.2.1 1 22")
     script = tmp_path / "sees.py"
-    script.write_text(SEES.format(root=str(demo.ROOT)))
+    script.write_text(SEES.format(root=str(processes.ROOT)))
     words = ["simulate", "--scene", TILTED, "--start", "30,45", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(laptop, [*words, str(script)])
     assert result.exit_code == 0, result.output
@@ -626,13 +638,13 @@ def test_a_script_in_virtual_time_is_served_with_what_a_camera_would_see(tmp_pat
 
 
 def test_a_scene_is_for_virtual_time(tmp_path):
-    words = ["simulate", "--realtime", "--scene", "", "--out", str(tmp_path), str(demo.DRIVER)]
+    words = ["simulate", "--realtime", "--scene", "", "--out", str(tmp_path), str(processes.DRIVER)]
     result = CliRunner().invoke(laptop, words)
     assert result.exit_code == 1
     assert "a scene is for virtual time" in result.output
 
 
 def test_the_folder_of_a_run_is_never_an_older_one(tmp_path):
-    folders = {demo._new_folder(tmp_path) for _ in range(3)}
+    folders = {course._new_folder(tmp_path) for _ in range(3)}
     assert len(folders) == 3
     assert all(Path(folder).parent == tmp_path for folder in folders)

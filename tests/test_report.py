@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from laptop import report
-from laptop.report import BadRun
+from laptop.demo import figures, report, results
+from laptop.demo.results import BadRun
+from laptop.reporting import charts, line_plot
 from laptop.reporting.line_plot import DPI, png_of
 
 GOAL = (400.0, 300.0)
@@ -108,8 +109,8 @@ def story(folder, offs=(2.0, 1.0, 3.0), cameras="A", **changes):
         "rival": approach(folder, off=4.0, cameras=cameras, method="report", suffix="-rival"),
         **changes,
     }
-    (folder / report.STORY).write_text(json.dumps(record))
-    return report.read_run(folder)
+    (folder / results.STORY).write_text(json.dumps(record))
+    return results.read_run(folder)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -122,7 +123,7 @@ def small_pictures():
         return file.getvalue()
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(report, "png_of", png_of)
+        patch.setattr(figures, "png_of", png_of)
         yield
 
 
@@ -139,7 +140,7 @@ def small_pictures():
     ],
 )
 def test_the_truth_decides_and_not_what_the_brick_says(tmp_path, off, verdict, reached, outcome):
-    told = report.read_approach(tmp_path, approach(tmp_path, off=off, verdict=verdict))
+    told = results.read_approach(tmp_path, approach(tmp_path, off=off, verdict=verdict))
     assert told.reached is reached
     assert told.outcome == outcome
     assert f"truly {off:.1f} px ({0.9 * off:.1f} mm) off after 4 moves, 4.5 s" in told.words
@@ -147,7 +148,7 @@ def test_the_truth_decides_and_not_what_the_brick_says(tmp_path, off, verdict, r
 
 @pytest.mark.parametrize(("off", "reached"), [(9.7, True), (9.8, False)])
 def test_in_space_millimetres_decide(tmp_path, off, reached):
-    told = report.read_approach(tmp_path, approach(tmp_path, off=off, cameras="AB"))
+    told = results.read_approach(tmp_path, approach(tmp_path, off=off, cameras="AB"))
     assert told.within_mm == pytest.approx(8.8)  # 1.6 tolerances of 5 px, of 1.1 mm each
     assert told.error == pytest.approx(off)
     assert told.reached is reached
@@ -156,27 +157,27 @@ def test_in_space_millimetres_decide(tmp_path, off, reached):
 def test_a_demo_worked_if_all_lines_are_drawn_and_all_goals_reached(tmp_path):
     run = story(tmp_path)
     assert run.worked
-    assert report.headline(run) == (
+    assert results.headline(run) == (
         "3 lines drawn, at most 1.2 mm off; all three goals truly reached, to 3.0 px or better."
     )
 
 
 def test_of_an_arm_in_space_it_is_said_how_near_it_came_there(tmp_path):
     run = story(tmp_path, cameras="AB")
-    assert report.headline(run).endswith("to 2.7 mm in space (3.0 px in the pictures) or better.")
+    assert results.headline(run).endswith("to 2.7 mm in space (3.0 px in the pictures) or better.")
 
 
 def test_one_goal_missed_is_named(tmp_path):
     run = story(tmp_path, offs=(2.0, 30.0, 1.0))
     assert not run.worked
-    assert "goal 2 was not reached, though the brick says so" in report.headline(run)
-    assert "goal 1" not in report.headline(run)
+    assert "goal 2 was not reached, though the brick says so" in results.headline(run)
+    assert "goal 1" not in results.headline(run)
 
 
 def test_one_line_missed_is_named(tmp_path):
     run = story(tmp_path, lines=[*LINES[:2], None])
     assert not run.worked
-    assert "2 of 3 drawn" in report.headline(run)
+    assert "2 of 3 drawn" in results.headline(run)
     assert not story(tmp_path, lines=[]).worked
 
 
@@ -191,7 +192,7 @@ def test_the_rival_does_not_count(tmp_path):
 def test_a_log_that_is_cut_off_is_read_up_to_there(tmp_path):
     file = tmp_path / "log.jsonl"
     file.write_text(log_text()[:-20])
-    log = report.read_log(file)
+    log = results.read_log(file)
     assert log.verdict is None
     assert len(log.steps) == 5
     assert log.run["method"] == "chain"
@@ -202,7 +203,7 @@ def test_what_is_no_log_is_refused_in_one_line(tmp_path, text):
     file = tmp_path / "log.jsonl"
     file.write_text(text)
     with pytest.raises(BadRun) as refusal:
-        report.read_log(file)
+        results.read_log(file)
     assert str(file) in str(refusal.value)
     assert "\n" not in str(refusal.value)
 
@@ -210,15 +211,15 @@ def test_what_is_no_log_is_refused_in_one_line(tmp_path, text):
 def test_a_log_without_a_verdict_is_refused(tmp_path):
     record = approach(tmp_path, log=log_text()[:-20])
     with pytest.raises(BadRun, match="ends without a verdict"):
-        report.read_approach(tmp_path, record)
+        results.read_approach(tmp_path, record)
 
 
 @pytest.mark.parametrize("text", [None, "{", "{}", '{"approaches": [{}], "rival": null}'])
 def test_a_folder_that_is_no_demo_is_refused_in_one_line(tmp_path, text):
     if text is not None:
-        (tmp_path / report.STORY).write_text(text)
+        (tmp_path / results.STORY).write_text(text)
     with pytest.raises(BadRun, match="is not of a demo; run the demo again"):
-        report.read_run(tmp_path)
+        results.read_run(tmp_path)
 
 
 # What is shown
@@ -300,24 +301,24 @@ def test_a_demo_without_comparison_says_why(tmp_path, monkeypatch):
 
 def test_pictures_are_drawn_of_no_goal_at_all(tmp_path):
     run = story(tmp_path, rival=None, offs=())
-    assert report.draw_errors(run).startswith(b"\x89PNG")
+    assert figures.draw_errors(run).startswith(b"\x89PNG")
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("cameras", ["A", "AB"])
 def test_pictures_are_drawn_of_any_number_of_joints_and_of_no_error_at_all(tmp_path, cameras):
     run = story(tmp_path, offs=(0.0,), cameras=cameras, rival=None)
-    draws = [report.draw_camera, report.draw_errors, report.draw_joints, report.draw_condition]
-    for draw in draws + [report.draw_space] * (cameras == "AB"):
+    draws = [figures.draw_camera, figures.draw_errors, figures.draw_joints, figures.draw_condition]
+    for draw in draws + [figures.draw_space] * (cameras == "AB"):
         assert draw(run).startswith(b"\x89PNG")
 
 
 def drawn_in(monkeypatch, draw, run):
     """The axes of a picture."""
-    figures = []
-    monkeypatch.setattr(report, "png_of", lambda figure: figures.append(figure) or b"")
+    drawn = []
+    monkeypatch.setattr(figures, "png_of", lambda figure: drawn.append(figure) or b"")
     draw(run)
-    return figures[0].axes
+    return drawn[0].axes
 
 
 def lines_of(axes, colour):
@@ -326,21 +327,21 @@ def lines_of(axes, colour):
 
 def test_each_camera_shows_the_way_that_it_saw(tmp_path, monkeypatch):
     run = story(tmp_path, offs=(1.0,), cameras="AB", rival=None)
-    *views, legend = drawn_in(monkeypatch, report.draw_camera, run)
+    *views, legend = drawn_in(monkeypatch, figures.draw_camera, run)
     assert len(views) == 2
-    ways = [lines_of(axes, report.GOALS[0])[0].get_xdata() for axes in views]
+    ways = [lines_of(axes, charts.GOALS[0])[0].get_xdata() for axes in views]
     assert (ways[0][0], ways[0][-1]) == (GOAL[0] - 200, GOAL[0] - 1)
     assert set(ways[1]) == {GOAL[0]}  # from there it moved along the line of sight
-    inks = [lines_of(axes, report.QUIET)[0].get_xydata().tolist() for axes in views]
+    inks = [lines_of(axes, line_plot.QUIET)[0].get_xydata().tolist() for axes in views]
     assert inks == [[[14, 30], [26, 30]], [[40, 24], [40, 36]]]  # in the air
 
 
 def test_the_way_in_space_is_shown_askew_from_above_and_from_the_side(tmp_path, monkeypatch):
     run = story(tmp_path, offs=(1.0,), cameras="AB", rival=None)
-    askew, above, side, legend = drawn_in(monkeypatch, report.draw_space, run)
+    askew, above, side, legend = drawn_in(monkeypatch, figures.draw_space, run)
     assert askew.name == "3d"
     for axes, height in ((above, PLACE[1]), (side, PLACE[2])):
-        way = lines_of(axes, report.GOALS[0])[0]
+        way = lines_of(axes, charts.GOALS[0])[0]
         assert way.get_xdata()[-1] == pytest.approx(PLACE[0] - 0.09)
         assert set(way.get_ydata()) == {height}
         (ring,) = [patch for patch in axes.patches if patch.get_edgecolor()[:3] != (1, 1, 1)]
@@ -348,7 +349,7 @@ def test_the_way_in_space_is_shown_askew_from_above_and_from_the_side(tmp_path, 
 
 
 def test_there_is_no_way_in_space_of_an_arm_in_the_plane(tmp_path):
-    assert report.draw_space(story(tmp_path)) is None
+    assert figures.draw_space(story(tmp_path)) is None
 
 
 def test_where_a_camera_was_blind_it_saw_nothing(tmp_path):
@@ -356,20 +357,20 @@ def test_where_a_camera_was_blind_it_saw_nothing(tmp_path):
     blind = next(entry for entry in lines if entry["kind"] == "step")
     blind.update(rows=["B.u", "B.v"], s=[1.0, 2.0])
     log = "".join(json.dumps(entry) + "\n" for entry in lines)
-    told = report.read_approach(tmp_path, approach(tmp_path, log=log, cameras="AB"))
-    assert len(report._looks(told, "A")) == 4
-    assert report._looks(told, "B")[0].tolist() == [1.0, 2.0]
+    told = results.read_approach(tmp_path, approach(tmp_path, log=log, cameras="AB"))
+    assert len(results.looks_of(told, "A")) == 4
+    assert results.looks_of(told, "B")[0].tolist() == [1.0, 2.0]
 
 
 def test_the_overview_is_of_the_newest_demo_and_small(tmp_path, monkeypatch):
-    monkeypatch.setattr(report, "png_of", png_of)
+    monkeypatch.setattr(figures, "png_of", png_of)
     for name, size in (("2026-01-01", [64, 48]), ("2026-01-02", [64, 48]), ("later", None)):
         (tmp_path / name).mkdir()
         if size:
             story(tmp_path / name, offs=(2.0,), size=size)
-    (tmp_path / "2026-01-01" / report.STORY).write_text("{")  # would be refused
+    (tmp_path / "2026-01-01" / results.STORY).write_text("{")  # would be refused
     file = tmp_path / "servo.jpg"
-    report.write_overview(str(tmp_path), str(file))
+    figures.write_overview(str(tmp_path), str(file))
     assert cv2.imread(str(file)).shape == (690, 1600, 3)
     assert file.stat().st_size < 200_000
 
@@ -377,9 +378,9 @@ def test_the_overview_is_of_the_newest_demo_and_small(tmp_path, monkeypatch):
 @pytest.mark.long
 def test_the_overview_of_an_arm_in_space_shows_both_cameras_and_the_way(tmp_path, monkeypatch):
     axes = []
-    monkeypatch.setattr(report, "png_of", lambda figure: axes.extend(figure.axes) or png_of(figure))
+    monkeypatch.setattr(figures, "png_of", lambda figure: axes.extend(figure.axes) or png_of(figure))
     story(tmp_path, offs=(2.0,), cameras="AB")
-    report.write_overview(str(tmp_path), str(tmp_path / "space.jpg"))
+    figures.write_overview(str(tmp_path), str(tmp_path / "space.jpg"))
     assert [len(view.images) for view in axes] == [1, 1, 0, 0, 0]
     assert axes[2].name == "3d"
 
@@ -388,7 +389,7 @@ def test_a_terminal_of_80_columns_shows_the_whole_table(tmp_path):
     console = Console(width=80, file=open("/dev/null", "w"), record=True)  # noqa: SIM115
     lost = approach(tmp_path, off=229.2, verdict="budget spent", method="report", suffix="-lost")
     with console.file:
-        console.print(report.table(story(tmp_path, rival=lost)))
+        console.print(results.table(story(tmp_path, rival=lost)))
     text = console.export_text()
     assert "budget spent" in text
     assert "…" not in text

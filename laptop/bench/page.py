@@ -24,22 +24,10 @@ from typing import Any
 
 import numpy as np
 
-from laptop import report
-from laptop.demo import (
-    SERVO,
-    SERVOED,
-    STANDS,
-    Crew,
-    Goal,
-    Program,
-    Views,
-    approach_of,
-    choose_goals,
-    goal_words,
-    read_invitation,
-    read_page,
-    said,
-)
+from laptop.demo import results
+from laptop.demo.goals import STANDS, Goal, Views, choose_goals, goal_words
+from laptop.demo.processes import SERVO, SERVOED, Crew, Program, read_invitation, read_page, said
+from laptop.demo.truth import approach_of
 from laptop.simulator.pace import PacedClock
 from laptop.simulator.session import AFTER
 from robot.clock import Clock
@@ -265,7 +253,7 @@ def _where_lines_end(views: Views) -> str:
 
 
 def _judged(views: Views, goal: Goal, home: Path, servo: Program) -> Approach:
-    told = report.read_approach(home.parent, approach_of(views, goal, home, servo))
+    told = results.read_approach(home.parent, approach_of(views, goal, home, servo))
     words = f"{goal.name}: {told.words}; {told.verdict.get('reason') or 'no reason told'}"
     return Approach(told.reached, int(told.verdict["moves"]), told.seconds, told.error, words)
 

@@ -49,11 +49,11 @@ def demo(arm_file: str, **orders: Any) -> None:
     """
     from rich.console import Console
 
-    from laptop import demo as show_off  # OpenCV and matplotlib are slow to import
+    from laptop.demo import course, processes  # OpenCV and matplotlib are slow to import
 
     try:
-        status, report = show_off.run(show_off.Orders(arm=arm_file, **orders), Console())
-    except show_off.TooBusy as error:
+        status, report = course.run(course.Orders(arm=arm_file, **orders), Console())
+    except processes.TooBusy as error:
         raise TryLater(str(error)) from None
     except ArmError as error:
         raise click.ClickException(str(error)) from None

@@ -1,0 +1,1 @@
+"""Everything at once, on this machine alone, and whether it truly worked."""

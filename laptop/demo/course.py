@@ -1,0 +1,436 @@
+"""`python -m laptop demo`: everything at once, on this machine alone, and whether it truly worked.
+
+Separate processes in real time: the tracker on rendered frames, of one camera or, for an arm in
+space, of two; and one after the other the unmodified programs of the brick, which reach it by TCP
+on loopback.  First the driver draws its lines, then the servo brings the tip to three goals, each
+from where the arm was left.  Beside it the method of the report goes to the first goal, in virtual
+time.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import threading
+import time
+from collections.abc import Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from laptop.demo import report, results
+from laptop.demo.goals import GOALS, Goal, Views, choose_goals, goal_words
+from laptop.demo.processes import (
+    COMPARED,
+    DRAWN,
+    DRIVER,
+    ENDED,
+    LOOK,
+    READY,
+    SERVO,
+    SERVOED,
+    Crew,
+    Deadline,
+    DemoFailed,
+    Program,
+    TooBusy,
+    answers,
+    ending_on_signals,
+    read_invitation,
+    read_page,
+    said,
+)
+from laptop.demo.progress import Progress
+from laptop.demo.truth import SUMMARY, approach_of, ink_in_space, read_trace
+from laptop.simulator.live import Follower
+from laptop.simulator.pace import Pace, PacedClock
+from laptop.simulator.session import AFTER
+from shared.arm_description import Arm, find_arm, read_arm
+
+TOLERANCE = 5.0
+"""What the servo stops at if nothing is said, px."""
+REPORT_BUDGET = 180.0
+"""What the report's method may take, virtual s."""
+
+
+@dataclass(frozen=True)
+class Orders:
+    """What is to be shown.
+
+    out    a folder with the time as its name is made in it
+    arm    name or file
+    seed   draws camera, table and goals
+    servo  the program that servoes
+    page, page_host, page_port   whether the tracker serves its page, and where
+    open   the page is opened in a browser
+    """
+
+    out: Path
+    arm: str = "planar"
+    seed: int = 0
+    servo: Path = SERVO
+    page: bool = False
+    page_host: str = "127.0.0.1"
+    page_port: int | None = None
+    open: bool = False
+
+
+TRACKER, DRAWING, RIVAL, REPORT = "tracker", "three lines", "report's method", "report"
+
+
+def run(orders: Orders, console: Console) -> tuple[int, Path]:
+    """Show it all; the exit status, 0 if it truly worked, and the report.
+
+    Raises:
+        ArmError: one line that says what has failed; every program has ended then.
+    """
+    arm = read_arm(find_arm(orders.arm))
+    began = time.monotonic()
+    folder = _new_folder(orders.out)
+    progress = Progress(
+        console, [TRACKER, DRAWING, *(f"goal {k + 1}" for k in range(GOALS)), RIVAL, REPORT]
+    )
+    with ExitStack() as stack:
+        state = stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-demo-"))
+        clock = PacedClock(state)
+        stack.callback(clock.close)
+        # The cameras show this arm from the start, before it moves.
+        crew = Crew(
+            folder, {"BRICKSERVO_STATE": state, "BRICKSERVO_ARM": os.path.abspath(arm.file)}
+        )
+        stack.enter_context(ending_on_signals())
+        stack.callback(crew.close)
+        stack.enter_context(progress.shown())
+        show = Show(arm, orders, folder, crew, progress, clock, Follower(state))
+        stack.callback(show.close)
+        show.play()
+        progress.stages[REPORT].begin("drawing the pictures")
+        crew.close()  # the tracker leaves its picture when it ends
+        show.story["seconds"] = time.monotonic() - began
+        text = json.dumps(show.story, indent=1) + "\n"
+        (folder / results.STORY).write_text(text, encoding="utf-8")
+        run = results.read_run(folder)
+        page = report.write(run)
+        shown = os.path.relpath(page)
+        shown = str(page) if shown.startswith("..") else shown
+        progress.finish(REPORT, True, shown)
+    console.print(results.table(run))
+    console.print(results.headline(run), soft_wrap=True, highlight=False, markup=False)
+    took = (
+        f"{time.monotonic() - began:.0f} s, the emulated brick with cpu={show.story['cpu']:g}, "
+        f"its clock at {show.story['pace']:.2f} x"
+    )
+    ink = f", first ink after {show.story['first_ink']:.1f} s" if "first_ink" in show.story else ""
+    console.print(f"{took}{ink}; {shown}", soft_wrap=True, highlight=False, markup=False)
+    return (0 if run.worked else 1), page
+
+
+@dataclass
+class Part:
+    """What one program does on the emulated brick.
+
+    name     for people
+    options  of `simulate`
+    home     for its files
+    script   with its words
+    program  the latest that was started for it
+    """
+
+    name: str
+    options: Sequence[str]
+    home: Path
+    script: Sequence[str]
+    program: Program
+
+
+class Show:
+    """The course of one demo, up to the end of the last program.
+
+    Args:
+        arm: on the emulated brick.
+        orders: what is to be shown.
+        folder: for the raw files.
+        crew: starts the programs.
+        progress: tells how it goes.
+        clock: of the emulated world.
+        follower: sees the emulated arm.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        orders: Orders,
+        folder: Path,
+        crew: Crew,
+        progress: Progress,
+        clock: PacedClock,
+        follower: Follower,
+    ) -> None:
+        self._arm = arm
+        self._orders = orders
+        self._folder = folder
+        self._crew = crew
+        self._progress = progress
+        self._clock = clock
+        self._pace = Pace(clock)
+        self._follower = follower
+        self._began = time.monotonic()
+        self._played: list[Program] = []
+        self._rival: Program | None = None
+        self._page: threading.Thread | None = None
+        self._over = threading.Event()
+        self.story: dict[str, Any] = {
+            "arm": arm.name,
+            "command": _command(orders),
+            "lines": [],
+            "ink": [],
+            "approaches": [],
+            "rival": None,
+            "trouble": "",
+        }
+
+    def play(self) -> None:
+        """All of it; `story` is then what results.read_run reads.
+
+        Raises:
+            DemoFailed: a program failed or hangs.
+        """
+        stages = self._progress.stages
+        stages[DRAWING].begin("starting")
+        drawing = self._begin(DRAWING, ["--realtime"], "drawing", [str(DRIVER), "--stay"])
+        stages[TRACKER].begin("choosing goals")  # which takes as long as the other's start
+        self._set_scene()
+        self._tracker = self._track()
+        place, code = self._invitation()
+        self._progress.finish(TRACKER, True, f"listens at {place}")
+        if self._orders.page:
+            address = said(self._tracker, read_page)
+            self._page = threading.Thread(target=self._show_page, args=(address,), daemon=True)
+            self._page.start()
+        home = drawing.home
+        part = ahead = self._approach(self._goals[0], home, place, code)
+        self._wait(drawing, DRAWN)
+        summary = json.loads((home / SUMMARY).read_text(encoding="utf-8"))
+        if summary["status"]:
+            drawing.program.wait(ENDED)
+            raise drawing.program.complain()
+        self.story["cpu"] = summary["cpu"]
+        lines = self.story["lines"] = summary["paths"]
+        self.story["ink"] = ink_in_space(self._views, read_trace(home / "trace.csv"))
+        self._progress.finish(DRAWING, results.drawn(lines), results.lines_text(lines))
+
+        for goal, following in zip(self._goals, [*self._goals[1:], None], strict=True):
+            stages[goal.name].begin("starting")
+            if following:
+                ahead = self._approach(following, part.home, place, code)
+            if self._rival is None:
+                self._compare(goal, home)
+            self._wait(part, SERVOED)
+            record = approach_of(self._views, goal, part.home, part.program)
+            self._take(goal.name, record, "approaches")
+            part = ahead
+        self.story["pace"] = round(self._pace.mean, 3)
+        self._conclude_comparison()
+        for program in self._played:
+            program.wait(DRAWN)  # it may be at its picture
+        if self._page:
+            self._page.join()
+
+    def close(self) -> None:
+        """Look at nothing any more."""
+        self._over.set()
+        self._follower.close()
+
+    def _set_scene(self) -> None:
+        """Choose cameras and goals.
+
+        Raises:
+            DemoFailed: this arm and seed have none.
+        """
+        text, self._goals = choose_goals(self._arm, self._orders.seed)
+        self._views = Views(self._arm, text)
+        size = list(self._views["A"].camera.size)
+        self.story.update(scene=text, cameras="".join(self._views), size=size)
+
+    def _track(self) -> Program:
+        return self._crew.start(
+            TRACKER,
+            ["track", *["--camera", "synthetic"] * len(self._views), *self._page_words()]
+            + ["--scene", self.story["scene"], "--host", "127.0.0.1", "--port", "0"]
+            + ["--csv", str(self._folder / "track.csv")]
+            + ["--picture", str(self._folder / "camera.png")],
+        )
+
+    def _invitation(self) -> tuple[str, str]:
+        """Where the tracker listens, and its code; one that fails to start is started again."""
+        try:
+            return said(self._tracker, read_invitation)
+        except DemoFailed as trouble:
+            if self._tracker.running:
+                raise
+            self._say_again(trouble)
+            self._tracker = self._track()
+            return said(self._tracker, read_invitation)
+
+    def _say_again(self, trouble: DemoFailed) -> None:
+        self._progress.say(f"{trouble}; trying once more")
+
+    def _page_words(self) -> list[str]:
+        """What the tracker is told of the page; it is to bring no brick along."""
+        orders = self._orders
+        if not orders.page:
+            return ["--no-page"]
+        words = ["--page", "--no-brick", "--page-host", orders.page_host]
+        words += [] if orders.page_port is None else ["--page-port", str(orders.page_port)]
+        return words + ["--open"] * orders.open
+
+    def _show_page(self, address: str) -> None:
+        """Tell where the page is, as soon as it answers."""
+        deadline = time.monotonic() + READY
+        while not answers(address):
+            if self._over.wait(LOOK) or not self._tracker.running:
+                return
+            if time.monotonic() > deadline:
+                self._progress.say(f"the page does not answer: {address}")
+                return
+        self._progress.say(f"page: {address}")
+
+    def _begin(self, name: str, options: Sequence[str], folder: str, script: Sequence[str]) -> Part:
+        """Start a program on the emulated brick."""
+        home = self._folder / folder
+        return Part(name, options, home, script, self._simulate(name, options, home, script))
+
+    def _approach(self, goal: Goal, home: Path, place: str, code: str) -> Part:
+        """Start a servo ahead of time; it waits for the run that leaves its files in `home`."""
+        folder = goal.name.replace(" ", "-")
+        words = [str(self._orders.servo), place, "--code", code, *goal_words(goal)]
+        words += ["--log", f"{self._folder / folder}.jsonl"]
+        return self._begin(goal.name, ["--realtime", _start(home)], folder, words)
+
+    def _simulate(
+        self, name: str, options: Sequence[str], home: Path, script: Sequence[str]
+    ) -> Program:
+        words = ["simulate", *options, "--arm", os.path.abspath(self._arm.file), "--out", str(home)]
+        return self._crew.start(name, [*words, *script], self._progress.stages[name].say)
+
+    def _compare(self, goal: Goal, start: Path) -> None:
+        """Start the report's method on its way to a goal, from where another run has ended."""
+        self._progress.stages[RIVAL].begin("starting")
+        home = self._folder / RIVAL_HOME
+        self._rival = self._simulate(
+            RIVAL,
+            ["--scene", self.story["scene"] + RIVAL_SCENE, _start(start)],
+            home,
+            [str(self._orders.servo), *goal_words(goal), "--method", "report"]
+            + ["--budget", f"{REPORT_BUDGET:g}", "--log", f"{home}.jsonl"],
+        )
+        # What runs in real time goes first.
+        with suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, self._rival.pid, RIVAL_NICE)
+
+    def _conclude_comparison(self) -> None:
+        """Take its outcome once; whatever becomes of it does no harm to the demo."""
+        if self._rival is None or self._progress.stages[RIVAL].took is not None:
+            return
+        home = self._folder / RIVAL_HOME
+        deadline = time.monotonic() + COMPARED
+        while self._rival.running and time.monotonic() < deadline:
+            time.sleep(LOOK)
+        try:
+            self._rival.interrupt()
+            self._rival.wait(ENDED)
+            approach = approach_of(self._views, self._goals[0], home, self._rival)
+            self._take(RIVAL, approach, "rival")
+        except DemoFailed as trouble:
+            self.story["trouble"] = str(trouble)
+            self._progress.finish(RIVAL, False, str(trouble))
+
+    def _take(self, stage: str, record: dict[str, Any], part: str) -> None:
+        """Add an approach to the story, and say how it went."""
+        if part == "rival":
+            self.story[part] = record
+        else:
+            self.story[part].append(record)
+        told = results.read_approach(self._folder, record)
+        self._progress.finish(stage, told.reached, told.words)
+
+    def _wait(self, part: Part, limit: float) -> None:
+        """Until a run's figures are there; its picture may take longer.
+
+        A run that ends without any has failed to start, and is started once more.
+
+        Raises:
+            DemoFailed: it takes longer than `limit` s, or failed twice, or the tracker has ended.
+        """
+        deadline = Deadline(self._clock, limit)
+        again = False
+        while not (part.home / SUMMARY).exists():
+            if not self._tracker.running:
+                self._tracker.wait(ENDED)
+                raise self._tracker.complain()
+            if not part.program.running and not (part.home / SUMMARY).exists():
+                part.program.wait(ENDED)
+                trouble = part.program.complain()
+                if again or isinstance(trouble, TooBusy):
+                    raise trouble
+                again = True
+                self._say_again(trouble)
+                part.program = self._simulate(part.name, part.options, part.home, part.script)
+            if deadline.passed:
+                raise part.program.hangs(limit)
+            self._look()
+            time.sleep(LOOK)
+        self._look()  # at what came in last, too, or was there at once
+        self._played.append(part.program)
+
+    def _look(self) -> None:
+        """How fast the emulated clock goes, what the arm has drawn, how the comparison does."""
+        self._progress.keep(self._pace.look())
+        if "first_ink" not in self.story:
+            self._follower.poll()
+            if self._follower.pen:
+                self.story["first_ink"] = round(time.monotonic() - self._began, 2)
+        if self._rival and not self._rival.running:
+            self._conclude_comparison()
+
+
+def _command(orders: Orders) -> str:
+    words = ["python -m laptop demo"]
+    words += [f"--arm {orders.arm}"] * (orders.arm != "planar")
+    words += [f"--seed {orders.seed}"] * (orders.seed != 0)
+    return " ".join(words)
+
+
+def _new_folder(out: Path) -> Path:
+    """A folder with the time as its name.
+
+    Raises:
+        DemoFailed: it cannot be made.
+    """
+    name = time.strftime("%Y-%m-%d-%H%M%S")
+    try:
+        for attempt in range(1, 100):
+            folder = (out / (name if attempt == 1 else f"{name}-{attempt}")).resolve()
+            with suppress(FileExistsError):
+                folder.parent.mkdir(parents=True, exist_ok=True)
+                folder.mkdir()
+                return folder
+    except OSError as error:
+        raise DemoFailed(
+            f"cannot write to {out}: {error.strerror}; choose another folder with --out"
+        ) from None
+    raise DemoFailed(f"too many runs of this second in {out}; choose another folder with --out")
+
+
+def _start(home: Path) -> str:
+    """Where another run ends, for the next one."""
+    return f"--start={AFTER}{home}"
+
+
+RIVAL_HOME = "report-method"
+RIVAL_SCENE, RIVAL_NICE = ",fps=10", 10
+"""The report takes 20 pictures in 2 s: no more would be looked at."""

@@ -1,0 +1,217 @@
+"""The report of a demo: pictures and figures from its raw files, in one HTML file."""
+
+from __future__ import annotations
+
+import math
+from html import escape
+from pathlib import Path
+from string import Template
+
+from laptop.demo.figures import (
+    draw_camera,
+    draw_condition,
+    draw_errors,
+    draw_joints,
+    draw_lines,
+    draw_lines_from_the_side,
+    draw_space,
+)
+from laptop.demo.results import (
+    HEADINGS,
+    STORY,
+    TRUE_SHARE,
+    Approach,
+    BadRun,
+    Run,
+    headline,
+    table_rows,
+)
+from laptop.reporting.document import cells, document, figures, section
+from laptop.reporting.document import table as html_table
+
+PAGE = "report.html"
+CAPTIONS = (
+    (
+        "What the camera saw",
+        "The last picture of each camera, with the true way of the tip to each goal. "
+        "Rings are where it started, dots where the servo stopped to look, crosses the goals, each "
+        "with its circle of tolerance. Nothing about camera or arm was calibrated: the first "
+        "short moves show how the picture answers to each joint, every later one corrects that. "
+        "The grey lines are what the pen drew before.",
+        draw_camera,
+    ),
+    (
+        "The way in space",
+        "The same in centimetres, as the emulator knows it: the servo saw nothing but the pictures "
+        "above. The rings round the goals are what counts as reached.",
+        draw_space,
+    ),
+    (
+        "The way to the goal in time",
+        "How far the tip truly was from its goal, on a logarithmic scale; dots are what the servo "
+        "measured. Flat pieces are rests, to look. On the left every goal; on the right one goal "
+        "by both methods, from the same start: the report's method looks for two seconds at every "
+        "step of at most ten degrees, so its time runs far longer.",
+        draw_errors,
+    ),
+    (
+        "The three lines",
+        "Drawn before anything was seen: ink and arm on the left, and on the right how far the ink "
+        "is off the wanted line, magnified.",
+        draw_lines,
+    ),
+    (
+        "The three lines from the side",
+        "The same ink and the same arm.",
+        draw_lines_from_the_side,
+    ),
+    (
+        "How well the image Jacobian could be inverted",
+        "The condition number of the estimated image Jacobian, step by step: 1 means that the "
+        "picture answers alike to every motion of the joints. Where it peaks, some direction "
+        "in the picture needs large motions, and a small error of the estimate becomes a large one "
+        "of the step.",
+        draw_condition,
+    ),
+    (
+        "What the joints did",
+        "The joint angles while the servo looked, as the encoders have them; dots are where it "
+        "decided on a step.",
+        draw_joints,
+    ),
+)
+
+
+def write(run: Run) -> Path:
+    """Write PAGE into the run's folder; where it is.
+
+    Raises:
+        BadRun: it cannot be written.
+    """
+    sections = []
+    for heading, caption, draw in CAPTIONS:
+        picture = draw(run)
+        if picture:
+            sections.append(section(heading, caption, picture))
+    page = document(
+        "BrickServo: a demo",
+        run.worked,
+        "It worked." if run.worked else "It did not all work.",
+        headline(run),
+        _facts(run),
+        _table(run),
+        _note(run),
+        _REST.substitute(
+            figures="\n".join(sections),
+            moves="\n".join(
+                _moves(a) for a in [*run.approaches, *([run.rival] if run.rival else [])]
+            ),
+            command=escape(str(run.story["command"])),
+            files="\n".join(
+                f"<li><code>{escape(name)}</code>: {escape(what)}</li>" for name, what in _FILES
+            ),
+        ),
+    )
+    file = run.folder / PAGE
+    try:
+        file.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise BadRun(f"cannot write {file}: {error.strerror}; make room there") from None
+    return file
+
+
+def _facts(run: Run) -> str:
+    facts = [f"arm {run.story['arm']}", f"scene {run.story['scene']}"]
+    if run.story.get("seconds"):
+        facts.append(f"{run.story['seconds']:.0f} s from start to end")
+    if run.story.get("cpu") is not None:
+        facts.append(f"the brick computes with cpu={run.story['cpu']:g}")
+    if run.story.get("pace"):
+        facts.append(f"emulated clock at {run.story['pace']:.2f} x real time")
+    return ", ".join(facts)
+
+
+def _note(run: Run) -> str:
+    tolerance = run.approaches[0].tolerance if run.approaches else 5.0
+    within = [a.within_mm for a in run.approaches if a.within_mm]
+    words = (
+        "What the brick claims decides nothing here: the emulator knows where the tip truly is, "
+        f"and a goal counts as reached where that is at most {TRUE_SHARE:g} times the tolerance of "
+        f"{tolerance:g} px away in the picture"
+    )
+    if within:
+        words += (
+            f"s, or rather in space: that is at most {max(within):.0f} mm, in the direction in "
+            "which the cameras tell least. A distance in px is that of all cameras together."
+        )
+    else:
+        words += ". Millimetres are measured in the plane in which the marker on the tip moves."
+    if run.rival:
+        words += (
+            " The last row is the report's own method for comparison, on the same emulated arm "
+            "in virtual time; it does not count for the outcome."
+        )
+    elif run.story.get("trouble"):
+        words += f" For comparison there is no run of the report's method: {run.story['trouble']}."
+    return words
+
+
+def _table(run: Run) -> str:
+    rows = []
+    for number, row in enumerate(table_rows(run)):
+        kind = ' class="rival"' if number >= len(run.approaches) else ""
+        mark = f'<td class="{row[-1]}">{row[-1]}</td>'
+        rows.append(f"<tr{kind}>{cells(row[:-1])}{mark}</tr>")
+    return html_table(HEADINGS, rows)
+
+
+def _moves(approach: Approach) -> str:
+    """Every step of one run, to be unfolded."""
+    rows = []
+    for step in approach.log.steps:
+        q, wanted = step.get("q") or [], step.get("q_wanted")
+        turn = [math.degrees(b - a) for a, b in zip(q, wanted, strict=True)] if wanted else []
+        texts = [
+            f"{step['t']:.1f}",
+            str(step.get("action") or ""),
+            str(step.get("model") or ""),
+            figures([step["error"]] if step.get("error") is not None else [], "{:.1f}"),
+            figures([math.degrees(a) for a in q], "{:.1f}"),
+            figures(turn, "{:+.1f}"),
+            str(step.get("frames") or ""),
+        ]
+        rows.append(f"<tr>{cells(texts)}</tr>")
+    notes = "".join(
+        f"<li>{note['t']:.1f} s: {escape(str(note['text']))}</li>" for note in approach.log.notes
+    )
+    names = ("s", "action", "model", "off, px", "joints, deg", "turned by, deg", "frames")
+    reason = escape(str(approach.verdict.get("reason", "")))
+    return (
+        f"<details><summary>{escape(approach.name)}, {escape(approach.method)}: "
+        f"{escape(approach.words)}</summary><p>{reason}</p>"
+        f"{f'<ul>{notes}</ul>' if notes else ''}"
+        f'<div class="wide">{html_table(names, rows)}</div></details>'
+    )
+
+
+_FILES = (
+    (STORY, "everything that the figures and pictures here were made of, with the logs"),
+    ("goal-1.jsonl, ..., report-method.jsonl", "what the servo saw, decided and did"),
+    ("goal-1/trace.csv, ...", "the true motion of the arm"),
+    ("drawing/", "the lines: their true ink, their picture, their figures"),
+    ("track.csv, camera*.png", "what the tracker found in every picture, and the last one"),
+    ("*.txt", "what each program printed"),
+)
+_REST = Template("""$figures
+<section><h2>Every step</h2>
+$moves
+</section>
+<section><h2>Once more</h2>
+<p>In the checkout, without a brick or a camera:</p>
+<pre>$command</pre>
+<p class="note">With <code>--seed 7</code> the camera stands elsewhere and the goals are others. The
+programs run in real time, so no two runs are alike to the last digit.</p>
+<p>Beside this page are the raw files:</p>
+<ul class="note">
+$files
+</ul></section>""")

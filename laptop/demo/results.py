@@ -1,0 +1,316 @@
+"""The results of a demo, read from its raw files and judged; its table and its one sentence."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from rich import box
+from rich.markup import escape as escape_markup
+from rich.table import Table
+
+from shared.arm_description import ArmError
+
+STORY = "demo.json"
+"""What the demo did, in its folder."""
+TRUE_SHARE = 1.6
+"""A goal is reached where the true distance is at most so many tolerances."""
+
+
+class BadRun(ArmError):
+    """A folder that no demo left whole."""
+
+
+class Log(NamedTuple):
+    """What the servo wrote: settings, observations, steps, remarks; the verdict if it came."""
+
+    run: dict[str, Any]
+    seen: list[dict[str, Any]]
+    steps: list[dict[str, Any]]
+    notes: list[dict[str, Any]]
+    verdict: dict[str, Any] | None
+
+
+def read_log(file: Path) -> Log:
+    """A log of JSON lines; what is cut off at its end is left out.
+
+    Raises:
+        BadRun: it is none.
+    """
+    kinds: dict[str, list[dict[str, Any]]] = {}
+    try:
+        for line in file.read_text(encoding="utf-8").split("\n")[:-1]:
+            entry = json.loads(line)
+            kinds.setdefault(entry["kind"], []).append(entry)
+    except (OSError, ValueError, LookupError, TypeError):
+        raise BadRun(f"{file} is no log of visual_servoing.py; run the demo again") from None
+    runs, verdicts = kinds.get("run", []), kinds.get("verdict", [])
+    return Log(
+        runs[0] if runs else {},
+        kinds.get("seen", []),
+        kinds.get("step", []),
+        kinds.get("note", []),
+        verdicts[-1] if verdicts else None,
+    )
+
+
+class Space(NamedTuple):
+    """The way to a goal in space.
+
+    place      x, y, z of the goal, cm
+    tips       the same of the true tip, row by row of the path
+    mm_per_px  how far apart places there may be that differ by 1 px in the pictures
+    """
+
+    place: tuple[float, ...]
+    tips: np.ndarray
+    mm_per_px: float
+
+
+@dataclass(frozen=True, eq=False)
+class Approach:
+    """One run of the servo, as it says it was and as it truly was.
+
+    Attributes:
+        name: of the goal.
+        log: what the servo wrote; it has a verdict.
+        goal: where it truly is in the pictures, u and v in each, px.
+        path: rows (s since the servo began, u, v in each picture) of the true tip, px.
+        miss_mm: at the end, from the true tip to the place that shows at the goal; in the plane at
+            the tip's height.
+        space: where that was in space; None in the plane.
+    """
+
+    name: str
+    log: Log
+    goal: tuple[float, ...]
+    path: np.ndarray
+    miss_mm: float
+    space: Space | None = None
+
+    @property
+    def verdict(self) -> dict[str, Any]:
+        """The last line of its log."""
+        assert self.log.verdict is not None
+        return self.log.verdict
+
+    @property
+    def method(self) -> str:
+        """Its name on the command line."""
+        return str(self.log.run["method"])
+
+    @property
+    def tolerance(self) -> float:
+        """In px."""
+        return float(self.log.run["tolerance"])
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Rows (s since the servo began, true distance from the goal in px, all pictures')."""
+        off = np.linalg.norm(self.path[:, 1:] - self.goal, axis=1)
+        return np.column_stack([self.path[:, 0], off])
+
+    @property
+    def error(self) -> float:
+        """The true distance at the end, px."""
+        return float(self.errors[-1, 1])
+
+    @property
+    def seconds(self) -> float:
+        """From its beginning to its verdict."""
+        return float(self.verdict["t"])
+
+    @property
+    def claimed(self) -> bool:
+        """Whether the brick says that it is there."""
+        return bool(self.verdict["verdict"] == "converged")
+
+    @property
+    def reached(self) -> bool:
+        """Whether it truly is, whatever the brick says."""
+        if self.within_mm is not None:
+            return self.miss_mm <= self.within_mm
+        return self.error <= TRUE_SHARE * self.tolerance
+
+    @property
+    def within_mm(self) -> float | None:
+        """What counts as reached in space; None in the plane, where px decide."""
+        return self.space and TRUE_SHARE * self.tolerance * self.space.mm_per_px
+
+    @property
+    def outcome(self) -> str:
+        """What came of it, in a few words."""
+        if self.reached:
+            if self.claimed:
+                return "reached"
+            return f"reached, though the brick says '{self.verdict['verdict']}'"
+        if self.claimed:
+            return "not reached, though the brick says so"
+        return f"not reached: {self.verdict['verdict']}"
+
+    @property
+    def words(self) -> str:
+        """The same with figures."""
+        return (
+            f"{self.outcome}: truly {self.error:.1f} px ({self.miss_mm:.1f} mm) off after "
+            f"{self.verdict['moves']} moves, {self.seconds:.1f} s"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One demo.
+
+    Attributes:
+        folder: its raw files.
+        story: what STORY holds.
+        approaches: one for each goal, by the default method.
+        rival: the first goal by the report's method; None if it did not come to its end.
+    """
+
+    folder: Path
+    story: dict[str, Any]
+    approaches: list[Approach]
+    rival: Approach | None
+
+    @property
+    def worked(self) -> bool:
+        """Whether every line was drawn and every goal truly reached by the default method."""
+        return drawn(self.story["lines"]) and all(a.reached for a in self.approaches)
+
+
+def read_approach(folder: Path, record: dict[str, Any]) -> Approach:
+    """What one entry of STORY stands for.
+
+    Raises:
+        BadRun: something is missing or cannot be understood.
+    """
+    try:
+        log = read_log(folder / record["log"])
+        if log.verdict is None:
+            raise BadRun(f"{folder / record['log']} ends without a verdict; run the demo again")
+        goal = tuple(map(float, record["goal"]))
+        path = np.array(record["path"], dtype=float).reshape(-1, 1 + len(goal))
+        space = None
+        if "place" in record:
+            tips = np.array(record["tips"], dtype=float).reshape(-1, 3)
+            space = Space(tuple(record["place"]), tips, float(record["mm_per_px"]))
+        return Approach(record["name"], log, goal, path, float(record["miss_mm"]), space)
+    except (LookupError, TypeError, ValueError):
+        raise BadRun(f"{folder / STORY} is not of a demo; run the demo again") from None
+
+
+def read_run(folder: Path) -> Run:
+    """The demo that left this folder.
+
+    Raises:
+        BadRun: something is missing or cannot be understood.
+    """
+    try:
+        story = json.loads((folder / STORY).read_text(encoding="utf-8"))
+        approaches = [read_approach(folder, record) for record in story["approaches"]]
+        rival = story["rival"] and read_approach(folder, story["rival"])
+    except (OSError, LookupError, TypeError, ValueError):
+        raise BadRun(f"{folder / STORY} is not of a demo; run the demo again") from None
+    return Run(folder, story, approaches, rival or None)
+
+
+def drawn(lines: Sequence[dict[str, Any] | None]) -> bool:
+    """Whether every line was drawn and measured."""
+    return bool(lines) and all(line is not None for line in lines)
+
+
+def lines_text(lines: Sequence[dict[str, Any] | None]) -> str:
+    """How well the lines were drawn."""
+    there = [line for line in lines if line]
+    if not there:
+        return "none of the lines was drawn"
+    worst = max(line["greatest_mm"] for line in there)
+    count = f"{len(there)} lines" if len(there) == len(lines) else f"{len(there)} of {len(lines)}"
+    return f"{count} drawn, at most {worst:.1f} mm off"
+
+
+def headline(run: Run) -> str:
+    """What came of it, in one sentence."""
+    there = [a for a in run.approaches if a.reached]
+    lines = lines_text(run.story["lines"])
+    if run.worked:
+        worst = f"{max(a.error for a in there):.1f} px"
+        if in_space(run):
+            worst = f"{max(a.miss_mm for a in there):.1f} mm in space ({worst} in the pictures)"
+        return (
+            f"{lines[0].upper()}{lines[1:]}; all {_number(len(there))} goals truly reached, "
+            f"to {worst} or better."
+        )
+    missed = [f"{a.name} was {a.outcome}" for a in run.approaches if not a.reached]
+    if not drawn(run.story["lines"]):
+        missed.insert(0, lines)
+    return f"Not everything worked: {'; '.join(missed)}."
+
+
+def in_space(run: Run) -> bool:
+    """Whether the tip went through space, and not in a plane."""
+    return any(approach.space for approach in run.approaches)
+
+
+def _number(count: int) -> str:
+    words = ("no", "one", "two", "three", "four", "five", "six")
+    return words[count] if count < len(words) else str(count)
+
+
+HEADINGS = (
+    "goal",
+    "method",
+    "brick says",
+    "claimed\npx",
+    "true\npx",
+    "true\nmm",
+    "moves",
+    "s",
+    "reached",
+)
+
+
+def table_rows(run: Run) -> list[tuple[str, ...]]:
+    """The cells of the table, a row for each approach."""
+    return [
+        (
+            a.name,
+            a.method,
+            str(a.verdict["verdict"]),
+            "" if a.verdict.get("error") is None else f"{a.verdict['error']:.1f}",
+            f"{a.error:.1f}",
+            f"{a.miss_mm:.1f}",
+            str(a.verdict["moves"]),
+            f"{a.seconds:.1f}",
+            "yes" if a.reached else "no",
+        )
+        for a in [*run.approaches, *([run.rival] if run.rival else [])]
+    ]
+
+
+def table(run: Run) -> Table:
+    """The outcome, for a terminal."""
+    shown = Table(*HEADINGS, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for number, column in enumerate(shown.columns):
+        column.no_wrap = True
+        column.justify = "right" if 3 <= number < 8 else "left"
+    for number, row in enumerate(table_rows(run)):
+        if number == len(run.approaches):
+            shown.add_section()
+        yes = row[-1] == "yes"
+        shown.add_row(*map(escape_markup, row[:-1]), f"[{'green' if yes else 'red'}]{row[-1]}[/]")
+    return shown
+
+
+def looks_of(approach: Approach, camera: str) -> np.ndarray:
+    """Where the servo saw the tip in a camera's picture (n, 2) as it stopped to look, px."""
+    names = [f"{camera}.u", f"{camera}.v"]
+    seen = [dict(zip(step["rows"], step["s"] or (), strict=False)) for step in approach.log.steps]
+    return np.array([[s[name] for name in names] for s in seen if s.keys() >= set(names)]).reshape(
+        -1, 2
+    )
