@@ -378,7 +378,9 @@ def test_the_overview_is_of_the_newest_demo_and_small(tmp_path, monkeypatch):
 @pytest.mark.long
 def test_the_overview_of_an_arm_in_space_shows_both_cameras_and_the_way(tmp_path, monkeypatch):
     axes = []
-    monkeypatch.setattr(figures, "png_of", lambda figure: axes.extend(figure.axes) or png_of(figure))
+    monkeypatch.setattr(
+        figures, "png_of", lambda figure: axes.extend(figure.axes) or png_of(figure)
+    )
     story(tmp_path, offs=(2.0,), cameras="AB")
     figures.write_overview(str(tmp_path), str(tmp_path / "space.jpg"))
     assert [len(view.images) for view in axes] == [1, 1, 0, 0, 0]
