@@ -10,11 +10,11 @@ import math
 import os
 from collections import namedtuple
 
-from laptop.simulator import program
-from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.plant import read_plant
-from laptop.simulator.runner import run_script
-from laptop.simulator.world import World
+from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.device.plant import read_plant
+from laptop.simulator.host import program
+from laptop.simulator.host.runner import run_script
+from laptop.simulator.host.world import World
 from robot.driver import Driver
 from robot.motion.arm import RobotArm
 from robot.motion.zero import Zero
@@ -70,7 +70,7 @@ class Rig:
         homed: whether the zero is on file.
 
     Attributes:
-        program: laptop.simulator.program.Program, while one is `running`.
+        program: laptop.simulator.host.program.Program, while one is `running`.
         writes: every write to a motor, as (t, port, attribute, text).
     """
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from rig import Rig
 
-from laptop.simulator.clocks import UPTIME
-from laptop.simulator.runner import run_script
+from laptop.simulator.host.clocks import UPTIME
+from laptop.simulator.host.runner import run_script
 from laptop.simulator.virtual_tracker import HOST, VirtualTracker
 from robot.motion import kinematics
 from robot.tracking_client import Memory, Tracker

@@ -11,9 +11,9 @@ from click.testing import CliRunner
 from laptop.bench import servo
 from laptop.bench.servo import SCENES, Case, Result, Scene, wilson
 from laptop.cli.main import laptop
-from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.plant import CPU, read_plant
-from laptop.simulator.world import World
+from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.device.plant import CPU, read_plant
+from laptop.simulator.host.world import World
 from robot.motion import kinematics
 from robot.servoing import loop
 from robot.servoing.rows import Rows

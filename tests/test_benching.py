@@ -10,7 +10,7 @@ import ev3dev2
 import pytest
 
 from laptop.simulator import constants, session
-from laptop.simulator.plant import MOTORS, BadPlant, at_port, read_plant
+from laptop.simulator.device.plant import MOTORS, BadPlant, at_port, read_plant
 from robot.benching import laps, measuring, system
 from robot.benching.figures import Pass
 from robot.benching.figures import figures as figures_of

@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from laptop.simulator import counting
-from laptop.simulator.prices import CALLS, PRICES, imports
+from laptop.simulator.host import counting
+from laptop.simulator.host.prices import CALLS, PRICES, imports
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 P = PRICES

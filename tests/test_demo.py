@@ -28,7 +28,7 @@ from laptop.demo import course, goals, processes, report, results, truth
 from laptop.demo.course import Orders
 from laptop.demo.goals import Views
 from laptop.demo.processes import DemoFailed
-from laptop.simulator.scene import Scene, read_scene
+from laptop.simulator.scene.scene import Scene, read_scene
 from laptop.tracking import watching
 from laptop.tracking.server import TrackingServer
 from shared.arm_description import find_arm, read_arm

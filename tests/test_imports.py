@@ -22,9 +22,8 @@ RULES = {
     "shared": ("shared",),
     "robot": ("robot", "shared", "ev3dev2.motor"),
     "laptop.simulator": ("laptop.simulator", "robot", "shared", "ev3dev2"),
-    **dict.fromkeys(
-        [f"laptop.simulator.{name}" for name in ("optics", "solids", "scene", "synthetic_camera")],
-        ("laptop.simulator", "laptop.vision.frames", "robot", "shared", "numpy", "cv2"),
+    "laptop.simulator.scene": (
+        *("laptop.simulator", "laptop.vision.frames", "robot", "shared", "numpy", "cv2"),
     ),
     "laptop.simulator.virtual_tracker": (
         "laptop.simulator",
@@ -32,7 +31,7 @@ RULES = {
         "robot",
         "shared",
     ),
-    "laptop.simulator.sight": (
+    "laptop.simulator.scene.sight": (
         "laptop.simulator",
         "laptop.vision.markers",
         "laptop.vision.tracker",
@@ -152,7 +151,11 @@ def test_imports_follow_the_direction(path):
     [
         ("shared.link", "import robot", "robot"),
         ("shared.link", "import ev3dev2.motor", "ev3dev2.motor"),
-        ("robot.motion.arm", "from laptop.simulator import world", "laptop.simulator.world"),
+        (
+            "robot.motion.arm",
+            "from laptop.simulator.host import world",
+            "laptop.simulator.host.world",
+        ),
         ("robot.motion.arm", "import numpy", "numpy"),
         ("robot.motion.arm", "def f():\n    import numpy as np", "numpy"),
         ("robot.motion.arm", "import time", "time"),
@@ -163,7 +166,11 @@ def test_imports_follow_the_direction(path):
         ("robot.motion.arm", "if 1:\n    from ev3dev2.button import Button", "ev3dev2.button"),
         ("laptop.vision.tracker", "import robot.motion.kinematics", "robot.motion.kinematics"),
         ("laptop.vision.tracker", "from .. import simulator", "laptop.simulator"),
-        ("laptop.vision.tracker", "from ..simulator.world import World", "laptop.simulator.world"),
+        (
+            "laptop.vision.tracker",
+            "from ..simulator.host.world import World",
+            "laptop.simulator.host.world",
+        ),
         ("laptop.vision.tracker", "from laptop import bench", "laptop.bench"),
         ("laptop.vision.tracker", "import requests", "requests"),
         ("laptop.vision.tracker", "import click", "click"),
@@ -174,13 +181,13 @@ def test_imports_follow_the_direction(path):
         ("laptop.__main__", "from laptop import demo", "laptop.demo"),
         ("laptop.demo", "import laptop.bench.draw", "laptop.bench.draw"),
         (
-            "laptop.simulator.world",
+            "laptop.simulator.host.world",
             "from laptop.vision.tracker import find",
             "laptop.vision.tracker",
         ),
-        ("laptop.simulator.world", "from .. import bench", "laptop.bench"),
+        ("laptop.simulator.host.world", "from ... import bench", "laptop.bench"),
         (
-            "laptop.simulator.world",
+            "laptop.simulator.host.world",
             "import laptop.tracking.server",
             "laptop.tracking.server",
         ),
@@ -189,7 +196,7 @@ def test_imports_follow_the_direction(path):
             "from laptop.tracking import track",
             "laptop.tracking.track",
         ),
-        ("laptop.simulator.world", "import cv2", "cv2"),
+        ("laptop.simulator.host.world", "import cv2", "cv2"),
         ("laptop.simulator.__init__", "from ..bench import NAMES", "laptop.bench"),
     ],
 )
@@ -206,14 +213,14 @@ def test_a_forbidden_import_is_caught(module, source, name):
         ("robot.driver", "def f():\n    from ev3dev2.button import Button"),
         ("robot.clock", "import time"),
         ("laptop.vision.tracker", "import cv2, numpy\nfrom shared import messages"),
-        ("laptop.demo", "from laptop.simulator.world import World"),
+        ("laptop.demo", "from laptop.simulator.host.world import World"),
         ("laptop.cli.bench", "import click\nfrom laptop import bench, simulator"),
-        ("laptop.simulator.__init__", "from .world import World"),
+        ("laptop.simulator.__init__", "from .host.world import World"),
         (
             "laptop.simulator.virtual_tracker",
             "from laptop.tracking.server import TrackingServer",
         ),
-        ("laptop.simulator.runner", "import ev3dev2.sound, robot.motion.arm, time"),
+        ("laptop.simulator.host.runner", "import ev3dev2.sound, robot.motion.arm, time"),
         ("laptop.bench.draw", "import numpy\nfrom robot import arm\nfrom laptop import simulator"),
     ],
 )

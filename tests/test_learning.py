@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.simulator.optics import COLOURS, light_of, to_srgb
-from laptop.simulator.synthetic_camera import marker_frame
+from laptop.simulator.scene.optics import COLOURS, light_of, to_srgb
+from laptop.simulator.scene.synthetic_camera import marker_frame
 from laptop.vision.learning import learn
 from laptop.vision.markers import (
     BadMarker,

@@ -11,9 +11,9 @@ import time
 import pytest
 from waiting import PATIENCE, until
 
-from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.runner import run_script
-from laptop.simulator.world import World
+from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.host.runner import run_script
+from laptop.simulator.host.world import World
 from shared import link as link_module
 from shared import messages
 from shared.arm_description import find_arm, read_arm

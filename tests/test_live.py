@@ -13,9 +13,9 @@ from rig import DRIVER, Rig
 from waiting import PATIENCE
 
 from laptop.simulator import session
+from laptop.simulator.host.pace import PacedClock
+from laptop.simulator.host.world import World
 from laptop.simulator.live import FILE, Follower, History, Publisher
-from laptop.simulator.pace import PacedClock
-from laptop.simulator.world import World
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 

@@ -6,7 +6,7 @@ import math
 import pytest
 from rig import degrees, switched_on
 
-from laptop.simulator.world import World
+from laptop.simulator.host.world import World
 from robot.motion.control_loop import IDLE, SPARE, STARTING, ControlLoop, Stalled, TooSlow
 from robot.motion.online_trajectory import STOP
 from robot.motion.pace import DOZEN, LONGEST, SHORTEST, Pace

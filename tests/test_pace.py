@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from laptop.simulator import pace
-from laptop.simulator.pace import SLACK, Pace, PacedClock
+from laptop.simulator.host import pace
+from laptop.simulator.host.pace import SLACK, Pace, PacedClock
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -193,7 +193,7 @@ def test_of_a_time_in_which_nobody_looked_little_is_known(clock, wall):
 CHILD = """
 import sys, time
 sys.path.insert(0, {root!r})
-from laptop.simulator.pace import PacedClock
+from laptop.simulator.host.pace import PacedClock
 member = PacedClock({folder!r}).join("a brick")
 print("joined", flush=True)
 sys.stdin.read()

@@ -26,9 +26,9 @@ from laptop.bench import page as bench
 from laptop.cli.track import _own_brick as own_brick
 from laptop.page import process as page_process
 from laptop.page.browser import UNSEEN
+from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.live import Follower
-from laptop.simulator.pace import PacedClock
-from laptop.simulator.scene import Scene, read_scene
+from laptop.simulator.scene.scene import Scene, read_scene
 from laptop.vision.markers import read_markers
 from shared.arm_description import find_arm, read_arm
 

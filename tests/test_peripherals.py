@@ -6,11 +6,11 @@ import wave
 
 import pytest
 
-from laptop.simulator import peripherals
-from laptop.simulator.peripherals import Press, read_press, split_line
-from laptop.simulator.runner import run_script
-from laptop.simulator.sysfs import Sysfs
-from laptop.simulator.world import World
+from laptop.simulator.device import peripherals
+from laptop.simulator.device.peripherals import Press, read_press, split_line
+from laptop.simulator.device.sysfs import Sysfs
+from laptop.simulator.host.runner import run_script
+from laptop.simulator.host.world import World
 
 COST = 0.001
 

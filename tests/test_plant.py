@@ -5,8 +5,8 @@ import random
 
 import pytest
 
-from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.plant import (
+from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.device.plant import (
     CONSTANTS,
     CPU,
     MOTORS,
@@ -20,7 +20,7 @@ from laptop.simulator.plant import (
     read_plant,
     weighed,
 )
-from laptop.simulator.world import World
+from laptop.simulator.host.world import World
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 

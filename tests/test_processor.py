@@ -5,13 +5,13 @@ import os
 
 import pytest
 
-from laptop.simulator import program
-from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.plant import read_plant
-from laptop.simulator.prices import START
-from laptop.simulator.processor import ACCESS, SECONDS, Processor
-from laptop.simulator.runner import run_script
-from laptop.simulator.world import World
+from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.device.plant import read_plant
+from laptop.simulator.host import program
+from laptop.simulator.host.prices import START
+from laptop.simulator.host.processor import ACCESS, SECONDS, Processor
+from laptop.simulator.host.runner import run_script
+from laptop.simulator.host.world import World
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))

@@ -13,13 +13,13 @@ import types
 import pytest
 from waiting import PATIENCE
 
-from laptop.simulator import counting
-from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.peripherals import read_press
-from laptop.simulator.plant import read_plant
-from laptop.simulator.processor import SLICE
-from laptop.simulator.runner import run_script
-from laptop.simulator.world import World
+from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.device.peripherals import read_press
+from laptop.simulator.device.plant import read_plant
+from laptop.simulator.host import counting
+from laptop.simulator.host.processor import SLICE
+from laptop.simulator.host.runner import run_script
+from laptop.simulator.host.world import World
 from shared.arm_description import find_arm, read_arm
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -693,10 +693,10 @@ def test_a_real_signal_reaches_the_script(tmp_path):
     script.write_text(CAREFUL.replace("try:", "print('ready', flush=True)\ntry:", 1))
     program = (
         "import sys; sys.path.insert(0, {!r})\n"
-        "from laptop.simulator.runner import run_script\n"
-        "from laptop.simulator.brick import EmulatedBrick\n"
-        "from laptop.simulator.pace import PacedClock\n"
-        "from laptop.simulator.world import World\n"
+        "from laptop.simulator.host.runner import run_script\n"
+        "from laptop.simulator.device.brick import EmulatedBrick\n"
+        "from laptop.simulator.host.pace import PacedClock\n"
+        "from laptop.simulator.host.world import World\n"
         "from shared.arm_description import find_arm, read_arm\n"
         "arm = read_arm(find_arm('planar'))\n"
         "brick = EmulatedBrick(World(PacedClock({!r})), arm, extra={{'D': 'large'}})\n"

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.simulator.optics import (
+from laptop.simulator.scene.optics import (
     BadLens,
     Box,
     Pinhole,
@@ -18,7 +18,7 @@ from laptop.simulator.optics import (
     to_linear,
     to_srgb,
 )
-from laptop.simulator.scene import (
+from laptop.simulator.scene.scene import (
     CAMERAS,
     CONSTANTS,
     BadScene,
@@ -28,8 +28,8 @@ from laptop.simulator.scene import (
     place_camera,
     read_scene,
 )
-from laptop.simulator.sight import looks
-from laptop.simulator.synthetic_camera import ScriptedPoses, SyntheticCamera
+from laptop.simulator.scene.sight import looks
+from laptop.simulator.scene.synthetic_camera import ScriptedPoses, SyntheticCamera
 from laptop.vision.markers import read_spec
 from laptop.vision.tracker import Tracker
 from robot.motion import kinematics

@@ -6,9 +6,18 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.simulator.optics import LAMP, Pinhole, circle, light_of
-from laptop.simulator.scene import Scene, read_scene
-from laptop.simulator.solids import Skeleton, ball, box, in_order, prism, solid, stadium, stand
+from laptop.simulator.scene.optics import LAMP, Pinhole, circle, light_of
+from laptop.simulator.scene.scene import Scene, read_scene
+from laptop.simulator.scene.solids import (
+    Skeleton,
+    ball,
+    box,
+    in_order,
+    prism,
+    solid,
+    stadium,
+    stand,
+)
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from rig import Rig
 
-from laptop.simulator import pace
+from laptop.simulator.host import pace
+from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.live import FILE, NO_RUN, Pose, Publisher
-from laptop.simulator.optics import light_of, to_linear, to_srgb
-from laptop.simulator.pace import PacedClock
-from laptop.simulator.scene import Scene, read_scene
-from laptop.simulator.synthetic_camera import (
+from laptop.simulator.scene.optics import light_of, to_linear, to_srgb
+from laptop.simulator.scene.scene import Scene, read_scene
+from laptop.simulator.scene.synthetic_camera import (
     ScriptedPoses,
     SyntheticCamera,
     film,

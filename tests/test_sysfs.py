@@ -9,8 +9,8 @@ import ev3dev2
 import ev3dev2.motor
 import pytest
 
-from laptop.simulator.sysfs import Attribute, Poll, Sysfs
-from laptop.simulator.world import World
+from laptop.simulator.device.sysfs import Attribute, Poll, Sysfs
+from laptop.simulator.host.world import World
 
 COST = 0.004
 FOUND = {"address": "ev3-ports:outB", "driver_name": "lego-ev3-l-motor"}

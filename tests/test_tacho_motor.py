@@ -12,9 +12,9 @@ import ev3dev2
 import ev3dev2.motor
 import pytest
 
-from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.plant import MOTORS, read_plant
-from laptop.simulator.world import World
+from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.device.plant import MOTORS, read_plant
+from laptop.simulator.host.world import World
 from shared.arm_description import find_arm, read_arm
 
 TICK = 0.002

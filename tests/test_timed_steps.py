@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from laptop.bench import draw, timed_steps
-from laptop.simulator.program import Program
+from laptop.simulator.host.program import Program
 from robot.motion.motors import JointMotor
 from shared.arm_description import ArmError
 from tests.rig import REPORT_LINES, described, switched_on

@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.simulator.optics import Box, coverage, light_of, to_srgb
-from laptop.simulator.scene import Scene, read_scene
-from laptop.simulator.synthetic_camera import (
+from laptop.simulator.scene.optics import Box, coverage, light_of, to_srgb
+from laptop.simulator.scene.scene import Scene, read_scene
+from laptop.simulator.scene.synthetic_camera import (
     ScriptedPoses,
     SyntheticCamera,
     marker_frame,

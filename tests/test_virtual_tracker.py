@@ -11,11 +11,11 @@ import socket
 import pytest
 
 from laptop.simulator import virtual_tracker
-from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.clocks import UPTIME
-from laptop.simulator.runner import run_script
+from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.host.clocks import UPTIME
+from laptop.simulator.host.runner import run_script
+from laptop.simulator.host.world import World
 from laptop.simulator.virtual_tracker import HOST, LINK_LIMIT, VirtualTracker
-from laptop.simulator.world import World
 from laptop.tracking.server import TrackingServer
 from robot import tracking_client
 from robot.tracking import FIRST_PAUSE, LONGEST_PAUSE

@@ -11,7 +11,7 @@ import pytest
 from rig import degrees
 from servo_rig import SpaceCamera
 
-from laptop.simulator.peripherals import Peripherals
+from laptop.simulator.device.peripherals import Peripherals
 from laptop.simulator.virtual_tracker import HOST
 from robot.servoing.loop import LINK_PATIENCE, MARKER_PATIENCE
 from shared.messages import Start, Stop

@@ -7,9 +7,9 @@ import time as wall
 import pytest
 from waiting import PATIENCE
 
-from laptop.simulator import pace
-from laptop.simulator.pace import PacedClock
-from laptop.simulator.world import Verdict, WaitingLine, World
+from laptop.simulator.host import pace
+from laptop.simulator.host.pace import PacedClock
+from laptop.simulator.host.world import Verdict, WaitingLine, World
 
 
 @pytest.fixture

@@ -15,8 +15,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from laptop.simulator import session
-from laptop.simulator.plant import read_plant
-from laptop.simulator.processor import SECONDS
+from laptop.simulator.device.plant import read_plant
+from laptop.simulator.host.processor import SECONDS
 from shared.arm_description import find_arm, read_arm
 
 ROBOT = os.path.join(os.path.dirname(__file__), "..", "..", "robot")

@@ -24,11 +24,11 @@ import numpy as np
 
 from laptop.bench import timed_steps, workers
 from laptop.reporting import line_accuracy
-from laptop.simulator import program as programs
-from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.plant import CPU, read_plant, weighed
+from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.device.plant import CPU, read_plant, weighed
+from laptop.simulator.host import program as programs
+from laptop.simulator.host.world import World
 from laptop.simulator.session import park_on_file
-from laptop.simulator.world import World
 from robot.driver import LINES
 from robot.motion import kinematics, paths, trajectory
 from shared.arm_description import Arm, find_arm, read_arm

@@ -28,7 +28,7 @@ from laptop.demo import results
 from laptop.demo.goals import STANDS, Goal, Views, choose_goals, goal_words
 from laptop.demo.processes import SERVO, SERVOED, Crew, Program, read_invitation, read_page, said
 from laptop.demo.truth import approach_of
-from laptop.simulator.pace import PacedClock
+from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.session import AFTER
 from robot.clock import Clock
 from robot.tracking_client import Memory, TrackingClient

@@ -25,16 +25,16 @@ from typing import Any
 import numpy as np
 
 from laptop.bench import workers
-from laptop.simulator import program as programs
-from laptop.simulator import scene as pictured
-from laptop.simulator.brick import EmulatedBrick
-from laptop.simulator.plant import CPU, read_plant
-from laptop.simulator.program import Program
-from laptop.simulator.scene import completed, marker_centre, place_camera, read_scene
+from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.device.plant import CPU, read_plant
+from laptop.simulator.host import program as programs
+from laptop.simulator.host.program import Program
+from laptop.simulator.host.world import World
+from laptop.simulator.scene import scene as pictured
+from laptop.simulator.scene.scene import completed, marker_centre, place_camera, read_scene
+from laptop.simulator.scene.sight import rendered
 from laptop.simulator.session import park_on_file
-from laptop.simulator.sight import rendered
 from laptop.simulator.virtual_tracker import Markers, See, VirtualTracker
-from laptop.simulator.world import World
 from robot.motion import kinematics
 from robot.servoing.chain_model import ROUND
 from robot.servoing.image_model import LinearImageModel, straight

@@ -26,9 +26,9 @@ import cv2
 import numpy as np
 
 from laptop.bench import workers
-from laptop.simulator.optics import circle, light_of, marker_light, to_linear, to_srgb
-from laptop.simulator.scene import ARUCO_IDS, Scene, read_scene
-from laptop.simulator.synthetic_camera import (
+from laptop.simulator.scene.optics import circle, light_of, marker_light, to_linear, to_srgb
+from laptop.simulator.scene.scene import ARUCO_IDS, Scene, read_scene
+from laptop.simulator.scene.synthetic_camera import (
     ScriptedPoses,
     SyntheticCamera,
     blurred,

@@ -8,7 +8,7 @@ from dataclasses import asdict
 
 import click
 
-from laptop.simulator.plant import CPU
+from laptop.simulator.device.plant import CPU
 from shared.arm_description import ArmError
 
 

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.options import ON_THE_BRICK
-from laptop.simulator import constants, peripherals, session
-from laptop.simulator.pace import BUSY
-from laptop.simulator.plant import CONSTANTS, read_plant
+from laptop.simulator import constants, session
+from laptop.simulator.device import peripherals
+from laptop.simulator.device.plant import CONSTANTS, read_plant
+from laptop.simulator.host.pace import BUSY
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
 if TYPE_CHECKING:
@@ -182,8 +183,8 @@ def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
         raise session.BadOrder(
             "a scene is for virtual time; with --realtime, run track --camera synthetic beside it"
         )
-    from laptop.simulator.scene import Scene, cameras, read_scene  # OpenCV is slow to import
-    from laptop.simulator.sight import rendered
+    from laptop.simulator.scene.scene import Scene, cameras, read_scene  # OpenCV is slow to import
+    from laptop.simulator.scene.sight import rendered
     from laptop.simulator.virtual_tracker import VirtualTracker
 
     scenes = {

@@ -46,8 +46,8 @@ from laptop.demo.processes import (
 )
 from laptop.demo.progress import Progress
 from laptop.demo.truth import SUMMARY, approach_of, ink_in_space, read_trace
+from laptop.simulator.host.pace import Pace, PacedClock
 from laptop.simulator.live import Follower
-from laptop.simulator.pace import Pace, PacedClock
 from laptop.simulator.session import AFTER
 from shared.arm_description import Arm, find_arm, read_arm
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from laptop.demo.processes import DemoFailed
-from laptop.simulator.scene import Scene, cameras, read_scene
+from laptop.simulator.scene.scene import Scene, cameras, read_scene
 from shared.arm_description import Arm
 
 GOALS = 3

@@ -18,8 +18,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TypeVar
 
-from laptop.simulator.pace import PacedClock
-from laptop.simulator.world import BUSY as TOO_BUSY
+from laptop.simulator.host.pace import PacedClock
+from laptop.simulator.host.world import BUSY as TOO_BUSY
 from laptop.tracking.watching import undisturbed
 from shared.arm_description import ArmError
 

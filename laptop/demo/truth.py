@@ -15,7 +15,7 @@ from laptop.demo import results
 from laptop.demo.goals import Goal, Vector, Views, slope
 from laptop.demo.processes import ENDED, DemoFailed, Program
 from laptop.reporting.line_accuracy import pen_down_runs
-from laptop.simulator.clocks import UPTIME
+from laptop.simulator.host.clocks import UPTIME
 
 
 class Row(NamedTuple):

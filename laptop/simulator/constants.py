@@ -15,7 +15,7 @@ import statistics
 import tempfile
 
 from laptop.simulator import session
-from laptop.simulator.plant import CONSTANTS, MOTORS, BadPlant, check, read_plant
+from laptop.simulator.device.plant import CONSTANTS, MOTORS, BadPlant, check, read_plant
 from robot.benching.laps import NOTHING
 from robot.benching.measuring import FORMAT, VERSION
 from shared.arm_description import find_arm, read_arm

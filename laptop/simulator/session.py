@@ -16,13 +16,13 @@ import sys
 import time
 from collections import namedtuple
 
-from laptop.simulator.brick import EmulatedBrick
+from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.device.peripherals import Peripherals
+from laptop.simulator.device.sysfs import folder_in_memory
+from laptop.simulator.host.pace import PacedClock
+from laptop.simulator.host.runner import run_script
+from laptop.simulator.host.world import World
 from laptop.simulator.live import Publisher
-from laptop.simulator.pace import PacedClock
-from laptop.simulator.peripherals import Peripherals
-from laptop.simulator.runner import run_script
-from laptop.simulator.sysfs import folder_in_memory
-from laptop.simulator.world import World
 from robot.motion import kinematics
 from robot.motion.zero import Zero
 from robot.tracking_client import Memory, Tracker

@@ -4,9 +4,9 @@ What the camera would see is asked of a function; everything behind it is real: 
 loopback socket, the pairing, `TrackingServer` without its thread, and the client's own code. All
 runs in the thread that lets the world go on, so a run repeats exactly.
 
-    from laptop.simulator.brick import EmulatedBrick
+    from laptop.simulator.device.brick import EmulatedBrick
     from laptop.simulator.virtual_tracker import VirtualTracker
-    from laptop.simulator.world import World
+    from laptop.simulator.host.world import World
     from robot.motion import kinematics
     from robot.motion.arm import RobotArm
     from shared.arm_description import find_arm, read_arm
@@ -43,7 +43,7 @@ import struct
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from laptop.simulator.world import World
+from laptop.simulator.host.world import World
 from laptop.tracking.server import TrackingServer
 from robot.tracking_client import Tracker, TrackingClient
 from shared.messages import Observation

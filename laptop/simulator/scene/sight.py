@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from laptop.simulator.scene import ARUCO_IDS, Scene
-from laptop.simulator.synthetic_camera import ScriptedPoses, SyntheticCamera
+from laptop.simulator.scene.scene import ARUCO_IDS, Scene
+from laptop.simulator.scene.synthetic_camera import ScriptedPoses, SyntheticCamera
 from laptop.vision.markers import read_spec
 from laptop.vision.tracker import Tracker
 
 if TYPE_CHECKING:
-    from laptop.simulator.brick import EmulatedBrick
+    from laptop.simulator.device.brick import EmulatedBrick
     from laptop.simulator.virtual_tracker import Markers, See
 
 

@@ -2,10 +2,10 @@
 
 from collections import namedtuple
 
-from laptop.simulator import plant as plants
-from laptop.simulator.processor import ACCESS
-from laptop.simulator.sysfs import Sysfs
-from laptop.simulator.tacho_motor import DRIVER, TICK, TachoMotor
+from laptop.simulator.device import plant as plants
+from laptop.simulator.device.sysfs import Sysfs
+from laptop.simulator.device.tacho_motor import DRIVER, TICK, TachoMotor
+from laptop.simulator.host.processor import ACCESS
 from robot.motion import kinematics
 
 STEP = 0.001

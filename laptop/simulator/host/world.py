@@ -22,7 +22,7 @@ import io
 import threading
 import time as wall
 
-from laptop.simulator import pace
+from laptop.simulator.host import pace
 
 #: How a run ended: the exit status a shell would see, and why.
 Verdict = collections.namedtuple("Verdict", ["status", "reason"])

@@ -9,9 +9,9 @@ import importlib
 import importlib.machinery
 import sys
 
-from laptop.simulator import counting
-from laptop.simulator.processor import Processor, library_charged
-from laptop.simulator.shims import PROGRAM, code_of, top_of
+from laptop.simulator.host import counting
+from laptop.simulator.host.processor import Processor, library_charged
+from laptop.simulator.host.shims import PROGRAM, code_of, top_of
 
 _COUNTED = {}  # type: dict  # the modules with counts, by name: loaded once
 

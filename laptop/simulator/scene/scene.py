@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 
-from laptop.simulator.optics import (
+from laptop.simulator.scene.optics import (
     COLOURS,
     LAMP,
     Box,
@@ -38,7 +38,7 @@ from laptop.simulator.optics import (
     light_of,
     rectangle,
 )
-from laptop.simulator.solids import (
+from laptop.simulator.scene.solids import (
     BEAM,
     HOLE,
     SIDE,

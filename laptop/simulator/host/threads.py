@@ -8,8 +8,8 @@ import _thread as real_thread
 import sys
 import traceback
 
-from laptop.simulator.clocks import copy_module
-from laptop.simulator.world import WaitingLine
+from laptop.simulator.host.clocks import copy_module
+from laptop.simulator.host.world import WaitingLine
 
 #: What starting a thread costs, s.
 START_COST = 0.2e-3

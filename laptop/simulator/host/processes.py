@@ -8,8 +8,8 @@ import os
 import signal as real_signal
 import sys
 
-from laptop.simulator.peripherals import Finished, split_line
-from laptop.simulator.world import WaitingLine
+from laptop.simulator.device.peripherals import Finished, split_line
+from laptop.simulator.host.world import WaitingLine
 
 #: What starting a process costs, s.
 START_COST = 0.03

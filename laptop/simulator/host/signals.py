@@ -7,8 +7,8 @@ import os
 import signal as real_signal
 import sys
 
-from laptop.simulator.clocks import copy_module
-from laptop.simulator.world import ENDLESS, Verdict, WaitingLine
+from laptop.simulator.host.clocks import copy_module
+from laptop.simulator.host.world import ENDLESS, Verdict, WaitingLine
 
 
 class Signals(object):

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from laptop.simulator.optics import LAMP, NEAR, Pinhole, circle, light_of, rectangle
+from laptop.simulator.scene.optics import LAMP, NEAR, Pinhole, circle, light_of, rectangle
 from robot.motion import kinematics
 from shared.arm_description import Arm
 

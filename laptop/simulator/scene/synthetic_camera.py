@@ -18,10 +18,10 @@ from typing import Any, Protocol
 import cv2
 import numpy as np
 
+from laptop.simulator.host.pace import BUSY, Member, Pace, PacedClock, in_words
 from laptop.simulator.live import NO_RUN, Follower, History, Pose
-from laptop.simulator.optics import Box, light_of, marker_light, to_linear, to_srgb
-from laptop.simulator.pace import BUSY, Member, Pace, PacedClock, in_words
-from laptop.simulator.scene import CAMERAS, Patch, Scene, read_scene
+from laptop.simulator.scene.optics import Box, light_of, marker_light, to_linear, to_srgb
+from laptop.simulator.scene.scene import CAMERAS, Patch, Scene, read_scene
 from laptop.vision.frames import Frame
 from shared.arm_description import Arm, find_arm, read_arm
 
@@ -238,7 +238,7 @@ class RecordedPoses:
     """The poses of an emulated brick in this process; t is its world's time.
 
     Args:
-        brick: laptop.simulator.brick.EmulatedBrick.
+        brick: laptop.simulator.device.brick.EmulatedBrick.
     """
 
     def __init__(self, brick: Any) -> None:

@@ -21,11 +21,11 @@ import threading
 import traceback
 import types
 
-from laptop.simulator import counting
-from laptop.simulator.peripherals import Peripherals
-from laptop.simulator.processor import Processor
-from laptop.simulator.shims import Shims
-from laptop.simulator.world import ENDLESS, Over, Verdict
+from laptop.simulator.device.peripherals import Peripherals
+from laptop.simulator.host import counting
+from laptop.simulator.host.processor import Processor
+from laptop.simulator.host.shims import Shims
+from laptop.simulator.host.world import ENDLESS, Over, Verdict
 
 Outcome = collections.namedtuple("Outcome", ["status", "reason", "t", "accesses", "start"])
 Outcome.__doc__ = """How a run ended.

@@ -27,16 +27,16 @@ import sys
 import traceback
 import types
 
-from laptop.simulator import counting
-from laptop.simulator.clocks import UPTIME, Clock, copy_module, datetime_module, time_module
-from laptop.simulator.counting import ENROL
-from laptop.simulator.peripherals import EventFile
-from laptop.simulator.processes import Processes
-from laptop.simulator.processor import library_charged
-from laptop.simulator.signals import Signals
-from laptop.simulator.sysfs import Poll
-from laptop.simulator.threads import Threads, thread_module
-from laptop.simulator.world import Verdict, WaitingLine
+from laptop.simulator.device.peripherals import EventFile
+from laptop.simulator.device.sysfs import Poll
+from laptop.simulator.host import counting
+from laptop.simulator.host.clocks import UPTIME, Clock, copy_module, datetime_module, time_module
+from laptop.simulator.host.counting import ENROL
+from laptop.simulator.host.processes import Processes
+from laptop.simulator.host.processor import library_charged
+from laptop.simulator.host.signals import Signals
+from laptop.simulator.host.threads import Threads, thread_module
+from laptop.simulator.host.world import Verdict, WaitingLine
 
 #: What a `print` costs, s, and how often files of the host are looked at by those that wait, s.
 PRINT_COST = 0.5e-3

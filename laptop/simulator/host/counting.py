@@ -14,7 +14,7 @@ import builtins
 import contextlib
 import sys
 
-from laptop.simulator.prices import CALLS, METHODS, PRICES, imports
+from laptop.simulator.host.prices import CALLS, METHODS, PRICES, imports
 
 COUNT, SPEND, LOAD, ENROL = "_count_", "_spend_", "_load_", "_enrol_"
 """The names of a module's own count, of what adds to it where no statement can stand, of what a

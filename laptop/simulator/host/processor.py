@@ -6,8 +6,8 @@ import importlib
 import math
 import sys
 
-from laptop.simulator.counting import COUNT, DUE, EV3DEV2, LOAD, LOOK, SPEND
-from laptop.simulator.prices import (
+from laptop.simulator.host.counting import COUNT, DUE, EV3DEV2, LOAD, LOOK, SPEND
+from laptop.simulator.host.prices import (
     CLEARED,
     COMPILED,
     FOUND,

@@ -1,0 +1,1 @@
+"""What the brick's Linux is to a script: time, threads, processes; what computing costs."""
