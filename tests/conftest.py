@@ -38,8 +38,8 @@ SHORT = "not long"
 MEMORY = "/dev/shm"
 """Where Linux has files that are on no disk."""
 
-# So that tests can share `rig`: pytest for an old Python knows no `tests.rig`.
-sys.path.insert(0, str(Path(__file__).parent))
+# So that tests can share what helps them: pytest for an old Python knows no `tests.helpers`.
+sys.path.insert(0, str(Path(__file__).parent / "helpers"))
 
 
 def is_by_name(config):
@@ -150,9 +150,9 @@ def is_brick_side(source):
 
 collect_ignore = []
 if sys.version_info < (3, 10):
-    for path in sorted(Path(__file__).parent.glob("test_*.py")):
+    for path in sorted(Path(__file__).parent.rglob("test_*.py")):
         if not is_brick_side(path.read_text(encoding="utf-8")):
-            collect_ignore.append(path.name)
+            collect_ignore.append(str(path.relative_to(Path(__file__).parent)))
 
 
 def pytest_report_header():

@@ -3,18 +3,17 @@
 import re
 import runpy
 from importlib.metadata import distributions
-from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+from places import ROOT
 
 try:
     import tomllib
 except ImportError:  # Python 3.10, where pytest brings it
     import tomli as tomllib
 
-ROOT = Path(__file__).parent.parent
 TEXT = (ROOT / "pyproject.toml").read_text("utf-8")
 PROJECT = tomllib.loads(TEXT)
 CONSTRAINTS = [Requirement(text) for text in PROJECT["tool"]["uv"]["constraint-dependencies"]]

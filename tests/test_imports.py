@@ -7,11 +7,10 @@ import ast
 import importlib.util
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from places import ROOT
 
-ROOT = Path(__file__).parent.parent
 PACKAGES = ("robot", "shared", "laptop")
 TOP_LEVEL = {*PACKAGES, "tests", ".ci", "README.md", "pyproject.toml", "LICENSE", ".gitignore"}
 

@@ -6,12 +6,11 @@ vermin knows which names of the standard library came later.
 
 import subprocess
 import sys
-from pathlib import Path
 
 import parso
 import pytest
+from places import ROOT
 
-ROOT = Path(__file__).parent.parent
 BRICK_SIDE = [ROOT / "laptop" / "__init__.py"]  # the simulator's package
 for folder in ("robot", "shared", "laptop/simulator"):
     BRICK_SIDE += sorted((ROOT / folder).rglob("*.py"))

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 import pytest
+from places import ROOT
 
-ROOT = Path(__file__).parent.parent
 SLOW = ("numpy", "cv2", "matplotlib", "nicegui", "rich")
 
 

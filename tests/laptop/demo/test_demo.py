@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from rich.console import Console
-from test_report import log_text
+from servo_log import log_text
 
 from laptop.cli.main import laptop
 from laptop.demo import course, goals, processes, report, results, truth

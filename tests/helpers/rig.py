@@ -7,8 +7,9 @@ believes.
 import contextlib
 import json
 import math
-import os
 from collections import namedtuple
+
+from places import ROBOT
 
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.plant import read_plant
@@ -20,9 +21,7 @@ from robot.motion.arm import RobotArm
 from robot.motion.zero import Zero
 from shared.arm_description import find_arm, read_arm
 
-DRIVER = os.path.join(
-    os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "robot", "driver.py"
-)
+DRIVER = str(ROBOT / "driver.py")
 REPORT_LINES = [((10, 0), (5, 10)), ((15, 0), (0, 15)), ((12, 15), (0, 15))]
 
 

@@ -3,16 +3,15 @@
 import json
 import math
 import statistics
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from places import FOOTAGE
 
 from laptop.vision.learning import learn
 from laptop.vision.tracker import BELIEVED, Tracker
 
-FOOTAGE = Path(__file__).resolve().parents[2] / "shared" / "footage"
 pytestmark = [
     pytest.mark.long,
     pytest.mark.skipif(

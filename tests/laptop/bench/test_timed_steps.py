@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from rig import REPORT_LINES, described, switched_on
 
 from laptop.bench import draw, timed_steps
 from laptop.simulator.host.program import Program
 from robot.motion.motors import JointMotor
 from shared.arm_description import ArmError
-from tests.rig import REPORT_LINES, described, switched_on
 
 LAWS = timed_steps.LAWS
 LINKS = (11.3, 9.5)

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
+from places import ROOT
 
 from laptop.bench import draw
 from laptop.cli import simulate as command
@@ -21,7 +22,6 @@ from laptop.reporting.line_accuracy import measure
 from laptop.simulator import session
 from shared.arm_description import find_arm, read_arm
 
-ROOT = Path(__file__).parent.parent
 DRIVER = str(ROOT / "robot" / "driver.py")
 BENCH = str(ROOT / "robot" / "bench_brick.py")
 LINE = ["line", "10,0", "5,10"]

@@ -20,6 +20,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from places import ROOT
 from waiting import PATIENCE, until
 
 from laptop.bench import page as bench
@@ -32,7 +33,6 @@ from laptop.simulator.scene.scene import Scene, read_scene
 from laptop.vision.markers import read_markers
 from shared.arm_description import find_arm, read_arm
 
-ROOT = Path(__file__).parent.parent
 WINDOW = {"width": 1100, "height": 760}
 SYNTHETIC = "--camera", "synthetic", "--scene", "fps=10,jpeg=0,exposure=0.004"
 """Quicker to paint: others wait for the same two cores."""

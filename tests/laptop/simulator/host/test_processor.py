@@ -1,9 +1,9 @@
 """The emulated brick computes as slowly as it is told to, whatever this computer does."""
 
 import json
-import os
 
 import pytest
+from places import SCRIPTS
 
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.plant import read_plant
@@ -15,7 +15,6 @@ from laptop.simulator.host.world import World
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))
-ROBOT = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "robot")
 
 
 def brick_of(plant=""):
@@ -155,12 +154,9 @@ def test_two_runs_are_the_same_to_the_last_bit():
     records = []
     for _ in range(2):
         brick = brick_of()
-        outcome = run_script(brick, os.path.join(ROOT_OF_SCRIPTS, "lab6_pd_loop.py"))
+        outcome = run_script(brick, str(SCRIPTS / "lab6_pd_loop.py"))
         records.append((outcome, brick.record))
     assert records[0] == records[1]
-
-
-ROOT_OF_SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "scripts")
 
 
 def test_a_program_in_this_process_is_charged_like_a_script():

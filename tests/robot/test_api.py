@@ -3,13 +3,11 @@
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from places import ROOT
 
 from robot import api
-
-ROOT = Path(__file__).parent.parent
 
 
 @pytest.mark.parametrize("name", api.__all__)

@@ -6,11 +6,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from places import ROOT
 from waiting import PATIENCE, until
 
 from laptop.bench import workers
-
-HERE = Path(__file__).parent.parent
 
 
 def test_results_come_in_the_order_of_the_cases():
@@ -43,7 +42,7 @@ def test_a_bench_that_is_stopped_leaves_no_process_behind(number):
     # (Who runs the tests in a shell's background has all their processes ignore SIGINT.)
     bench = "import signal, time; signal.signal(signal.SIGINT, signal.default_int_handler); "
     bench += "from laptop.bench import workers; list(workers.results(time.sleep, [60] * 9))"
-    process = subprocess.Popen([sys.executable, "-c", bench], cwd=HERE, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen([sys.executable, "-c", bench], cwd=ROOT, stderr=subprocess.DEVNULL)
     started = until(lambda: two_workers_of(process.pid), "two workers")
     process.send_signal(number)
     assert process.wait(timeout=PATIENCE) in (128 + number, -number)

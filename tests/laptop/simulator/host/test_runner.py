@@ -11,6 +11,7 @@ import time
 import types
 
 import pytest
+from places import ROOT, SCRIPTS
 from waiting import PATIENCE
 
 from laptop.simulator.device.brick import EmulatedBrick
@@ -22,8 +23,6 @@ from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
 from shared.arm_description import find_arm, read_arm
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-SCRIPTS = os.path.join(HERE, "scripts")
 EPOCH = 1586476800.0
 
 
@@ -703,7 +702,7 @@ def test_a_real_signal_reaches_the_script(tmp_path):
         "outcome = run_script(brick, {!r}, [{!r}], aftermath=0.1)\n"
         "print(brick.driven())\n"
         "sys.exit(outcome.status)\n"
-    ).format(os.path.dirname(HERE), str(tmp_path), str(script), str(tmp_path / "marker"))
+    ).format(str(ROOT), str(tmp_path), str(script), str(tmp_path / "marker"))
     process = subprocess.Popen(
         [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )
@@ -740,7 +739,7 @@ def course(capsys):
         brick = EmulatedBrick(World(), read_arm(find_arm("planar")))
         presses = [read_press(press) for press in options.pop("presses", ())]
         outcome = run_script(
-            brick, os.path.join(SCRIPTS, name), args, presses=presses, aftermath=1.0, **options
+            brick, str(SCRIPTS / name), args, presses=presses, aftermath=1.0, **options
         )
         out, err = capsys.readouterr()
         return outcome, out.splitlines(), err, brick

@@ -10,6 +10,7 @@ import random
 from collections import namedtuple
 from pathlib import Path
 
+from places import ROBOT
 from rig import Rig
 
 from laptop.simulator.host.clocks import UPTIME
@@ -18,7 +19,7 @@ from laptop.simulator.virtual_tracker import HOST, VirtualTracker
 from robot.motion import kinematics
 from robot.tracking_client import Memory, Tracker
 
-PROGRAM = str(Path(__file__).parent.parent / "robot" / "visual_servoing.py")
+PROGRAM = str(ROBOT / "visual_servoing.py")
 
 Shown = namedtuple("Shown", "status reason t out err log began")
 """What a shell would see of a run, when it ended (s), the log's lines as dicts, and when in the

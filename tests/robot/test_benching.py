@@ -8,6 +8,7 @@ from contextlib import redirect_stderr, redirect_stdout
 
 import ev3dev2
 import pytest
+from places import ROBOT, ROOT
 
 from laptop.simulator import constants, session
 from laptop.simulator.device.plant import MOTORS, BadPlant, at_port, read_plant
@@ -16,8 +17,7 @@ from robot.benching.figures import Pass
 from robot.benching.figures import figures as figures_of
 from shared.arm_description import find_arm, read_arm
 
-ROBOT = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "robot")
-SCRIPT = os.path.join(ROBOT, "bench_brick.py")
+SCRIPT = str(ROBOT / "bench_brick.py")
 
 # python-ev3dev2 leaves its files open, and some of them here are real ones.
 pytestmark = [pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")]
@@ -279,7 +279,7 @@ def test_afterwards_the_arm_knows_where_it_is(bench, tmp_path):
     script = tmp_path / "both.py"
     script.write_text(
         "import sys\n"
-        f"sys.path.insert(0, {os.path.dirname(ROBOT)!r})\n"
+        f"sys.path.insert(0, {str(ROOT)!r})\n"
         "from robot import bench_brick, driver\n"
         "sys.exit(bench_brick.main() or driver.main(['where']))\n"
     )

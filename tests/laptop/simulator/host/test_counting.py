@@ -1,15 +1,14 @@
 """What a program computes is counted in it: the same on every Python, and nothing else changes."""
 
 import glob
-import os
 import sys
 
 import pytest
+from places import ROOT
 
 from laptop.simulator.host import counting
 from laptop.simulator.host.prices import CALLS, PRICES, imports
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 P = PRICES
 
 
@@ -119,7 +118,7 @@ def test_counted_code_does_what_the_plain_does(monkeypatch):
 
 @pytest.mark.parametrize("folder", ["robot", "shared"])
 def test_all_of_the_brick_s_code_can_be_counted(folder):
-    files = glob.glob(os.path.join(ROOT, folder, "*.py"))
+    files = glob.glob(str(ROOT / folder / "*.py"))
     assert len(files) > 5
     for file in files:
         with open(file, "rb") as source:

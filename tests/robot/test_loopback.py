@@ -12,9 +12,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from places import ROOT
 from waiting import PATIENCE
 
-ROOT = Path(__file__).parent.parent
 START, SPEED, LAP = 40.0, 1.0, 240
 RATES = {"A": 20, "B": 5}  # frames per second of either camera
 LASTS = 60  # s, if nobody ends it: a slow machine needs long to begin

@@ -12,12 +12,12 @@ import subprocess
 import sys
 import threading
 import time
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from places import ROOT
 from rich.console import Console
 from waiting import PATIENCE
 
@@ -32,7 +32,6 @@ from laptop.vision.tracker import Sighting
 from laptop.vision.view import View, draw
 from shared.messages import PORT, Status
 
-ROOT = Path(__file__).parent.parent
 FOOTAGE = ROOT.parent / "shared" / "footage"
 
 WIDTH, HEIGHT, RADIUS = 160, 120, 10

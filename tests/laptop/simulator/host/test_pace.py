@@ -6,11 +6,10 @@ import subprocess
 import sys
 
 import pytest
+from places import ROOT
 
 from laptop.simulator.host import pace
 from laptop.simulator.host.pace import SLACK, Pace, PacedClock
-
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
 class Wall:
@@ -202,7 +201,7 @@ sys.stdin.read()
 
 def test_who_lives_is_waited_for_and_who_is_killed_is_not(tmp_path):
     clock = PacedClock(str(tmp_path))
-    code = CHILD.format(root=ROOT, folder=str(tmp_path))
+    code = CHILD.format(root=str(ROOT), folder=str(tmp_path))
     child = subprocess.Popen(
         [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE
     )

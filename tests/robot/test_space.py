@@ -2,11 +2,11 @@
 
 import math
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from places import ROOT
 
 from laptop.bench.draw import Case, draw
 from laptop.cli.main import laptop
@@ -17,7 +17,6 @@ from robot.motion.kinematics import branches, forward, joint_positions
 from robot.servoing.chain_model import ChainModel
 from shared.arm_description import find_arm, read_arm
 
-ROOT = Path(__file__).parents[1]
 ARM = read_arm(find_arm("spatial"))
 
 
