@@ -41,7 +41,7 @@ CLIPS = {
     "giusenso_test1.mp4": ["--effector", "ball:green"],
     "trflorian_ball2.mp4": ["--effector", "ball:green"],
 }
-SECONDS = ("us", "ms_per_frame", "fps_possible", "cost", "wall", "timing")
+SECONDS = ("cost", "serving", "timing")
 """Keys of a JSON of which the figures are of this computer."""
 
 OF_THIS_RUN = (r"[\d.]+ x real time", "... x real time"), (r"127\.0\.0\.1:\d+", "127.0.0.1:PORT")

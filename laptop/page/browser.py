@@ -15,8 +15,11 @@ from html import escape
 
 from nicegui import events, ui
 
-from laptop.page.desk import (
-    EFFECTOR,
+from laptop.page.feeds import FRAMES, FarDesk
+from laptop.page.overlay import overlay
+from laptop.page.pointer import Pointer
+from laptop.page.record import EFFECTOR, Summary
+from laptop.page.snapshots import (
     HISTORY,
     LOW,
     SAMPLE,
@@ -28,10 +31,6 @@ from laptop.page.desk import (
     State,
     points,
 )
-from laptop.page.feeds import FRAMES, FarDesk
-from laptop.page.overlay import overlay
-from laptop.page.pointer import Pointer
-from laptop.page.record import Summary
 from laptop.tracking.watching import GOAL, Point
 from shared.messages import BUDGET, TOLERANCE
 from shared.orders import METHODS, MODES, ROWS

@@ -14,8 +14,9 @@ from concurrent.futures import ThreadPoolExecutor
 from multiprocessing.connection import Connection
 from typing import Any
 
-from laptop.page.desk import HISTORY, SAMPLE, Door, Sample, Shown, State
+from laptop.page.channel import Door
 from laptop.page.record import KEPT, Record
+from laptop.page.snapshots import HISTORY, SAMPLE, Sample, Shown, State
 
 FRAMES, ALTOGETHER = 16.0, 20.0
 """Pictures per second of a camera that one browser gets, and of all cameras all browsers: more
@@ -38,7 +39,7 @@ class Line:
         self._thread = ThreadPoolExecutor(1, "line")
 
     async def ask(self, question: str, *args: Any) -> Any:
-        """See `laptop.page.desk.Door.ask`."""
+        """See `laptop.page.channel.Door.ask`."""
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self._thread, self._door.ask, question, *args)
 

@@ -6,7 +6,8 @@ import base64
 from collections.abc import Sequence
 from html import escape
 
-from laptop.page.desk import EFFECTOR, Mark, Shown
+from laptop.page.record import EFFECTOR
+from laptop.page.snapshots import Mark, Shown
 from laptop.tracking.watching import GOAL, Point
 
 _INK = {EFFECTOR: "#ffd60a", GOAL: "#40e0ff"}

@@ -18,7 +18,8 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
 
-from laptop.page.desk import Desk, answer, keep_beating
+from laptop.page.channel import answer
+from laptop.page.desk import Desk, keep_beating
 from laptop.tracking.server import own_addresses
 from shared.arm_description import ArmError
 

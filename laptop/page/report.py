@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 from matplotlib.axes import Axes
 
-from laptop.page.desk import VERDICTS, points
 from laptop.page.record import Curve, Record, Run, Told
+from laptop.page.snapshots import VERDICTS, points
 from laptop.reporting.charts import (
     GOALS,
     draw_angle,

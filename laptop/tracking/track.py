@@ -20,7 +20,8 @@ import cv2
 from rich.console import Console
 
 from laptop.page import process as page_process
-from laptop.page.desk import EFFECTOR, Desk
+from laptop.page.desk import Desk
+from laptop.page.record import EFFECTOR
 from laptop.tracking.server import State, TrackingServer, pairing_code
 from laptop.tracking.watching import (
     GOAL,

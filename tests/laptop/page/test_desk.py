@@ -13,19 +13,21 @@ import numpy as np
 import pytest
 from waiting import PATIENCE
 
+from laptop.page import camera_feed, channel, feeds, snapshots
 from laptop.page import desk as desks
-from laptop.page import feeds
 from laptop.page import record as records
 from laptop.page import report as reports
-from laptop.page.desk import EFFECTOR, Desk, Door, answer
+from laptop.page.channel import Door, answer
+from laptop.page.desk import Desk
 from laptop.page.pointer import Pointer
+from laptop.page.record import EFFECTOR
 from laptop.reporting.line_plot import DPI
 from laptop.tracking.server import State as LinkState
 from laptop.tracking.watching import GOAL, Watcher
 from laptop.vision.cameras import open_camera
 from laptop.vision.frames import Frame
 from laptop.vision.learning import exclude, include, learn
-from laptop.vision.markers import BadMarker, read_markers, read_spec, write_markers
+from laptop.vision.markers import BadMarker, gate, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Tracker
 from shared.messages import Start, Status, Stop
 
@@ -97,7 +99,7 @@ class Scene:
 
     def show(self, tip=(100, 120), goal=(220, 60), ink=RED, light=1.0):
         """One more frame, 0.05 s later; the desk looks at it."""
-        self.t += desks.BEAT
+        self.t += camera_feed.BEAT
         self.index += 1
         image = np.full((HEIGHT, WIDTH, 3), 130, np.uint8)
         for where, color in ((tip, ink), (goal, GREEN)):
@@ -212,7 +214,7 @@ def test_a_mask_shows_the_pixels_of_the_colour_in_this_very_picture(scene):
 
 def test_a_picture_is_encoded_once_however_many_look(scene, monkeypatch):
     scene.show()
-    monkeypatch.setattr(desks.cv2, "imencode", None)
+    monkeypatch.setattr(camera_feed.cv2, "imencode", None)
     assert [scene.desk.view("A").index for _ in range(5)] == [0] * 5
 
 
@@ -273,7 +275,7 @@ def test_where_there_is_nothing_to_pick_the_old_colour_stays(scene):
 def test_an_old_picture_is_gone_unless_it_is_pinned(scene):
     first, second = scene.show(), scene.show()
     assert scene.desk.pin("A", second.index) == ""
-    for _ in range(desks.KEPT):
+    for _ in range(camera_feed.KEPT):
         scene.show()
     assert "too old" in scene.desk.pick(EFFECTOR, "A", first.index, (100, 120))
     assert "too old" in scene.desk.pin("A", first.index)
@@ -322,14 +324,14 @@ def test_a_colour_is_added_to_and_removed_from_a_marker(scene):
     red = learn(EFFECTOR, disc(RED), (160, 120))
     assert Tracker([red]).find(disc(DULL), 0.0)[EFFECTOR] is None
     wide = include(red, disc(DULL), (160, 120))
-    assert desks.gate(cv2.cvtColor(disc(DULL), cv2.COLOR_BGR2HSV), wide.color)[120, 160]
+    assert gate(cv2.cvtColor(disc(DULL), cv2.COLOR_BGR2HSV), wide.color)[120, 160]
     orange = include(red, disc(ORANGE), (160, 120))
     for ink, inside in ((RED, True), (ORANGE, True), (BLUE, False)):
-        mask = desks.gate(cv2.cvtColor(disc(ink), cv2.COLOR_BGR2HSV), orange.color)
+        mask = gate(cv2.cvtColor(disc(ink), cv2.COLOR_BGR2HSV), orange.color)
         assert bool(mask[120, 160]) == inside
     without = exclude(orange, disc(ORANGE), (160, 120))
     for ink, inside in ((RED, True), (ORANGE, False)):
-        mask = desks.gate(cv2.cvtColor(disc(ink), cv2.COLOR_BGR2HSV), without.color)
+        mask = gate(cv2.cvtColor(disc(ink), cv2.COLOR_BGR2HSV), without.color)
         assert bool(mask[120, 160]) == inside
     with pytest.raises(BadMarker, match="nothing to remove"):
         exclude(red, disc(BLUE), (160, 120))
@@ -415,7 +417,7 @@ def test_of_a_live_camera_a_picture_that_was_given_out_is_looked_at_anew(scene):
     shown = scene.show(ink=BLUE)
     assert scene.desk.state().eyes[0].frames == 0
     scene.desk.pin("A", shown.index)
-    for _ in range(desks.KEPT + 1):
+    for _ in range(camera_feed.KEPT + 1):
         scene.show(tip=(200, 200))
     assert mark(scene.desk.still("A", shown.index)).why
     scene.desk.pick(EFFECTOR, "A", shown.index, (100, 120))
@@ -749,7 +751,7 @@ def test_the_state_tells_of_cameras_link_and_markers(scene):
     scene.watchers[0].dropped = 3
     state = scene.desk.state()
     (eye,) = state.eyes
-    assert eye.rate == pytest.approx(1 / desks.BEAT)
+    assert eye.rate == pytest.approx(1 / camera_feed.BEAT)
     assert eye.age == pytest.approx(0.02)
     assert (eye.dropped, eye.trouble) == (3, "")
     assert state.brick == "10.0.0.2"
@@ -779,10 +781,10 @@ def test_the_battery_is_shown_if_the_brick_tells_with_a_warning_if_it_is_low(sce
 def test_the_history_is_the_last_minute(scene):
     scene.server.tell("", 1, e={"A.u": 3.0}, condition=2.5, moves=4)
     for _ in range(1300):
-        scene.t += desks.BEAT
+        scene.t += camera_feed.BEAT
         scene.desk.beat()
     history = scene.desk.history()
-    assert history[-1].t - history[0].t == pytest.approx(desks.HISTORY, abs=0.3)
+    assert history[-1].t - history[0].t == pytest.approx(snapshots.HISTORY, abs=0.3)
     assert (history[-1].error, history[-1].e, history[-1].condition) == (12.5, {"A.u": 3.0}, 2.5)
     assert len(scene.desk.history(history[-4].t)) == 3
 
@@ -875,12 +877,12 @@ def test_what_goes_through_the_door_is_what_the_desk_says(scene, door):
 
 @pytest.mark.parametrize("question", ["_look_for", "beat", "__init__", "server", "watched"])
 def test_through_the_door_there_is_nothing_but_the_desk(scene, door, question):
-    with pytest.raises(desks.AskedWrongly, match="none of a desk's"):
+    with pytest.raises(channel.AskedWrongly, match="none of a desk's"):
         door.ask(question)
 
 
 def test_a_wrong_question_does_no_harm(scene, door):
-    with pytest.raises(desks.AskedWrongly, match="KeyError"):
+    with pytest.raises(channel.AskedWrongly, match="KeyError"):
         door.ask("view", "Z")
     assert door.ask("state") == scene.desk.state()
 

@@ -1,0 +1,160 @@
+"""What a page is told: how everything is doing, at one moment, and what was in one picture."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from laptop.page.record import Summary
+from laptop.tracking.watching import Point
+from laptop.vision.tracker import Window
+from shared.messages import Start, Status
+
+USUAL = Start()
+"""What is ordered unless something else is said."""
+LOW = 6.5
+"""A battery below this, V, is soon empty: the brick warns of a rechargeable one from here on."""
+SAMPLE = 0.2
+"""Between two samples of the history, s."""
+HISTORY = 60.0
+"""So much of it is kept, s."""
+VERDICTS = {
+    "": "On its way.",
+    "ready": "Ready. Aim, then start.",
+    "converged": "Arrived: the tip is at the goal.",
+    "unreachable": "Out of reach: the arm cannot get there. Aim nearer to its base.",
+    "marker lost": "The marker is lost. Uncover it, or pick its colour anew; then start again.",
+    "singular": "The joints cannot move the tip that way from here. Aim elsewhere, or start from "
+    "another posture.",
+    "limit": "A joint is at its limit. Aim elsewhere.",
+    "stalled": "A motor is blocked. Free the arm, then start again.",
+    "too slow": "The brick is too slow. End other programs on it; then start again.",
+    "link lost": "The link was lost. Look at the cable or Wi-Fi; then start again.",
+    "budget spent": "Not there in time. Look at camera and light, or allow a greater tolerance.",
+    "stopped": "Stopped. The arm is held.",
+    "refused": "The brick refused these orders.",
+}
+"""The brick's verdicts, for people."""
+
+
+class Mark(NamedTuple):
+    """A marker in one picture.
+
+    u, v, radius   px; u is None where it was not seen
+    confidence     0 to 1; None of a fixed goal
+    why, advice    why it is lost or doubted, and what to do; "" where it is seen
+    window         where it was looked for first, px; None: in the whole picture
+    """
+
+    name: str
+    u: float | None
+    v: float | None
+    radius: float | None
+    confidence: float | None
+    why: str
+    advice: str
+    window: Window | None
+
+
+class Shown(NamedTuple):
+    """One picture with what belongs to it.
+
+    index, t       the frame's; t is its capture time, s
+    age            s, when this was answered
+    width, height  px
+    jpeg           the picture
+    marks          per marker
+    aim            where the tip is to go, (u, v) px; None: to the goal's marker
+    ahead          the points of a path that come next, (u, v) px
+    trail          where the tip has been lately, (u, v) px
+    masks          per marker that was asked for: a PNG, opaque where its colour is
+    """
+
+    camera: str
+    index: int  # type: ignore[assignment]  # hides tuple.index, which nobody needs here
+    t: float
+    age: float
+    width: int
+    height: int
+    jpeg: bytes
+    marks: tuple[Mark, ...]
+    aim: Point | None
+    ahead: tuple[Point, ...]
+    trail: tuple[Point, ...]
+    masks: Mapping[str, bytes]
+
+
+class Eye(NamedTuple):
+    """How a camera is doing.
+
+    rate     frames per second
+    age      s
+    trouble  in words, or ""
+    frames   of a recording, each of which can be looked at; 0: it is none
+    ended    there are no more to come
+    """
+
+    camera: str
+    source: str
+    rate: float
+    dropped: int
+    age: float | None
+    trouble: str
+    frames: int = 0
+    ended: bool = False
+
+
+class State(NamedTuple):
+    """How everything is doing.
+
+    brick     its address, or None
+    commands  what to type on the brick
+    round_trip  s, or None
+    status    the brick's last, or None
+    running   a run is on, or was ordered
+    following it goes after a goal that moves, as was ordered here
+    aims      per camera where the tip is to go, px; {}: to the goal's marker
+    left      points of a path still to come
+    markers   name: what it looks like, in words
+    undoable  how many changes of colours can be taken back
+    file      where colours are kept
+    note      what was last to be said about the link or the run, or ""
+    own       the brick is an emulated one that came with the camera
+    fixed     the command line has fixed the goal
+    runs      of which there can be a report, oldest first
+    """
+
+    eyes: tuple[Eye, ...]
+    brick: str | None
+    commands: tuple[str, ...]
+    round_trip: float | None
+    status: Status | None
+    running: bool
+    following: bool
+    aims: Mapping[str, Point]
+    left: int
+    markers: Mapping[str, str]
+    undoable: int
+    file: str
+    note: str
+    own: bool
+    fixed: bool
+    runs: tuple[Summary, ...]
+
+
+class Sample(NamedTuple):
+    """One moment of the history; t in s, error in px, q in rad, ages in s, rates per s."""
+
+    t: float
+    error: float | None
+    e: Mapping[str, float]
+    q: tuple[float, ...]
+    condition: float | None
+    moves: int
+    ages: Mapping[str, float | None]
+    rates: Mapping[str, float]
+
+
+def points(count: int) -> str:
+    """Of a path, for people."""
+    return f"{count} point{'s' * (count != 1)}"
