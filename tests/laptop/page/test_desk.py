@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from waiting import PATIENCE
 
-from laptop.page import camera_feed, channel, feeds, snapshots
+from laptop.page import camera_feed, channel, feeds, run_control, snapshots
 from laptop.page import desk as desks
 from laptop.page import record as records
 from laptop.page import report as reports
@@ -548,7 +548,7 @@ def test_a_start_while_a_run_is_on_is_refused(scene, verdict):
 def test_a_brick_that_does_not_begin_is_told_of_and_may_be_asked_again(scene):
     scene.show()
     scene.desk.start()
-    scene.t += desks.ANSWER
+    scene.t += run_control.ANSWER
     scene.show()
     assert "--wait" in scene.desk.state().note
     assert scene.desk.start() == ""
