@@ -35,6 +35,12 @@ TOLERANCE = 0.5, 200.0, "px"
 BUDGET = 1.0, 3600.0, "s"
 """What may be ordered: from, to, unit."""
 
+EFFECTOR, GOAL = "effector", "goal"
+"""Names of the markers: on the arm's tip, and where it is to get."""
+
+LEAST_CONFIDENCE = 0.5
+"""A sighting with less may be something else: nothing is done by it."""
+
 BRICK = "brick"
 """The role of the side that connects."""
 LAPTOP = "laptop"

@@ -42,8 +42,8 @@ from robot.servoing.measurement import Measurement
 from robot.servoing.rows import Rows
 from robot.servoing.runs import make_servo
 from robot.servoing.servo import Servo
-from robot.servoing.sightings import LEAST_CONFIDENCE
 from shared.arm_description import Arm, find_arm, read_arm
+from shared.messages import LEAST_CONFIDENCE
 
 Pose = tuple[float, ...]
 Pixel = tuple[float, float]

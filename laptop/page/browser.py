@@ -18,7 +18,7 @@ from nicegui import events, ui
 from laptop.page.feeds import FRAMES, FarDesk
 from laptop.page.overlay import overlay
 from laptop.page.pointer import Pointer
-from laptop.page.record import EFFECTOR, Summary
+from laptop.page.record import Summary
 from laptop.page.snapshots import (
     HISTORY,
     LOW,
@@ -31,8 +31,8 @@ from laptop.page.snapshots import (
     State,
     points,
 )
-from laptop.tracking.watching import GOAL, Point
-from shared.messages import BUDGET, TOLERANCE
+from laptop.tracking.watching import Point
+from shared.messages import BUDGET, EFFECTOR, GOAL, TOLERANCE
 from shared.orders import METHODS, MODES, ROWS
 
 FACTS, PLOTS = 1.0, 1.0

@@ -10,15 +10,14 @@ from typing import Protocol
 import cv2
 import numpy as np
 
-from laptop.page.record import EFFECTOR
 from laptop.page.snapshots import HISTORY, SAMPLE, Mark
 from laptop.tracking.watching import Point, Watcher
 from laptop.vision.frames import Frame
 from laptop.vision.markers import Marker, gate
 from laptop.vision.stills import Stills
-from laptop.vision.tracker import BELIEVED
 from laptop.vision.view import View
 from shared.arm_description import ArmError
+from shared.messages import EFFECTOR, LEAST_CONFIDENCE
 
 BEAT = 0.05
 """Between two looks at what goes on, s."""
@@ -77,7 +76,7 @@ class CameraFeed:
         """Where the tip is now."""
         view = self.watcher.view
         seen = view and view.found.get(EFFECTOR)
-        if view and seen and seen.confidence >= BELIEVED:
+        if view and seen and seen.confidence >= LEAST_CONFIDENCE:
             where = seen.u, seen.v
             if not self.trail or math.dist(self.trail[-1][1], where) >= FINEST:
                 self.trail.append((view.frame.t, where))
@@ -150,7 +149,7 @@ def marks(view: View) -> list[Mark]:
             why = view.why.get(name) or "not seen"
             marks.append(Mark(name, None, None, None, 0.0, why, _advice(why), window))
         else:
-            why = view.why.get(name) or ("doubtful" if seen.confidence < BELIEVED else "")
+            why = view.why.get(name) or ("doubtful" if seen.confidence < LEAST_CONFIDENCE else "")
             u, v, confidence, radius = seen
             marks.append(Mark(name, u, v, radius, confidence, why, _advice(why), window))
     for name, (u, v, _) in view.fixed.items():

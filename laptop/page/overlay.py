@@ -6,9 +6,9 @@ import base64
 from collections.abc import Sequence
 from html import escape
 
-from laptop.page.record import EFFECTOR
 from laptop.page.snapshots import Mark, Shown
-from laptop.tracking.watching import GOAL, Point
+from laptop.tracking.watching import Point
+from shared.messages import EFFECTOR, GOAL
 
 _INK = {EFFECTOR: "#ffd60a", GOAL: "#40e0ff"}
 _OTHERS = ("#7dff8a", "#ff9df5", "#b9a5ff")

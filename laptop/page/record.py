@@ -14,12 +14,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from laptop.tracking.watching import GOAL
-from laptop.vision.tracker import BELIEVED
 from laptop.vision.view import View
-from shared.messages import READY, Start, Status
-
-EFFECTOR = "effector"
+from shared.messages import EFFECTOR, GOAL, LEAST_CONFIDENCE, READY, Start, Status
 
 KEPT = 10
 """So many records are kept."""
@@ -166,14 +162,14 @@ class Recorder:
             frame = view.frame
             self._frames[camera] = frame.image
             tip, goal = view.found.get(EFFECTOR), view.found.get(GOAL)
-            if tip and tip.confidence >= BELIEVED:
+            if tip and tip.confidence >= LEAST_CONFIDENCE:
                 _keep(run.tips.setdefault(camera, []), (frame.t, tip.u, tip.v))
             if run.orders and run.orders.goals:
                 if camera in run.orders.goals and camera not in run.goals:
                     run.goals[camera] = [(frame.t, *run.orders.goals[camera])]
             elif GOAL in view.fixed:
                 run.goals[camera] = [(frame.t, *view.fixed[GOAL][:2])]
-            elif goal and goal.confidence >= BELIEVED:
+            elif goal and goal.confidence >= LEAST_CONFIDENCE:
                 _keep(run.goals.setdefault(camera, []), (frame.t, goal.u, goal.v))
 
     def summaries(self) -> tuple[Summary, ...]:

@@ -12,9 +12,9 @@ from laptop.page.camera_feed import CameraFeed
 from laptop.page.colour_edits import ColourEdits
 from laptop.page.snapshots import USUAL, points
 from laptop.tracking.server import State as LinkState
-from laptop.tracking.watching import GOAL, Point
+from laptop.tracking.watching import Point
 from shared.arm_description import ArmError
-from shared.messages import BUDGET, TOLERANCE, Start, Status, Stop
+from shared.messages import BUDGET, GOAL, TOLERANCE, Start, Status, Stop
 from shared.orders import check
 
 ANSWER = 3.0

@@ -21,10 +21,8 @@ from rich.console import Console
 
 from laptop.page import process as page_process
 from laptop.page.desk import Desk
-from laptop.page.record import EFFECTOR
 from laptop.tracking.server import State, TrackingServer, pairing_code
 from laptop.tracking.watching import (
-    GOAL,
     TICK,
     Camera,
     Interrupted,
@@ -44,6 +42,7 @@ from laptop.vision.tracker import Tracker
 from laptop.vision.view import write_picture
 from shared import messages
 from shared.arm_description import ArmError
+from shared.messages import EFFECTOR, GOAL
 from shared.state import state_folder
 
 DEFAULTS = {EFFECTOR: "disc:red", GOAL: "disc:green"}

@@ -28,13 +28,11 @@ from rich.table import Table
 from rich.text import Text
 
 from laptop.vision.frames import Frame
-from laptop.vision.tracker import BELIEVED, Sighting, Window
+from laptop.vision.tracker import Sighting, Window
 from laptop.vision.view import View
 from shared import messages
 from shared.arm_description import ArmError
-
-GOAL = "goal"
-"""What a fixed goal is called in observations."""
+from shared.messages import GOAL, LEAST_CONFIDENCE
 
 TICK = 0.2
 """Between two updates of a status line on a terminal, s."""
@@ -173,7 +171,7 @@ class Tally:
     @property
     def reliable(self) -> int:
         """In how many it may be relied upon."""
-        return sum(self._confidences[round(100 * BELIEVED) :])
+        return sum(self._confidences[round(100 * LEAST_CONFIDENCE) :])
 
     @property
     def confidence(self) -> float:
@@ -556,7 +554,7 @@ def summary(watchers: Sequence[Watcher]) -> Table:
         "marker",
         "seen",
         "%",
-        f"{BELIEVED:g} or\nmore, %",
+        f"{LEAST_CONFIDENCE:g} or\nmore, %",
         "median\nconfidence",
         "else mostly",
     )

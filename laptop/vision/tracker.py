@@ -22,6 +22,7 @@ import numpy as np
 
 from laptop.vision.circles import Circle, ellipse_of, find_circle
 from laptop.vision.markers import Color, Marker, gate, hsv_of, hue_distance, scene_of
+from shared.messages import LEAST_CONFIDENCE
 
 Window = tuple[float, float, float, float]
 """Left, top, right, bottom, px."""
@@ -38,8 +39,6 @@ class Sighting(NamedTuple):
 
 LEAST = 0.2
 """Confidence below which nothing is claimed at all."""
-BELIEVED = 0.5
-"""Confidence from which on a sighting may be relied upon."""
 DOUBTED = 0.45
 """The greatest confidence in what may well be something else."""
 COVERED = 0.5
@@ -230,7 +229,7 @@ def _search(image: np.ndarray, t: float, marker: Marker, track: Track) -> Track:
                     tried = _measure(image, u, v, radius, marker, start)
                     if tried is not None:
                         tries.append(tried)
-        if any(tried.trust >= BELIEVED for tried in tries):
+        if any(tried.trust >= LEAST_CONFIDENCE for tried in tries):
             break
     if tries:
         best = max(tries, key=lambda tried: tried.trust)
@@ -241,7 +240,7 @@ def _search(image: np.ndarray, t: float, marker: Marker, track: Track) -> Track:
                 seen=None,
                 why="several alike",
             )
-        if best.trust >= BELIEVED:
+        if best.trust >= LEAST_CONFIDENCE:
             return _moved(best, track, t)
         if best.trust >= LEAST:  # said, but not held on to
             return replace(_moved(best, track, t), seen=None)
@@ -260,7 +259,7 @@ def _rivals(best: Track, tries: list[Track]) -> bool:
     """Whether another one, elsewhere, is as good."""
     first = best.seen
     assert first is not None
-    return best.trust >= BELIEVED and any(
+    return best.trust >= LEAST_CONFIDENCE and any(
         tried.trust > 0.9 * best.trust
         and math.hypot(tried.seen.u - first.u, tried.seen.v - first.v) > 2 * first.radius
         for tried in tries
@@ -668,7 +667,7 @@ def _measure_disc(
     trust = track.even * shape * _likeness(shade, track.color or learned, learned)
     if track.seen is not None:
         trust *= 1 - _ramp(abs(math.log(new_radius / radius)), 0.2, 0.5)
-    if trust < BELIEVED:
+    if trust < LEAST_CONFIDENCE:
         return None
     new = Sighting(u, v, trust, new_radius)
     glow = blue + green + red

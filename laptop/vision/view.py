@@ -12,8 +12,9 @@ import cv2
 import numpy as np
 
 from laptop.vision.frames import Frame
-from laptop.vision.tracker import BELIEVED, Sighting, Window
+from laptop.vision.tracker import Sighting, Window
 from shared.arm_description import ArmError
+from shared.messages import LEAST_CONFIDENCE
 
 
 class BadPicture(ArmError, OSError):
@@ -56,7 +57,7 @@ def draw(view: View, width: int = 1280) -> np.ndarray:
             continue  # somewhere beyond the picture
         text = f"{name} {seen.u:.1f}, {seen.v:.1f}"
         if math.isfinite(seen.radius):
-            text += f"  {seen.confidence:.2f}{' doubtful' * (seen.confidence < BELIEVED)}"
+            text += f"  {seen.confidence:.2f}{' doubtful' * (seen.confidence < LEAST_CONFIDENCE)}"
         for ink, thick in (((0, 0, 0), 5), (inks.get(name, _OTHER_INK[0]), 2)):
             _cross(image, u, v, 9, ink, thick)
             if math.isfinite(seen.radius):

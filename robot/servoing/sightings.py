@@ -2,13 +2,8 @@
 
 from robot.servoing.goal_estimate import GoalEstimate
 from robot.servoing.joint_history import JointHistory
+from shared.messages import EFFECTOR, GOAL, LEAST_CONFIDENCE
 from shared.record import record
-
-EFFECTOR, GOAL = "effector", "goal"
-"""Names of the markers."""
-
-LEAST_CONFIDENCE = 0.5
-"""A sighting with less may be something else."""
 
 LOST = 0.3
 """What was not seen for so long is lost, s: nothing moves on old data."""

@@ -20,16 +20,15 @@ from laptop.page import report as reports
 from laptop.page.channel import Door, answer
 from laptop.page.desk import Desk
 from laptop.page.pointer import Pointer
-from laptop.page.record import EFFECTOR
 from laptop.reporting.line_plot import DPI
 from laptop.tracking.server import State as LinkState
-from laptop.tracking.watching import GOAL, Watcher
+from laptop.tracking.watching import Watcher
 from laptop.vision.cameras import open_camera
 from laptop.vision.frames import Frame
 from laptop.vision.learning import exclude, include, learn
 from laptop.vision.markers import BadMarker, gate, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Tracker
-from shared.messages import Start, Status, Stop
+from shared.messages import EFFECTOR, GOAL, Start, Status, Stop
 
 WIDTH, HEIGHT = 320, 240
 RED, GREEN, BLUE = (30, 30, 200), (60, 150, 30), (190, 70, 20)

@@ -10,7 +10,8 @@ import pytest
 from places import FOOTAGE
 
 from laptop.vision.learning import learn
-from laptop.vision.tracker import BELIEVED, Tracker
+from laptop.vision.tracker import Tracker
+from shared.messages import LEAST_CONFIDENCE
 
 pytestmark = [
     pytest.mark.long,
@@ -90,7 +91,7 @@ def clip(request):
 
 
 def is_sure(sighting):
-    return sighting is not None and sighting.confidence >= BELIEVED
+    return sighting is not None and sighting.confidence >= LEAST_CONFIDENCE
 
 
 def distance(sighting, circle):

@@ -18,8 +18,9 @@ from laptop.simulator.scene.synthetic_camera import (
 )
 from laptop.vision.learning import learn
 from laptop.vision.markers import Marker, read_spec
-from laptop.vision.tracker import BELIEVED, Tracker
+from laptop.vision.tracker import Tracker
 from shared.arm_description import find_arm, read_arm
+from shared.messages import LEAST_CONFIDENCE
 
 ARM = read_arm(find_arm("planar"))
 WIDTH, HEIGHT = 144, 108
@@ -62,7 +63,7 @@ def rms(seen, places):
 
 
 def claims(seen):
-    return [s.confidence for s in seen if s and s.confidence >= BELIEVED]
+    return [s.confidence for s in seen if s and s.confidence >= LEAST_CONFIDENCE]
 
 
 def around(count, reach=24):
@@ -253,7 +254,7 @@ def test_effector_and_goal_are_followed_among_bricks_of_all_colours(kind):
         for name, place in truth.items():
             assert visible[name] > 0.9
             assert off(found[name], *place) < (0.5 if kind == "disc" else 1.5)
-            assert found[name].confidence >= BELIEVED
+            assert found[name].confidence >= LEAST_CONFIDENCE
 
 
 def beside_the_goal(scene, low, high):
@@ -276,7 +277,7 @@ def test_beside_the_goal_s_marker_a_slanting_one_is_found_whatever_else_is_aroun
         seen, why = follow(marker, [image] * 2)  # searched for, then expected there
         assert why == ["", ""], q
         assert max(off(s, *truth) for s in seen) < 0.5
-        assert min(s.confidence for s in seen) >= BELIEVED
+        assert min(s.confidence for s in seen) >= LEAST_CONFIDENCE
     assert k >= 10
 
 
@@ -309,8 +310,8 @@ def test_what_a_hand_hides_is_not_claimed(kind):
             seen = found[name]
             if visible[name] < 0.02:
                 hidden += 1
-                assert seen is None or seen.confidence < BELIEVED
-            elif seen and seen.confidence >= BELIEVED:
+                assert seen is None or seen.confidence < LEAST_CONFIDENCE
+            elif seen and seen.confidence >= LEAST_CONFIDENCE:
                 assert off(seen, *place) < 2 * seen.radius
             if visible[name] == 1:
                 assert off(seen, *place) < (0.5 if kind == "disc" else 1.5)
@@ -375,10 +376,10 @@ def test_a_marker_that_leaves_the_picture_is_followed_to_the_edge_and_then_gone(
     for sighting, (u, v) in zip(seen, places):
         if v > 12:
             assert off(sighting, u, v) < 0.6
-            assert sighting.confidence >= BELIEVED
+            assert sighting.confidence >= LEAST_CONFIDENCE
         elif v > 4:  # cut
             assert off(sighting, u, v) < 1.5
-        elif sighting and sighting.confidence >= BELIEVED:
+        elif sighting and sighting.confidence >= LEAST_CONFIDENCE:
             assert off(sighting, u, v) < 12
         if v < -12:
             assert sighting is None
@@ -407,7 +408,7 @@ def test_what_an_edge_that_comes_across_hides_in_part_is_placed_or_doubted(kind,
             image[:, : round(U - 16 + 2.5 * k)] = tone
         pictures.append(image)
     seen, _ = follow(marker, pictures)
-    assert all(off(s) < 1.5 for s in seen if s and s.confidence >= BELIEVED)
+    assert all(off(s) < 1.5 for s in seen if s and s.confidence >= LEAST_CONFIDENCE)
     assert len(claims(seen[:4])) == 4
     assert seen[-2:] == [None, None]
 
@@ -703,7 +704,7 @@ def test_a_clock_that_stands_or_jumps_does_not_disturb(kind, times):
         u = 45.0 + 4 * k
         seen = tracker.find(picture(kind, u, V, 20 if kind == "aruco" else 12), t)[NAME]
         assert off(seen, u, V) < 0.6
-        assert seen.confidence >= BELIEVED
+        assert seen.confidence >= LEAST_CONFIDENCE
 
 
 def test_the_same_frames_give_the_same_and_trackers_do_not_share():
