@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from places import ROOT
+from places import FOOTAGE, ROOT
 from rich.console import Console
 from waiting import PATIENCE
 
@@ -31,8 +31,6 @@ from laptop.vision.markers import Marker, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Sighting
 from laptop.vision.view import View, draw
 from shared.messages import PORT, Status
-
-FOOTAGE = ROOT.parent / "shared" / "footage"
 
 WIDTH, HEIGHT, RADIUS = 160, 120, 10
 RED, BLUE, GREEN = (30, 30, 200), (190, 70, 20), (60, 150, 30)
