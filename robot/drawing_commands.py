@@ -90,6 +90,7 @@ def _parser():
 
 def _compare_inverses(description, p):
     """Print the analytic poses for `p`, and the ways of Newton and Broyden from the home pose."""
+    from robot.motion import inverse_iteration  # not above: only this command needs it
 
     def degrees(q):
         return ", ".join("{:8.3f}".format(math.degrees(angle)) for angle in q)
@@ -98,8 +99,8 @@ def _compare_inverses(description, p):
         print("analytic     {} deg".format(degrees(q)))
     home = [joint.home for joint in description.joints]
     for name, method in (
-        ("newton", kinematics.newton_inverse),
-        ("broyden", kinematics.broyden_inverse),
+        ("newton", inverse_iteration.newton_inverse),
+        ("broyden", inverse_iteration.broyden_inverse),
     ):
         for step in method(description, p, home).trace:
             print(

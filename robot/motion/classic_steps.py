@@ -5,7 +5,7 @@ Pure.  Letters: `q` joint angles rad, `dq` a step, `p` a tip position cm, `J` th
 
 import math
 
-from robot.motion import kinematics
+from robot.motion import kinematics, linear_systems
 
 STEP_SIZE = math.radians(5)
 """The report's length of a joint step, rad."""
@@ -34,7 +34,7 @@ def jacobian_step(arm, q, dy):
                 ", ".join("{:.1f}".format(math.degrees(angle)) for angle in q)
             )
         )
-    dq = kinematics.solve(J, dy)
+    dq = linear_systems.solve(J, dy)
     length = math.sqrt(sum(a * a for a in dq))
     return tuple(a * STEP_SIZE / length for a in dq)
 

@@ -8,7 +8,7 @@ and a tick no more than evaluates them.
 
 import math
 
-from robot.motion import kinematics
+from robot.motion import kinematics, linear_systems
 
 SPAN, LEAST_SPAN = 0.5, 0.02
 """Greatest and least distance of knots, cm."""
@@ -314,11 +314,11 @@ def _slopes(arm, q, way):
     """(dq/ds, J' t or None) at `q` for a tip that moves in the direction t, a unit vector."""
     J = kinematics.jacobian(arm, q)
     if kinematics.singularity(arm, q) < NEARLY_SINGULAR:
-        return kinematics.damped_solve(J, way, 1e-3), None
+        return linear_systems.damped_solve(J, way, 1e-3), None
     across = [0.0] * len(q)
     for row, towards in zip(J, way):
         across = [a + b * towards for a, b in zip(across, row)]
-    return kinematics.solve(J, way), across
+    return linear_systems.solve(J, way), across
 
 
 def _timed(arm, knots, speed):

@@ -6,10 +6,7 @@ Pure.
 import math
 from operator import mul, sub
 
-
-def dot(a, b):
-    """Inner product."""
-    return sum(map(mul, a, b))
+from robot.motion.linear_systems import dot
 
 
 def length(e):

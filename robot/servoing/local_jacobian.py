@@ -7,7 +7,7 @@ J   image Jacobian ds/dq, px/rad: m rows, n columns
 
 from operator import mul, sub
 
-from robot.motion.kinematics import broyden_update
+from robot.motion.linear_systems import broyden_update
 from robot.servoing.image_model import straight
 from robot.servoing.linear_algebra import dot
 from robot.servoing.robust import ROBUST, agrees, trust

@@ -3,7 +3,7 @@
 import math
 from operator import sub
 
-from robot.motion.kinematics import Singular, broyden_update, damped_solve, solve
+from robot.motion.linear_systems import Singular, broyden_update, damped_solve, solve
 from robot.servoing.linear_algebra import length
 from robot.servoing.measurement import ReportEstimator, error_of
 from robot.servoing.rows import Rows

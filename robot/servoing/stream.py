@@ -3,7 +3,7 @@
 import math
 from operator import sub
 
-from robot.motion.kinematics import damped_solve
+from robot.motion.linear_systems import damped_solve
 from robot.motion.online_trajectory import Landing, Moving
 from robot.servoing.linear_algebra import apart, dot, length, median
 from robot.servoing.pose_search import CLEARLY_BETTER, NEARLY_THERE

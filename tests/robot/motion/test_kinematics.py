@@ -2,30 +2,21 @@
 
 import itertools
 import math
-import random
 
 import pytest
 
-from robot.motion import kinematics
 from robot.motion.kinematics import (
-    Singular,
     Unreachable,
     branches,
-    broyden_inverse,
-    broyden_update,
-    damped_solve,
     forward,
     inverse,
     jacobian,
     joint_positions,
-    newton_inverse,
     singularity,
-    solve,
 )
 from shared.arm_description import ArmError, find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))
-METHODS = [newton_inverse, broyden_inverse]
 
 
 def with_limits(*limits, **changes):
@@ -262,9 +253,8 @@ def test_unreachable_names_the_value_the_bounds_and_the_next_step(point, elbow, 
         lambda arm: jacobian(arm, (0, 0)),
         lambda arm: inverse(arm, (10, 0)),
         lambda arm: singularity(arm, (0, 0)),
-        lambda arm: newton_inverse(arm, (10, 0), (0, 0)),
     ],
-    ids=["forward", "jacobian", "inverse", "singularity", "newton"],
+    ids=["forward", "jacobian", "inverse", "singularity"],
 )
 def test_an_unknown_chain_is_refused(call):
     with pytest.raises(ArmError, match="no kinematics for chain = snake; use one of planar"):
@@ -298,215 +288,3 @@ def test_singularity(elbow, expected):
     assert singularity(ARM, q) == pytest.approx(expected)
     (a, b), (c, d) = jacobian(ARM, q)
     assert singularity(ARM, q) == pytest.approx(abs(a * d - b * c) / (11.3 * 9.5))
-
-
-# ---- inverse by iteration
-
-
-def tasks(count):
-    """Random points between hole and full reach, and starts, for an arm that may turn all round."""
-    draw = random.Random(7)
-    for _ in range(count):
-        distance, heading = draw.uniform(2, 20.7), draw.uniform(-math.pi, math.pi)
-        yield (
-            (distance * math.cos(heading), distance * math.sin(heading)),
-            (draw.uniform(-3, 3), draw.uniform(-2.6, 2.6)),
-        )
-
-
-@pytest.mark.parametrize(
-    ("method", "least"), [(newton_inverse, 300), (broyden_inverse, 300)], ids=["newton", "broyden"]
-)
-def test_iterations_find_an_analytic_branch(method, least):
-    found = 0
-    for point, q0 in tasks(300):
-        try:
-            q, trace = method(FREE, point, q0)
-        except Unreachable:
-            continue
-        found += 1
-        assert (
-            min(max(abs(a - b) for a, b in zip(q, branch)) for branch in branches(FREE, point))
-            < 1e-5
-        )
-        assert trace[0].q == q0
-    assert found >= least
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_trace_tells_the_way(method):
-    point, q0 = (10, 5), radians(10, 30)
-    solution = method(ARM, point, q0)
-    assert [step.iteration for step in solution.trace] == list(range(len(solution.trace)))
-    assert solution.trace[0].q == q0
-    assert solution.trace[-1].q == pytest.approx(solution.q)
-    for before, after in zip(solution.trace, solution.trace[1:]):
-        assert after.error_cm <= before.error_cm
-        assert max(abs(a - b) for a, b in zip(after.q, before.q)) <= 0.5 + 1e-12
-    for step in solution.trace:
-        assert step.p == forward(ARM, step.q)
-        assert step.error_cm == pytest.approx(math.hypot(10 - step.p[0], 5 - step.p[1]))
-    assert solution.trace[-1].error_cm <= 1e-6
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_the_last_iteration_counts(method):
-    steps = len(method(ARM, (10, 5), radians(10, 60)).trace) - 1
-    method(ARM, (10, 5), radians(10, 60), max_iterations=steps)
-    with pytest.raises(Unreachable, match=f"no solution after {steps - 1} iterations"):
-        method(ARM, (10, 5), radians(10, 60), max_iterations=steps - 1)
-
-
-def test_newton_ends_quadratically_and_in_fewer_steps_than_broyden():
-    point, q0 = (10, 5), radians(10, 60)
-    newton, broyden = (method(ARM, point, q0).trace for method in METHODS)
-    assert len(newton) < len(broyden) < 3 * len(newton)
-    assert newton[-1].error_cm < newton[-2].error_cm ** 1.5
-
-
-def test_broyden_computes_one_jacobian(monkeypatch):
-    calls = []
-    monkeypatch.setattr(kinematics, "jacobian", lambda arm, q: calls.append(q) or jacobian(arm, q))
-    broyden_inverse(ARM, (10, 5), radians(10, 60))
-    assert calls == [radians(10, 60)]
-
-
-def test_broyden_update_explains_the_step_and_nothing_else():
-    rows, dq, dp = ((1.0, 2.0), (3.0, 4.0)), (0.1, -0.2), (0.5, 0.7)
-    updated = broyden_update(rows, dq, dp)
-    for row, old, moved in zip(updated, rows, dp):
-        assert row[0] * dq[0] + row[1] * dq[1] == pytest.approx(moved)
-        # Across dq, along (0.2, 0.1), what was known stays
-        assert row[0] * 0.2 + row[1] * 0.1 == pytest.approx(old[0] * 0.2 + old[1] * 0.1)
-
-
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize(
-    ("point", "q0"),
-    [
-        ((10, 0), (0, 0)),
-        ((19, 0), (0, 0)),
-        ((20.79, 0), (0, 0)),
-        ((-10, 0), (0, 0)),
-        ((10, 0), (0, math.pi)),
-        ((-10, 0), (0, math.pi)),
-        ((0, 12), (0, 0)),
-        ((20.8, 0), (1, 1)),
-        ((20.8 - 2e-6, 0), (0, 0)),
-    ],
-    ids=[
-        "inward",
-        "near",
-        "very near",
-        "behind",
-        "folded",
-        "folded, behind",
-        "sideways",
-        "to full reach",
-        "a hair inward",
-    ],
-)
-def test_singular_poses_are_no_obstacle(method, point, q0):
-    q, _ = method(FREE, point, q0)
-    assert forward(FREE, q) == pytest.approx(point, abs=1e-5)
-
-
-@pytest.mark.parametrize(("elbow", "sign"), [("up", 1), ("down", -1)])
-def test_out_of_the_stretched_pose_the_preferred_elbow_decides(elbow, sign):
-    q, _ = newton_inverse(FREE._replace(elbow=elbow), (10, 0), (0, 0))
-    assert q[1] * sign > 0
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_a_pose_a_turn_away_comes_back_within_the_limits(method):
-    q, trace = method(ARM, (10, 5), radians(370, 60))
-    assert math.degrees(trace[-1].q[0]) > 180
-    assert degrees(q) == pytest.approx(degrees(inverse(ARM, (10, 5), elbow="up")), abs=1e-4)
-
-
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize(
-    ("point", "q0", "expected"),
-    [
-        (
-            (25, 0),
-            (0.1, 1),
-            r"\(25, 0\) cm: no solution after 100 iterations from \(5.7, 57.3\) deg,"
-            r" still 4.2 cm away; choose another start or point",
-        ),
-        ((0.5, 0), (0.1, 1), r"still 1.3\d* cm away"),
-        ((-15, -8), (-2, 1), "within reach of the links but not of the joint limits"),
-        ((math.nan, 0), (0, 1), "2 finite numbers"),
-    ],
-    ids=["too far", "in the hole", "limits", "NaN"],
-)
-def test_iterations_say_when_there_is_no_solution(method, point, q0, expected):
-    arm = ARM if point != (0.5, 0) else FREE
-    with pytest.raises(Unreachable, match=expected):
-        method(arm, point, q0)
-
-
-@pytest.mark.parametrize("q0", [(0,), (0, math.nan), (math.inf, 0)], ids=["short", "NaN", "inf"])
-def test_iterations_refuse_a_start_that_is_no_pose(q0):
-    with pytest.raises(ArmError, match="a pose is 2 finite angles"):
-        newton_inverse(ARM, (10, 0), q0)
-
-
-# ---- small systems
-
-
-def test_solve_by_hand():
-    assert solve([[2, 1], [1, 3]], [5, 10]) == pytest.approx([1, 3])
-
-
-def test_solve_swaps_rows_where_the_diagonal_is_zero():
-    assert solve([[0, 2, 0], [3, 0, 0], [0, 0, 4]], [2, 6, 12]) == pytest.approx([2, 1, 3])
-
-
-def test_solve_pivots_where_the_diagonal_is_tiny():
-    assert solve([[1e-12, 1], [1, 1]], [1, 2]) == pytest.approx([1, 1], abs=1e-9)
-
-
-def test_solve_leaves_its_arguments_alone():
-    rows, b = [[0.0, 2.0], [3.0, 0.0]], [2.0, 6.0]
-    solve(rows, b)
-    assert (rows, b) == ([[0.0, 2.0], [3.0, 0.0]], [2.0, 6.0])
-
-
-@pytest.mark.parametrize(
-    "rows",
-    [
-        [[0, 0], [0, 0]],
-        [[1, 2], [2, 4]],
-        [[0.1, 0.7], [0.3, 2.1]],  # leaves a pivot of 1e-16
-        jacobian(ARM, (0.7, 0)),
-        [[math.nan, 1], [1, 1]],
-    ],
-    ids=["zeros", "dependent", "dependent but for rounding", "stretched arm", "NaN"],
-)
-def test_solve_refuses_a_singular_system(rows):
-    with pytest.raises(Singular, match="singular") as caught:
-        solve(rows, [1, 2])
-    assert isinstance(caught.value, ArmError)
-
-
-def test_solve_and_damped_solve_are_numpys():
-    np = pytest.importorskip("numpy")
-    draw = np.random.RandomState(3)
-    for height, width in itertools.product(range(1, 5), repeat=2):
-        a, b = draw.randn(height, width), draw.randn(height)
-        rows, right = a.tolist(), b.tolist()
-        if height == width:
-            assert solve(rows, right) == pytest.approx(list(np.linalg.solve(a, b)))
-        assert damped_solve(rows, right, 0.0) == pytest.approx(list(np.linalg.pinv(a).dot(b)))
-        # The oracle: damping as additional rows of a least-squares problem
-        stacked = np.vstack([a, 0.3 * np.eye(width)])
-        oracle = np.linalg.lstsq(stacked, np.concatenate([b, np.zeros(width)]), rcond=-1)[0]
-        assert damped_solve(rows, right, 0.3) == pytest.approx(list(oracle))
-        assert solve(rows, right, damping=0.3) == pytest.approx(list(oracle))
-
-
-def test_damping_keeps_the_step_finite_at_a_singular_pose():
-    dq = damped_solve(jacobian(ARM, (0, 0)), [1, 1], 0.1)
-    # Only y can move: along the row (20.8, 9.5), shortest solution, by its length squared + 0.1^2
-    assert dq == pytest.approx([20.8 / (522.89 + 0.01), 9.5 / (522.89 + 0.01)])

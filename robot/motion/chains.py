@@ -1,0 +1,206 @@
+"""The chains of joints: two links in the plane; two upright links on a turntable.  Pure.
+
+The letters are those of kinematics, which is the door to this.
+"""
+
+import math
+
+from shared.arm_description import ArmError
+from shared.record import record
+
+REACH_SLACK = 1e-9
+"""A point at full reach must not be pushed out of it by rounding, cm."""
+
+
+class Unreachable(ArmError, ValueError):
+    """A point that the arm cannot reach, or an iteration that did not find it."""
+
+
+def reach(arm):
+    """Least and greatest distance of the tip from the shoulder that the links allow, cm."""
+    upper, fore = arm.joints[-2].link, arm.joints[-1].link
+    return abs(upper - fore), upper + fore
+
+
+def point_text(p):
+    """A point for people, cm."""
+    return "({}) cm".format(", ".join("{:.6g}".format(c) for c in p))
+
+
+# ---- the planar chain: every axis upright, the angles add up along the chain
+
+
+def _link_ends(joints, q, x, y):
+    """Links joined in one plane, the first at (x, y): every joint and the end."""
+    heading, positions = 0.0, [(x, y)]
+    for joint, angle in zip(joints, q):
+        link = joint.link
+        heading += angle
+        x += link * math.cos(heading)
+        y += link * math.sin(heading)
+        positions.append((x, y))
+    return positions
+
+
+def _planar_positions(arm, q):
+    return _link_ends(arm.joints, q, 0.0, 0.0)
+
+
+def _planar_jacobian(arm, q):
+    """A turn about an upright axis moves the tip across its lever arm (geometric Jacobian)."""
+    if len(q) == 2:
+        upper, fore = arm.joints
+        heading, (first, second) = q[0], q
+        ahead, aside = fore.link * math.cos(first + second), fore.link * math.sin(first + second)
+        x, y = upper.link * math.cos(heading) + ahead, upper.link * math.sin(heading) + aside
+        return (-y, -aside), (x, ahead)
+    positions = _planar_positions(arm, q)
+    x, y = positions.pop()
+    return (
+        tuple([joint_y - y for _, joint_y in positions]),
+        tuple([x - joint_x for joint_x, _ in positions]),
+    )
+
+
+def _planar_pull(q, moments):
+    return [0.0] * len(q)
+
+
+def _planar_solutions(arm, p, near):
+    return {branch: [pose] for branch, pose in _bend_to(arm, p, p).items()}
+
+
+def _bend_to(arm, point, p):
+    """How two links bend to a point of their plane, seen from the first one's axis.
+
+    By the cosine rule, with half angles: the tangent form keeps its digits at full reach and at the
+    hole, where acos loses half.
+
+    Returns:
+        {"up": (heading of the first, bend > 0 of the second), "down": the same with bend < 0}
+    """
+    upper, fore = arm.joints[-2].link, arm.joints[-1].link
+    hole, outer = reach(arm)
+    far = math.hypot(*point)
+    if not hole - REACH_SLACK <= far <= outer + REACH_SLACK:
+        where, advice = (
+            ("out of reach", "nearer")
+            if far > outer
+            else ("in the hole in the middle", "farther out")
+        )
+        raise Unreachable(
+            "{} is {:.6g} cm from the shoulder, {}: the links reach from {:.6g} to"
+            " {:.6g} cm; choose a point {}".format(point_text(p), far, where, hole, outer, advice)
+        )
+    bend = 2 * math.atan2(
+        math.sqrt(max(0.0, (outer - far) * (outer + far))),
+        math.sqrt(max(0.0, (far - hole) * (far + hole))),
+    )
+    heading = math.atan2(point[1], point[0])
+    inside = math.atan2(fore * math.sin(bend), upper + fore * math.cos(bend))
+    return {"up": (heading - inside, bend), "down": (heading + inside, -bend)}
+
+
+def _planar_singularity(arm, q):
+    return abs(math.sin(q[1]))
+
+
+def _planar_scale(arm, q):
+    return 0.5 * reach(arm)[1] * math.sin(q[1]) ** 2
+
+
+# ---- the spatial chain: the base turns about an upright axis, shoulder and elbow pitch about level
+# ones.  Pitch is counted upwards from level; the base's link is the height of the shoulder.
+
+
+def _spatial_profile(arm, q):
+    """In the upright plane in which the arm is: (distance from the base's axis, height), cm."""
+    return [(0.0, 0.0)] + _link_ends(arm.joints[1:], q[1:], 0.0, arm.joints[0].link)
+
+
+def _spatial_positions(arm, q):
+    ahead, aside = math.cos(q[0]), math.sin(q[0])
+    return [(out * ahead, out * aside, height) for out, height in _spatial_profile(arm, q)]
+
+
+def _spatial_jacobian(arm, q):
+    """Each joint moves the tip across its lever arm (geometric Jacobian)."""
+    ahead, aside = math.cos(q[0]), math.sin(q[0])
+    profile = _spatial_profile(arm, q)
+    out, height = profile.pop()
+    columns = [(-out * aside, out * ahead, 0.0)]
+    for joint_out, joint_height in profile[1:]:
+        outwards = joint_height - height
+        columns.append((outwards * ahead, outwards * aside, out - joint_out))
+    return tuple(zip(*columns))
+
+
+def _spatial_pull(q, moments):
+    torques, heading = [0.0], 0.0
+    for k in range(1, len(q)):
+        heading += q[k]
+        pulled = -moments[k] * math.cos(heading)
+        for inner in range(1, k):
+            torques[inner] += pulled
+        torques.append(pulled)
+    return torques
+
+
+def _spatial_solutions(arm, p, near):
+    """Facing the point, and bent over backwards to it."""
+    x, y, z = p
+    yaw, out = math.atan2(y, x), math.hypot(x, y)
+    solutions = {"up": [], "down": []}
+    # Facing the point, the elbow is above where it is bent down; from behind, where it is bent up.
+    ways = [(0.0, out, "down"), (math.pi, -out, "up")]
+    if near:
+        ways = ways[:1] if _spatial_out(arm, near) > 0 else ways[1:]
+    for turned, reached, above in ways:
+        poses = _bend_to(arm, (reached, z - arm.joints[0].link), p)
+        for bent, pitches in poses.items():
+            solutions["up" if bent == above else "down"].append((yaw + turned,) + pitches)
+    return solutions
+
+
+def _spatial_out(arm, q):
+    """How far the tip is from the base's axis, cm; negative: behind it."""
+    _, upper, fore = arm.joints
+    return upper.link * math.cos(q[1]) + fore.link * math.cos(q[1] + q[2])
+
+
+def _spatial_singularity(arm, q):
+    return abs(math.sin(q[2]) * _spatial_out(arm, q)) / reach(arm)[1]
+
+
+def _spatial_scale(arm, q):
+    return min(0.5 * reach(arm)[1] * math.sin(q[2]) ** 2, abs(_spatial_out(arm, q)))
+
+
+# A chain: positions(arm, q), jacobian(arm, q), pull(q, moments), solutions(arm, p, near) as
+# _solutions, singularity(arm, q), scale(arm, q), the number of coordinates of p, how many
+# joints are below the shoulder, and the sign of the elbow's angle in the branch "up".
+Chain = record("Chain", "positions jacobian pull solutions singularity scale coordinates below up")
+CHAINS = {
+    "planar": Chain(
+        _planar_positions,
+        _planar_jacobian,
+        _planar_pull,
+        _planar_solutions,
+        _planar_singularity,
+        _planar_scale,
+        coordinates=2,
+        below=0,
+        up=1,
+    ),
+    "spatial": Chain(
+        _spatial_positions,
+        _spatial_jacobian,
+        _spatial_pull,
+        _spatial_solutions,
+        _spatial_singularity,
+        _spatial_scale,
+        coordinates=3,
+        below=1,
+        up=-1,
+    ),
+}
