@@ -111,7 +111,7 @@ def draw_line(program: Any, driver: Any, start: Any, end: Any, law: Law) -> None
             raise ArmError(f"still {left:.1f} cm from the end after {LONGEST:g} s; it got stuck")
         size = step_size(law, size, left)
         dq = joint_step(law, kinematics.jacobian(arm, q), np.subtract(end, start), size)
-        robot.check(q + dq)
+        kinematics.check_limits(arm.joints, q + dq)
         for joint, motor, angle in zip(robot.joints, motors, dq, strict=True):
             motor.position_sp = whole_counts(law, joint.in_counts(angle))
             motor.run_to_rel_pos()

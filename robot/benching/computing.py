@@ -14,8 +14,11 @@ import tempfile
 
 import ev3dev2.motor
 
-from robot.motion import arm as arms
-from robot.motion import kinematics, motors, paths, trajectory
+from robot.motion import kinematics, paths, trajectory
+from robot.motion.arm import RobotArm
+from robot.motion.arm_motors import ArmMotors
+from robot.motion.joint_controller import GAINS
+from robot.motion.motors import JointMotor
 from robot.servoing.loop import VisualServoing
 from robot.servoing.runs import make_servo
 from shared.arm_description import find_arm, read_arm
@@ -74,29 +77,29 @@ class JumpingClock(object):
             self._laps.begin()
 
 
-class ModelMotor(motors.JointMotor):
+class ModelMotor(JointMotor):
     """A motor that turns as the observer of a JointController takes it to; nothing real does."""
 
     def __init__(self, *args):
-        motors.JointMotor.__init__(self, *args)
+        JointMotor.__init__(self, *args)
         self.counted = 0.0
         self.driven = None
         self._turns = 0.0
 
     def counts(self):
         """As the model has it; the attribute is read all the same."""
-        motors.JointMotor.counts(self)
+        JointMotor.counts(self)
         return int(self.counted)
 
     def drive(self, speed):
         """Set the speed, rad/s at the joint."""
         self.driven = speed
-        motors.JointMotor.drive(self, speed)
+        JointMotor.drive(self, speed)
 
     def hold(self):
         """Stop here."""
         self.driven = None
-        motors.JointMotor.hold(self)
+        JointMotor.hold(self)
 
     def advance(self, seconds, follower):
         """Turn on for so long, s."""
@@ -212,18 +215,15 @@ def folder_of_motors(joints):
 
 def arm_of_files(description, clock):
     """A RobotArm on model motors, parked in its home pose, its zero known."""
-    real, arms.JointMotor = arms.JointMotor, ModelMotor
-    try:
-        arm = arms.RobotArm(description, clock, zero=_KnownZero(), say=lambda line: None)
-    finally:
-        arms.JointMotor = real
+    motors = ArmMotors(description, clock, GAINS, lambda line: None, ModelMotor)
+    arm = RobotArm(description, clock, zero=_KnownZero(), motors=motors)
     arm.wake()
     for motor, joint in zip(arm.joints, description.joints):
         motor.counted = motor.in_counts(joint.home)
 
     def advance(seconds):
         for motor in arm.joints:
-            motor.advance(seconds, arm._controllers[motor])
+            motor.advance(seconds, motors.controllers[motor])
 
     clock.on_jump = advance
     return arm

@@ -127,7 +127,7 @@ def _touches(arm, k, sign):
 def back_off(arm, k, sign):
     """Leave the stop on the side of `sign` by BACK_OFF."""
     here = arm.joints[k].angle()
-    arm.move_motor(k, JointMove([here], [here - sign * BACK_OFF], [BACK_OFF_SPEED]))
+    arm.move_motor(arm.joints[k], JointMove([here], [here - sign * BACK_OFF], [BACK_OFF_SPEED]))
 
 
 def push(arm, motor, joint, sign, force):
@@ -140,7 +140,7 @@ def push(arm, motor, joint, sign, force):
     last, since = motor.bounds(), clock.now()
     start, begun = last, since
     while True:
-        arm.check_plugged_in()
+        arm.motors.check_plugged_in()
         motor.drive(speed)
         clock.sleep(DEAD_MAN / 10)
         here, now = motor.bounds(), clock.now()

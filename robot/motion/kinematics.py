@@ -184,6 +184,18 @@ def check_pose(arm, q):
         )
 
 
+def check_limits(joints, q):
+    """Refuse (Unreachable) joint angles, rad, past the limits, naming the first one."""
+    for joint, angle in zip(joints, q):
+        if not joint.lower - 1e-9 <= angle <= joint.upper + 1e-9:
+            raise Unreachable(
+                "the {} cannot go to {:.1f} deg: its limits are {:.1f} and {:.1f} deg; "
+                "choose another pose".format(
+                    joint.name, *(math.degrees(a) for a in (angle, joint.lower, joint.upper))
+                )
+            )
+
+
 def turned_into_limits(arm, p, q):
     """Return q (rad), moved by full turns into the limits, to the nearest place that they allow.
 

@@ -10,6 +10,7 @@ time t changes the way from t + LEAD on.
 
 import math
 
+from robot.motion import kinematics
 from robot.motion.backlash import crossed, take_up_time
 from robot.motion.joint_controller import LEAD
 from robot.motion.trajectory import JOINT_ACCELERATION
@@ -228,6 +229,7 @@ class OnlineTrajectory(object):
             _Joint(joint, angle, side, speed * joint.max_speed, acceleration)
             for joint, angle, side in zip(joints, q, sides)
         ]
+        self._described = joints
         self.duration = math.inf
         self._t, self._states = None, None
         self._pressed_at = -math.inf
@@ -266,6 +268,30 @@ class OnlineTrajectory(object):
         self._note_rests()
         if aim is None or last:
             self.duration = max(t, max(self.rests_from))
+
+    def take(self, t, aim, once=False):
+        """Take in at time `t` (s) what whoever steers has answered; STOP if the motion is over.
+
+        Args:
+            aim: as for `steer`; or a Landing: end there; or STOP.  None once the end is known.
+            once: whether to end at the first aim.
+
+        Raises:
+            kinematics.Unreachable: an aim that is not a number.
+        """
+        if aim is STOP:
+            return STOP
+        if self.duration < math.inf:
+            self.press(t)
+            return None
+        last = once or isinstance(aim, Landing)
+        if isinstance(aim, Landing):
+            aim = aim.q
+        angles = aim.q if isinstance(aim, Moving) else aim
+        if angles is not None and not all(math.isfinite(angle) for angle in angles):
+            kinematics.check_limits(self._described, angles)
+        self.steer(t, aim, last)
+        return None
 
     def _at(self, t):
         """Of every joint: as _Joint.at.  In a tick it is asked for the same time twice."""

@@ -1,0 +1,93 @@
+"""The motors of one arm, each with its controller, and the loop that drives them."""
+
+from robot.motion.control_loop import ControlLoop
+from robot.motion.joint_controller import JointController
+from robot.motion.motors import JointMotor
+
+
+class ArmMotors(object):
+    """All motors of one arm.
+
+    Args:
+        description: shared.arm_description.Arm.
+        clock: has `now()` and `sleep(seconds)`.
+        gains: joint_controller.Gains by kind of motor.
+        say: called with what people should know of how fast the brick is.
+        kind: of motor.
+
+    Attributes:
+        joints: JointMotors from the base outwards.
+        pen: JointMotor; None where the arm has none.
+        loop: ControlLoop of them all.
+        controllers: motor -> JointController.
+
+    Raises:
+        MotorNotFound: a motor of the description is not there.
+    """
+
+    def __init__(self, description, clock, gains, say, kind=JointMotor):
+        self.joints = [
+            kind(joint.name, joint.port, joint.motor, joint.gear, joint.direction)
+            for joint in description.joints
+        ]
+        pen = description.pen
+        self.pen = kind("pen", pen.port, pen.motor, 1.0, 1) if pen else None
+        self._all = self.joints + ([self.pen] if pen else [])
+        self.controllers = {
+            motor: JointController(joint.gear, gains[joint.motor])
+            for motor, joint in zip(self.joints, description.joints)
+        }
+        if pen:
+            self.controllers[self.pen] = JointController(1.0, gains[pen.motor])
+        self._checked = 0
+        self.loop = ControlLoop(clock, self.controllers, self._check_next, say)
+
+    def counts(self):
+        """The encoders' readings by port."""
+        return {motor.port: motor.counts() for motor in self._all}
+
+    def zeros(self):
+        """Counts at joint angle zero by port."""
+        return {motor.port: motor.zero for motor in self._all}
+
+    def set_zeros(self, zeros):
+        """Take counts at joint angle zero, by port."""
+        for motor in self._all:
+            motor.zero = zeros[motor.port]
+
+    def speeds(self):
+        """The joints' speeds as observed, rad/s."""
+        return [self.controllers[motor].speed for motor in self.joints]
+
+    def check_plugged_in(self):
+        """Notice a pulled cable, also of a motor that is idle; costs no access.
+
+        Raises:
+            MotorNotFound: naming the motor.
+        """
+        for motor in self._all:
+            motor.check_plugged_in()
+
+    def _check_next(self):
+        """Check one motor after the other."""
+        self._checked = (self._checked + 1) % len(self._all)
+        self._all[self._checked].check_plugged_in()
+
+    def hold(self, motors):
+        """Stop some of these, each holding where it is."""
+        for motor in motors:
+            motor.hold()
+        self.loop.rest(motors)
+
+    def halt(self):
+        """Stop and hold every motor that still answers; the first trouble, or None."""
+        lost = None
+        # All stand before anything is tidied up: an access may be slow.
+        for act in (JointMotor.hold, JointMotor.disengage):
+            for motor in self._all:
+                try:
+                    act(motor)
+                except Exception as error:  # one motor's trouble must not keep the next one running
+                    lost = lost or error
+        self.loop.rest(self._all)
+        return lost

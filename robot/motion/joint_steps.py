@@ -1,0 +1,40 @@
+"""The lab report's move: every joint commanded at once, by its motor's own driver, then settled."""
+
+import math
+
+from robot.motion.control_loop import Stalled
+
+STEP_SPEED, STEP_TICK = math.radians(100), 0.02
+"""The speed of the report's joint steps, rad/s; and how often they are looked at, s."""
+
+SETTLED_FOR, SETTLE_DEADLINE = 0.06, 0.4
+"""A step has settled when it has been within a count for so long; it has so long for that, s."""
+
+
+def go_and_settle(motors, q, q_before, clock, check):
+    """Command all joints to `q`, and wait until each has been within a count of it for 60 ms.
+
+    Args:
+        motors: one JointMotor per joint.
+        q, q_before: joint angles wanted and now, rad.
+        clock: has `now()` and `sleep(seconds)`.
+        check: called once, to raise if some motor is gone.
+
+    Raises:
+        Stalled: a joint does not get there in time; the motors are driven still.
+    """
+    longest = max(abs(a - b) for a, b in zip(q, q_before)) / STEP_SPEED
+    targets = [motor.go(angle, STEP_SPEED) for motor, angle in zip(motors, q)]
+    deadline = clock.now() + longest + SETTLE_DEADLINE
+    settled = None
+    check()
+    while settled is None or clock.now() - settled < SETTLED_FOR:
+        off = [motor.counts() - target for motor, target in zip(motors, targets)]
+        if all(abs(counts) <= 1 for counts in off):
+            settled = clock.now() if settled is None else settled
+        else:
+            settled = None
+            if clock.now() > deadline:
+                worst = max(range(len(off)), key=lambda k: abs(off[k]))
+                raise Stalled(motors[worst], "{:.0f} counts are missing".format(abs(off[worst])))
+        clock.sleep(STEP_TICK)

@@ -1,0 +1,55 @@
+"""The way to where an upright arm rests: slow, and clear of the table.  Pure."""
+
+from robot.motion import kinematics
+
+TABLE_CLEARANCE = 1.0
+"""Elbow and tip go no lower than this above the table on the way, cm; or than where they begin."""
+
+SPEED, STAGES = 0.3, 40
+"""Share of full speed on the way down, and places looked at on each of its moves."""
+
+
+def way_down(arm, q):
+    """Poses to go through to where the arm rests; joints without such a place stay.
+
+    Straight there, or by way of the home pose: whichever keeps off the table.
+
+    Args:
+        arm: shared.arm_description.Arm.
+        q: joint angles now, rad.
+
+    Returns:
+        Tuple of poses, rad.
+
+    Raises:
+        kinematics.Unreachable: neither way is free.
+    """
+    rest, home = (
+        tuple(
+            min(max(a, joint.lower), joint.upper) if joint.rest is None else getattr(joint, where)
+            for a, joint in zip(q, arm.joints)
+        )
+        for where in ("rest", "home")
+    )
+    for way in ((rest,), (home, rest)):
+        if _is_free(arm, (q,) + way):
+            return way
+    raise kinematics.Unreachable(
+        "no way down to where the arm rests keeps off the table: it is held where it is; "
+        "support it before the brick is switched off"
+    )
+
+
+def _is_free(arm, way):
+    """Return True if elbow and tip keep off the table on the straight joint moves of a way."""
+    lowest = min(TABLE_CLEARANCE, _clearance(arm, way[0]))
+    return all(
+        _clearance(arm, [x + (y - x) * k / float(STAGES) for x, y in zip(a, b)]) > lowest - 1e-6
+        for a, b in zip(way, way[1:])
+        for k in range(STAGES + 1)
+    )
+
+
+def _clearance(arm, q):
+    """Height of what is lowest of the arm, the base aside, cm."""
+    return min(p[-1] for p in kinematics.joint_positions(arm, q)[1:])
