@@ -8,6 +8,7 @@ import socket
 from robot.tracker_address import Memory, NotPaired, Tracker, shortened
 from shared import pairing
 from shared.link import FOREIGN, MAX_AGE, Link
+from shared.message_fields import one_line
 from shared.messages import (
     BRICK,
     LAPTOP,
@@ -22,7 +23,6 @@ from shared.messages import (
     Status,
     Stop,
     Welcome,
-    one_line,
 )
 
 CONNECT_LIMIT = 3.0

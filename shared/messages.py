@@ -7,11 +7,11 @@ known are ignored, so that a later version may add some; kinds that are not know
 """
 
 import collections
-import functools
 import json
-import re
 
+from shared import message_fields as fields
 from shared.arm_description import ArmError
+from shared.framing import MAX_LINE
 from shared.record import record
 
 VERSION = 2
@@ -20,13 +20,8 @@ VERSION = 2
 PORT = 7711
 """Where the laptop listens if nothing else is said."""
 
-MAX_LINE = 2048
-"""Bytes of a line, without its newline."""
-
 MAX_MARKERS = 16
 MAX_CAMERAS = 8
-MAX_JOINTS = 8
-MAX_TEXT = 200
 
 STATUS_PERIOD = 0.2
 """Between two Statuses, s, but for one that is final."""
@@ -156,195 +151,72 @@ Bye = record("Bye", "reason")
 Bye.__doc__ = """The last line before the sender closes the connection, and why."""
 
 
-# Checks: each takes a value, on the way out as on the way in, and returns it clean.
-
-
-class _Wrong(Exception):
-    """A value is not what this says."""
-
-
-def _integer(lowest, highest):
-    allowed = "a whole number from {} to {}".format(lowest, highest)
-
-    def check(value):
-        if type(value) is not int:
-            from numbers import Integral  # not above: only the laptop has others than int
-
-            if isinstance(value, bool) or not isinstance(value, Integral):
-                raise _Wrong(allowed)
-        if not lowest <= value <= highest:
-            raise _Wrong(allowed)
-        return int(value)
-
-    return check
-
-
-def _number(lowest, highest, unit, decimals):
-    allowed = "a number from {:g} to {:g} {}".format(lowest, highest, unit).rstrip()
-
-    def check(value):
-        if type(value) is not float:
-            from numbers import Real
-
-            if isinstance(value, bool) or not isinstance(value, Real):
-                raise _Wrong(allowed)
-            try:
-                value = float(value)
-            except OverflowError:
-                raise _Wrong(allowed) from None
-        if not lowest <= value <= highest:  # NaN is not
-            raise _Wrong(allowed)
-        return round(value, decimals)
-
-    return check
-
-
-@functools.lru_cache(maxsize=None)
-def _compiled(pattern):
-    """The pattern, compiled where it is first needed: it takes the brick a while."""
-    return re.compile(pattern)
-
-
-def _matching(pattern, allowed):
-    def check(value):
-        if not isinstance(value, str) or not _compiled(pattern).match(value):
-            raise _Wrong(allowed)
-        return value
-
-    return check
-
-
-def one_line(text):
-    """A text that may be anything, as one that a message takes: printable, and cut to MAX_TEXT."""
-    text = "".join(letter if letter.isprintable() else " " for letter in text)
-    return text if len(text) <= MAX_TEXT else text[: MAX_TEXT - 3] + "..."
-
-
-def _text(value):
-    # Printable: no line ends, no lone surrogates, nothing that would steer a terminal.
-    if not isinstance(value, str) or len(value) > MAX_TEXT or not value.isprintable():
-        raise _Wrong("at most {} printable characters".format(MAX_TEXT))
-    return value
-
-
-def _flag(value):
-    if not isinstance(value, bool):
-        raise _Wrong("true or false")
-    return value
-
-
-def _or_none(check):
-    return lambda value: None if value is None else check(value)
-
-
-_nonce = _matching(r"[0-9a-f]{32}\Z", "32 hex digits")
-_proof = _matching(r"[0-9a-f]{64}\Z", "64 hex digits")
-_name = _matching(r"[A-Za-z0-9_-]{1,32}\Z", "1 to 32 of A-Z a-z 0-9 _ -")
-_camera = _matching(r"[A-Za-z0-9_-]{1,16}\Z", "1 to 16 of A-Z a-z 0-9 _ -")
-_row = _matching(r"[A-Za-z0-9_-]{1,16}\.[uv]\Z", "a camera's name and .u or .v")
-_word = _matching(r"[a-z-]{1,16}\Z", "1 to 16 of a-z -")
-_verdict = _matching(r"[a-z ]{0,32}\Z", "at most 32 of a-z and spaces")
-_count = _integer(0, 2**53)
-_time = _number(0, 1e9, "s", 6)
-_pixel = _number(-1e5, 1e5, "px", 3)
-_confidence = _number(0, 1, "", 3)
-_angle = _number(-1000, 1000, "rad", 6)
-_error = _number(0, 1e6, "px", 3)
-_component = _number(-1e6, 1e6, "px", 3)
-_condition = _number(0, 1e12, "", 3)
-_volts = _number(0, 100, "V", 2)
-
-
-def prepare():
-    """Compile what observations are checked by: later that would make the first of them late."""
-    _camera("A")
-    _name("A")
-
-
-def _angles(value):
-    if not isinstance(value, (list, tuple)) or len(value) > MAX_JOINTS:
-        raise _Wrong("a list of at most {} angles, rad".format(MAX_JOINTS))
-    return tuple(_angle(angle) for angle in value)
-
-
-def _table(most, what, key, check):
-    def check_all(value):
-        if not isinstance(value, dict) or len(value) > most:
-            raise _Wrong("a table of at most {} {}".format(most, what))
-        return {key(name): check(item) for name, item in value.items()}
-
-    return check_all
-
-
-def _pixels(value):
-    if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise _Wrong("u and v for each camera")
-    return _pixel(value[0]), _pixel(value[1])
-
-
-def _sighting(value):
-    if value is None:
-        return None
-    if not isinstance(value, (list, tuple)) or len(value) != 3:
-        raise _Wrong("u, v and confidence, or null, for each marker")
-    return _pixel(value[0]), _pixel(value[1]), _confidence(value[2])
-
-
 # Each kind's class and fields, in the order of the line: (key, check). An observation's camera
 # comes first, so that a reader in a hurry can tell the lines apart without parsing them.
 _KINDS = {
-    "hello": (Hello, (("version", _integer(0, 10**6)), ("role", _word), ("nonce", _nonce))),
-    "challenge": (Challenge, (("nonce", _nonce),)),
-    "proof": (Proof, (("proof", _proof),)),
-    "welcome": (Welcome, (("proof", _proof),)),
+    "hello": (
+        Hello,
+        (
+            ("version", fields.whole_number(0, 10**6)),
+            ("role", fields.WORD),
+            ("nonce", fields.NONCE),
+        ),
+    ),
+    "challenge": (Challenge, (("nonce", fields.NONCE),)),
+    "proof": (Proof, (("proof", fields.PROOF),)),
+    "welcome": (Welcome, (("proof", fields.PROOF),)),
     "refused": (
         Refused,
-        (("cause", _word), ("reason", _text), ("wait", _number(0, 3600, "s", 3))),
+        (("cause", fields.WORD), ("reason", fields.text), ("wait", fields.number(0, 3600, "s", 3))),
     ),
-    "ping": (Ping, (("id", _count),)),
-    "pong": (Pong, (("id", _count), ("received", _time), ("sent", _time))),
+    "ping": (Ping, (("id", fields.COUNT),)),
+    "pong": (Pong, (("id", fields.COUNT), ("received", fields.TIME), ("sent", fields.TIME))),
     "observation": (
         Observation,
         (
-            ("camera", _camera),
-            ("seq", _count),
-            ("t", _time),
-            ("markers", _table(MAX_MARKERS, "markers", _name, _sighting)),
+            ("camera", fields.CAMERA_NAME),
+            ("seq", fields.COUNT),
+            ("t", fields.TIME),
+            ("markers", fields.table(MAX_MARKERS, "markers", fields.MARKER_NAME, fields.sighting)),
         ),
     ),
     "status": (
         Status,
         (
-            ("t", _time),
-            ("q", _angles),
-            ("error", _or_none(_error)),
-            ("verdict", _verdict),
-            ("reason", _text),
-            ("e", _table(2 * MAX_CAMERAS, "rows", _row, _component)),
-            ("condition", _or_none(_condition)),
-            ("moves", _count),
-            ("run", _count),
-            ("battery", _or_none(_volts)),
+            ("t", fields.TIME),
+            ("q", fields.angles),
+            ("error", fields.or_none(fields.ERROR)),
+            ("verdict", fields.VERDICT),
+            ("reason", fields.text),
+            ("e", fields.table(2 * MAX_CAMERAS, "rows", fields.ROW_NAME, fields.COMPONENT)),
+            ("condition", fields.or_none(fields.CONDITION)),
+            ("moves", fields.COUNT),
+            ("run", fields.COUNT),
+            ("battery", fields.or_none(fields.VOLTS)),
         ),
     ),
     "start": (
         Start,
         (
-            ("method", _word),
-            ("mode", _word),
-            ("rows", _word),
-            ("tolerance", _number(*TOLERANCE, decimals=3)),
-            ("budget", _number(*BUDGET, decimals=3)),
-            ("follow", _flag),
-            ("goals", _table(MAX_CAMERAS, "goals", _camera, _pixels)),
+            ("method", fields.WORD),
+            ("mode", fields.WORD),
+            ("rows", fields.WORD),
+            ("tolerance", fields.number(*TOLERANCE, decimals=3)),
+            ("budget", fields.number(*BUDGET, decimals=3)),
+            ("follow", fields.flag),
+            ("goals", fields.table(MAX_CAMERAS, "goals", fields.CAMERA_NAME, fields.pixels)),
         ),
     ),
-    "stop": (Stop, (("reason", _text),)),
-    "bye": (Bye, (("reason", _text),)),
+    "stop": (Stop, (("reason", fields.text),)),
+    "bye": (Bye, (("reason", fields.text),)),
 }
 _LATER = {("status", "battery")}
 """What may be missing in a line: earlier senders of this version do not know it."""
 _KIND_OF = {kind_class: kind for kind, (kind_class, _) in _KINDS.items()}
+
+
+OBSERVATION_BEGINS, _SEQ = b'{"kind":"observation","camera":"', b'","seq":'
+"""How `encode` begins a line, and goes on after the camera's name: recognised without parsing."""
 
 
 def _refuse_constant(name):
@@ -373,11 +245,11 @@ def encode(message):
     return data + b"\n"
 
 
-def decode(line, usual=()):
+def decode(line, known_names=()):
     """The message in a line of bytes, with or without its newline.
 
     Args:
-        usual: names of cameras and markers that have been found right before.
+        known_names: names of cameras and markers that have been found right before.
 
     Raises:
         BadMessage: saying in one line what is wrong and what is allowed; nothing else is raised,
@@ -393,7 +265,7 @@ def decode(line, usual=()):
         raise BadMessage("{} is not JSON in UTF-8".format(_shown(bytes(line)))) from None
     kind = values.get("kind") if isinstance(values, dict) else None
     if kind == "observation":
-        seen = _plain_observation(values, usual)
+        seen = _plain_observation(values, known_names)
         if seen is not None:
             return seen
     if not isinstance(kind, str) or kind not in _KINDS:
@@ -405,16 +277,23 @@ def decode(line, usual=()):
     if kind == "hello" and values.get("version") != VERSION:
         # To be refused by its version, whatever else another version says.
         values.update(role=BRICK, nonce="0" * 32)
-    fields = {}
+    arguments = {}
     for key, check in _KINDS[kind][1]:
         if key in values:
-            fields[key] = _checked(kind, key, check, values[key])
+            arguments[key] = _checked(kind, key, check, values[key])
         elif (kind, key) not in _LATER:
             raise BadMessage("{}: {} is missing".format(kind, key))
-    return _KINDS[kind][0](**fields)
+    return _KINDS[kind][0](**arguments)
 
 
-def _plain_observation(values, usual):
+def seq_of(line):
+    """The number of an observation's line, read without parsing it; -1 if it has none."""
+    begin = line.find(_SEQ, len(OBSERVATION_BEGINS)) + len(_SEQ)
+    number = line[begin : line.find(b",", begin)]
+    return int(number) if number.isdigit() and len(number) <= 16 else -1
+
+
+def _plain_observation(values, known_names):
     """The Observation that `values` are if nothing about them is unusual; else None.
 
     The checks of _KINDS would come to the same, but they take the brick twice as long, which hears
@@ -424,7 +303,7 @@ def _plain_observation(values, usual):
     seen = values.get("markers")
     if type(seq) is not int or type(t) is not float or type(camera) is not str:
         return None
-    if camera not in usual or len(camera) > 16:
+    if camera not in known_names or len(camera) > 16:
         return None
     if not (0 <= seq <= 2**53 and 0.0 <= t <= 1e9 and type(seen) is dict):
         return None
@@ -432,7 +311,7 @@ def _plain_observation(values, usual):
         return None
     markers = {}
     for name, sighting in seen.items():
-        if name not in usual:
+        if name not in known_names:
             return None
         if sighting is not None:
             if type(sighting) is not list or len(sighting) != 3:
@@ -450,7 +329,7 @@ def _plain_observation(values, usual):
 def _checked(kind, key, check, value):
     try:
         return check(value)
-    except _Wrong as allowed:
+    except fields.WrongValue as allowed:
         raise BadMessage(
             "{}: {} is {}; it must be {}".format(kind, key, _shown(value), allowed)
         ) from None
@@ -462,33 +341,3 @@ def _shown(value):
         return "a {} of {}".format(type(value).__name__, len(value))
     text = ascii(value)
     return text if len(text) <= 40 else text[:37] + "..."
-
-
-class LineBuffer(object):
-    """Cuts a stream of bytes into lines, and never holds more than one unfinished line.
-
-    Attributes:
-        overlong: lines that were longer than MAX_LINE, left out.
-    """
-
-    def __init__(self):
-        self.overlong = 0
-        self._rest = b""
-        self._skipping = False
-
-    def feed(self, data):
-        """The lines that `data` completes, without their newlines: a list of bytes."""
-        lines = (self._rest + data).split(b"\n")
-        self._rest = lines.pop()
-        if self._skipping and lines:
-            del lines[0]  # the end of a line that was counted already
-            self._skipping = False
-        if self._skipping:
-            self._rest = b""
-        elif len(self._rest) > MAX_LINE:
-            self.overlong += 1
-            self._rest = b""
-            self._skipping = True
-        whole = [line for line in lines if len(line) <= MAX_LINE]
-        self.overlong += len(lines) - len(whole)
-        return whole

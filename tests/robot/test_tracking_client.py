@@ -21,10 +21,10 @@ from robot.tracking_client import Memory, Tracker, TrackingClient, find_tracker,
 from shared import pairing
 from shared.arm_description import ArmError
 from shared.link import SILENCE, Link
+from shared.message_fields import MAX_TEXT
 from shared.messages import (
     BRICK,
     LAPTOP,
-    MAX_TEXT,
     PORT,
     Bye,
     Challenge,
@@ -108,7 +108,7 @@ class FakeTracker:
 
     def vanish(self):
         """Close without a word."""
-        self.link._hang_up()
+        self.link.abort()
         self.link = None
 
     def close(self):
@@ -515,7 +515,7 @@ def test_observations_from_before_the_proof_are_not_handed_over(make):
     for _ in range(50):
         seen += client.look(0.002).values()
         tracker.step()
-        if tracker.link is not None and tracker.link._proven:
+        if tracker.link is not None and tracker.link.proven:
             tracker.link.send(Observation(1, "A", tracker.now(), {}))
     assert client.refused
     assert seen == []
@@ -702,7 +702,7 @@ def serve(process, tracker, lines):
     seq = 0
     while len(printed) < lines and process.poll() is None:
         tracker.step()
-        if tracker.link is not None and tracker.link._proven:
+        if tracker.link is not None and tracker.link.proven:
             seq += 1
             markers = {"effector": (320.5, 240.25, 0.98), "goal": None}
             tracker.link.send(Observation(seq, "A", tracker.now() - 0.04, markers))

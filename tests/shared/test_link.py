@@ -18,18 +18,15 @@ from shared import link as link_module
 from shared import messages
 from shared.arm_description import find_arm, read_arm
 from shared.link import (
-    DRIFT,
     MAX_AGE,
     MAX_BAD_LINES,
-    MAX_CAMERAS,
     MAX_QUEUE,
-    SAMPLES,
     SILENCE,
     Link,
-    PeerClock,
 )
 from shared.messages import (
     BRICK,
+    MAX_CAMERAS,
     MAX_LINE,
     VERSION,
     BadMessage,
@@ -46,6 +43,7 @@ from shared.messages import (
     decode,
     encode,
 )
+from shared.peer_clock import DRIFT, SAMPLES, SLOW_PING, PeerClock
 
 AHEAD = 5000.0
 """By which the laptop's clock is ahead of the brick's, s."""
@@ -363,8 +361,8 @@ def test_a_line_without_end_takes_no_memory_and_ends_by_silence(raw):
         clock.t += 0.1
         if not link.closed:
             say(other, link, b"x" * 8000)
-            assert len(link._buffer._rest) <= MAX_LINE
-            assert not link._lines
+            assert link.held["unfinished bytes"] <= MAX_LINE
+            assert link.held["lines"] == 0
     assert link.counters["bad"] == 1
     assert "nothing heard" in link.reason
 
@@ -375,7 +373,7 @@ def test_more_cameras_than_there_may_be_are_refused(raw):
     for number in range(MAX_CAMERAS + 5):
         say(other, link, Observation(1, f"c{number}", AHEAD + clock.t, {}))
     assert sorted(link.newest()) == [f"c{number}" for number in range(MAX_CAMERAS)]
-    assert len(link._latest) == MAX_CAMERAS
+    assert link.held["cameras"] == MAX_CAMERAS
     assert link.counters["bad"] == 5
 
 
@@ -433,7 +431,7 @@ def test_pings_are_fast_at_first_and_slow_later(raw):
             clock.t += 0.01
             say(other, link, Start())
             link.receive()
-            assert len(link._in_flight) <= SAMPLES  # nobody answers
+            assert link.held["pings"] <= SAMPLES  # nobody answers
             count += other.recv(65536).count(b"ping") if select.select([other], [], [], 0)[0] else 0
         counts.append(count)
     assert 28 <= counts[0] <= 32  # 20 in 5 s, 10 in 5 s
@@ -510,9 +508,8 @@ def test_a_receiver_that_never_reads_costs_no_memory_and_is_cut_off(wire):
             break
     else:
         pytest.fail("it never fills")
-    assert len(wire.laptop._mailbox) == 2
-    assert len(wire.laptop._unsent) <= MAX_LINE + 1
-    assert not wire.laptop._queue
+    # One of each camera, and the rest of one that has begun to go out.
+    assert wire.laptop.held["unsent bytes"] <= 3 * len(encode(wire.observation()))
     for _ in range(21):
         wire.laptop_clock.t += 0.1
         wire.laptop.poll()
@@ -533,11 +530,12 @@ def test_one_that_talks_but_never_reads_is_cut_off_too(wire):
 def test_pings_of_one_that_does_not_read_are_not_answered(wire):
     """Late, an answer is worth nothing, and many would fill the queue for orders."""
     fill(wire)
+    unsent = wire.laptop.held["unsent bytes"]
     for number in range(3 * MAX_QUEUE):
         wire.brick._sock.send(encode(Ping(1000 + number)))
     select.select([wire.laptop], [], [], PATIENCE)
     wire.laptop.poll()
-    assert not wire.laptop._queue
+    assert wire.laptop.held["unsent bytes"] == unsent
     assert not wire.laptop.closed
 
 
@@ -752,8 +750,8 @@ def test_a_stranger_that_floods_is_not_read_ahead():
         except BlockingIOError:
             break
         link.poll()
-    assert sum(len(line) for line, _ in link._lines) + len(link._buffer._rest) <= 2 * MAX_LINE
-    assert len(link._inbox) == 1
+    assert link.held["line bytes"] + link.held["unfinished bytes"] <= 2 * MAX_LINE
+    assert link.held["messages"] == 1
     link.close()
     other.close()
 
@@ -807,14 +805,13 @@ def test_the_answer_to_a_ping_is_waited_for():
 def test_an_answer_is_waited_for_longer_while_nothing_can_be_dated():
     sock, other = socket.socketpair()
     clock = FakeClock(100.0)
-    link = Link(sock, clock.now, patience=0.005)
     waits = []
 
-    def wait(seconds):
+    def wait(reading, writing, broken, seconds):
         waits.append(seconds)
         clock.t += seconds
 
-    link._wait = wait
+    link = Link(sock, clock.now, patience=0.005, select=wait)
     link.poll()
     assert waits[:1] == pytest.approx([0.05])
     waits.clear()
@@ -877,5 +874,5 @@ def test_on_the_emulated_brick_it_waits_in_the_bricks_time(tmp_path, capsys):
 
 
 def test_the_numbers_of_the_module_fit_together():
-    assert 2 * link_module.SLOW_PING < SILENCE
+    assert 2 * SLOW_PING < SILENCE
     assert link_module.READ_SIZE > MAX_LINE

@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from shared.link import COUNTERS, MAX_AGE, MAX_CAMERAS, MAX_QUEUE, Link
+from shared.framing import MAX_QUEUE
+from shared.link import COUNTERS, MAX_AGE, Link
 from shared.messages import (
     BRICK,
+    MAX_CAMERAS,
     MAX_LINE,
     VERSION,
     BadMessage,
@@ -161,12 +163,12 @@ def fuzzed_link(proven, batches):
             received += message is not None
             for seen in link.newest().values():
                 check(seen, clock.t)
-        assert len(link._lines) <= len(batch)
-        assert len(link._buffer._rest) <= MAX_LINE
-        assert len(link._inbox) <= MAX_QUEUE
-        assert len(link._latest) <= MAX_CAMERAS
-        assert len(link._in_flight) <= 16
-        assert len(link._queue) <= MAX_QUEUE
+        assert link.held["lines"] <= len(batch)
+        assert link.held["unfinished bytes"] <= MAX_LINE
+        assert link.held["messages"] <= MAX_QUEUE
+        assert link.held["cameras"] <= MAX_CAMERAS
+        assert link.held["pings"] <= 16
+        assert link.held["unsent bytes"] <= (MAX_QUEUE + MAX_CAMERAS + 1) * MAX_LINE
         assert set(link.counters) == set(COUNTERS)
         try:
             while other.recv(65536):

@@ -5,19 +5,18 @@ import json
 import pytest
 
 from shared.arm_description import ArmError
+from shared.framing import LineBuffer
+from shared.message_fields import MAX_JOINTS, MAX_TEXT, one_line
 from shared.messages import (
     BRICK,
     MAX_CAMERAS,
-    MAX_JOINTS,
     MAX_LINE,
     MAX_MARKERS,
-    MAX_TEXT,
     VERSION,
     BadMessage,
     Bye,
     Challenge,
     Hello,
-    LineBuffer,
     Observation,
     Ping,
     Pong,
@@ -29,7 +28,6 @@ from shared.messages import (
     Welcome,
     decode,
     encode,
-    one_line,
 )
 
 SEEN = Observation(7, "A", 12.5, {"effector": (320.125, 240.5, 0.98), "goal": None})

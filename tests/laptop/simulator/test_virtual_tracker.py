@@ -20,7 +20,8 @@ from laptop.tracking.server import TrackingServer
 from robot import tracking_client
 from robot.tracking import FIRST_PAUSE, LONGEST_PAUSE
 from shared.arm_description import find_arm, read_arm
-from shared.link import FAST_PING, SILENCE
+from shared.link import SILENCE
+from shared.peer_clock import FAST_PING
 
 ARM = read_arm(find_arm("planar"))
 WATCHER = """

@@ -268,7 +268,7 @@ def test_a_brick_that_never_reads_costs_no_memory_and_is_cut_off(server, call, c
         clock.t += 0.02
         for _ in range(50):
             observe(server, clock, next(numbers))
-        waiting = len(link._unsent) + sum(map(len, [*link._mailbox.values(), *link._queue]))
+        waiting = link.held["unsent bytes"]
         assert waiting < 4096
         if server.state().client is not None:
             caller.sock.send(encode(Status(1.0, (), None, "")))  # it talks on
@@ -300,7 +300,7 @@ def test_a_restart_of_the_brick_is_survived(server, brick, clock):
     first = linked(brick())
     observe(server, clock, 1)
     received(first)
-    first._link._hang_up()  # killed
+    first._link.abort()  # killed
     second = linked(brick())
     observe(server, clock, 2)
     assert received(second)["A"].seq == 2

@@ -1,0 +1,69 @@
+"""Of each camera the newest observation, told in our own time.  Pure."""
+
+from shared.messages import MAX_CAMERAS, BadMessage, Observation
+
+FUTURE = 0.01
+"""How far from the future an observation may seem to come, beyond what the clocks explain, s."""
+
+MAX_NAMES = 64
+"""Names of cameras and markers that are kept in mind."""
+
+
+class NewestObservations(object):
+    """What a link has to hand over.
+
+    Args:
+        pings: peer_clock.Pings, by which times are told.
+        counters: dict by link.COUNTERS, of which those of observations are raised here.
+
+    Attributes:
+        names: of cameras and markers that have been found right; a set.
+    """
+
+    def __init__(self, pings, counters):
+        self._pings, self._counters = pings, counters
+        self._latest = {}  # camera: (seq, t on their clock) of the newest observation accepted
+        self._slots = {}  # camera: the observation to hand over
+        self.names = set()
+
+    def __len__(self):
+        return len(self._latest)
+
+    def forget_times(self):
+        """Forget what was dated by a clock that is no more."""
+        self._slots.clear()
+        self._latest = {camera: (seq, 0.0) for camera, (seq, _) in self._latest.items()}
+
+    def hand_over(self, oldest):
+        """{camera: Observation} of those since the time `oldest` (s), each once."""
+        fresh = {camera: seen for camera, seen in self._slots.items() if seen.t >= oldest}
+        self._counters["stale"] += len(self._slots) - len(fresh)
+        self._slots.clear()
+        return fresh
+
+    def take(self, seen, t):
+        """Put an observation that came in at t into its slot, if it is newer and can be dated."""
+        seq, last = self._latest.get(seen.camera, (-1, -1.0))
+        if seq < 0 and len(self._latest) == MAX_CAMERAS:
+            raise BadMessage("more than {} cameras".format(MAX_CAMERAS))
+        for name in [seen.camera] + list(seen.markers) if seq < 0 else seen.markers:
+            if name not in self.names and len(self.names) < MAX_NAMES:
+                self.names.add(name)
+        if seen.seq <= seq:
+            self._counters["out_of_sequence"] += 1
+            return False
+        if not self._pings.can_date(t):
+            self._counters["undated"] += 1
+            return False
+        age = t - (seen.t - self._pings.clock.offset)
+        if seen.t < last:
+            self._counters["out_of_sequence"] += 1
+            self._pings.doubt(t)
+        elif age < -FUTURE and age < -FUTURE - self._pings.clock.uncertainty(t):
+            self._counters["future"] += 1
+            self._pings.doubt(t)
+        else:
+            self._latest[seen.camera] = seen.seq, seen.t
+            self._slots[seen.camera] = Observation(seen.seq, seen.camera, t - age, seen.markers)
+            return True
+        return False

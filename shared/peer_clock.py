@@ -1,0 +1,145 @@
+"""The other side's clock, seen from ours by pings and pongs.  Pure."""
+
+import collections
+
+from shared.record import record
+
+FIRST_PINGS = 20
+FAST_PING = 0.25
+SLOW_PING = 0.5
+"""Pings come every FAST_PING s at first, then every SLOW_PING s."""
+
+MAX_UNCERTAINTY = 0.1
+"""While the clock offset is known no better, observations have no date, s."""
+
+SAMPLES = 16
+"""Pongs among which the clock offset is chosen."""
+
+DRIFT = 100e-6
+"""By which two clocks may run apart, s per s: two bad crystals."""
+
+TICK = 1e-5
+"""What rounding may do to an interval between time stamps, s."""
+
+_Sample = record("_Sample", "t lowest highest")
+
+
+class PeerClock(object):
+    """The other side's clock, seen from ours: theirs = ours + offset.
+
+    Each ping and its pong bound the offset from both sides: the pong was sent before it came in,
+    the ping came in after it was sent. The tightest of the last SAMPLES is believed (Cristian 1989,
+    as in NTP), and it is the middle of the bounds. Bounds that exclude each other prove that a
+    clock has jumped: what was learned before is then forgotten.
+
+    Attributes:
+        jumps: how often a clock has jumped.
+    """
+
+    def __init__(self):
+        self.jumps = 0
+        self._samples = collections.deque(maxlen=SAMPLES)
+        self._best = None
+
+    def add(self, ping_sent, ping_received, pong_sent, pong_received):
+        """Learn from one ping and its pong; the first and last time are ours, the others theirs.
+
+        Returns:
+            bool: whether these times can be true.
+        """
+        new = _Sample(pong_received, pong_sent - pong_received, ping_received - ping_sent)
+        if pong_sent < ping_received or new.highest < new.lowest - TICK:
+            return False
+        for old in self._samples:
+            play = DRIFT * abs(new.t - old.t) + TICK
+            if new.lowest > old.highest + play or new.highest < old.lowest - play:
+                self.jumps += 1
+                self._samples.clear()
+                break
+        self._samples.append(new)
+        # All grow less certain at the same rate, so the best now stays the best.
+        self._best = min(
+            self._samples, key=lambda s: (s.highest - s.lowest) / 2 + DRIFT * (new.t - s.t)
+        )
+        return True
+
+    @property
+    def is_known(self):
+        """Whether anything is known."""
+        return self._best is not None
+
+    @property
+    def offset(self):
+        """Their clock minus ours, s."""
+        return (self._best.lowest + self._best.highest) / 2
+
+    @property
+    def round_trip(self):
+        """Of the ping that is believed, s; None while there is none."""
+        return max(0.0, self._best.highest - self._best.lowest) if self._best else None
+
+    def uncertainty(self, now):
+        """By how much the offset may be wrong, s."""
+        return self.round_trip / 2 + DRIFT * abs(now - self._best.t)
+
+
+class Pings(object):
+    """The pings of one link, by which the other side's clock is known.
+
+    Args:
+        t: time at which the first is due, s.
+
+    Attributes:
+        clock: PeerClock.
+        next_at: when the next ping is due, s.
+    """
+
+    def __init__(self, t):
+        self.clock = PeerClock()
+        self.next_at = t
+        self._sent = 0
+        self._in_flight = collections.OrderedDict()  # number of a ping: when it was sent
+        self._doubted_at = None  # pings sent when a clock came under suspicion
+
+    def __len__(self):
+        return len(self._in_flight)
+
+    def begin(self, t):
+        """Note that a ping goes out at `t` (s); its number."""
+        self._sent += 1
+        self.next_at = t + (FAST_PING if self._sent <= FIRST_PINGS else SLOW_PING)
+        self._in_flight[self._sent] = t
+        if len(self._in_flight) > SAMPLES:
+            self._in_flight.popitem(last=False)
+        return self._sent
+
+    def awaits(self, number):
+        """Whether a ping is not answered yet."""
+        return number in self._in_flight
+
+    def take(self, pong, t):
+        """Learn from a Pong that came in at `t` (s); whether it can be true."""
+        sent = self._in_flight.pop(pong.id, None)
+        if sent is None or not self.clock.add(sent, pong.received, pong.sent, t):
+            return False
+        if self._doubted_at is not None and pong.id > self._doubted_at:
+            self._doubted_at = None
+        return True
+
+    def can_date(self, t):
+        """Whether at `t` (s) the other side's times can be told in ours."""
+        return (
+            self._doubted_at is None
+            and self.clock.is_known
+            and self.clock.uncertainty(t) <= MAX_UNCERTAINTY
+        )
+
+    def doubt(self, t):
+        """A time that cannot be: has a clock jumped? Nothing is dated until a new ping has told."""
+        self._doubted_at = self._sent
+        self.next_at = min(self.next_at, t + FAST_PING / 2)
+
+    def restart(self, t):
+        """Our own clock has jumped back, to `t` (s): what is on its way tells nothing."""
+        self.next_at = t
+        self._in_flight.clear()
