@@ -11,12 +11,12 @@ from robot.clock import Clock
 from robot.command_line import BadArgument, Parser, number_in
 from robot.servoing.rows import Rows
 from robot.servoing.runs import Runs, say
-from robot.servoing.servo import CONVERGED
 from robot.servoing.telling import in_words
 from robot.tracker_address import find_tracker
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.messages import BUDGET, TOLERANCE, Start
 from shared.orders import METHODS, MODES, ROWS, BadOrders, check
+from shared.verdicts import CONVERGED
 
 CAMERA = "A"
 """A goal that is given as a pixel, and no more, is one of this camera."""

@@ -114,13 +114,6 @@ class Status(record("Status", "t q error verdict reason e condition moves run ba
         )
 
 
-READY = "ready"
-"""The verdict of a brick that waits for its first Start."""
-
-REFUSED = "refused"
-"""The verdict on a Start whose orders make no sense."""
-
-
 class Start(record("Start", "method mode rows tolerance budget follow goals")):
     """The laptop asks the brick for a run, and orders how it is to be done.
 

@@ -15,7 +15,8 @@ import cv2
 import numpy as np
 
 from laptop.vision.view import View
-from shared.messages import EFFECTOR, GOAL, LEAST_CONFIDENCE, READY, Start, Status
+from shared.messages import EFFECTOR, GOAL, LEAST_CONFIDENCE, Start, Status
+from shared.verdicts import READY
 
 KEPT = 10
 """So many records are kept."""

@@ -74,8 +74,6 @@ class RobotArm(object):
         self._standing = True
         self._homed = False
 
-    # Where it is
-
     @property
     def homed(self):
         """Whether its zero is known; a stall puts it in doubt."""

@@ -3,6 +3,7 @@
 Pure.
 """
 
+from robot.servoing.image_model import stacked
 from robot.servoing.measurement import LEAST_SIGMA
 
 
@@ -79,3 +80,19 @@ class CameraSelection(object):
     def together(self, by_camera):
         """Of {camera: its u and v}: all that counts, by its weight, in turn."""
         return [weight * x for pair, rows, weight in self.parts(by_camera) for x in pair[rows]]
+
+    def moving(self, sights, t):
+        """(image model, goal at time t, its velocity), of all that counts.
+
+        Args:
+            sights: {camera: Stream's sight}.
+        """
+        images = {c: sight.shape.moved(sight.offset) for c, sight in sights.items()}
+        goal = {
+            c: [x + v * (t - sight.t) for x, v in zip(sight.goal, sight.speed)]
+            for c, sight in sights.items()
+        }
+        speed = {c: sight.speed for c, sight in sights.items()}
+        return (
+            stacked(self.parts(images)), self.together(goal), self.together(speed)
+        )  # fmt: skip

@@ -10,29 +10,23 @@ arm, which has stopped before anybody hears of it.
 """
 
 import math
-from collections import deque
 
 from robot.motion.online_trajectory import STOP
-from robot.servoing.linear_algebra import apart, condition, length
+from robot.servoing.linear_algebra import apart, length
 from robot.servoing.measurement import error_of
-from robot.servoing.servo import CONVERGED
+from robot.servoing.motion_learning import LearningInMotion
 from robot.servoing.sightings import LOST, Sightings
-from robot.servoing.telling import Teller, Verdict
+from robot.servoing.telling import Teller, Verdict, word_for
 from shared.arm_description import ArmError
 from shared.messages import STATUS_PERIOD, Stop
 from shared.record import record
+from shared.verdicts import BUDGET_SPENT, CONVERGED, LINK_LOST, MARKER_LOST, STOPPED
 
 MARKER_PATIENCE, LINK_PATIENCE = 10.0, 20.0
 """The run is given up when marker or link have not come back for so long, s."""
 
-LEARNING_STEP = math.radians(0.5)
-"""Frames in motion are learned from if a joint has moved by so much in between, rad."""
-
 MOST_KEPT = 200
 """Frames of a chase that are kept: some may have been seen at rest."""
-
-MOST_UNLEARNED, MOST_LATE = 60, 3
-"""Frames that wait to be learned from: until it stands, and in a chase, which goes by them."""
 
 STOOD = math.radians(0.2)
 """Within this of where they stand in the end, joints stood already, rad."""
@@ -55,12 +49,6 @@ QUIET, SOONEST, LATEST = 4, 0.03, LOST / 2
 later, s: most of the time is for aiming and learning.  Where nothing was seen it is looked again
 soon."""
 
-FITS = 0.5
-"""A slice of these is begun if so much of the one before would fit into what is left of a tick."""
-
-MOST_SKIPPED = 3
-"""After so many ticks in which nothing of it would fit, it is done all the same."""
-
 LANDS = 1.5
 """A motion may end so many counts off: it is then looked from where it is."""
 
@@ -71,9 +59,7 @@ FEWER = 0.5
 """The share of its speed at which it goes on when a camera has lost sight of the marker."""
 
 Halt = record("Halt", "word reason")
-Halt.__doc__ = (
-    """Why a motion is over: a verdict's word and its reason; HOLD: too little is seen."""
-)
+Halt.__doc__ = "Why a motion is over: a verdict's word and its reason; HOLD: too little is seen."
 
 HOLD = Halt("", "")
 
@@ -115,11 +101,7 @@ class VisualServoing(object):
         self._chased, self._chase_began = [], None
         self._chasing_now = False
         self._pause = SOONEST  # between two times of listening, s
-        self._unlearned = deque(maxlen=MOST_UNLEARNED)  # frames of a motion
-        self._kept_at = {}  # camera: where the joints were in the last of these
-        self._learned_at = {}  # camera: when the last was taken that was learned from in a chase, s
-        self._work = iter(())
-        self._slice, self._skipped = 0.0, 0  # how long the last slice took, s
+        self._learning = LearningInMotion(servo, stream, clock)
         self._reported_at = -math.inf
         self._enough = {}  # cameras: whether what they see determines where the joints go
         self._moves = self._measurements = self._frames = self._heard = 0
@@ -138,9 +120,9 @@ class VisualServoing(object):
         try:
             end = self._serve()
         except ArmError as error:
-            end = Halt(_word_for(error), str(error))
+            end = Halt(word_for(error), str(error))
         except BaseException as error:
-            self._conclude(Halt("stopped", str(error)))
+            self._conclude(Halt(STOPPED, str(error)))
             raise
         return self._conclude(end)
 
@@ -170,16 +152,17 @@ class VisualServoing(object):
                     continue
                 return Halt(decision.verdict, decision.reason)
             if self._moves == self._most_moves:
-                return Halt("budget spent", "{} moves".format(self._moves))
+                return Halt(BUDGET_SPENT, "{} moves".format(self._moves))
             if self._clock.now() - self._heard_at > LATEST:  # much has piled up meanwhile
                 _, end = self._receive(0.0)
                 if end:
                     return end
             self._moves += 1
-            self._halt, self._work = None, iter(())
+            self._halt = None
             speed = self._speed * (FEWER if self._sightings.any_blind else 1.0)
             far = self._follow or apart(decision.q, q) > CHASED
             self._chasing_now = self._stream is not None and decision.action == "move" and far
+            self._learning.begin(self._chasing_now)
             if self._chasing_now:
                 self._stream.begin(decision.q, self._servo.bound)
                 self._chased, self._chase_began = [], self._clock.now()
@@ -217,29 +200,25 @@ class VisualServoing(object):
         if frames and self._sees_enough(now):
             self._note_changes(now)
             if self._held_for is not None:
-                self._note(
-                    "{} again".format("seen" if self._held_for == "marker lost" else "linked")
-                )
+                self._note("{} again".format("seen" if self._held_for == MARKER_LOST else "linked"))
                 self._held_for = None
         return frames, end
 
     def _report(self):
         """Tell the laptop how it goes, now and then."""
         self._client.report(self._where() or (), reason=self._held_for or "", **self.progress())
-        self._reported_at = (
-            self._clock.now()
-        )  # after it: then it is due there, too, when it is here
+        self._reported_at = self._clock.now()  # after it, that it is due there when it is here
 
     def _end_due(self, now):
         """The Halt that is due whatever is seen; None."""
         for command in self._client.commands():
             if isinstance(command, Stop):
-                return self._end_from_outside("stopped", command.reason or "by the laptop")
+                return self._end_from_outside(STOPPED, command.reason or "by the laptop")
             self._note("a start of the laptop is ignored: this run is not over; stop it first")
         if self._client.refused:
-            return Halt("link lost", self._client.why)
+            return Halt(LINK_LOST, self._client.why)
         if now - self._began > self._budget:
-            return self._end_from_outside("budget spent", self._why_so_long(now))
+            return self._end_from_outside(BUDGET_SPENT, self._why_so_long(now))
         if not self._client.linked:
             self._unlinked_at = now
         return None
@@ -313,9 +292,11 @@ class VisualServoing(object):
         while True:
             if preparing is not None:
                 done = done or next(preparing, self) is self
-            elif not self._learn() and self._suffice(frames):
+            elif not self._learning.learn() and self._suffice(frames):
                 preparing = self._servo.prepare(q, frames)
-            new, end = self._receive(WAIT if done or not (self._unlearned or preparing) else 0.0)
+            new, end = self._receive(
+                0.0 if not done and (self._learning.waits or preparing) else WAIT
+            )
             if end:
                 return end, q, None, count
             for frame in list(seen) + new:
@@ -332,8 +313,7 @@ class VisualServoing(object):
             if self._suffice(frames):
                 measurements = self._servo.estimator.measurements(frames)
             if measurements:
-                while self._learn():
-                    pass
+                self._learning.finish()
                 self._measurements += 1
                 self._frames += count
                 return None, q, measurements, count
@@ -344,12 +324,12 @@ class VisualServoing(object):
                 if now - max(self._seen_at, self._unlinked_at) > MARKER_PATIENCE:
                     joints = len(self._arm.description.joints)
                     why = self._sightings.what_is_missing(now, joints, MARKER_PATIENCE)
-                    return Halt("marker lost", why), q, None, 0
+                    return Halt(MARKER_LOST, why), q, None, 0
                 if not self._client.linked and now - self._seen_at > LINK_PATIENCE:
-                    return Halt("link lost", self._client.why), q, None, 0
+                    return Halt(LINK_LOST, self._client.why), q, None, 0
 
     def _note_lost(self):
-        why = "marker lost" if self._client.linked else "link lost"
+        why = MARKER_LOST if self._client.linked else LINK_LOST
         if self._held_for != why:
             self._held_for = why
             self._note("{}: held".format(why))
@@ -359,11 +339,7 @@ class VisualServoing(object):
     def _listen(self):
         """Take in what has come in, in motion: (MarkerFrames, Halt or None)."""
         frames, halt = self._receive(0.0, moving=True)
-        for frame in frames:
-            before = self._kept_at.get(frame.camera)
-            if frame.q is not None and (before is None or apart(frame.q, before) > LEARNING_STEP):
-                self._kept_at[frame.camera] = frame.q
-                self._unlearned.append(frame)
+        self._learning.take(frames)
         seeing = self._sightings.seeing(self._heard_at)
         going_by = [camera for camera in seeing if camera in self._servo.cameras]
         if not halt and not (going_by and self._suffice(going_by)):
@@ -399,79 +375,19 @@ class VisualServoing(object):
                 del self._chased[:-MOST_KEPT]
                 for frame in frames:
                     self._stream.see(frame, self._sightings.goals.get(frame.camera))
-                while len(self._unlearned) > MOST_LATE:
-                    self._unlearned.popleft()
             return
         if now - self._reported_at >= STATUS_PERIOD:
             self._report()
             now = self._reported_at
-        if now + FITS * self._slice > until and self._skipped < MOST_SKIPPED:
-            self._skipped += 1
-        else:
-            self._skipped = 0
-            self._work_on(now, until)
-
-    def _work_on(self, now, until):
-        """Do slices of learning and aiming, the first one at all events."""
-        begun = False
-        while True:
-            if next(self._work, self) is self:
-                if begun:
-                    return  # there is nothing to do
-                self._work = self._chasing() if self._chasing_now else self._learning()
-                begun = True
-                continue
-            begun = False
-            began, now = now, self._clock.now()
-            self._slice = now - began
-            if now + FITS * self._slice > until:
-                return
-
-    def _learning(self):
-        """Learn from frames, one in a slice."""
-        while self._learn():
-            yield
-
-    def _chasing(self):
-        """Aim by what was seen; then learn from a frame and make use of it: slice by slice."""
-        for _ in self._stream.reaim():
-            yield
-        if self._unlearned:  # each camera in its turn: they come in the same order every time
-            frame = min(self._unlearned, key=lambda frame: self._learned_at.get(frame.camera, 0.0))
-            self._unlearned.remove(frame)
-            self._learned_at[frame.camera] = frame.t
-            for _ in self._servo.learn_shape(frame.camera, frame.q, frame.s):
-                yield
-
-    def _learn(self):
-        """Learn from a frame that was seen in motion; whether there was one."""
-        if not self._unlearned:
-            return False
-        frame = self._unlearned.popleft()
-        self._servo.observe_in_motion(frame.camera, frame.q, frame.s)
-        return True
+        self._learning.work(now, until)
 
     # Telling
 
     def _record_step(self, q, measurements, frames, decision, computing):
-        servo = self._servo
-        unequal = servo.J and condition(servo.J)
-        self._condition = None if unequal == math.inf else unequal  # JSON knows no infinity
-        names = servo.rows.names(m.camera for m in measurements)
-        s = servo.rows.values({m.camera: m.s for m in measurements})
-        goal = servo.rows.values({m.camera: m.goal for m in measurements})
-        self._e = {name: a - b for name, a, b in zip(names, s, goal)}
-        self._teller.line(
-            "step", self._clock.now(), q=q, rows=names, s=s, goal=goal,
-            error=self._error, sigma=servo.estimator.sigma, frames=frames,
-            J=servo.J, condition=self._condition, model=servo.using,
-            action="hold" if decision.action == "end" else decision.action,
-            q_wanted=decision.q, computing=computing,
+        self._condition, self._e = self._teller.step(
+            self._clock.now(), self._servo, q, measurements, decision,
+            error=self._error, frames=frames, computing=computing, number=self._moves + 1,
         )  # fmt: skip
-        if decision.q is not None:
-            how = servo.using if decision.action == "move" else decision.action
-            step = [b - a for a, b in zip(q, decision.q)]
-            self._teller.move(self._moves + 1, self._error, how, step)
 
     def _note(self, text):
         self._teller.note(self._clock.now(), text)
@@ -485,14 +401,3 @@ class VisualServoing(object):
         self._client.report(q or (), verdict=end.word, reason=end.reason, **self.progress())
         self._teller.verdict(now, verdict)
         return verdict
-
-
-def _word_for(error):
-    """The verdict that an ArmError comes to."""
-    # Not above: the laptop, which has no motors, is to be told so in one line.
-    from robot.motion.control_loop import Stalled, TooSlow
-    from robot.motion.motors import MotorNotFound
-
-    if isinstance(error, TooSlow):
-        return "too slow"
-    return "stalled" if isinstance(error, (Stalled, MotorNotFound)) else "stopped"

@@ -1,7 +1,8 @@
 """The search for the joint angles at which the image is as wanted.  Pure."""
 
+import itertools
 import math
-from operator import add, mul, sub
+from operator import add, itemgetter, mul, sub
 
 from robot.servoing.linear_algebra import solve_definite
 
@@ -14,6 +15,13 @@ another posture, which takes long and finds one where more than a half is left."
 
 CLEARLY_BETTER = 0.7
 """Another posture must leave over no more than this share of the error."""
+
+
+STARTS = (0.2, 0.5, 0.8), (0.25, 0.75)
+"""Where in their ranges joints begin to be searched for another posture: up to two, and more."""
+
+GLANCES, FINALISTS = 3, 2
+"""Each start is followed for so many steps; so many that are then the best, to their ends."""
 
 
 def best_pose(image, goal, start, low, high, here=None, penalty=None, iterations=12):
@@ -33,6 +41,35 @@ def best_pose(image, goal, start, low, high, here=None, penalty=None, iterations
     """
     *_, found = descent(image, goal, start, low, high, here, penalty, iterations)
     return found
+
+
+def best_posture(image, goal, q, walls, best, left, tolerance, penalty=None):
+    """The best of `best` and of the poses that are found from all over the box, as best_pose.
+
+    Args:
+        q: where the joints are, rad.
+        walls: (low, high) of the box, rad.
+        best: (q, px left over) of the one that was found from there.
+        left: what is left over without another posture, px; see CLEARLY_BETTER.
+        tolerance: px; less is not asked for.
+        The others as for best_pose.
+    """
+    box = walls + (q, penalty)
+    begun = [
+        best_pose(image, goal, at_shares(shares, *walls), *box, iterations=GLANCES)
+        for shares in itertools.product(STARTS[len(q) > 2], repeat=len(q))
+    ]
+    begun.sort(key=itemgetter(1))
+    for start, _ in begun[:FINALISTS]:
+        to, off = best_pose(image, goal, start, *box)
+        if off < min(best[1], max(tolerance, CLEARLY_BETTER * left)):
+            best = to, off
+    return best
+
+
+def at_shares(shares, low, high):
+    """Joint angles by their shares of their ranges, rad."""
+    return [a + (b - a) * share for a, b, share in zip(low, high, shares)]
 
 
 def descent(image, goal, start, low, high, here=None, penalty=None, iterations=12, sharp=SHARP):

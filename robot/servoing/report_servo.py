@@ -7,7 +7,8 @@ from robot.motion.linear_systems import Singular, broyden_update, damped_solve, 
 from robot.servoing.linear_algebra import length
 from robot.servoing.measurement import ReportEstimator, error_of
 from robot.servoing.rows import Rows
-from robot.servoing.servo import CONVERGED, SINGULAR, Decision
+from robot.servoing.servo import Decision
+from shared.verdicts import CONVERGED, SINGULAR
 
 
 class ReportServo(object):

@@ -8,13 +8,14 @@ from robot.servoing.image_models import models_of
 from robot.servoing.loop import WAIT, VisualServoing
 from robot.servoing.report_servo import ReportServo
 from robot.servoing.rows import Rows
-from robot.servoing.servo import CONVERGED, Servo
+from robot.servoing.servo import Servo
 from robot.servoing.stream import Stream
 from robot.servoing.telling import in_words
 from robot.tracker_address import Refusal
 from shared.arm_description import ArmError
-from shared.messages import READY, REFUSED, Start
+from shared.messages import Start
 from shared.orders import check
+from shared.verdicts import CONVERGED, READY, REFUSED
 
 
 class LogLost(ArmError):

@@ -9,17 +9,21 @@ Pure: no clock, no socket, no motor.
     J   image Jacobian ds/dq, px/rad (m x n)
 """
 
-import itertools
 import math
-from operator import itemgetter, sub
+from operator import sub
 
 from robot.motion import kinematics
 from robot.servoing.camera_selection import CameraSelection
-from robot.servoing.image_model import stacked
 from robot.servoing.image_models import ImageModels
 from robot.servoing.linear_algebra import apart, condition, length
 from robot.servoing.measurement import MedianEstimator, error_of
-from robot.servoing.pose_search import CLEARLY_BETTER, NEARLY_THERE, best_pose, descent
+from robot.servoing.pose_search import (
+    NEARLY_THERE,
+    at_shares,
+    best_pose,
+    best_posture,
+    descent,
+)
 from robot.servoing.progress import (
     EXPLORE_ANEW,
     GIVE_UP,
@@ -29,8 +33,7 @@ from robot.servoing.progress import (
 )
 from robot.servoing.rows import Rows
 from shared.record import record
-
-CONVERGED, UNREACHABLE, LIMIT, SINGULAR = "converged", "unreachable", "limit", "singular"
+from shared.verdicts import CONVERGED, LIMIT, SINGULAR, UNREACHABLE
 
 STOP_MARGIN = 0.7
 """Share of the tolerance at which it ends; what is off by more is corrected once."""
@@ -62,12 +65,6 @@ MIN_STEP_SIGMAS = 6.0
 
 LIMIT_MARGIN = math.radians(1)
 """Distance kept from joint limits, rad: nobody knows the play exactly."""
-
-STARTS = (0.2, 0.5, 0.8), (0.25, 0.75)
-"""Where in their ranges joints begin to be searched for another posture: up to two, and more."""
-
-GLANCES, FINALISTS = 3, 2
-"""Each start is followed for so many steps; so many that are then the best, to their ends."""
 
 STRAIGHT = 4
 """Steps of a search by an image that is linear in the joints' angles."""
@@ -200,7 +197,7 @@ class Servo(object):
 
                 self._luck = random.Random(self._seed)
             shares = [self._luck.uniform(*RESTART_FROM) for _ in q]
-            return self._start_from(self._posture(shares))
+            return self._start_from(at_shares(shares, *self._box))
         if action == EXPLORE_ANEW:
             return self._explore_anew(q, goal, measurements)
         return self._move(q, goal, off, measurements)
@@ -299,7 +296,7 @@ class Servo(object):
             if self._progress.stalls(off, left):
                 # The penalty keeps it here, or geometry does: what if all were known?
                 here = best_pose(image, goal, q, *self._box)
-                to, left = self._best_posture(image, goal, q, None, here, left)
+                to, left = best_posture(image, goal, q, self._box, here, left, self.tolerance)
                 action = self._progress.note_stalled(left, self.models.wrong[name])
                 if action == EXPLORE_ANEW:
                     return self._explore_anew(q, goal, measurements)
@@ -332,10 +329,6 @@ class Servo(object):
                 )
         return _end(UNREACHABLE, "the arm ends {:.0f} px short".format(left))
 
-    def _posture(self, shares):
-        """Joint angles by their shares of their ranges, rad."""
-        return [low + (high - low) * share for low, high, share in zip(*self._box, shares)]
-
     def _other_posture(self, q):
         """One not yet tried in which the tip would be where it is, or nearly, rad; or None.
 
@@ -360,7 +353,9 @@ class Servo(object):
         if left <= (self.tolerance if bound else max(self.tolerance, NEARLY_THERE * off)):
             return straight
         if bound is None:
-            course = self._best_posture(image, goal, q, penalty, straight, left)
+            course = best_posture(
+                image, goal, q, self._box, straight, left, self.tolerance, penalty
+            )
         else:
             course = best_pose(image, goal, bound, *self._box, here=q, penalty=penalty)
             if course[1] >= left - 1:
@@ -368,20 +363,6 @@ class Servo(object):
         self._progress.bound = course[0]
         self._progress.detours = course is not straight
         return course
-
-    def _best_posture(self, image, goal, q, penalty, best, left):
-        """Of the best from here, and those from all over the joints' ranges; see CLEARLY_BETTER."""
-        box = self._box + (q, penalty)
-        begun = [
-            best_pose(image, goal, self._posture(shares), *box, iterations=GLANCES)
-            for shares in itertools.product(STARTS[len(q) > 2], repeat=len(q))
-        ]
-        begun.sort(key=itemgetter(1))
-        for start, _ in begun[:FINALISTS]:
-            to, off = best_pose(image, goal, start, *box)
-            if off < min(best[1], max(self.tolerance, CLEARLY_BETTER * left)):
-                best = to, off
-        return best
 
     # For the stream
 
@@ -406,16 +387,7 @@ class Servo(object):
         Args:
             sights: {camera: Stream's sight}.
         """
-        selection = self._selection
-        images = {c: sight.shape.moved(sight.offset) for c, sight in sights.items()}
-        goal = {
-            c: [x + v * (t - sight.t) for x, v in zip(sight.goal, sight.speed)]
-            for c, sight in sights.items()
-        }
-        speed = {c: sight.speed for c, sight in sights.items()}
-        return (
-            stacked(selection.parts(images)), selection.together(goal), selection.together(speed)
-        )  # fmt: skip
+        return self._selection.moving(sights, t)
 
     def caution(self, q):
         """What is not known of J where the joints stand, at q (rad): a penalty for `nearing`."""

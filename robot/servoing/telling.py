@@ -3,7 +3,9 @@
 import math
 from collections import OrderedDict
 
+from robot.servoing.linear_algebra import condition
 from shared.record import record
+from shared.verdicts import STALLED, STOPPED, TOO_SLOW
 
 Verdict = record("Verdict", "word reason error q moves measurements frames seconds")
 Verdict.__doc__ = """How a run ended.
@@ -40,6 +42,37 @@ class Teller(object):
             line.update(sorted(values.items()))
             self._log(line)
 
+    def step(self, t, servo, q, measurements, decision, error, frames, computing, number):
+        """Log what was measured at q (rad) and decided at `t` (s), and say what the next move is.
+
+        Args:
+            error: px.
+            frames: how many it took.
+            computing: how long the decision took, s.
+            number: of the next move.
+
+        Returns:
+            (condition of the image Jacobian or None, components of the error by row, px)
+        """
+        unequal = servo.J and condition(servo.J)
+        unequal = None if unequal == math.inf else unequal  # JSON knows no infinity
+        names = servo.rows.names(m.camera for m in measurements)
+        s = servo.rows.values({m.camera: m.s for m in measurements})
+        goal = servo.rows.values({m.camera: m.goal for m in measurements})
+        self.line(
+            "step", t, q=q, rows=names, s=s, goal=goal,
+            error=error, sigma=servo.estimator.sigma, frames=frames,
+            J=servo.J, condition=unequal, model=servo.using,
+            action="hold" if decision.action == "end" else decision.action,
+            q_wanted=decision.q, computing=computing,
+        )  # fmt: skip
+        if decision.q is not None:
+            how = servo.using if decision.action == "move" else decision.action
+            step = [b - a for a, b in zip(q, decision.q)]
+            angles = " ".join("{:+.1f}".format(math.degrees(a)) for a in step)
+            self._say("move {}: {:.1f} px off, {}, {} deg".format(number, error, how, angles))
+        return unequal, {name: a - b for name, a, b in zip(names, s, goal)}
+
     def note(self, t, text):
         """Say a line, and log it."""
         self._say(text)
@@ -48,11 +81,6 @@ class Teller(object):
     def frame(self, frame):
         """Log a MarkerFrame."""
         self.line("seen", frame.t, camera=frame.camera, q=frame.q, s=frame.s, goal=frame.goal)
-
-    def move(self, number, error, how, step):
-        """Say what the next move is: px, the model or why, rad."""
-        angles = " ".join("{:+.1f}".format(math.degrees(a)) for a in step)
-        self._say("move {}: {:.1f} px off, {}, {} deg".format(number, error, how, angles))
 
     def verdict(self, t, verdict):
         """Log how it ended."""
@@ -72,3 +100,14 @@ def in_words(verdict):
         verdict.moves, "" if verdict.moves == 1 else "s", verdict.seconds
     )
     return text + (" ({})".format(verdict.reason) if verdict.reason else "")
+
+
+def word_for(error):
+    """The verdict that an ArmError comes to."""
+    # Not above: the laptop, which has no motors, is to be told so in one line.
+    from robot.motion.control_loop import Stalled, TooSlow
+    from robot.motion.motors import MotorNotFound
+
+    if isinstance(error, TooSlow):
+        return TOO_SLOW
+    return STALLED if isinstance(error, (Stalled, MotorNotFound)) else STOPPED

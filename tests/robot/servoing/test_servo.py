@@ -30,9 +30,10 @@ from robot.servoing.measurement import (
 from robot.servoing.pose_search import best_pose
 from robot.servoing.report_servo import ReportServo
 from robot.servoing.rows import Rows
-from robot.servoing.servo import CONVERGED, LIMIT, SINGULAR, UNREACHABLE, Servo
+from robot.servoing.servo import Servo
 from robot.servoing.stream import Stream
 from shared.arm_description import find_arm, read_arm
+from shared.verdicts import CONVERGED, LIMIT, SINGULAR, UNREACHABLE
 
 DEG = math.radians(1)
 ARM = read_arm(find_arm("planar"))

@@ -7,10 +7,12 @@ import math
 
 import pytest
 
+from robot.servoing import servo as servo_module
 from robot.servoing.image_model import straight
 from robot.servoing.measurement import Measurement
-from robot.servoing.servo import CONVERGED, Servo
+from robot.servoing.servo import Servo
 from shared.arm_description import find_arm, read_arm
+from shared.verdicts import CONVERGED
 
 ARM = read_arm(find_arm("planar"))
 DEG = math.radians(1)
@@ -141,11 +143,11 @@ def test_another_posture_is_looked_for_where_three_tenths_would_be_left(
     one, _ = servo("chain")
     looked = []
 
-    def best_posture(self, image, goal, q, penalty, best, left):
+    def best_posture(image, goal, q, walls, best, left, tolerance, penalty=None):
         looked.append(left)
         return best if other is None else (list(other), 0.0)
 
-    monkeypatch.setattr(Servo, "_best_posture", best_posture)
+    monkeypatch.setattr(servo_module, "best_posture", best_posture)
     most = ARM.joints[0].upper - DEG
     beyond = 60 * DEG * share / (1 - share)  # what a goal beyond the limit leaves over
     look(one, (most - 60 * DEG, 0.4), (SCALE * (most + beyond), SCALE * 0.4))

@@ -1,0 +1,108 @@
+"""Learning and aiming while the arm moves: in slices, in what a control tick leaves of its time."""
+
+import math
+from collections import deque
+
+from robot.servoing.linear_algebra import apart
+
+LEARNING_STEP = math.radians(0.5)
+"""Frames in motion are learned from if a joint has moved by so much in between, rad."""
+
+MOST_UNLEARNED, MOST_LATE = 60, 3
+"""Frames that wait to be learned from: until it stands, and in a chase, which goes by them."""
+
+FITS = 0.5
+"""A slice of these is begun if so much of the one before would fit into what is left of a tick."""
+
+MOST_SKIPPED = 3
+"""After so many ticks in which nothing of it would fit, it is done all the same."""
+
+
+class LearningInMotion(object):
+    """What waits to be learned from, and the slice that is next.
+
+    Args:
+        servo: Servo, or what learns in its stead.
+        stream: the Stream that aims in a chase; None: there are no chases.
+        clock: has `now()`.
+    """
+
+    def __init__(self, servo, stream, clock):
+        self._servo, self._stream, self._clock = servo, stream, clock
+        self._chasing = False
+        self._unlearned = deque(maxlen=MOST_UNLEARNED)  # frames of a motion
+        self._kept_at = {}  # camera: where the joints were in the last of these
+        self._learned_at = {}  # camera: when the last was taken that was learned from in a chase, s
+        self._slices = iter(())
+        self._slice, self._skipped = 0.0, 0  # how long the last slice took, s
+
+    @property
+    def waits(self):
+        """Whether there is something to learn from."""
+        return bool(self._unlearned)
+
+    def begin(self, chasing):
+        """A motion begins; whether it is a chase."""
+        self._chasing, self._slices = chasing, iter(())
+
+    def take(self, frames):
+        """Keep those MarkerFrames, seen in motion, that tell something new."""
+        for frame in frames:
+            before = self._kept_at.get(frame.camera)
+            if frame.q is not None and (before is None or apart(frame.q, before) > LEARNING_STEP):
+                self._kept_at[frame.camera] = frame.q
+                self._unlearned.append(frame)
+        while self._chasing and len(self._unlearned) > MOST_LATE:
+            self._unlearned.popleft()
+
+    def learn(self):
+        """Learn from one frame; whether there was one."""
+        if not self._unlearned:
+            return False
+        frame = self._unlearned.popleft()
+        self._servo.observe_in_motion(frame.camera, frame.q, frame.s)
+        return True
+
+    def finish(self):
+        """Learn from all that there is."""
+        while self.learn():
+            pass
+
+    def work(self, now, until):
+        """Do slices from the time `now` to `until`, s; the first one if there is room for it.
+
+        What takes a slow brick longer than there is has its turn now and then all the same.
+        """
+        if now + FITS * self._slice > until and self._skipped < MOST_SKIPPED:
+            self._skipped += 1
+            return
+        self._skipped = 0
+        begun = False
+        while True:
+            if next(self._slices, self) is self:
+                if begun:
+                    return  # there is nothing to do
+                self._slices = self._chase() if self._chasing else self._learn_all()
+                begun = True
+                continue
+            begun = False
+            began, now = now, self._clock.now()
+            self._slice = now - began
+            if now + FITS * self._slice > until:
+                return
+
+    def _learn_all(self):
+        """Learn from frames, one in a slice."""
+        while self.learn():
+            yield
+
+    def _chase(self):
+        """Aim by what was seen; then learn from a frame and make use of it: slice by slice."""
+        for _ in self._stream.reaim():
+            yield
+        if self._unlearned:  # each camera in its turn: they come in the same order every time
+            frame = min(self._unlearned, key=lambda frame: self._learned_at.get(frame.camera, 0.0))
+            self._unlearned.remove(frame)
+            self._learned_at[frame.camera] = frame.t
+            for _ in self._servo.learn_shape(frame.camera, frame.q, frame.s):
+                yield

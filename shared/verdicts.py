@@ -1,0 +1,33 @@
+"""How a run may end: each verdict's word, for the wire and the logs, and its text for people."""
+
+READY = "ready"
+"""Not an end: a brick that waits for its first Start."""
+REFUSED = "refused"
+"""A Start whose options make no sense has come to no run."""
+CONVERGED = "converged"
+UNREACHABLE = "unreachable"
+LIMIT = "limit"
+SINGULAR = "singular"
+MARKER_LOST = "marker lost"
+LINK_LOST = "link lost"
+STALLED = "stalled"
+TOO_SLOW = "too slow"
+BUDGET_SPENT = "budget spent"
+STOPPED = "stopped"
+
+TEXTS = {
+    READY: "Ready. Aim, then start.",
+    CONVERGED: "Arrived: the tip is at the goal.",
+    UNREACHABLE: "Out of reach: the arm cannot get there. Aim nearer to its base.",
+    MARKER_LOST: "The marker is lost. Uncover it, or pick its colour anew; then start again.",
+    SINGULAR: "The joints cannot move the tip that way from here. Aim elsewhere, or start from "
+    "another posture.",
+    LIMIT: "A joint is at its limit. Aim elsewhere.",
+    STALLED: "A motor is blocked. Free the arm, then start again.",
+    TOO_SLOW: "The brick is too slow. End other programs on it; then start again.",
+    LINK_LOST: "The link was lost. Look at the cable or Wi-Fi; then start again.",
+    BUDGET_SPENT: "Not there in time. Look at camera and light, or allow a greater tolerance.",
+    STOPPED: "Stopped. The arm is held.",
+    REFUSED: "The brick refused these orders.",
+}
+"""What people are told, and what they can do."""
