@@ -52,11 +52,8 @@ soon."""
 LANDS = 1.5
 """A motion may end so many counts off: it is then looked from where it is."""
 
-FASTEST = math.radians(60)
-"""Of any joint, rad/s."""
-
-FEWER = 0.5
-"""The share of its speed at which it goes on when a camera has lost sight of the marker."""
+FASTEST, FEWER = math.radians(60), 0.5
+"""Of any joint, rad/s; and the share of it when a camera has lost sight of the marker."""
 
 Halt = record("Halt", "word reason")
 Halt.__doc__ = "Why a motion is over: a verdict's word and its reason; HOLD: too little is seen."

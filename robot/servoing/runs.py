@@ -6,7 +6,6 @@ from collections import OrderedDict
 
 from robot.servoing.image_models import models_of
 from robot.servoing.loop import WAIT, VisualServoing
-from robot.servoing.report_servo import ReportServo
 from robot.servoing.rows import Rows
 from robot.servoing.servo import Servo
 from robot.servoing.stream import Stream
@@ -74,6 +73,8 @@ def make_servo(arm, method, mode, tolerance, seed=0, rows="stereo", third=None):
     """(servo, stream or None) by the names of the command line."""
     rows = Rows(rows, len(arm.joints), third)
     if method == "report":
+        from robot.servoing.report_servo import ReportServo  # not above: few runs need it
+
         return ReportServo(arm.joints, tolerance, rows), None
     servo = Servo(arm, models_of(method, arm), tolerance, seed, rows=rows)
     return servo, Stream(servo) if mode == "stream" else None
