@@ -20,7 +20,7 @@ from typing import TypeVar
 
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.world import BUSY as TOO_BUSY
-from laptop.tracking.watching import undisturbed
+from laptop.tracking.process_signals import signals_ignored
 from shared.arm_description import ArmError
 
 Told = TypeVar("Told")
@@ -177,7 +177,7 @@ class Crew:
 
     def close(self) -> None:
         """End all of them; nothing disturbs that."""
-        with undisturbed():
+        with signals_ignored():
             self._starter.shutdown()
             for program in self._programs:
                 program.interrupt()

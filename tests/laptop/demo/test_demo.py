@@ -29,7 +29,7 @@ from laptop.demo.course import Orders
 from laptop.demo.goals import Views
 from laptop.demo.processes import DemoFailed
 from laptop.simulator.scene.scene import Scene, read_scene
-from laptop.tracking import watching
+from laptop.tracking import process_signals
 from laptop.tracking.server import TrackingServer
 from shared.arm_description import find_arm, read_arm
 
@@ -453,9 +453,9 @@ def test_ctrl_c_that_comes_just_before_disturbs_nothing(monkeypatch):
             raise pending.pop()
         return really(number, handler)
 
-    before = {number: signal.getsignal(number) for number in watching.STATUS_OF}
-    monkeypatch.setattr(watching.signal, "signal", notices)
-    with watching.undisturbed():
+    before = {number: signal.getsignal(number) for number in process_signals.EXIT_STATUS}
+    monkeypatch.setattr(process_signals.signal, "signal", notices)
+    with process_signals.signals_ignored():
         assert {signal.getsignal(number) for number in before} == {signal.SIG_IGN}
     assert {number: signal.getsignal(number) for number in before} == before
     assert not pending

@@ -24,7 +24,7 @@ from places import ROOT
 from waiting import PATIENCE, until
 
 from laptop.bench import page as bench
-from laptop.cli.track import _own_brick as own_brick
+from laptop.cli.track import start_brick as own_brick
 from laptop.page import process as page_process
 from laptop.page.browser import UNSEEN
 from laptop.simulator.host.pace import PacedClock

@@ -23,9 +23,17 @@ from waiting import PATIENCE
 
 from laptop.cli.main import laptop
 from laptop.cli.track import track as track_command
-from laptop.tracking import track, watching
-from laptop.tracking.server import State, TrackingServer
-from laptop.tracking.watching import Interrupted, Run, Sheet, Tally, Watcher
+from laptop.tracking import session, setup, status_display, status_text
+from laptop.tracking import track as tracking
+from laptop.tracking.detection_stats import DetectionStats
+from laptop.tracking.marker_selection import MarkerSelection
+from laptop.tracking.observation_csv import ObservationCsv, TrackingInterrupted
+from laptop.tracking.options import InvalidTrackOption, TrackOptions, read_goals
+from laptop.tracking.pipeline import CameraPipeline
+from laptop.tracking.server import ServerState, TrackingServer
+from laptop.tracking.session import TrackingSession
+from laptop.tracking.status_display import StatusDisplay
+from laptop.tracking.status_text import pipeline_status
 from laptop.vision.frames import Frame
 from laptop.vision.markers import Marker, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Sighting
@@ -181,7 +189,7 @@ def test_a_colour_learned_at_the_first_camera_is_looked_for_at_all(run, video, t
     ],
 )
 def test_the_goal_is_one_marker_or_a_point_for_each_camera(texts, cameras, goals):
-    assert track.read_goals(texts, cameras) == goals
+    assert read_goals(texts, cameras) == goals
 
 
 def test_every_camera_is_opened_under_its_letter_and_asked_what_it_can_do(monkeypatch):
@@ -196,13 +204,15 @@ def test_every_camera_is_opened_under_its_letter_and_asked_what_it_can_do(monkey
     def synthetic(*order):
         return opener(*order), {"effector": "disc:red"}
 
-    monkeypatch.setattr(track, "open_camera", opener)
+    monkeypatch.setattr(setup, "open_camera", opener)
     words = ["--no-serve", "--scene", "B.tilt=60", "--size", "320x240", "--fps", "20"]
     for source in ("film.avi", "synthetic", "3", "synthetic"):
         words += ["--camera", source]
     with track_command.make_context("track", words) as context:
         assert context.params.pop("brick")
-        assert track.command(track.Orders(**context.params), synthetic) == 0
+        for handed_in in ("page", "page_host", "page_port", "announce"):
+            del context.params[handed_in]
+        assert tracking.track(TrackOptions(**context.params), synthetic) == 0
     assert opened == [
         ("film.avi", True, 20.0, None),
         ("B", "B.tilt=60", 20.0),
@@ -277,19 +287,21 @@ def test_a_kind_alone_changes_the_kind_of_a_known_marker(video, run, state):
 
 
 def test_the_synthetic_cameras_markers_are_its_scenes_own():
-    plain = track.Wanted({"effector": None, "goal": None}, [], {}, False, {"effector": "ball:pink"})
+    plain = MarkerSelection(
+        {"effector": None, "goal": None}, [], {}, False, {"effector": "ball:pink"}
+    )
     (marker,) = plain.markers(lambda pick: None)
     assert (marker.name, marker.kind) == ("effector", "ball"), "a scene without a goal has none"
 
 
 def test_a_live_camera_is_picked_from_that_many_frames_after_its_start(monkeypatch):
     camera = FakeCamera(frame(0, 0.0, 1), None, frame(3, 0.3, 2), frame(6, 0.6, 3))
-    assert track._frame_of(camera, 4).index == 6
-    with pytest.raises(track.BadOrder, match="frame 9 is beyond the end of fake"):
-        track._frame_of(camera, 9)
-    monkeypatch.setattr(track, "FIRST_FRAME", 0.0)
-    with pytest.raises(track.BadOrder, match="fake gives no picture within 0 s"):
-        track._frame_of(FakeCamera(after=lambda timeout: None), 0)
+    assert setup._frame_of(camera, 4).index == 6
+    with pytest.raises(InvalidTrackOption, match="frame 9 is beyond the end of fake"):
+        setup._frame_of(camera, 9)
+    monkeypatch.setattr(setup, "FIRST_FRAME_TIMEOUT", 0.0)
+    with pytest.raises(InvalidTrackOption, match="fake gives no picture within 0 s"):
+        setup._frame_of(FakeCamera(after=lambda timeout: None), 0)
 
 
 # What is refused, before anything starts
@@ -405,7 +417,7 @@ def test_a_full_disk_at_the_start(run, video):
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full to stand for a full disk")
 def test_a_disk_that_fills_up_on_the_way_ends_it_in_one_line(run, video, monkeypatch, tmp_path):
-    real = Sheet.__init__
+    real = ObservationCsv.__init__
 
     def filled(self, file, several):
         real(self, tmp_path / "out.csv", several)
@@ -413,7 +425,7 @@ def test_a_disk_that_fills_up_on_the_way_ends_it_in_one_line(run, video, monkeyp
         os.dup2(full, self._out.fileno())
         os.close(full)
 
-    monkeypatch.setattr(Sheet, "__init__", filled)
+    monkeypatch.setattr(ObservationCsv, "__init__", filled)
     shown = run("--camera", video(), "--no-serve", "--csv", tmp_path / "out.csv", status=1)
     assert in_one_line(shown.stderr, "cannot write", "out.csv", "No space left", "make room")
 
@@ -504,51 +516,57 @@ def frame(index, t, value):
 def test_every_frame_is_published_with_its_own_time_and_number():
     server = FakeServer()
     camera = FakeCamera(frame(4, 10.5, 90), None, frame(7, 10.6, 0))
-    watcher = Watcher("B", camera, FakeTracker(), (5, 6), server, None, True, now=lambda: 10.7)
-    assert [watcher.step(0.1) for _ in range(3)] == [True, True, True]
+    pipeline = CameraPipeline(
+        "B", camera, FakeTracker(), (5, 6), server, None, True, now=lambda: 10.7
+    )
+    assert [pipeline.step(0.1) for _ in range(3)] == [True, True, True]
     assert [tuple(observation) for observation in server.sent] == [
         (4, "B", 10.5, {"effector": (90, 10.5, 0.9), "goal": (5, 6, 1.0)}),
         (7, "B", 10.6, {"effector": None, "goal": (5, 6, 1.0)}),
     ]
-    assert (watcher.frames, watcher.dropped) == (2, 2)
-    assert "effector lost: too dark, goal 5,6 (fixed), age 150 ms, 2 dropped" in watcher.status()
-    assert not watcher.step(0.1)
-    assert watcher.status() == "ended, 2 frames"
+    assert (pipeline.frames, pipeline.dropped) == (2, 2)
+    assert "effector lost: too dark, goal 5,6 (fixed), age 150 ms, 2 dropped" in pipeline_status(
+        pipeline
+    )
+    assert not pipeline.step(0.1)
+    assert pipeline_status(pipeline) == "ended, 2 frames"
 
 
 def test_the_rate_is_that_of_the_last_second():
     time = [0.0]
     camera = FakeCamera(*(frame(k, k / 50, 9) for k in range(100)))
-    watcher = Watcher("A", camera, FakeTracker(), now=lambda: time[0])
+    pipeline = CameraPipeline("A", camera, FakeTracker(), now=lambda: time[0])
     rates = []
     for _ in range(100):
-        watcher.step(0)
-        time[0] += 0.02 if watcher.frames <= 50 else 0.1
-        rates.append(watcher.rate())
+        pipeline.step(0)
+        time[0] += 0.02 if pipeline.frames <= 50 else 0.1
+        rates.append(pipeline.rate())
     assert rates[49] == pytest.approx(50, rel=0.05)
     assert rates[99] == pytest.approx(10, rel=0.05)
 
 
 def test_a_tally_knows_the_median_and_the_most_usual_trouble():
-    tally = Tally()
+    stats = DetectionStats()
     confidences = [0.2, 0.9, 0.5, 0.7, 1.0]
     for confidence in confidences:
-        tally.add(confidence, "")
+        stats.add(confidence, "")
     for why in ("too dark", "several candidates", "too dark"):
-        tally.add(None, why)
-    assert (tally.seen, tally.frames) == (5, 8)
-    assert tally.confidence == statistics.median(confidences)
-    assert tally.lost.most_common(1) == [("too dark", 2)]
+        stats.add(None, why)
+    assert (stats.seen, stats.frames) == (5, 8)
+    assert stats.confidence == statistics.median(confidences)
+    assert stats.lost.most_common(1) == [("too dark", 2)]
 
 
 def test_a_camera_that_is_given_up_ends_it_in_one_line(tmp_path):
     camera = FakeCamera(frame(0, 0.0, 9))
     camera.why = "camera 0 stopped giving pictures and did not come back"
-    sheet = Sheet(tmp_path / "out.csv", False)
-    run = Run([Watcher("A", camera, FakeTracker(), sheet=sheet)], sheet, None, silent())
-    with pytest.raises(Interrupted, match="did not come back"):
+    out = ObservationCsv(tmp_path / "out.csv", False)
+    run = TrackingSession(
+        [CameraPipeline("A", camera, FakeTracker(), csv=out)], out, None, silent()
+    )
+    with pytest.raises(TrackingInterrupted, match="did not come back"):
         run.run()
-    sheet.close()
+    out.close()
     assert len(rows(tmp_path / "out.csv")) == 1
 
 
@@ -564,8 +582,10 @@ def test_live_cameras_do_not_wait_for_each_other():
         camera_a.after = camera_b.after = None
 
     camera_a, camera_b = FakeCamera(after=meet), FakeCamera(after=meet)
-    watchers = [Watcher(name, c, FakeTracker()) for name, c in (("A", camera_a), ("B", camera_b))]
-    assert Run(watchers, None, None, silent()).run() == 0
+    pipelines = [
+        CameraPipeline(name, c, FakeTracker()) for name, c in (("A", camera_a), ("B", camera_b))
+    ]
+    assert TrackingSession(pipelines, None, None, silent()).run() == 0
 
 
 def test_a_camera_that_hangs_keeps_no_frame_of_another_back():
@@ -584,17 +604,17 @@ def test_a_camera_that_hangs_keeps_no_frame_of_another_back():
     server = FakeServer()
     camera_a = FakeCamera(after=hang)
     camera_b = FakeCamera(*(frame(k, 5 + k / 30, 9) for k in range(20)), after=end)
-    watchers = [
-        Watcher(name, camera, FakeTracker(), server=server, now=lambda: 6.0)
+    pipelines = [
+        CameraPipeline(name, camera, FakeTracker(), server=server, now=lambda: 6.0)
         for name, camera in (("A", camera_a), ("B", camera_b))
     ]
-    assert Run(watchers, None, None, silent()).run() == 0
+    assert TrackingSession(pipelines, None, None, silent()).run() == 0
     assert hung == [True]
     assert [(seen.camera, seen.t) for seen in server.sent] == [("B", 5 + k / 30) for k in range(20)]
 
 
 def test_when_a_camera_is_given_up_the_other_goes_on_and_the_end_is_a_failure(monkeypatch):
-    monkeypatch.setattr(watching, "TICK", 0.001)
+    monkeypatch.setattr(session, "STATUS_PERIOD", 0.001)
     out = io.StringIO()
     deadline = time.monotonic() + PATIENCE
 
@@ -605,48 +625,50 @@ def test_when_a_camera_is_given_up_the_other_goes_on_and_the_end_is_a_failure(mo
 
     camera_a, camera_b = FakeCamera(frame(0, 0.0, 9)), FakeCamera(after=until_told)
     camera_a.why = "camera 0 did not come back"
-    watchers = [Watcher(name, c, FakeTracker()) for name, c in (("A", camera_a), ("B", camera_b))]
-    run = Run(watchers, None, None, Console(file=out))
-    with pytest.raises(Interrupted, match="^camera 0 did not come back$"):
+    pipelines = [
+        CameraPipeline(name, c, FakeTracker()) for name, c in (("A", camera_a), ("B", camera_b))
+    ]
+    run = TrackingSession(pipelines, None, None, Console(file=out))
+    with pytest.raises(TrackingInterrupted, match="^camera 0 did not come back$"):
         run.run()
     told = [line for line in out.getvalue().splitlines() if line.startswith("camera")]
     assert told == ["camera A: camera 0 did not come back, 1 frames; B goes on"]
-    assert watchers[1].frames == 1, "it came after A had been given up"
-    assert run.lines() == ["A: camera 0 did not come back, 1 frames", "B: ended, 1 frames"]
+    assert pipelines[1].frames == 1, "it came after A had been given up"
+    assert run.display.lines() == ["A: camera 0 did not come back, 1 frames", "B: ended, 1 frames"]
 
 
 def test_what_a_silent_camera_saw_last_is_not_shown_as_if_it_saw_it_now():
     time = [50.0]
     camera = FakeCamera(frame(0, 50.0, 90), frame(1, 54.0, 90), after=lambda timeout: None)
-    watcher = Watcher("A", camera, FakeTracker(), now=lambda: time[0])
-    watcher.step(0)
-    assert "effector 90.0" in watcher.status()
+    pipeline = CameraPipeline("A", camera, FakeTracker(), now=lambda: time[0])
+    pipeline.step(0)
+    assert "effector 90.0" in pipeline_status(pipeline)
     time[0] += 3
-    assert watcher.status() == "0 fps, no frame for 3 s"
+    assert pipeline_status(pipeline) == "0 fps, no frame for 3 s"
     camera.fps = 0.5
-    assert "effector 90.0" in watcher.status(), "a slow one is not silent"
+    assert "effector 90.0" in pipeline_status(pipeline), "a slow one is not silent"
     camera.why = "trying again"
-    assert watcher.status() == "0 fps, trying again"
+    assert pipeline_status(pipeline) == "0 fps, trying again"
     camera.fps, camera.why = 30.0, ""
     time[0] += 1
-    watcher.step(0)
-    assert "effector 90.0" in watcher.status()
+    pipeline.step(0)
+    assert "effector 90.0" in pipeline_status(pipeline)
 
 
 @pytest.mark.parametrize("by", ["closing the page", "Ctrl-C"])
 def test_what_has_ended_stays_as_long_as_somebody_looks(monkeypatch, by):
-    monkeypatch.setattr(watching, "TICK", 0.001)
+    monkeypatch.setattr(session, "STATUS_PERIOD", 0.001)
     looked = []
 
-    def watched():
-        looked.append(watcher.ended)
+    def has_viewers():
+        looked.append(pipeline.ended)
         if by == "Ctrl-C" and len(looked) == 5:
             os.kill(os.getpid(), signal.SIGINT)
         return by == "Ctrl-C" or len(looked) < 5
 
     out = io.StringIO()
-    watcher = Watcher("A", FakeCamera(frame(0, 0.0, 9)), FakeTracker(), live=False)
-    run = Run([watcher], None, None, Console(file=out), watched)
+    pipeline = CameraPipeline("A", FakeCamera(frame(0, 0.0, 9)), FakeTracker(), live=False)
+    run = TrackingSession([pipeline], None, None, Console(file=out), has_viewers)
     assert run.run() == 0, "nothing was cut short"
     assert run.ended_by == ""
     assert looked[:5] == [True] * 5
@@ -656,8 +678,10 @@ def test_what_has_ended_stays_as_long_as_somebody_looks(monkeypatch, by):
 def test_for_a_camera_that_was_given_up_nobody_is_waited_for():
     camera = FakeCamera(frame(0, 0.0, 9))
     camera.why = "camera 0 did not come back"
-    run = Run([Watcher("A", camera, FakeTracker())], None, None, silent(), lambda: True)
-    with pytest.raises(Interrupted, match="did not come back"):
+    run = TrackingSession(
+        [CameraPipeline("A", camera, FakeTracker())], None, None, silent(), lambda: True
+    )
+    with pytest.raises(TrackingInterrupted, match="did not come back"):
         run.run()
 
 
@@ -665,7 +689,7 @@ def test_for_a_camera_that_was_given_up_nobody_is_waited_for():
     ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 )
 def test_a_signal_ends_it_with_everything_on_the_disk(tmp_path, number, status):
-    sheet = Sheet(tmp_path / "out.csv", False)
+    out = ObservationCsv(tmp_path / "out.csv", False)
 
     def strike(timeout):
         if camera.struck:
@@ -676,17 +700,19 @@ def test_a_signal_ends_it_with_everything_on_the_disk(tmp_path, number, status):
     camera = FakeCamera(frame(0, 0.0, 9), frame(1, 0.1, 0), after=strike)
     camera.struck = False
     before = signal.getsignal(number)
-    run = Run([Watcher("A", camera, FakeTracker(), sheet=sheet)], sheet, None, silent())
+    run = TrackingSession(
+        [CameraPipeline("A", camera, FakeTracker(), csv=out)], out, None, silent()
+    )
     assert run.run() == status
     assert run.ended_by == ("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
     assert signal.getsignal(number) == before
-    sheet.close()
+    out.close()
     assert [row["u"] for row in rows(tmp_path / "out.csv")] == ["9.000", ""]
 
 
 def test_what_was_tracked_is_on_the_disk_meanwhile(tmp_path, monkeypatch):
-    monkeypatch.setattr(watching, "TICK", 0.001)
-    sheet = Sheet(tmp_path / "out.csv", False)
+    monkeypatch.setattr(session, "STATUS_PERIOD", 0.001)
+    out = ObservationCsv(tmp_path / "out.csv", False)
     read = threading.Event()
 
     deadline = time.monotonic() + PATIENCE
@@ -698,14 +724,16 @@ def test_what_was_tracked_is_on_the_disk_meanwhile(tmp_path, monkeypatch):
             camera.after = None
 
     camera = FakeCamera(frame(0, 0.0, 9), after=look)
-    Run([Watcher("A", camera, FakeTracker(), sheet=sheet)], sheet, None, silent()).run()
-    sheet.close()
+    TrackingSession(
+        [CameraPipeline("A", camera, FakeTracker(), csv=out)], out, None, silent()
+    ).run()
+    out.close()
     assert read.is_set()
 
 
 def test_on_a_pipe_a_line_comes_now_and_then(monkeypatch):
-    monkeypatch.setattr(watching, "TICK", 0.001)
-    monkeypatch.setattr(watching, "PIPE_EVERY", 0.0)
+    monkeypatch.setattr(session, "STATUS_PERIOD", 0.001)
+    monkeypatch.setattr(status_display, "PIPE_STATUS_PERIOD", 0.0)
     out = io.StringIO()
 
     def until_seen(timeout):
@@ -713,25 +741,25 @@ def test_on_a_pipe_a_line_comes_now_and_then(monkeypatch):
             camera.after = None
 
     camera = FakeCamera(frame(0, 0.0, 90), after=until_seen)
-    monkeypatch.setattr(watching.time, "monotonic", Ticking())
-    watcher = Watcher("A", camera, FakeTracker(), now=lambda: 0.0)
-    Run([watcher], None, lambda: "no brick connected", Console(file=out)).run()
+    monkeypatch.setattr(status_display.time, "monotonic", Ticking())
+    pipeline = CameraPipeline("A", camera, FakeTracker(), now=lambda: 0.0)
+    TrackingSession([pipeline], None, lambda: "no brick connected", Console(file=out)).run()
     line = out.getvalue().splitlines()[1]
     assert line.endswith("effector 90.0,0.0 (0.90), age 0 ms; no brick connected")
 
 
 def test_on_a_pipe_every_camera_has_a_line_of_its_own(monkeypatch):
-    monkeypatch.setattr(watching, "PIPE_EVERY", 0.0)
+    monkeypatch.setattr(status_display, "PIPE_STATUS_PERIOD", 0.0)
     out = io.StringIO()
     cameras = FakeCamera(frame(0, 0.0, 90)), FakeCamera(frame(0, 0.0, 0))
-    watchers = [
-        Watcher(name, camera, FakeTracker(), now=lambda: 0.0)
+    pipelines = [
+        CameraPipeline(name, camera, FakeTracker(), now=lambda: 0.0)
         for name, camera in zip("AB", cameras, strict=True)
     ]
-    for watcher in watchers:
-        watcher.step(0)
-    run = Run(watchers, None, lambda: "no brick connected", Console(file=out))
-    run._print_lines()
+    for pipeline in pipelines:
+        pipeline.step(0)
+    display = StatusDisplay(pipelines, lambda: "no brick connected", Console(file=out))
+    display.print_when_due()
     assert out.getvalue().splitlines() == [
         "A: 0 fps, effector 90.0,0.0 (0.90), age 0 ms",
         "B: 0 fps, effector lost: too dark, age 0 ms",
@@ -752,8 +780,8 @@ class Ticking:
 def test_on_a_terminal_the_line_stays_in_its_place():
     out = io.StringIO()
     console = Console(file=out, force_terminal=True, width=100, legacy_windows=False)
-    watcher = Watcher("A", FakeCamera(frame(0, 0.0, 90)), FakeTracker(), live=False)
-    Run([watcher], None, None, console).run()
+    pipeline = CameraPipeline("A", FakeCamera(frame(0, 0.0, 90)), FakeTracker(), live=False)
+    TrackingSession([pipeline], None, None, console).run()
     assert "\x1b[2K" in out.getvalue(), "it is wiped and written anew"
     assert "tracking" in out.getvalue()
 
@@ -761,22 +789,24 @@ def test_on_a_terminal_the_line_stays_in_its_place():
 @pytest.mark.parametrize(
     ("state", "text"),
     [
-        (State(), "no brick connected"),
-        (State(lost="10.0.0.2: bye"), "no brick connected (last: 10.0.0.2: bye)"),
-        (State(client="::ffff:10.0.0.2"), "brick 10.0.0.2"),
+        (ServerState(), "no brick connected"),
+        (ServerState(lost="10.0.0.2: bye"), "no brick connected (last: 10.0.0.2: bye)"),
+        (ServerState(client="::ffff:10.0.0.2"), "brick 10.0.0.2"),
         (
-            State(client="10.0.0.2", round_trip=0.0032, status=Status(1.0, (0.1,), 12.34, "lost")),
+            ServerState(
+                client="10.0.0.2", round_trip=0.0032, status=Status(1.0, (0.1,), 12.34, "lost")
+            ),
             "brick 10.0.0.2, round trip 3.2 ms, error 12.3 px, lost",
         ),
     ],
 )
 def test_the_link_in_a_few_words(state, text):
-    assert track.link_text(state) == text
+    assert status_text.link_status(state) == text
 
 
 def test_who_has_several_cameras_is_told_how_to_say_that_the_arm_is_in_space():
-    one = track.invitation(["visual_servoing.py --code ABCD-EFGH"])
-    two = track.invitation(["visual_servoing.py --code ABCD-EFGH"], cameras=2)
+    one = status_text.brick_instructions(["visual_servoing.py --code ABCD-EFGH"])
+    two = status_text.brick_instructions(["visual_servoing.py --code ABCD-EFGH"], cameras=2)
     assert one == two[:1]
     assert "--arm spatial" in two[1]
 
