@@ -6,7 +6,7 @@ Each has an "event", and beside it:
     serving  "host" and "port" at which programs on this machine reach the link, and the "code";
              "addresses": a list of HOST:PORT for everybody else
     page     "url", which holds the token that lets one in
-    ready    nothing: from here on frames are looked at
+    ready    nothing: from here on frames are taken, and a signal ends it in order
     end      "status", the exit status, and "reason" in words
 """
 

@@ -61,8 +61,11 @@ class TrackingSession:
         self._error: BaseException | None = None
         self._announced: list[CameraPipeline] = []  # that they have ended
 
-    def run(self) -> int:
+    def run(self, on_ready: Callable[[], None] = lambda: None) -> int:
         """Run it and return the exit status: 0 at the end, or that of the signal before it.
+
+        Args:
+            on_ready: called once frames are taken, and a signal ends it in order.
 
         Raises:
             TrackingInterrupted: no camera is left and some were given up, or the CSV cannot be
@@ -80,6 +83,7 @@ class TrackingSession:
             for thread in self.threads:
                 thread.start()
             try:
+                on_ready()
                 self._wait(len(groups), ended)
             finally:
                 self._stop.set()

@@ -168,9 +168,8 @@ def _track(
         link = (lambda: link_status(server.state())) if server else None
         has_viewers = page.has_viewers if page else (lambda: False)
         session = TrackingSession(pipelines, csv, link, console, has_viewers)
-        announce(announcements.READY)
         try:
-            status = session.run()
+            status = session.run(partial(announce, announcements.READY))
         except TrackingInterrupted as error:
             failed = error
         with signals_ignored():

@@ -16,6 +16,7 @@ import time
 import cv2
 import numpy as np
 import pytest
+from announced import wait_for_event
 from click.testing import CliRunner
 from places import FOOTAGE, ROOT
 from rich.console import Console
@@ -811,6 +812,94 @@ def test_who_has_several_cameras_is_told_how_to_say_that_the_arm_is_in_space():
     assert "--arm spatial" in two[1]
 
 
+# What programs are told
+
+
+def test_programs_are_told_in_json_lines_and_people_beside_them(run, video):
+    words = [
+        "--camera",
+        video(2),
+        "--camera",
+        video(3, "two.avi"),
+        "--announce",
+        "--page-port",
+        "0",
+    ]
+    shown = run(*words, "--host", "127.0.0.1", "--port", "0")
+    events = [json.loads(line) for line in shown.stdout.splitlines()]
+    cameras, serving, page, ready, end = events
+    assert [event.pop("event") for event in events] == EVENTS
+    assert [(camera["name"], camera["size"], camera["fps"]) for camera in cameras["cameras"]] == [
+        ("A", [WIDTH, HEIGHT], 20.0),
+        ("B", [WIDTH, HEIGHT], 20.0),
+    ]
+    assert cameras["cameras"][1]["source"].endswith("two.avi")
+    assert serving["host"] == "127.0.0.1"
+    place = f"127.0.0.1:{serving['port']}"
+    assert serving["addresses"] == [place]
+    assert f"{place} --code {serving['code']}" in shown.stderr
+    assert f"page: {page['url']}" in shown.stderr
+    assert "token=" in page["url"]
+    assert ready == {}
+    assert end == {"status": 0, "reason": "every camera has ended"}
+    assert "2 of 2" in shown.stderr
+    TrackingServer("127.0.0.1", serving["port"], "ABCDEFGH").close()
+
+
+EVENTS = ["cameras", "serving", "page", "ready", "end"]
+
+
+def test_without_link_and_page_nothing_is_told_of_them(run, video):
+    shown = run("--camera", video(2), "--no-serve", "--announce")
+    assert [json.loads(line)["event"] for line in shown.stdout.splitlines()] == [
+        "cameras",
+        "ready",
+        "end",
+    ]
+
+
+def test_an_ipv6_host_is_told_without_brackets(run, video):
+    try:
+        socket.create_server(("::1", 0), family=socket.AF_INET6).close()
+    except OSError:
+        pytest.skip("no IPv6 here")
+    words = ["--camera", video(2), "--announce", "--no-page", "--host", "::1", "--port", "0"]
+    serving = wait_for_event(run(*words).stdout.splitlines(), "serving")
+    assert serving["host"] == "::1"
+    assert serving["addresses"] == [f"[::1]:{serving['port']}"]
+
+
+def test_programs_are_told_why_it_does_not_begin(run, video):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        words = ["--camera", video(2), "--host", "127.0.0.1", "--port", port, "--announce"]
+        shown = run(*words, status=1)
+    (end,) = [json.loads(line) for line in shown.stdout.splitlines()]
+    assert (end["event"], end["status"]) == ("end", 1)
+    assert f"port {port} is in use" in end["reason"]
+    assert in_one_line(shown.stderr, end["reason"])
+
+
+def test_programs_are_told_of_a_signal_that_ends_it(tmp_path):
+    words = ["--camera", "synthetic", "--scene", "width=320,height=240,clutter=0", "--port", "0"]
+    tracker = subprocess.Popen(
+        [sys.executable, "-m", "laptop", "track", *words, "--no-page", "--announce"],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        wait_for_event(tracker.stdout, "ready")
+        tracker.send_signal(signal.SIGTERM)
+        rest, error = tracker.communicate(timeout=PATIENCE)
+    finally:
+        tracker.kill()
+    assert tracker.returncode == 143
+    assert json.loads(rest) == {"event": "end", "status": 143, "reason": "stopped by SIGTERM"}
+    assert error.endswith("laptop: stopped by SIGTERM\n")
+
+
 # Real processes
 
 
@@ -894,9 +983,3 @@ def test_on_real_footage_as_in_the_readme(run, tmp_path):
     assert len(off) > len(truth) / 2
     assert statistics.median(off) <= 4
     assert float(table[24]["t"]) == pytest.approx(24 / (24000 / 1001), abs=1e-6)
-
-
-def test_the_server_is_closed_when_the_video_ends(run, video):
-    shown = run("--camera", video(2), "--host", "127.0.0.1", "--port", "0").stdout
-    port = int(shown.split("127.0.0.1:")[1].split()[0])
-    TrackingServer("127.0.0.1", port, "ABCDEFGH").close()
