@@ -7,6 +7,7 @@ laptop.bench, laptop.demo, laptop.simulator -> robot; all of them -> shared
 
 import ast
 import importlib.util
+import re
 import subprocess
 import sys
 
@@ -233,6 +234,15 @@ def test_a_forbidden_import_is_caught(module, source, name):
 )
 def test_an_allowed_import_passes(module, source):
     assert violations(module, source) == []
+
+
+def test_our_environment_variables_are_named_in_one_place():
+    found = set()
+    for path in SOURCES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and re.fullmatch(r"BRICKSERVO_\w+", str(node.value)):
+                found.add(dotted(path))
+    assert found == {"shared.state"}
 
 
 def test_the_checkout_holds_only_the_agreed_entries():

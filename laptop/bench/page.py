@@ -41,6 +41,7 @@ from robot.clock import Clock
 from robot.tracking_client import Memory, TrackingClient
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.pairing import read_code
+from shared.state import ARM, STATE
 
 FPS = 30.0
 WARM, LISTENED = 4.0, 10.0
@@ -156,7 +157,7 @@ def _measure(made: Any, seed: int, looking: Looking) -> Result:
     views = Views(arm, scene)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-bench-")))
-        crew = ProcessGroup(folder, {"BRICKSERVO_STATE": str(folder), "BRICKSERVO_ARM": arm.file})
+        crew = ProcessGroup(folder, {STATE: str(folder), ARM: arm.file})
         stack.callback(crew.close)
         tracker = crew.start(
             "tracker",

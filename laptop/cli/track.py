@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -14,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.options import on_the_page
+from shared import state
 from shared.arm_description import ArmError
-from shared.state import state_folder
 
 if TYPE_CHECKING:
     from laptop.tracking.track import PageInputs, ServedPage
@@ -158,7 +157,7 @@ def track(
     shown = options["serve"] if page is None else page
     # The page brings an emulated brick along; its arm is there from the beginning.
     usual = "spatial" if shown and options["camera"].count("synthetic") > 1 else "planar"
-    arm = os.environ.get("BRICKSERVO_ARM", usual)
+    arm = state.default_arm(usual)
     if options["open"] and not shown:
         raise click.UsageError("--open opens the page; leave --no-page out.")
     try:
@@ -213,7 +212,7 @@ def start_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
         place: HOST:PORT of the tracker.
         code: to pair with it.
     """
-    home = Path(state_folder()) / "emulated-brick"
+    home = Path(state.state_folder()) / state.BRICK_FOLDER
     home.mkdir(parents=True, exist_ok=True)
     words = ["simulate", "--realtime", "--timeout", f"{BRICK_TIMEOUT:g}", "--arm", arm]
     words += ["--out", str(home), str(SERVO), place, "--code", code, "--arm", arm, "--wait"]

@@ -49,6 +49,7 @@ from laptop.simulator.host.pace import Pace, PacedClock
 from laptop.simulator.live import Follower
 from laptop.simulator.session import AFTER
 from shared.arm_description import Arm, find_arm, read_arm
+from shared.state import ARM, STATE
 
 TOLERANCE = 5.0
 """What the servo stops at if nothing is said, px."""
@@ -98,9 +99,7 @@ def run(orders: Orders, console: Console) -> tuple[int, Path]:
         clock = PacedClock(state)
         stack.callback(clock.close)
         # The cameras show this arm from the start, before it moves.
-        crew = ProcessGroup(
-            folder, {"BRICKSERVO_STATE": state, "BRICKSERVO_ARM": os.path.abspath(arm.file)}
-        )
+        crew = ProcessGroup(folder, {STATE: state, ARM: os.path.abspath(arm.file)})
         stack.enter_context(ending_on_signals())
         stack.callback(crew.close)
         stack.enter_context(progress.shown())

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from shared import pairing
 from shared.arm_description import ArmError
-from shared.state import state_folder
+from shared.state import PAIRING_FILE, state_folder
 
 
 class BadPairing(ArmError, OSError):
@@ -25,7 +25,7 @@ def pairing_code(folder: Path | None = None) -> str:
     Raises:
         BadPairing: naming the file and what to do.
     """
-    file = (folder or Path(state_folder())) / "pairing"
+    file = (folder or Path(state_folder())) / PAIRING_FILE
     try:
         with contextlib.suppress(FileNotFoundError):
             code = pairing.read_code(file.read_text(encoding="ascii"))

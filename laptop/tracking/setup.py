@@ -26,7 +26,7 @@ from laptop.vision.frames import Frame
 from laptop.vision.learning import learn
 from laptop.vision.markers import Marker, read_markers
 from shared.messages import EFFECTOR, GOAL
-from shared.state import state_folder
+from shared.state import MARKERS_FILE, state_folder
 
 FIRST_FRAME_TIMEOUT = 5.0
 """A live camera that gives no frame within this time, s, gives none."""
@@ -66,7 +66,7 @@ class TrackingSetup(NamedTuple):
 
 def markers_file() -> Path:
     """Path of the file of learned markers: in $BRICKSERVO_STATE or ~/.brickservo."""
-    return Path(state_folder()) / "markers.ini"
+    return Path(state_folder()) / MARKERS_FILE
 
 
 def prepare(
