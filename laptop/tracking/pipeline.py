@@ -40,7 +40,7 @@ class FrameSource(Protocol):
     def close(self) -> None: ...  # noqa: D102
 
 
-class MarkerFinder(Protocol):
+class FrameTracker(Protocol):
     """The part of a tracker that a pipeline uses; see `laptop.vision.tracker`."""
 
     why: dict[str, str]
@@ -81,7 +81,7 @@ class CameraPipeline:
         self,
         name: str,
         camera: FrameSource,
-        tracker: MarkerFinder,
+        tracker: FrameTracker,
         goal: Point | None = None,
         server: ObservationSink | None = None,
         csv: ObservationCsv | None = None,

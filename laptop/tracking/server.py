@@ -98,9 +98,8 @@ class TrackingServer:
         port: 0 takes any free one.
         code: as shared.pairing.read_code returns it.
         now: the clock of the observations, s.
-        threaded: True lets the sockets run in a thread of their own; else they run only in `turn`,
-            which is to be called at least every SERVICE_PERIOD s, and whenever somebody is
-            `calling`.
+        threaded: True lets the sockets run in a thread of their own; else they run only in
+            `serve_once`, to be called every SERVICE_PERIOD s or sooner, and whenever it `has_work`.
 
     Attributes:
         host, port: where it listens; host "" is everywhere.
@@ -134,11 +133,11 @@ class TrackingServer:
         self._ending = False
         self._accept_again: float | None = None
 
-        self._bell, self._ringer = socket.socketpair()
-        self._bell.setblocking(False)
-        self._ringer.setblocking(False)
+        self._wake_receiver, self._wake_sender = socket.socketpair()
+        self._wake_receiver.setblocking(False)
+        self._wake_sender.setblocking(False)
         self._selector = selectors.DefaultSelector()
-        self._selector.register(self._bell, selectors.EVENT_READ)
+        self._selector.register(self._wake_receiver, selectors.EVENT_READ)
         self._selector.register(self._listener, selectors.EVENT_READ)
         self._thread: threading.Thread | None = None
         if threaded:
@@ -189,7 +188,7 @@ class TrackingServer:
             link = self._served.link
             link.send(message)
             if link.blocked or link.closed:
-                self._ring()  # to wait until it can go out, or to clear up
+                self._wake_thread()  # to wait until it can go out, or to clear up
             return not link.closed
 
     def state(self) -> ServerState:
@@ -215,42 +214,42 @@ class TrackingServer:
             if self._ending:
                 return
             self._ending = True
-            self._ring()
+            self._wake_thread()
         if self._thread is not None:
             self._thread.join()
-        for caller in self._everybody():
+        for caller in self._connections():
             caller.link.close(reason)
         self._callers, self._served = [], None
         self._selector.close()
-        for sock in (self._listener, self._bell, self._ringer):
+        for sock in (self._listener, self._wake_receiver, self._wake_sender):
             sock.close()
 
     # The sockets
 
-    def calling(self, timeout: float | None = 0.0) -> bool:
-        """Return True if there is something for `turn` to do; wait for it, at most `timeout` s."""
+    def has_work(self, timeout: float | None = 0.0) -> bool:
+        """Return True if `serve_once` has something to do; wait for it, at most `timeout` s."""
         return bool(self._selector.select(timeout))
 
-    def turn(self) -> None:
+    def serve_once(self) -> None:
         """Do once what is due: let callers in, read, answer, ping, send; never waits."""
         with self._lock:
             with contextlib.suppress(BlockingIOError):
-                self._bell.recv(4096)
+                self._wake_receiver.recv(4096)
             if not self._ending:
                 self._accept()
-                for caller in self._everybody():
-                    self._attend(caller)
+                for caller in self._connections():
+                    self._service(caller)
 
     def _serve(self) -> None:
         while not self._ending:
-            self.calling(SERVICE_PERIOD if self._everybody() or self._accept_again else None)
-            self.turn()
+            self.has_work(SERVICE_PERIOD if self._connections() or self._accept_again else None)
+            self.serve_once()
 
-    def _ring(self) -> None:
-        with contextlib.suppress(BlockingIOError):  # then it rings already
-            self._ringer.send(b"!")
+    def _wake_thread(self) -> None:
+        with contextlib.suppress(BlockingIOError):  # then it wakes up already
+            self._wake_sender.send(b"!")
 
-    def _everybody(self) -> list[_Caller]:
+    def _connections(self) -> list[_Caller]:
         return [*self._callers, *([self._served] if self._served else [])]
 
     def _accept(self) -> None:
@@ -284,8 +283,8 @@ class TrackingServer:
         senders = [caller.sender for caller in self._callers]
         self._dismiss(self._callers[senders.index(max(senders, key=senders.count))])
 
-    def _attend(self, caller: _Caller) -> None:
-        if caller not in self._everybody():
+    def _service(self, caller: _Caller) -> None:
+        if caller not in self._connections():
             return  # sent away meanwhile
         caller.link.poll()
         message = caller.link.receive()
@@ -322,11 +321,11 @@ class TrackingServer:
                 caller.brick_nonce = message.nonce
                 caller.link.send(Challenge(caller.laptop_nonce))
         elif isinstance(message, Proof) and caller.brick_nonce is not None:
-            self._judge(caller, message, caller.brick_nonce)
+            self._check_proof(caller, message, caller.brick_nonce)
         elif not isinstance(message, Bye):
             caller.link.close()
 
-    def _judge(self, caller: _Caller, message: Proof, brick_nonce: str) -> None:
+    def _check_proof(self, caller: _Caller, message: Proof, brick_nonce: str) -> None:
         now = self._now()
         nonces = brick_nonce, caller.laptop_nonce
         wait = self._guesses.wait(caller.sender, now)

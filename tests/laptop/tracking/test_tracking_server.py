@@ -201,16 +201,16 @@ def test_without_a_thread_the_sockets_run_only_in_its_turns(clock, tmp_path):
     threads = threading.active_count()
     with TrackingServer("127.0.0.1", 0, CODE, clock.laptop, threaded=False) as server:
         assert threading.active_count() == threads
-        assert not server.calling()
+        assert not server.has_work()
         client = TrackingClient(
             "127.0.0.1", server.port, CODE, clock, Memory(str(tmp_path)), say=lambda line: None
         )
         for _ in range(5):
             client.look(0.01)
         assert not client.linked
-        assert server.calling(5.0)
+        assert server.has_work(5.0)
         for _ in range(5):
-            server.turn()
+            server.serve_once()
             client.look(0.01)
         assert client.linked
         observe(server, clock, 1)  # at once, whoever's turn it is
