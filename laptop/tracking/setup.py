@@ -92,8 +92,7 @@ def prepare(
         specs[GOAL] = goal
     picture = read_picture(options.picture) if options.picture else None
     size = read_size(options.size) if options.size else None
-    webcams = [source for source in options.camera if WEBCAM.fullmatch(source)]
-    if size and not webcams and SYNTHETIC in options.camera:
+    if size and not _webcams(options) and SYNTHETIC in options.camera:
         raise InvalidTrackOption(
             f"size {options.size}: write --scene width={size[0]},height={size[1]}"
         )
@@ -101,19 +100,10 @@ def prepare(
     known = selection.known
     selection.check()
     live = options.serve or any(map(_gives_live_frames, options.camera))
-    cameras: list[FrameSource] = []
-    shown: dict[str, str] = {}
-    for name, source in zip(CAMERA_NAMES, options.camera, strict=False):
-        if source == SYNTHETIC:
-            camera, looks = open_synthetic(name, options.scene, options.fps)
-            shown = {**looks, **shown}
-            # What was learned from another camera is not known to be in the scene.
-            selection = replace(selection, default=shown, known=known if options.markers else {})
-        else:
-            asked = size if source in webcams or not webcams else None
-            camera = open_camera(source, live, options.fps, asked)
-        cameras.append(camera)
-        stack.callback(camera.close)
+    cameras, rendered = _open_cameras(options, size, live, open_synthetic, stack)
+    if SYNTHETIC in options.camera:
+        # What was learned from another camera is not known to be in the scene.
+        selection = replace(selection, default=rendered, known=known if options.markers else {})
     learned = _learn(options.camera[0], cameras[0], selection)
     for name, source, camera, point in zip(
         CAMERA_NAMES, options.camera, cameras, points, strict=False
@@ -162,6 +152,38 @@ def _select(options: TrackOptions, specs: dict[str, str | None]) -> tuple[Marker
         raise InvalidTrackOption(f"markers {file}: there is no such file; make it with --pick")
     known = read_markers(file) if file.exists() else {}
     return MarkerSelection(specs, picks, known, options.markers is not None, DEFAULT_SPECS), file
+
+
+def _webcams(options: TrackOptions) -> list[str]:
+    return [source for source in options.camera if WEBCAM.fullmatch(source)]
+
+
+def _open_cameras(
+    options: TrackOptions,
+    size: tuple[int, int] | None,
+    live: bool,
+    open_synthetic: OpenSynthetic,
+    stack: ExitStack,
+) -> tuple[list[FrameSource], dict[str, str]]:
+    """Open all cameras; return them, and SPEC by name of the markers that are rendered.
+
+    Args:
+        size: (width, height), px, for webcams, or None.
+        live: see open_camera.
+    """
+    webcams = _webcams(options)
+    cameras: list[FrameSource] = []
+    rendered: dict[str, str] = {}
+    for name, source in zip(CAMERA_NAMES, options.camera, strict=False):
+        if source == SYNTHETIC:
+            camera, specs = open_synthetic(name, options.scene, options.fps)
+            rendered = {**specs, **rendered}
+        else:
+            asked = size if source in webcams or not webcams else None
+            camera = open_camera(source, live, options.fps, asked)
+        cameras.append(camera)
+        stack.callback(camera.close)
+    return cameras, rendered
 
 
 def _gives_live_frames(source: str) -> bool:
