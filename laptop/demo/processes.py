@@ -250,13 +250,13 @@ class Deadline:
 
     @property
     def passed(self) -> bool:
-        """Whether it is over."""
+        """True once it is over."""
         now = self._clock.now(), time.monotonic()
         return any(t > end for t, end in zip(now, self._ends, strict=True))
 
 
 def answers(address: str) -> bool:
-    """Whether a page answers, and be it that nobody is let in."""
+    """Return True if a page answers, and be it that nobody is let in."""
     host = urllib.parse.urlsplit(address).netloc
     connection = http.client.HTTPConnection(host, timeout=READY)
     try:
