@@ -25,6 +25,7 @@ if __name__ == "__main__":
     program.let_signals_end()
 
 from robot.command_line import Parser  # noqa: E402
+from shared.state import default_arm  # noqa: E402
 
 ARMS = ("planar", "spatial")
 
@@ -51,7 +52,7 @@ def main(argv=None):
     parser.add_argument(
         "--arm",
         metavar="FILE",
-        default=os.environ.get("BRICKSERVO_ARM", "planar"),
+        default=default_arm(),
         help="its arm file (default: $BRICKSERVO_ARM, else planar)",
     )
     parser.add_argument(

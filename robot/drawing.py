@@ -5,6 +5,7 @@ import os
 
 from robot.motion import classic_steps, kinematics, paths, trajectory
 from shared.arm_description import ArmError
+from shared.state import PLAN
 
 METHODS = ("smooth", "steps")
 
@@ -166,7 +167,7 @@ def _way(stroke):
 
 def announce(strokes):
     """Append the wanted path to the file $BRICKSERVO_PLAN, for whoever watches; one JSON line."""
-    file = os.environ.get("BRICKSERVO_PLAN")
+    file = os.environ.get(PLAN)
     if file:
         points = [strokes[0][0]] + [p for stroke in strokes for p in stroke[1:]]
         import json  # not above: few are watched

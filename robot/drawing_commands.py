@@ -1,7 +1,6 @@
 """The commands of `driver.py`: what is typed becomes drawings, and those are drawn."""
 
 import math
-import os
 import re
 import sys
 
@@ -12,6 +11,7 @@ from robot.drawing import METHODS, Driver
 from robot.motion import kinematics, paths, trajectory
 from robot.motion.zero import NotHomed
 from shared.arm_description import ArmError, find_arm, read_arm
+from shared.state import default_arm
 
 LINES = {
     2: (((10, 0), (5, 10)), ((15, 0), (0, 15)), ((12, 15), (0, 15))),
@@ -39,7 +39,7 @@ def _parser():
     parser = Parser("driver.py", "Draw with the arm; all lengths in cm.")
     parser.add_argument(
         "--arm",
-        default=os.environ.get("BRICKSERVO_ARM", "planar"),
+        default=default_arm(),
         metavar="FILE",
         help="arm file (default: $BRICKSERVO_ARM, else planar)",
     )

@@ -1,7 +1,6 @@
 """The command of `visual_servoing.py`: one run, or runs as the laptop orders them."""
 
 import contextlib
-import os
 import re
 import sys
 
@@ -16,6 +15,7 @@ from robot.tracker_address import find_tracker
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.messages import BUDGET, TOLERANCE, Start
 from shared.orders import METHODS, MODES, ROWS, BadOrders, check
+from shared.state import default_arm
 from shared.verdicts import CONVERGED
 
 CAMERA = "A"
@@ -91,7 +91,7 @@ def _parser():
         " the arm between them",
     )  # fmt: skip
     parser.add_argument(
-        "--arm", default=os.environ.get("BRICKSERVO_ARM", "planar"), metavar="FILE",
+        "--arm", default=default_arm(), metavar="FILE",
         help="arm file (default: $BRICKSERVO_ARM, else planar)",
     )  # fmt: skip
     parser.add_argument(

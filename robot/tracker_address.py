@@ -9,7 +9,7 @@ from shared import pairing
 from shared.arm_description import ArmError
 from shared.messages import PORT
 from shared.record import record
-from shared.state import state_folder
+from shared.state import TRACKER_FILE, state_folder
 
 
 class NotPaired(ArmError):
@@ -32,7 +32,7 @@ class Memory(object):
     """
 
     def __init__(self, folder=None):
-        self.file = os.path.join(folder or state_folder(), "tracker")
+        self.file = os.path.join(folder or state_folder(), TRACKER_FILE)
 
     def load(self):
         """The Tracker; None if none is remembered, or the file is of no use."""

@@ -1,8 +1,46 @@
-"""Where this user's programs keep what they remember."""
+"""Channels between processes: environment variables, and files in this user's state folder.
+
+    variable          written by                   read by                  meaning
+    BRICKSERVO_STATE  people, simulate,            all                      the state folder;
+                      demo, bench                                           if unset ~/.brickservo
+    BRICKSERVO_ARM    people, simulate,            driver, visual_servoing, arm, its name or file;
+                      demo, bench                  bench_brick, simulate,   if unset planar
+                                                   demo, track
+    BRICKSERVO_PLAN   simulate                     driver, other scripts    file to append the
+                                                                            wanted paths to;
+                                                                            if unset nobody watches
+    SSH_CLIENT,       sshd, simulate               visual_servoing,         where the laptop is
+    SSH_CONNECTION                                 tracking_client
+
+    file              written by                   read by                  meaning
+    pairing           track                        track                    this laptop's code
+    markers.ini       track and its page           track                    learned markers
+    tracker           visual_servoing,             the same                 the laptop's address
+                      tracking_client                                       and code
+    ARM.json          driver, visual_servoing      the same                 zero of an arm
+    live.txt          simulate --realtime          synthetic cameras        pose of the arm, ink
+    clock             whoever comes first of       the same, demo           time of the emulated
+                      simulate and cameras                                  world
+    emulated-brick/   track: its own brick         people                   what that brick said
+
+Between two processes that one starts, standard output and exit status do the rest: see
+laptop.tracking.announcements.
+"""
 
 import os
 
+STATE, ARM, PLAN = "BRICKSERVO_STATE", "BRICKSERVO_ARM", "BRICKSERVO_PLAN"
+"""Environment variables."""
+PAIRING_FILE, MARKERS_FILE, TRACKER_FILE = "pairing", "markers.ini", "tracker"
+LIVE_FILE, CLOCK_FILE, BRICK_FOLDER = "live.txt", "clock", "emulated-brick"
+"""Names in the state folder."""
+
 
 def state_folder():
-    """$BRICKSERVO_STATE, or ~/.brickservo; it need not exist yet."""
-    return os.environ.get("BRICKSERVO_STATE") or os.path.expanduser("~/.brickservo")
+    """Return the state folder of this user's programs; it need not exist yet."""
+    return os.environ.get(STATE) or os.path.expanduser("~/.brickservo")
+
+
+def default_arm(otherwise="planar"):
+    """Return the name or file of the arm where none is given."""
+    return os.environ.get(ARM, otherwise)

@@ -26,7 +26,14 @@ import numpy as np
 
 from laptop.demo import results
 from laptop.demo.goals import STANDS, Goal, Views, choose_goals, goal_words
-from laptop.demo.processes import SERVO, SERVOED, Crew, Program, read_invitation, read_page, said
+from laptop.demo.processes import (
+    SERVO,
+    SERVOED,
+    ChildProcess,
+    ProcessGroup,
+    wait_for_link,
+    wait_for_page,
+)
 from laptop.demo.truth import approach_of
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.session import AFTER
@@ -34,6 +41,7 @@ from robot.clock import Clock
 from robot.tracking_client import Memory, TrackingClient
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.pairing import read_code
+from shared.state import ARM, STATE
 
 FPS = 30.0
 WARM, LISTENED = 4.0, 10.0
@@ -149,19 +157,19 @@ def _measure(made: Any, seed: int, looking: Looking) -> Result:
     views = Views(arm, scene)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-bench-")))
-        crew = Crew(folder, {"BRICKSERVO_STATE": str(folder), "BRICKSERVO_ARM": arm.file})
+        crew = ProcessGroup(folder, {STATE: str(folder), ARM: arm.file})
         stack.callback(crew.close)
         tracker = crew.start(
             "tracker",
-            ["track", "--camera", "synthetic", "--scene", f"{scene},fps={FPS:g}"]
+            ["track", "--announce", "--camera", "synthetic", "--scene", f"{scene},fps={FPS:g}"]
             + ["--host", "127.0.0.1", "--port", "0", "--csv", str(folder / "track.csv")]
             + ["--page", "--page-port", "0", "--no-brick"],
         )
-        place, code = said(tracker, read_invitation)
+        place, code = wait_for_link(tracker)
         clock = PacedClock(str(folder))
         stack.callback(clock.close)
         began = clock.now(), time.monotonic()
-        pages = _open(made, said(tracker, read_page), looking.pages, stack)
+        pages = _open(made, wait_for_page(tracker), looking.pages, stack)
         time.sleep(WARM)
         with _frozen(made) if looking.frozen else ExitStack():
             if pages and not looking.frozen:
@@ -252,7 +260,7 @@ def _where_lines_end(views: Views) -> str:
     return ",".join(f"{math.degrees(angle):.4f}" for angle in posture)
 
 
-def _judged(views: Views, goal: Goal, home: Path, servo: Program) -> Approach:
+def _judged(views: Views, goal: Goal, home: Path, servo: ChildProcess) -> Approach:
     told = results.read_approach(home.parent, approach_of(views, goal, home, servo))
     words = f"{goal.name}: {told.words}; {told.verdict.get('reason') or 'no reason told'}"
     return Approach(told.reached, int(told.verdict["moves"]), told.seconds, told.error, words)

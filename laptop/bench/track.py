@@ -43,6 +43,7 @@ from robot import tracking_client
 from shared.arm_description import find_arm, read_arm
 from shared.messages import Observation
 from shared.pairing import new_code
+from shared.state import STATE
 
 Point = tuple[float, float]
 
@@ -677,7 +678,7 @@ def serving(fps: float = 60.0, seconds: float = 5.0) -> float:
         stack.callback(server.close)
         client = subprocess.Popen(
             [sys.executable, tracking_client.__file__, f"127.0.0.1:{server.port}", "--code", code],
-            env={**os.environ, "BRICKSERVO_STATE": folder},
+            env={**os.environ, STATE: folder},
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )

@@ -6,11 +6,13 @@ from collections.abc import Callable
 
 import click
 
+from shared import state
+
 ON_THE_BRICK = click.option(
     "--arm",
     "arm_file",
     default="planar",
-    envvar="BRICKSERVO_ARM",
+    envvar=state.ARM,
     show_default=True,
     show_envvar=True,
     metavar="FILE",

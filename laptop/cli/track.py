@@ -1,38 +1,49 @@
-"""`track`: cameras are watched and the brick is served, with a page and a brick of its own."""
+"""`track`: the tracking of cameras is handed its page, synthetic cameras and emulated brick."""
 
 from __future__ import annotations
 
 import contextlib
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from laptop.cli.options import on_the_page
+from shared import state
 from shared.arm_description import ArmError
-from shared.state import state_folder
+
+if TYPE_CHECKING:
+    from laptop.tracking.track import PageInputs, ServedPage
 
 SERVO = Path(__file__).resolve().parents[2] / "robot" / "visual_servoing.py"
-FOREVER = 1e6
-"""For an emulated brick that ends with the tracker, s."""
-BESIDE = """
+BRICK_TIMEOUT = 1e6
+"""For an emulated brick, which ends with the tracker in any case, s."""
+END_TIMEOUT = 5.0
+"""An emulated brick that has not ended so long after it was told, s, is killed."""
+RUN_WHILE_INPUT_IS_OPEN = """
 import os, signal, sys, threading
-def follow():
+def end_with_input():
     sys.stdin.read()
     os.kill(os.getpid(), signal.SIGTERM)
-threading.Thread(target=follow, daemon=True).start()
+threading.Thread(target=end_with_input, daemon=True).start()
 from laptop.cli.main import main
 sys.exit(main())
 """
-"""A command in a process that ends with the one that has the other end of its input."""
+"""Program that runs a command of ours, and ends with the process that holds its input open."""
 
 
-@click.command()
+EXAMPLES = """\b
+Examples:
+  python -m laptop track --effector ball:green --goal 320,120
+  python -m laptop track --camera film.mp4 --no-serve --csv seen.csv
+"""
+
+
+@click.command(epilog=EXAMPLES)
 @click.option(
     "--camera",
     multiple=True,
@@ -119,43 +130,95 @@ sys.exit(main())
     help="Before a synthetic camera, an emulated brick comes when the page is first opened and "
     "none has called (default).",
 )
-def track(page: bool | None, brick: bool, **orders: Any) -> None:
+@click.option(
+    "--announce",
+    is_flag=True,
+    help="Announce events to programs: standard output bears one JSON object per line, with its "
+    '"event": cameras (name, source, size, fps), serving (host, port, code, addresses), page '
+    "(url), ready, end (status, reason).  All else goes to standard error.",
+)
+def track(
+    page: bool | None,
+    page_host: str,
+    page_port: int | None,
+    brick: bool,
+    announce: bool,
+    **options: Any,
+) -> None:
     """Find the markers in every frame, and serve the brick.
 
     Ends with the last video, once nobody has the page open, or by Ctrl-C.
     """
-    from laptop.tracking import track as tracking  # OpenCV is slow to import
+    from rich.console import Console
 
-    shown = orders["serve"] if page is None else page
+    from laptop.tracking import announcements, track  # OpenCV is slow to import
+    from laptop.tracking.options import TrackOptions
+
+    shown = options["serve"] if page is None else page
     # The page brings an emulated brick along; its arm is there from the beginning.
-    usual = "spatial" if shown and orders["camera"].count("synthetic") > 1 else "planar"
-    arm = os.environ.get("BRICKSERVO_ARM", usual)
-    if orders["open"] and not shown:
+    usual = "spatial" if shown and options["camera"].count("synthetic") > 1 else "planar"
+    arm = state.default_arm(usual)
+    if options["open"] and not shown:
         raise click.UsageError("--open opens the page; leave --no-page out.")
     try:
-        status = tracking.command(
-            tracking.Orders(page=shown, **orders),
-            partial(_synthetic, arm),
-            own_brick=partial(_own_brick, arm) if brick else None,
+        status = track.track(
+            TrackOptions(**options),
+            partial(_open_synthetic, arm),
+            Console(stderr=announce),
+            start_brick=partial(start_brick, arm) if brick else None,
+            open_page=partial(_open_page, page_host, page_port) if shown else None,
+            announce=announcements.json_lines(sys.stdout) if announce else announcements.silence,
         )
     except ArmError as error:
         raise click.ClickException(str(error)) from None
     sys.exit(status)
 
 
-@contextlib.contextmanager
-def _own_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
-    """An emulated brick that waits for orders; its lines go to its folder in the state folder.
+def _open_page(
+    host: str, port: int | None, stack: contextlib.ExitStack
+) -> Callable[[PageInputs], ServedPage]:
+    """Take the page's port; gives a function that serves the page there, see OpenPage."""
+    from laptop.page import process
+    from laptop.page.desk import Desk
+    from laptop.tracking.track import ServedPage
 
-    Gives what tells why it has ended, "" as long as it has not.
+    listener = stack.enter_context(process.listen(host, port))
+
+    def serve(inputs: PageInputs) -> ServedPage:
+        desk = Desk(
+            inputs.pipelines,
+            inputs.trackers,
+            inputs.sources,
+            inputs.server,
+            inputs.file,
+            inputs.start_brick,
+            inputs.now,
+        )
+        page = process.PageProcess(desk, listener, host)
+        stack.callback(page.close)
+        return ServedPage(page.address, page.warning, lambda: desk.watched, desk.expect)
+
+    return serve
+
+
+@contextlib.contextmanager
+def start_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
+    """Start an emulated brick that waits for orders; its output goes to the state folder.
+
+    Gives a function that tells why it has ended, "" while it has not.
+
+    Args:
+        arm: its name or file.
+        place: HOST:PORT of the tracker.
+        code: to pair with it.
     """
-    home = Path(state_folder()) / "emulated-brick"
+    home = Path(state.state_folder()) / state.BRICK_FOLDER
     home.mkdir(parents=True, exist_ok=True)
-    words = ["simulate", "--realtime", "--timeout", f"{FOREVER:g}", "--arm", arm]
+    words = ["simulate", "--realtime", "--timeout", f"{BRICK_TIMEOUT:g}", "--arm", arm]
     words += ["--out", str(home), str(SERVO), place, "--code", code, "--arm", arm, "--wait"]
     with open(home / "lines.txt", "wb") as lines:
-        brick = subprocess.Popen(
-            [sys.executable, "-c", BESIDE, *words],
+        process = subprocess.Popen(
+            [sys.executable, "-c", RUN_WHILE_INPUT_IS_OPEN, *words],
             cwd=SERVO.parent.parent,
             stdin=subprocess.PIPE,
             stdout=lines,
@@ -163,24 +226,26 @@ def _own_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
             start_new_session=True,  # Ctrl-C is the tracker's, who then ends this
         )
 
-    def why() -> str:
-        if brick.poll() is None:
+    def why_ended() -> str:
+        if process.poll() is None:
             return ""
         return f"the emulated brick has ended; what it said is in {home / 'lines.txt'}"
 
     try:
-        yield why
+        yield why_ended
     finally:
-        brick.terminate()
+        process.terminate()
         try:
-            brick.wait(5.0)
+            process.wait(END_TIMEOUT)
         except subprocess.TimeoutExpired:
-            brick.kill()
-        brick.communicate()
+            process.kill()
+        process.communicate()
 
 
-def _synthetic(arm: str, name: str, scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
-    """The synthetic camera of this name, and how the markers in its scene look."""
+def _open_synthetic(
+    arm: str, name: str, scene: str, fps: float | None
+) -> tuple[Any, dict[str, str]]:
+    """Open the synthetic camera of this name, see OpenSynthetic."""
     from laptop.simulator.scene.sight import looks
     from laptop.simulator.scene.synthetic_camera import open_live
 

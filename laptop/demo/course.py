@@ -33,16 +33,15 @@ from laptop.demo.processes import (
     READY,
     SERVO,
     SERVOED,
-    Crew,
+    ChildProcess,
     Deadline,
     DemoFailed,
-    Program,
+    ProcessGroup,
     TooBusy,
     answers,
     ending_on_signals,
-    read_invitation,
-    read_page,
-    said,
+    wait_for_link,
+    wait_for_page,
 )
 from laptop.demo.progress import Progress
 from laptop.demo.truth import SUMMARY, approach_of, ink_in_space, read_trace
@@ -50,6 +49,7 @@ from laptop.simulator.host.pace import Pace, PacedClock
 from laptop.simulator.live import Follower
 from laptop.simulator.session import AFTER
 from shared.arm_description import Arm, find_arm, read_arm
+from shared.state import ARM, STATE
 
 TOLERANCE = 5.0
 """What the servo stops at if nothing is said, px."""
@@ -99,9 +99,7 @@ def run(orders: Orders, console: Console) -> tuple[int, Path]:
         clock = PacedClock(state)
         stack.callback(clock.close)
         # The cameras show this arm from the start, before it moves.
-        crew = Crew(
-            folder, {"BRICKSERVO_STATE": state, "BRICKSERVO_ARM": os.path.abspath(arm.file)}
-        )
+        crew = ProcessGroup(folder, {STATE: state, ARM: os.path.abspath(arm.file)})
         stack.enter_context(ending_on_signals())
         stack.callback(crew.close)
         stack.enter_context(progress.shown())
@@ -144,7 +142,7 @@ class Part:
     options: Sequence[str]
     home: Path
     script: Sequence[str]
-    program: Program
+    program: ChildProcess
 
 
 class Show:
@@ -165,7 +163,7 @@ class Show:
         arm: Arm,
         orders: Orders,
         folder: Path,
-        crew: Crew,
+        crew: ProcessGroup,
         progress: Progress,
         clock: PacedClock,
         follower: Follower,
@@ -179,8 +177,8 @@ class Show:
         self._pace = Pace(clock)
         self._follower = follower
         self._began = time.monotonic()
-        self._played: list[Program] = []
-        self._rival: Program | None = None
+        self._played: list[ChildProcess] = []
+        self._rival: ChildProcess | None = None
         self._page: threading.Thread | None = None
         self._over = threading.Event()
         self.story: dict[str, Any] = {
@@ -208,7 +206,7 @@ class Show:
         place, code = self._invitation()
         self._progress.finish(TRACKER, True, f"listens at {place}")
         if self._orders.page:
-            address = said(self._tracker, read_page)
+            address = wait_for_page(self._tracker)
             self._page = threading.Thread(target=self._show_page, args=(address,), daemon=True)
             self._page.start()
         home = drawing.home
@@ -217,7 +215,7 @@ class Show:
         summary = json.loads((home / SUMMARY).read_text(encoding="utf-8"))
         if summary["status"]:
             drawing.program.wait(ENDED)
-            raise drawing.program.complain()
+            raise drawing.program.failure()
         self.story["cpu"] = summary["cpu"]
         lines = self.story["lines"] = summary["paths"]
         self.story["ink"] = ink_in_space(self._views, read_trace(home / "trace.csv"))
@@ -256,10 +254,15 @@ class Show:
         size = list(self._views["A"].camera.size)
         self.story.update(scene=text, cameras="".join(self._views), size=size)
 
-    def _track(self) -> Program:
+    def _track(self) -> ChildProcess:
         return self._crew.start(
             TRACKER,
-            ["track", *["--camera", "synthetic"] * len(self._views), *self._page_words()]
+            [
+                "track",
+                "--announce",
+                *["--camera", "synthetic"] * len(self._views),
+                *self._page_words(),
+            ]
             + ["--scene", self.story["scene"], "--host", "127.0.0.1", "--port", "0"]
             + ["--csv", str(self._folder / "track.csv")]
             + ["--picture", str(self._folder / "camera.png")],
@@ -268,13 +271,13 @@ class Show:
     def _invitation(self) -> tuple[str, str]:
         """Where the tracker listens, and its code; one that fails to start is started again."""
         try:
-            return said(self._tracker, read_invitation)
+            return wait_for_link(self._tracker)
         except DemoFailed as trouble:
             if self._tracker.running:
                 raise
             self._say_again(trouble)
             self._tracker = self._track()
-            return said(self._tracker, read_invitation)
+            return wait_for_link(self._tracker)
 
     def _say_again(self, trouble: DemoFailed) -> None:
         self._progress.say(f"{trouble}; trying once more")
@@ -313,7 +316,7 @@ class Show:
 
     def _simulate(
         self, name: str, options: Sequence[str], home: Path, script: Sequence[str]
-    ) -> Program:
+    ) -> ChildProcess:
         words = ["simulate", *options, "--arm", os.path.abspath(self._arm.file), "--out", str(home)]
         return self._crew.start(name, [*words, *script], self._progress.stages[name].say)
 
@@ -371,10 +374,10 @@ class Show:
         while not (part.home / SUMMARY).exists():
             if not self._tracker.running:
                 self._tracker.wait(ENDED)
-                raise self._tracker.complain()
+                raise self._tracker.failure()
             if not part.program.running and not (part.home / SUMMARY).exists():
                 part.program.wait(ENDED)
-                trouble = part.program.complain()
+                trouble = part.program.failure()
                 if again or isinstance(trouble, TooBusy):
                     raise trouble
                 again = True

@@ -1,8 +1,9 @@
-"""The programs of a demo: started together, listened to, ended together."""
+"""Child processes of a demo: started together, listened to, ended together."""
 
 from __future__ import annotations
 
 import http.client
+import json
 import os
 import re
 import signal
@@ -16,14 +17,14 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TypeVar
+from typing import IO, Any
 
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.world import BUSY as TOO_BUSY
-from laptop.tracking.watching import undisturbed
+from laptop.tracking import announcements
+from laptop.tracking.process_signals import signals_ignored
 from shared.arm_description import ArmError
 
-Told = TypeVar("Told")
 LAPTOP = (sys.executable, "-m", "laptop")
 ROOT = Path(__file__).resolve().parents[2]
 DRIVER = ROOT / "robot" / "driver.py"
@@ -43,15 +44,19 @@ class TooBusy(DemoFailed):
     """This computer has no time left for the demo."""
 
 
-class Program:
-    """A command of ours in a process of its own; its lines are read while it runs.
+class ChildProcess:
+    """A command of ours in a process of its own; its output is read while it runs.
 
     Args:
         name: for people.
-        words: after `python -m laptop`.
-        log: where its lines go.
-        surroundings: what it is told by environment variables.
-        told: called with every line, in another thread.
+        words: after `python -m laptop`.  With --announce its standard output is read as events.
+        log: file for all of its output.
+        environment: variables beside those of this process.
+        on_line: called with every line for people, in another thread.
+
+    Attributes:
+        lines: the last lines for people.
+        events: everything announced, see laptop.tracking.announcements.
     """
 
     def __init__(
@@ -59,40 +64,51 @@ class Program:
         name: str,
         words: Sequence[str],
         log: Path,
-        surroundings: dict[str, str],
-        told: Callable[[str], None] = lambda line: None,
+        environment: dict[str, str],
+        on_line: Callable[[str], None] = lambda line: None,
     ) -> None:
         self.name = name
         self.log = log
         self.lines: deque[str] = deque(maxlen=50)
-        self._told = told
+        self.events: list[dict[str, Any]] = []
+        self._last_error = ""
+        self._on_line = on_line
+        self._announces = "--announce" in words
+        self._lock = threading.Lock()  # one line after the other, whichever stream has it
         self._process = subprocess.Popen(
             [*LAPTOP, *words],
             cwd=ROOT,
-            env={**os.environ, **surroundings, "PYTHONUNBUFFERED": "1"},
+            env={**os.environ, **environment, "PYTHONUNBUFFERED": "1"},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
+            stderr=subprocess.PIPE,
             text=True,
             errors="replace",
             # Ctrl-C comes to the demo alone: it knows in which order to end what it has started.
             start_new_session=True,
         )
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
+        assert self._process.stdout
+        assert self._process.stderr
+        self._streams = self._process.stdout, self._process.stderr
+        self._readers = [
+            threading.Thread(target=self._read, args=(stream,), daemon=True)
+            for stream in self._streams
+        ]
+        for reader in self._readers:
+            reader.start()
 
     @property
     def pid(self) -> int:
-        """The number of the process."""
+        """Number of the process."""
         return self._process.pid
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended yet."""
+        """True until it has ended."""
         return self._process.poll() is None
 
     def wait(self, limit: float) -> int:
-        """Its exit status.
+        """Wait until it has ended and all its output is read; return its exit status.
 
         Args:
             limit: s.
@@ -104,17 +120,16 @@ class Program:
             status = self._process.wait(limit)
         except subprocess.TimeoutExpired:
             raise self.hangs(limit) from None
-        self._reader.join(ENDED)
+        self._join()
         return status
 
     def hangs(self, limit: float) -> DemoFailed:
-        """What to say when it was not done after `limit` s."""
+        """Return the error of a process that was not done after `limit` s."""
         return DemoFailed(f"{self.name} hangs: not done after {limit:g} s; see {self.log}")
 
-    def complain(self) -> DemoFailed:
-        """What to say when it has failed."""
-        said = [line for line in self.lines if re.match(r"(laptop|simulate|\w+\.py): ", line)]
-        last = (said or list(self.lines) or ["it said nothing"])[-1]
+    def failure(self) -> DemoFailed:
+        """Return the error of a process that has failed, with its own last words."""
+        last = self._last_error or (self.lines[-1] if self.lines else "it said nothing")
         kind = TooBusy if self._process.poll() == TOO_BUSY else DemoFailed
         return kind(f"{self.name} failed: {last.removeprefix('laptop: ')}; see {self.log}")
 
@@ -131,59 +146,73 @@ class Program:
             with suppress(ProcessLookupError):
                 os.killpg(self.pid, signal.SIGKILL)
             self._process.wait()
-        self._reader.join(ENDED)
-        if self._process.stdout:
-            self._process.stdout.close()
+        self._join()
+        for stream in self._streams:
+            stream.close()
 
-    def _read(self) -> None:
-        assert self._process.stdout
+    def _join(self) -> None:
+        for reader in self._readers:
+            reader.join(ENDED)
+
+    def _read(self, stream: IO[str]) -> None:
         with self.log.open("a", encoding="utf-8") as log, suppress(ValueError):
-            for line in self._process.stdout:
-                log.write(line)
-                log.flush()
-                if line.strip():
-                    self.lines.append(line.strip())
-                    self._told(line.strip())
+            for line in stream:
+                with self._lock:
+                    log.write(line)
+                    log.flush()
+                    if line.strip():
+                        self._take(line.strip(), stream)
+
+    def _take(self, line: str, stream: IO[str]) -> None:
+        output, errors = self._streams
+        if self._announces and stream is output:
+            with suppress(ValueError):  # a browser that it opened may write there, too
+                self.events.append(json.loads(line))
+                return
+        if stream is errors:
+            self._last_error = line
+        self.lines.append(line)
+        self._on_line(line)
 
 
-class Crew:
-    """The programs of one demo; none outlives it.
+class ProcessGroup:
+    """Child processes that end together; none outlives the group.
 
     Args:
-        folder: for what they say.
-        surroundings: of all.
+        folder: for their logs.
+        environment: variables of all, beside those of this process.
     """
 
-    def __init__(self, folder: Path, surroundings: dict[str, str]) -> None:
+    def __init__(self, folder: Path, environment: dict[str, str]) -> None:
         self._folder = folder
-        self._surroundings = surroundings
-        self._programs: list[Program] = []
+        self._environment = environment
+        self._processes: list[ChildProcess] = []
         # A signal interrupts the main thread alone: what has been started is always on the list.
         # (The executor knows only threads that were not interrupted as they began: this one.)
         self._starter = ThreadPoolExecutor(1)
         self._starter.submit(int).result()
 
     def start(
-        self, name: str, words: Sequence[str], told: Callable[[str], None] = lambda line: None
-    ) -> Program:
-        """Start one."""
+        self, name: str, words: Sequence[str], on_line: Callable[[str], None] = lambda line: None
+    ) -> ChildProcess:
+        """Start a process, see ChildProcess; its log bears its name."""
         log = self._folder / f"{re.sub('[^a-z0-9]+', '-', name)}.txt"
 
-        def make() -> Program:
-            self._programs.append(Program(name, words, log, self._surroundings, told))
-            return self._programs[-1]
+        def make() -> ChildProcess:
+            self._processes.append(ChildProcess(name, words, log, self._environment, on_line))
+            return self._processes[-1]
 
         return self._starter.submit(make).result()
 
     def close(self) -> None:
         """End all of them; nothing disturbs that."""
-        with undisturbed():
+        with signals_ignored():
             self._starter.shutdown()
-            for program in self._programs:
-                program.interrupt()
+            for process in self._processes:
+                process.interrupt()
             deadline = time.monotonic() + ENDED
-            for program in self._programs:
-                program.end(deadline)
+            for process in self._processes:
+                process.end(deadline)
 
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -193,12 +222,12 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 def ending_on_signals() -> Iterator[None]:
     """SIGTERM and SIGHUP end the demo as Ctrl-C does, in order."""
 
-    def obey(number: int, frame: object) -> None:
+    def end(number: int, frame: object) -> None:
         print(f"laptop: stopped by {signal.Signals(number).name}", file=sys.stderr)
         raise SystemExit(128 + number)
 
     others = [number for number in _SIGNALS if number != signal.SIGINT]
-    before = {number: signal.signal(number, obey) for number in others}
+    before = {number: signal.signal(number, end) for number in others}
     try:
         yield
     finally:
@@ -221,25 +250,13 @@ class Deadline:
 
     @property
     def passed(self) -> bool:
-        """Whether it is over."""
+        """True once it is over."""
         now = self._clock.now(), time.monotonic()
         return any(t > end for t, end in zip(now, self._ends, strict=True))
 
 
-def read_invitation(line: str) -> tuple[str, str] | None:
-    """HOST:PORT and the pairing code from what the tracker prints; None of another line."""
-    found = re.search(r"robot/\w+\.py (\d+(?:\.\d+){3}:\d+) --code (\S+)", line)
-    return (found.group(1), found.group(2)) if found else None
-
-
-def read_page(line: str) -> str | None:
-    """The page's address from what the tracker prints; None of another line."""
-    found = re.match(r"page: (http://\S+)", line)
-    return found.group(1) if found else None
-
-
 def answers(address: str) -> bool:
-    """Whether a page answers, and be it that nobody is let in."""
+    """Return True if a page answers, and be it that nobody is let in."""
     host = urllib.parse.urlsplit(address).netloc
     connection = http.client.HTTPConnection(host, timeout=READY)
     try:
@@ -252,21 +269,35 @@ def answers(address: str) -> bool:
     return True
 
 
-def said(tracker: Program, read: Callable[[str], Told | None]) -> Told:
-    """What is read from the first line of the tracker that has it."""
+def wait_for_event(process: ChildProcess, event: str) -> dict[str, Any]:
+    """Wait until a process announces an event, and return it.
+
+    Raises:
+        DemoFailed: it has ended before, or takes too long.
+    """
     deadline = time.monotonic() + READY
     while time.monotonic() < deadline:
-        ended = not tracker.running
+        ended = not process.running
         if ended:
-            tracker.wait(ENDED)  # until all that it has said is here
-        for line in list(tracker.lines):
-            told = read(line)
-            if told is not None:
-                return told
+            process.wait(ENDED)  # until all that it has announced is here
+        for announced in list(process.events):
+            if announced["event"] == event:
+                return announced
         if ended:
-            raise tracker.complain()
+            raise process.failure()
         time.sleep(LOOK)
-    raise tracker.hangs(READY)
+    raise process.hangs(READY)
+
+
+def wait_for_link(tracker: ChildProcess) -> tuple[str, str]:
+    """Wait until the tracker serves bricks; return HOST:PORT and the pairing code."""
+    serving = wait_for_event(tracker, announcements.SERVING)
+    return f"{serving['host']}:{serving['port']}", serving["code"]
+
+
+def wait_for_page(tracker: ChildProcess) -> str:
+    """Wait until the tracker has its page; return the address."""
+    return wait_for_event(tracker, announcements.PAGE)["url"]
 
 
 LOOK = 0.05

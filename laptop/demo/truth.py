@@ -13,7 +13,7 @@ import numpy as np
 
 from laptop.demo import results
 from laptop.demo.goals import Goal, Vector, Views, slope
-from laptop.demo.processes import ENDED, DemoFailed, Program
+from laptop.demo.processes import ENDED, ChildProcess, DemoFailed
 from laptop.reporting.line_accuracy import pen_down_runs
 from laptop.simulator.host.clocks import UPTIME
 
@@ -59,7 +59,7 @@ def _starting(home: Path) -> float:
         raise DemoFailed(f"{home / SUMMARY} cannot be read; is the disk full?") from None
 
 
-def approach_of(views: Views, goal: Goal, home: Path, program: Program) -> dict[str, Any]:
+def approach_of(views: Views, goal: Goal, home: Path, program: ChildProcess) -> dict[str, Any]:
     """One run of the servo as it truly was; what results.read_approach reads.
 
     Raises:
@@ -69,7 +69,7 @@ def approach_of(views: Views, goal: Goal, home: Path, program: Program) -> dict[
     notes = results.read_log(log) if log.exists() else results.Log({}, [], [], [], None)
     if notes.verdict is None:
         program.wait(ENDED)
-        raise program.complain()
+        raise program.failure()
     rows = read_trace(home / "trace.csv")
     zero = notes.run["clock"] - UPTIME - _starting(home)
     path = _path(views, rows)

@@ -31,7 +31,7 @@ from laptop.page.snapshots import (
     State,
     points,
 )
-from laptop.tracking.watching import Point
+from laptop.tracking.pipeline import Point
 from shared.messages import BUDGET, EFFECTOR, GOAL, TOLERANCE
 from shared.orders import METHODS, MODES, ROWS
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from laptop.page.snapshots import HISTORY, SAMPLE, Mark
-from laptop.tracking.watching import Point, Watcher
+from laptop.tracking.pipeline import CameraPipeline, Point
 from laptop.vision.frames import Frame
 from laptop.vision.markers import Marker, gate
 from laptop.vision.stills import Stills
@@ -55,7 +55,7 @@ class PictureGone(ArmError):
 class CameraFeed:
     """A watcher, its tracker, and what the desk keeps of them."""
 
-    def __init__(self, watcher: Watcher, tracker: Finder, source: str) -> None:
+    def __init__(self, watcher: CameraPipeline, tracker: Finder, source: str) -> None:
         self.watcher = watcher
         self.tracker = tracker
         self.source = source

@@ -19,8 +19,8 @@ from laptop.page.colour_edits import ColourEdits
 from laptop.page.record import Record, Recorder
 from laptop.page.run_control import RunControl, Server
 from laptop.page.snapshots import HISTORY, SAMPLE, USUAL, Eye, Sample, Shown, State
-from laptop.tracking.server import State as LinkState
-from laptop.tracking.watching import Point, Watcher
+from laptop.tracking.pipeline import CameraPipeline, Point
+from laptop.tracking.server import ServerState as LinkState
 from laptop.vision.tracker import Tracker
 from laptop.vision.view import View
 from shared.arm_description import ArmError
@@ -52,7 +52,7 @@ class Desk:
 
     def __init__(
         self,
-        watchers: Sequence[Watcher],
+        watchers: Sequence[CameraPipeline],
         trackers: Sequence[Finder],
         sources: Sequence[str],
         server: Server | None,

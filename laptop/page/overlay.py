@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from html import escape
 
 from laptop.page.snapshots import Mark, Shown
-from laptop.tracking.watching import Point
+from laptop.tracking.pipeline import Point
 from shared.messages import EFFECTOR, GOAL
 
 _INK = {EFFECTOR: "#ffd60a", GOAL: "#40e0ff"}

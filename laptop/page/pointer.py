@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from laptop.tracking.watching import Point
+from laptop.tracking.pipeline import Point
 
 LOOSE = 3
 """More moves in a row with no button pressed end a drag."""

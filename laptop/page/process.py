@@ -20,7 +20,7 @@ from multiprocessing.connection import Connection
 
 from laptop.page.channel import answer
 from laptop.page.desk import Desk, keep_beating
-from laptop.tracking.server import own_addresses
+from laptop.tracking.listening import own_addresses
 from shared.arm_description import ArmError
 
 HOST, PORT = "127.0.0.1", 7780

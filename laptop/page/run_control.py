@@ -11,8 +11,8 @@ from typing import Protocol
 from laptop.page.camera_feed import CameraFeed
 from laptop.page.colour_edits import ColourEdits
 from laptop.page.snapshots import USUAL, points
-from laptop.tracking.server import State as LinkState
-from laptop.tracking.watching import Point
+from laptop.tracking.pipeline import Point
+from laptop.tracking.server import ServerState as LinkState
 from shared.arm_description import ArmError
 from shared.messages import BUDGET, GOAL, TOLERANCE, Start, Status, Stop
 from shared.orders import check

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from laptop.page.record import Summary
-from laptop.tracking.watching import Point
+from laptop.tracking.pipeline import Point
 from laptop.vision.tracker import Window
 from shared.messages import Start, Status
 

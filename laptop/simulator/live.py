@@ -18,9 +18,9 @@ from collections import namedtuple
 
 from robot.motion import kinematics
 from shared.arm_description import ArmError, read_arm
+from shared.state import LIVE_FILE as FILE
 from shared.state import state_folder
 
-FILE = "live.txt"
 VERSION = 1
 PACE = 0.005
 """Time between two lines while the arm moves, s."""

@@ -27,6 +27,7 @@ from robot.motion import kinematics
 from robot.motion.zero import Zero
 from robot.tracking_client import Memory, Tracker
 from shared.arm_description import ArmError
+from shared.state import ARM, PLAN, STATE
 
 Fault = namedtuple("Fault", "kind what t")
 """What goes wrong: its kind, a port or value (or None), and when (s)."""
@@ -285,9 +286,9 @@ def _home_folder(brick, q, homed, tracker):
     folder = folder_in_memory("emulated-home-")
     arm = brick.arm
     told = {
-        "BRICKSERVO_STATE": folder,
-        "BRICKSERVO_PLAN": os.path.join(folder, "plan"),
-        "BRICKSERVO_ARM": os.path.abspath(arm.file),
+        STATE: folder,
+        PLAN: os.path.join(folder, "plan"),
+        ARM: os.path.abspath(arm.file),
     }
     if tracker:
         # Ahead of what is remembered goes where ssh came from: the laptop, that is.

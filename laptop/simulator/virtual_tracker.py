@@ -192,7 +192,7 @@ class VirtualTracker:
             now = world.now()
             if now >= deadline:
                 return found
-            if not self._called and self._hears() and self.server.calling():
+            if not self._called and self._hears() and self.server.has_work():
                 self._called = True
                 self._at(now + WIRE, self._answer)
             while self._due and self._due[0] <= now:
@@ -223,7 +223,7 @@ class VirtualTracker:
             served.sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             served.sock.close()
             served.link.reason = "cut"
-            self.server.turn()
+            self.server.serve_once()
 
     def silence(self, seconds: float = math.inf) -> None:
         """Say and read nothing for so long, with every socket open: the laptop is out of reach."""
@@ -297,7 +297,7 @@ class VirtualTracker:
         now = self.world.t
         self._at(now + BEAT, self._beat)
         if self._hears():
-            if now >= self._next_turn or self.server.calling():
+            if now >= self._next_turn or self.server.has_work():
                 self._turn()
             if self._flood:
                 self._pollute()
@@ -309,7 +309,7 @@ class VirtualTracker:
 
     def _turn(self) -> None:
         self._next_turn = self.world.t + DUE
-        self.server.turn()
+        self.server.serve_once()
 
     def _hears(self) -> bool:
         """Whether there is a server at all, and it is within reach."""

@@ -159,10 +159,10 @@ class Runs(object):
                 orders = command if isinstance(command, Start) else None  # a Stop takes it back
             if orders is not None:
                 number += 1
-                self._obey(orders, number)
+                self._handle_start(orders, number)
             self._client.report(self._where(), **self._told)
 
-    def _obey(self, orders, number):
+    def _handle_start(self, orders, number):
         """Do the run that is ordered, if that is possible; the arm is held."""
         try:
             check(orders, len(self._arm.description.joints))

@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import shutil
 import signal
 import subprocess
@@ -12,6 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from announced import wait_for_event
 from places import ROOT
 from waiting import PATIENCE
 
@@ -84,7 +84,7 @@ def both(tmp_path_factory):
         [sys.executable, "-m", "laptop", "track", "--no-page", "--effector", "disc:red"]
         + ["--camera", str(folder / "A.avi"), "--camera", str(folder / "B.avi")]
         + ["--goal", "A:300,20", "--goal", "B:100,30", "--csv", str(folder / "film.csv")]
-        + ["--host", "127.0.0.1", "--port", "0"],
+        + ["--host", "127.0.0.1", "--port", "0", "--announce"],
         cwd=ROOT,
         env={**environment, "BRICKSERVO_STATE": str(folder / "laptop")},
         stdout=subprocess.PIPE,
@@ -93,12 +93,10 @@ def both(tmp_path_factory):
     client = None
     observations = {name: [] for name in RATES}
     try:
-        for line in tracker.stdout:
-            told = re.search(r"(127\.0\.0\.1:\d+) --code (\S+)", line)
-            if told:
-                break
+        serving = wait_for_event(tracker.stdout, "serving")
+        place = f"{serving['host']}:{serving['port']}"
         client = subprocess.Popen(
-            [python, "-c", CLIENT, told[1], told[2]],
+            [python, "-c", CLIENT, place, serving["code"]],
             env={**environment, "BRICKSERVO_STATE": str(folder / "brick")},
             stdout=subprocess.PIPE,
             text=True,

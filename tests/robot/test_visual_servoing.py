@@ -11,7 +11,7 @@ import signal
 import pytest
 from servo_rig import PROGRAM, Camera, Watched, circling
 
-from laptop.tracking.server import State
+from laptop.tracking.server import ServerState
 from robot.motion import kinematics
 from robot.servoing.loop import LONGEST_CHASE
 from shared.messages import Start, Stop
@@ -398,7 +398,7 @@ def test_the_laptop_is_told_how_it_goes_and_how_it_ended(undisturbed):
     assert last.verdict == "converged"
     assert last.error == pytest.approx(shown.log[-1]["error"], abs=0.01)
     assert last.q == pytest.approx(w.q, abs=math.radians(3))
-    assert w.tracker.server.state() == State(lost=w.tracker.server.state().lost), (
+    assert w.tracker.server.state() == ServerState(lost=w.tracker.server.state().lost), (
         "nobody is served any more"
     )
     assert "the run has ended" in w.tracker.server.state().lost

@@ -20,9 +20,8 @@ import struct
 import threading
 import time as wall
 
+from shared.state import CLOCK_FILE as FILE
 from shared.state import state_folder
-
-FILE = "clock"
 
 SLACK = 0.25
 """A delay of less than this is caught up with, s."""

@@ -9,7 +9,6 @@ the same bytes.
 from __future__ import annotations
 
 import math
-import os
 import random
 import time
 from collections.abc import Callable, Sequence
@@ -24,6 +23,7 @@ from laptop.simulator.scene.optics import Box, light_of, marker_light, to_linear
 from laptop.simulator.scene.scene import CAMERAS, Patch, Scene, read_scene
 from laptop.vision.frames import Frame
 from shared.arm_description import Arm, find_arm, read_arm
+from shared.state import default_arm
 
 STEPS = 64
 """Levels per DN before noise and rounding."""
@@ -520,9 +520,7 @@ def open_live(
         resting: the arm at home, its name or file; None: as $BRICKSERVO_ARM says, else planar.
     """
     constants = read_scene(text, camera)
-    poses = LivePoses(
-        read_arm(find_arm(resting or os.environ.get("BRICKSERVO_ARM", "planar"))), folder
-    )
+    poses = LivePoses(read_arm(find_arm(resting or default_arm())), folder)
     world = PacedClock(folder)
     arm = poses(world.now()).arm
     return SyntheticCamera(Scene(arm, constants), poses, world.now, world=world)

@@ -17,11 +17,13 @@ import time
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from rich.console import Console
 from servo_log import log_text
+from waiting import PATIENCE
 
 from laptop.cli.main import laptop
 from laptop.demo import course, goals, processes, report, results, truth
@@ -29,8 +31,7 @@ from laptop.demo.course import Orders
 from laptop.demo.goals import Views
 from laptop.demo.processes import DemoFailed
 from laptop.simulator.scene.scene import Scene, read_scene
-from laptop.tracking import watching
-from laptop.tracking.server import TrackingServer
+from laptop.tracking import process_signals
 from shared.arm_description import find_arm, read_arm
 
 ARMS = {name: read_arm(find_arm(name)) for name in ("planar", "geared", "spatial")}
@@ -59,6 +60,11 @@ def wait_for_ever(deaf=False):
         time.sleep(60)
 
 
+def tell(**event):
+    assert "--announce" in words
+    print(json.dumps(event), flush=True)
+
+
 def first(what):
     """Whether this is to go wrong once, and goes wrong now."""
     mark = os.path.join(os.environ["PIDS"], "..", "went wrong")
@@ -84,13 +90,12 @@ def leave(folder, end, paths=(), status=0):
 if command == "track":
     if fault == "no tracker" or first("no tracker at first"):
         sys.exit("laptop: cannot listen; choose another port")
-    print("on the brick: robot/visual_servoing.py 127.0.0.1:7712 --code ABCD-EFGH", flush=True)
+    tell(event="serving", host="127.0.0.1", port=7712, code="ABCD-EFGH")
     if "--page" in words:
         import http.server, threading
         page = http.server.HTTPServer(("127.0.0.1", 0), http.server.BaseHTTPRequestHandler)
         threading.Thread(target=page.serve_forever, daemon=True).start()
-        print("page: others can reach it")
-        print("page: http://127.0.0.1:%d/?token=t" % page.server_port, flush=True)
+        tell(event="page", url="http://127.0.0.1:%d/?token=t" % page.server_port)
     if fault == "tracker dies":
         sys.exit("laptop: the camera is gone")
     try:
@@ -102,20 +107,20 @@ if words[-2].endswith("driver.py"):
     if first("no driver at first"):
         sys.exit("laptop: no room")
     if fault == "too busy":
-        print("simulate: driver.py: this computer is too busy to go on", flush=True)
+        print("simulate: driver.py: this computer is too busy to go on", file=sys.stderr)
         leave(value("--out"), ends["driver"], status=75)
         sys.exit(75)
     lines = [{"greatest_mm": 1.0}] * 3
     if fault == "a line is missing":
         lines[2] = None
     if fault == "driver fails":
-        print("driver.py: joint shoulder is blocked", flush=True)
+        print("driver.py: joint shoulder is blocked", file=sys.stderr)
     leave(value("--out"), ends["driver"], lines, int(fault == "driver fails"))
     sys.exit(0)
 rival = "report" in words
 goal = " ".join(word[7:] for word in words if word.startswith("--goal="))
 if fault == "servo fails" and goal != "marker":
-    print("servo.py: the motor at port A is not plugged in")
+    print("servo.py: the motor at port A is not plugged in", file=sys.stderr)
     print("out/picture.png, trace.csv, summary.json")
     leave(value("--out"), ends["driver"], status=1)
     sys.exit(1)
@@ -453,9 +458,9 @@ def test_ctrl_c_that_comes_just_before_disturbs_nothing(monkeypatch):
             raise pending.pop()
         return really(number, handler)
 
-    before = {number: signal.getsignal(number) for number in watching.STATUS_OF}
-    monkeypatch.setattr(watching.signal, "signal", notices)
-    with watching.undisturbed():
+    before = {number: signal.getsignal(number) for number in process_signals.EXIT_STATUS}
+    monkeypatch.setattr(process_signals.signal, "signal", notices)
+    with process_signals.signals_ignored():
         assert {signal.getsignal(number) for number in before} == {signal.SIG_IGN}
     assert {number: signal.getsignal(number) for number in before} == before
     assert not pending
@@ -559,15 +564,24 @@ def test_a_pixel_is_worth_most_where_the_cameras_tell_least():
 # What the programs leave
 
 
-def test_the_line_of_the_tracker_is_understood():
-    server = TrackingServer("127.0.0.1", 0, "ABCDEFGH")
+def test_what_the_tracker_announces_is_understood(tmp_path):
+    film = tmp_path / "film.avi"
+    out = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (160, 120))
+    out.write(np.full((120, 160, 3), 130, np.uint8))
+    out.release()
+    group = processes.ProcessGroup(tmp_path, {"BRICKSERVO_STATE": str(tmp_path)})
+    words = ["track", "--camera", str(film), "--announce", "--host", "127.0.0.1"]
+    tracker = group.start("tracker", [*words, "--port", "0", "--page-port", "0"])
     try:
-        lines = server.commands()
-        found = [processes.read_invitation(f"or otherwise: {line}") for line in lines]
+        place, code = processes.wait_for_link(tracker)
+        assert processes.wait_for_page(tracker).startswith("http://127.0.0.1:")
+        assert processes.wait_for_event(tracker, "end")["status"] == 0
+        assert tracker.wait(PATIENCE) == 0
+        assert any(f"{place} --code {code}" in line for line in tracker.lines)
+        with pytest.raises(DemoFailed, match="tracker failed: .*"):
+            processes.wait_for_event(tracker, "another end")
     finally:
-        server.close()
-    assert (f"127.0.0.1:{server.port}", "ABCD-EFGH") in found
-    assert processes.read_invitation("30 fps, effector 1.0,2.0") is None
+        group.close()
 
 
 @pytest.mark.parametrize("text", [None, "", "t,q1\n1,x\n"])

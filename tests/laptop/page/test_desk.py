@@ -21,8 +21,8 @@ from laptop.page.channel import Door, answer
 from laptop.page.desk import Desk
 from laptop.page.pointer import Pointer
 from laptop.reporting.line_plot import DPI
-from laptop.tracking.server import State as LinkState
-from laptop.tracking.watching import Watcher
+from laptop.tracking.pipeline import CameraPipeline
+from laptop.tracking.server import ServerState as LinkState
 from laptop.vision.cameras import open_camera
 from laptop.vision.frames import Frame
 from laptop.vision.learning import exclude, include, learn
@@ -81,7 +81,7 @@ class Scene:
             for _ in range(cameras)
         ]
         self.watchers = [
-            Watcher(name, FakeCamera(), tracker, goal, self.server, now=lambda: self.t)
+            CameraPipeline(name, FakeCamera(), tracker, goal, self.server, now=lambda: self.t)
             for name, tracker in zip("AB", self.trackers, strict=False)
         ]
         sources = ["fake"] * cameras
@@ -150,7 +150,7 @@ def test_who_waits_gets_the_next_one_and_not_one_that_has_waited(scene):
     wait = scene.watchers[0].wait
 
     def watched(timeout):
-        with scene.watchers[0]._looked:  # nobody looks at a frame before it is waited for
+        with scene.watchers[0]._view_changed:  # nobody looks at a frame before it is waited for
             waits.set()
             wait(timeout)
 
@@ -365,7 +365,7 @@ def film(tmp_path):
     out.release()
     tracker = Tracker([read_spec(EFFECTOR, "disc:red")])
     with open_camera(path) as camera:
-        watcher = Watcher("A", camera, tracker, live=False)
+        watcher = CameraPipeline("A", camera, tracker, live=False)
         for _ in range(7):
             watcher.step(0)
         yield Desk([watcher], [tracker], [path], None, tmp_path / "markers.ini"), watcher

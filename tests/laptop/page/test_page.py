@@ -14,17 +14,19 @@ import subprocess
 import sys
 import threading
 import time
+import urllib.parse
 from contextlib import ExitStack
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from announced import wait_for_event
 from places import ROOT
 from waiting import PATIENCE, until
 
 from laptop.bench import page as bench
-from laptop.cli.track import _own_brick as own_brick
+from laptop.cli.track import start_brick as own_brick
 from laptop.page import process as page_process
 from laptop.page.browser import UNSEEN
 from laptop.simulator.host.pace import PacedClock
@@ -52,25 +54,20 @@ class Tracker:
         }
         self.process = subprocess.Popen(
             [sys.executable, "-m", "laptop", "track", *words, "--host", "127.0.0.1", "--port", "0"]
-            + ["--page-port", "0"],
+            + ["--page-port", "0", "--announce"],
             cwd=ROOT,
             env=environment,
             stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
+            stderr=subprocess.PIPE,
             text=True,
         )
         self.lines = []
-        for line in self.process.stdout:
-            self.lines.append(line)
-            told = re.match(r"page: (http://(127\.0\.0\.1:(\d+))/\?token=(\S+))", line)
-            if told:
-                self.address, self.host, port, self.token = told.groups()
-                self.port = int(port)
-                break
-        else:
-            pytest.fail("".join(self.lines))
-        self.reader = threading.Thread(target=lambda: self.lines.extend(self.process.stdout))
+        self.reader = threading.Thread(target=lambda: self.lines.extend(self.process.stderr))
         self.reader.start()
+        self.address = wait_for_event(self.process.stdout, "page")["url"]
+        parts = urllib.parse.urlsplit(self.address)
+        self.host, self.port = parts.netloc, parts.port
+        (self.token,) = urllib.parse.parse_qs(parts.query)["token"]
 
     def __enter__(self):
         return self
@@ -126,6 +123,7 @@ class Tracker:
         self.process.wait(PATIENCE)
         self.reader.join(PATIENCE)
         self.process.stdout.close()
+        self.process.stderr.close()
 
 
 @pytest.fixture(scope="module")
@@ -267,20 +265,17 @@ def test_the_names_by_which_a_page_may_be_called(host, names):
 def test_a_page_for_the_whole_network_warns(tmp_path):
     whole = subprocess.Popen(
         [sys.executable, "-m", "laptop", "track", *SYNTHETIC, "--page-host", "0.0.0.0"]
-        + ["--port", "0", "--page-port", "0"],
+        + ["--port", "0", "--page-port", "0", "--announce"],
         cwd=ROOT,
         env={**os.environ, "BRICKSERVO_STATE": str(tmp_path), "PYTHONUNBUFFERED": "1"},
         stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         text=True,
     )
-    lines = []
-    for line in whole.stdout:
-        lines.append(line)
-        if "token" in line:
-            break
+    wait_for_event(whole.stdout, "ready")
     whole.send_signal(signal.SIGINT)
-    whole.communicate(timeout=PATIENCE)
-    assert any("others in its network can reach it" in line for line in lines), lines
+    _, told = whole.communicate(timeout=PATIENCE)
+    assert "others in its network can reach it" in told
 
 
 def test_a_port_that_is_taken_is_refused_if_it_was_asked_for():

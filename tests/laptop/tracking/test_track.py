@@ -1,7 +1,6 @@
 """`python -m laptop track`: from the camera to the CSV, the link, the status and the last line."""
 
 import csv
-import io
 import json
 import math
 import os
@@ -10,27 +9,29 @@ import socket
 import statistics
 import subprocess
 import sys
-import threading
-import time
 
 import cv2
 import numpy as np
 import pytest
+from announced import wait_for_event
 from click.testing import CliRunner
+from fake_cameras import FakeCamera, frame
 from places import FOOTAGE, ROOT
-from rich.console import Console
 from waiting import PATIENCE
 
 from laptop.cli.main import laptop
 from laptop.cli.track import track as track_command
-from laptop.tracking import track, watching
-from laptop.tracking.server import State, TrackingServer
-from laptop.tracking.watching import Interrupted, Run, Sheet, Tally, Watcher
+from laptop.tracking import setup
+from laptop.tracking import track as tracking
+from laptop.tracking.marker_selection import MarkerSelection
+from laptop.tracking.observation_csv import ObservationCsv
+from laptop.tracking.options import InvalidTrackOption, TrackOptions, read_goals
+from laptop.tracking.server import TrackingServer
 from laptop.vision.frames import Frame
 from laptop.vision.markers import Marker, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Sighting
 from laptop.vision.view import View, draw
-from shared.messages import PORT, Status
+from shared.messages import PORT
 
 WIDTH, HEIGHT, RADIUS = 160, 120, 10
 RED, BLUE, GREEN = (30, 30, 200), (190, 70, 20), (60, 150, 30)
@@ -181,7 +182,7 @@ def test_a_colour_learned_at_the_first_camera_is_looked_for_at_all(run, video, t
     ],
 )
 def test_the_goal_is_one_marker_or_a_point_for_each_camera(texts, cameras, goals):
-    assert track.read_goals(texts, cameras) == goals
+    assert read_goals(texts, cameras) == goals
 
 
 def test_every_camera_is_opened_under_its_letter_and_asked_what_it_can_do(monkeypatch):
@@ -196,13 +197,15 @@ def test_every_camera_is_opened_under_its_letter_and_asked_what_it_can_do(monkey
     def synthetic(*order):
         return opener(*order), {"effector": "disc:red"}
 
-    monkeypatch.setattr(track, "open_camera", opener)
+    monkeypatch.setattr(setup, "open_camera", opener)
     words = ["--no-serve", "--scene", "B.tilt=60", "--size", "320x240", "--fps", "20"]
     for source in ("film.avi", "synthetic", "3", "synthetic"):
         words += ["--camera", source]
     with track_command.make_context("track", words) as context:
         assert context.params.pop("brick")
-        assert track.command(track.Orders(**context.params), synthetic) == 0
+        for handed_in in ("page", "page_host", "page_port", "announce"):
+            del context.params[handed_in]
+        assert tracking.track(TrackOptions(**context.params), synthetic) == 0
     assert opened == [
         ("film.avi", True, 20.0, None),
         ("B", "B.tilt=60", 20.0),
@@ -277,19 +280,21 @@ def test_a_kind_alone_changes_the_kind_of_a_known_marker(video, run, state):
 
 
 def test_the_synthetic_cameras_markers_are_its_scenes_own():
-    plain = track.Wanted({"effector": None, "goal": None}, [], {}, False, {"effector": "ball:pink"})
+    plain = MarkerSelection(
+        {"effector": None, "goal": None}, [], {}, False, {"effector": "ball:pink"}
+    )
     (marker,) = plain.markers(lambda pick: None)
     assert (marker.name, marker.kind) == ("effector", "ball"), "a scene without a goal has none"
 
 
 def test_a_live_camera_is_picked_from_that_many_frames_after_its_start(monkeypatch):
     camera = FakeCamera(frame(0, 0.0, 1), None, frame(3, 0.3, 2), frame(6, 0.6, 3))
-    assert track._frame_of(camera, 4).index == 6
-    with pytest.raises(track.BadOrder, match="frame 9 is beyond the end of fake"):
-        track._frame_of(camera, 9)
-    monkeypatch.setattr(track, "FIRST_FRAME", 0.0)
-    with pytest.raises(track.BadOrder, match="fake gives no picture within 0 s"):
-        track._frame_of(FakeCamera(after=lambda timeout: None), 0)
+    assert setup._frame_of(camera, 4).index == 6
+    with pytest.raises(InvalidTrackOption, match="frame 9 is beyond the end of fake"):
+        setup._frame_of(camera, 9)
+    monkeypatch.setattr(setup, "FIRST_FRAME_TIMEOUT", 0.0)
+    with pytest.raises(InvalidTrackOption, match="fake gives no picture within 0 s"):
+        setup._frame_of(FakeCamera(after=lambda timeout: None), 0)
 
 
 # What is refused, before anything starts
@@ -405,7 +410,7 @@ def test_a_full_disk_at_the_start(run, video):
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full to stand for a full disk")
 def test_a_disk_that_fills_up_on_the_way_ends_it_in_one_line(run, video, monkeypatch, tmp_path):
-    real = Sheet.__init__
+    real = ObservationCsv.__init__
 
     def filled(self, file, several):
         real(self, tmp_path / "out.csv", several)
@@ -413,7 +418,7 @@ def test_a_disk_that_fills_up_on_the_way_ends_it_in_one_line(run, video, monkeyp
         os.dup2(full, self._out.fileno())
         os.close(full)
 
-    monkeypatch.setattr(Sheet, "__init__", filled)
+    monkeypatch.setattr(ObservationCsv, "__init__", filled)
     shown = run("--camera", video(), "--no-serve", "--csv", tmp_path / "out.csv", status=1)
     assert in_one_line(shown.stderr, "cannot write", "out.csv", "No space left", "make room")
 
@@ -450,335 +455,92 @@ def test_a_view_bears_markers_at_and_beyond_the_edge():
     assert draw(View(wide, {}, {}, {"goal": (1.0, 2.0, 1.0)})).shape == (720, 1280, 3)
 
 
-# The loop
+# What programs are told
 
 
-class FakeCamera:
-    """Gives what the test says; None is a timeout."""
-
-    name, fps, notes, why = "fake", 30.0, (), ""
-
-    def __init__(self, *frames, after=None):
-        self.frames = list(frames)
-        self.after = after
-        self.closed = False
-
-    @property
-    def ended(self):
-        return not self.frames and self.after is None
-
-    def read(self, timeout):
-        if self.frames:
-            return self.frames.pop(0)
-        return self.after(timeout) if self.after else None
-
-    def close(self):
-        self.closed = True
-
-
-class FakeTracker:
-    """Sees the effector at (index, t) in the pixel's value, unless that is 0."""
-
-    def __init__(self):
-        self.why = {"effector": ""}
-        self.windows = {}
-
-    def find(self, image, t):
-        value = int(image[0, 0, 0])
-        self.why = {"effector": "" if value else "too dark"}
-        return {"effector": Sighting(value, t, value / 100, 4.0) if value else None}
-
-
-class FakeServer:
-    def __init__(self):
-        self.sent = []
-
-    def publish(self, observation):
-        self.sent.append(observation)
-
-
-def frame(index, t, value):
-    return Frame(index, t, np.full((2, 2, 3), value, np.uint8))
-
-
-def test_every_frame_is_published_with_its_own_time_and_number():
-    server = FakeServer()
-    camera = FakeCamera(frame(4, 10.5, 90), None, frame(7, 10.6, 0))
-    watcher = Watcher("B", camera, FakeTracker(), (5, 6), server, None, True, now=lambda: 10.7)
-    assert [watcher.step(0.1) for _ in range(3)] == [True, True, True]
-    assert [tuple(observation) for observation in server.sent] == [
-        (4, "B", 10.5, {"effector": (90, 10.5, 0.9), "goal": (5, 6, 1.0)}),
-        (7, "B", 10.6, {"effector": None, "goal": (5, 6, 1.0)}),
+def test_programs_are_told_in_json_lines_and_people_beside_them(run, video):
+    words = [
+        "--camera",
+        video(2),
+        "--camera",
+        video(3, "two.avi"),
+        "--announce",
+        "--page-port",
+        "0",
     ]
-    assert (watcher.frames, watcher.dropped) == (2, 2)
-    assert "effector lost: too dark, goal 5,6 (fixed), age 150 ms, 2 dropped" in watcher.status()
-    assert not watcher.step(0.1)
-    assert watcher.status() == "ended, 2 frames"
-
-
-def test_the_rate_is_that_of_the_last_second():
-    time = [0.0]
-    camera = FakeCamera(*(frame(k, k / 50, 9) for k in range(100)))
-    watcher = Watcher("A", camera, FakeTracker(), now=lambda: time[0])
-    rates = []
-    for _ in range(100):
-        watcher.step(0)
-        time[0] += 0.02 if watcher.frames <= 50 else 0.1
-        rates.append(watcher.rate())
-    assert rates[49] == pytest.approx(50, rel=0.05)
-    assert rates[99] == pytest.approx(10, rel=0.05)
-
-
-def test_a_tally_knows_the_median_and_the_most_usual_trouble():
-    tally = Tally()
-    confidences = [0.2, 0.9, 0.5, 0.7, 1.0]
-    for confidence in confidences:
-        tally.add(confidence, "")
-    for why in ("too dark", "several candidates", "too dark"):
-        tally.add(None, why)
-    assert (tally.seen, tally.frames) == (5, 8)
-    assert tally.confidence == statistics.median(confidences)
-    assert tally.lost.most_common(1) == [("too dark", 2)]
-
-
-def test_a_camera_that_is_given_up_ends_it_in_one_line(tmp_path):
-    camera = FakeCamera(frame(0, 0.0, 9))
-    camera.why = "camera 0 stopped giving pictures and did not come back"
-    sheet = Sheet(tmp_path / "out.csv", False)
-    run = Run([Watcher("A", camera, FakeTracker(), sheet=sheet)], sheet, None, silent())
-    with pytest.raises(Interrupted, match="did not come back"):
-        run.run()
-    sheet.close()
-    assert len(rows(tmp_path / "out.csv")) == 1
-
-
-def silent():
-    return Console(file=io.StringIO())
-
-
-def test_live_cameras_do_not_wait_for_each_other():
-    both = threading.Barrier(2, timeout=PATIENCE)
-
-    def meet(timeout):
-        both.wait()
-        camera_a.after = camera_b.after = None
-
-    camera_a, camera_b = FakeCamera(after=meet), FakeCamera(after=meet)
-    watchers = [Watcher(name, c, FakeTracker()) for name, c in (("A", camera_a), ("B", camera_b))]
-    assert Run(watchers, None, None, silent()).run() == 0
-
-
-def test_a_camera_that_hangs_keeps_no_frame_of_another_back():
-    """A hangs in its very first `read` until B has given all it has."""
-    over = threading.Event()
-    hung = []
-
-    def hang(timeout):
-        hung.append(over.wait(PATIENCE))
-        camera_a.after = None
-
-    def end(timeout):
-        camera_b.after = None
-        over.set()
-
-    server = FakeServer()
-    camera_a = FakeCamera(after=hang)
-    camera_b = FakeCamera(*(frame(k, 5 + k / 30, 9) for k in range(20)), after=end)
-    watchers = [
-        Watcher(name, camera, FakeTracker(), server=server, now=lambda: 6.0)
-        for name, camera in (("A", camera_a), ("B", camera_b))
+    shown = run(*words, "--host", "127.0.0.1", "--port", "0")
+    events = [json.loads(line) for line in shown.stdout.splitlines()]
+    cameras, serving, page, ready, end = events
+    assert [event.pop("event") for event in events] == EVENTS
+    assert [(camera["name"], camera["size"], camera["fps"]) for camera in cameras["cameras"]] == [
+        ("A", [WIDTH, HEIGHT], 20.0),
+        ("B", [WIDTH, HEIGHT], 20.0),
     ]
-    assert Run(watchers, None, None, silent()).run() == 0
-    assert hung == [True]
-    assert [(seen.camera, seen.t) for seen in server.sent] == [("B", 5 + k / 30) for k in range(20)]
+    assert cameras["cameras"][1]["source"].endswith("two.avi")
+    assert serving["host"] == "127.0.0.1"
+    place = f"127.0.0.1:{serving['port']}"
+    assert serving["addresses"] == [place]
+    assert f"{place} --code {serving['code']}" in shown.stderr
+    assert f"page: {page['url']}" in shown.stderr
+    assert "token=" in page["url"]
+    assert ready == {}
+    assert end == {"status": 0, "reason": "every camera has ended"}
+    assert "2 of 2" in shown.stderr
+    TrackingServer("127.0.0.1", serving["port"], "ABCDEFGH").close()
 
 
-def test_when_a_camera_is_given_up_the_other_goes_on_and_the_end_is_a_failure(monkeypatch):
-    monkeypatch.setattr(watching, "TICK", 0.001)
-    out = io.StringIO()
-    deadline = time.monotonic() + PATIENCE
-
-    def until_told(timeout):
-        if "goes on" in out.getvalue() or time.monotonic() > deadline:
-            camera_b.frames.append(frame(0, 0.0, 9))
-            camera_b.after = None
-
-    camera_a, camera_b = FakeCamera(frame(0, 0.0, 9)), FakeCamera(after=until_told)
-    camera_a.why = "camera 0 did not come back"
-    watchers = [Watcher(name, c, FakeTracker()) for name, c in (("A", camera_a), ("B", camera_b))]
-    run = Run(watchers, None, None, Console(file=out))
-    with pytest.raises(Interrupted, match="^camera 0 did not come back$"):
-        run.run()
-    told = [line for line in out.getvalue().splitlines() if line.startswith("camera")]
-    assert told == ["camera A: camera 0 did not come back, 1 frames; B goes on"]
-    assert watchers[1].frames == 1, "it came after A had been given up"
-    assert run.lines() == ["A: camera 0 did not come back, 1 frames", "B: ended, 1 frames"]
+EVENTS = ["cameras", "serving", "page", "ready", "end"]
 
 
-def test_what_a_silent_camera_saw_last_is_not_shown_as_if_it_saw_it_now():
-    time = [50.0]
-    camera = FakeCamera(frame(0, 50.0, 90), frame(1, 54.0, 90), after=lambda timeout: None)
-    watcher = Watcher("A", camera, FakeTracker(), now=lambda: time[0])
-    watcher.step(0)
-    assert "effector 90.0" in watcher.status()
-    time[0] += 3
-    assert watcher.status() == "0 fps, no frame for 3 s"
-    camera.fps = 0.5
-    assert "effector 90.0" in watcher.status(), "a slow one is not silent"
-    camera.why = "trying again"
-    assert watcher.status() == "0 fps, trying again"
-    camera.fps, camera.why = 30.0, ""
-    time[0] += 1
-    watcher.step(0)
-    assert "effector 90.0" in watcher.status()
-
-
-@pytest.mark.parametrize("by", ["closing the page", "Ctrl-C"])
-def test_what_has_ended_stays_as_long_as_somebody_looks(monkeypatch, by):
-    monkeypatch.setattr(watching, "TICK", 0.001)
-    looked = []
-
-    def watched():
-        looked.append(watcher.ended)
-        if by == "Ctrl-C" and len(looked) == 5:
-            os.kill(os.getpid(), signal.SIGINT)
-        return by == "Ctrl-C" or len(looked) < 5
-
-    out = io.StringIO()
-    watcher = Watcher("A", FakeCamera(frame(0, 0.0, 9)), FakeTracker(), live=False)
-    run = Run([watcher], None, None, Console(file=out), watched)
-    assert run.run() == 0, "nothing was cut short"
-    assert run.ended_by == ""
-    assert looked[:5] == [True] * 5
-    assert out.getvalue().count("close it, or Ctrl-C") == 1
-
-
-def test_for_a_camera_that_was_given_up_nobody_is_waited_for():
-    camera = FakeCamera(frame(0, 0.0, 9))
-    camera.why = "camera 0 did not come back"
-    run = Run([Watcher("A", camera, FakeTracker())], None, None, silent(), lambda: True)
-    with pytest.raises(Interrupted, match="did not come back"):
-        run.run()
-
-
-@pytest.mark.parametrize(
-    ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
-)
-def test_a_signal_ends_it_with_everything_on_the_disk(tmp_path, number, status):
-    sheet = Sheet(tmp_path / "out.csv", False)
-
-    def strike(timeout):
-        if camera.struck:
-            return None
-        camera.struck = True
-        os.kill(os.getpid(), number)
-
-    camera = FakeCamera(frame(0, 0.0, 9), frame(1, 0.1, 0), after=strike)
-    camera.struck = False
-    before = signal.getsignal(number)
-    run = Run([Watcher("A", camera, FakeTracker(), sheet=sheet)], sheet, None, silent())
-    assert run.run() == status
-    assert run.ended_by == ("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
-    assert signal.getsignal(number) == before
-    sheet.close()
-    assert [row["u"] for row in rows(tmp_path / "out.csv")] == ["9.000", ""]
-
-
-def test_what_was_tracked_is_on_the_disk_meanwhile(tmp_path, monkeypatch):
-    monkeypatch.setattr(watching, "TICK", 0.001)
-    sheet = Sheet(tmp_path / "out.csv", False)
-    read = threading.Event()
-
-    deadline = time.monotonic() + PATIENCE
-
-    def look(timeout):
-        if rows(tmp_path / "out.csv"):
-            read.set()
-        if read.is_set() or time.monotonic() > deadline:
-            camera.after = None
-
-    camera = FakeCamera(frame(0, 0.0, 9), after=look)
-    Run([Watcher("A", camera, FakeTracker(), sheet=sheet)], sheet, None, silent()).run()
-    sheet.close()
-    assert read.is_set()
-
-
-def test_on_a_pipe_a_line_comes_now_and_then(monkeypatch):
-    monkeypatch.setattr(watching, "TICK", 0.001)
-    monkeypatch.setattr(watching, "PIPE_EVERY", 0.0)
-    out = io.StringIO()
-
-    def until_seen(timeout):
-        if out.getvalue().count("\n") > 2:
-            camera.after = None
-
-    camera = FakeCamera(frame(0, 0.0, 90), after=until_seen)
-    monkeypatch.setattr(watching.time, "monotonic", Ticking())
-    watcher = Watcher("A", camera, FakeTracker(), now=lambda: 0.0)
-    Run([watcher], None, lambda: "no brick connected", Console(file=out)).run()
-    line = out.getvalue().splitlines()[1]
-    assert line.endswith("effector 90.0,0.0 (0.90), age 0 ms; no brick connected")
-
-
-def test_on_a_pipe_every_camera_has_a_line_of_its_own(monkeypatch):
-    monkeypatch.setattr(watching, "PIPE_EVERY", 0.0)
-    out = io.StringIO()
-    cameras = FakeCamera(frame(0, 0.0, 90)), FakeCamera(frame(0, 0.0, 0))
-    watchers = [
-        Watcher(name, camera, FakeTracker(), now=lambda: 0.0)
-        for name, camera in zip("AB", cameras, strict=True)
-    ]
-    for watcher in watchers:
-        watcher.step(0)
-    run = Run(watchers, None, lambda: "no brick connected", Console(file=out))
-    run._print_lines()
-    assert out.getvalue().splitlines() == [
-        "A: 0 fps, effector 90.0,0.0 (0.90), age 0 ms",
-        "B: 0 fps, effector lost: too dark, age 0 ms",
-        "no brick connected",
+def test_without_link_and_page_nothing_is_told_of_them(run, video):
+    shown = run("--camera", video(2), "--no-serve", "--announce")
+    assert [json.loads(line)["event"] for line in shown.stdout.splitlines()] == [
+        "cameras",
+        "ready",
+        "end",
     ]
 
 
-class Ticking:
-    """A second passes whenever somebody looks at the clock."""
-
-    t = 0.0
-
-    def __call__(self):
-        self.t += 1.0
-        return self.t
-
-
-def test_on_a_terminal_the_line_stays_in_its_place():
-    out = io.StringIO()
-    console = Console(file=out, force_terminal=True, width=100, legacy_windows=False)
-    watcher = Watcher("A", FakeCamera(frame(0, 0.0, 90)), FakeTracker(), live=False)
-    Run([watcher], None, None, console).run()
-    assert "\x1b[2K" in out.getvalue(), "it is wiped and written anew"
-    assert "tracking" in out.getvalue()
+def test_an_ipv6_host_is_told_without_brackets(run, video):
+    try:
+        socket.create_server(("::1", 0), family=socket.AF_INET6).close()
+    except OSError:
+        pytest.skip("no IPv6 here")
+    words = ["--camera", video(2), "--announce", "--no-page", "--host", "::1", "--port", "0"]
+    serving = wait_for_event(run(*words).stdout.splitlines(), "serving")
+    assert serving["host"] == "::1"
+    assert serving["addresses"] == [f"[::1]:{serving['port']}"]
 
 
-@pytest.mark.parametrize(
-    ("state", "text"),
-    [
-        (State(), "no brick connected"),
-        (State(lost="10.0.0.2: bye"), "no brick connected (last: 10.0.0.2: bye)"),
-        (State(client="::ffff:10.0.0.2"), "brick 10.0.0.2"),
-        (
-            State(client="10.0.0.2", round_trip=0.0032, status=Status(1.0, (0.1,), 12.34, "lost")),
-            "brick 10.0.0.2, round trip 3.2 ms, error 12.3 px, lost",
-        ),
-    ],
-)
-def test_the_link_in_a_few_words(state, text):
-    assert track.link_text(state) == text
+def test_programs_are_told_why_it_does_not_begin(run, video):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        words = ["--camera", video(2), "--host", "127.0.0.1", "--port", port, "--announce"]
+        shown = run(*words, status=1)
+    (end,) = [json.loads(line) for line in shown.stdout.splitlines()]
+    assert (end["event"], end["status"]) == ("end", 1)
+    assert f"port {port} is in use" in end["reason"]
+    assert in_one_line(shown.stderr, end["reason"])
 
 
-def test_who_has_several_cameras_is_told_how_to_say_that_the_arm_is_in_space():
-    one = track.invitation(["visual_servoing.py --code ABCD-EFGH"])
-    two = track.invitation(["visual_servoing.py --code ABCD-EFGH"], cameras=2)
-    assert one == two[:1]
-    assert "--arm spatial" in two[1]
+def test_programs_are_told_of_a_signal_that_ends_it(tmp_path):
+    words = ["--camera", "synthetic", "--scene", "width=320,height=240,clutter=0", "--port", "0"]
+    tracker = subprocess.Popen(
+        [sys.executable, "-m", "laptop", "track", *words, "--no-page", "--announce"],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        wait_for_event(tracker.stdout, "ready")
+        tracker.send_signal(signal.SIGTERM)
+        rest, error = tracker.communicate(timeout=PATIENCE)
+    finally:
+        tracker.kill()
+    assert tracker.returncode == 143
+    assert json.loads(rest) == {"event": "end", "status": 143, "reason": "stopped by SIGTERM"}
+    assert error.endswith("laptop: stopped by SIGTERM\n")
 
 
 # Real processes
@@ -864,9 +626,3 @@ def test_on_real_footage_as_in_the_readme(run, tmp_path):
     assert len(off) > len(truth) / 2
     assert statistics.median(off) <= 4
     assert float(table[24]["t"]) == pytest.approx(24 / (24000 / 1001), abs=1e-6)
-
-
-def test_the_server_is_closed_when_the_video_ends(run, video):
-    shown = run("--camera", video(2), "--host", "127.0.0.1", "--port", "0").stdout
-    port = int(shown.split("127.0.0.1:")[1].split()[0])
-    TrackingServer("127.0.0.1", port, "ABCDEFGH").close()

@@ -15,19 +15,16 @@ import waiting
 from waiting import PATIENCE
 
 from laptop.tracking import server as tracking_server
-from laptop.tracking.server import (
-    FORGIVEN,
-    LONGEST_DELAY,
-    MOST_CALLERS,
-    MOST_OFFENDERS,
-    BadPairing,
-    CannotListen,
-    TrackingServer,
-    _Offenders,
-    _sender,
-    own_addresses,
-    pairing_code,
+from laptop.tracking.guess_limiter import (
+    FORGIVE_TIME,
+    MAX_DELAY,
+    MAX_SENDERS,
+    GuessLimiter,
+    sender_of,
 )
+from laptop.tracking.listening import CannotListen, own_addresses
+from laptop.tracking.pairing_file import BadPairing, pairing_code
+from laptop.tracking.server import MAX_CALLERS, TrackingServer
 from robot import tracking_client
 from robot.tracking_client import Memory, TrackingClient
 from shared import pairing
@@ -204,16 +201,16 @@ def test_without_a_thread_the_sockets_run_only_in_its_turns(clock, tmp_path):
     threads = threading.active_count()
     with TrackingServer("127.0.0.1", 0, CODE, clock.laptop, threaded=False) as server:
         assert threading.active_count() == threads
-        assert not server.calling()
+        assert not server.has_work()
         client = TrackingClient(
             "127.0.0.1", server.port, CODE, clock, Memory(str(tmp_path)), say=lambda line: None
         )
         for _ in range(5):
             client.look(0.01)
         assert not client.linked
-        assert server.calling(5.0)
+        assert server.has_work(5.0)
         for _ in range(5):
-            server.turn()
+            server.serve_once()
             client.look(0.01)
         assert client.linked
         observe(server, clock, 1)  # at once, whoever's turn it is
@@ -395,7 +392,7 @@ def test_a_wrong_code_costs_nobody_else(server, brick, call, clock):
         call().prove(WRONG)
     observe(server, clock, 1)
     assert received(client)["A"].seq == 1
-    offenders = _Offenders()
+    offenders = GuessLimiter()
     offenders.add("192.168.0.9", 0.0)
     assert offenders.wait("192.168.0.9", 0.5) == 0.5
     assert offenders.wait("192.168.0.5", 0.5) == 0.0
@@ -416,19 +413,19 @@ def test_guessing_on_many_connections_at_once_is_one_guess(server, call):
 
 
 def test_offenders_are_forgiven_after_a_long_quiet_and_never_too_many():
-    offenders = _Offenders()
+    offenders = GuessLimiter()
     assert [offenders.add("a", t) for t in (0.0, 1.0, 2.0)] == [1, 2, 4]
-    assert offenders.add("a", 2.0 + FORGIVEN + 1) == 1
+    assert offenders.add("a", 2.0 + FORGIVE_TIME + 1) == 1
     for number in range(100):
-        assert offenders.add("b", number) <= LONGEST_DELAY
-    for number in range(10 * MOST_OFFENDERS):
+        assert offenders.add("b", number) <= MAX_DELAY
+    for number in range(10 * MAX_SENDERS):
         offenders.add(str(number), 100.0)
-    assert len(offenders._known) <= MOST_OFFENDERS
+    assert len(offenders._known) <= MAX_SENDERS
 
 
 def test_an_ipv6_machine_is_one_sender_whatever_its_address():
-    assert _sender("fe80::1:2:3%eth0") == _sender("fe80::9") != _sender("fe81::9")
-    assert _sender("192.168.0.5") != _sender("192.168.0.6")
+    assert sender_of("fe80::1:2:3%eth0") == sender_of("fe80::9") != sender_of("fe81::9")
+    assert sender_of("192.168.0.5") != sender_of("192.168.0.6")
 
 
 def test_an_overheard_proof_is_worth_nothing(server, call):
@@ -469,9 +466,9 @@ def test_a_caller_that_does_not_keep_to_the_handshake_is_sent_away(server, call,
 
 
 def test_callers_that_say_nothing_block_nobody_and_are_sent_away(server, call, brick, clock):
-    silent = [call() for _ in range(3 * MOST_CALLERS)]
+    silent = [call() for _ in range(3 * MAX_CALLERS)]
     client = linked(brick())
-    assert len(server._callers) <= MOST_CALLERS
+    assert len(server._callers) <= MAX_CALLERS
     clock.t += SILENCE + 0.1
     client.look()
     until(lambda: not server._callers, client)
@@ -500,8 +497,8 @@ def test_a_port_scan_leaves_nothing_behind(server, call, brick):
 
 
 def test_the_one_that_has_to_go_is_of_the_sender_that_has_the_most(server, call):
-    callers = [call() for _ in range(MOST_CALLERS)]
-    until(lambda: len(server._callers) == MOST_CALLERS)
+    callers = [call() for _ in range(MAX_CALLERS)]
+    until(lambda: len(server._callers) == MAX_CALLERS)
     with server._lock:
         for caller in server._callers[:3]:
             caller.sender = "192.168.0.5"  # the oldest, but few
@@ -513,7 +510,9 @@ def test_the_one_that_has_to_go_is_of_the_sender_that_has_the_most(server, call)
 
 
 def test_what_had_to_wait_goes_out_as_soon_as_the_brick_reads(server, call, clock, monkeypatch):
-    monkeypatch.setattr(tracking_server, "TICK", 60.0)  # so that nothing else wakes the thread
+    monkeypatch.setattr(
+        tracking_server, "SERVICE_PERIOD", 60.0
+    )  # so that nothing else wakes the thread
     caller = call()
     assert isinstance(caller.prove(), Welcome)
     until(lambda: server.state().client)

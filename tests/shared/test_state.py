@@ -1,0 +1,34 @@
+"""The channels between processes: each stands in the table; where they lead if nothing is told."""
+
+import os
+import re
+
+import pytest
+
+from shared import state
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *(state.STATE, state.ARM, state.PLAN),
+        *(state.PAIRING_FILE, state.MARKERS_FILE, state.TRACKER_FILE),
+        *(state.LIVE_FILE, state.CLOCK_FILE, state.BRICK_FOLDER),
+    ],
+)
+def test_every_channel_is_in_the_table(name):
+    assert re.search(r"^    " + re.escape(name) + r"/?,? ", state.__doc__, re.MULTILINE)
+
+
+def test_the_state_folder_is_as_told_or_in_the_home(monkeypatch):
+    monkeypatch.setenv(state.STATE, "there")
+    assert state.state_folder() == "there"
+    monkeypatch.delenv(state.STATE)
+    assert state.state_folder() == os.path.expanduser("~/.brickservo")
+
+
+def test_the_arm_is_as_told_or_the_planar_one(monkeypatch):
+    monkeypatch.setenv(state.ARM, "geared")
+    assert state.default_arm() == "geared"
+    monkeypatch.delenv(state.ARM)
+    assert (state.default_arm(), state.default_arm("spatial")) == ("planar", "spatial")
