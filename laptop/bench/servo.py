@@ -26,7 +26,7 @@ import numpy as np
 
 from laptop.bench import workers
 from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant import CPU, read_plant
+from laptop.simulator.device.plant_constants import CPU, read_plant
 from laptop.simulator.host import program as programs
 from laptop.simulator.host.program import Program
 from laptop.simulator.host.world import World

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.options import ON_THE_BRICK
-from laptop.simulator import constants, session
+from laptop.simulator import measured_brick, session
 from laptop.simulator.device import peripherals
-from laptop.simulator.device.plant import CONSTANTS, read_plant
+from laptop.simulator.device.plant_constants import TABLE, read_plant
 from laptop.simulator.host.pace import BUSY
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
@@ -32,17 +32,9 @@ PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
 """From above; and, of an arm in space, from the side."""
 
 
-def _plants() -> str:
-    return "; ".join(
-        f"{key} ({constant.default if constant.default is not None else 'not given'}"
-        f"{' ' + constant.unit if constant.unit else ''}): {constant.meaning}"
-        for key, constant in CONSTANTS.items()
-    )
-
-
 @click.command(
     context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
-    epilog=f"Plant constants: {_plants()}.",
+    epilog=f"Plant constants: {TABLE.listing()}.",
 )
 @ON_THE_BRICK
 @click.option("--plant", "plant_text", default="", metavar="KEY=VALUE,...", help="See below.")
@@ -133,10 +125,12 @@ def simulate(
     try:
         arm = read_arm(find_arm(arm_file))
         read_plant(plant_text)
-        measured = None if constants_file is None else constants.read_constants(constants_file, arm)
+        measured = (
+            None if constants_file is None else measured_brick.read_constants(constants_file, arm)
+        )
         plant = read_plant(plant_text, measured)
         if measured:
-            click.echo(f"as {constants_file} has it: {constants.in_words(measured)}")
+            click.echo(f"as {constants_file} has it: {measured_brick.in_words(measured)}")
         orders = {
             "plant": plant,
             "faults": [session.read_fault(text) for text in faults],

@@ -169,7 +169,7 @@ def run(
 
     Args:
         arm: shared.arm_description.Arm.
-        plant: constants from plant.read_plant.
+        plant: constants from plant_constants.read_plant.
         start: see read_start.
         faults: Faults.
         presses: peripherals.Press values.

@@ -2,7 +2,8 @@
 
 from collections import namedtuple
 
-from laptop.simulator.device import plant as plants
+from laptop.simulator.device.plant import ArmPlant
+from laptop.simulator.device.plant_constants import at_port, read_plant
 from laptop.simulator.device.sysfs import Sysfs
 from laptop.simulator.device.tacho_motor import DRIVER, TICK, TachoMotor
 from laptop.simulator.host.processor import ACCESS
@@ -40,7 +41,7 @@ class EmulatedBrick(object):
     Args:
         world: the clock.
         arm: Arm, what is plugged in where.
-        plant: constants from `plant.read_plant`; the honest LEGO arm if None.
+        plant: constants from `read_plant`; the honest LEGO arm if None.
         start: joint angles at the start, rad; the home pose if None.  Encoders read 0 there.
             Where gravity pulls the motors hold, as the last program has left them.
         extra: port -> "large" or "medium", motors that move nothing; none at a joint's port.
@@ -52,8 +53,8 @@ class EmulatedBrick(object):
     def __init__(self, world, arm, plant=None, start=None, extra=None):
         self.world = world
         self.arm = arm
-        constants = plants.read_plant() if plant is None else plant
-        self.plant = plants.ArmPlant(arm, constants, start)
+        constants = read_plant() if plant is None else plant
+        self.plant = ArmPlant(arm, constants, start)
         self.sysfs = Sysfs(world, _access_of(constants))
         self.slowness = constants["cpu"]
         self.motors = {}
@@ -76,7 +77,7 @@ class EmulatedBrick(object):
 
     def _plug(self, port, kind):
         motor = TachoMotor(
-            port, kind, self.plant.drives[port], plants.at_port(self.plant.plant, port)["phase"]
+            port, kind, self.plant.drives[port], at_port(self.plant.plant, port)["phase"]
         )
         self.motors[port] = motor
         discovery = {"address": "ev3-ports:out" + port, "driver_name": DRIVER[kind]}

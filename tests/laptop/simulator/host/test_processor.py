@@ -6,7 +6,7 @@ import pytest
 from places import SCRIPTS
 
 from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant import read_plant
+from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.host import program
 from laptop.simulator.host.prices import START
 from laptop.simulator.host.processor import ACCESS, SECONDS, Processor

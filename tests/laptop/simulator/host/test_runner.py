@@ -16,7 +16,7 @@ from waiting import PATIENCE
 
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.peripherals import read_press
-from laptop.simulator.device.plant import read_plant
+from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.host import counting
 from laptop.simulator.host.processor import SLICE
 from laptop.simulator.host.runner import run_script
