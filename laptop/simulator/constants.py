@@ -7,16 +7,23 @@ A table declares the constants: the plant's is in `device.plant_constants`, the 
 import math
 from collections import namedtuple
 
-Constant = namedtuple("Constant", "default allowed unit meaning kind")
-Constant.__doc__ = """One constant of a table.
 
-default   its value if nothing is written; None: not given
-allowed   (lower, upper) of a number, or the words that it may be
-unit      "" if there is none
-meaning   for people
-kind      float, int for whole numbers, or str for words
-"""
-Constant.__new__.__defaults__ = (float,)
+class Constant(namedtuple("Constant", "default allowed unit meaning kind")):
+    """One constant of a table.
+
+    Args:
+        default: its value if nothing is written; None: not given.
+        allowed: (lower, upper) of a number, or the words that it may be.
+        unit: "" if there is none.
+        meaning: for people.
+        kind: float, int for whole numbers, or str for words.
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, default, allowed, unit, meaning, kind=float):
+        """Take what is given; a constant is a number if nothing is said."""
+        return super(Constant, cls).__new__(cls, default, allowed, unit, meaning, kind)
 
 
 class ConstantTable(object):

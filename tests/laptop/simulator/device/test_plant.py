@@ -369,7 +369,8 @@ def test_arm_starts_at_rest_in_the_middle_of_its_gaps_and_stays(arm):
 )
 def test_backlash_is_as_described_unless_the_plant_says_otherwise(arm, text, degrees):
     plant = ArmPlant(arm, read_plant(text))
-    assert [2 * math.degrees(d.link.half_backlash) for d in plant.joints] == pytest.approx([degrees] * 2)
+    gaps = [2 * math.degrees(drive.link.half_backlash) for drive in plant.joints]
+    assert gaps == pytest.approx([degrees] * 2)
 
 
 def test_zero_error_turns_the_true_joints_not_the_encoders(arm):
