@@ -30,7 +30,7 @@ RULES = {
         "robot",
         "shared",
     ),
-    "laptop.simulator.scene.sight": (
+    "laptop.simulator.scene.rendered_tracker": (
         "laptop.simulator",
         "laptop.vision.markers",
         "laptop.vision.tracker",

@@ -31,8 +31,10 @@ from laptop.simulator.host import program as programs
 from laptop.simulator.host.program import Program
 from laptop.simulator.host.world import World
 from laptop.simulator.scene import scene as pictured
-from laptop.simulator.scene.scene import completed, marker_centre, place_camera, read_scene
-from laptop.simulator.scene.sight import rendered
+from laptop.simulator.scene.camera_placement import place_camera
+from laptop.simulator.scene.rendered_tracker import rendered
+from laptop.simulator.scene.scene_constants import read_scene
+from laptop.simulator.scene.workcell import completed, marker_centre
 from laptop.simulator.session import park_on_file
 from laptop.simulator.virtual_tracker import Markers, See, VirtualTracker
 from robot.motion import kinematics

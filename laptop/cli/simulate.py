@@ -17,7 +17,7 @@ import click
 
 from laptop.cli.options import ON_THE_BRICK
 from laptop.simulator import measured_brick, session
-from laptop.simulator.device import peripherals
+from laptop.simulator.device.buttons import read_press
 from laptop.simulator.device.plant_constants import TABLE, read_plant
 from laptop.simulator.host.pace import BUSY
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
@@ -134,7 +134,7 @@ def simulate(
         orders = {
             "plant": plant,
             "faults": [session.read_fault(text) for text in faults],
-            "presses": [peripherals.read_press(text) for text in presses],
+            "presses": [read_press(text) for text in presses],
             "extra": _plugged(arm, plug),
             "start": start,
             "realtime": realtime,
@@ -177,8 +177,10 @@ def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
         raise session.BadOrder(
             "a scene is for virtual time; with --realtime, run track --camera synthetic beside it"
         )
-    from laptop.simulator.scene.scene import Scene, cameras, read_scene  # OpenCV is slow to import
-    from laptop.simulator.scene.sight import rendered
+    from laptop.simulator.scene.rendered_tracker import rendered
+    from laptop.simulator.scene.scene import Scene  # OpenCV is slow to import
+    from laptop.simulator.scene.scene_constants import read_scene
+    from laptop.simulator.scene.workcell import cameras
     from laptop.simulator.virtual_tracker import VirtualTracker
 
     scenes = {

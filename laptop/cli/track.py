@@ -181,9 +181,9 @@ def _own_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
 
 def _synthetic(arm: str, name: str, scene: str, fps: float | None) -> tuple[Any, dict[str, str]]:
     """The synthetic camera of this name, and how the markers in its scene look."""
-    from laptop.simulator.scene.sight import looks
+    from laptop.simulator.scene.rendered_tracker import marker_specs
     from laptop.simulator.scene.synthetic_camera import open_live
 
     text = ",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])])
     camera = open_live(text, camera=name, resting=arm)
-    return camera, looks(camera.constants)
+    return camera, marker_specs(camera.constants)

@@ -112,7 +112,7 @@ class History(object):
         return Pose(self.arm, q, self._ink[: bisect.bisect_right(self._ink_times, t)])
 
 
-class Publisher(object):
+class PoseWriter(object):
     """Writes what the cameras follow; one of the world's bodies, behind the brick.
 
     A full disk or a folder that cannot be written costs the live picture, never the run.
@@ -215,7 +215,7 @@ def _line(sample):
     return "{:.4f} {} {:d}\n".format(sample.t, angles, sample.pen)
 
 
-class Follower(object):
+class PoseReader(object):
     """Reads along in another process.
 
     Args:

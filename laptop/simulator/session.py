@@ -22,7 +22,7 @@ from laptop.simulator.device.sysfs import folder_in_memory
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
-from laptop.simulator.live import Publisher
+from laptop.simulator.live import PoseWriter
 from robot.motion import kinematics
 from robot.motion.zero import Zero
 from robot.tracking_client import Memory, Tracker
@@ -172,7 +172,7 @@ def run(
         plant: constants from plant_constants.read_plant.
         start: see read_start.
         faults: Faults.
-        presses: peripherals.Press values.
+        presses: buttons.Press values.
         extra: port -> motor kind, motors beside the arm's.
         realtime, timeout: see World and run_script.
         watched: `watched(brick)` gives a context manager for a tracker's `port` on this machine
@@ -271,7 +271,7 @@ def _published(brick, script):
     if not brick.world.realtime:
         yield
         return
-    publisher = Publisher(brick, os.path.basename(script))
+    publisher = PoseWriter(brick, os.path.basename(script))
     brick.world.bodies.append(publisher.advance)
     try:
         yield

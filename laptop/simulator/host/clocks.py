@@ -1,4 +1,4 @@
-"""What a program reads the time from: `time` and `datetime` on the world's clock.
+"""The modules `time` and `datetime` on the world's clock, for a program.
 
 Rule: whoever looks at the clock spends a moment, so that loops that poll come to an end; who is not
 of the program pays nothing.
@@ -22,7 +22,7 @@ def copy_module(module):
     return shim
 
 
-class Clock(object):
+class ProgramClock(object):
     """Readings of the world's clock by a program.  Who is not of the program pays nothing."""
 
     def __init__(self, world):

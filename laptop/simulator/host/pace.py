@@ -280,7 +280,7 @@ class Member(object):
             self._number = None
 
 
-class Pace(object):
+class PaceMeter(object):
     """How fast a PacedClock goes: emulated seconds per second of the wall's clock.
 
     A look counts as one second at most: while this process itself stands still, nothing is known.

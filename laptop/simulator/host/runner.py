@@ -74,7 +74,7 @@ def run_script(
         script: path of a Python file.
         args: its arguments, strings.
         peripherals: Peripherals on the brick's sysfs; new ones if None.
-        presses: Press values, see `peripherals.read_press`.
+        presses: Press values, see `buttons.read_press`.
         signals: (s, signal number) pairs, to be delivered to the script.
         freeze_at: the script never acts again from then on, s; the motors keep their last command.
         kill_at: SIGKILL, s; brickrun is not there, so the motors keep their last command.

@@ -125,7 +125,7 @@ class World(object):
 
     Attributes:
         realtime: whether it keeps pace with the clock.
-        pace: pace.Pace of the clock, None without one.
+        pace: pace.PaceMeter of the clock, None without one.
         tell: called now and then with a line for people while the host is busy.
         processor: processor.Processor that the program computes on; None: it computes in no time.
         awaited: whom the clock waited for when it was given up, in words.
@@ -157,8 +157,8 @@ class World(object):
         self._clock = clock
         self._member = None
         self._drifting = False
-        self._crawl = clock and pace.Pace(clock, CRAWL_WINDOW)
-        self.pace = clock and pace.Pace(clock)
+        self._crawl = clock and pace.PaceMeter(clock, CRAWL_WINDOW)
+        self.pace = clock and pace.PaceMeter(clock)
         self.tell = lambda line: None
         self.processor = None
         self.awaited = ""

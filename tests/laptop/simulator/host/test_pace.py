@@ -9,7 +9,7 @@ import pytest
 from places import ROOT
 
 from laptop.simulator.host import pace
-from laptop.simulator.host.pace import SLACK, Pace, PacedClock
+from laptop.simulator.host.pace import SLACK, PacedClock, PaceMeter
 
 
 class Wall:
@@ -160,7 +160,7 @@ def test_a_file_of_something_else_is_replaced(tmp_path, wall):
 
 
 def test_the_pace_is_told_over_the_last_seconds_and_over_all(clock, wall):
-    speed, member = Pace(clock), clock.join("brick")
+    speed, member = PaceMeter(clock), clock.join("brick")
     for _ in range(100):
         member.promise(wall.t + 9.0)
         assert speed.look() == pytest.approx(1.0)
@@ -178,7 +178,7 @@ def test_the_pace_is_told_over_the_last_seconds_and_over_all(clock, wall):
 
 
 def test_of_a_time_in_which_nobody_looked_little_is_known(clock, wall):
-    speed, member = Pace(clock, window=10.0), clock.join("brick")
+    speed, member = PaceMeter(clock, window=10.0), clock.join("brick")
     speed.look()
     wall.t += 3600.0
     for _ in range(20):

@@ -15,7 +15,7 @@ from places import ROOT, SCRIPTS
 from waiting import PATIENCE
 
 from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.peripherals import read_press
+from laptop.simulator.device.buttons import read_press
 from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.host import counting
 from laptop.simulator.host.processor import SLICE

@@ -432,7 +432,7 @@ def test_in_realtime_what_waits_for_the_host_takes_time(paced):
 
 
 def test_a_host_that_is_too_busy_ends_the_run_for_its_own_reason(paced, monkeypatch):
-    monkeypatch.setattr(paced, "_crawl", pace.Pace(paced._clock, 0.3))
+    monkeypatch.setattr(paced, "_crawl", pace.PaceMeter(paced._clock, 0.3))
     other = paced._clock.join("a tracker")  # that does nothing
     verdict, _ = play(paced, lambda say: paced.sleep(3600))
     other.leave()
@@ -442,8 +442,8 @@ def test_a_host_that_is_too_busy_ends_the_run_for_its_own_reason(paced, monkeypa
 
 def test_that_the_host_is_busy_is_told_now_and_then(paced, monkeypatch):
     told = []
-    monkeypatch.setattr(paced, "pace", pace.Pace(paced._clock, 0.3))
-    monkeypatch.setattr(paced, "_crawl", pace.Pace(paced._clock, 0.6))
+    monkeypatch.setattr(paced, "pace", pace.PaceMeter(paced._clock, 0.3))
+    monkeypatch.setattr(paced, "_crawl", pace.PaceMeter(paced._clock, 0.6))
     monkeypatch.setattr(paced, "tell", told.append)
     other = paced._clock.join("a tracker")
     play(paced, lambda say: paced.sleep(3600))
