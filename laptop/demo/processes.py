@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from laptop.simulator.host.pace import PacedClock
-from laptop.simulator.host.world import BUSY as TOO_BUSY
+from laptop.simulator.host.process_exit import BUSY as TOO_BUSY
 from laptop.tracking.watching import undisturbed
 from shared.arm_description import ArmError
 

@@ -9,7 +9,7 @@ import signal as real_signal
 import sys
 
 from laptop.simulator.device.brick_programs import Finished, split_line
-from laptop.simulator.host.world import WaitingLine
+from laptop.simulator.host.waiting_line import WaitingLine
 
 #: What starting a process costs, s.
 START_COST = 0.03

@@ -37,12 +37,13 @@ from laptop.simulator.host.counting import ENROL
 from laptop.simulator.host.file_waiting import select_module, time_out_sockets
 from laptop.simulator.host.fonts import fonts_module, has_fonts
 from laptop.simulator.host.host_state import HostState
+from laptop.simulator.host.process_exit import ProcessExit
 from laptop.simulator.host.processes import Processes
 from laptop.simulator.host.processor import library_charged
 from laptop.simulator.host.program_code import PROGRAM, code_of, top_of
 from laptop.simulator.host.signals import Signals
 from laptop.simulator.host.threads import Threads, thread_module
-from laptop.simulator.host.world import Verdict, WaitingLine
+from laptop.simulator.host.waiting_line import WaitingLine
 
 PRINT_COST = 0.5e-3
 """Virtual time of a `print`, s."""
@@ -211,7 +212,7 @@ class Shims(object):
 
         def leave(status):
             """End the program at once."""
-            world.halt(Verdict(status & 0xFF, "ended"))
+            world.halt(ProcessExit(status & 0xFF, "ended"))
             world.touch(0.0)
 
         def kill(pid, sig):

@@ -9,7 +9,7 @@ import sys
 import traceback
 
 from laptop.simulator.host.clocks import copy_module
-from laptop.simulator.host.world import WaitingLine
+from laptop.simulator.host.waiting_line import WaitingLine
 
 #: What starting a thread costs, s.
 START_COST = 0.2e-3
@@ -219,7 +219,7 @@ class _Thread(object):
         except Exception:
             self._threads.failed(self)
         finally:
-            if self._threads.world.verdict is None:
+            if self._threads.world.exit is None:
                 own.ended = True
                 self._threads.known.pop(own.thread, None)
                 while own.waiting.wake():
