@@ -26,15 +26,23 @@ if TYPE_CHECKING:
     from laptop.reporting import line_accuracy
 
 FREE_MOTOR = ("D=large",)
-"""What is plugged in beside the arm if nothing is said, where the arm leaves the port free."""
+"""The motor beside the arm if nothing is said, where the arm leaves the port free."""
+
+EXAMPLES = """
+
+\b
+Examples:
+  python -m laptop simulate robot/driver.py line 10,0 5,10
+  python -m laptop simulate --plant backlash=3,seed=4 --fault unplug:A@1.5 robot/driver.py home
+"""
 
 PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
-"""From above; and, of an arm in space, from the side."""
+"""File names of the picture from above and, of an arm in space, from the side."""
 
 
 @click.command(
     context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
-    epilog=f"Plant constants: {TABLE.listing()}.",
+    epilog=f"Plant constants: {TABLE.listing()}.{EXAMPLES}",
 )
 @ON_THE_BRICK
 @click.option("--plant", "plant_text", default="", metavar="KEY=VALUE,...", help="See below.")
@@ -131,7 +139,7 @@ def simulate(
         plant = read_plant(plant_text, measured)
         if measured:
             click.echo(f"as {constants_file} has it: {measured_brick.in_words(measured)}")
-        orders = {
+        options = {
             "plant": plant,
             "faults": [session.read_fault(text) for text in faults],
             "presses": [read_press(text) for text in presses],
@@ -143,7 +151,7 @@ def simulate(
         }
         _check_room(out)
         began = time.perf_counter()
-        run = session.run(arm, script, args, **orders)
+        run = session.run(arm, script, args, **options)
         took = time.perf_counter() - began
         # Without a pen motor all of the motion is ink, and none of it belongs to one path.
         wanted = run.wanted if arm.pen else []
@@ -172,9 +180,9 @@ def simulate(
 
 
 def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
-    """What serves a brick in virtual time with what the tracker finds in rendered frames."""
+    """Return what serves a brick in virtual time with what the tracker finds in rendered frames."""
     if realtime:
-        raise session.BadOrder(
+        raise session.InvalidRunOption(
             "a scene is for virtual time; with --realtime, run track --camera synthetic beside it"
         )
     from laptop.simulator.scene.rendered_tracker import rendered
@@ -191,7 +199,7 @@ def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
     for name, scene in scenes.items():
         for key, value in chain.items():
             if scene.constants[key] != value:
-                raise session.BadOrder(
+                raise session.InvalidRunOption(
                     f"scene {name}.{key}: cameras in virtual time share it; write {key}=VALUE"
                 )
     latency = chain.pop("delay")
@@ -204,13 +212,13 @@ def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
 
 
 def _plugged(arm: Arm, plugs: tuple[str, ...]) -> dict[str, str]:
-    """Port -> kind of the motors beside the arm's."""
+    """Return port -> kind of the motors beside the arm's."""
     joints = {joint.port for joint in arm.joints}
     extra: dict[str, str] = {}
     for text in plugs:
         port, _, kind = text.partition("=")
         if port not in tuple("ABCD") or kind not in ("large", "medium"):
-            raise session.BadOrder(
+            raise session.InvalidRunOption(
                 f"plug '{text}': write PORT=KIND with a port from A to D and large or medium"
             )
         if plugs == FREE_MOTOR:
@@ -218,7 +226,9 @@ def _plugged(arm: Arm, plugs: tuple[str, ...]) -> dict[str, str]:
             if port not in joints | ({arm.pen.port} if arm.pen else set()):
                 extra[port] = kind
         elif port in joints or port in extra:
-            raise session.BadOrder(f"plug '{text}': port {port} is taken; choose another one")
+            raise session.InvalidRunOption(
+                f"plug '{text}': port {port} is taken; choose another one"
+            )
         else:
             extra[port] = kind
     return extra
@@ -245,13 +255,13 @@ def _no_room(out: Path, error: OSError) -> click.ClickException:
 def _write(
     out: Path,
     arm: Arm,
-    run: session.Run,
+    run: session.SimulationResult,
     wanted: list,
     measures: list[line_accuracy.Measure | None],
     summary: dict,
     pictured: bool,
 ) -> None:
-    """All files, each whole or not at all; no picture of an earlier run stays."""
+    """Write all files, each whole or not at all; no picture of an earlier run stays."""
     from laptop.reporting import line_accuracy
 
     title = " ".join([summary["script"], *summary["args"]])
@@ -293,7 +303,7 @@ def _summary(
     args: tuple[str, ...],
     arm: Arm,
     plant: str,
-    run: session.Run,
+    run: session.SimulationResult,
     measures: list[line_accuracy.Measure | None],
 ) -> dict:
     return {

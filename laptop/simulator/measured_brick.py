@@ -28,7 +28,7 @@ NOT_COMPUTING = (NOTHING, "start: ", "motor: ", "late ", "read ", "write ")
 FEWEST = 5
 """Pieces that it takes to tell."""
 
-IN_NO_TIME = 0.002
+MIN_SLOWNESS = 0.002
 """A brick that computes this many times as long as the real one, or less, does so in no time."""
 
 ADVICE = "; measure it anew: robot/bench_brick.py"
@@ -178,7 +178,7 @@ def _cpu(laps):
     slowness = statistics.median(ratios)
     if not math.isfinite(slowness):
         raise ValueError("laps_s")
-    return slowness if slowness > IN_NO_TIME else 0.0
+    return slowness if slowness > MIN_SLOWNESS else 0.0
 
 
 def _middle(laps, name):

@@ -4,7 +4,7 @@ It goes as the wall's clock does, and waits for whoever is late.  Each member (a
 camera) promises that nothing more of it happens before some time, and no promise is ever overtaken:
 the conservative synchronisation of distributed simulations (Chandy and Misra 1979).  So a computer
 that is busy slows down the whole world, brick, camera and physics alike, and nothing in it is late.
-A delay below SLACK is caught up with; the rest is lost, and shows as pace.
+A delay below MAX_CATCH_UP is caught up with; the rest is lost, and shows as pace.
 
 The clock is a small file in the state folder, mapped by all.  A lock on a byte of it says that a
 member lives: whoever is killed keeps nobody waiting.
@@ -24,16 +24,16 @@ from shared.state import state_folder
 
 FILE = "clock"
 
-SLACK = 0.25
-"""A delay of less than this is caught up with, s."""
+MAX_CATCH_UP = 0.25
+"""Greatest delay that is caught up with, s."""
 
-WINDOW = 5.0
-"""Over so long the pace is told, wall seconds."""
+PACE_WINDOW = 5.0
+"""Time over which the pace is told, wall seconds."""
 
 BUSY = 0.9
-"""Below this pace people are told that the computer is busy."""
+"""Pace below which people are told that the computer is busy."""
 
-GLANCE = 0.001
+POLL_PERIOD = 0.001
 """Between two looks at whether a late member has done what it promised, wall seconds."""
 
 MOST_MEMBERS = 16
@@ -155,13 +155,13 @@ class _File(object):
             promises = self.promises
             limit = min(promises)
             now = wall.monotonic() - self.lag
-            if now - limit <= SLACK:
+            if now - limit <= MAX_CATCH_UP:
                 return min(now, limit)
             latest = promises.index(limit)
             if not self._lives(latest):
                 self.promise(latest, math.inf)
                 continue
-            _LAG.pack_into(self.map, _LAG_AT, self.lag + now - limit - SLACK)
+            _LAG.pack_into(self.map, _LAG_AT, self.lag + now - limit - MAX_CATCH_UP)
             return limit
 
     def join(self, name):
@@ -213,7 +213,7 @@ class PacedClock(object):
         now = wall.monotonic() - file.lag
         if now <= limit:
             return now
-        if now - limit > SLACK:
+        if now - limit > MAX_CATCH_UP:
             with file.locked():
                 return file.settle()
         return limit
@@ -225,7 +225,7 @@ class PacedClock(object):
 
     def worth_waiting(self, until):
         """So many wall seconds it takes at least, until the clock shows `until` (s)."""
-        return max(until - (wall.monotonic() - self._file.lag), GLANCE)
+        return max(until - (wall.monotonic() - self._file.lag), POLL_PERIOD)
 
     def join(self, name):
         """Let the world wait for a new Member from now on.
@@ -281,7 +281,7 @@ class Member(object):
 
 
 class PaceMeter(object):
-    """How fast a PacedClock goes: emulated seconds per second of the wall's clock.
+    """Measures the pace of a PacedClock: emulated seconds per second of the wall's clock.
 
     A look counts as one second at most: while this process itself stands still, nothing is known.
 
@@ -290,9 +290,10 @@ class PaceMeter(object):
         window: over so long the latest pace is told, wall seconds.
     """
 
-    OFTEN, LONGEST = 0.1, 1.0
+    MIN_INTERVAL, MAX_INTERVAL = 0.1, 1.0
+    """Times between two looks that count, wall seconds."""
 
-    def __init__(self, clock, window=WINDOW):
+    def __init__(self, clock, window=PACE_WINDOW):
         self._clock = clock
         self._window = window
         self._last = None
@@ -303,12 +304,12 @@ class PaceMeter(object):
     def look(self):
         """The pace over the last window; 1 as long as that is not over."""
         now = self._clock.now(), wall.monotonic()
-        if self._last is not None and now[1] - self._last[1] < self.OFTEN:
+        if self._last is not None and now[1] - self._last[1] < self.MIN_INTERVAL:
             return self.latest
         if self._last is not None:
             passed = [after - before for before, after in zip(self._last, now)]
-            if passed[1] > self.LONGEST:
-                passed = [each * self.LONGEST / passed[1] for each in passed]
+            if passed[1] > self.MAX_INTERVAL:
+                passed = [each * self.MAX_INTERVAL / passed[1] for each in passed]
             self._looks.append(passed)
             self._sums = [a + b for a, b in zip(self._sums, passed)]
             while sum(each[1] for each in self._looks) - self._looks[0][1] >= self._window:
@@ -326,5 +327,5 @@ class PaceMeter(object):
 
 
 def in_words(pace):
-    """What people are told about a pace below BUSY."""
+    """Return what people are told about a pace below BUSY."""
     return "this computer is busy: running at {:.2g} x".format(pace)

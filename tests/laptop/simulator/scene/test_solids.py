@@ -11,8 +11,8 @@ from laptop.simulator.scene.marker_items import limb, marker_items
 from laptop.simulator.scene.optics import LAMP, Pinhole, circle, light_of
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
-from laptop.simulator.scene.skeleton import Skeleton
-from laptop.simulator.scene.solids import ball, ball_stand, box, in_order, prism, solid
+from laptop.simulator.scene.skeleton import Skeleton, ball_stand
+from laptop.simulator.scene.solids import ball, box, in_order, prism, solid
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 
