@@ -34,7 +34,7 @@ MAX_INK_HEIGHT = 0.5
 MIN_INK_LENGTH = 0.02
 """Ink is kept in segments of at least this length, cm."""
 HISTORY_LENGTH = 30.0
-"""Of a run in another process poses are kept for so long, s; its ink for ever."""
+"""Time for which the poses of a run in another process are kept, s; its ink for ever."""
 
 NO_RUN = (
     "no emulated arm is running in real time, so it is shown at home; "

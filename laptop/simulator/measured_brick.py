@@ -39,7 +39,7 @@ class BadConstants(BadPlant):
 
 
 def read_constants(file, arm):
-    """What was measured of a brick, for `read_plant`.
+    """Read what was measured of a brick, for `read_plant`.
 
     Args:
         file: its path.
@@ -161,7 +161,7 @@ def _share(measured, own, motor, rotor, arm):
 
 
 def _cpu(laps):
-    """How many times as long as the emulated brick at cpu=1 the pieces took, in the middle."""
+    """Return the median of how many times as long as at cpu=1 the pieces took."""
     reference = _laps_at_true_pace()
     ratios = [
         (_middle(laps, name) - _middle(laps, NOTHING))

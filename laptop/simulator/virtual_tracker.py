@@ -337,7 +337,7 @@ class _Memory:
         self._tracker: Tracker | None = None
 
     def load(self) -> Tracker | None:
-        """What was saved last."""
+        """Return what was saved last."""
         return self._tracker
 
     def save(self, tracker: Tracker) -> None:

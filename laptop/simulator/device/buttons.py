@@ -41,12 +41,12 @@ def read_press(text):
 
 
 class InputEvent(collections.namedtuple("InputEvent", "sec usec type code value")):
-    """As python-evdev's."""
+    """An event of a key, as python-evdev has it."""
 
     __slots__ = ()
 
     def timestamp(self):
-        """When it happened, s."""
+        """Return its time, s."""
         return self.sec + self.usec / 1e6
 
 

@@ -40,12 +40,12 @@ class Drive(object):
         self.duty = None
         """-1 .. 1; 0 shorts the motor (brake), None leaves it open (coast)."""
         self.jammed = False
-        """Of a bare motor; behind a gear it is the link that jams, and the gap stays."""
+        """True if a bare motor is blocked; behind a gear the link jams, and the gap stays."""
         self._step = None  # s, what these are for
         self._electric = self._per_step = ()
 
     def _prepare(self, h):
-        """What of a step of `h` seconds never changes, worked out once: there are thousands."""
+        """Work out once what never changes of a step of `h` seconds: there are thousands."""
         motor, ratio, link = self.motor, self.ratio, self.link
         inertia = motor.inertia * ratio * ratio
         drag = h * abs(ratio) * motor.friction / inertia
@@ -121,7 +121,7 @@ class Drive(object):
 
 
 class DrivenLink(object):
-    """What turns behind the gap: inertia, friction, stops and the torque on it."""
+    """The link behind the gap: inertia, friction, stops and the torque on it."""
 
     def __init__(self, angle, inertia, friction, backlash, lower, upper):
         self.angle = angle

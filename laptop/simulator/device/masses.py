@@ -16,7 +16,7 @@ link, its shaft at the far end."""
 
 
 def _carried(arm, plant):
-    """What hangs on each joint of an arm in space.
+    """List the masses that hang on each joint of an arm in space.
 
     Returns:
         Per joint, the pairs (mass g, cm from its axis) of what its link carries.
@@ -34,7 +34,7 @@ def _carried(arm, plant):
 
 
 def weighed(arm, plant):
-    """The Arm as one who weighs this plant, and how its joints rub, describes it.
+    """Return the Arm as who weighs this plant, and how its joints rub, describes it.
 
     One in the plane is left as it is.
     """
@@ -50,7 +50,7 @@ def weighed(arm, plant):
 
 
 def inertias(arm, plant):
-    """The inertia of what each joint moves, kg m2; of an arm in space, stretched out level."""
+    """Return the inertia that each joint moves, kg m2; of an arm in space, stretched out level."""
     if arm.chain not in PULLED_DOWN:
         return [plant["shoulder_inertia"], plant["elbow_inertia"]]
     _, on_upper, on_fore = _carried(arm, plant)

@@ -1,4 +1,4 @@
-"""What sits on the brick besides its motors: buttons, touch sensors, LEDs, battery, sound, screen.
+"""Everything on the brick besides its motors: buttons, sensors, LEDs, battery, sound, screen.
 
 Rule: everything here is driven by the world's clock and keeps a memory that can be asked
 afterwards; no sound is played and no program of the laptop is started.  Every read or write of a

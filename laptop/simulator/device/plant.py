@@ -77,7 +77,7 @@ class ArmPlant(object):
 
     @property
     def weighs(self):
-        """Whether gravity pulls at the joints."""
+        """True if gravity pulls at the joints."""
         return self._gravity.loaded
 
     @property

@@ -90,7 +90,7 @@ SCATTERED_BY_PORT = {
 """Constants that a seed draws for every motor by itself."""
 
 _DRAW_ORDER = sorted(CONSTANTS, key=lambda key: (key == "cpu", key in IN_SPACE, key))
-"""What came later is drawn later, so that a seed's plants stay what they were."""
+"""The order in which a seed draws: newer keys last, so that its plants stay what they were."""
 
 
 class BadPlant(ArmError, ValueError):

@@ -56,7 +56,7 @@ class ProgramClock(object):
         return self._world.now() + self._behind()
 
     def _behind(self):
-        """How long its start took, of which the world knows nothing, s."""
+        """Duration of its start, of which the world knows nothing, s."""
         return self._world.processor.behind if self._world.processor else 0.0
 
 

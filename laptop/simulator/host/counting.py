@@ -1,4 +1,4 @@
-"""What a program computes, counted by the program itself.
+"""Counting of what a program computes, by the program itself.
 
 Code is compiled with counts: at the head of each straight piece stands what the piece takes on the
 brick, in instructions of its processor.  So the count depends on what the program does and on
@@ -23,13 +23,13 @@ builtin that each module calls first: with its names, the length of its source, 
 itself; see processor.Processor.enrol."""
 
 DUE, LOOK = "_due_", "_look_"
-"""Where the count has come to the first, each turn of a `while` calls the second: who goes round
-for long is to let others have their turn, and signals be heard."""
+"""Names of the count from which on each turn of a `while` calls a function, and of that: who goes
+round for long is to let others have their turn, and signals be heard."""
 
 EV3DEV2 = "ev3dev2"
 
 NAMED_TUPLES = ("collections.namedtuple", "shared.record.record")
-"""What makes classes of tuples whose elements have names."""
+"""Functions that make classes of tuples whose elements have names."""
 
 _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 _LEAVES = (ast.Return, ast.Raise, ast.Break, ast.Continue)
@@ -88,7 +88,7 @@ class _Counting(object):
         return getattr(self, "_" + type(node).__name__.lower(), self._other)(node)
 
     def _other(self, node):
-        """Of whatever is not told apart: its expressions."""
+        """Count the expressions of whatever is not told apart."""
         return sum(self._price(child) for child in ast.iter_child_nodes(node))
 
     def _functiondef(self, node):
@@ -204,7 +204,7 @@ class _Counting(object):
         return bool(self._scopes) and name in self._scopes[-1]
 
     def _price(self, node):
-        """What an expression costs, with its counts put in where it goes in turns."""
+        """Return the cost of an expression, with its counts put in where it goes in turns."""
         price = getattr(self, "_of_" + type(node).__name__.lower(), None)
         return price(node) if price else self._other(node)
 
@@ -260,7 +260,7 @@ class _Counting(object):
         return price + sum(PRICES[kinds.get(type(op), usual)] for op in node.ops)
 
     def _test(self, node):
-        """What it costs to work out a condition, and to branch by it."""
+        """Return the cost of working out a condition, and of branching by it."""
         plain = not isinstance(node, (ast.Compare, ast.BoolOp))
         return self._price(node) + PRICES["branch"] + PRICES["truth"] * plain
 
@@ -376,7 +376,7 @@ class _Counting(object):
 
 
 def _head(body):
-    """Where in a body statements may begin: after its docstring, and what is of the future."""
+    """Return the index of a body's first statement behind docstring and future imports."""
     at = int(ast.get_docstring(ast.Module(body=body), clean=False) is not None)
     while at < len(body) and getattr(body[at], "module", "") == "__future__":
         at += 1
@@ -394,7 +394,7 @@ def _walk(body):
 
 
 def _may_leave(statement):
-    """Whether what follows may not be reached although the statement was."""
+    """Return True if what follows may not be reached although the statement was."""
     return not isinstance(statement, _SCOPES + _LEAVES) and any(
         isinstance(node, _LEAVES) for node in _walk([statement])
     )
@@ -434,7 +434,7 @@ def _imported(body):
 
 
 def _asked(body):
-    """Of these, the modules that have a price, and python-ev3dev2."""
+    """Return those of the modules that have a price, and python-ev3dev2."""
     return sorted(_imported(body) & {EV3DEV2, *imports()})
 
 
@@ -459,7 +459,7 @@ def _literal(node):
 
 
 def _whole(*nodes):
-    """Whether one of them is a whole number as it stands there."""
+    """Return True if one of them is a whole number as it stands there."""
     return any(type(_literal(node)) is int for node in nodes)
 
 

@@ -11,7 +11,7 @@ from laptop.simulator.host.program_code import top_of
 
 
 class HostState(object):
-    """What a run may change of the host as it is now, to be put back by `restore`."""
+    """Everything of the host that a run may change, to be put back by `restore`."""
 
     def __init__(self):
         self._modules = dict(sys.modules)

@@ -34,7 +34,7 @@ BUSY = 0.9
 """Pace below which people are told that the computer is busy."""
 
 POLL_PERIOD = 0.001
-"""Between two looks at whether a late member has done what it promised, wall seconds."""
+"""Period of looks at whether a late member has done what it promised, wall seconds."""
 
 MOST_MEMBERS = 16
 _NAME = 40
@@ -123,7 +123,7 @@ class _File(object):
                     fcntl.lockf(self.descriptor, fcntl.LOCK_UN, 1, 0)
 
     def _lives(self, k):
-        """Whether the process of member `k` lives."""
+        """Return True if the process of member `k` lives."""
         if k in self.mine or self.descriptor is None:
             return k in self.mine
         try:
@@ -137,7 +137,7 @@ class _File(object):
 
     @property
     def lag(self):
-        """How far it is behind the wall's clock, s."""
+        """Delay behind the wall's clock, s."""
         return _LAG.unpack_from(self.map, _LAG_AT)[0]
 
     @property
@@ -191,7 +191,7 @@ class _File(object):
         self.mine.discard(k)
 
     def name(self, k):
-        """Of member `k`, for people."""
+        """Return the name of member `k`, for people."""
         start = _NAMES_AT + k * _NAME
         return self.map[start : start + _NAME].rstrip(b"\0").decode("ascii")
 
@@ -224,7 +224,7 @@ class PacedClock(object):
             wall.sleep(self.worth_waiting(t))
 
     def worth_waiting(self, until):
-        """So many wall seconds it takes at least, until the clock shows `until` (s)."""
+        """Return the wall seconds that it takes at least until the clock shows `until` (s)."""
         return max(until - (wall.monotonic() - self._file.lag), POLL_PERIOD)
 
     def join(self, name):
@@ -238,7 +238,7 @@ class PacedClock(object):
 
     @property
     def latest(self):
-        """Whom the clock waits for just now, in words; "" for nobody."""
+        """Name of whom the clock waits for just now; "" for nobody."""
         promises = self._file.promises
         limit = min(promises)
         if wall.monotonic() - self._file.lag <= limit:

@@ -1,4 +1,4 @@
-"""How a simulated process ended, as a shell would see it."""
+"""The end of a simulated process, as a shell would see it."""
 
 import collections
 

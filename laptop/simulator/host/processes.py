@@ -31,7 +31,7 @@ class Processes(object):
         self._last_pid = 1000
 
     def execute(self, args, shell, piped):
-        """What a command does, as Finished."""
+        """Run a command; returns what it does, as Finished."""
         if shell:
             return self._shell(args if isinstance(args, str) else args[0], piped)
         words = [args] if isinstance(args, str) else [str(word) for word in args]

@@ -29,7 +29,7 @@ from laptop.simulator.host.shims import Shims
 from laptop.simulator.host.watchdog import Over
 
 Outcome = collections.namedtuple("Outcome", ["status", "reason", "t", "accesses", "start"])
-Outcome.__doc__ = """How a run ended.
+Outcome.__doc__ = """The end of a run.
 
 status    exit status
 reason    "ended" (by itself, whatever the status), or what ended it: "timeout", "frozen", "killed",
@@ -137,7 +137,7 @@ def run_script(
 
 
 def _processor(brick):
-    """What the script computes on; None where that takes no time."""
+    """Return the Processor that the script computes on; None where that takes no time."""
     if not brick.slowness:
         return None
     return Processor(brick.slowness, lambda: brick.world.touch(0.0))

@@ -16,7 +16,7 @@ START_COST = 0.2e-3
 
 
 def print_exception(kind, value, trace):
-    """As Python would, without the frames of the emulator the program was called from."""
+    """Print as Python would, without the emulator's frames that the program was called from."""
     while trace is not None and trace.tb_frame.f_globals.get("__name__", "").startswith("laptop."):
         trace = trace.tb_next
     traceback.print_exception(kind, value, trace)
@@ -288,7 +288,7 @@ _Thread.setDaemon = lambda self, daemonic: setattr(self, "daemon", daemonic)  # 
 
 
 class _ThreadState(object):
-    """What a Thread knows of itself, out of the way of its subclasses' attributes."""
+    """The state of a Thread, out of the way of its subclasses' attributes."""
 
     def __init__(self, name, waiting):
         self.name = name

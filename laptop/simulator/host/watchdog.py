@@ -32,7 +32,7 @@ class Watchdog(object):
     YIELD_TIMEOUT = 0.25
     """Time that a thread may compute away from the clock while others could run, wall s."""
     YIELD_TIMEOUT_REALTIME = 0.02
-    """The same where the world keeps pace with the wall's clock, wall s."""
+    """Time that it may where the world keeps pace with the wall's clock, wall s."""
 
     def __init__(self, world):
         self._world = world

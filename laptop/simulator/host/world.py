@@ -145,7 +145,7 @@ class World(object):
             self._attend(me)
 
     def begin(self):
-        """From now on what the program computes takes its time: it has to do with the world.
+        """Let what the program computes take its time from now on.
 
         It uses the brick, waits, begins a thread, or calls somebody.
         """

@@ -1,4 +1,4 @@
-"""From items in space to light on the sensor: outlines, exact coverage, shadows, shaded balls."""
+"""Painting of items: outlines, exact coverage, shadows, shaded balls."""
 
 from __future__ import annotations
 

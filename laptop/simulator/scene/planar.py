@@ -140,7 +140,7 @@ class PlanarWorkcell:
 
     @staticmethod
     def aim_start(points: np.ndarray) -> np.ndarray:
-        """Where a camera aims at first (3,), cm, of the points (n, 3) that it is to show."""
+        """Return the first aim (3,), cm, of a camera that is to show points (n, 3)."""
         return points.mean(axis=0) * (1, 1, 0)
 
     @staticmethod

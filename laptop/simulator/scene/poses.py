@@ -14,7 +14,7 @@ class Poses(Protocol):
 
     @property
     def notes(self) -> list[str]:
-        """What a person should know about it."""
+        """Notes for people on what is shown."""
 
     def __call__(self, t: float) -> Pose:
         """The pose at t, s on the camera's clock."""
@@ -36,7 +36,7 @@ class ScriptedPoses:
         self._arm, self._angles = arm, angles
 
     def __call__(self, t: float) -> Pose:
-        """What the function says for t."""
+        """Return the pose of the function at t, s."""
         return Pose(self._arm, tuple(self._angles(t)), [])
 
     def close(self) -> None:
@@ -91,7 +91,7 @@ class LivePoses:
 
     @property
     def notes(self) -> list[str]:
-        """What is shown, in words."""
+        """Notes for people on what is shown."""
         reader = self.reader
         if reader.header is None:
             return [NO_RUN, reader.refused] if reader.refused else [NO_RUN]

@@ -1,4 +1,4 @@
-"""What the synthetic camera sees: a table, a sheet of paper, ink, the arm, its marker and the goal.
+"""The scene of a synthetic camera: table, sheet of paper, ink, the arm, its marker and the goal.
 
 Rules:
 1. The world is three-dimensional: cm, x forward, y left, z up, z = 0 on the table.  Everything gets
@@ -32,7 +32,7 @@ from shared.arm_description import Arm
 
 
 class Patch(NamedTuple):
-    """What moves, painted on a cut-out of the ground: `pixels` are those of `outer`.
+    """All that moves, painted on a cut-out of the ground: `pixels` are those of `outer`.
 
     Beyond `inner` the ground is as it was; between the two there is room for blur.
     """

@@ -1,4 +1,4 @@
-"""From light to the bytes of a picture: lens blur, exposure, sRGB, noise, 8 bit, JPEG."""
+"""The camera's sensor: light becomes the bytes of a picture."""
 
 from __future__ import annotations
 

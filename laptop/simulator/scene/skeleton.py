@@ -74,14 +74,14 @@ class Skeleton:
 
 
 def _holes(length: float, light: Any) -> list[Mark]:
-    """What a beam's two faces show."""
+    """The holes on a beam's two faces."""
     count = max(1, round(length / BEAM / 2))
     places = length * np.arange(1, count) / count
     return [([circle(0.24, 10) + (x, 0.0) for x in places], light * HOLE)] if count > 1 else []
 
 
 def ball_stand(place: np.ndarray, radius: float, eye: np.ndarray) -> list[Solid]:
-    """What holds a ball of a radius at a place (3,), cm, above the table."""
+    """The stand that holds a ball of a radius, cm, at a place (3,), cm, above the table."""
     x, y, z = place
     foot = prism(circle(1.3, 24), (0.0, 0.3), GREY, "z")
     parts = [foot]

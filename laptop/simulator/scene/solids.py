@@ -61,7 +61,7 @@ class Solid(NamedTuple):
 
 
 Mark = tuple[Sequence[np.ndarray], Any]
-"""What is on a face: outlines, each (n, 2), cm, and their light."""
+"""Something on a face: outlines, each (n, 2), cm, and their light."""
 
 
 def prism(
@@ -106,7 +106,7 @@ def prism(
 
 
 def _straights(outline: np.ndarray) -> list[tuple[int, int]]:
-    """Where the straight sides of an outline begin and end: those of several edges in a line."""
+    """Return where an outline's straight sides of several edges begin and end: indices."""
     ways = np.roll(outline, -1, axis=0) - outline
     before = np.roll(ways, 1, axis=0)
     bent = np.abs(before[:, 0] * ways[:, 1] - before[:, 1] * ways[:, 0])
@@ -151,12 +151,12 @@ def solid(part: ConvexBody, eye: np.ndarray, axes: np.ndarray, origin: np.ndarra
 
 
 def _lit(towards: float) -> float:
-    """What a face shows of its colour by how it faces the lamp (cosine): all of it if it is up."""
+    """Share of its colour's light of a face by how it faces the lamp (cosine); 1 if it is up."""
     return 0.42 + 0.58 * max(0.0, towards) / float(LAMP[2])
 
 
 def in_order(solids: Sequence[Solid], camera: Pinhole) -> list[Solid]:
-    """The same, each after all that it can hide from the camera."""
+    """Sort solids, each after all that it can hide from the camera."""
     eye = camera.position
     one, other = _overlapping(solids, camera)
     centres = np.array([s.centre for s in solids])
@@ -165,7 +165,7 @@ def in_order(solids: Sequence[Solid], camera: Pinhole) -> list[Solid]:
     radius = np.array([s.radius for s in solids])
 
     def nearest(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """Of the boxes a the points nearest to the centres of b."""
+        """The points of the boxes a nearest to the centres of b."""
         off = np.einsum("pij,pj->pi", axes[a], centres[b] - centres[a])
         return centres[a] + np.einsum("pi,pij->pj", np.clip(off, -half[a], half[a]), axes[a])
 

@@ -87,7 +87,7 @@ class SyntheticCamera:
 
     @property
     def notes(self) -> list[str]:
-        """What a person should know about the pictures."""
+        """Notes for people on the pictures."""
         c = self.constants
         return [
             *self._poses.notes,
@@ -95,13 +95,13 @@ class SyntheticCamera:
         ]
 
     def keep_pace(self) -> None:
-        """From now on, until it is closed, somebody reads on and on: the world waits for that."""
+        """Let the world wait for somebody who reads on and on, until the camera is closed."""
         if self._world and self._member is None and not self.ended:
             self._member = self._world.join(self.name)
 
     @property
     def slowness(self) -> str:
-        """What people should know of the pace, or ""."""
+        """Note for people on the pace, or ""."""
         pace = self._pace.look() if self._pace else 1.0
         return in_words(pace) if pace < BUSY else ""
 
@@ -115,13 +115,13 @@ class SyntheticCamera:
         return self._start + (index + c["fps_wander"] * stray) / c["fps"]
 
     def due(self, index: int) -> float:
-        """When a frame is handed over, s; frames never overtake one another."""
+        """Time at which a frame is handed over, s; frames never overtake one another."""
         lookback = math.ceil(MAX_JITTER_MEANS * self.constants["jitter"] * self.fps * 1.5)
         return max(self._arrival(k) for k in range(max(0, index - lookback), index + 1))
 
     @property
     def _whole(self) -> float:
-        """From the middle of the exposure to the end of the last row's, s."""
+        """Time from the middle of the exposure to the end of the last row's, s."""
         return float(self.constants["exposure"] + self.constants["readout"]) / 2
 
     @property
@@ -167,7 +167,7 @@ class SyntheticCamera:
         return None if index < 0 else self.capture(index)
 
     def truth(self, index: int) -> dict[str, tuple[float, float]]:
-        """Where the markers' centres truly are in frame number `index`, (u, v) px."""
+        """Return the markers' true centres in frame number `index`, (u, v) px."""
         t = self.time_of(index)
         pose = self._pose(t)
         shutter = self._shutter(t, pose)
@@ -180,7 +180,7 @@ class SyntheticCamera:
         return pose
 
     def _shutter(self, t: float, pose: Pose) -> float:
-        """How much later than the middle row the marker's row is taken, s."""
+        """Time by which the marker's row is taken later than the middle one, s."""
         readout = self.constants["readout"]
         if not readout:
             return 0.0

@@ -1,4 +1,4 @@
-"""What stands still around an arm: table, paper, the brick with its cable, and clutter."""
+"""All that stands still around an arm: table, paper, the brick with its cable, and clutter."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ TRIES = 200
 """Places that are drawn for a brick until one is free."""
 
 Block = tuple[list[Item], np.ndarray]
-"""What to paint of a thing on the table, and its place (3,), cm."""
+"""The items of a thing on the table, and its place (3,), cm."""
 
 
 def paint_ground(cell: Workcell, painter: Painter) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What stands before the cameras: an arm in the plane or one in space, with its markers.
+"""The workcell before the cameras: an arm in the plane or one in space, with its markers.
 
 Here alone it is asked which of the two an arm is; all else works with either.
 """
