@@ -23,13 +23,13 @@ from shared.arm_description import find_arm, read_arm
 SCRIPT = os.path.join(os.path.dirname(__file__), "..", "..", "robot", "bench_brick.py")
 
 NOT_COMPUTING = (NOTHING, "start: ", "motor: ", "late ", "read ", "write ")
-"""Pieces of work that begin so do not tell how slowly a brick computes."""
+"""Beginnings of pieces of work that do not tell how slowly a brick computes."""
 
-FEWEST = 5
-"""Pieces that it takes to tell."""
+MIN_PIECES = 5
+"""Fewest pieces of work that tell how slowly a brick computes."""
 
 MIN_SLOWNESS = 0.002
-"""A brick that computes this many times as long as the real one, or less, does so in no time."""
+"""Slowness up to which a brick computes in no time, times the real one's time."""
 
 ADVICE = "; measure it anew: robot/bench_brick.py"
 
@@ -169,10 +169,10 @@ def _cpu(laps):
         for name in sorted(set(laps) & set(reference))
         if not name.startswith(NOT_COMPUTING)
     ]
-    if len(ratios) < FEWEST:
+    if len(ratios) < MIN_PIECES:
         raise BadPlant(
             "it tells how long {} known pieces of work take, of {} at least".format(
-                len(ratios), FEWEST
+                len(ratios), MIN_PIECES
             )
         )
     slowness = statistics.median(ratios)

@@ -367,7 +367,7 @@ def figures(**changes):
         "inertia_volts_s2_per_rad": 0.088,
         "backlash_deg": 2.5,
     }
-    pieces = {str(n): [1.02 + n] for n in range(measured_brick.FEWEST)}
+    pieces = {str(n): [1.02 + n] for n in range(measured_brick.MIN_PIECES)}
     pieces[laps.NOTHING] = [0.02]
     return dict(
         {
@@ -385,7 +385,7 @@ def figures(**changes):
 @pytest.fixture
 def read(tmp_path, monkeypatch):
     """Read constants from these figures, or this text; the pieces took a second each at cpu=1."""
-    at_pace = {str(n): [0.01 + (n + 1) / 2] for n in range(measured_brick.FEWEST)}
+    at_pace = {str(n): [0.01 + (n + 1) / 2] for n in range(measured_brick.MIN_PIECES)}
     at_pace[laps.NOTHING] = [0.01]
     monkeypatch.setattr(measured_brick, "_laps_at_true_pace", lambda: at_pace)
 

@@ -6,7 +6,7 @@ from laptop.simulator.device.plant import ArmPlant
 from laptop.simulator.device.plant_constants import at_port, read_plant
 from laptop.simulator.device.sysfs import Sysfs
 from laptop.simulator.device.tacho_motor import DRIVER, TICK, TachoMotor
-from laptop.simulator.host.processor import ACCESS
+from laptop.simulator.host.processor import ACCESS_TIME
 from robot.motion import kinematics
 
 STEP = 0.001
@@ -35,7 +35,7 @@ def _access_of(constants):
     """Time of an access, s."""
     if constants["access"] is not None:
         return constants["access"]
-    return ACCESS * constants["cpu"] or MIN_ACCESS_TIME
+    return ACCESS_TIME * constants["cpu"] or MIN_ACCESS_TIME
 
 
 class EmulatedBrick(object):

@@ -36,14 +36,14 @@ BUSY = 0.9
 POLL_PERIOD = 0.001
 """Period of looks at whether a late member has done what it promised, wall seconds."""
 
-MOST_MEMBERS = 16
-_NAME = 40
+MAX_MEMBERS = 16
+_NAME_LENGTH = 40
 _MAGIC = b"BSCLOCK1"
 _LAG = struct.Struct("=d")
-_PROMISES = struct.Struct("={}d".format(MOST_MEMBERS))
+_PROMISES = struct.Struct("={}d".format(MAX_MEMBERS))
 _LAG_AT, _PROMISES_AT = 8, 16
 _NAMES_AT = _PROMISES_AT + _PROMISES.size
-_SIZE = _NAMES_AT + MOST_MEMBERS * _NAME
+_SIZE = _NAMES_AT + MAX_MEMBERS * _NAME_LENGTH
 
 
 class _File(object):
@@ -75,8 +75,8 @@ class _File(object):
 
     @staticmethod
     def _blank():
-        promises = _PROMISES.pack(*[math.inf] * MOST_MEMBERS)
-        return _MAGIC + _LAG.pack(0.0) + promises + bytes(MOST_MEMBERS * _NAME)
+        promises = _PROMISES.pack(*[math.inf] * MAX_MEMBERS)
+        return _MAGIC + _LAG.pack(0.0) + promises + bytes(MAX_MEMBERS * _NAME_LENGTH)
 
     @classmethod
     def take(cls, path):
@@ -166,18 +166,20 @@ class _File(object):
 
     def join(self, name):
         """The number of a new member, who has promised nothing; None if there is no room."""
-        alive = [k for k in range(MOST_MEMBERS) if self._lives(k)]
+        alive = [k for k in range(MAX_MEMBERS) if self._lives(k)]
         if not alive:
             _LAG.pack_into(self.map, _LAG_AT, 0.0)
-        free = [k for k in range(MOST_MEMBERS) if k not in alive]
+        free = [k for k in range(MAX_MEMBERS) if k not in alive]
         for k in free:
             self.promise(k, math.inf)
         if not free:
             return None
         k = free[0]
         self.promise(k, self.settle())
-        text = "{} (process {})".format(name, os.getpid()).encode("ascii", "replace")[:_NAME]
-        self.map[_NAMES_AT + k * _NAME : _NAMES_AT + (k + 1) * _NAME] = text.ljust(_NAME, b"\0")
+        text = "{} (process {})".format(name, os.getpid()).encode("ascii", "replace")[:_NAME_LENGTH]
+        self.map[_NAMES_AT + k * _NAME_LENGTH : _NAMES_AT + (k + 1) * _NAME_LENGTH] = text.ljust(
+            _NAME_LENGTH, b"\0"
+        )
         if self.descriptor is not None:
             fcntl.lockf(self.descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, 1 + k)
         self.mine.add(k)
@@ -192,8 +194,8 @@ class _File(object):
 
     def name(self, k):
         """Return the name of member `k`, for people."""
-        start = _NAMES_AT + k * _NAME
-        return self.map[start : start + _NAME].rstrip(b"\0").decode("ascii")
+        start = _NAMES_AT + k * _NAME_LENGTH
+        return self.map[start : start + _NAME_LENGTH].rstrip(b"\0").decode("ascii")
 
 
 class PacedClock(object):

@@ -25,10 +25,10 @@ CYCLES_PER_SECOND, CYCLES_PER_INSTRUCTION = 300e6, 6.8
 SECONDS = CYCLES_PER_INSTRUCTION / CYCLES_PER_SECOND
 """Time of an instruction, s."""
 
-ACCESS = 0.44e-3
+ACCESS_TIME = 0.44e-3
 """Time that the kernel takes for an access to an attribute, s."""
 
-SLICE = 5e-3
+SWITCH_INTERVAL = 5e-3
 """Time after which Python lets another thread have its turn, s (`sys.getswitchinterval`)."""
 
 
@@ -37,8 +37,8 @@ class Processor(object):
 
     Args:
         slowness: how many times as long as the real one it takes.
-        look: called by a thread that has gone round for a SLICE without looking at the clock; None
-            where there is one thread only.
+        look: called by a thread that has gone round for a SWITCH_INTERVAL without looking at the
+            clock; None where there is one thread only.
 
     Attributes:
         start: what the program took before it first had to do with the world, see World.begin, s;
@@ -51,7 +51,7 @@ class Processor(object):
         self.start = None
         self._starting = 0.0
         self._per_instruction = slowness * SECONDS * IN_COMPANY
-        self._slice = SLICE / self._per_instruction
+        self._slice = SWITCH_INTERVAL / self._per_instruction
         self._modules = []
         self._imported = set()
         self._taken = 0

@@ -29,12 +29,12 @@ class Item(NamedTuple):
     ball: tuple[np.ndarray, float] | None = None
 
 
-SIDE = 0.5
+SIDE_SHARE = 0.5
 """Share of its colour's light that a vertical face shows."""
 
-BEAM = 0.4
+BEAM_HALF_WIDTH = 0.4
 """Half the width of a LEGO beam; its holes are twice that apart; cm."""
-HOLE = 0.32
+HOLE_SHARE = 0.32
 """Share of its beam's light that a hole shows."""
 
 GREY = light_of("#b9bcbf")
@@ -83,6 +83,6 @@ def block(outline: np.ndarray, at: Point, angle: float, height: float, light: An
     foot, lid = (place_outline(outline, at, angle, z) for z in (0.0, height))
     return [
         Item([table_hull(np.concatenate([foot, cast_shadow(lid)]))], 1.0, "shadow"),
-        Item([foot, lid], light * SIDE, "hull"),
+        Item([foot, lid], light * SIDE_SHARE, "hull"),
         Item([lid], light),
     ]

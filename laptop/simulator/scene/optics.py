@@ -72,11 +72,11 @@ def alike(one: str, other: str) -> bool:
 
 # ---- the camera
 
-MOST_RADIUS = 8.0
+MAX_TANGENT = 8.0
 """Greatest angle from the axis that a camera here sees, as a tangent."""
 
 
-NEAR = 0.1
+MIN_DEPTH = 0.1
 """Distance below which, and behind a camera, things land far outside of its picture, cm."""
 
 
@@ -85,7 +85,7 @@ def _widest(k1: float, k2: float) -> float:
     """The radius up to which a lens with this distortion is one-to-one."""
     folds = np.roots([5 * k2, 3 * k1, 1.0])
     folds = folds.real[(abs(folds.imag) < 1e-9) & (folds.real > 0)]
-    return 0.98 * math.sqrt(min([*folds, MOST_RADIUS**2]))
+    return 0.98 * math.sqrt(min([*folds, MAX_TANGENT**2]))
 
 
 class Pinhole:
@@ -162,7 +162,7 @@ class Pinhole:
         What the lens would fold back, or what is behind the camera, lands far outside.
         """
         x, y, z = self.seen(points).T
-        z = np.maximum(z, NEAR)
+        z = np.maximum(z, MIN_DEPTH)
         x, y = x / z, y / z
         factor = self._factor(np.hypot(x, y))
         return np.stack([x * factor, y * factor], axis=1) * self.focal + self.centre
@@ -179,7 +179,7 @@ class Pinhole:
         x, y = (u - self.centre[0]) / self.focal, (v - self.centre[1]) / self.focal
         distorted = np.hypot(x, y)
         # The inverse has no formula: looked up between 10 000 radii.
-        r = np.linspace(0, MOST_RADIUS, 10001)
+        r = np.linspace(0, MAX_TANGENT, 10001)
         plain = np.interp(distorted, r * self._factor(r), r)
         factor = plain / np.maximum(distorted, 1e-9)
         factor[distorted < 1e-9] = 1.0

@@ -18,10 +18,10 @@ from laptop.simulator.scene.hand import (
     hand_pass,
 )
 from laptop.simulator.scene.items import (
-    BEAM,
+    BEAM_HALF_WIDTH,
     GREY,
-    HOLE,
-    SIDE,
+    HOLE_SHARE,
+    SIDE_SHARE,
     Item,
     block,
     cast_shadow,
@@ -204,24 +204,24 @@ class PlanarWorkcell:
             length = float(np.linalg.norm(b - a))
             angle = math.atan2(b[1] - a[1], b[0] - a[0])
             top, bottom = levels[k] + thick, levels[k]
-            beam = stadium(length, BEAM)
+            beam = stadium(length, BEAM_HALF_WIDTH)
             raised, lowered = (place_outline(beam, a, angle, z) for z in (top, bottom))
             if k + 1 < count:
                 body = rectangle(length - 3.2, -1.1, length + 1.2, 1.1, 2)
                 foot, lid = (place_outline(body, a, angle, z) for z in (bottom - 0.25 * h, bottom))
-                items += [Item([foot, lid], GREY * SIDE, "hull"), Item([lid], GREY)]
+                items += [Item([foot, lid], GREY * SIDE_SHARE, "hull"), Item([lid], GREY)]
                 shadows.append(cast_shadow(lid))
             else:
                 pen = circle(PEN_RADIUS, 12)
                 foot, lid = (place_outline(pen, tip, 0, z) for z in (0.0, bottom))
                 items.append(Item([foot, lid], DARK * 0.6, "hull"))
                 shadows.append(table_hull(np.concatenate([cast_shadow(foot), cast_shadow(lid)])))
-            items += [Item([lowered, raised], light * SIDE, "hull"), Item([raised], light)]
-            holes = max(1, round(length / BEAM / 2))
+            items += [Item([lowered, raised], light * SIDE_SHARE, "hull"), Item([raised], light)]
+            holes = max(1, round(length / BEAM_HALF_WIDTH / 2))
             hole = circle(0.24, 10)
             rings = [place_outline(hole, a + (b - a) * j / holes, 0, top) for j in range(1, holes)]
             if rings:
-                items.append(Item(rings, light * HOLE))
+                items.append(Item(rings, light * HOLE_SHARE))
             shadows.append(cast_shadow(raised))
             items.append(Item([place_outline(circle(0.55, 20), a, 0, top)], DARK))
             items.append(Item([place_outline(circle(0.26, 14), a, 0, top)], GREY))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from laptop.simulator.scene.items import BEAM, GREY, HOLE, stadium
+from laptop.simulator.scene.items import BEAM_HALF_WIDTH, GREY, HOLE_SHARE, stadium
 from laptop.simulator.scene.optics import circle, light_of
 from laptop.simulator.scene.solids import BLACK, Mark, Solid, box, prism, solid
 from robot.motion import kinematics
@@ -29,7 +29,7 @@ class Skeleton:
     def __init__(self, arm: Arm, light: Any, radius: float) -> None:
         self._arm = arm
         height, upper, fore = (joint.link for joint in arm.joints)
-        wide, thick = 1.5 * BEAM, BEAM
+        wide, thick = 1.5 * BEAM_HALF_WIDTH, BEAM_HALF_WIDTH
         end = max(0.3 * fore, fore - 2.6)
         self._standing = [
             prism(circle(2.8, 32), (0.0, 1.5), DARK, "z", [([circle(1.9, 28)], GREY * 0.8)]),
@@ -75,9 +75,11 @@ class Skeleton:
 
 def _holes(length: float, light: Any) -> list[Mark]:
     """The holes on a beam's two faces."""
-    count = max(1, round(length / BEAM / 2))
+    count = max(1, round(length / BEAM_HALF_WIDTH / 2))
     places = length * np.arange(1, count) / count
-    return [([circle(0.24, 10) + (x, 0.0) for x in places], light * HOLE)] if count > 1 else []
+    return (
+        [([circle(0.24, 10) + (x, 0.0) for x in places], light * HOLE_SHARE)] if count > 1 else []
+    )
 
 
 def ball_stand(place: np.ndarray, radius: float, eye: np.ndarray) -> list[Solid]:

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from laptop.simulator.scene.items import SIDE, Item
-from laptop.simulator.scene.optics import LAMP, NEAR, Pinhole, light_of, rectangle
+from laptop.simulator.scene.items import SIDE_SHARE, Item
+from laptop.simulator.scene.optics import LAMP, MIN_DEPTH, Pinhole, light_of, rectangle
 
 BLACK = light_of("#26282b")
 
@@ -101,7 +101,7 @@ def prism(
     points = np.concatenate([low, high])
     least, most = points.min(axis=0), points.max(axis=0)
     straight = sum(end - begin for begin, end in sides) == len(outline)
-    rest = None if straight else light * SIDE
+    rest = None if straight else light * SIDE_SHARE
     return ConvexBody(points, rest, faces, (least + most) / 2, (most - least) / 2)
 
 
@@ -209,7 +209,7 @@ def _overlapping(solids: Sequence[Solid], camera: Pinhole) -> tuple[np.ndarray, 
     bodies = [np.concatenate(s.items[0].rings) for s in solids]
     firsts = np.cumsum([0, *map(len, bodies[:-1])])
     x, y, z = camera.seen(np.concatenate(bodies)).T
-    places = np.stack([x, y], axis=1) / np.maximum(z, NEAR)[:, None]
+    places = np.stack([x, y], axis=1) / np.maximum(z, MIN_DEPTH)[:, None]
     angles = np.arange(8) * (math.pi / 8)
     along = places @ np.stack([np.cos(angles), np.sin(angles)])
     low = np.minimum.reduceat(along, firsts)

@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from laptop.simulator.scene.items import SIDE, Item, block, place_outline
+from laptop.simulator.scene.items import SIDE_SHARE, Item, block, place_outline
 from laptop.simulator.scene.marker_items import shown_markers
 from laptop.simulator.scene.optics import alike, circle, light_of, rectangle
 from laptop.simulator.scene.painter import Painter
@@ -28,7 +28,7 @@ WOOD, WALL = light_of("#a98358"), light_of("#8d9299")
 CONTROLLER_AT = np.array([-0.85, -0.55])
 """Place of the brick itself, reaches."""
 
-TRIES = 200
+MAX_TRIES = 200
 """Places that are drawn for a brick until one is free."""
 
 Block = tuple[list[Item], np.ndarray]
@@ -109,7 +109,7 @@ def _bricks(cell: Workcell, draw: np.random.Generator) -> list[Block]:
     blocks: list[Block] = []
     places: list[np.ndarray] = []
     for colour in _brick_colours(cell.constants, draw):
-        for _ in range(TRIES):
+        for _ in range(MAX_TRIES):
             at = draw.uniform(*area)
             on_paper = -0.52 * r < at[0] < 1.18 * r and -0.9 * r < at[1] < 1.35 * r
             beside = at - CONTROLLER_AT * r
@@ -153,7 +153,7 @@ def _brick(at: np.ndarray, angle: float, along: int, across: int, colour: str) -
             place = at + (c * x - s * y, s * x + c * y)
             ring = circle(STUD_RADIUS, 14)
             foot, lid = (place_outline(ring, place, 0, z) for z in (0.96, 1.13))
-            items += [Item([foot, lid], light * SIDE, "hull"), Item([lid], light * 1.05)]
+            items += [Item([foot, lid], light * SIDE_SHARE, "hull"), Item([lid], light * 1.05)]
     return items
 
 

@@ -132,8 +132,8 @@ def test_time_that_was_lost_by_a_world_is_not_the_next_one_s(clock, wall):
 
 
 def test_there_is_room_for_so_many_and_others_are_not_waited_for(clock, wall):
-    members = [clock.join("brick") for _ in range(pace.MOST_MEMBERS + 2)]
-    for member in members[: pace.MOST_MEMBERS]:
+    members = [clock.join("brick") for _ in range(pace.MAX_MEMBERS + 2)]
+    for member in members[: pace.MAX_MEMBERS]:
         member.promise(wall.t + 10.0)
     wall.t += 5.0
     assert clock.now() == pytest.approx(wall.t)

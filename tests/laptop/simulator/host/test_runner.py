@@ -18,7 +18,7 @@ from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.buttons import read_press
 from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.host import counting
-from laptop.simulator.host.processor import SLICE
+from laptop.simulator.host.processor import SWITCH_INTERVAL
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.watchdog import Watchdog
 from laptop.simulator.host.world import World
@@ -410,7 +410,7 @@ def test_who_goes_round_lets_others_have_their_turn_every_5_ms(run, monkeypatch)
     out = run(source, patience=10)[1]
     between = [float(word) for word in out[0].split()]
     # Who sleeps looks at the clock before and after, and at each look it is the other's turn.
-    assert 3 * SLICE < between[10] <= between[-10] < 3.1 * SLICE
+    assert 3 * SWITCH_INTERVAL < between[10] <= between[-10] < 3.1 * SWITCH_INTERVAL
 
 
 def test_a_signal_is_heard_by_who_goes_round(run, monkeypatch):
