@@ -147,7 +147,7 @@ class World(object):
     def begin(self):
         """Let what the program computes take its time from now on.
 
-        It uses the brick, waits, begins a thread, or calls somebody.
+        It has to do with the world: it uses the brick, waits, begins a thread, or calls somebody.
         """
         if self.processor and self.processor.start is None:
             self.processor.begin()
