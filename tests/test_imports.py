@@ -49,7 +49,7 @@ RULES = {
     "laptop.simulator.virtual_tracker": (
         *("laptop.simulator", "laptop.tracking.server", "robot", "shared"),
     ),
-    "laptop.simulator.scene.sight": (
+    "laptop.simulator.scene.rendered_tracker": (
         *("laptop.simulator", "laptop.vision.markers", "laptop.vision.tracker"),
     ),
     "laptop.demo": ("laptop.demo", "laptop.simulator", *BELOW_SIMULATOR, "shared", *LIBRARIES),

@@ -15,8 +15,10 @@ BRICK_SIDE = [ROOT / "laptop" / "__init__.py"]  # the simulator's package
 for folder in ("robot", "shared", "laptop/simulator"):
     BRICK_SIDE += sorted((ROOT / folder).rglob("*.py"))
 # These need OpenCV, or the laptop's side of the link, and so never see an old Python.
-LAPTOP_SIDE = ("optics", "solids", "scene", "sight", "synthetic_camera", "virtual_tracker")
-BRICK_SIDE = [path for path in BRICK_SIDE if path.stem not in LAPTOP_SIDE]
+LAPTOP_SIDE = ("laptop/simulator/scene/", "laptop/simulator/virtual_tracker.py")
+BRICK_SIDE = [
+    path for path in BRICK_SIDE if not path.relative_to(ROOT).as_posix().startswith(LAPTOP_SIDE)
+]
 
 GRAMMAR = parso.load_grammar(version="3.5")
 

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from laptop.simulator import session
-from laptop.simulator.device.plant import read_plant
+from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.host.processor import SECONDS
 from shared.arm_description import find_arm, read_arm
 

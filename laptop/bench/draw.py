@@ -25,7 +25,8 @@ import numpy as np
 from laptop.bench import timed_steps, workers
 from laptop.reporting import line_accuracy
 from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant import CPU, read_plant, weighed
+from laptop.simulator.device.masses import weighed
+from laptop.simulator.device.plant_constants import CPU, read_plant
 from laptop.simulator.host import program as programs
 from laptop.simulator.host.world import World
 from laptop.simulator.session import park_on_file

@@ -26,13 +26,15 @@ import numpy as np
 
 from laptop.bench import workers
 from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant import CPU, read_plant
+from laptop.simulator.device.plant_constants import CPU, read_plant
 from laptop.simulator.host import program as programs
 from laptop.simulator.host.program import Program
 from laptop.simulator.host.world import World
 from laptop.simulator.scene import scene as pictured
-from laptop.simulator.scene.scene import completed, marker_centre, place_camera, read_scene
-from laptop.simulator.scene.sight import rendered
+from laptop.simulator.scene.camera_placement import place_camera
+from laptop.simulator.scene.rendered_tracker import rendered
+from laptop.simulator.scene.scene_constants import read_scene
+from laptop.simulator.scene.workcell import completed, marker_centre
 from laptop.simulator.session import park_on_file
 from laptop.simulator.virtual_tracker import Markers, See, VirtualTracker
 from robot.motion import kinematics

@@ -26,15 +26,13 @@ import cv2
 import numpy as np
 
 from laptop.bench import workers
+from laptop.simulator.scene.marker_items import ARUCO_IDS
 from laptop.simulator.scene.optics import circle, light_of, marker_light, to_linear, to_srgb
-from laptop.simulator.scene.scene import ARUCO_IDS, Scene, read_scene
-from laptop.simulator.scene.synthetic_camera import (
-    ScriptedPoses,
-    SyntheticCamera,
-    blurred,
-    marker_frame,
-    through_jpeg,
-)
+from laptop.simulator.scene.poses import ScriptedPoses
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
+from laptop.simulator.scene.sensor import blurred, marker_frame, through_jpeg
+from laptop.simulator.scene.synthetic_camera import SyntheticCamera
 from laptop.tracking.server import TrackingServer
 from laptop.vision.learning import learn
 from laptop.vision.markers import BadMarker, Color, Marker, gate

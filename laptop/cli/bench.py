@@ -8,7 +8,7 @@ from dataclasses import asdict
 
 import click
 
-from laptop.simulator.device.plant import CPU
+from laptop.simulator.device.plant_constants import CPU
 from shared.arm_description import ArmError
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from laptop.cli.options import ON_THE_BRICK, on_the_page
-from laptop.simulator.host.world import BUSY
+from laptop.simulator.host.process_exit import BUSY
 from shared.arm_description import ArmError
 
 

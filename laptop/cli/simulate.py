@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.options import ON_THE_BRICK
-from laptop.simulator import constants, session
-from laptop.simulator.device import peripherals
-from laptop.simulator.device.plant import CONSTANTS, read_plant
+from laptop.simulator import measured_brick, session
+from laptop.simulator.device.buttons import read_press
+from laptop.simulator.device.plant_constants import TABLE, read_plant
 from laptop.simulator.host.pace import BUSY
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
@@ -26,23 +26,23 @@ if TYPE_CHECKING:
     from laptop.reporting import line_accuracy
 
 FREE_MOTOR = ("D=large",)
-"""What is plugged in beside the arm if nothing is said, where the arm leaves the port free."""
+"""The motor beside the arm if nothing is said, where the arm leaves the port free."""
+
+EXAMPLES = """
+
+\b
+Examples:
+  python -m laptop simulate robot/driver.py line 10,0 5,10
+  python -m laptop simulate --plant backlash=3,seed=4 --fault unplug:A@1.5 robot/driver.py home
+"""
 
 PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
-"""From above; and, of an arm in space, from the side."""
-
-
-def _plants() -> str:
-    return "; ".join(
-        f"{key} ({constant.default if constant.default is not None else 'not given'}"
-        f"{' ' + constant.unit if constant.unit else ''}): {constant.meaning}"
-        for key, constant in CONSTANTS.items()
-    )
+"""File names of the picture from above and, of an arm in space, from the side."""
 
 
 @click.command(
     context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
-    epilog=f"Plant constants: {_plants()}.",
+    epilog=f"Plant constants: {TABLE.listing()}.{EXAMPLES}",
 )
 @ON_THE_BRICK
 @click.option("--plant", "plant_text", default="", metavar="KEY=VALUE,...", help="See below.")
@@ -133,14 +133,16 @@ def simulate(
     try:
         arm = read_arm(find_arm(arm_file))
         read_plant(plant_text)
-        measured = None if constants_file is None else constants.read_constants(constants_file, arm)
+        measured = (
+            None if constants_file is None else measured_brick.read_constants(constants_file, arm)
+        )
         plant = read_plant(plant_text, measured)
         if measured:
-            click.echo(f"as {constants_file} has it: {constants.in_words(measured)}")
-        orders = {
+            click.echo(f"as {constants_file} has it: {measured_brick.in_words(measured)}")
+        options = {
             "plant": plant,
             "faults": [session.read_fault(text) for text in faults],
-            "presses": [peripherals.read_press(text) for text in presses],
+            "presses": [read_press(text) for text in presses],
             "extra": _plugged(arm, plug),
             "start": start,
             "realtime": realtime,
@@ -149,7 +151,7 @@ def simulate(
         }
         _check_room(out)
         began = time.perf_counter()
-        run = session.run(arm, script, args, **orders)
+        run = session.run(arm, script, args, **options)
         took = time.perf_counter() - began
         # Without a pen motor all of the motion is ink, and none of it belongs to one path.
         wanted = run.wanted if arm.pen else []
@@ -178,13 +180,15 @@ def simulate(
 
 
 def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
-    """What serves a brick in virtual time with what the tracker finds in rendered frames."""
+    """Return what serves a brick in virtual time with what the tracker finds in rendered frames."""
     if realtime:
-        raise session.BadOrder(
+        raise session.InvalidRunOption(
             "a scene is for virtual time; with --realtime, run track --camera synthetic beside it"
         )
-    from laptop.simulator.scene.scene import Scene, cameras, read_scene  # OpenCV is slow to import
-    from laptop.simulator.scene.sight import rendered
+    from laptop.simulator.scene.rendered_tracker import rendered
+    from laptop.simulator.scene.scene import Scene  # OpenCV is slow to import
+    from laptop.simulator.scene.scene_constants import read_scene
+    from laptop.simulator.scene.workcell import cameras
     from laptop.simulator.virtual_tracker import VirtualTracker
 
     scenes = {
@@ -195,7 +199,7 @@ def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
     for name, scene in scenes.items():
         for key, value in chain.items():
             if scene.constants[key] != value:
-                raise session.BadOrder(
+                raise session.InvalidRunOption(
                     f"scene {name}.{key}: cameras in virtual time share it; write {key}=VALUE"
                 )
     latency = chain.pop("delay")
@@ -208,13 +212,13 @@ def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
 
 
 def _plugged(arm: Arm, plugs: tuple[str, ...]) -> dict[str, str]:
-    """Port -> kind of the motors beside the arm's."""
+    """Return port -> kind of the motors beside the arm's."""
     joints = {joint.port for joint in arm.joints}
     extra: dict[str, str] = {}
     for text in plugs:
         port, _, kind = text.partition("=")
         if port not in tuple("ABCD") or kind not in ("large", "medium"):
-            raise session.BadOrder(
+            raise session.InvalidRunOption(
                 f"plug '{text}': write PORT=KIND with a port from A to D and large or medium"
             )
         if plugs == FREE_MOTOR:
@@ -222,7 +226,9 @@ def _plugged(arm: Arm, plugs: tuple[str, ...]) -> dict[str, str]:
             if port not in joints | ({arm.pen.port} if arm.pen else set()):
                 extra[port] = kind
         elif port in joints or port in extra:
-            raise session.BadOrder(f"plug '{text}': port {port} is taken; choose another one")
+            raise session.InvalidRunOption(
+                f"plug '{text}': port {port} is taken; choose another one"
+            )
         else:
             extra[port] = kind
     return extra
@@ -249,13 +255,13 @@ def _no_room(out: Path, error: OSError) -> click.ClickException:
 def _write(
     out: Path,
     arm: Arm,
-    run: session.Run,
+    run: session.SimulationResult,
     wanted: list,
     measures: list[line_accuracy.Measure | None],
     summary: dict,
     pictured: bool,
 ) -> None:
-    """All files, each whole or not at all; no picture of an earlier run stays."""
+    """Write all files, each whole or not at all; no picture of an earlier run stays."""
     from laptop.reporting import line_accuracy
 
     title = " ".join([summary["script"], *summary["args"]])
@@ -297,7 +303,7 @@ def _summary(
     args: tuple[str, ...],
     arm: Arm,
     plant: str,
-    run: session.Run,
+    run: session.SimulationResult,
     measures: list[line_accuracy.Measure | None],
 ) -> dict:
     return {

@@ -246,9 +246,9 @@ def _open_synthetic(
     arm: str, name: str, scene: str, fps: float | None
 ) -> tuple[Any, dict[str, str]]:
     """Open the synthetic camera of this name, see OpenSynthetic."""
-    from laptop.simulator.scene.sight import looks
+    from laptop.simulator.scene.rendered_tracker import marker_specs
     from laptop.simulator.scene.synthetic_camera import open_live
 
     text = ",".join([*([scene] if scene else []), *([f"fps={fps}"] if fps else [])])
     camera = open_live(text, camera=name, resting=arm)
-    return camera, looks(camera.constants)
+    return camera, marker_specs(camera.constants)

@@ -45,8 +45,8 @@ from laptop.demo.processes import (
 )
 from laptop.demo.progress import Progress
 from laptop.demo.truth import SUMMARY, approach_of, ink_in_space, read_trace
-from laptop.simulator.host.pace import Pace, PacedClock
-from laptop.simulator.live import Follower
+from laptop.simulator.host.pace import PacedClock, PaceMeter
+from laptop.simulator.live import PoseReader
 from laptop.simulator.session import AFTER
 from shared.arm_description import Arm, find_arm, read_arm
 from shared.state import ARM, STATE
@@ -103,7 +103,7 @@ def run(orders: Orders, console: Console) -> tuple[int, Path]:
         stack.enter_context(ending_on_signals())
         stack.callback(crew.close)
         stack.enter_context(progress.shown())
-        show = Show(arm, orders, folder, crew, progress, clock, Follower(state))
+        show = Show(arm, orders, folder, crew, progress, clock, PoseReader(state))
         stack.callback(show.close)
         show.play()
         progress.stages[REPORT].begin("drawing the pictures")
@@ -166,7 +166,7 @@ class Show:
         crew: ProcessGroup,
         progress: Progress,
         clock: PacedClock,
-        follower: Follower,
+        follower: PoseReader,
     ) -> None:
         self._arm = arm
         self._orders = orders
@@ -174,7 +174,7 @@ class Show:
         self._crew = crew
         self._progress = progress
         self._clock = clock
-        self._pace = Pace(clock)
+        self._pace = PaceMeter(clock)
         self._follower = follower
         self._began = time.monotonic()
         self._played: list[ChildProcess] = []

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from laptop.simulator.host.pace import PacedClock
-from laptop.simulator.host.world import BUSY as TOO_BUSY
+from laptop.simulator.host.process_exit import BUSY as TOO_BUSY
 from laptop.tracking import announcements
 from laptop.tracking.process_signals import signals_ignored
 from shared.arm_description import ArmError

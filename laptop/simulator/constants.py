@@ -1,209 +1,163 @@
-"""A brick that was measured, as constants of the plant: the file of `robot/bench_brick.py`.
+"""The grammar of `KEY=VALUE,KEY=VALUE,...`, in which people set the emulator's constants.
 
-Motion alone tells no torques: friction and inertia are as of motors with the nominal torque per
-ampere and resistance.  A bare motor tells what of a joint is its motor's; without one of that kind
-the motor is taken as nominal, and the rest is the link's.  Of an arm in space the inertias stay
-those of its masses.  A clock's jitter and Python's start are told to people only.
+A table declares the constants: the plant's is in `device.plant_constants`, the scene's in
+`scene.scene_constants`.
 """
 
-import contextlib
-import io
-import json
 import math
-import os
-import statistics
-import tempfile
-
-from laptop.simulator import session
-from laptop.simulator.device.plant import CONSTANTS, MOTORS, BadPlant, check, read_plant
-from robot.benching.laps import NOTHING
-from robot.benching.measuring import FORMAT, VERSION
-from shared.arm_description import find_arm, read_arm
-
-SCRIPT = os.path.join(os.path.dirname(__file__), "..", "..", "robot", "bench_brick.py")
-
-NOT_COMPUTING = (NOTHING, "start: ", "motor: ", "late ", "read ", "write ")
-"""Pieces of work that begin so do not tell how slowly a brick computes."""
-
-FEWEST = 5
-"""Pieces that it takes to tell."""
-
-IN_NO_TIME = 0.002
-"""A brick that computes this many times as long as the real one, or less, does so in no time."""
-
-ADVICE = "; measure it anew: robot/bench_brick.py"
+from collections import namedtuple
 
 
-class BadConstants(BadPlant):
-    """A file of measured constants that is missing, unreadable or implausible."""
-
-
-def read_constants(file, arm):
-    """What was measured of a brick, for `read_plant`.
+class Constant(namedtuple("Constant", "default allowed unit meaning kind")):
+    """One constant of a table.
 
     Args:
-        file: its path.
-        arm: shared.arm_description.Arm that is emulated.
-
-    Returns:
-        dict, name of the constant -> float, and "ports": port -> the same of the motor there.
-
-    Raises:
-        BadConstants: in one line.
+        default: its value if nothing is written; None: not given.
+        allowed: (lower, upper) of a number, or the words that it may be.
+        unit: "" if there is none.
+        meaning: for people.
+        kind: float, int for whole numbers, or str for words.
     """
-    figures = _load(file)
-    measured = {"ports": {}}
-    try:
-        _fill(measured, figures, arm)
-        everywhere = {key: value for key, value in measured.items() if key != "ports"}
-        for constants in [everywhere, *measured["ports"].values()]:
-            for key, value in constants.items():
-                check(key, repr(value))
-    except BadPlant as error:
-        raise BadConstants("{}: {}".format(file, error)) from None
-    except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError) as error:
-        raise BadConstants(
-            "{}: a figure is missing or is not a number ({}: {}){}".format(
-                file, type(error).__name__, error, ADVICE
-            )
-        ) from None
-    return measured
+
+    __slots__ = ()
+
+    def __new__(cls, default, allowed, unit, meaning, kind=float):
+        """Take what is given; a constant is a number if nothing is said."""
+        return super(Constant, cls).__new__(cls, default, allowed, unit, meaning, kind)
 
 
-def _load(file):
-    try:
-        with open(file, encoding="utf-8") as text:
-            figures = json.loads(text.read())
-    except OSError as error:
-        raise BadConstants(
-            "cannot read {}: {}; give the file that robot/bench_brick.py has written".format(
-                file, error.strerror
+class ConstantTable(object):
+    """The constants of one thing, as people write and read them.
+
+    Args:
+        noun: the thing, with which every message begins.
+        constants: key -> Constant, in the order of the listing.
+        error: exception to raise, with one line for people.
+        unknown: message about an unknown key, with the fields {key}, {item} and {known}.
+        value: placeholder for a value in advice.
+        limit: format of the limits of a number.
+        ranged: keys that may be written LOW..HIGH, to draw from.
+        owners: names of single things; KEY with such a name and a dot before it is that one's own.
+        common: keys that all owners share.
+    """
+
+    def __init__(
+        self,
+        noun,
+        constants,
+        error,
+        unknown,
+        value="VALUE",
+        limit="{:g}",
+        ranged=(),
+        owners=(),
+        common=(),
+    ):
+        self.constants = constants
+        self._noun = noun
+        self._error = error
+        self._unknown = unknown
+        self._value = value
+        self._limit = limit
+        self._ranged = ranged
+        self._owners = owners
+        self._common = common
+
+    def parse(self, text):
+        """Read a text such as `tilt=40,load=-0.1..0.1,B.fps=60`.
+
+        Returns:
+            dict, owner ("" for all) -> dict, key -> list of its value, or of LOW and HIGH.
+
+        Raises:
+            the table's error: naming the key, the value and what is allowed.
+        """
+        given = {owner: {} for owner in ("",) + tuple(self._owners)}
+        for item in filter(None, (part.strip() for part in text.split(","))):
+            written, equals, value = (part.strip() for part in item.partition("="))
+            owner, key = self._split(written, item)
+            if not equals:
+                raise self._error(
+                    "{} '{}': write {}={}".format(self._noun, item, written, self._value)
+                )
+            given[owner][key] = self._values(written, key, value)
+        return given
+
+    def _split(self, written, item):
+        """Owner and key of a written key."""
+        owner, dot, key = written.rpartition(".") if self._owners else ("", "", written)
+        if key not in self.constants:
+            known = ", ".join(self.constants)
+            raise self._error(self._unknown.format(key=written, item=item, known=known))
+        if bool(dot) != bool(owner) or owner and owner not in self._owners:
+            raise self._error(
+                "{0} '{1}': no {0} '{2}'; known: {3}".format(
+                    self._noun, written, owner, ", ".join(self._owners)
+                )
             )
-        ) from None
-    except ValueError:
-        figures = None
-    if not isinstance(figures, dict) or figures.get("format") != FORMAT:
-        raise BadConstants(
-            "{} was not written by robot/bench_brick.py; give the file that was".format(file)
+        if owner and key in self._common:
+            raise self._error(
+                "{0} '{1}': all {0}s see the same {2}; write {2}={3}".format(
+                    self._noun, written, key, self._value
+                )
+            )
+        return owner, key
+
+    def _values(self, written, key, text):
+        if not self._ranged:
+            return [self.check(key, text, written)]
+        values = [self.check(key, part, written) for part in text.split("..")]
+        if len(values) > (2 if key in self._ranged else 1):
+            raise self._error(
+                "{} {}: '{}' is not a single value{}".format(
+                    self._noun, written, text, " or LOW..HIGH" if key in self._ranged else ""
+                )
+            )
+        return values
+
+    def check(self, key, text, written=None):
+        """Return the value of a constant that is written as `text`.
+
+        Args:
+            written: the key with its owner, for messages; None: the key alone.
+
+        Raises:
+            the table's error: it is not allowed.
+        """
+        constant = self.constants[key]
+        subject = "{} {} = {}".format(self._noun, written or key, text)
+        if constant.kind is str:
+            if text not in constant.allowed:
+                allowed = ", ".join(constant.allowed)
+                raise self._error("{}: must be one of {}".format(subject, allowed))
+            return text
+        lower, upper = constant.allowed
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not lower <= value <= upper or (constant.kind is int and value != int(value)):
+            lower, upper = (self._limit.format(limit) for limit in constant.allowed)
+            raise self._error(
+                "{}: must be a {} from {} to {}{} ({})".format(
+                    subject,
+                    "whole number" if constant.kind is int else "number",
+                    lower,
+                    upper,
+                    " " + constant.unit if constant.unit else "",
+                    constant.meaning,
+                )
+            )
+        return constant.kind(value)
+
+    def listing(self):
+        """Return what `--help` says of all constants, on one line."""
+        return "; ".join(
+            "{} ({}{}): {}".format(
+                key,
+                "not given" if constant.default is None else constant.default,
+                " " + constant.unit if constant.unit else "",
+                constant.meaning,
+            )
+            for key, constant in self.constants.items()
         )
-    if figures.get("version") != VERSION:
-        raise BadConstants(
-            "{} is of version {}, and this program reads {}{}".format(
-                file, figures.get("version"), VERSION, ADVICE
-            )
-        )
-    return figures
-
-
-def _fill(measured, figures, arm):
-    measured["cpu"] = _cpu(figures["laps_s"])
-    if figures["access_s"] is not None:
-        measured["access"] = max(0.0, float(figures["access_s"]))
-    motors = figures["motors"]
-    if any("joint" in motor for motor in motors.values()) and figures["arm"] != arm.name:
-        raise BadPlant(
-            "it was measured on the arm {}, not on {}; choose --arm {}".format(
-                figures["arm"], arm.name, figures["arm"]
-            )
-        )
-    if motors:
-        measured["voltage"] = statistics.mean(float(motor["volts"]) for motor in motors.values())
-    rotors = _rotors(motors.values())
-    for port, motor in motors.items():
-        own = measured["ports"][port] = {}
-        nominal = MOTORS[motor["kind"]]
-        own["emf_constant"] = motor["emf_volts_s_per_rad"] / nominal.emf_constant
-        rotor = rotors[motor["kind"]]
-        if "joint" not in motor:
-            rotor = _of_rotor(motor, nominal)
-            friction, inertia = rotor
-        else:
-            friction, inertia = _share(measured, own, motor, rotor, arm)
-        own["rotor_friction"] = friction / nominal.friction
-        own["rotor_inertia"] = inertia / nominal.inertia
-        if "backlash_deg" in motor:
-            own["backlash"] = float(motor["backlash_deg"])
-
-
-def _of_rotor(motor, nominal):
-    """Friction, Nm, and inertia, kg m2, at the shaft of a measured motor; None: not measured."""
-    torque = nominal.torque_constant / nominal.resistance  # Nm/V
-    inertia = motor.get("inertia_volts_s2_per_rad")
-    return torque * motor["friction_volts"], None if inertia is None else torque * inertia
-
-
-def _rotors(motors):
-    """Friction and inertia of a rotor by kind: the mean of the bare ones, or the nominal one."""
-    rotors = {kind: (nominal.friction, nominal.inertia) for kind, nominal in MOTORS.items()}
-    bare = [motor for motor in motors if "joint" not in motor]
-    for kind in {motor["kind"] for motor in bare}:
-        figures = [_of_rotor(each, MOTORS[kind]) for each in bare if each["kind"] == kind]
-        rotors[kind] = tuple(statistics.mean(values) for values in zip(*figures))
-    return rotors
-
-
-def _share(measured, own, motor, rotor, arm):
-    """Give a joint's link what is not its rotor's; friction and inertia of the rotor."""
-    gear = float(motor["gear"])
-    all_friction, all_inertia = _of_rotor(motor, MOTORS[motor["kind"]])
-    friction = min(rotor[0], all_friction)
-    own["link_friction"] = gear * (all_friction - friction)
-    key = motor["joint"] + "_inertia"
-    if arm.chain != "planar" or all_inertia is None or key not in CONSTANTS:
-        return friction, rotor[1]
-    least = CONSTANTS[key].lower / gear**2
-    inertia = min(rotor[1], all_inertia - least)
-    measured[key] = gear**2 * (all_inertia - inertia)
-    return friction, inertia
-
-
-# How slowly it computes
-
-
-def _cpu(laps):
-    """How many times as long as the emulated brick at cpu=1 the pieces took, in the middle."""
-    reference = _laps_at_true_pace()
-    ratios = [
-        (_middle(laps, name) - _middle(laps, NOTHING))
-        / (_middle(reference, name) - _middle(reference, NOTHING))
-        for name in sorted(set(laps) & set(reference))
-        if not name.startswith(NOT_COMPUTING)
-    ]
-    if len(ratios) < FEWEST:
-        raise BadPlant(
-            "it tells how long {} known pieces of work take, of {} at least".format(
-                len(ratios), FEWEST
-            )
-        )
-    slowness = statistics.median(ratios)
-    if not math.isfinite(slowness):
-        raise ValueError("laps_s")
-    return slowness if slowness > IN_NO_TIME else 0.0
-
-
-def _middle(laps, name):
-    return statistics.median_high(float(lap) for lap in laps[name])
-
-
-def _laps_at_true_pace():
-    arm = read_arm(find_arm("planar"))
-    with tempfile.TemporaryDirectory() as folder:
-        file = os.path.join(folder, "brick.json")
-        with contextlib.redirect_stdout(io.StringIO()):
-            session.run(arm, SCRIPT, ["planar", "--json", file], read_plant("cpu=1"))
-        with open(file, encoding="utf-8") as text:
-            return json.loads(text.read())["laps_s"]
-
-
-def in_words(measured):
-    """A line for people."""
-    parts = [
-        "{} = {:.4g} {}".format(key, value, CONSTANTS[key].unit).rstrip()
-        for key, value in measured.items()
-        if key != "ports"
-    ]
-    parts += [
-        "at {} {}".format(port, ", ".join("{} {:.3g}".format(*item) for item in own.items()))
-        for port, own in measured["ports"].items()
-    ]
-    return "; ".join(parts)

@@ -22,19 +22,19 @@ from shared.state import LIVE_FILE as FILE
 from shared.state import state_folder
 
 VERSION = 1
-PACE = 0.005
+SAMPLE_PERIOD = 0.005
 """Time between two lines while the arm moves, s."""
-SIGN_OF_LIFE = 0.5
+HEARTBEAT_PERIOD = 0.5
 """Time between two lines while it rests, s."""
 
-STILL = 1e-6
+MIN_MOTION = 1e-6
 """A joint that moved less than this has not moved, rad."""
-TOUCH = 0.5
+MAX_INK_HEIGHT = 0.5
 """An arm in space leaves ink where its tip is no higher than this above the table, cm."""
-FINEST_INK = 0.02
+MIN_INK_LENGTH = 0.02
 """Ink is kept in segments of at least this length, cm."""
-KEPT = 30.0
-"""Of a run in another process poses are kept for so long, s; its ink for ever."""
+HISTORY_LENGTH = 30.0
+"""Time for which the poses of a run in another process are kept, s; its ink for ever."""
 
 NO_RUN = (
     "no emulated arm is running in real time, so it is shown at home; "
@@ -46,7 +46,7 @@ Pose = namedtuple("Pose", "arm q ink")
 
 
 class History(object):
-    """Where an arm has been, and the ink it left.
+    """The poses that an arm has had, and the ink it left.
 
     Args:
         arm: Arm.
@@ -82,14 +82,14 @@ class History(object):
             del self._times[:old]
             del self._poses[:old]
         x, y, *height = kinematics.forward(self.arm, q)
-        if not pen or (height and height[0] > TOUCH):
+        if not pen or (height and height[0] > MAX_INK_HEIGHT):
             self._pen_at = None
             return
         p = x, y
         before = self._pen_at
         if before is None:
             self._pen_at = p
-        elif math.hypot(p[0] - before[0], p[1] - before[1]) >= FINEST_INK:
+        elif math.hypot(p[0] - before[0], p[1] - before[1]) >= MIN_INK_LENGTH:
             self._ink.append(before + p)
             self._ink_times.append(t)
             self._pen_at = p
@@ -112,8 +112,8 @@ class History(object):
         return Pose(self.arm, q, self._ink[: bisect.bisect_right(self._ink_times, t)])
 
 
-class Publisher(object):
-    """Writes what the cameras follow; one of the world's bodies, behind the brick.
+class PoseWriter(object):
+    """Writes the file that cameras follow; one of the world's bodies, behind the brick.
 
     A full disk or a folder that cannot be written costs the live picture, never the run.
 
@@ -152,7 +152,7 @@ class Publisher(object):
             self._drop()
 
     def close(self):
-        """The run is over: cameras that follow know it, later ones find nothing."""
+        """End the file: cameras that follow know it, later ones find nothing."""
         self._drop()
 
     def _open(self):
@@ -179,16 +179,16 @@ class Publisher(object):
         self._file = file
 
     def _news(self):
-        """A line per PACE of what moved, with where it began to move; a sign of life else."""
+        """A line per SAMPLE_PERIOD of what moved, with where that began; else a heartbeat."""
         lines = []
         record = self._brick.record
         for sample in record[self._taken :]:
             last = self._last
-            if last is not None and sample.t - last.t < PACE - 1e-9:
+            if last is not None and sample.t - last.t < SAMPLE_PERIOD - 1e-9:
                 continue
             moved = last is None or sample.pen != last.pen
-            moved = moved or any(abs(a - b) > STILL for a, b in zip(sample.q, last.q))
-            if moved or sample.t - last.t >= SIGN_OF_LIFE:
+            moved = moved or any(abs(a - b) > MIN_MOTION for a, b in zip(sample.q, last.q))
+            if moved or sample.t - last.t >= HEARTBEAT_PERIOD:
                 if moved and self._skipped is not None:
                     lines.append(_line(self._skipped))
                 lines.append(_line(sample))
@@ -215,8 +215,8 @@ def _line(sample):
     return "{:.4f} {} {:d}\n".format(sample.t, angles, sample.pen)
 
 
-class Follower(object):
-    """Reads along in another process.
+class PoseReader(object):
+    """Reads the poses along, in another process.
 
     Args:
         folder: None takes the state folder.
@@ -298,7 +298,7 @@ class Follower(object):
         # Nobody changes the paper between two runs of one arm.
         paper = self._history.ink if self._history and self._history.arm == arm else ()
         self.header, self._file, self.alive = header, file, True
-        self._history = History(arm, KEPT, paper)
+        self._history = History(arm, HISTORY_LENGTH, paper)
         self._rest = rest
 
     def _take(self, line):
@@ -316,7 +316,7 @@ class Follower(object):
 
 
 def _start(file):
-    """What a file begins with: header (dict), Arm, the bytes behind it.
+    """Read what a file begins with: header (dict), Arm, the bytes behind it.
 
     Raises:
         ValueError, KeyError, TypeError, ArmError, OSError: it is not of a run that lives.
@@ -339,7 +339,7 @@ def _start(file):
 
 
 def _is_locked(file):
-    """Whether a process holds the lock of the file."""
+    """Return True if a process holds the lock of the file."""
     try:
         fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except OSError:

@@ -22,7 +22,7 @@ from laptop.simulator.device.sysfs import folder_in_memory
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
-from laptop.simulator.live import Publisher
+from laptop.simulator.live import PoseWriter
 from robot.motion import kinematics
 from robot.motion.zero import Zero
 from robot.tracking_client import Memory, Tracker
@@ -30,7 +30,7 @@ from shared.arm_description import ArmError
 from shared.state import ARM, PLAN, STATE
 
 Fault = namedtuple("Fault", "kind what t")
-"""What goes wrong: its kind, a port or value (or None), and when (s)."""
+"""Something that goes wrong: its kind, a port or value (or None), and when (s)."""
 
 FAULTS = {
     "unplug": "PORT",
@@ -43,13 +43,15 @@ FAULTS = {
     "term": None,
     "hup": None,
 }
-"""Kind -> what stands behind its colon."""
+"""Kind of a fault -> placeholder of what stands behind its colon."""
 
-Run = namedtuple("Run", "outcome record wanted motors skeleton reach pace")
-"""What came out.
+SimulationResult = namedtuple(
+    "SimulationResult", "outcome record wanted motors skeleton reach pace"
+)
+"""The result of a run.
 
 outcome   runner.Outcome
-record    the brick's Samples
+record    the brick's MotionSamples
 wanted    the paths (cm) that the script told it wanted
 motors    per port what its motor does at the end: dict(mode, driven, position)
 skeleton  where the arm's joints and its tip ended, cm
@@ -58,22 +60,25 @@ pace      emulated seconds per second of this computer's clock; None in virtual 
 """
 
 
-AFTER, LOOK = "after:", 0.02
-"""What a start begins with that another run leaves; and how often one looks for that, s."""
+AFTER = "after:"
+"""Prefix of a start that another run leaves."""
+
+SUMMARY_POLL_PERIOD = 0.02
+"""Period at which one looks whether that run is over, s."""
 
 LAPTOP = "127.0.0.1"
-"""Where a tracker beside the brick is."""
+"""Host of a tracker beside the brick."""
 
 
-class BadOrder(ArmError, ValueError):
+class InvalidRunOption(ArmError, ValueError):
     """A fault, pose or plug that cannot be understood."""
 
 
 def read_fault(text):
-    """A Fault from `KIND[:WHAT]@SECONDS`, e.g. `unplug:A@1.5` or `term@2`."""
+    """Read a Fault from `KIND[:WHAT]@SECONDS`, e.g. `unplug:A@1.5` or `term@2`."""
     match = re.match(r"([a-z-]+)(?::([^@]+))?@([0-9.]+)$", text)
     if not match or match.group(1) not in FAULTS:
-        raise BadOrder(
+        raise InvalidRunOption(
             "'{}' is not a fault; write one of {} with a time, like unplug:A@1.5".format(
                 text,
                 ", ".join(
@@ -89,7 +94,7 @@ def read_fault(text):
         elif what not in (tuple("ABCD") if FAULTS[kind] == "PORT" else (None,)):
             raise ValueError(what)
     except (TypeError, ValueError):
-        raise BadOrder(
+        raise InvalidRunOption(
             "fault '{}': {} takes {}, then @SECONDS".format(
                 text,
                 kind,
@@ -100,14 +105,14 @@ def read_fault(text):
 
 
 def read_start(text, arm):
-    """Joint angles (rad) and whether the zero is known.
+    """Read joint angles (rad), and whether the zero is known.
 
     Args:
         text: `home`, `lost`, `DEG,DEG,...`, or `after:FOLDER`: where the run ends that leaves its
             files there, which is waited for.
 
     Raises:
-        BadOrder: it is none of these.
+        InvalidRunOption: it is none of these.
     """
     if text.startswith(AFTER):
         return _end_of(text[len(AFTER) :], arm), True
@@ -123,7 +128,7 @@ def read_start(text, arm):
     if len(angles) != len(arm.joints) or not all(
         joint.lower <= angle <= joint.upper for joint, angle in zip(arm.joints, angles)
     ):
-        raise BadOrder(
+        raise InvalidRunOption(
             "start '{}': write home, lost, after:FOLDER, or one angle in deg per joint within "
             "{}".format(
                 text,
@@ -137,15 +142,15 @@ def read_start(text, arm):
 
 
 def _end_of(folder, arm):
-    """Where a run ended, rad, within what is allowed; waits for its summary, which comes last."""
+    """The joint angles where a run ended, rad, within the limits; waits for its summary."""
     while not os.path.exists(os.path.join(folder, "summary.json")):
-        time.sleep(LOOK)
+        time.sleep(SUMMARY_POLL_PERIOD)
     try:
         with open(os.path.join(folder, "trace.csv"), newline="") as file:
             *_, last = csv.DictReader(file)
         angles = [float(last["q{}".format(k)]) for k in range(1, len(arm.joints) + 1)]
     except (OSError, ValueError, KeyError, TypeError):
-        raise BadOrder(
+        raise InvalidRunOption(
             "start '{}{}': there is no trace of this arm; give the --out of another run".format(
                 AFTER, folder
             )
@@ -170,20 +175,20 @@ def run(
 
     Args:
         arm: shared.arm_description.Arm.
-        plant: constants from plant.read_plant.
+        plant: constants from plant_constants.read_plant.
         start: see read_start.
         faults: Faults.
-        presses: peripherals.Press values.
+        presses: buttons.Press values.
         extra: port -> motor kind, motors beside the arm's.
         realtime, timeout: see World and run_script.
         watched: `watched(brick)` gives a context manager for a tracker's `port` on this machine
             and its `code`; the script finds it as one that it remembers.
 
     Returns:
-        Run.
+        SimulationResult.
 
     Raises:
-        BadOrder: a fault for a port without a motor, or an impossible start.
+        InvalidRunOption: a fault for a port without a motor, or an impossible start.
     """
     q, homed = read_start(start, arm)
     with contextlib.ExitStack() as stack:
@@ -195,7 +200,7 @@ def run(
         brick = EmulatedBrick(world, arm, plant, q, extra)
         if not homed:
             brick.reset_motors()  # it has just been switched on: an arm that gravity pulls drops
-        orders = _orders(brick, faults)
+        ordered = _schedule_faults(brick, faults)
         stack.enter_context(_published(brick, script))
         tracker = stack.enter_context(watched(brick)) if watched else None
         folder = stack.enter_context(_home_folder(brick, q, homed, tracker))
@@ -206,7 +211,7 @@ def run(
             Peripherals(world, brick.sysfs, voltage=lambda: brick.plant.plant["voltage"]),
             presses,
             timeout=timeout,
-            **orders,
+            **ordered,
         )
         wanted = _wanted(os.path.join(folder, "plan"))
     motors = {
@@ -215,28 +220,30 @@ def run(
     }
     skeleton = kinematics.joint_positions(arm, brick.plant.q)
     pace = world.pace.mean if world.pace else None
-    return Run(outcome, brick.record, wanted, motors, skeleton, kinematics.reach(arm), pace)
+    return SimulationResult(
+        outcome, brick.record, wanted, motors, skeleton, kinematics.reach(arm), pace
+    )
 
 
 def _tell(line):
     sys.stderr.write(line + "\n")
 
 
-def _orders(brick, faults):
+def _schedule_faults(brick, faults):
     """Let the faults happen on the brick; those of the program are returned, for run_script."""
-    orders = {"signals": []}
+    ordered = {"signals": []}
     for fault in faults:
         if FAULTS[fault.kind] == "PORT" and fault.what not in brick.motors:
-            raise BadOrder(
+            raise InvalidRunOption(
                 "fault {}: no motor at port {}; there are {}".format(
                     fault.kind, fault.what, ", ".join(sorted(brick.motors))
                 )
             )
-        _order(brick, fault, orders)
-    return orders
+        _schedule(brick, fault, ordered)
+    return ordered
 
 
-def _order(brick, fault, orders):
+def _schedule(brick, fault, ordered):
     at = brick.world.at
     if fault.kind == "unplug":
         at(fault.t, lambda: brick.unplug(fault.what))
@@ -247,9 +254,9 @@ def _order(brick, fault, orders):
     elif fault.kind == "slow-sysfs":
         at(fault.t, lambda: setattr(brick.sysfs, "access_cost", fault.what))
     elif fault.kind in ("freeze", "kill"):
-        orders[fault.kind + "_at"] = fault.t
+        ordered[fault.kind + "_at"] = fault.t
     else:
-        orders["signals"].append((fault.t, getattr(signal, "SIG" + fault.kind.upper())))
+        ordered["signals"].append((fault.t, getattr(signal, "SIG" + fault.kind.upper())))
 
 
 def park_on_file(arm, q, folder):
@@ -268,16 +275,16 @@ def park_on_file(arm, q, folder):
 
 @contextlib.contextmanager
 def _published(brick, script):
-    """In real time, cameras in other processes see the arm meanwhile."""
+    """Let cameras in other processes see the arm meanwhile, in real time."""
     if not brick.world.realtime:
         yield
         return
-    publisher = Publisher(brick, os.path.basename(script))
-    brick.world.bodies.append(publisher.advance)
+    writer = PoseWriter(brick, os.path.basename(script))
+    brick.world.bodies.append(writer.advance)
     try:
         yield
     finally:
-        publisher.close()
+        writer.close()
 
 
 @contextlib.contextmanager
@@ -285,21 +292,21 @@ def _home_folder(brick, q, homed, tracker):
     """The brick's home for one run: its state, its arm, and room for the wanted paths."""
     folder = folder_in_memory("emulated-home-")
     arm = brick.arm
-    told = {
+    environment = {
         STATE: folder,
         PLAN: os.path.join(folder, "plan"),
         ARM: os.path.abspath(arm.file),
     }
     if tracker:
         # Ahead of what is remembered goes where ssh came from: the laptop, that is.
-        told["SSH_CLIENT"] = "{} 0 22".format(LAPTOP)
-    before = {key: os.environ.get(key) for key in told}
+        environment["SSH_CLIENT"] = "{} 0 22".format(LAPTOP)
+    before = {key: os.environ.get(key) for key in environment}
     try:
         if homed:
             park_on_file(arm, q, folder)
         if tracker:
             Memory(folder).save(Tracker(LAPTOP, tracker.port, tracker.code))
-        os.environ.update(told)
+        os.environ.update(environment)
         yield folder
     finally:
         for key, value in before.items():
@@ -321,7 +328,7 @@ def _wanted(file):
                 points = json.loads(line)["path"]
                 paths.append([(float(x), float(y), *map(float, rest)) for x, y, *rest in points])
             except (ValueError, KeyError, TypeError):
-                raise BadOrder(
+                raise InvalidRunOption(
                     'line {} of $BRICKSERVO_PLAN is not {{"path": [[x, y], ...]}}; '
                     "correct the script that wrote it".format(number)
                 ) from None

@@ -54,23 +54,23 @@ See = Callable[[str, int, float], "Markers | None"]
 HOST = "127.0.0.1"
 CODE = "ABCDEFGH"
 
-AHEAD = 5000.0
-"""By which the laptop's clock is ahead of the world's, s."""
+LAPTOP_CLOCK_LEAD = 5000.0
+"""Lead of the laptop's clock over the world's, s."""
 
-WIRE = 0.0005
-"""What the brick says is acted on so much later, s."""
+UPLINK_DELAY = 0.0005
+"""Delay after which what the brick says is acted on, s."""
 
-BEAT = 0.005
-"""So often the server looks whether somebody called while nobody waits in `select`, s."""
+POLL_PERIOD = 0.005
+"""Period at which the server looks for calls while nobody waits in `select`, s."""
 
-DUE = 0.1
-"""So often it does what is due (its pings, silence) though nobody called, s."""
+MAX_TURN_PERIOD = 0.1
+"""Longest time until it does what is due (its pings, silence) though nobody called, s."""
 
-MOST_JITTER = 6
-"""Times its mean; beyond, it is cut off."""
+MAX_JITTER_MEANS = 6
+"""Greatest jitter, times its mean; beyond, it is cut off."""
 
-LINK_LIMIT = 1.0
-"""A new client has so long to link, s."""
+LINK_TIMEOUT = 1.0
+"""Time that a new client has to link, s."""
 
 GARBAGE = (
     b"\x00\xff\xfe no text",
@@ -80,7 +80,7 @@ GARBAGE = (
     b"[" * 1000,
     b"9" * 3000,
 )
-"""What a flood consists of: lines that are too long, not JSON, or a lie."""
+"""Lines of a flood: too long, not JSON, or a lie."""
 
 
 class VirtualTracker:
@@ -96,7 +96,7 @@ class VirtualTracker:
             the frame. It must not let time pass.
         fps: frames/s.
         latency: from capture until the brick can read it, s; of all cameras, or by camera.
-        jitter: mean of what comes on top (exponential, at most MOST_JITTER times as much), s.
+        jitter: mean of what comes on top (exponential, at most MAX_JITTER_MEANS times as much), s.
         drops: share of the frames that get lost, 0..1.
         cameras: names.
         seed: draws phases, jitter and drops.
@@ -145,7 +145,7 @@ class VirtualTracker:
         for camera in self.frames:
             luck = random.Random(f"{seed}/{camera}")
             self._expose(camera, luck, world.now() + luck.random() / fps, 0.0)
-        self._at(world.now() + BEAT, self._beat)
+        self._at(world.now() + POLL_PERIOD, self._poll)
         world.select = self.select
 
     def __enter__(self) -> VirtualTracker:
@@ -170,7 +170,7 @@ class VirtualTracker:
         clock = clock or self.world
         client = make(HOST, self.port, self.code, clock, _Memory(), say=say, select=self.select)
         self._clients.append(client)
-        end = clock.now() + LINK_LIMIT
+        end = clock.now() + LINK_TIMEOUT
         while not client.linked and clock.now() < end:
             client.look(0.01)
         return client
@@ -194,12 +194,12 @@ class VirtualTracker:
                 return found
             if not self._called and self._hears() and self.server.has_work():
                 self._called = True
-                self._at(now + WIRE, self._answer)
+                self._at(now + UPLINK_DELAY, self._answer)
             while self._due and self._due[0] <= now:
                 heapq.heappop(self._due)
             wake = min(deadline, self._due[0]) if self._due else deadline
             # A program of several threads may be woken later, or by a signal.
-            world.sleep((wake if wake < math.inf else now + BEAT) - now)
+            world.sleep((wake if wake < math.inf else now + POLL_PERIOD) - now)
 
     def close(self) -> None:
         """Close the server and the clients made here, and take no more pictures."""
@@ -262,11 +262,11 @@ class VirtualTracker:
             self.frames[camera] = index + 1
             markers = self.see(camera, index, t)
             lost = luck.random() < self.drops
-            late = self.jitter * min(luck.expovariate(1.0), MOST_JITTER)
+            late = self.jitter * min(luck.expovariate(1.0), MAX_JITTER_MEANS)
             when = max(arrival, t + self.latency[camera] + late)
             self._expose(camera, luck, first, when)
             if markers is not None and not lost:
-                observation = Observation(index, camera, t + AHEAD, dict(markers))
+                observation = Observation(index, camera, t + LAPTOP_CLOCK_LEAD, dict(markers))
                 self._at(when, lambda: self._publish(observation))
 
         self.world.at(t, take)
@@ -278,7 +278,9 @@ class VirtualTracker:
     # The server's turns
 
     def _serve(self, port: int) -> TrackingServer:
-        return TrackingServer(HOST, port, self.code, lambda: self.world.t + AHEAD, threaded=False)
+        return TrackingServer(
+            HOST, port, self.code, lambda: self.world.t + LAPTOP_CLOCK_LEAD, threaded=False
+        )
 
     def _at(self, t: float, action: Callable[[], None]) -> None:
         """Do something at t that a client may notice."""
@@ -293,9 +295,9 @@ class VirtualTracker:
         heapq.heappush(due, t)
         self.world.at(t, act)
 
-    def _beat(self) -> None:
+    def _poll(self) -> None:
         now = self.world.t
-        self._at(now + BEAT, self._beat)
+        self._at(now + POLL_PERIOD, self._poll)
         if self._hears():
             if now >= self._next_turn or self.server.has_work():
                 self._turn()
@@ -308,11 +310,11 @@ class VirtualTracker:
             self._turn()
 
     def _turn(self) -> None:
-        self._next_turn = self.world.t + DUE
+        self._next_turn = self.world.t + MAX_TURN_PERIOD
         self.server.serve_once()
 
     def _hears(self) -> bool:
-        """Whether there is a server at all, and it is within reach."""
+        """Return True if there is a server at all, and it is within reach."""
         return self._reserved is None and self.world.t >= self._silent_until
 
     def _served(self) -> Any:
@@ -320,7 +322,7 @@ class VirtualTracker:
         return self.server._served
 
     def _pollute(self) -> None:
-        first, self._garbage = self._garbage, self._garbage + self._flood * BEAT
+        first, self._garbage = self._garbage, self._garbage + self._flood * POLL_PERIOD
         lines = [GARBAGE[n % len(GARBAGE)] for n in range(int(first), int(self._garbage))]
         served = self._served()
         if served is not None and lines:
@@ -335,7 +337,7 @@ class _Memory:
         self._tracker: Tracker | None = None
 
     def load(self) -> Tracker | None:
-        """What was saved last."""
+        """Return what was saved last."""
         return self._tracker
 
     def save(self, tracker: Tracker) -> None:

@@ -12,7 +12,7 @@ from collections import namedtuple
 from places import ROBOT
 
 from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant import read_plant
+from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.host import program
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World

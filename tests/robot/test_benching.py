@@ -10,8 +10,8 @@ import ev3dev2
 import pytest
 from places import ROBOT, ROOT
 
-from laptop.simulator import constants, session
-from laptop.simulator.device.plant import MOTORS, BadPlant, at_port, read_plant
+from laptop.simulator import measured_brick, session
+from laptop.simulator.device.plant_constants import MOTORS, BadPlant, at_port, read_plant
 from robot.benching import laps, measuring, system
 from robot.benching.figures import Pass
 from robot.benching.figures import figures as figures_of
@@ -91,7 +91,7 @@ def test_it_gives_back_the_emulated_bricks_own_constants(bench, arm, plant):
     run = bench("--move --bare D", arm=arm, plant=plant, extra=extra)
     assert (run.outcome.status, run.err) == (0, "")
     true = read_plant(plant)
-    measured = constants.read_constants(run.file, run.arm)
+    measured = measured_brick.read_constants(run.file, run.arm)
     assert within(0.1, measured["cpu"], true["cpu"])
     assert within(0.1, measured["voltage"], true["voltage"])
     access = {None: 0.00044 * true["cpu"] or 0.001}.get(true["access"], true["access"])
@@ -147,7 +147,7 @@ def test_full_duty_of_a_bare_motor_is_what_was_published(bench):
 def test_an_arm_in_space_is_measured_off_the_table_and_never_let_go(bench):
     run = bench("--move", arm="spatial")
     assert (run.outcome.status, run.err) == (0, "")
-    measured = constants.read_constants(run.file, run.arm)
+    measured = measured_brick.read_constants(run.file, run.arm)
     for joint in run.arm.joints:
         own = measured["ports"][joint.port]
         friction = 0.0165 * own["rotor_friction"] + own["link_friction"] / joint.gear
@@ -181,14 +181,16 @@ def test_nothing_turns_unless_asked(bench):
     figures = run.figures()
     assert (figures["motors"], figures["arm"]) == ({}, None)
     assert (figures["format"], figures["version"]) == (measuring.FORMAT, measuring.VERSION)
-    measured = constants.read_constants(run.file, run.arm)
+    measured = measured_brick.read_constants(run.file, run.arm)
     assert measured["cpu"] == pytest.approx(1.0, rel=0.02)
     assert set(measured) == {"cpu", "access", "ports"}
 
 
 def test_a_brick_that_computes_in_no_time_is_one(bench):
     assert (
-        constants.read_constants(bench(plant="cpu=0").file, read_arm(find_arm("planar")))["cpu"]
+        measured_brick.read_constants(bench(plant="cpu=0").file, read_arm(find_arm("planar")))[
+            "cpu"
+        ]
         == 0.0
     )
 
@@ -365,7 +367,7 @@ def figures(**changes):
         "inertia_volts_s2_per_rad": 0.088,
         "backlash_deg": 2.5,
     }
-    pieces = {str(n): [1.02 + n] for n in range(constants.FEWEST)}
+    pieces = {str(n): [1.02 + n] for n in range(measured_brick.MIN_PIECES)}
     pieces[laps.NOTHING] = [0.02]
     return dict(
         {
@@ -383,14 +385,14 @@ def figures(**changes):
 @pytest.fixture
 def read(tmp_path, monkeypatch):
     """Read constants from these figures, or this text; the pieces took a second each at cpu=1."""
-    at_pace = {str(n): [0.01 + (n + 1) / 2] for n in range(constants.FEWEST)}
+    at_pace = {str(n): [0.01 + (n + 1) / 2] for n in range(measured_brick.MIN_PIECES)}
     at_pace[laps.NOTHING] = [0.01]
-    monkeypatch.setattr(constants, "_laps_at_true_pace", lambda: at_pace)
+    monkeypatch.setattr(measured_brick, "_laps_at_true_pace", lambda: at_pace)
 
     def call(content):
         file = tmp_path / "brick.json"
         file.write_text(content if isinstance(content, str) else json.dumps(content))
-        return constants.read_constants(str(file), read_arm(find_arm("planar")))
+        return measured_brick.read_constants(str(file), read_arm(find_arm("planar")))
 
     return call
 
@@ -484,5 +486,5 @@ def test_a_bad_file_is_refused_in_one_line(read, content, told):
 
 
 def test_a_file_that_is_not_there_is_refused():
-    with pytest.raises(constants.BadConstants, match=r"cannot read /nowhere: No such"):
-        constants.read_constants("/nowhere", read_arm(find_arm("planar")))
+    with pytest.raises(measured_brick.BadConstants, match=r"cannot read /nowhere: No such"):
+        measured_brick.read_constants("/nowhere", read_arm(find_arm("planar")))

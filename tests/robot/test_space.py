@@ -10,7 +10,8 @@ from places import ROOT
 
 from laptop.bench.draw import Case, draw
 from laptop.cli.main import laptop
-from laptop.simulator.scene.scene import Scene, read_scene
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
 from robot.driver import LINES, main
 from robot.motion import paths
 from robot.motion.kinematics import branches, forward, joint_positions

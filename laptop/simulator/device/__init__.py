@@ -1,1 +1,1 @@
-"""What is plugged in: motors, sensors, screen and buttons, and the arm behind the encoders."""
+"""Devices on the brick: motors, sensors, screen and buttons, and the arm behind the encoders."""

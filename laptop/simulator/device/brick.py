@@ -2,36 +2,40 @@
 
 from collections import namedtuple
 
-from laptop.simulator.device import plant as plants
+from laptop.simulator.device.plant import ArmPlant
+from laptop.simulator.device.plant_constants import at_port, read_plant
 from laptop.simulator.device.sysfs import Sysfs
 from laptop.simulator.device.tacho_motor import DRIVER, TICK, TachoMotor
-from laptop.simulator.host.processor import ACCESS
+from laptop.simulator.host.processor import ACCESS_TIME
 from robot.motion import kinematics
 
 STEP = 0.001
-TICK_EVERY = round(TICK / STEP)
-SAMPLE_EVERY = 5
+"""Step of the physics, s."""
+TICK_STEPS = round(TICK / STEP)
+"""Steps between two ticks of the motor drivers."""
+SAMPLE_STEPS = 5
+"""Steps between two samples of the record."""
 PORTS = "ABCD"
 
-FIRST = 9
+FIRST_DEVICE = 9
 """Number of the device at port A: after some plugging the system counts on from there."""
 
-IN_NO_TIME = 0.001
-"""An access of a brick that computes in no time takes what goes with it, too, s."""
+MIN_ACCESS_TIME = 0.001
+"""Time of an access, with what goes with it, on a brick that computes in no time, s."""
 
-Sample = namedtuple("Sample", "t q x y z pen")
+MotionSample = namedtuple("MotionSample", "t q x y z pen")
 """One row of the record: s, true link angles (rad), true tip (cm; z None in the plane), 0 or 1."""
 
 
 def _name(port):
-    return "motor{}".format(FIRST + PORTS.index(port))
+    return "motor{}".format(FIRST_DEVICE + PORTS.index(port))
 
 
 def _access_of(constants):
-    """How long an access takes, s."""
+    """Time of an access, s."""
     if constants["access"] is not None:
         return constants["access"]
-    return ACCESS * constants["cpu"] or IN_NO_TIME
+    return ACCESS_TIME * constants["cpu"] or MIN_ACCESS_TIME
 
 
 class EmulatedBrick(object):
@@ -40,20 +44,20 @@ class EmulatedBrick(object):
     Args:
         world: the clock.
         arm: Arm, what is plugged in where.
-        plant: constants from `plant.read_plant`; the honest LEGO arm if None.
+        plant: constants from `read_plant`; the honest LEGO arm if None.
         start: joint angles at the start, rad; the home pose if None.  Encoders read 0 there.
             Where gravity pulls the motors hold, as the last program has left them.
         extra: port -> "large" or "medium", motors that move nothing; none at a joint's port.
 
     Attributes:
-        record: Samples, one per 5 ms.
+        record: MotionSamples, one per 5 ms.
     """
 
     def __init__(self, world, arm, plant=None, start=None, extra=None):
         self.world = world
         self.arm = arm
-        constants = plants.read_plant() if plant is None else plant
-        self.plant = plants.ArmPlant(arm, constants, start)
+        constants = read_plant() if plant is None else plant
+        self.plant = ArmPlant(arm, constants, start)
         self.sysfs = Sysfs(world, _access_of(constants))
         self.slowness = constants["cpu"]
         self.motors = {}
@@ -70,13 +74,13 @@ class EmulatedBrick(object):
                 self.motors[joint.port].hold()
         self.record = []
         self._steps = 0
-        self._tip = self._tip_at = None  # the true tip, and the joint angles it was worked out for
+        self._tip = self._tip_at = None  # the true tip, and the joint angles of it
         self._sample()
         world.bodies.append(self.advance)
 
     def _plug(self, port, kind):
         motor = TachoMotor(
-            port, kind, self.plant.drives[port], plants.at_port(self.plant.plant, port)["phase"]
+            port, kind, self.plant.drives[port], at_port(self.plant.plant, port)["phase"]
         )
         self.motors[port] = motor
         discovery = {"address": "ev3-ports:out" + port, "driver_name": DRIVER[kind]}
@@ -89,12 +93,12 @@ class EmulatedBrick(object):
             step(STEP)
             self._steps += 1
             now = self._steps * STEP
-            regulate = self._steps % TICK_EVERY == 0
+            regulate = self._steps % TICK_STEPS == 0
             for motor in motors:
                 motor.sense(now)
                 if regulate:
                     motor.tick(now)
-            if self._steps % SAMPLE_EVERY == 0:
+            if self._steps % SAMPLE_STEPS == 0:
                 self._sample()
 
     def _sample(self):
@@ -102,10 +106,10 @@ class EmulatedBrick(object):
         if q != self._tip_at:  # mostly it stands
             self._tip_at, self._tip = q, (tuple(kinematics.forward(self.arm, q)) + (None,))[:3]
         x, y, z = self._tip
-        self.record.append(Sample(self._steps * STEP, q, x, y, z, int(self.plant.pen_down)))
+        self.record.append(MotionSample(self._steps * STEP, q, x, y, z, int(self.plant.pen_down)))
 
     def reset_motors(self):
-        """What brickrun does after the Back button: coast, encoders to zero."""
+        """Do as brickrun after the Back button: coast, encoders to zero."""
         for motor in self.motors.values():
             if not motor.unplugged:
                 motor.write("command", "reset")

@@ -24,7 +24,7 @@ def folder_in_memory(prefix):
 
 
 class Attribute(object):
-    """What the library takes for the open file of one attribute."""
+    """A stand-in for the open file of one attribute."""
 
     def __init__(self, sysfs, device, name):
         self.sysfs = sysfs
@@ -128,7 +128,7 @@ class Sysfs(object):
         return Attribute(self, self._devices[key], attribute)
 
     def _opener(self, other):
-        """How the library opens attributes: ours here, files that a script has made as ever."""
+        """Return how the library opens attributes: ours here, a script's own files as ever."""
 
         def opened(device, name):
             key = tuple(device._path.split(os.sep)[-2:])
@@ -137,7 +137,7 @@ class Sysfs(object):
         return opened
 
     def has(self, device_path):
-        """True when there is a device at `device_path`, a class and a name."""
+        """Return True if there is a device at `device_path`, a class and a name."""
         return tuple(device_path.split(os.sep)[-2:]) in self._discovery
 
     def _lay_out(self, class_name, device_name):

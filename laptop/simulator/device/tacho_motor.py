@@ -255,7 +255,7 @@ class TachoMotor(object):
 
     @property
     def driven(self):
-        """Whether a command is turning the motor (held and braked motors are stopped)."""
+        """True while a command is turning the motor (held and braked motors are stopped)."""
         return self._mode in ("speed", "direct") and not self.unplugged
 
     def hold(self):

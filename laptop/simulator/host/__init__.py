@@ -1,1 +1,1 @@
-"""What the brick's Linux is to a script: time, threads, processes; what computing costs."""
+"""The brick's Linux as a script has it: time, threads, processes; the cost of computing."""

@@ -1,4 +1,4 @@
-"""What a program reads the time from: `time` and `datetime` on the world's clock.
+"""The modules `time` and `datetime` on the world's clock, for a program.
 
 Rule: whoever looks at the clock spends a moment, so that loops that poll come to an end; who is not
 of the program pays nothing.
@@ -22,7 +22,7 @@ def copy_module(module):
     return shim
 
 
-class Clock(object):
+class ProgramClock(object):
     """Readings of the world's clock by a program.  Who is not of the program pays nothing."""
 
     def __init__(self, world):
@@ -56,7 +56,7 @@ class Clock(object):
         return self._world.now() + self._behind()
 
     def _behind(self):
-        """How long its start took, of which the world knows nothing, s."""
+        """Duration of its start, of which the world knows nothing, s."""
         return self._world.processor.behind if self._world.processor else 0.0
 
 

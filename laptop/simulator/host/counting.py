@@ -1,4 +1,4 @@
-"""What a program computes, counted by the program itself.
+"""Counting of what a program computes, by the program itself.
 
 Code is compiled with counts: at the head of each straight piece stands what the piece takes on the
 brick, in instructions of its processor.  So the count depends on what the program does and on
@@ -15,6 +15,18 @@ import contextlib
 import sys
 
 from laptop.simulator.host.prices import CALLS, METHODS, PRICES, imports
+from laptop.simulator.host.syntax_tree import (
+    any_whole_number,
+    assigned_names,
+    default_values,
+    first_statement,
+    imported_modules,
+    literal_value,
+    may_leave,
+    parameter_names,
+    stored_names,
+    walk_scope,
+)
 
 COUNT, SPEND, LOAD, ENROL = "_count_", "_spend_", "_load_", "_enrol_"
 """The names of a module's own count, of what adds to it where no statement can stand, of what a
@@ -23,16 +35,14 @@ builtin that each module calls first: with its names, the length of its source, 
 itself; see processor.Processor.enrol."""
 
 DUE, LOOK = "_due_", "_look_"
-"""Where the count has come to the first, each turn of a `while` calls the second: who goes round
-for long is to let others have their turn, and signals be heard."""
+"""Names of the count from which on each turn of a `while` calls a function, and of that: who goes
+round for long is to let others have their turn, and signals be heard."""
 
 EV3DEV2 = "ev3dev2"
 
 NAMED_TUPLES = ("collections.namedtuple", "shared.record.record")
-"""What makes classes of tuples whose elements have names."""
+"""Functions that make classes of tuples whose elements have names."""
 
-_SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
-_LEAVES = (ast.Return, ast.Raise, ast.Break, ast.Continue)
 _WALRUS = sys.version_info >= (3, 8)
 
 
@@ -54,9 +64,9 @@ class _Counting(object):
 
     def module(self, tree, length):
         """The tree of a module, with its counts; `length` of its source, bytes."""
-        self._globals = _assigned(tree.body) | {COUNT, SPEND, LOAD, DUE, LOOK}
+        self._globals = assigned_names(tree.body) | {COUNT, SPEND, LOAD, DUE, LOOK}
         body = self._block(tree.body)
-        at = _head(body)
+        at = first_statement(body)
         asked = _asked(tree.body)
         body.insert(at, _expression("{}(globals(), {}, {})".format(ENROL, length, asked)))
         tree.body = body
@@ -66,14 +76,14 @@ class _Counting(object):
 
     def _block(self, body, price=0):
         """The statements with their counts; `price` is of what leads to them."""
-        out, at = [], _head(body)
+        out, at = [], first_statement(body)
         out.extend(body[:at])
         for statement in body[at:]:
             price += self._statement(statement)
             if self._scopes and isinstance(statement, (ast.Import, ast.ImportFrom)):
                 out.append(_expression("{}({})".format(LOAD, _asked([statement]))))
             out.append(statement)
-            if _may_leave(statement):
+            if may_leave(statement):
                 self._count(out, at, price)
                 at, price = len(out), 0
         self._count(out, at, price)
@@ -88,30 +98,32 @@ class _Counting(object):
         return getattr(self, "_" + type(node).__name__.lower(), self._other)(node)
 
     def _other(self, node):
-        """Of whatever is not told apart: its expressions."""
+        """Count the expressions of whatever is not told apart."""
         return sum(self._price(child) for child in ast.iter_child_nodes(node))
 
     def _functiondef(self, node):
-        outside = sum(map(self._price, node.decorator_list + _defaults(node.args)))
+        outside = sum(map(self._price, node.decorator_list + default_values(node.args)))
         outside += PRICES["def"] + PRICES["call"] * len(node.decorator_list)
         managed = any("contextmanager" in ast.dump(decorator) for decorator in node.decorator_list)
-        self._inner(node, _parameters(node.args) | _assigned(node.body), managed)
+        self._inner(node, parameter_names(node.args) | assigned_names(node.body), managed)
         return outside + self._store(ast.Name(node.name, ast.Store()))
 
     _asyncfunctiondef = _functiondef
 
     def _inner(self, node, names, managed):
         head = PRICES["function"] + PRICES["context manager"] * managed
-        declared = {name for s in _walk(node.body) if isinstance(s, ast.Global) for name in s.names}
+        declared = {
+            name for s in walk_scope(node.body) if isinstance(s, ast.Global) for name in s.names
+        }
         with self._within(names - declared, True):
             node.body = self._block(node.body, head)
-        node.body.insert(_head(node.body), ast.Global([COUNT]))
+        node.body.insert(first_statement(node.body), ast.Global([COUNT]))
 
     def _classdef(self, node):
         outside = sum(map(self._price, node.decorator_list + node.bases)) + PRICES["class"]
         with self._within((), False):
             node.body = self._block(node.body)
-        node.body.insert(_head(node.body), ast.Global([COUNT]))
+        node.body.insert(first_statement(node.body), ast.Global([COUNT]))
         return outside
 
     def _if(self, node):
@@ -204,7 +216,7 @@ class _Counting(object):
         return bool(self._scopes) and name in self._scopes[-1]
 
     def _price(self, node):
-        """What an expression costs, with its counts put in where it goes in turns."""
+        """Return the cost of an expression, with its counts put in where it goes in turns."""
         price = getattr(self, "_of_" + type(node).__name__.lower(), None)
         return price(node) if price else self._other(node)
 
@@ -235,10 +247,10 @@ class _Counting(object):
 
     def _of_binop(self, node):
         price = self._price(node.left) + self._price(node.right)
-        text = isinstance(_literal(node.left), (str, bytes))
+        text = isinstance(literal_value(node.left), (str, bytes))
         if isinstance(node.op, ast.Mod) and text:
             return price + PRICES["format"]
-        mixed = isinstance(node.op, (ast.Mult, ast.Div)) and _whole(node.left, node.right)
+        mixed = isinstance(node.op, (ast.Mult, ast.Div)) and any_whole_number(node.left, node.right)
         return price + self._operation(node.op) + PRICES["mixed"] * mixed
 
     @staticmethod
@@ -247,7 +259,7 @@ class _Counting(object):
         return PRICES[kinds.get(type(op), "add")]
 
     def _of_unaryop(self, node):
-        if _literal(node.operand) is not None:
+        if literal_value(node.operand) is not None:
             return PRICES["constant"]
         return PRICES["negate"] + self._price(node.operand)
 
@@ -255,12 +267,12 @@ class _Counting(object):
         price = self._price(node.left) + sum(map(self._price, node.comparators))
         kinds = {ast.Is: "is", ast.IsNot: "is", ast.In: "in", ast.NotIn: "in"}
         usual = "compare"
-        if any(_whole(other) for other in [node.left, *node.comparators]):
+        if any(any_whole_number(other) for other in [node.left, *node.comparators]):
             usual = "compare with zero"
         return price + sum(PRICES[kinds.get(type(op), usual)] for op in node.ops)
 
     def _test(self, node):
-        """What it costs to work out a condition, and to branch by it."""
+        """Return the cost of working out a condition, and of branching by it."""
         plain = not isinstance(node, (ast.Compare, ast.BoolOp))
         return self._price(node) + PRICES["branch"] + PRICES["truth"] * plain
 
@@ -295,10 +307,10 @@ class _Counting(object):
     _of_yieldfrom = _of_yield
 
     def _of_lambda(self, node):
-        with self._within(_parameters(node.args), False):
+        with self._within(parameter_names(node.args), False):
             price = self._price(node.body) + PRICES["function"] + PRICES["return"]
         node.body = _either(price, node.body)
-        return PRICES["lambda"] + sum(map(self._price, _defaults(node.args)))
+        return PRICES["lambda"] + sum(map(self._price, default_values(node.args)))
 
     def _of_call(self, node):
         price = PRICES["call"]
@@ -343,7 +355,7 @@ class _Counting(object):
 
     def _comprehension(self, node, elements, kind, each):
         price = PRICES[kind] + self._iterated(node.generators[0])
-        names = set().union(*(_stored(part.target) for part in node.generators))
+        names = set().union(*(stored_names(part.target) for part in node.generators))
         with self._within(names, self._tells):
             for number, part in enumerate(node.generators):
                 turn = PRICES["turn"] + self._store(part.target)
@@ -375,92 +387,9 @@ class _Counting(object):
         self._tells = before
 
 
-def _head(body):
-    """Where in a body statements may begin: after its docstring, and what is of the future."""
-    at = int(ast.get_docstring(ast.Module(body=body), clean=False) is not None)
-    while at < len(body) and getattr(body[at], "module", "") == "__future__":
-        at += 1
-    return at
-
-
-def _walk(body):
-    """All nodes of these but what is inside of other functions and classes."""
-    left = list(body)
-    while left:
-        node = left.pop()
-        yield node
-        if not isinstance(node, _SCOPES):
-            left.extend(ast.iter_child_nodes(node))
-
-
-def _may_leave(statement):
-    """Whether what follows may not be reached although the statement was."""
-    return not isinstance(statement, _SCOPES + _LEAVES) and any(
-        isinstance(node, _LEAVES) for node in _walk([statement])
-    )
-
-
-def _stored(node):
-    return {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
-
-
-def _assigned(body):
-    """The names that these statements bind."""
-    names = set()
-    for node in _walk(body):
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            names.add(node.id)
-        elif (
-            isinstance(node, _SCOPES)
-            and not isinstance(node, ast.Lambda)
-            or isinstance(node, ast.ExceptHandler)
-            and node.name
-        ):
-            names.add(node.name)
-        elif isinstance(node, (ast.Import, ast.ImportFrom)):
-            names |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
-    return names
-
-
-def _imported(body):
-    """The names of modules that these statements import, and those above them."""
-    names = set()
-    for node in _walk(body):
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            names |= {node.module} | {node.module + "." + alias.name for alias in node.names}
-    return names | {name.partition(".")[0] for name in names}
-
-
 def _asked(body):
-    """Of these, the modules that have a price, and python-ev3dev2."""
-    return sorted(_imported(body) & {EV3DEV2, *imports()})
-
-
-def _parameters(args):
-    named = [*getattr(args, "posonlyargs", ()), *args.args, *args.kwonlyargs]
-    named += [a for a in (args.vararg, args.kwarg) if a]
-    return {a.arg for a in named}
-
-
-def _defaults(args):
-    return args.defaults + [value for value in args.kw_defaults if value]
-
-
-_LITERALS = ("Constant", "Num", "Str", "Bytes", "NameConstant")  # all but the first: Python 3.7
-
-
-def _literal(node):
-    """The value of a constant as it stands there; None of everything else."""
-    if type(node).__name__ not in _LITERALS:
-        return None
-    return next(getattr(node, field) for field in ("value", "n", "s") if hasattr(node, field))
-
-
-def _whole(*nodes):
-    """Whether one of them is a whole number as it stands there."""
-    return any(type(_literal(node)) is int for node in nodes)
+    """Return those of the modules that have a price, and python-ev3dev2."""
+    return sorted(imported_modules(body) & {EV3DEV2, *imports()})
 
 
 def _expression(text):

@@ -4,7 +4,7 @@ It goes as the wall's clock does, and waits for whoever is late.  Each member (a
 camera) promises that nothing more of it happens before some time, and no promise is ever overtaken:
 the conservative synchronisation of distributed simulations (Chandy and Misra 1979).  So a computer
 that is busy slows down the whole world, brick, camera and physics alike, and nothing in it is late.
-A delay below SLACK is caught up with; the rest is lost, and shows as pace.
+A delay below MAX_CATCH_UP is caught up with; the rest is lost, and shows as pace.
 
 The clock is a small file in the state folder, mapped by all.  A lock on a byte of it says that a
 member lives: whoever is killed keeps nobody waiting.
@@ -23,26 +23,26 @@ import time as wall
 from shared.state import CLOCK_FILE as FILE
 from shared.state import state_folder
 
-SLACK = 0.25
-"""A delay of less than this is caught up with, s."""
+MAX_CATCH_UP = 0.25
+"""Greatest delay that is caught up with, s."""
 
-WINDOW = 5.0
-"""Over so long the pace is told, wall seconds."""
+PACE_WINDOW = 5.0
+"""Time over which the pace is told, wall seconds."""
 
 BUSY = 0.9
-"""Below this pace people are told that the computer is busy."""
+"""Pace below which people are told that the computer is busy."""
 
-GLANCE = 0.001
-"""Between two looks at whether a late member has done what it promised, wall seconds."""
+POLL_PERIOD = 0.001
+"""Period of looks at whether a late member has done what it promised, wall seconds."""
 
-MOST_MEMBERS = 16
-_NAME = 40
+MAX_MEMBERS = 16
+_NAME_LENGTH = 40
 _MAGIC = b"BSCLOCK1"
 _LAG = struct.Struct("=d")
-_PROMISES = struct.Struct("={}d".format(MOST_MEMBERS))
+_PROMISES = struct.Struct("={}d".format(MAX_MEMBERS))
 _LAG_AT, _PROMISES_AT = 8, 16
 _NAMES_AT = _PROMISES_AT + _PROMISES.size
-_SIZE = _NAMES_AT + MOST_MEMBERS * _NAME
+_SIZE = _NAMES_AT + MAX_MEMBERS * _NAME_LENGTH
 
 
 class _File(object):
@@ -74,8 +74,8 @@ class _File(object):
 
     @staticmethod
     def _blank():
-        promises = _PROMISES.pack(*[math.inf] * MOST_MEMBERS)
-        return _MAGIC + _LAG.pack(0.0) + promises + bytes(MOST_MEMBERS * _NAME)
+        promises = _PROMISES.pack(*[math.inf] * MAX_MEMBERS)
+        return _MAGIC + _LAG.pack(0.0) + promises + bytes(MAX_MEMBERS * _NAME_LENGTH)
 
     @classmethod
     def take(cls, path):
@@ -122,7 +122,7 @@ class _File(object):
                     fcntl.lockf(self.descriptor, fcntl.LOCK_UN, 1, 0)
 
     def _lives(self, k):
-        """Whether the process of member `k` lives."""
+        """Return True if the process of member `k` lives."""
         if k in self.mine or self.descriptor is None:
             return k in self.mine
         try:
@@ -136,7 +136,7 @@ class _File(object):
 
     @property
     def lag(self):
-        """How far it is behind the wall's clock, s."""
+        """Delay behind the wall's clock, s."""
         return _LAG.unpack_from(self.map, _LAG_AT)[0]
 
     @property
@@ -154,29 +154,31 @@ class _File(object):
             promises = self.promises
             limit = min(promises)
             now = wall.monotonic() - self.lag
-            if now - limit <= SLACK:
+            if now - limit <= MAX_CATCH_UP:
                 return min(now, limit)
             latest = promises.index(limit)
             if not self._lives(latest):
                 self.promise(latest, math.inf)
                 continue
-            _LAG.pack_into(self.map, _LAG_AT, self.lag + now - limit - SLACK)
+            _LAG.pack_into(self.map, _LAG_AT, self.lag + now - limit - MAX_CATCH_UP)
             return limit
 
     def join(self, name):
         """The number of a new member, who has promised nothing; None if there is no room."""
-        alive = [k for k in range(MOST_MEMBERS) if self._lives(k)]
+        alive = [k for k in range(MAX_MEMBERS) if self._lives(k)]
         if not alive:
             _LAG.pack_into(self.map, _LAG_AT, 0.0)
-        free = [k for k in range(MOST_MEMBERS) if k not in alive]
+        free = [k for k in range(MAX_MEMBERS) if k not in alive]
         for k in free:
             self.promise(k, math.inf)
         if not free:
             return None
         k = free[0]
         self.promise(k, self.settle())
-        text = "{} (process {})".format(name, os.getpid()).encode("ascii", "replace")[:_NAME]
-        self.map[_NAMES_AT + k * _NAME : _NAMES_AT + (k + 1) * _NAME] = text.ljust(_NAME, b"\0")
+        text = "{} (process {})".format(name, os.getpid()).encode("ascii", "replace")[:_NAME_LENGTH]
+        self.map[_NAMES_AT + k * _NAME_LENGTH : _NAMES_AT + (k + 1) * _NAME_LENGTH] = text.ljust(
+            _NAME_LENGTH, b"\0"
+        )
         if self.descriptor is not None:
             fcntl.lockf(self.descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, 1 + k)
         self.mine.add(k)
@@ -190,9 +192,9 @@ class _File(object):
         self.mine.discard(k)
 
     def name(self, k):
-        """Of member `k`, for people."""
-        start = _NAMES_AT + k * _NAME
-        return self.map[start : start + _NAME].rstrip(b"\0").decode("ascii")
+        """Return the name of member `k`, for people."""
+        start = _NAMES_AT + k * _NAME_LENGTH
+        return self.map[start : start + _NAME_LENGTH].rstrip(b"\0").decode("ascii")
 
 
 class PacedClock(object):
@@ -212,7 +214,7 @@ class PacedClock(object):
         now = wall.monotonic() - file.lag
         if now <= limit:
             return now
-        if now - limit > SLACK:
+        if now - limit > MAX_CATCH_UP:
             with file.locked():
                 return file.settle()
         return limit
@@ -223,8 +225,8 @@ class PacedClock(object):
             wall.sleep(self.worth_waiting(t))
 
     def worth_waiting(self, until):
-        """So many wall seconds it takes at least, until the clock shows `until` (s)."""
-        return max(until - (wall.monotonic() - self._file.lag), GLANCE)
+        """Return the wall seconds that it takes at least until the clock shows `until` (s)."""
+        return max(until - (wall.monotonic() - self._file.lag), POLL_PERIOD)
 
     def join(self, name):
         """Let the world wait for a new Member from now on.
@@ -237,7 +239,7 @@ class PacedClock(object):
 
     @property
     def latest(self):
-        """Whom the clock waits for just now, in words; "" for nobody."""
+        """Name of whom the clock waits for just now; "" for nobody."""
         promises = self._file.promises
         limit = min(promises)
         if wall.monotonic() - self._file.lag <= limit:
@@ -279,8 +281,8 @@ class Member(object):
             self._number = None
 
 
-class Pace(object):
-    """How fast a PacedClock goes: emulated seconds per second of the wall's clock.
+class PaceMeter(object):
+    """Measures the pace of a PacedClock: emulated seconds per second of the wall's clock.
 
     A look counts as one second at most: while this process itself stands still, nothing is known.
 
@@ -289,9 +291,10 @@ class Pace(object):
         window: over so long the latest pace is told, wall seconds.
     """
 
-    OFTEN, LONGEST = 0.1, 1.0
+    MIN_INTERVAL, MAX_INTERVAL = 0.1, 1.0
+    """Times between two looks that count, wall seconds."""
 
-    def __init__(self, clock, window=WINDOW):
+    def __init__(self, clock, window=PACE_WINDOW):
         self._clock = clock
         self._window = window
         self._last = None
@@ -302,12 +305,12 @@ class Pace(object):
     def look(self):
         """The pace over the last window; 1 as long as that is not over."""
         now = self._clock.now(), wall.monotonic()
-        if self._last is not None and now[1] - self._last[1] < self.OFTEN:
+        if self._last is not None and now[1] - self._last[1] < self.MIN_INTERVAL:
             return self.latest
         if self._last is not None:
             passed = [after - before for before, after in zip(self._last, now)]
-            if passed[1] > self.LONGEST:
-                passed = [each * self.LONGEST / passed[1] for each in passed]
+            if passed[1] > self.MAX_INTERVAL:
+                passed = [each * self.MAX_INTERVAL / passed[1] for each in passed]
             self._looks.append(passed)
             self._sums = [a + b for a, b in zip(self._sums, passed)]
             while sum(each[1] for each in self._looks) - self._looks[0][1] >= self._window:
@@ -325,5 +328,5 @@ class Pace(object):
 
 
 def in_words(pace):
-    """What people are told about a pace below BUSY."""
+    """Return what people are told about a pace below BUSY."""
     return "this computer is busy: running at {:.2g} x".format(pace)

@@ -1,4 +1,4 @@
-"""What the brick's Python takes, in thousands of instructions or single ones, counted on it.
+"""Prices of the brick's Python, in thousands of instructions or single ones, counted on it.
 
 Counted on CPython 3.5.3, built soft-float for an ARM926, in an emulated processor that counts; each
 by itself, many times over.  `python -m laptop bench brick` holds what comes out of them against
@@ -88,7 +88,7 @@ CALLS = {
     "shared.record.record": 170000, "contextlib.suppress": 5000, "super": 1700,
     "collections.deque": 900,
 }  # fmt: skip
-"""What a call of these takes beside `call`, instructions."""
+"""Price of a call of these beside `call`, instructions."""
 
 METHODS = {
     "append": 0, "pop": 300, "popleft": 100, "get": 350, "items": 200, "keys": 200, "values": 200,
@@ -98,7 +98,7 @@ METHODS = {
     "setdefault": 400, "replace": 1000, "lower": 500, "find": 500,
     "seek": 900, "read": 1500, "write": 1500, "flush": 300, "add_subparsers": 140000,
 }  # fmt: skip
-"""The same of a method of whatever object."""
+"""Price of a method of whatever object beside `call`, instructions."""
 
 LIBRARY = {
     "argparse:ArgumentParser.__init__": (520, 0),
@@ -113,27 +113,28 @@ LIBRARY = {
     "json.decoder:JSONDecoder.decode": (7, 0.22),
     "json.encoder:JSONEncoder.encode": (18, 0.5),
 }
-"""What functions of the library take that are written in Python, thousand instructions: each call,
-and each character of the text that it takes or gives."""
+"""Prices of functions of the library that are written in Python, thousand instructions: of each
+call, and of each character of the text that it takes or gives."""
 
 PATTERN = (150, 12)
-"""The same of a regular expression that is seen for the first time."""
+"""Price of a regular expression that is new, and of each of its characters, thousand
+instructions."""
 
 IN_COMPANY = 1.11
-"""All of it in a whole program costs so many times what it costs by itself: fitted to its ticks."""
+"""Factor by which all costs more in a whole program than by itself: fitted to its ticks."""
 
 START = 52000
-"""Of Python itself, thousand instructions."""
+"""Price of the start of Python itself, thousand instructions."""
 
 FOUND, LOADED = 180, 0.065
-"""To find a module that is not of the library, and to load each byte of its source compiled,
-thousand instructions."""
+"""Price of finding a module that is not of the library, and of loading each byte of its source,
+compiled, thousand instructions."""
 
 COMPILED = 0.93
-"""The same of a byte of the script itself, which is compiled in every run."""
+"""Price of a byte of the script itself, which is compiled in every run, thousand instructions."""
 
 CLEARED = 0.12
-"""At its end Python takes so much of what loading took to be rid of it all."""
+"""Share of what loading took that Python takes at its end to be rid of it all."""
 
 _IMPORTS = """
 _ast 8273; _bisect 70; _compat_pickle 855; _compression 664; _datetime 468; _json 131; _md5 88;

@@ -1,6 +1,6 @@
 """The programs a script starts: `subprocess` and `os.system` on the world's clock.
 
-Rule: no process is started; `Peripherals.command` does what a program of the brick would have done.
+Rule: no process is started; `BrickPrograms.run` does what a program of the brick would have done.
 """
 
 import io
@@ -8,8 +8,8 @@ import os
 import signal as real_signal
 import sys
 
-from laptop.simulator.device.peripherals import Finished, split_line
-from laptop.simulator.host.world import WaitingLine
+from laptop.simulator.device.brick_programs import Finished, split_line
+from laptop.simulator.host.waiting_line import WaitingLine
 
 #: What starting a process costs, s.
 START_COST = 0.03
@@ -24,18 +24,18 @@ class _Output(io.BytesIO):
 class Processes(object):
     """Stands for the shell and the programs of the brick; nothing is started."""
 
-    def __init__(self, world, clock, peripherals):
+    def __init__(self, world, clock, programs):
         self._world = world
         self._clock = clock
-        self._peripherals = peripherals
+        self._programs = programs
         self._last_pid = 1000
 
     def execute(self, args, shell, piped):
-        """What a command does, as Finished."""
+        """Run a command; returns what it does, as Finished."""
         if shell:
             return self._shell(args if isinstance(args, str) else args[0], piped)
         words = [args] if isinstance(args, str) else [str(word) for word in args]
-        finished = self._peripherals.command(words, piped)
+        finished = self._programs.run(words, piped)
         if finished is None:
             raise FileNotFoundError(
                 2,
@@ -52,7 +52,7 @@ class Processes(object):
             return Finished(2, b"", "sh: {}\n".format(error).encode(), 0.0)
         for words, background, reads_pipe in commands:
             sound = getattr(output, "seconds", 0.0) if reads_pipe else piped
-            finished = self._peripherals.command(words, sound)
+            finished = self._programs.run(words, sound)
             if finished is None:
                 message = "sh: 1: {}: not found\n".format(words[0]).encode()
                 finished = Finished(127, b"", message, 0.0)

@@ -20,16 +20,16 @@ from laptop.simulator.host.prices import (
 )
 
 CYCLES_PER_SECOND, CYCLES_PER_INSTRUCTION = 300e6, 6.8
-"""Of the EV3's ARM926; the second as modelled with its caches, between 4.5 and 9.7."""
+"""The EV3's ARM926; the second as modelled with its caches, between 4.5 and 9.7."""
 
 SECONDS = CYCLES_PER_INSTRUCTION / CYCLES_PER_SECOND
-"""An instruction takes so long, s."""
+"""Time of an instruction, s."""
 
-ACCESS = 0.44e-3
-"""What the kernel takes for an access to an attribute, s."""
+ACCESS_TIME = 0.44e-3
+"""Time that the kernel takes for an access to an attribute, s."""
 
-SLICE = 5e-3
-"""After so long, s, Python lets another thread have its turn (`sys.getswitchinterval`)."""
+SWITCH_INTERVAL = 5e-3
+"""Time after which Python lets another thread have its turn, s (`sys.getswitchinterval`)."""
 
 
 class Processor(object):
@@ -37,8 +37,8 @@ class Processor(object):
 
     Args:
         slowness: how many times as long as the real one it takes.
-        look: called by a thread that has gone round for a SLICE without looking at the clock; None
-            where there is one thread only.
+        look: called by a thread that has gone round for a SWITCH_INTERVAL without looking at the
+            clock; None where there is one thread only.
 
     Attributes:
         start: what the program took before it first had to do with the world, see World.begin, s;
@@ -51,7 +51,7 @@ class Processor(object):
         self.start = None
         self._starting = 0.0
         self._per_instruction = slowness * SECONDS * IN_COMPANY
-        self._slice = SLICE / self._per_instruction
+        self._slice = SWITCH_INTERVAL / self._per_instruction
         self._modules = []
         self._imported = set()
         self._taken = 0
@@ -122,7 +122,7 @@ class Processor(object):
 
     @contextlib.contextmanager
     def idle(self):
-        """What is computed within a `with` block, this processor does not do."""
+        """Charge nothing for what is computed within a `with` block."""
         before = self.instructions()
         try:
             yield
@@ -131,7 +131,7 @@ class Processor(object):
             self._beside = before
 
     def _loaded(self, name):
-        """What the import of a module takes with all that it imports, thousand instructions."""
+        """Price of importing a module with all that it imports, thousand instructions."""
         if name in self._imported or name not in imports():
             return 0
         self._imported.add(name)
@@ -145,7 +145,7 @@ class Processor(object):
         return total
 
     def instructions(self):
-        """What was computed since this was asked last; as it were by itself, see IN_COMPANY."""
+        """Return the instructions since the last call; as a program by itself, see IN_COMPANY."""
         total = self._total()
         new = total - self._taken + self._beside
         self._taken, self._beside = total, 0
@@ -166,7 +166,7 @@ class Processor(object):
 
     @property
     def behind(self):
-        """What of its computing has not passed on the world's clock, s."""
+        """Time of its computing that has not passed on the world's clock, s."""
         return self._starting
 
 
@@ -201,7 +201,7 @@ _LIBRARY = {place.partition(":")[0].partition(".")[0] for place in LIBRARY} | {"
 
 
 def _for_the_program():
-    """Whether it is counted code that has called, through the library: the laptop has its own."""
+    """Return True if counted code has called, through the library: the laptop has its own."""
     frame = sys._getframe(2)
     while frame is not None and COUNT not in frame.f_globals:
         if frame.f_globals.get("__name__", "").partition(".")[0] not in _LIBRARY:

@@ -11,7 +11,7 @@ import sys
 
 from laptop.simulator.host import counting
 from laptop.simulator.host.processor import Processor, library_charged
-from laptop.simulator.host.shims import PROGRAM, code_of, top_of
+from laptop.simulator.host.program_code import PROGRAM, code_of, top_of
 
 _COUNTED = {}  # type: dict  # the modules with counts, by name: loaded once
 
@@ -36,7 +36,7 @@ class Program(object):
             return importlib.import_module(name)
 
 
-class _Clock(object):
+class _ChargedClock(object):
     """The world's, on which computing takes time."""
 
     def __init__(self, world):
@@ -61,7 +61,7 @@ def on(brick):
         processor.begin()
         brick.world.processor = processor
         try:
-            yield Program(_Clock(brick.world), processor)
+            yield Program(_ChargedClock(brick.world), processor)
         finally:
             brick.world.processor = None
 

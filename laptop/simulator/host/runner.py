@@ -23,12 +23,13 @@ import types
 
 from laptop.simulator.device.peripherals import Peripherals
 from laptop.simulator.host import counting
+from laptop.simulator.host.process_exit import ENDLESS, ProcessExit
 from laptop.simulator.host.processor import Processor
 from laptop.simulator.host.shims import Shims
-from laptop.simulator.host.world import ENDLESS, Over, Verdict
+from laptop.simulator.host.watchdog import Over
 
 Outcome = collections.namedtuple("Outcome", ["status", "reason", "t", "accesses", "start"])
-Outcome.__doc__ = """How a run ended.
+Outcome.__doc__ = """The end of a run.
 
 status    exit status
 reason    "ended" (by itself, whatever the status), or what ended it: "timeout", "frozen", "killed",
@@ -74,7 +75,7 @@ def run_script(
         script: path of a Python file.
         args: its arguments, strings.
         peripherals: Peripherals on the brick's sysfs; new ones if None.
-        presses: Press values, see `peripherals.read_press`.
+        presses: Press values, see `buttons.read_press`.
         signals: (s, signal number) pairs, to be delivered to the script.
         freeze_at: the script never acts again from then on, s; the motors keep their last command.
         kill_at: SIGKILL, s; brickrun is not there, so the motors keep their last command.
@@ -100,7 +101,7 @@ def run_script(
     shims = Shims(world, peripherals)
 
     def back():
-        world.halt(Verdict(128 + signal.SIGKILL, "back button"))
+        world.halt(ProcessExit(128 + signal.SIGKILL, "back button"))
         brick.reset_motors()
 
     peripherals.on_back = back
@@ -110,24 +111,24 @@ def run_script(
     for t, number in signals:
         world.at(t, _call(shims.signals.post, number))
     if freeze_at is not None:
-        world.at(freeze_at, _call(world.halt, Verdict(ENDLESS, "frozen")))
+        world.at(freeze_at, _call(world.halt, ProcessExit(ENDLESS, "frozen")))
     if kill_at is not None:
-        world.at(kill_at, _call(world.halt, Verdict(128 + signal.SIGKILL, "killed")))
+        world.at(kill_at, _call(world.halt, ProcessExit(128 + signal.SIGKILL, "killed")))
     folder = os.path.dirname(os.path.realpath(script))
     with shims.installed(folder), sysfs.installed(), _Forwarding(world, shims.signals):
         sys.excepthook = sys.__excepthook__
         sys.argv = [script] + list(args)
         sys.path.insert(0, folder)
-        verdict = world.run(lambda: _main(shims, script, source), start + timeout, patience)
+        ended = world.run(lambda: _main(shims, script, source), start + timeout, patience)
         sys.stdout.flush()
         end = world.now()
-        if verdict.reason in _WHY:
-            why = _WHY[verdict.reason].format(
+        if ended.reason in _WHY:
+            why = _WHY[ended.reason].format(
                 t=end, limit=timeout, patience=patience, awaited=world.awaited or "this program"
             )
             _complain("{}: {}", os.path.basename(script), why)
         began = world.processor.behind if world.processor else None
-        outcome = Outcome(verdict.status, verdict.reason, end, sysfs.accesses - accesses, began)
+        outcome = Outcome(ended.status, ended.reason, end, sysfs.accesses - accesses, began)
         world.processor = None
         peripherals.on_back = None
         world.realtime = False  # nobody waits for what comes after the end
@@ -136,7 +137,7 @@ def run_script(
 
 
 def _processor(brick):
-    """What the script computes on; None where that takes no time."""
+    """Return the Processor that the script computes on; None where that takes no time."""
     if not brick.slowness:
         return None
     return Processor(brick.slowness, lambda: brick.world.touch(0.0))
@@ -233,7 +234,7 @@ class _Forwarding(object):
 
     def _forward(self, number, frame):
         if number in self._signals.pending:
-            self._world.halt(Verdict(128 + number, signal.Signals(number).name))
+            self._world.halt(ProcessExit(128 + number, signal.Signals(number).name))
         self._signals.post(number)
 
     def __exit__(self, *error):

@@ -21,47 +21,46 @@ import io
 import os
 import random
 import re
-import select as real_select
 import signal as real_signal
 import sys
 import traceback
-import types
 
-from laptop.simulator.device.peripherals import EventFile
-from laptop.simulator.device.sysfs import Poll
-from laptop.simulator.host import counting
-from laptop.simulator.host.clocks import UPTIME, Clock, copy_module, datetime_module, time_module
+from laptop.simulator.device.buttons import EventFile, evdev_module
+from laptop.simulator.host.clocks import (
+    UPTIME,
+    ProgramClock,
+    copy_module,
+    datetime_module,
+    time_module,
+)
 from laptop.simulator.host.counting import ENROL
+from laptop.simulator.host.file_waiting import select_module, time_out_sockets
+from laptop.simulator.host.fonts import fonts_module, has_fonts
+from laptop.simulator.host.host_state import HostState
+from laptop.simulator.host.process_exit import ProcessExit
 from laptop.simulator.host.processes import Processes
 from laptop.simulator.host.processor import library_charged
+from laptop.simulator.host.program_code import PROGRAM, code_of, top_of
 from laptop.simulator.host.signals import Signals
 from laptop.simulator.host.threads import Threads, thread_module
-from laptop.simulator.host.world import Verdict, WaitingLine
+from laptop.simulator.host.waiting_line import WaitingLine
 
-#: What a `print` costs, s, and how often files of the host are looked at by those that wait, s.
 PRINT_COST = 0.5e-3
-FD_POLL_PERIOD = 0.01
+"""Virtual time of a `print`, s."""
 
-#: Where a program reads when it was started.
 OWN_STAT = "/proc/self/stat"
+"""The file that tells a program when it was started."""
 
 #: Modules that bind the names replaced here, and so must be imported afresh.
 REBOUND = (
     "queue", "sched", "timeit", "selectors", "asyncio", "concurrent", "socketserver", "logging",
     "subprocess", "multiprocessing", "http", "wsgiref", "xmlrpc", "socket", "ssl", "urllib",
 )  # fmt: skip
-#: The program's own side: never shared with the host.
-PROGRAM = ("ev3dev2", "robot", "shared")
 #: Imported before any script starts; a sibling of the same name is not seen by real Python either.
 _AT_START = (
     "abc", "codecs", "encodings", "genericpath", "importlib", "io", "os", "posixpath", "site",
     "stat", "sys", "sysconfig", "types", "warnings", "zipimport", "laptop",
 )  # fmt: skip
-
-
-def top_of(name):
-    """The package of a module, by its name."""
-    return name.partition(".")[0]
 
 
 class Shims(object):
@@ -74,10 +73,10 @@ class Shims(object):
     def __init__(self, world, peripherals):
         self.world = world
         self.peripherals = peripherals
-        self.clock = Clock(world)
+        self.clock = ProgramClock(world)
         self._started = UPTIME + world.now()
         self.signals = Signals(world, self.clock)
-        self.processes = Processes(world, self.clock, peripherals)
+        self.processes = Processes(world, self.clock, peripherals.programs)
         self.exit_calls = []
         self._screens = set()
         self.threads = None
@@ -90,7 +89,7 @@ class Shims(object):
         Args:
             folder: where the script is; what it may import from there is imported afresh.
         """
-        kept, charges = _Kept(), contextlib.ExitStack()
+        kept, charges = HostState(), contextlib.ExitStack()
         importlib.machinery.SourceFileLoader.get_code = self._loader()
         try:
             random.seed(0)
@@ -113,21 +112,21 @@ class Shims(object):
             self.threads = Threads(
                 self.world, self.clock, importlib.import_module("threading"), low
             )
-            sys.modules["select"] = self._select_module()
+            sys.modules["select"] = select_module(self.world)
             sys.modules["signal"] = sys.modules["_signal"] = self.signals.module()
             sys.modules["datetime"] = datetime_module(self.clock)
             sys.modules["atexit"] = self._atexit_module()
             sys.modules["fcntl"] = self._fcntl_module()
-            sys.modules["evdev"] = self.peripherals.evdev_module(lambda: WaitingLine(self.world))
+            sys.modules["evdev"] = self._evdev_module()
             sys.modules["evdev.ecodes"] = sys.modules["evdev"].ecodes
             importlib.import_module("subprocess").Popen = self.processes.popen()
-            self._time_out_sockets(importlib.import_module("socket"))
+            time_out_sockets(self.world, importlib.import_module("socket"))
             builtins.print = self._print
             builtins.open = self._open
             library = importlib.import_module("ev3dev2")
             library.get_current_platform = lambda: "ev3"
-            if not _has_fonts(library):
-                library.fonts = sys.modules["ev3dev2.fonts"] = _fonts_module()
+            if not has_fonts(library):
+                library.fonts = sys.modules["ev3dev2.fonts"] = fonts_module()
             yield self
         finally:
             del importlib.machinery.SourceFileLoader.get_code  # it is inherited
@@ -136,10 +135,10 @@ class Shims(object):
             for descriptor in self._screens:
                 os.close(descriptor)
             self._screens.clear()
-            self.peripherals.close_screen()
+            self.peripherals.screen.close()
 
     def _loader(self):
-        """How modules are read: those of the program with counts, where it is to be charged."""
+        """Return how modules are read: those of the program with counts, where it is charged."""
 
         def get_code(loader, name):
             return code_of(
@@ -153,7 +152,7 @@ class Shims(object):
             self.world.processor.spend(thousands)
 
     def finish(self):
-        """What Python does when the main module has come to its end; called in its thread."""
+        """Do what Python does at the end of the main module; called in its thread."""
         self.threads.join_all()
         while self.exit_calls:
             function, args, kwargs = self.exit_calls.pop()
@@ -163,97 +162,6 @@ class Shims(object):
                 traceback.print_exc()
 
     # Modules
-
-    def _select_module(self):
-        shim = copy_module(real_select)
-        world = self.world
-
-        class WatchedFiles(object):
-            """select.poll() on attributes of the brick and on files of the host."""
-
-            def __init__(self):
-                self._attributes = Poll(world)
-                self._some = False
-                self._files = real_select.poll()
-
-            def register(self, fd, eventmask=real_select.POLLIN | real_select.POLLPRI):
-                if hasattr(fd, "device"):
-                    self._some = True
-                    self._attributes.register(fd, eventmask)
-                else:
-                    self._files.register(fd, eventmask)
-
-            def unregister(self, fd):
-                self._files.unregister(fd)
-
-            def modify(self, fd, eventmask):
-                self._files.modify(fd, eventmask)
-
-            def poll(self, timeout=None):
-                if timeout is not None and timeout < 0:
-                    timeout = None
-                if self._some:
-                    return self._attributes.poll(timeout)
-                seconds = None if timeout is None else timeout / 1000.0
-                return _watch(world, lambda: self._files.poll(0), seconds)
-
-        class WatchedEpoll(object):
-            """select.epoll() that waits in virtual time."""
-
-            def __init__(self, *args):
-                self._real = real_select.epoll()
-
-            def __getattr__(self, name):
-                return getattr(self._real, name)
-
-            def poll(self, timeout=None, maxevents=-1):
-                seconds = None if timeout is None or timeout < 0 else timeout
-                return _watch(world, lambda: self._real.poll(0, maxevents), seconds)
-
-        def select(rlist, wlist, xlist, timeout=None):
-            """select.select() that waits in virtual time."""
-            if world.select is not None:
-                return world.select(rlist, wlist, xlist, timeout)
-            found = _watch(
-                world,
-                lambda: [f for f in [real_select.select(rlist, wlist, xlist, 0)] if any(f)],
-                timeout,
-            )
-            return found[0] if found else ([], [], [])
-
-        shim.poll = WatchedFiles
-        shim.select = select
-        if hasattr(real_select, "epoll"):
-            shim.epoll = WatchedEpoll
-        return shim
-
-    def _time_out_sockets(self, module):
-        """Let sockets with a timeout wait in virtual time; a program that calls has started."""
-        world = self.world
-
-        def waiting(call):
-            def waited(sock, *args, **kwargs):
-                limit = sock.gettimeout()
-                if limit and not _watch(
-                    world, lambda: real_select.select([sock], [], [], 0)[0], limit
-                ):
-                    raise module.timeout("timed out")
-                return call(sock, *args, **kwargs)
-
-            return waited
-
-        def connecting(call):
-            def connected(sock, *args, **kwargs):
-                world.begin()
-                return call(sock, *args, **kwargs)
-
-            return connected
-
-        names = ("_accept", "recv", "recvfrom", "recv_into", "recvfrom_into")
-        calls = {name: waiting(getattr(module.socket, name)) for name in names}
-        for name in ("connect", "connect_ex"):
-            calls[name] = connecting(getattr(module.socket, name))
-        module.socket = type("socket", (module.socket,), dict(calls, __slots__=()))
 
     def _atexit_module(self):
         shim = copy_module(real_atexit)
@@ -270,6 +178,10 @@ class Shims(object):
         shim.register, shim.unregister = register, unregister
         shim._clear = lambda: self.exit_calls.clear()
         return shim
+
+    def _evdev_module(self):
+        peripherals = self.peripherals
+        return evdev_module(peripherals.sysfs, peripherals.buttons, lambda: WaitingLine(self.world))
 
     def _fcntl_module(self):
         shim = copy_module(real_fcntl)
@@ -300,7 +212,7 @@ class Shims(object):
 
         def leave(status):
             """End the program at once."""
-            world.halt(Verdict(status & 0xFF, "ended"))
+            world.halt(ProcessExit(status & 0xFF, "ended"))
             world.touch(0.0)
 
         def kill(pid, sig):
@@ -318,7 +230,7 @@ class Shims(object):
         def open_descriptor(path, flags, mode=0o777, dir_fd=None):
             """os.open that knows the brick's framebuffer."""
             if path == "/dev/fb0":
-                descriptor = self.peripherals.open_screen()
+                descriptor = self.peripherals.screen.open()
                 self._screens.add(descriptor)
                 return descriptor
             return real_open(path, flags, mode, dir_fd=dir_fd)
@@ -349,7 +261,7 @@ class Shims(object):
         return device if isinstance(device, EventFile) else _AttributeFile(device, "b" in mode)
 
     def _stat(self):
-        """What the brick's Linux tells of this program; of 52 figures, its number and its start."""
+        """Return what the brick's Linux tells of this program: of 52 figures, number and start."""
         figures = ["0"] * 49
         figures[18] = str(int(self._started * os.sysconf("SC_CLK_TCK")))
         return "{} (python3) R {}\n".format(os.getpid(), " ".join(figures))
@@ -358,96 +270,10 @@ class Shims(object):
 _REAL_PRINT, _REAL_OPEN = builtins.print, builtins.open
 
 
-class _Kept(object):
-    """What of the host a run may change, to be put back."""
-
-    def __init__(self):
-        self._modules = dict(sys.modules)
-        self._builtins = dict(vars(builtins))
-        self._os = dict(vars(os))
-        self._sys = {
-            name: getattr(sys, name)
-            for name in ("argv", "path", "stdin", "stdout", "stderr", "excepthook", "displayhook",
-                         "dont_write_bytecode", "unraisablehook", "meta_path", "path_hooks")
-            if hasattr(sys, name)
-        }  # fmt: skip
-        self._lists = [
-            (value, list(value)) for value in self._sys.values() if isinstance(value, list)
-        ]
-        self._recursion = sys.getrecursionlimit()
-        self._environment = dict(os.environ)
-        self._folder = os.getcwd()
-        self._random = random.getstate()
-
-    def restore(self):
-        for namespace, before in ((vars(builtins), self._builtins), (vars(os), self._os)):
-            for name in [name for name in namespace if name not in before]:
-                del namespace[name]
-            namespace.update(before)
-        for name, value in self._sys.items():
-            setattr(sys, name, value)
-        for value, items in self._lists:
-            value[:] = items
-        sys.setrecursionlimit(self._recursion)
-        os.environ.clear()
-        os.environ.update(self._environment)
-        os.chdir(self._folder)
-        random.setstate(self._random)
-        self._restore_modules()
-
-    def _restore_modules(self):
-        # Extension modules cannot be relied on to be imported twice: their packages stay, but for
-        # Pillow, which can, and which python-ev3dev2 brings in.
-        compiled = {
-            top_of(name)
-            for name, module in list(sys.modules.items())
-            if isinstance(
-                getattr(getattr(module, "__spec__", None), "loader", None),
-                importlib.machinery.ExtensionFileLoader,
-            )
-        } - {"PIL"}
-        # A thread that never comes back from importing a module would hold that module's lock.
-        locks = getattr(importlib._bootstrap, "_module_locks", {})
-        for name in list(sys.modules):
-            if name not in self._modules and top_of(name) not in compiled:
-                module = sys.modules.pop(name)
-                parent, _, child = name.rpartition(".")
-                if module is not None and getattr(self._modules.get(parent), child, None) is module:
-                    delattr(self._modules[parent], child)
-                locks.pop(name, None)
-        sys.modules.update(self._modules)
-
-
-_CODES = {}  # type: dict
-
-
-def code_of(loader, name, counts):
-    """The code of a module, compiled once for all runs, as long as its file is the same."""
-    path = loader.get_filename(name)
-    key = path, counts, tuple(sorted(loader.path_stats(path).items()))
-    if key not in _CODES:
-        if counts:
-            _CODES[key] = counting.compiled(loader.get_data(path), path)
-        else:
-            _CODES[key] = super(importlib.machinery.SourceFileLoader, loader).get_code(name)
-    return _CODES[key]
-
-
 def _natural(name):
     """A sort key that has motor9 before motor10."""
     parts = re.split("([0-9]+)", os.fsdecode(name))
     return [int(part) if number % 2 else part for number, part in enumerate(parts)]
-
-
-def _watch(world, look, timeout):
-    """Ask `look()` until it finds something or `timeout` s (None: never) have passed."""
-    deadline = None if timeout is None else world.now() + timeout
-    while True:
-        found = look()
-        left = FD_POLL_PERIOD if deadline is None else deadline - world.now()
-        if found or left <= 0:
-            return found
-        world.sleep(min(left, FD_POLL_PERIOD))
 
 
 class _AttributeFile(object):
@@ -487,36 +313,3 @@ class _AttributeFile(object):
 
     def __exit__(self, *error):
         pass
-
-
-def _has_fonts(library):
-    folder = os.path.join(os.path.dirname(library.__file__), "fonts")
-    return os.path.isdir(folder) and any(name.endswith(".pil") for name in os.listdir(folder))
-
-
-def _fonts_module():
-    """`ev3dev2.fonts` by the names on the brick, all in Pillow's default font.
-
-    The library's bitmap fonts are on the brick, but not in what pip installs.
-    """
-    module = types.ModuleType("ev3dev2.fonts")
-    families = (
-        "charB charBI charI charR courB courBO courO courR helvB helvBO helvO helvR luBIS luBS "
-        "luIS luRS lutBS lutRS ncenB ncenBI ncenI ncenR symb timB timBI timI timR"
-    )
-    sizes = (8, 10, 12, 14, 18, 19, 24)
-    names = {"{}{:02d}".format(family, size) for family in families.split() for size in sizes}
-    names |= {"tech14", "techB14", "term14", "termB14"}
-
-    def available():
-        """The names of the fonts."""
-        return sorted(names)
-
-    def load(name):
-        """The font of that name."""
-        if name not in names:
-            raise Exception('Failed to load font "{}". '.format(name))
-        return importlib.import_module("PIL.ImageFont").load_default()
-
-    module.available, module.load = available, load
-    return module

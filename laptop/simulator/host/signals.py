@@ -8,7 +8,8 @@ import signal as real_signal
 import sys
 
 from laptop.simulator.host.clocks import copy_module
-from laptop.simulator.host.world import ENDLESS, Verdict, WaitingLine
+from laptop.simulator.host.process_exit import ENDLESS, ProcessExit
+from laptop.simulator.host.waiting_line import WaitingLine
 
 
 class Signals(object):
@@ -37,15 +38,15 @@ class Signals(object):
     def post(self, number):
         """Deliver a signal to the program, now: its own handler runs, or the default action."""
         world = self._world
-        if world.verdict is not None:
+        if world.exit is not None:
             return
         name = real_signal.Signals(number).name
         handler = self._handlers.get(number, real_signal.SIG_DFL)
         if number == real_signal.SIGSTOP:
-            world.halt(Verdict(ENDLESS, "frozen"))
+            world.halt(ProcessExit(ENDLESS, "frozen"))
         elif number == real_signal.SIGKILL or handler == real_signal.SIG_DFL:
             if number not in self._HARMLESS:
-                world.halt(Verdict(128 + number, name))
+                world.halt(ProcessExit(128 + number, name))
         elif handler != real_signal.SIG_IGN:
             self.pending.add(number)
             world.interrupt(lambda: self._call(number))

@@ -9,14 +9,14 @@ import sys
 import traceback
 
 from laptop.simulator.host.clocks import copy_module
-from laptop.simulator.host.world import WaitingLine
+from laptop.simulator.host.waiting_line import WaitingLine
 
 #: What starting a thread costs, s.
 START_COST = 0.2e-3
 
 
 def print_exception(kind, value, trace):
-    """As Python would, without the frames of the emulator the program was called from."""
+    """Print as Python would, without the emulator's frames that the program was called from."""
     while trace is not None and trace.tb_frame.f_globals.get("__name__", "").startswith("laptop."):
         trace = trace.tb_next
     traceback.print_exception(kind, value, trace)
@@ -219,7 +219,7 @@ class _Thread(object):
         except Exception:
             self._threads.failed(self)
         finally:
-            if self._threads.world.verdict is None:
+            if self._threads.world.exit is None:
                 own.ended = True
                 self._threads.known.pop(own.thread, None)
                 while own.waiting.wake():
@@ -288,7 +288,7 @@ _Thread.setDaemon = lambda self, daemonic: setattr(self, "daemon", daemonic)  # 
 
 
 class _ThreadState(object):
-    """What a Thread knows of itself, out of the way of its subclasses' attributes."""
+    """The state of a Thread, out of the way of its subclasses' attributes."""
 
     def __init__(self, name, waiting):
         self.name = name

@@ -5,110 +5,28 @@ Rules:
    exactly at their time, before any program code that runs later.
 2. A program's threads are real threads that pass one baton: exactly one runs.  It changes hands
    only when its holder waits, ends, or spends time past another's wake-up; so a run repeats.
-3. When a verdict has fallen, no thread of the program ever gets out of the world again: a killed
+3. When the program is over, no thread of the program ever gets out of the world again: a killed
    program runs no `finally`, prints nothing and writes no file.
 
-The one exception to rule 2 is the valve: a thread that computes for `World.VALVE` s of wall time
+The one exception to rule 2: a thread that computes for `Watchdog.YIELD_TIMEOUT` of wall time
 without touching the clock, while others could run, loses the baton and runs beside them until it
 touches the clock again (`while not flag: pass`, where another thread sets the flag).  Where
 computing takes time, whoever goes round in a `while` touches it by itself, see counting.LOOK.
 """
 
 import collections
-import ctypes
 import gc
 import heapq
-import io
 import threading
 import time as wall
 
 from laptop.simulator.host import pace
+from laptop.simulator.host.process_exit import ENDLESS, ProcessExit
+from laptop.simulator.host.virtual_thread import VirtualThread
+from laptop.simulator.host.watchdog import Over, Watchdog
 
-#: How a run ended: the exit status a shell would see, and why.
-Verdict = collections.namedtuple("Verdict", ["status", "reason"])
-
-#: A program that never comes to an end, as `timeout` of GNU coreutils reports it.
-ENDLESS = 124
-#: A host that is too busy to emulate it, EX_TEMPFAIL of sysexits.h: try again later.
-BUSY = 75
-
-#: Below this pace over so many wall seconds it does not go on in real time.
-CRAWL, CRAWL_WINDOW = 0.01, 60.0
-
-#: So often people are told that the host is busy, wall seconds.
-TOLD_EVERY = 10.0
-
-#: A thread that computes after the verdict, or waits for the host, is waited for so long, s.
-ASTRAY = 0.5
-
-
-class Over(BaseException):
-    """Thrown at a thread that still computes after the verdict; never at one in the world."""
-
-
-class VirtualThread(object):
-    """One thread of the program under test."""
-
-    __slots__ = ("name", "run", "ident", "native", "gate", "entry", "ticket", "waiting", "loose")
-
-    def __init__(self, name, run):
-        self.name = name
-        self.run = run
-        self.ident = None
-        self.native = None
-        self.gate = threading.Lock()
-        self.gate.acquire()
-        self.entry = None
-        self.ticket = None
-        self.waiting = True
-        self.loose = False
-
-
-class Effort(object):
-    """What a thread spends while it does not come to the clock.
-
-    That it waits for the host's processor does not count: a computer that is busy changes nothing.
-    (Where the host does not tell all that, each second counts as one of waiting.)
-
-    Args:
-        thread: VirtualThread; None spends nothing.
-    """
-
-    def __init__(self, thread):
-        self.thread = thread
-        self._spent = [0.0, 0.0]
-        self._before = None
-
-    def look(self):
-        """Seconds that it has computed since the first look, and that it has waited for the host.
-
-        It waits if it sleeps now, did so at the last look, and has not computed in between; who has
-        waits no longer.  (Who waits for the interpreter sleeps, too, so only a long wait is one.)
-        """
-        if self.thread is None or self.thread.ident is None:  # the host has not begun it yet
-            return 0.0, 0.0
-        now = wall.monotonic(), self._computed(), self._sleeps()
-        if self._before is not None:
-            passed, computed = now[0] - self._before[0], now[1] - self._before[1]
-            waits = now[2] and self._before[2] and computed < passed / 100
-            waited = self._spent[1] + passed if waits else 0.0
-            self._spent = [self._spent[0] + (0.0 if waits else computed), waited]
-        self._before = now
-        return tuple(self._spent)
-
-    def _computed(self):
-        try:
-            own = getattr(wall, "pthread_getcpuclockid")(self.thread.ident)  # noqa: B009 Python 3.7
-            return wall.clock_gettime(own)
-        except (AttributeError, OSError):
-            return 0.0
-
-    def _sleeps(self):
-        try:
-            with io.open("/proc/self/task/{}/stat".format(self.thread.native), "rb") as file:
-                return file.read().rpartition(b")")[2].split()[0] == b"S"
-        except OSError:
-            return True
+LONG_PACE_WINDOW = 60.0
+"""Time over which the pace decides whether a run goes on in real time, wall s."""
 
 
 class _Local(threading.local):
@@ -124,8 +42,10 @@ class World(object):
         name: for people, of those who wait for it.
 
     Attributes:
+        t: virtual time, s.
+        exit: ProcessExit of the program; None while it runs.
         realtime: whether it keeps pace with the clock.
-        pace: pace.Pace of the clock, None without one.
+        pace, long_pace: PaceMeter of the clock over seconds, and over a minute; None without one.
         tell: called now and then with a line for people while the host is busy.
         processor: processor.Processor that the program computes on; None: it computes in no time.
         awaited: whom the clock waited for when it was given up, in words.
@@ -133,15 +53,13 @@ class World(object):
             this world, too; None where it does not.
     """
 
-    VALVE = 0.25
-    VALVE_REALTIME = 0.02
-    # How long, in wall seconds, the others stand still before each step beside a thread that lost
-    # the baton, so that it sees what they did before time goes on.
-    COURTESY = 0.001
-    # In real time the bodies are brought up to the present at least so often, s.
-    PACE = 0.005
-    # Time goes on so far at a look beside a program that waits for something of the host, s.
+    STEP_PAUSE = 0.001
+    """Pause before each step beside a thread that lost the baton, wall s: it sees what the others
+    did before time goes on."""
+    REALTIME_STEP = 0.005
+    """Longest step of the bodies in real time, s."""
     DRIFT = 0.05
+    """Time that goes on at a look beside a program that waits for something of the host, s."""
 
     def __init__(self, clock=None, name="brick"):
         self.name = name
@@ -150,19 +68,18 @@ class World(object):
         self.realtime = clock is not None
         self.select = None
         self.busy = 0.0
-        self.verdict = None
+        self.exit = None
         self.limit = None
         self._events = []
         self._order = 0
         self._clock = clock
         self._member = None
         self._drifting = False
-        self._crawl = clock and pace.Pace(clock, CRAWL_WINDOW)
-        self.pace = clock and pace.Pace(clock)
+        self.long_pace = clock and pace.PaceMeter(clock, LONG_PACE_WINDOW)
+        self.pace = clock and pace.PaceMeter(clock)
         self.tell = lambda line: None
         self.processor = None
         self.awaited = ""
-        self._told = -TOLD_EVERY
         self._zero = 0.0 if self.realtime else wall.monotonic()
         self._mutex = threading.RLock()
         self._news = threading.Condition(self._mutex)
@@ -180,16 +97,17 @@ class World(object):
         self._progress = 0
         self._over = threading.Event()
         self._failure = None
+        self._watchdog = Watchdog(self)
 
     # The clock
 
     def now(self):
-        """The virtual time, s."""
+        """Return the virtual time, s."""
         return self.t
 
     @property
     def zero(self):
-        """What the paced clock shows at the virtual time 0, s."""
+        """Time of the paced clock at the virtual time 0, s."""
         return self._zero
 
     def sleep(self, seconds):
@@ -210,7 +128,7 @@ class World(object):
         The brick has one core: nobody else computes meanwhile.
         """
         if self._loose:
-            wall.sleep(self.COURTESY)
+            wall.sleep(self.STEP_PAUSE)
         with self._mutex:
             me = self._enter()
             if self._drifting:
@@ -219,7 +137,7 @@ class World(object):
             self._advance(self.t + cost)
             if me is None:
                 return
-            if self.verdict is not None:
+            if self.exit is not None:
                 self._park(me)
             if self._sleepers and self._sleepers[0][0] <= self.t:
                 self._switch(me, self.t)
@@ -227,9 +145,9 @@ class World(object):
             self._attend(me)
 
     def begin(self):
-        """The program has to do with the world: from now on what it computes takes its time.
+        """Let what the program computes take its time from now on.
 
-        It uses the brick, waits, begins a thread, or calls somebody.
+        It has to do with the world: it uses the brick, waits, begins a thread, or calls somebody.
         """
         if self.processor and self.processor.start is None:
             self.processor.begin()
@@ -258,7 +176,7 @@ class World(object):
     # The program
 
     def run(self, program, limit=None, patience=60.0):
-        """Run `program() -> exit status` as the main thread of a new program until its verdict.
+        """Run `program() -> exit status` as the main thread of a new program until it is over.
 
         Args:
             limit: the run is cut off at this virtual time, s.
@@ -270,7 +188,7 @@ class World(object):
         """
         collecting = gc.isenabled()  # a program that is killed does not put it back
         self._run = object()
-        self.verdict = None
+        self.exit = None
         self.limit = limit
         self._holder = self._failure = None
         self._loose = 0
@@ -281,25 +199,14 @@ class World(object):
 
         def main():
             try:
-                self.halt(Verdict(program(), "ended"))
+                self.halt(ProcessExit(program(), "ended"))
             except Exception as error:
                 self._fail(error)
 
         self._main = self.spawn(main, "MainThread")
         with self._mutex:
             self._dispatch(None)
-        effort, seen = Effort(None), None
-        while not self._over.wait(0.01 if self.realtime else 0.05):
-            with self._mutex:
-                loose = (thread for thread in self._alive if thread.loose)
-                working = self._holder or next(loose, None)
-                if self._progress != seen or self._pacing or working is not effort.thread:
-                    seen, effort = self._progress, Effort(working)
-                else:
-                    self._open_valve(working, effort.look(), patience)
-            if self.realtime:
-                self._look_at_pace()
-        self._wind_up()
+        self._watchdog.watch(self._over, patience)
         if collecting:
             gc.enable()
         if self._member is not None:
@@ -307,7 +214,7 @@ class World(object):
             self._member = None
         if self._failure is not None:
             raise self._failure
-        return self.verdict
+        return self.exit
 
     def spawn(self, function, name):
         """Start `function()` as a further thread of the program; it runs when its turn comes."""
@@ -322,18 +229,18 @@ class World(object):
         return thread
 
     def current(self):
-        """The calling `VirtualThread`, or None for a caller outside the program."""
+        """Return the calling `VirtualThread`, or None for a caller outside the program."""
         return self._local.thread
 
     def is_main(self):
-        """True in the program's main thread."""
+        """Return True in the program's main thread."""
         return self._local.thread is not None and self._local.thread is self._main
 
-    def halt(self, verdict):
-        """The program is over now, for whatever reason; the first verdict stands."""
+    def halt(self, process_exit):
+        """End the program now, for whatever reason; the first exit stands."""
         with self._mutex:
-            if self.verdict is None:
-                self.verdict = verdict
+            if self.exit is None:
+                self.exit = process_exit
                 self._over.set()
                 self._news.notify_all()
 
@@ -346,14 +253,14 @@ class World(object):
                 self._queue(main, self.t)
             self._hurry = True
             self._news.notify_all()
-            if self._holder is None and not self._dispatching and self.verdict is None:
+            if self._holder is None and not self._dispatching and self.exit is None:
                 self._dispatch(None)
 
     # Time passing
 
     def _advance(self, t):
-        """Towards `t`; stops early at a verdict, at the limit, or when the wall has news."""
-        before = self.verdict
+        """Go towards `t`; stop at the program's end, the limit, or when the wall has news."""
+        before = self.exit
         try:
             while True:
                 event = self._events[0] if self._events and self._events[0][0] <= t else None
@@ -363,7 +270,7 @@ class World(object):
                     return
                 if limited and (event is None or due > self.limit):
                     if self._run is not None:
-                        self.halt(Verdict(ENDLESS, "timeout"))
+                        self.halt(ProcessExit(ENDLESS, "timeout"))
                     return
                 if event is None:
                     return
@@ -372,7 +279,7 @@ class World(object):
                 heapq.heappop(self._events)
                 if event[2] is not None:
                     event[2]()
-                if self.verdict is not before:
+                if self.exit is not before:
                     return
         except Exception as error:
             if self._run is None or before is not None:
@@ -380,12 +287,12 @@ class World(object):
             self._fail(error)
 
     def _move(self, t):
-        """True when `t` is reached."""
+        """Go to `t`; True when it is reached."""
         if t <= self.t:
             return True
         while self.realtime:
             # In steps, so that whoever looks on from outside sees it move.
-            step = min(t, self.t + self.PACE)
+            step = min(t, self.t + self.REALTIME_STEP)
             if self._reached(step):
                 if step == t:
                     break
@@ -402,7 +309,7 @@ class World(object):
         return True
 
     def _reached(self, t):
-        """Whether the clock lets us go on to `t`; nothing of ours happens before."""
+        """Return True if the clock lets us go on to `t`; nothing of ours happens before."""
         if self._member is None:
             self._zero = self._clock.now() - self.t
             self._member = self._clock.join(self.name)
@@ -416,19 +323,19 @@ class World(object):
 
     def _fail(self, error):
         self._failure = error
-        self.halt(Verdict(70, "emulator failed"))
+        self.halt(ProcessExit(70, "emulator failed"))
 
     # The baton.  All below expect the mutex to be held once, except _wait, _attend and _body.
 
     def _enter(self):
-        """Whoever calls is at the clock: a thread of the program only with the baton."""
+        """Have whoever calls be at the clock: a thread of the program only with the baton."""
         me = self._local.thread
         if me is None:
             self._charge()
             return None
         self._progress += 1
         self._hurry = False
-        if self.verdict is not None or me.run is not self._run:
+        if self.exit is not None or me.run is not self._run:
             self._park(me)
         if self._holder is not me:
             me.loose = False
@@ -440,12 +347,12 @@ class World(object):
                 self._hurry = True
                 self._news.notify_all()
                 self._stand_by(me)
-        if self._charge() and self.verdict is not None:
+        if self._charge() and self.exit is not None:
             self._park(me)
         return me
 
     def _charge(self):
-        """Let what was computed since take its time; whether it took any."""
+        """Let what was computed since take its time; True if it took any."""
         cost = self.processor.take() if self.processor else 0.0
         if cost:
             self.busy += cost
@@ -463,11 +370,11 @@ class World(object):
             heapq.heappush(self._sleepers, thread.entry)
 
     def _wait(self, me, deadline, ticket=None):
-        """Until `ticket` is called (True) or the deadline has passed (False; None: never)."""
+        """Wait until `ticket` is called (True) or the deadline has passed (False; None: never)."""
         self.begin()
         while True:
             if self._loose:
-                wall.sleep(self.COURTESY)
+                wall.sleep(self.STEP_PAUSE)
             with self._mutex:
                 self._enter()
                 if ticket is None or not ticket.called:
@@ -496,7 +403,7 @@ class World(object):
         me.gate.acquire()
         self._mutex.acquire()
         me.waiting = False
-        if self.verdict is not None or me.run is not self._run:
+        if self.exit is not None or me.run is not self._run:
             self._park(me)
 
     def _park(self, me):
@@ -510,7 +417,7 @@ class World(object):
         self._holder = None
         self._dispatching = True
         sleepers = self._sleepers
-        while self.verdict is None:
+        while self.exit is None:
             self._hurry = False
             while sleepers and sleepers[0][2] is None:
                 heapq.heappop(sleepers)
@@ -524,7 +431,7 @@ class World(object):
             if not sleepers and self._loose and not self._awaited():
                 break
             if not sleepers and not self._events:
-                self.halt(Verdict(ENDLESS, "deadlock"))
+                self.halt(ProcessExit(ENDLESS, "deadlock"))
                 break
             due = min(heap[0][0] for heap in (sleepers, self._events) if heap)
             self._advance(max(due, self.t))
@@ -543,39 +450,18 @@ class World(object):
         finally:
             with self._mutex:
                 self._alive.remove(me)
-                if me.run is self._run and self.verdict is None:
+                if me.run is self._run and self.exit is None:
                     if me.loose:
                         self._loose -= 1
                     if self._holder is me or (self._holder is None and not self._dispatching):
                         self._dispatch(None)
 
     def _awaited(self, holder=None):
-        """Whether time must go on for others: a sleeper, or a waiter whom an event may wake."""
+        """Return True if time must go on for a sleeper, or a waiter whom an event may wake."""
         if any(entry[2] for entry in self._sleepers):
             return True
         waiting = any(not thread.loose and thread is not holder for thread in self._alive)
         return waiting and any(event[2] for event in self._events)
-
-    def _open_valve(self, thread, effort, patience):
-        """Let the others, or in real time the world, go on beside one who does not come.
-
-        Args:
-            effort: what it has spent since it was at the clock last, see Effort.look.
-        """
-        computed, waited = effort
-        valve = self.VALVE_REALTIME if self.realtime else self.VALVE
-        if computed + waited >= patience:
-            self.halt(Verdict(ENDLESS, "stuck"))
-        elif thread is not self._holder or (computed < valve and waited < self.VALVE):
-            return
-        elif self._awaited(thread):
-            thread.loose = True
-            self._loose += 1
-            self._dispatch(None)
-        elif self._member is not None and waited >= self.VALVE:
-            self._drifting = True
-            self._catch_up()
-            self._member.promise(self._zero + self.t + self.DRIFT)
 
     def _end_drift(self):
         self._drifting = False
@@ -585,73 +471,3 @@ class World(object):
     def _catch_up(self):
         """Have it be as late as the clock shows, behind a program that waited for the host."""
         self._advance(max(self.t, self._clock.now() - self._zero))
-
-    def _look_at_pace(self):
-        """Tell that the host is busy; end where that is too much."""
-        if self._crawl.look() < CRAWL:
-            self.awaited = self._clock.latest
-            self.halt(Verdict(BUSY, "too busy"))
-        now = wall.monotonic()
-        if self.pace.look() < pace.BUSY and now - self._told >= TOLD_EVERY:
-            self._told = now
-            self.tell(pace.in_words(self.pace.latest))
-
-    def _wind_up(self):
-        """Get hold of threads that were computing when the verdict fell."""
-        throw = ctypes.pythonapi.PyThreadState_SetAsyncExc
-        for attempt in range(2):
-            efforts = {}
-            while True:
-                with self._mutex:
-                    astray = [thread for thread in self._alive if not thread.waiting]
-                    spent = [
-                        sum(efforts.setdefault(thread, Effort(thread)).look()) for thread in astray
-                    ]
-                if not astray:
-                    return
-                if min(spent) >= ASTRAY:
-                    break
-                wall.sleep(0.0005)
-            for thread in astray if attempt == 0 else ():
-                throw(ctypes.c_ulong(thread.ident), ctypes.py_object(Over))
-
-
-class Ticket(object):
-    """A place in a waiting line."""
-
-    __slots__ = ("thread", "called")
-
-    def __init__(self, thread):
-        self.thread = thread
-        self.called = False
-
-
-class WaitingLine(object):
-    """Threads of the program waiting their turn: the one primitive under every lock."""
-
-    def __init__(self, world):
-        self._world = world
-        self._line = collections.deque()
-
-    def wait(self, timeout=None):
-        """Stand in line; True when woken, False after `timeout` s (None: no limit)."""
-        world = self._world
-        me = world.current()
-        ticket = Ticket(me)
-        self._line.append(ticket)
-        try:
-            return world._wait(me, None if timeout is None else world.t + timeout, ticket)
-        finally:
-            if not ticket.called:
-                self._line.remove(ticket)
-
-    def wake(self):
-        """Wake the first in line; False when the line is empty."""
-        if not self._line:
-            return False
-        with self._world._mutex:
-            ticket = self._line.popleft()
-            ticket.called = True
-            if ticket.thread.ticket is ticket:
-                self._world._queue(ticket.thread, self._world.t)
-        return True

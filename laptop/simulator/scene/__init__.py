@@ -1,1 +1,1 @@
-"""What a synthetic camera sees."""
+"""The synthetic cameras, and the scene that they see."""

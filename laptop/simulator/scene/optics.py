@@ -1,4 +1,4 @@
-"""From light to pixels: colours, the pinhole camera, the area of polygons in pixels, one marker.
+"""Optics: colours as light, the pinhole camera, the area of polygons in pixels, one marker.
 
 Colours are amounts of light (linear, 1 = as bright as the sensor can say at gain 1), never sRGB.
 Pixel centres have integer coordinates, u right, v down, as OpenCV has them.
@@ -31,7 +31,7 @@ COLOURS = {
     "grey": "#9aa0a4",
     "black": "#1b1c1e",
 }
-"""What a marker or a brick may be called, as sRGB under white light at gain 1."""
+"""Colours of markers and bricks, as sRGB under white light at gain 1."""
 
 # The lamp is up on the left, a little behind: unit vector towards it.
 LAMP = np.array([-0.38, 0.30, 0.875])
@@ -64,7 +64,7 @@ def light_of(colour: str) -> np.ndarray:
 
 
 def alike(one: str, other: str) -> bool:
-    """Whether two colours could be taken for one another by their hue."""
+    """Return True if two colours could be taken for one another by their hue."""
     pixels = np.array([[to_srgb(light_of(word)) for word in (one, other)]])
     (h1, s1, _), (h2, s2, _) = cv2.cvtColor(pixels.astype(np.float32) / 255, cv2.COLOR_BGR2HSV)[0]
     return bool(min(abs(h1 - h2), 360 - abs(h1 - h2)) < 35 and min(s1, s2) > 0.3) or one == other
@@ -72,12 +72,12 @@ def alike(one: str, other: str) -> bool:
 
 # ---- the camera
 
-MOST_RADIUS = 8.0
-"""Farther from the axis, as a tangent, no camera here looks."""
+MAX_TANGENT = 8.0
+"""Greatest angle from the axis that a camera here sees, as a tangent."""
 
 
-NEAR = 0.1
-"""What is nearer than this, cm, or behind a camera, lands far outside of its picture."""
+MIN_DEPTH = 0.1
+"""Distance below which, and behind a camera, things land far outside of its picture, cm."""
 
 
 @functools.lru_cache(maxsize=64)
@@ -85,7 +85,7 @@ def _widest(k1: float, k2: float) -> float:
     """The radius up to which a lens with this distortion is one-to-one."""
     folds = np.roots([5 * k2, 3 * k1, 1.0])
     folds = folds.real[(abs(folds.imag) < 1e-9) & (folds.real > 0)]
-    return 0.98 * math.sqrt(min([*folds, MOST_RADIUS**2]))
+    return 0.98 * math.sqrt(min([*folds, MAX_TANGENT**2]))
 
 
 class Pinhole:
@@ -157,29 +157,29 @@ class Pinhole:
         return (np.asarray(points, float) - self.position) @ self.rotation.T
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Where points (n, 3), cm, are in the picture: (n, 2), px.
+        """Project points (n, 3), cm, into the picture: (n, 2), px.
 
         What the lens would fold back, or what is behind the camera, lands far outside.
         """
         x, y, z = self.seen(points).T
-        z = np.maximum(z, NEAR)
+        z = np.maximum(z, MIN_DEPTH)
         x, y = x / z, y / z
         factor = self._factor(np.hypot(x, y))
         return np.stack([x * factor, y * factor], axis=1) * self.focal + self.centre
 
     def _factor(self, r: np.ndarray) -> np.ndarray:
-        """What distortion multiplies a radius by."""
+        """Return the factor of distortion at each radius."""
         inside = np.minimum(r, self.widest)
         factor = 1 + self.k1 * inside**2 + self.k2 * inside**4
         return np.where(r > inside, (inside * factor + r - inside) / np.maximum(r, 1e-12), factor)
 
     def rays(self) -> np.ndarray:
-        """Of each pixel (height, width, 2) the x, y of its ray (x, y, 1) in the camera's frame."""
+        """Return (height, width, 2): x, y of each pixel's ray (x, y, 1) in the camera's frame."""
         u, v = np.meshgrid(np.arange(self.size[0]), np.arange(self.size[1]))
         x, y = (u - self.centre[0]) / self.focal, (v - self.centre[1]) / self.focal
         distorted = np.hypot(x, y)
         # The inverse has no formula: looked up between 10 000 radii.
-        r = np.linspace(0, MOST_RADIUS, 10001)
+        r = np.linspace(0, MAX_TANGENT, 10001)
         plain = np.interp(distorted, r * self._factor(r), r)
         factor = plain / np.maximum(distorted, 1e-9)
         factor[distorted < 1e-9] = 1.0
@@ -202,11 +202,11 @@ class Box(NamedTuple):
 
     @property
     def empty(self) -> bool:
-        """Whether there is no pixel in it."""
+        """True if there is no pixel in it."""
         return self.right <= self.left or self.bottom <= self.top
 
     def seen_from(self, window: Box) -> Box:
-        """The same pixels, counted from a window's corner."""
+        """Return the same pixels, counted from a window's corner."""
         x, y = window.left, window.top
         return Box(self.left - x, self.top - y, self.right - x, self.bottom - y)
 
@@ -244,7 +244,7 @@ def _clipped(edges: Sequence[float], within: Box) -> Box:
 
 
 def coverages(groups: Sequence[tuple[Sequence[np.ndarray], Box]]) -> list[np.ndarray]:
-    """Which part of each pixel the polygons of each group cover, exactly.
+    """Compute which part of each pixel the polygons of each group cover, exactly.
 
     Every edge is cut at the borders of the pixels; each piece adds, to all pixels right of it, the
     height it spans (signed area, as outline fonts are drawn).  All groups go through together:
@@ -329,7 +329,7 @@ def coverages(groups: Sequence[tuple[Sequence[np.ndarray], Box]]) -> list[np.nda
 
 
 def coverage(rings: Sequence[np.ndarray], box: Box) -> np.ndarray:
-    """The same for one group."""
+    """Compute which part of each pixel of a box polygons cover, see `coverages`."""
     return coverages([(rings, box)])[0]
 
 

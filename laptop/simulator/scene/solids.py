@@ -1,4 +1,4 @@
-"""Convex bodies in space: what an arm with a turning base is made of, and what hides what.
+"""Convex bodies in space, and which of them hides which.
 
 A body is painted as its hull and, on that, the faces that a camera can see.  As no two bodies are
 inside one another, to paint them one after the other is exact if each comes after all that it can
@@ -13,49 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from laptop.simulator.scene.optics import LAMP, NEAR, Pinhole, circle, light_of, rectangle
-from robot.motion import kinematics
-from shared.arm_description import Arm
+from laptop.simulator.scene.items import SIDE_SHARE, Item
+from laptop.simulator.scene.optics import LAMP, MIN_DEPTH, Pinhole, light_of, rectangle
 
-
-class Item(NamedTuple):
-    """One thing to paint.
-
-    rings   its polygons, each (n, 3) in cm; or of a `hull`, the points whose hull is painted
-    light   (3,) B, G, R; of a shadow, how much light it takes
-    kind    "flat", "hull", "shadow" or "ball"
-    name    of the marker it belongs to
-    ball    centre (3,) and radius, cm
-    """
-
-    rings: Sequence[np.ndarray]
-    light: Any
-    kind: str = "flat"
-    name: str = ""
-    ball: tuple[np.ndarray, float] | None = None
-
-
-SIDE = 0.5
-"""What a vertical face shows of its colour."""
-
-BEAM = 0.4
-"""Half the width of a LEGO beam; its holes are twice that apart; cm."""
-HOLE = 0.32
-"""What a hole shows of its beam's colour."""
-
-GREY = light_of("#b9bcbf")
-DARK = light_of("#3a3d40")
 BLACK = light_of("#26282b")
-
-
-def stadium(length: float, radius: float) -> np.ndarray:
-    """A bar with round ends from the origin to (length, 0); its sides in pieces, which can bend."""
-    arc = np.linspace(-math.pi / 2, math.pi / 2, 9)
-    end = radius * np.stack([np.cos(arc), np.sin(arc)], axis=1)
-    side = np.linspace(0, length, 8)[1:-1]
-    top = np.stack([side[::-1], np.full(6, radius)], axis=1)
-    bottom = np.stack([side, np.full(6, -radius)], axis=1)
-    return np.concatenate([end + (length, 0), top, -end, bottom])
 
 
 class Face(NamedTuple):
@@ -66,7 +27,7 @@ class Face(NamedTuple):
     light: np.ndarray
 
 
-class Part(NamedTuple):
+class ConvexBody(NamedTuple):
     """A body in its own frame, cm.
 
     points         (n, 3), whose hull it is
@@ -100,7 +61,7 @@ class Solid(NamedTuple):
 
 
 Mark = tuple[Sequence[np.ndarray], Any]
-"""What is on a face: outlines, each (n, 2), cm, and their light."""
+"""Something on a face: outlines, each (n, 2), cm, and their light."""
 
 
 def prism(
@@ -109,7 +70,7 @@ def prism(
     light: np.ndarray,
     up: str = "y",
     marks: Sequence[Mark] = (),
-) -> Part:
+) -> ConvexBody:
     """A body with two parallel faces of the same outline.
 
     Args:
@@ -140,12 +101,12 @@ def prism(
     points = np.concatenate([low, high])
     least, most = points.min(axis=0), points.max(axis=0)
     straight = sum(end - begin for begin, end in sides) == len(outline)
-    rest = None if straight else light * SIDE
-    return Part(points, rest, faces, (least + most) / 2, (most - least) / 2)
+    rest = None if straight else light * SIDE_SHARE
+    return ConvexBody(points, rest, faces, (least + most) / 2, (most - least) / 2)
 
 
 def _straights(outline: np.ndarray) -> list[tuple[int, int]]:
-    """Where the straight sides of an outline begin and end: those of several edges in a line."""
+    """Return where an outline's straight sides of several edges begin and end: indices."""
     ways = np.roll(outline, -1, axis=0) - outline
     before = np.roll(ways, 1, axis=0)
     bent = np.abs(before[:, 0] * ways[:, 1] - before[:, 1] * ways[:, 0])
@@ -157,7 +118,7 @@ def _straights(outline: np.ndarray) -> list[tuple[int, int]]:
 
 def box(
     x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], light: np.ndarray
-) -> Part:
+) -> ConvexBody:
     """A box from ... to ... along its own axes, cm."""
     return prism(rectangle(x[0], y[0], x[1], y[1], 3), z, light, "z")
 
@@ -169,7 +130,7 @@ def ball(item: Item) -> Solid:
     return Solid([item], centre, np.eye(3), np.zeros(3), radius)
 
 
-def solid(part: Part, eye: np.ndarray, axes: np.ndarray, origin: np.ndarray) -> Solid:
+def solid(part: ConvexBody, eye: np.ndarray, axes: np.ndarray, origin: np.ndarray) -> Solid:
     """A part in the world, as a camera at `eye` (3,) sees it.
 
     Args:
@@ -190,85 +151,12 @@ def solid(part: Part, eye: np.ndarray, axes: np.ndarray, origin: np.ndarray) -> 
 
 
 def _lit(towards: float) -> float:
-    """What a face shows of its colour by how it faces the lamp (cosine): all of it if it is up."""
+    """Share of its colour's light of a face by how it faces the lamp (cosine); 1 if it is up."""
     return 0.42 + 0.58 * max(0.0, towards) / float(LAMP[2])
 
 
-class Skeleton:
-    """The bodies of an arm in space: a turntable, a column, two links with a motor between them.
-
-    Args:
-        arm: its links, cm.
-        light: of its beams.
-        radius: of the ball at its tip, cm.
-    """
-
-    def __init__(self, arm: Arm, light: Any, radius: float) -> None:
-        self._arm = arm
-        height, upper, fore = (joint.link for joint in arm.joints)
-        wide, thick = 1.5 * BEAM, BEAM
-        end = max(0.3 * fore, fore - 2.6)
-        self._standing = [
-            prism(circle(2.8, 32), (0.0, 1.5), DARK, "z", [([circle(1.9, 28)], GREY * 0.8)]),
-            box((-8.5, -3.0), (-1.5, 1.5), (0.0, 2.8), GREY),
-        ]
-        self._turning = [
-            box((-1.0, 1.0), (-0.9, 0.9), (1.5, height + 0.9), DARK * 2),
-            box((-4.0, -1.0), (-0.9, 0.9), (max(1.6, height - 6.0), height - 1.4), GREY),
-        ]
-        hubs: list[Mark] = [
-            ([circle(r, n) + (x, 0.0) for x in (0.0, upper)], tone)
-            for r, n, tone in ((0.55, 20, DARK), (0.26, 14, GREY))
-        ]
-        self._upper = [
-            prism(
-                stadium(upper, wide),
-                (y - thick, y + thick),
-                light,
-                marks=_holes(upper, light) + hubs,
-            )
-            for y in (-1.4, 1.4)
-        ]
-        self._upper.append(box((0.42 * upper, 0.82 * upper), (-0.95, 0.95), (-1.2, 1.2), GREY))
-        self._fore = [
-            prism(stadium(end, wide), (-thick, thick), light, marks=_holes(end, light)),
-            box((end + wide, fore - 0.9 * radius), (-0.2, 0.2), (-0.2, 0.2), BLACK),
-        ]
-
-    def solids(self, q: Sequence[float], eye: np.ndarray) -> list[Solid]:
-        """All but the marker, with the joints at q (rad), as a camera at `eye` sees it."""
-        base, shoulder, elbow, tip = np.array(kinematics.joint_positions(self._arm, q))
-        left = np.array([-math.sin(q[0]), math.cos(q[0]), 0.0])
-        groups = [(self._standing, np.eye(3), base)]
-        for parts, way, origin in (
-            (self._turning, np.cross(left, (0.0, 0.0, 1.0)), base),
-            (self._upper, elbow - shoulder, shoulder),
-            (self._fore, tip - elbow, elbow),
-        ):
-            ahead = way / np.linalg.norm(way)
-            groups.append((parts, np.array([ahead, left, np.cross(ahead, left)]), origin))
-        return [solid(part, eye, axes, at) for parts, axes, at in groups for part in parts]
-
-
-def _holes(length: float, light: Any) -> list[Mark]:
-    """What a beam's two faces show."""
-    count = max(1, round(length / BEAM / 2))
-    places = length * np.arange(1, count) / count
-    return [([circle(0.24, 10) + (x, 0.0) for x in places], light * HOLE)] if count > 1 else []
-
-
-def stand(place: np.ndarray, radius: float, eye: np.ndarray) -> list[Solid]:
-    """What holds a ball of a radius at a place (3,), cm, above the table."""
-    x, y, z = place
-    foot = prism(circle(1.3, 24), (0.0, 0.3), GREY, "z")
-    parts = [foot]
-    if z - 0.9 * radius > 0.4:
-        parts.append(box((-0.15, 0.15), (-0.15, 0.15), (0.3, z - 0.9 * radius), GREY))
-    return [solid(part, eye, np.eye(3), np.array([x, y, 0.0])) for part in parts]
-
-
 def in_order(solids: Sequence[Solid], camera: Pinhole) -> list[Solid]:
-    """The same, each after all that it can hide from the camera."""
+    """Sort solids, each after all that it can hide from the camera."""
     eye = camera.position
     one, other = _overlapping(solids, camera)
     centres = np.array([s.centre for s in solids])
@@ -277,7 +165,7 @@ def in_order(solids: Sequence[Solid], camera: Pinhole) -> list[Solid]:
     radius = np.array([s.radius for s in solids])
 
     def nearest(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """Of the boxes a the points nearest to the centres of b."""
+        """The points of the boxes a nearest to the centres of b."""
         off = np.einsum("pij,pj->pi", axes[a], centres[b] - centres[a])
         return centres[a] + np.einsum("pi,pij->pj", np.clip(off, -half[a], half[a]), axes[a])
 
@@ -321,7 +209,7 @@ def _overlapping(solids: Sequence[Solid], camera: Pinhole) -> tuple[np.ndarray, 
     bodies = [np.concatenate(s.items[0].rings) for s in solids]
     firsts = np.cumsum([0, *map(len, bodies[:-1])])
     x, y, z = camera.seen(np.concatenate(bodies)).T
-    places = np.stack([x, y], axis=1) / np.maximum(z, NEAR)[:, None]
+    places = np.stack([x, y], axis=1) / np.maximum(z, MIN_DEPTH)[:, None]
     angles = np.arange(8) * (math.pi / 8)
     along = places @ np.stack([np.cos(angles), np.sin(angles)])
     low = np.minimum.reduceat(along, firsts)

@@ -12,7 +12,7 @@ from laptop.bench import servo
 from laptop.bench.servo import SCENES, Case, Result, Scene, wilson
 from laptop.cli.main import laptop
 from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant import CPU, read_plant
+from laptop.simulator.device.plant_constants import CPU, read_plant
 from laptop.simulator.host.world import World
 from robot.motion import kinematics
 from robot.servoing import loop

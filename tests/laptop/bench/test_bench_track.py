@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from laptop.bench import track
 from laptop.bench.track import LOOKS, Cost, LightCase, PrecisionCase, Result, Score, judge
 from laptop.cli.main import laptop
-from laptop.simulator.scene.synthetic_camera import marker_frame
+from laptop.simulator.scene.sensor import marker_frame
 from laptop.vision.markers import BadMarker, Color, Marker
 from laptop.vision.tracker import Sighting
 

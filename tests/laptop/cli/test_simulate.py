@@ -574,7 +574,8 @@ def test_the_other_run_is_waited_for(tmp_path, monkeypatch):
 @pytest.mark.parametrize("rows", [[], ["0.1,x,0.3,1,1,0"], ["0.1,0.2"]])
 def test_a_run_of_nothing_or_of_another_arm_is_refused(tmp_path, rows):
     leave_a_run(tmp_path / "first", *rows)
-    with pytest.raises(session.BadOrder, match=r"there is no trace of this arm; give the --out"):
+    refused = r"there is no trace of this arm; give the --out"
+    with pytest.raises(session.InvalidRunOption, match=refused):
         session.read_start(f"after:{tmp_path / 'first'}", read_arm(find_arm("planar")))
 
 

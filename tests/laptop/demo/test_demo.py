@@ -30,7 +30,8 @@ from laptop.demo import course, goals, processes, report, results, truth
 from laptop.demo.course import Orders
 from laptop.demo.goals import Views
 from laptop.demo.processes import DemoFailed
-from laptop.simulator.scene.scene import Scene, read_scene
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
 from laptop.tracking import process_signals
 from shared.arm_description import find_arm, read_arm
 
@@ -393,13 +394,13 @@ def test_a_computer_that_is_too_busy_has_a_sentence_and_a_status_of_its_own(play
 
 
 def test_that_it_goes_slower_is_told_and_stands_at_the_end(play, monkeypatch):
-    class Slow(course.Pace):
+    class Slow(course.PaceMeter):
         mean = 0.61
 
         def look(self):
             return 0.6
 
-    set_in_all(monkeypatch, "Pace", Slow)
+    set_in_all(monkeypatch, "PaceMeter", Slow)
     status, folder = play()
     assert status == 0, play.said
     assert "this computer is busy: running at 0.6 x\n" in play.said

@@ -30,8 +30,9 @@ from laptop.cli.track import start_brick as own_brick
 from laptop.page import process as page_process
 from laptop.page.browser import UNSEEN
 from laptop.simulator.host.pace import PacedClock
-from laptop.simulator.live import Follower
-from laptop.simulator.scene.scene import Scene, read_scene
+from laptop.simulator.live import PoseReader
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
 from laptop.vision.markers import read_markers
 from shared.arm_description import find_arm, read_arm
 
@@ -320,7 +321,7 @@ class Surfer:
         self.page.wait_for_selector("[data-marker=effector]", state="attached")
         self.scene = Scene(read_arm(find_arm("planar")), read_scene(""))
         self.clock = PacedClock(str(tracker.state))
-        self.follower = Follower(str(tracker.state))
+        self.follower = PoseReader(str(tracker.state))
 
     def at(self, u, v):
         """Where a pixel of the picture is on the page."""

@@ -15,7 +15,7 @@ from waiting import PATIENCE
 from laptop.simulator import session
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.world import World
-from laptop.simulator.live import FILE, Follower, History, Publisher
+from laptop.simulator.live import FILE, History, PoseReader, PoseWriter
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 
@@ -30,7 +30,7 @@ class Run:
         self.folder = str(folder)
         self.followers = []
         self.rig = Rig(folder, arm)
-        self.publisher = Publisher(self.rig.brick, name, self.folder)
+        self.publisher = PoseWriter(self.rig.brick, name, self.folder)
         self.rig.world.bodies.append(self.publisher.advance)
         self.rig.world.sleep(0.02)
 
@@ -47,7 +47,7 @@ class Run:
             self.rig.driver().draw_line(start, end)
 
     def follower(self):
-        follower = Follower(self.folder)
+        follower = PoseReader(self.folder)
         follower.poll()
         self.followers.append(follower)
         return follower
@@ -166,7 +166,7 @@ def test_a_rest_is_not_smeared_into_the_motion_after_it(run):
 
 
 def test_without_a_run_there_is_nothing_to_see(tmp_path):
-    follower = Follower(str(tmp_path / "nowhere"))
+    follower = PoseReader(str(tmp_path / "nowhere"))
     follower.poll()
     assert (follower.header, follower.alive, follower.newest, follower.at(0)) == (
         None,
@@ -319,7 +319,7 @@ def test_a_full_disk_costs_the_live_picture_not_the_run(run, capsys):
 def test_a_folder_that_cannot_be_made_costs_the_live_picture_only(tmp_path, capsys):
     (tmp_path / "file").write_text("in the way")
     rig = Rig(tmp_path)
-    publisher = Publisher(rig.brick, "x.py", str(tmp_path / "file" / "state"))
+    publisher = PoseWriter(rig.brick, "x.py", str(tmp_path / "file" / "state"))
     rig.world.bodies.append(publisher.advance)
     rig.world.sleep(1)
     publisher.close()
@@ -390,7 +390,7 @@ def test_another_process_is_followed_while_it_sleeps_and_missed_when_it_is_kille
     code = CHILD.format(root=ROOT, script=str(script))
     told = dict(os.environ, BRICKSERVO_STATE=str(tmp_path / "state"))
     child = subprocess.Popen([sys.executable, "-c", code], env=told)
-    follower = Follower(str(tmp_path / "state"))
+    follower = PoseReader(str(tmp_path / "state"))
 
     clock = PacedClock(str(tmp_path / "state"))
 
@@ -418,7 +418,7 @@ def test_another_process_is_followed_while_it_sleeps_and_missed_when_it_is_kille
         os.kill(child.pid, signal.SIGKILL)
         child.wait()
         until(lambda: not follower.alive)
-        late = Follower(str(tmp_path / "state"))
+        late = PoseReader(str(tmp_path / "state"))
         late.poll()
         assert late.header is None
         assert "gone" in late.refused

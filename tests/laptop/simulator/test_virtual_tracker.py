@@ -15,7 +15,7 @@ from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.host.clocks import UPTIME
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
-from laptop.simulator.virtual_tracker import HOST, LINK_LIMIT, VirtualTracker
+from laptop.simulator.virtual_tracker import HOST, LINK_TIMEOUT, VirtualTracker
 from laptop.tracking.server import TrackingServer
 from robot import tracking_client
 from robot.tracking import FIRST_PAUSE, LONGEST_PAUSE
@@ -277,7 +277,7 @@ def test_nobody_links_to_a_silent_tracker_and_nobody_waits_for_it_for_ever(watch
     world.tracker.silence()
     client = world.tracker.client()
     assert not client.linked
-    assert world.world.now() == pytest.approx(LINK_LIMIT, abs=0.02)
+    assert world.world.now() == pytest.approx(LINK_TIMEOUT, abs=0.02)
 
 
 def test_a_flood_ends_the_link_and_a_trickle_does_not(watched):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from laptop.simulator.scene.optics import COLOURS, light_of, to_srgb
-from laptop.simulator.scene.synthetic_camera import marker_frame
+from laptop.simulator.scene.sensor import marker_frame
 from laptop.vision.learning import learn
 from laptop.vision.markers import (
     BadMarker,

@@ -7,7 +7,8 @@ import wave
 import pytest
 
 from laptop.simulator.device import peripherals
-from laptop.simulator.device.peripherals import Press, read_press, split_line
+from laptop.simulator.device.brick_programs import split_line
+from laptop.simulator.device.buttons import BadPress, Press, read_press
 from laptop.simulator.device.sysfs import Sysfs
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
@@ -66,7 +67,7 @@ def test_read_press(text, press):
     "text", ["enter", "enter@", "enter@-1", "ok@2", "enter@nan", "touch:in5@1"]
 )
 def test_bad_press_is_refused_in_one_line_that_names_it(text):
-    with pytest.raises(peripherals.BadPress) as error:
+    with pytest.raises(BadPress) as error:
         read_press(text)
     assert repr(text) in str(error.value)
     assert "\n" not in str(error.value)
@@ -245,8 +246,8 @@ def test_sounds_last_as_long_as_they_would(run, tmp_path, monkeypatch, call, sec
 
 def test_volume_and_what_was_played_are_remembered(run, devices):
     run(SOUND + "s.set_volume(35)\ns.speak('it is done')\n")
-    assert devices.volume == 100
-    assert any("espeak" in line and "it is done" in line for _, line in devices.commands)
+    assert devices.programs.volume == 100
+    assert any("espeak" in line and "it is done" in line for _, line in devices.programs.history)
 
 
 def test_screen_keeps_what_was_drawn(run, devices):
@@ -259,7 +260,7 @@ def test_screen_keeps_what_was_drawn(run, devices):
         "d.text_grid('x', clear_screen=False, x=3, y=10)\nd.update()\n"
     )
     assert lines == ["(178, 128) ev3"]
-    screen = devices.screen()
+    screen = devices.screen.pixels()
     assert len(screen) == 178 * 128
     box = [screen[178 * y + x] for y in range(20, 30) for x in range(10, 30)]
     assert set(box) == {0}
@@ -269,7 +270,7 @@ def test_screen_keeps_what_was_drawn(run, devices):
 
 def test_screen_is_none_until_it_is_opened(run, devices):
     run("print()\n")
-    assert devices.screen() is None
+    assert devices.screen.pixels() is None
 
 
 def test_console_knows_its_size_by_the_font(run):

@@ -6,19 +6,20 @@ import random
 import pytest
 
 from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant import (
+from laptop.simulator.device.drive import Drive, DrivenLink
+from laptop.simulator.device.masses import weighed
+from laptop.simulator.device.plant import ArmPlant
+from laptop.simulator.device.plant_constants import (
     CONSTANTS,
     CPU,
     MOTORS,
-    ArmPlant,
+    SCATTERED,
+    SCATTERED_BY_PORT,
     BadPlant,
-    Drive,
-    Link,
     MotorConstants,
     at_port,
     motor_constants,
     read_plant,
-    weighed,
 )
 from laptop.simulator.host.world import World
 from robot.motion import kinematics
@@ -34,7 +35,7 @@ def build_drive(
     motor=LARGE, ratio=1.0, gap=2 * HALF_GAP, friction=0.01, stops=(-9.0, 9.0), inertia=0.003
 ):
     """One joint on 8 V with its link in the middle of the gap."""
-    return Drive(motor, 8.0, ratio, Link(0.0, inertia, friction, gap, *stops))
+    return Drive(motor, 8.0, ratio, DrivenLink(0.0, inertia, friction, gap, *stops))
 
 
 def bare(motor=LARGE, voltage=8.0):
@@ -191,7 +192,7 @@ def test_without_drive_energy_never_rises_and_the_gap_is_never_exceeded(seed):
     def check():
         energy.append(kinetic_energy(drive))
         assert energy[-1] <= energy[-2] * (1 + 1e-12)
-        assert abs(gap(drive)) <= drive.link.play + 1e-12
+        assert abs(gap(drive)) <= drive.link.half_backlash + 1e-12
         assert drive.link.lower <= drive.link.angle <= drive.link.upper
 
     run(drive, 2, check)
@@ -209,10 +210,10 @@ def test_whatever_drives_it_the_gap_and_the_stops_hold(seed):
         drive.link.jammed = draw.random() < 0.2
 
         def check():
-            assert abs(gap(drive)) <= drive.link.play + 1e-12
+            assert abs(gap(drive)) <= drive.link.half_backlash + 1e-12
             assert -0.3 <= drive.link.angle <= 0.4
             # So the shaft cannot wander off behind a stop either.
-            assert abs(drive.angle) <= 0.4 + drive.link.play + 1e-12
+            assert abs(drive.angle) <= 0.4 + drive.link.half_backlash + 1e-12
 
         run(drive, draw.uniform(0.01, 0.3), check)
 
@@ -368,7 +369,8 @@ def test_arm_starts_at_rest_in_the_middle_of_its_gaps_and_stays(arm):
 )
 def test_backlash_is_as_described_unless_the_plant_says_otherwise(arm, text, degrees):
     plant = ArmPlant(arm, read_plant(text))
-    assert [2 * math.degrees(d.link.play) for d in plant.joints] == pytest.approx([degrees] * 2)
+    gaps = [2 * math.degrees(drive.link.half_backlash) for drive in plant.joints]
+    assert gaps == pytest.approx([degrees] * 2)
 
 
 def test_zero_error_turns_the_true_joints_not_the_encoders(arm):
@@ -561,7 +563,7 @@ def test_a_seed_scatters_within_the_spread_and_fills_it(spread):
             continue
         plants = [read_plant(f"seed={n},spread={spread}") for n in range(200)]
         values = [at_port(plant, "A")[key] for plant in plants]
-        if not constant.scatter:
+        if key not in SCATTERED | SCATTERED_BY_PORT:
             assert set(values) == {spread if key == "spread" else constant.default}
             continue
         ratios = [value / constant.default for value in values]
@@ -571,7 +573,7 @@ def test_a_seed_scatters_within_the_spread_and_fills_it(spread):
 
 def test_constants_scatter_independently_of_one_another_and_of_what_else_is_given():
     plain, more = (at_port(read_plant(t), "B") for t in ("seed=7", "seed=7,load=0.1,backlash=3"))
-    drawn = [k for k in CONSTANTS if CONSTANTS[k].scatter and CONSTANTS[k].default]
+    drawn = [k for k in SCATTERED | SCATTERED_BY_PORT if CONSTANTS[k].default]
     ratios = [plain[k] / CONSTANTS[k].default for k in drawn]
     assert len(set(ratios)) == len(ratios)
     assert {k: more[k] for k in more if k not in ("load", "backlash")} == {
@@ -613,7 +615,7 @@ def test_motor_constants_are_the_nominal_ones_times_the_plants():
 @pytest.mark.parametrize("key", ["torque_constant", "emf_constant", "resistance", "rotor_inertia"])
 def test_the_step_is_fine_enough_at_the_ends_of_every_range(kind, key):
     others = ["torque_constant=2", "emf_constant=2", "resistance=0.5", "rotor_inertia=0.2"]
-    for text in [f"{key}={CONSTANTS[key].lower}", ",".join(others)]:
+    for text in [f"{key}={CONSTANTS[key].allowed[0]}", ",".join(others)]:
         drive = bare(motor_constants(kind, read_plant(text)))
         drive.duty = 1.0
         speeds = []

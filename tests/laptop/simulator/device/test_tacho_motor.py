@@ -13,7 +13,7 @@ import ev3dev2.motor
 import pytest
 
 from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant import MOTORS, read_plant
+from laptop.simulator.device.plant_constants import MOTORS, read_plant
 from laptop.simulator.host.world import World
 from shared.arm_description import find_arm, read_arm
 

@@ -9,7 +9,7 @@ import pytest
 from places import ROOT
 
 from laptop.simulator.host import pace
-from laptop.simulator.host.pace import SLACK, Pace, PacedClock
+from laptop.simulator.host.pace import MAX_CATCH_UP, PacedClock, PaceMeter
 
 
 class Wall:
@@ -55,10 +55,10 @@ def test_no_promise_is_overtaken_and_a_short_delay_is_caught_up_with(clock, wall
     member = clock.join("brick")
     assert clock.now() == start
     member.promise(start + 0.1)
-    wall.t += SLACK
+    wall.t += MAX_CATCH_UP
     assert clock.now() == start + 0.1
     member.promise(start + 9.0)
-    assert clock.now() == pytest.approx(start + SLACK), "as if nothing had been late"
+    assert clock.now() == pytest.approx(start + MAX_CATCH_UP), "as if nothing had been late"
     member.leave()
 
 
@@ -69,9 +69,9 @@ def test_a_long_delay_is_lost_for_all(clock, wall):
     wall.t += 60.0
     assert clock.now() == start + 0.1
     member.promise(start + 100.0)
-    assert clock.now() == pytest.approx(start + 0.1 + SLACK)
+    assert clock.now() == pytest.approx(start + 0.1 + MAX_CATCH_UP)
     wall.t += 1.0
-    assert clock.now() == pytest.approx(start + 1.1 + SLACK)
+    assert clock.now() == pytest.approx(start + 1.1 + MAX_CATCH_UP)
     member.leave()
 
 
@@ -119,7 +119,7 @@ def test_all_clocks_of_a_folder_are_one(clock, wall, tmp_path):
     assert clock.now() == other.now() == 1000.0
     member.leave()
     other.close()
-    assert clock.now() == pytest.approx(1000.0 + SLACK), "it is open still"
+    assert clock.now() == pytest.approx(1000.0 + MAX_CATCH_UP), "it is open still"
 
 
 def test_time_that_was_lost_by_a_world_is_not_the_next_one_s(clock, wall):
@@ -132,8 +132,8 @@ def test_time_that_was_lost_by_a_world_is_not_the_next_one_s(clock, wall):
 
 
 def test_there_is_room_for_so_many_and_others_are_not_waited_for(clock, wall):
-    members = [clock.join("brick") for _ in range(pace.MOST_MEMBERS + 2)]
-    for member in members[: pace.MOST_MEMBERS]:
+    members = [clock.join("brick") for _ in range(pace.MAX_MEMBERS + 2)]
+    for member in members[: pace.MAX_MEMBERS]:
         member.promise(wall.t + 10.0)
     wall.t += 5.0
     assert clock.now() == pytest.approx(wall.t)
@@ -160,7 +160,7 @@ def test_a_file_of_something_else_is_replaced(tmp_path, wall):
 
 
 def test_the_pace_is_told_over_the_last_seconds_and_over_all(clock, wall):
-    speed, member = Pace(clock), clock.join("brick")
+    speed, member = PaceMeter(clock), clock.join("brick")
     for _ in range(100):
         member.promise(wall.t + 9.0)
         assert speed.look() == pytest.approx(1.0)
@@ -178,7 +178,7 @@ def test_the_pace_is_told_over_the_last_seconds_and_over_all(clock, wall):
 
 
 def test_of_a_time_in_which_nobody_looked_little_is_known(clock, wall):
-    speed, member = Pace(clock, window=10.0), clock.join("brick")
+    speed, member = PaceMeter(clock, window=10.0), clock.join("brick")
     speed.look()
     wall.t += 3600.0
     for _ in range(20):
@@ -208,7 +208,7 @@ def test_who_lives_is_waited_for_and_who_is_killed_is_not(tmp_path):
     try:
         assert child.stdout.readline() == b"joined\n"
         held = clock.now()
-        until = pace.wall.monotonic() + 3 * SLACK
+        until = pace.wall.monotonic() + 3 * MAX_CATCH_UP
         while pace.wall.monotonic() < until:
             assert clock.now() == held
         assert clock.latest == f"a brick (process {child.pid})"

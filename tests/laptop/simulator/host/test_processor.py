@@ -6,10 +6,10 @@ import pytest
 from places import SCRIPTS
 
 from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.plant import read_plant
+from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.host import program
 from laptop.simulator.host.prices import START
-from laptop.simulator.host.processor import ACCESS, SECONDS, Processor
+from laptop.simulator.host.processor import ACCESS_TIME, SECONDS, Processor
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
 from shared.arm_description import find_arm, read_arm
@@ -72,7 +72,12 @@ def test_a_brick_that_computes_in_no_time_does(run):
 
 @pytest.mark.parametrize(
     ("plant", "access"),
-    [("cpu=1", ACCESS), ("cpu=2", 2 * ACCESS), ("cpu=0", 0.001), ("cpu=1,access=0.003", 0.003)],
+    [
+        ("cpu=1", ACCESS_TIME),
+        ("cpu=2", 2 * ACCESS_TIME),
+        ("cpu=0", 0.001),
+        ("cpu=1,access=0.003", 0.003),
+    ],
 )
 def test_an_access_takes_what_the_kernel_takes(plant, access):
     assert brick_of(plant).sysfs.access_cost == access

@@ -15,11 +15,12 @@ from places import ROOT, SCRIPTS
 from waiting import PATIENCE
 
 from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.peripherals import read_press
-from laptop.simulator.device.plant import read_plant
+from laptop.simulator.device.buttons import read_press
+from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.host import counting
-from laptop.simulator.host.processor import SLICE
+from laptop.simulator.host.processor import SWITCH_INTERVAL
 from laptop.simulator.host.runner import run_script
+from laptop.simulator.host.watchdog import Watchdog
 from laptop.simulator.host.world import World
 from shared.arm_description import find_arm, read_arm
 
@@ -398,7 +399,7 @@ def test_library_thread_and_spinning_main(run):
 
 
 def test_who_goes_round_lets_others_have_their_turn_every_5_ms(run, monkeypatch):
-    monkeypatch.setattr(World, "VALVE", 1e9)
+    monkeypatch.setattr(Watchdog, "YIELD_TIMEOUT", 1e9)
     source = (
         "import threading, time\nturns = []\n"
         "def spin():\n    while len(turns) < 100: pass\n"
@@ -409,11 +410,11 @@ def test_who_goes_round_lets_others_have_their_turn_every_5_ms(run, monkeypatch)
     out = run(source, patience=10)[1]
     between = [float(word) for word in out[0].split()]
     # Who sleeps looks at the clock before and after, and at each look it is the other's turn.
-    assert 3 * SLICE < between[10] <= between[-10] < 3.1 * SLICE
+    assert 3 * SWITCH_INTERVAL < between[10] <= between[-10] < 3.1 * SWITCH_INTERVAL
 
 
 def test_a_signal_is_heard_by_who_goes_round(run, monkeypatch):
-    monkeypatch.setattr(World, "VALVE", 1e9)
+    monkeypatch.setattr(Watchdog, "YIELD_TIMEOUT", 1e9)
     source = MOVE + "while True: pass\n"
     outcome, _, _ = run(source, signals=[(2.0, number("SIGINT"))], patience=10)
     assert (outcome.status, outcome.reason) == (130, "ended")
@@ -434,7 +435,7 @@ def test_loops_that_ask_threads_cost_time_and_repeat(run, monkeypatch, wait):
         "def look():\n    time.sleep(1); found.append(1); e.set(); q.put(1); l.release()\n"
         "t = threading.Thread(target=look); t.start()\n" + wait
     )
-    monkeypatch.setattr(World, "VALVE", 1e9)
+    monkeypatch.setattr(Watchdog, "YIELD_TIMEOUT", 1e9)
     outcome, _, _ = run(source, aftermath=0, patience=PATIENCE)
     assert outcome.t == pytest.approx(1, abs=0.02)
 

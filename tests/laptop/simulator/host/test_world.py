@@ -9,7 +9,9 @@ from waiting import PATIENCE
 
 from laptop.simulator.host import pace
 from laptop.simulator.host.pace import PacedClock
-from laptop.simulator.host.world import Verdict, WaitingLine, World
+from laptop.simulator.host.process_exit import ProcessExit
+from laptop.simulator.host.waiting_line import WaitingLine
+from laptop.simulator.host.world import World
 
 
 @pytest.fixture
@@ -93,7 +95,7 @@ def test_threads_wake_in_the_order_of_their_times(world):
             say("other")
 
     verdict, log = play(world, main, other)
-    assert verdict == Verdict(0, "ended")
+    assert verdict == ProcessExit(0, "ended")
     assert log == [(0.7, "other"), (1, "main"), (1.4, "other"), (2, "main"), (2.1, "other")]
 
 
@@ -205,7 +207,7 @@ def test_run_repeats_exactly():
 def test_all_waiting_for_ever_is_a_deadlock(world):
     lines = [WaitingLine(world), WaitingLine(world)]
     verdict, _ = play(world, lambda say: lines[0].wait(), lambda say: lines[1].wait())
-    assert verdict == Verdict(124, "deadlock")
+    assert verdict == ProcessExit(124, "deadlock")
 
 
 def test_the_limit_ends_an_endless_program(world):
@@ -214,7 +216,7 @@ def test_the_limit_ends_an_endless_program(world):
             world.sleep(0.3)
 
     verdict, _ = play(world, main, limit=10)
-    assert verdict == Verdict(124, "timeout")
+    assert verdict == ProcessExit(124, "timeout")
     assert world.now() == 10
 
 
@@ -226,7 +228,7 @@ def test_an_event_at_the_limit_still_happens(world):
 
 
 def test_after_a_verdict_no_thread_acts_again(world):
-    world.at(1.0, lambda: world.halt(Verdict(124, "frozen")))
+    world.at(1.0, lambda: world.halt(ProcessExit(124, "frozen")))
     log = []
 
     def stubborn(say):
@@ -250,8 +252,8 @@ def test_after_a_verdict_no_thread_acts_again(world):
 
 
 def test_the_first_verdict_stands(world):
-    world.at(1, lambda: world.halt(Verdict(137, "killed")))
-    world.at(1, lambda: world.halt(Verdict(124, "frozen")))
+    world.at(1, lambda: world.halt(ProcessExit(137, "killed")))
+    world.at(1, lambda: world.halt(ProcessExit(124, "frozen")))
     assert play(world, lambda say: world.sleep(2))[0].reason == "killed"
 
 
@@ -331,10 +333,10 @@ def test_valve_lets_time_pass_beside_a_thread_that_spins(world):
 
 
 def test_a_thread_that_lost_the_baton_does_not_act_after_the_verdict(world):
-    world.at(3, lambda: world.halt(Verdict(137, "killed")))
+    world.at(3, lambda: world.halt(ProcessExit(137, "killed")))
 
     def main(say):
-        while world.verdict is None:
+        while world.exit is None:
             pass
         world.touch(1)
         say("acted")
@@ -368,7 +370,7 @@ def test_a_program_that_computes_for_ever_is_stopped(world):
 
     before = threading.active_count()
     verdict, _ = play(world, main, patience=0.3)
-    assert verdict == Verdict(124, "stuck")
+    assert verdict == ProcessExit(124, "stuck")
     assert threading.active_count() == before
 
 
@@ -395,7 +397,7 @@ def test_in_realtime_an_event_asked_for_meanwhile_happens_first(paced):
 
     def ask():
         paced.at(0.01, lambda: seen.append("early"))
-        paced.at(0.02, lambda: paced.halt(Verdict(0, "seen")))
+        paced.at(0.02, lambda: paced.halt(ProcessExit(0, "seen")))
 
     def main(say):
         threading.Timer(0.0, ask).start()
@@ -432,18 +434,18 @@ def test_in_realtime_what_waits_for_the_host_takes_time(paced):
 
 
 def test_a_host_that_is_too_busy_ends_the_run_for_its_own_reason(paced, monkeypatch):
-    monkeypatch.setattr(paced, "_crawl", pace.Pace(paced._clock, 0.3))
+    monkeypatch.setattr(paced, "long_pace", pace.PaceMeter(paced._clock, 0.3))
     other = paced._clock.join("a tracker")  # that does nothing
     verdict, _ = play(paced, lambda say: paced.sleep(3600))
     other.leave()
-    assert verdict == Verdict(75, "too busy")
+    assert verdict == ProcessExit(75, "too busy")
     assert paced.awaited.startswith("a tracker (process ")
 
 
 def test_that_the_host_is_busy_is_told_now_and_then(paced, monkeypatch):
     told = []
-    monkeypatch.setattr(paced, "pace", pace.Pace(paced._clock, 0.3))
-    monkeypatch.setattr(paced, "_crawl", pace.Pace(paced._clock, 0.6))
+    monkeypatch.setattr(paced, "pace", pace.PaceMeter(paced._clock, 0.3))
+    monkeypatch.setattr(paced, "long_pace", pace.PaceMeter(paced._clock, 0.6))
     monkeypatch.setattr(paced, "tell", told.append)
     other = paced._clock.join("a tracker")
     play(paced, lambda say: paced.sleep(3600))

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from laptop.simulator.scene.camera_placement import place_camera
 from laptop.simulator.scene.optics import (
     BadLens,
     Box,
@@ -18,18 +19,13 @@ from laptop.simulator.scene.optics import (
     to_linear,
     to_srgb,
 )
-from laptop.simulator.scene.scene import (
-    CAMERAS,
-    CONSTANTS,
-    BadScene,
-    Scene,
-    cameras,
-    marker_centre,
-    place_camera,
-    read_scene,
-)
-from laptop.simulator.scene.sight import looks
-from laptop.simulator.scene.synthetic_camera import ScriptedPoses, SyntheticCamera
+from laptop.simulator.scene.poses import ScriptedPoses
+from laptop.simulator.scene.rendered_tracker import marker_specs
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import CAMERAS, CONSTANTS, BadScene, read_scene
+from laptop.simulator.scene.synthetic_camera import SyntheticCamera
+from laptop.simulator.scene.tabletop import _bricks
+from laptop.simulator.scene.workcell import cameras, marker_centre
 from laptop.vision.markers import read_spec
 from laptop.vision.tracker import Tracker
 from robot.motion import kinematics
@@ -564,7 +560,7 @@ def test_the_tracker_finds_the_balls_where_they_truly_are(name):
     camera.constants["exposure"] = camera.constants["fps_wander"] = 0.0
     off = {"effector": [], "goal": []}
     for index, q in enumerate(poses):
-        tracker = Tracker([read_spec(*look) for look in looks(view.constants).items()])
+        tracker = Tracker([read_spec(*look) for look in marker_specs(view.constants).items()])
         found = tracker.find(camera.capture(index).image, 0.0)
         for marker, part in view.visible(q).items():
             if part > 0.98:
@@ -640,7 +636,7 @@ def test_in_space_a_hand_hides_the_goal_and_the_next_time_the_tip_from_every_cam
 
 def test_clutter_lies_beyond_what_an_arm_in_space_reaches():
     view = in_space("clutter=30,decoys=5")
-    places = [place for _, place in view._bricks(np.random.default_rng(2))]
+    places = [place for _, place in _bricks(view.cell, np.random.default_rng(2))]
     assert len(places) == 35
     assert min(np.hypot(x, y) for x, y, _ in places) > 11.3 + 9.5 + 2
 

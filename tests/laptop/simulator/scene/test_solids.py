@@ -6,18 +6,13 @@ import cv2
 import numpy as np
 import pytest
 
+from laptop.simulator.scene.items import stadium
+from laptop.simulator.scene.marker_items import limb, marker_items
 from laptop.simulator.scene.optics import LAMP, Pinhole, circle, light_of
-from laptop.simulator.scene.scene import Scene, read_scene
-from laptop.simulator.scene.solids import (
-    Skeleton,
-    ball,
-    box,
-    in_order,
-    prism,
-    solid,
-    stadium,
-    stand,
-)
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
+from laptop.simulator.scene.skeleton import Skeleton, ball_stand
+from laptop.simulator.scene.solids import ball, box, in_order, prism, solid
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 
@@ -61,8 +56,11 @@ def rays_through(camera, places):
 def bodies(view, q):
     """All bodies in a scene, and which of them are the markers."""
     eye, centres = view.camera.position, view.centres(q)
-    held = [*view._skeleton.solids(q, eye), *stand(centres["goal"], 1.1, eye)]
-    balls = {n: ball(view._marker_items(n, c, 0.0)[0]) for n, c in centres.items()}
+    held = [*view.cell.skeleton.solids(q, eye), *ball_stand(centres["goal"], 1.1, eye)]
+    balls = {
+        name: ball(*marker_items(view.constants, name, centre, 0.0, view.camera))
+        for name, centre in centres.items()
+    }
     return [*held, *balls.values()], balls
 
 
@@ -93,7 +91,7 @@ def test_what_is_painted_last_is_what_a_ray_meets_first(camera, text):
         first = np.argmin([met(body, view.camera.position, rays) for body in ordered], axis=0)
         painted = np.full(len(places), -1)
         for k, body in enumerate(ordered):
-            outline = view._outlines(body.items[:1])[0][0].astype(np.float32)
+            outline = view.painter.outlines(body.items[:1])[0][0].astype(np.float32)
             inside = [cv2.pointPolygonTest(outline, place, False) > 0 for place in places]
             painted[inside] = k
         shown = painted >= 0
@@ -115,7 +113,7 @@ def test_the_part_of_a_ball_that_is_visible_is_what_rays_say(camera, text):
         every, balls = bodies(view, q)
         visible = view.visible(q)
         for name, centre in view.centres(q).items():
-            outline = view.project(view._limb(centre, 1.1))
+            outline = view.project(limb(centre, 1.1, view.camera))
             middle, spread = outline.mean(axis=0), np.ptp(outline, axis=0) / 2
             rays = rays_through(view.camera, middle + disc * spread * 0.999)
             depths = [met(body, view.camera.position, rays) for body in every]

@@ -11,17 +11,13 @@ from rig import Rig
 
 from laptop.simulator.host import pace
 from laptop.simulator.host.pace import PacedClock
-from laptop.simulator.live import FILE, NO_RUN, Pose, Publisher
+from laptop.simulator.live import FILE, NO_RUN, Pose, PoseWriter
 from laptop.simulator.scene.optics import light_of, to_linear, to_srgb
-from laptop.simulator.scene.scene import Scene, read_scene
-from laptop.simulator.scene.synthetic_camera import (
-    ScriptedPoses,
-    SyntheticCamera,
-    film,
-    marker_frame,
-    open_live,
-    through_jpeg,
-)
+from laptop.simulator.scene.poses import ScriptedPoses
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
+from laptop.simulator.scene.sensor import marker_frame, through_jpeg
+from laptop.simulator.scene.synthetic_camera import SyntheticCamera, film, open_live
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))
@@ -367,7 +363,7 @@ def test_a_run_that_begins_later_is_shown_with_its_own_arm(tmp_path):
         made.capture(0)
         geared = read_arm(find_arm("geared"))
         rig = Rig(tmp_path, arm=geared, start=(0.5, 0.7))
-        publisher = Publisher(rig.brick, "mine.py", str(tmp_path))
+        publisher = PoseWriter(rig.brick, "mine.py", str(tmp_path))
         rig.world.bodies.append(publisher.advance)
         rig.world.sleep(0.05)
         made.capture(1)
@@ -384,7 +380,7 @@ def test_two_cameras_see_one_arm_in_space_from_above_and_from_the_side(tmp_path)
     q = (0.5, 0.9, -1.1)
     spatial = read_arm(find_arm("spatial"))
     rig = Rig(tmp_path, arm=spatial, start=q)
-    publisher = Publisher(rig.brick, "mine.py", str(tmp_path))
+    publisher = PoseWriter(rig.brick, "mine.py", str(tmp_path))
     rig.world.bodies.append(publisher.advance)
     rig.world.sleep(0.05)
     text = "width=320,height=240,focal=325,clutter=0,B.noise=0"
@@ -407,7 +403,7 @@ def test_an_arm_in_space_that_begins_later_carries_a_ball(tmp_path):
     with open_live("width=160,height=120,focal=160,clutter=0", str(tmp_path)) as made:
         assert made.scene.constants["marker"] == "disc"
         rig = Rig(tmp_path, arm=read_arm(find_arm("spatial")))
-        publisher = Publisher(rig.brick, "mine.py", str(tmp_path))
+        publisher = PoseWriter(rig.brick, "mine.py", str(tmp_path))
         rig.world.bodies.append(publisher.advance)
         rig.world.sleep(0.05)
         made.capture(1)

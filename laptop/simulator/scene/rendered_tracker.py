@@ -1,12 +1,14 @@
-"""What the real tracker finds in rendered frames of an emulated brick at work."""
+"""The real tracker, on rendered frames of an emulated brick at work."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from laptop.simulator.scene.scene import ARUCO_IDS, Scene
-from laptop.simulator.scene.synthetic_camera import ScriptedPoses, SyntheticCamera
+from laptop.simulator.scene.marker_items import ARUCO_IDS, shown_markers
+from laptop.simulator.scene.poses import ScriptedPoses
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.synthetic_camera import SyntheticCamera
 from laptop.vision.markers import read_spec
 from laptop.vision.tracker import Tracker
 
@@ -15,23 +17,22 @@ if TYPE_CHECKING:
     from laptop.simulator.virtual_tracker import Markers, See
 
 
-def looks(constants: dict[str, Any]) -> dict[str, str]:
-    """How the markers of a scene look, as the tracker is told: SPEC by name."""
+def marker_specs(constants: dict[str, Any]) -> dict[str, str]:
+    """Return the markers of a scene as the tracker is told of them: name -> SPEC."""
     kind = constants["marker"]
-    names = [name for name in ("effector", "goal") if constants[name] != "none"]
-    shown = {name: constants[name] if kind != "aruco" else ARUCO_IDS[name] for name in names}
-    return {name: f"{kind}:{look}" for name, look in shown.items()}
+    looks = ARUCO_IDS if kind == "aruco" else constants
+    return {name: f"{kind}:{looks[name]}" for name in shown_markers(constants)}
 
 
 def rendered(scenes: Mapping[str, Scene], brick: EmulatedBrick) -> See:
-    """A VirtualTracker's `see`: every frame is rendered as the brick stands, and tracked.
+    """Return a VirtualTracker's `see`: every frame is rendered as the brick stands, and tracked.
 
     Args:
         scenes: what each camera sees, by its name.
         brick: the arm is its.
     """
     trackers = {
-        name: Tracker([read_spec(*look) for look in looks(scene.constants).items()])
+        name: Tracker([read_spec(*look) for look in marker_specs(scene.constants).items()])
         for name, scene in scenes.items()
     }
     cameras: dict[str, SyntheticCamera] = {}

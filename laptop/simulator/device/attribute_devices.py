@@ -1,0 +1,135 @@
+"""Devices beside the motors that a script reads and writes as files: touch sensor, LED, battery."""
+
+import errno
+import os
+
+
+def invalid():
+    """Return the error of a value that a device does not take."""
+    return OSError(errno.EINVAL, os.strerror(errno.EINVAL))
+
+
+class _Device(object):
+    """A device whose attributes are mostly constants."""
+
+    notifications = 0
+
+    def __init__(self, constants):
+        self.constants = constants
+
+    def read(self, attribute):
+        """Return the attribute's text."""
+        if attribute not in self.constants:
+            raise OSError(errno.ENOENT, os.strerror(errno.ENOENT), attribute)
+        return self.constants[attribute]
+
+    def write(self, attribute, value):
+        """Set the attribute."""
+        raise OSError(errno.EACCES, os.strerror(errno.EACCES), attribute)
+
+
+class TouchSensor(_Device):
+    """A lego-ev3-touch sensor; `pressed` is its state."""
+
+    def __init__(self, port):
+        super(TouchSensor, self).__init__(
+            {
+                "address": "ev3-ports:" + port,
+                "driver_name": "lego-ev3-touch",
+                "mode": "TOUCH",
+                "modes": "TOUCH",
+                "decimals": "0",
+                "num_values": "1",
+                "units": "",
+                "bin_data_format": "s8",
+            }
+        )
+        self.pressed = False
+
+    def read(self, attribute):
+        """Return the attribute's text."""
+        if attribute == "value0":
+            return str(int(self.pressed))
+        if attribute == "bin_data":
+            return chr(int(self.pressed))
+        return super(TouchSensor, self).read(attribute)
+
+    def write(self, attribute, value):
+        """Set the attribute."""
+        if attribute != "mode":
+            super(TouchSensor, self).write(attribute, value)
+        if value != "TOUCH":
+            raise invalid()
+
+
+class Led(_Device):
+    """One of the four LEDs; `history` holds (s, brightness) from the start on."""
+
+    TRIGGERS = ("none", "default-on", "timer", "heartbeat")
+
+    def __init__(self, world, brightness):
+        super(Led, self).__init__({"max_brightness": "255"})
+        self._world = world
+        self._delays = {"delay_on": 500, "delay_off": 500}
+        self.trigger = "none"
+        self.history = [(world.now(), brightness)]
+
+    @property
+    def brightness(self):
+        """0 to 255."""
+        return self.history[-1][1]
+
+    def read(self, attribute):
+        """Return the attribute's text."""
+        if attribute == "brightness":
+            return str(self.brightness)
+        if attribute == "trigger":
+            words = ("[{}]".format(t) if t == self.trigger else t for t in self.TRIGGERS)
+            return " ".join(words)
+        if attribute in self._delays:
+            return str(self._delays[attribute])
+        return super(Led, self).read(attribute)
+
+    def write(self, attribute, value):
+        """Set the attribute."""
+        if attribute == "trigger":
+            if value not in self.TRIGGERS:
+                raise invalid()
+            self.trigger = value
+            return
+        if attribute != "brightness" and attribute not in self._delays:
+            super(Led, self).write(attribute, value)
+        if not value.isdigit():
+            raise invalid()
+        if attribute in self._delays:
+            self._delays[attribute] = int(value)
+            return
+        self.history.append((self._world.now(), min(255, int(value))))
+        if int(value) == 0:
+            self.trigger = "none"
+
+
+class EmulatedBattery(_Device):
+    """The brick's power supply.
+
+    Args:
+        voltage, current: callables, V and A.
+    """
+
+    def __init__(self, voltage, current):
+        super(EmulatedBattery, self).__init__(
+            {
+                "technology": "Unknown",
+                "type": "Battery",
+                "scope": "System",
+                "voltage_max_design": "7500000",
+                "voltage_min_design": "6200000",
+            }
+        )
+        self._now = {"voltage_now": voltage, "current_now": current}
+
+    def read(self, attribute):
+        """Return the attribute's text."""
+        if attribute in self._now:
+            return str(int(round(self._now[attribute]() * 1e6)))
+        return super(EmulatedBattery, self).read(attribute)

@@ -1,0 +1,71 @@
+"""The state of this process that a program may change, kept over a run."""
+
+import builtins
+import importlib
+import importlib.machinery
+import os
+import random
+import sys
+
+from laptop.simulator.host.program_code import top_of
+
+
+class HostState(object):
+    """Everything of the host that a run may change, to be put back by `restore`."""
+
+    def __init__(self):
+        self._modules = dict(sys.modules)
+        self._builtins = dict(vars(builtins))
+        self._os = dict(vars(os))
+        self._sys = {
+            name: getattr(sys, name)
+            for name in ("argv", "path", "stdin", "stdout", "stderr", "excepthook", "displayhook",
+                         "dont_write_bytecode", "unraisablehook", "meta_path", "path_hooks")
+            if hasattr(sys, name)
+        }  # fmt: skip
+        self._lists = [
+            (value, list(value)) for value in self._sys.values() if isinstance(value, list)
+        ]
+        self._recursion = sys.getrecursionlimit()
+        self._environment = dict(os.environ)
+        self._folder = os.getcwd()
+        self._random = random.getstate()
+
+    def restore(self):
+        """Put all back."""
+        for namespace, before in ((vars(builtins), self._builtins), (vars(os), self._os)):
+            for name in [name for name in namespace if name not in before]:
+                del namespace[name]
+            namespace.update(before)
+        for name, value in self._sys.items():
+            setattr(sys, name, value)
+        for value, items in self._lists:
+            value[:] = items
+        sys.setrecursionlimit(self._recursion)
+        os.environ.clear()
+        os.environ.update(self._environment)
+        os.chdir(self._folder)
+        random.setstate(self._random)
+        self._restore_modules()
+
+    def _restore_modules(self):
+        # Extension modules cannot be relied on to be imported twice: their packages stay, but for
+        # Pillow, which can, and which python-ev3dev2 brings in.
+        compiled = {
+            top_of(name)
+            for name, module in list(sys.modules.items())
+            if isinstance(
+                getattr(getattr(module, "__spec__", None), "loader", None),
+                importlib.machinery.ExtensionFileLoader,
+            )
+        } - {"PIL"}
+        # A thread that never comes back from importing a module would hold that module's lock.
+        locks = getattr(importlib._bootstrap, "_module_locks", {})
+        for name in list(sys.modules):
+            if name not in self._modules and top_of(name) not in compiled:
+                module = sys.modules.pop(name)
+                parent, _, child = name.rpartition(".")
+                if module is not None and getattr(self._modules.get(parent), child, None) is module:
+                    delattr(self._modules[parent], child)
+                locks.pop(name, None)
+        sys.modules.update(self._modules)

@@ -1,0 +1,92 @@
+"""Questions about the syntax tree of a module: scopes, names, imports, constants."""
+
+import ast
+
+_SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
+_LEAVES = (ast.Return, ast.Raise, ast.Break, ast.Continue)
+
+
+def first_statement(body):
+    """Return the index of a body's first statement behind docstring and future imports."""
+    at = int(ast.get_docstring(ast.Module(body=body), clean=False) is not None)
+    while at < len(body) and getattr(body[at], "module", "") == "__future__":
+        at += 1
+    return at
+
+
+def walk_scope(body):
+    """Yield all nodes of statements but what is inside of other functions and classes."""
+    left = list(body)
+    while left:
+        node = left.pop()
+        yield node
+        if not isinstance(node, _SCOPES):
+            left.extend(ast.iter_child_nodes(node))
+
+
+def may_leave(statement):
+    """Return True if what follows may not be reached although the statement was."""
+    return not isinstance(statement, _SCOPES + _LEAVES) and any(
+        isinstance(node, _LEAVES) for node in walk_scope([statement])
+    )
+
+
+def stored_names(node):
+    """Return the names in an expression."""
+    return {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
+
+
+def assigned_names(body):
+    """Return the names that these statements bind."""
+    names = set()
+    for node in walk_scope(body):
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            names.add(node.id)
+        elif (
+            isinstance(node, _SCOPES)
+            and not isinstance(node, ast.Lambda)
+            or isinstance(node, ast.ExceptHandler)
+            and node.name
+        ):
+            names.add(node.name)
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            names |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
+    return names
+
+
+def imported_modules(body):
+    """Return the names of the modules that statements import, and of those above them."""
+    names = set()
+    for node in walk_scope(body):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            names |= {node.module} | {node.module + "." + alias.name for alias in node.names}
+    return names | {name.partition(".")[0] for name in names}
+
+
+def parameter_names(args):
+    """Return the names of a function's parameters."""
+    named = [*getattr(args, "posonlyargs", ()), *args.args, *args.kwonlyargs]
+    named += [a for a in (args.vararg, args.kwarg) if a]
+    return {a.arg for a in named}
+
+
+def default_values(args):
+    """Return the expressions of the defaults of a function's parameters."""
+    return args.defaults + [value for value in args.kw_defaults if value]
+
+
+_LITERALS = ("Constant", "Num", "Str", "Bytes", "NameConstant")  # all but the first: Python 3.7
+
+
+def literal_value(node):
+    """Return the value of a constant as it stands there; None of everything else."""
+    if type(node).__name__ not in _LITERALS:
+        return None
+    return next(getattr(node, field) for field in ("value", "n", "s") if hasattr(node, field))
+
+
+def any_whole_number(*nodes):
+    """Return True if one of them is a whole number as it stands there."""
+    return any(type(literal_value(node)) is int for node in nodes)

@@ -1,0 +1,81 @@
+"""The threads of a program under test, and what they spend while they are away from the clock."""
+
+import io
+import threading
+import time as wall
+
+
+class VirtualThread(object):
+    """One thread of the program under test.
+
+    Attributes:
+        name: for people.
+        run: the run of the program that it belongs to.
+        ident, native: its numbers in Python and on the host; None before the host has begun it.
+        gate: lock that it waits at for the baton.
+        entry: its entry among the sleepers; None if nothing wakes it by itself.
+        ticket: its place in a WaitingLine; None if it stands in none.
+        waiting: it stands at its gate.
+        loose: it has lost the baton and runs beside the others.
+    """
+
+    __slots__ = ("name", "run", "ident", "native", "gate", "entry", "ticket", "waiting", "loose")
+
+    def __init__(self, name, run):
+        self.name = name
+        self.run = run
+        self.ident = None
+        self.native = None
+        self.gate = threading.Lock()
+        self.gate.acquire()
+        self.entry = None
+        self.ticket = None
+        self.waiting = True
+        self.loose = False
+
+
+class ThreadEffort(object):
+    """The time that a thread spends while it does not come to the clock.
+
+    That it waits for the host's processor does not count: a computer that is busy changes nothing.
+    (Where the host does not tell all that, each second counts as one of waiting.)
+
+    Args:
+        thread: VirtualThread; None spends nothing.
+    """
+
+    def __init__(self, thread):
+        self.thread = thread
+        self._spent = [0.0, 0.0]
+        self._before = None
+
+    def look(self):
+        """Return the seconds that it has computed since the first look, and waited for the host.
+
+        It waits if it sleeps now, did so at the last look, and has not computed in between; who has
+        waits no longer.  (Who waits for the interpreter sleeps, too, so only a long wait is one.)
+        """
+        if self.thread is None or self.thread.ident is None:  # the host has not begun it yet
+            return 0.0, 0.0
+        now = wall.monotonic(), self._computed(), self._sleeps()
+        if self._before is not None:
+            passed, computed = now[0] - self._before[0], now[1] - self._before[1]
+            waits = now[2] and self._before[2] and computed < passed / 100
+            waited = self._spent[1] + passed if waits else 0.0
+            self._spent = [self._spent[0] + (0.0 if waits else computed), waited]
+        self._before = now
+        return tuple(self._spent)
+
+    def _computed(self):
+        try:
+            own = getattr(wall, "pthread_getcpuclockid")(self.thread.ident)  # noqa: B009 Python 3.7
+            return wall.clock_gettime(own)
+        except (AttributeError, OSError):
+            return 0.0
+
+    def _sleeps(self):
+        try:
+            with io.open("/proc/self/task/{}/stat".format(self.thread.native), "rb") as file:
+                return file.read().rpartition(b")")[2].split()[0] == b"S"
+        except OSError:
+            return True

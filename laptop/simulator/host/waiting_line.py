@@ -1,0 +1,48 @@
+"""The one primitive under every lock of a program: a line in which its threads wait."""
+
+import collections
+
+
+class Ticket(object):
+    """A place in a waiting line."""
+
+    __slots__ = ("thread", "called")
+
+    def __init__(self, thread):
+        self.thread = thread
+        self.called = False
+
+
+class WaitingLine(object):
+    """Threads of the program waiting their turn.
+
+    Args:
+        world: World, on whose clock they wait.
+    """
+
+    def __init__(self, world):
+        self._world = world
+        self._line = collections.deque()
+
+    def wait(self, timeout=None):
+        """Stand in line; True when woken, False after `timeout` s (None: no limit)."""
+        world = self._world
+        me = world.current()
+        ticket = Ticket(me)
+        self._line.append(ticket)
+        try:
+            return world._wait(me, None if timeout is None else world.t + timeout, ticket)
+        finally:
+            if not ticket.called:
+                self._line.remove(ticket)
+
+    def wake(self):
+        """Wake the first in line; False when the line is empty."""
+        if not self._line:
+            return False
+        with self._world._mutex:
+            ticket = self._line.popleft()
+            ticket.called = True
+            if ticket.thread.ticket is ticket:
+                self._world._queue(ticket.thread, self._world.t)
+        return True
