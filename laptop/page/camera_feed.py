@@ -13,7 +13,7 @@ import numpy as np
 from laptop.page.snapshots import HISTORY, SAMPLE, Mark
 from laptop.tracking.watching import Point, Watcher
 from laptop.vision.frames import Frame
-from laptop.vision.markers import Marker, gate
+from laptop.vision.markers import Marker, hsv_mask
 from laptop.vision.stills import Stills
 from laptop.vision.view import View
 from shared.arm_description import ArmError
@@ -168,7 +168,7 @@ def _advice(why: str) -> str:
 def mask(image: np.ndarray, marker: Marker) -> bytes:
     """A PNG, magenta where the picture has the marker's colour, and transparent elsewhere."""
     assert marker.color is not None
-    inside = gate(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), marker.color)
+    inside = hsv_mask(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), marker.color)
     layer = np.full((*inside.shape, 4), (255, 60, 255, 0), np.uint8)
     layer[..., 3] = inside
     _, data = cv2.imencode(".png", layer, (cv2.IMWRITE_PNG_COMPRESSION, 1))

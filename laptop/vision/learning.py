@@ -15,7 +15,7 @@ from laptop.vision.markers import (
     BadMarker,
     Color,
     Marker,
-    gate,
+    hsv_mask,
     hsv_of,
     hue_distance,
     scene_of,
@@ -64,7 +64,7 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
     for tolerance in _TOLERANCES:
         tried = Color(*seed, tolerance=tolerance, scene=scene)
         for _ in range(2):
-            mask = gate(hsv, tried)
+            mask = hsv_mask(hsv, tried)
             blob = _blob(mask, (u0, v0, u1, v1))
             if blob is None:
                 break
@@ -80,11 +80,11 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
         circle = find_circle(blob.copy(), edges, None, circle.radius) or circle
         if math.pi * circle.radius**2 > _LARGEST * width * height:
             continue
-        roundness = circle.arc * circle.fill * circle.seen / (1 + circle.stray)
+        roundness = circle.arc * circle.fill * circle.visible / (1 + circle.stray)
         outlines, _ = cv2.findContours(blob, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         ellipse = ellipse_of(max(outlines, key=cv2.contourArea))
-        if ellipse and ellipse.even > roundness:  # a disc, seen from the side
-            roundness = ellipse.even
+        if ellipse and ellipse.quality > roundness:  # a disc, seen from the side
+            roundness = ellipse.quality
             circle = circle._replace(u=ellipse.u, v=ellipse.v, radius=ellipse.radius)
         if roundness > best + 0.05:
             best, color, region, found = roundness, tried, blob, circle
@@ -137,7 +137,7 @@ def exclude(marker: Marker, image: np.ndarray, pick: tuple[float, ...]) -> Marke
     color = _color_of(marker)
     shade = _shade(marker.name, image, pick)
     pixel = np.array([[[shade[0] / 2, 255 * shade[1], 255 * shade[2]]]]).astype(np.uint8)
-    if not gate(pixel, color).any():
+    if not hsv_mask(pixel, color).any():
         raise BadMarker(f"{marker.name}: this is not of its colour; there is nothing to remove")
     away = hue_distance(shade[0], color.hue)
     if abs(away) > 0.4 * color.tolerance:
@@ -223,7 +223,7 @@ def _room(hsv: np.ndarray, region: np.ndarray, color: Color) -> float:
         for radius in [math.sqrt(np.count_nonzero(region) / math.pi)]
         for wide in (round(0.7 * radius) + 4, round(0.15 * radius) + 2)
     )
-    anything = gate(hsv, replace(color, tolerance=180.0))
+    anything = hsv_mask(hsv, replace(color, tolerance=180.0))
     hues = 2.0 * hsv[(around > 0) & (near == 0) & (anything > 0)][:, 0]
     if len(hues) < 20:
         return 180.0

@@ -269,7 +269,7 @@ SATURATION_FLOOR, VALUE_FLOOR = 0.55, 0.4
 """Shares of the typical ones below which a pixel is no longer of the colour."""
 
 
-def gate(hsv: np.ndarray, color: Color) -> np.ndarray:
+def hsv_mask(hsv: np.ndarray, color: Color) -> np.ndarray:
     """Which pixels are of this colour: closed in hue, with floors for saturation and value.
 
     Args:

@@ -13,7 +13,7 @@ from laptop.vision.markers import (
     BadMarker,
     Color,
     Marker,
-    gate,
+    hsv_mask,
     hsv_of,
     hue_distance,
     read_markers,
@@ -124,7 +124,7 @@ def test_a_word_means_what_people_call_so():
     rgb = np.array([list(paints.values())], np.uint8)
     hsv = cv2.cvtColor(rgb, cv2.COLOR_RGB2HSV)
     for k, word in enumerate(paints):
-        assert [bool(gate(hsv, WORDS[other])[0, k]) for other in paints] == [
+        assert [bool(hsv_mask(hsv, WORDS[other])[0, k]) for other in paints] == [
             other == word for other in paints
         ]
 
@@ -389,7 +389,7 @@ def strip(hue=None, saturation=200, value=200):
 @pytest.mark.parametrize("tolerance", [1, 5, 20, 33.3, 40, 90])
 @pytest.mark.parametrize("hue", [0, 1, 10, 19.9, 20, 60, 123.4, 180, 240, 320, 340, 341, 359, 360])
 def test_the_gate_lets_in_what_is_within_the_tolerance_all_around_the_circle(hue, tolerance):
-    inside = gate(strip(), Color(hue, 0.8, 0.8, tolerance))[0] > 0
+    inside = hsv_mask(strip(), Color(hue, 0.8, 0.8, tolerance))[0] > 0
     away = np.array([abs(hue_distance(2 * k, hue)) for k in range(180)])
     # OpenCV's hues are two degrees apart.
     assert inside[away <= tolerance - 1].all()
@@ -398,28 +398,28 @@ def test_the_gate_lets_in_what_is_within_the_tolerance_all_around_the_circle(hue
 
 def test_the_gate_lets_red_in_on_either_side_of_zero():
     hues = np.array([160, 169, 170, 175, 179, 0, 5, 10, 11, 20])
-    inside = gate(strip(hue=hues), Color(0, 0.8, 0.8, 20))[0] > 0
+    inside = hsv_mask(strip(hue=hues), Color(0, 0.8, 0.8, 20))[0] > 0
     assert inside.tolist() == [False, False] + 6 * [True] + [False, False]
 
 
 @pytest.mark.parametrize(("hue", "edge"), [(358, 0), (340, 0), (20, 0), (2, 179), (18, 179)])
 def test_the_gate_reaches_over_the_edge_of_opencv_s_hues(hue, edge):
-    assert gate(strip(hue=np.array([edge])), Color(hue, 0.8, 0.8, 20)).all()
+    assert hsv_mask(strip(hue=np.array([edge])), Color(hue, 0.8, 0.8, 20)).all()
 
 
 def test_a_gate_as_wide_as_the_circle_lets_every_hue_in():
     for hue in (0, 90, 180, 200, 359):
-        assert gate(strip(), Color(hue, 0.8, 0.8, 180)).all()
+        assert hsv_mask(strip(), Color(hue, 0.8, 0.8, 180)).all()
 
 
 @pytest.mark.parametrize("hue", [0, 120, 350])
 def test_the_gate_is_closed_towards_grey_and_black_and_open_towards_vivid_and_bright(hue):
     every = np.arange(256)
     color = Color(hue, 0.8, 0.6, 20)
-    inside = gate(strip(hue=hue // 2, saturation=every), color)[0] > 0
+    inside = hsv_mask(strip(hue=hue // 2, saturation=every), color)[0] > 0
     assert not inside[: round(0.55 * 0.8 * 255) - 1].any()
     assert inside[round(0.55 * 0.8 * 255) + 1 :].all()
-    inside = gate(strip(hue=hue // 2, value=every), color)[0] > 0
+    inside = hsv_mask(strip(hue=hue // 2, value=every), color)[0] > 0
     assert not inside[: round(0.4 * 0.6 * 255) - 1].any()
     assert inside[round(0.4 * 0.6 * 255) + 1 :].all()
 
@@ -428,7 +428,7 @@ def test_black_white_and_grey_are_of_no_colour():
     greys = np.repeat(np.arange(256, dtype=np.uint8), 3).reshape(1, 256, 3)
     hsv = cv2.cvtColor(greys, cv2.COLOR_BGR2HSV)
     for color in (*WORDS.values(), Color(0, 0.12, 0.04, 90)):
-        assert not gate(hsv, color).any()
+        assert not hsv_mask(hsv, color).any()
 
 
 def test_the_scene_is_the_mean_red_green_and_blue():
