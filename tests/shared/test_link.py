@@ -9,6 +9,7 @@ import threading
 import time
 
 import pytest
+from clocks import FakeClock
 from waiting import PATIENCE, until
 
 from laptop.simulator.device.brick import EmulatedBrick
@@ -49,16 +50,6 @@ from shared.messages import (
 
 AHEAD = 5000.0
 """By which the laptop's clock is ahead of the brick's, s."""
-
-
-class FakeClock:
-    """A clock that stands until it is turned."""
-
-    def __init__(self, t):
-        self.t = t
-
-    def now(self):
-        return self.t
 
 
 def tcp_pair():

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from places import FOOTAGE, ROOT
+from refusals import in_one_line
 from rich.console import Console
 from waiting import PATIENCE
 
@@ -88,13 +89,6 @@ def run(tmp_path):
 def rows(path):
     with open(path, newline="") as file:
         return list(csv.DictReader(file))
-
-
-def in_one_line(text, *words):
-    assert "Traceback" not in text, text
-    assert text.count("\n") == 1, text
-    assert all(word in text for word in words), text
-    return True
 
 
 # A file, as fast as it goes
