@@ -157,7 +157,7 @@ def _resampled(contours: list[np.ndarray]) -> np.ndarray:
 
 
 def _within(points: np.ndarray, picture: tuple[float, float, float, float]) -> np.ndarray:
-    """Which points are a rim: not where the picture's edge cuts the marker."""
+    """Tell the points of a rim from those where the picture's edge cuts the marker."""
     left, top, right, bottom = picture
     u, v = points.T
     return (u > left + 1) & (u < right - 1) & (v > top + 1) & (v < bottom - 1)

@@ -15,7 +15,7 @@ from laptop.vision.markers import Color
 Window = tuple[float, float, float, float]
 """Left, top, right, bottom, px."""
 Place = tuple[float, float, float]
-"""Where a marker may be, and how large: u, v, radius, px."""
+"""A place and size that a marker may have: u, v, radius, px."""
 Gains = tuple[float, float, float]
 """Red, green, blue: factors by which the light differs from that in which a colour was learned."""
 
@@ -28,7 +28,7 @@ VELOCITY_BLEND = 0.5
 
 
 class Sighting(NamedTuple):
-    """Where a marker is: u, v (px, sub-pixel), confidence (0 to 1), radius (px)."""
+    """The place of a marker: u, v (px, sub-pixel), confidence (0 to 1), radius (px)."""
 
     u: float
     v: float
@@ -38,7 +38,7 @@ class Sighting(NamedTuple):
 
 @dataclass(frozen=True)
 class Track:
-    """What is known of one marker after a frame.
+    """All that is known of one marker after a frame.
 
     sighting         in that frame; None: not seen
     why              it is not seen; ""

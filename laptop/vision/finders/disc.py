@@ -51,7 +51,7 @@ MAX_MODEL_AGE = 4
 MAX_BRIGHTNESS_CHANGE = 0.04
 """Part by which a disc's brightness may change before its discriminant is of no use."""
 _RIM = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
-"""How far beyond the middle of its edge some of a disc's light still falls."""
+"""Pixels around the middle of a disc's edge into which some of its light falls."""
 
 
 def find_disc(image: np.ndarray, t: float, marker: Marker, track: Track) -> Track:

@@ -609,7 +609,7 @@ class FakeCapture:
 def webcam(monkeypatch):
     """Opens a webcam on FakeCaptures; ends them all."""
     monkeypatch.setattr(webcam_module, "LINUX", True)
-    monkeypatch.setattr(webcam_module, "SETTLE", 3)
+    monkeypatch.setattr(webcam_module, "SETTLING_FRAMES", 3)
     monkeypatch.setattr(webcam_module.Webcam, "stamps", True)
     opened, made = [], []
 
@@ -746,7 +746,7 @@ def test_a_picture_that_lay_in_the_driver_for_long_is_not_taken_for_a_new_one(we
 
 
 def test_a_webcam_that_came_back_without_time_stamps_is_noticed(webcam, monkeypatch):
-    monkeypatch.setattr(live_cameras, "PATIENCE", (0.0, 0.0, 60.0))
+    monkeypatch.setattr(live_cameras, "REOPEN_SCHEDULE", (0.0, 0.0, 60.0))
     source, made = webcam()
     made[0].give(1, stamp=49.99)
     assert source.read(PATIENCE).t == pytest.approx(49.99)
@@ -767,7 +767,7 @@ def test_a_frame_that_cannot_be_read_is_passed_over_and_counted(webcam):
 
 
 def test_a_webcam_that_dies_is_opened_again(webcam, monkeypatch):
-    monkeypatch.setattr(live_cameras, "PATIENCE", (0.0, 0.0, 60.0))
+    monkeypatch.setattr(live_cameras, "REOPEN_SCHEDULE", (0.0, 0.0, 60.0))
     source, made = webcam()
     made[0].give(1)
     assert source.read(PATIENCE).index == 0
@@ -784,7 +784,7 @@ def test_a_webcam_that_dies_is_opened_again(webcam, monkeypatch):
 
 
 def test_a_webcam_that_does_not_come_back_is_given_up(webcam, monkeypatch):
-    monkeypatch.setattr(live_cameras, "PATIENCE", (0.0, 0.0, 60.0))
+    monkeypatch.setattr(live_cameras, "REOPEN_SCHEDULE", (0.0, 0.0, 60.0))
     times = itertools.chain([50.0] * 10, itertools.count(50.0, 10.0))
     here = []
 
@@ -851,7 +851,7 @@ def stream():
 
 
 def test_a_stream_is_live_and_opened_again_when_it_ends(stream, monkeypatch, capfd):
-    monkeypatch.setattr(live_cameras, "PATIENCE", (0.0, 0.0, 20.0))
+    monkeypatch.setattr(live_cameras, "REOPEN_SCHEDULE", (0.0, 0.0, 20.0))
     url, lengths = stream
     lengths += [12, 12]
     source = open_camera(url)

@@ -9,7 +9,7 @@ import pytest
 
 from laptop.vision.markers import (
     ARUCO_IDS,
-    WORDS,
+    NAMED_COLORS,
     BadMarker,
     Color,
     Marker,
@@ -55,14 +55,14 @@ def file(tmp_path):
 # Words
 
 
-@pytest.mark.parametrize("word", WORDS)
+@pytest.mark.parametrize("word", NAMED_COLORS)
 def test_a_word_is_a_disc_of_this_colour(word):
-    assert read_spec("effector", word) == Marker("effector", "disc", WORDS[word])
+    assert read_spec("effector", word) == Marker("effector", "disc", NAMED_COLORS[word])
 
 
 def test_a_kind_may_be_said_before_a_colour():
-    assert read_spec("goal", "ball:green") == Marker("goal", "ball", WORDS["green"])
-    assert read_spec("goal", "disc:red") == Marker("goal", "disc", WORDS["red"])
+    assert read_spec("goal", "ball:green") == Marker("goal", "ball", NAMED_COLORS["green"])
+    assert read_spec("goal", "disc:red") == Marker("goal", "disc", NAMED_COLORS["red"])
 
 
 @pytest.mark.parametrize("number", [0, ARUCO_IDS - 1])
@@ -120,11 +120,11 @@ def test_a_word_means_what_people_call_so():
         "purple": (107, 47, 150),
         "pink": (230, 60, 150),
     }
-    assert set(paints) == set(WORDS)
+    assert set(paints) == set(NAMED_COLORS)
     rgb = np.array([list(paints.values())], np.uint8)
     hsv = cv2.cvtColor(rgb, cv2.COLOR_RGB2HSV)
     for k, word in enumerate(paints):
-        assert [bool(hsv_mask(hsv, WORDS[other])[0, k]) for other in paints] == [
+        assert [bool(hsv_mask(hsv, NAMED_COLORS[other])[0, k]) for other in paints] == [
             other == word for other in paints
         ]
 
@@ -193,7 +193,7 @@ def test_markers_come_back_from_their_file_as_they_were(tmp_path):
 
 def test_a_written_file_tells_how_to_correct_it(tmp_path):
     path = tmp_path / "markers.ini"
-    write_markers(path, {"effector": Marker("effector", "disc", WORDS["red"])})
+    write_markers(path, {"effector": Marker("effector", "disc", NAMED_COLORS["red"])})
     text = path.read_text(encoding="utf-8")
     for what in ("degrees", "0 red", "hue = 0", "saturation = 0.85", "[effector]"):
         assert what in text
@@ -319,7 +319,7 @@ def test_what_cannot_be_read_is_refused(tmp_path):
 
 
 def test_what_cannot_be_written_is_told_with_the_way_out(tmp_path):
-    markers = {"effector": Marker("effector", "disc", WORDS["red"])}
+    markers = {"effector": Marker("effector", "disc", NAMED_COLORS["red"])}
     taken = tmp_path / "taken"
     taken.write_text("mine")
     folder = tmp_path / "folder"
@@ -334,14 +334,14 @@ def test_what_cannot_be_written_is_told_with_the_way_out(tmp_path):
 
 def test_a_file_that_cannot_be_replaced_stays_as_it_was(tmp_path, monkeypatch):
     path = tmp_path / "markers.ini"
-    write_markers(path, {"goal": Marker("goal", "disc", WORDS["red"])})
+    write_markers(path, {"goal": Marker("goal", "disc", NAMED_COLORS["red"])})
     before = path.read_bytes()
 
     def full(self, other):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("pathlib.Path.replace", full)
-    text = refusal(write_markers, path, {"goal": Marker("goal", "disc", WORDS["blue"])})
+    text = refusal(write_markers, path, {"goal": Marker("goal", "disc", NAMED_COLORS["blue"])})
     assert "No space left" in text
     assert path.read_bytes() == before
     assert [entry.name for entry in tmp_path.iterdir()] == ["markers.ini"]
@@ -427,7 +427,7 @@ def test_the_gate_is_closed_towards_grey_and_black_and_open_towards_vivid_and_br
 def test_black_white_and_grey_are_of_no_colour():
     greys = np.repeat(np.arange(256, dtype=np.uint8), 3).reshape(1, 256, 3)
     hsv = cv2.cvtColor(greys, cv2.COLOR_BGR2HSV)
-    for color in (*WORDS.values(), Color(0, 0.12, 0.04, 90)):
+    for color in (*NAMED_COLORS.values(), Color(0, 0.12, 0.04, 90)):
         assert not hsv_mask(hsv, color).any()
 
 
