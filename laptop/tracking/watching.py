@@ -29,7 +29,7 @@ from rich.text import Text
 
 from laptop.vision.frames import Frame
 from laptop.vision.tracker import Sighting, Window
-from laptop.vision.view import View
+from laptop.vision.view import AnnotatedFrame
 from shared import messages
 from shared.arm_description import ArmError
 from shared.messages import GOAL, LEAST_CONFIDENCE
@@ -221,14 +221,14 @@ class Watcher:
         self.frames = 0
         self.dropped = 0
         self.tallies: dict[str, Tally] = {}
-        self.view: View | None = None
+        self.view: AnnotatedFrame | None = None
         self._looked = threading.Condition()  # at a frame
         self._tracker = tracker
         self._fixed = {GOAL: (*goal, 1.0)} if goal else {}
         self._server = server
         self._sheet = sheet
         self._keep = keep
-        self._kept: View | None = None
+        self._kept: AnnotatedFrame | None = None
         self._now = now
         self._ages: deque[float] = deque(maxlen=30)
         self._moments: deque[tuple[float, int]] = deque(maxlen=60)
@@ -270,7 +270,7 @@ class Watcher:
         self._index = frame.index
         self.frames += 1
         with self._looked:
-            self.view = View(frame, found, why, self._fixed, self._tracker.windows)
+            self.view = AnnotatedFrame(frame, found, why, self._fixed, self._tracker.windows)
             self._looked.notify_all()
         if self._keep is not None and self._kept is None and frame.index >= self._keep:
             self._kept = self.view
@@ -281,7 +281,7 @@ class Watcher:
             self._looked.wait(timeout)
 
     @property
-    def picture(self) -> View | None:
+    def picture(self) -> AnnotatedFrame | None:
         """The view that was asked for, or the last one; None: there is none."""
         return self.view if self._keep is None else self._kept
 

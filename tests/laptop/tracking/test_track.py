@@ -30,7 +30,7 @@ from laptop.tracking.watching import Interrupted, Run, Sheet, Tally, Watcher
 from laptop.vision.frames import Frame
 from laptop.vision.markers import Marker, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Sighting
-from laptop.vision.view import View, draw
+from laptop.vision.view import AnnotatedFrame, draw
 from shared.messages import PORT, Status
 
 WIDTH, HEIGHT, RADIUS = 160, 120, 10
@@ -439,9 +439,9 @@ def test_a_view_bears_markers_at_and_beyond_the_edge():
         "goal": Sighting(159.0, 119.0, 0.4, 9.0),
         "x": Sighting(0.0, 0.0, 1.0, math.nan),
     }
-    assert draw(View(frame, seen, {"goal": ""}, {})).shape == (8 * HEIGHT, 8 * WIDTH, 3)
+    assert draw(AnnotatedFrame(frame, seen, {"goal": ""}, {})).shape == (8 * HEIGHT, 8 * WIDTH, 3)
     wide = Frame(3, 0.0, np.zeros((720, 1280, 3), np.uint8))
-    assert draw(View(wide, {}, {}, {"goal": (1.0, 2.0, 1.0)})).shape == (720, 1280, 3)
+    assert draw(AnnotatedFrame(wide, {}, {}, {"goal": (1.0, 2.0, 1.0)})).shape == (720, 1280, 3)
 
 
 # The loop
