@@ -237,6 +237,32 @@ class Link(object):
         """Whether something waits until the other side takes more."""
         return bool(self._unsent or self._queue or self._mailbox)
 
+    def backlog(self):
+        """Count what it holds, all of which has a bound: a dict.
+
+        lines, line_bytes   come in, and not looked at yet
+        part_bytes          of a line that has not come in whole
+        inbox               messages that nobody has taken
+        cameras             of which the newest observation is known
+        pings               not answered yet
+        queue, mailbox      messages, and observations, that wait to go out
+        waiting_bytes       of these
+        unsent_bytes        of a line that has begun to go out
+        """
+        waiting = list(self._queue) + list(self._mailbox.values())
+        return {
+            "lines": len(self._lines),
+            "line_bytes": sum(len(line) for line, _ in self._lines),
+            "part_bytes": self._buffer.pending,
+            "inbox": len(self._inbox),
+            "cameras": len(self._latest),
+            "pings": len(self._in_flight),
+            "queue": len(self._queue),
+            "mailbox": len(self._mailbox),
+            "waiting_bytes": sum(map(len, waiting)),
+            "unsent_bytes": len(self._unsent),
+        }
+
     def fileno(self):
         """The socket's number, for `select`; -1 once it is closed."""
         return self._sock.fileno()

@@ -476,6 +476,11 @@ class LineBuffer(object):
         self._rest = b""
         self._skipping = False
 
+    @property
+    def pending(self):
+        """Bytes of a line that has not come in whole."""
+        return len(self._rest)
+
     def feed(self, data):
         """The lines that `data` completes, without their newlines: a list of bytes."""
         lines = (self._rest + data).split(b"\n")

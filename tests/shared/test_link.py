@@ -354,8 +354,8 @@ def test_a_line_without_end_takes_no_memory_and_ends_by_silence(raw):
         clock.t += 0.1
         if not link.closed:
             say(other, link, b"x" * 8000)
-            assert len(link._buffer._rest) <= MAX_LINE
-            assert not link._lines
+            assert link.backlog()["part_bytes"] <= MAX_LINE
+            assert not link.backlog()["lines"]
     assert link.counters["bad"] == 1
     assert "nothing heard" in link.reason
 
@@ -366,7 +366,7 @@ def test_more_cameras_than_there_may_be_are_refused(raw):
     for number in range(MAX_CAMERAS + 5):
         say(other, link, Observation(1, f"c{number}", AHEAD + clock.t, {}))
     assert sorted(link.newest()) == [f"c{number}" for number in range(MAX_CAMERAS)]
-    assert len(link._latest) == MAX_CAMERAS
+    assert link.backlog()["cameras"] == MAX_CAMERAS
     assert link.counters["bad"] == 5
 
 
@@ -424,7 +424,7 @@ def test_pings_are_fast_at_first_and_slow_later(raw):
             clock.t += 0.01
             say(other, link, Start())
             link.receive()
-            assert len(link._in_flight) <= SAMPLES  # nobody answers
+            assert link.backlog()["pings"] <= SAMPLES  # nobody answers
             count += other.recv(65536).count(b"ping") if select.select([other], [], [], 0)[0] else 0
         counts.append(count)
     assert 28 <= counts[0] <= 32  # 20 in 5 s, 10 in 5 s
@@ -501,9 +501,10 @@ def test_a_receiver_that_never_reads_costs_no_memory_and_is_cut_off(wire):
             break
     else:
         pytest.fail("it never fills")
-    assert len(wire.laptop._mailbox) == 2
-    assert len(wire.laptop._unsent) <= MAX_LINE + 1
-    assert not wire.laptop._queue
+    held = wire.laptop.backlog()
+    assert held["mailbox"] == 2
+    assert held["unsent_bytes"] <= MAX_LINE + 1
+    assert not held["queue"]
     for _ in range(21):
         wire.laptop_clock.t += 0.1
         wire.laptop.poll()
@@ -528,7 +529,7 @@ def test_pings_of_one_that_does_not_read_are_not_answered(wire):
         wire.brick._sock.send(encode(Ping(1000 + number)))
     select.select([wire.laptop], [], [], PATIENCE)
     wire.laptop.poll()
-    assert not wire.laptop._queue
+    assert not wire.laptop.backlog()["queue"]
     assert not wire.laptop.closed
 
 
@@ -743,8 +744,9 @@ def test_a_stranger_that_floods_is_not_read_ahead():
         except BlockingIOError:
             break
         link.poll()
-    assert sum(len(line) for line, _ in link._lines) + len(link._buffer._rest) <= 2 * MAX_LINE
-    assert len(link._inbox) == 1
+    held = link.backlog()
+    assert held["line_bytes"] + held["part_bytes"] <= 2 * MAX_LINE
+    assert held["inbox"] == 1
     link.close()
     other.close()
 

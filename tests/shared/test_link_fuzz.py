@@ -152,12 +152,13 @@ def fuzzed_link(proven, batches):
             received += message is not None
             for seen in link.newest().values():
                 check(seen, clock.t)
-        assert len(link._lines) <= len(batch)
-        assert len(link._buffer._rest) <= MAX_LINE
-        assert len(link._inbox) <= MAX_QUEUE
-        assert len(link._latest) <= MAX_CAMERAS
-        assert len(link._in_flight) <= 16
-        assert len(link._queue) <= MAX_QUEUE
+        held = link.backlog()
+        assert held["lines"] <= len(batch)
+        assert held["part_bytes"] <= MAX_LINE
+        assert held["inbox"] <= MAX_QUEUE
+        assert held["cameras"] <= MAX_CAMERAS
+        assert held["pings"] <= 16
+        assert held["queue"] <= MAX_QUEUE
         assert set(link.counters) == set(COUNTERS)
         try:
             while other.recv(65536):
