@@ -35,7 +35,7 @@ from laptop.simulator.scene.sensor import blurred, marker_frame, through_jpeg
 from laptop.simulator.scene.synthetic_camera import SyntheticCamera
 from laptop.tracking.server import TrackingServer
 from laptop.vision.learning import learn
-from laptop.vision.markers import BadMarker, Color, Marker, gate
+from laptop.vision.markers import BadMarker, Color, Marker, hsv_mask
 from laptop.vision.tracker import Sighting, Tracker
 from robot import tracking_client
 from shared.arm_description import find_arm, read_arm
@@ -154,7 +154,7 @@ def ours(marker: Marker) -> Method:
 
 def mask_of(image: np.ndarray, color: Color) -> np.ndarray:
     """The whole picture to HSV and through the gate (two `inRange` for a red one)."""
-    return gate(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), color)
+    return hsv_mask(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), color)
 
 
 def hsv_moments(image: np.ndarray, color: Color) -> Sighting | None:

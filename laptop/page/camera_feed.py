@@ -13,9 +13,9 @@ import numpy as np
 from laptop.page.snapshots import HISTORY, SAMPLE, Mark
 from laptop.tracking.pipeline import CameraPipeline, Point
 from laptop.vision.frames import Frame
-from laptop.vision.markers import Marker, gate
+from laptop.vision.markers import Marker, hsv_mask
 from laptop.vision.stills import Stills
-from laptop.vision.view import View
+from laptop.vision.view import AnnotatedFrame
 from shared.arm_description import ArmError
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE
 
@@ -59,8 +59,8 @@ class CameraFeed:
         self.watcher = watcher
         self.tracker = tracker
         self.source = source
-        self.given: deque[View] = deque(maxlen=KEPT)
-        self.pinned: deque[View] = deque(maxlen=PINNED)
+        self.given: deque[AnnotatedFrame] = deque(maxlen=KEPT)
+        self.pinned: deque[AnnotatedFrame] = deque(maxlen=PINNED)
         self.encoded: tuple[int, bytes] | None = None
         self.trail: deque[tuple[float, Point]] = deque(maxlen=round(HISTORY / BEAT))
         self.counts: deque[tuple[float, int]] = deque(maxlen=round(2.0 / SAMPLE))
@@ -87,7 +87,7 @@ class CameraFeed:
         before, frames = self.counts[0]
         self.rate = (self.watcher.frames - frames) / (now - before) if now > before else 0.0
 
-    def find(self, index: int) -> View:
+    def find(self, index: int) -> AnnotatedFrame:
         """The picture of a frame that was given out.
 
         Raises:
@@ -131,7 +131,7 @@ class CameraFeed:
         self._stills.append(Frame(index, t, image))
         return self._stills[-1]
 
-    def jpeg(self, view: View) -> bytes:
+    def jpeg(self, view: AnnotatedFrame) -> bytes:
         """Of one picture; encoded once, however many look."""
         encoded = self.encoded
         if encoded is None or encoded[0] != view.frame.index:
@@ -140,7 +140,7 @@ class CameraFeed:
         return encoded[1]
 
 
-def marks(view: View) -> list[Mark]:
+def marks(view: AnnotatedFrame) -> list[Mark]:
     """What was found in a picture, and where the fixed goal is."""
     marks = []
     for name, seen in view.found.items():
@@ -168,7 +168,7 @@ def _advice(why: str) -> str:
 def mask(image: np.ndarray, marker: Marker) -> bytes:
     """A PNG, magenta where the picture has the marker's colour, and transparent elsewhere."""
     assert marker.color is not None
-    inside = gate(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), marker.color)
+    inside = hsv_mask(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), marker.color)
     layer = np.full((*inside.shape, 4), (255, 60, 255, 0), np.uint8)
     layer[..., 3] = inside
     _, data = cv2.imencode(".png", layer, (cv2.IMWRITE_PNG_COMPRESSION, 1))

@@ -22,7 +22,7 @@ from laptop.page.snapshots import HISTORY, SAMPLE, USUAL, Eye, Sample, Shown, St
 from laptop.tracking.pipeline import CameraPipeline, Point
 from laptop.tracking.server import ServerState as LinkState
 from laptop.vision.tracker import Tracker
-from laptop.vision.view import View
+from laptop.vision.view import AnnotatedFrame
 from shared.arm_description import ArmError
 from shared.messages import Start
 
@@ -120,9 +120,11 @@ class Desk:
         tracker = Tracker(eye.tracker.markers)
         found = tracker.find(frame.image, frame.t)
         fixed = eye.watcher.view.fixed if eye.watcher.view else {}
-        return self._shown(eye, View(frame, found, tracker.why, fixed, tracker.windows), masks)
+        return self._shown(
+            eye, AnnotatedFrame(frame, found, tracker.why, fixed, tracker.windows), masks
+        )
 
-    def _shown(self, eye: CameraFeed, view: View, masks: Sequence[str]) -> Shown:
+    def _shown(self, eye: CameraFeed, view: AnnotatedFrame, masks: Sequence[str]) -> Shown:
         camera, frame = eye.watcher.name, view.frame
         height, width = frame.image.shape[:2]
         return Shown(

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from laptop.vision.view import View
+from laptop.vision.view import AnnotatedFrame
 from shared.messages import EFFECTOR, GOAL, LEAST_CONFIDENCE, Start, Status
 from shared.verdicts import READY
 
@@ -152,7 +152,7 @@ class Recorder:
         if self._going:
             self._end(t, "", "")
 
-    def see(self, views: Mapping[str, View | None]) -> None:
+    def see(self, views: Mapping[str, AnnotatedFrame | None]) -> None:
         """What the cameras see."""
         run = self._going
         if run is None:

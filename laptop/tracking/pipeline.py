@@ -15,7 +15,7 @@ from laptop.tracking.detection_stats import DetectionStats
 from laptop.tracking.observation_csv import ObservationCsv
 from laptop.vision.frames import Frame
 from laptop.vision.tracker import Sighting, Window
-from laptop.vision.view import View
+from laptop.vision.view import AnnotatedFrame
 from shared.messages import GOAL, Observation
 
 SILENCE_TIMEOUT = 1.0
@@ -96,14 +96,14 @@ class CameraPipeline:
         self.frames = 0
         self.dropped = 0
         self.stats: dict[str, DetectionStats] = {}
-        self.view: View | None = None
+        self.view: AnnotatedFrame | None = None
         self.fixed = {GOAL: (*goal, 1.0)} if goal else {}
         self._view_changed = threading.Condition()
         self._tracker = tracker
         self._server = server
         self._csv = csv
         self._keep = keep
-        self._kept: View | None = None
+        self._kept: AnnotatedFrame | None = None
         self._now = now
         self._ages: deque[float] = deque(maxlen=30)
         self._counts: deque[tuple[float, int]] = deque(maxlen=60)  # when (s), frames by then
@@ -145,7 +145,7 @@ class CameraPipeline:
         self._last_index = frame.index
         self.frames += 1
         with self._view_changed:
-            self.view = View(frame, found, why, self.fixed, self._tracker.windows)
+            self.view = AnnotatedFrame(frame, found, why, self.fixed, self._tracker.windows)
             self._view_changed.notify_all()
         if self._keep is not None and self._kept is None and frame.index >= self._keep:
             self._kept = self.view
@@ -156,7 +156,7 @@ class CameraPipeline:
             self._view_changed.wait(timeout)
 
     @property
-    def kept_view(self) -> View | None:
+    def kept_view(self) -> AnnotatedFrame | None:
         """The view that was to be kept, or the last one; None: there is none."""
         return self.view if self._keep is None else self._kept
 

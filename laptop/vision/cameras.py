@@ -25,7 +25,7 @@ def open_camera(
     sleep: Callable[[float], None] = time.sleep,
     make: MakeCapture = cv2.VideoCapture,
 ) -> LiveCamera | Recording:
-    """Open whatever the text means.
+    """Open the camera, file or stream that a text means.
 
     Args:
         source: a webcam's index or /dev/video..., a video file, a picture, a folder of pictures
@@ -53,11 +53,11 @@ def open_camera(
 
 
 def name_of(source: str) -> str:
-    """What people call a source, whichever way it is written: /dev/video0 is camera 0."""
+    """The name people know a source by, however it is written: /dev/video0 is camera 0."""
     webcam = WEBCAM.fullmatch(source)
     return f"camera {int(webcam[1])}" if webcam else source
 
 
 def is_live(source: str) -> bool:
-    """Whether a source goes on whether or not anybody looks."""
+    """Return True if a source goes on whether or not anybody looks."""
     return "://" in source or bool(WEBCAM.fullmatch(source))

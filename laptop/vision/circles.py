@@ -17,7 +17,7 @@ class Circle(NamedTuple):
     arc     part of the rim, as far as it lies in the picture, on which the mask ends: 0 to 1
     fill    part of the area, as far as it lies in the picture, that the mask covers: 0 to 1
     stray   connected mask outside, as a part of the area
-    seen    part of the area that lies in the picture
+    visible part of the area that lies in the picture
     """
 
     u: float
@@ -26,30 +26,30 @@ class Circle(NamedTuple):
     arc: float
     fill: float
     stray: float
-    seen: float
+    visible: float
 
 
 class Ellipse(NamedTuple):
     """An ellipse, as a disc looks in perspective.
 
-    u, v    centre, px
-    radius  half of its longer axis, px
-    short   half of its shorter axis, px
-    spread  second moments: across, down, skew, px^2
-    even    how well an outline follows it: 1 for a disc, below 0.5 for a square
+    u, v        centre, px
+    radius      half of its longer axis, px
+    short       half of its shorter axis, px
+    covariance  second moments: across, down, skew, px^2
+    quality     how well an outline follows it: 1 for a disc, below 0.5 for a square
     """
 
     u: float
     v: float
     radius: float
     short: float
-    spread: tuple[float, float, float]
-    even: float
+    covariance: tuple[float, float, float]
+    quality: float
 
 
-SLENDER = 0.2
+MIN_AXIS_RATIO = 0.2
 """Ratio of its axes below which an ellipse is a stick rather than a disc aslant."""
-SHORT = 2.0
+MIN_HALF_AXIS = 2.0
 """Half of its shorter axis below which an ellipse cannot be told from a stick, px."""
 
 
@@ -70,11 +70,11 @@ def ellipse_of(outline: np.ndarray, finer: int = 1) -> Ellipse | None:
     if area < 10:
         return None
     u, v = m["m10"] / area, m["m01"] / area
-    covariance = np.array([[m["mu20"], m["mu11"]], [m["mu11"], m["mu02"]]]) / area
-    spreads, axes = np.linalg.eigh(covariance)
-    short, long = 2 * np.sqrt(np.maximum(spreads, 1e-9))
+    matrix = np.array([[m["mu20"], m["mu11"]], [m["mu11"], m["mu02"]]]) / area
+    variances, axes = np.linalg.eigh(matrix)
+    short, long = 2 * np.sqrt(np.maximum(variances, 1e-9))
     # An outline runs through pixel centres: half a step inside the rim.
-    if short + step / 2 < max(SHORT, SLENDER * (long + step / 2)):
+    if short + step / 2 < max(MIN_HALF_AXIS, MIN_AXIS_RATIO * (long + step / 2)):
         return None
     # How far outside of the ellipse, px, to first order.
     parts = (outline[:, 0] - (u, v)) @ axes / (short, long)
@@ -84,9 +84,9 @@ def ellipse_of(outline: np.ndarray, finer: int = 1) -> Ellipse | None:
     # parts of the shorter axis, rendered discs, blurred by lens and motion, come out below 0.014,
     # bricks above 0.028.
     rough = float((off.std() - 0.18 * step - 0.07) / short)
-    even = min(1.0, max(0.0, (0.032 - rough) / 0.016))
-    spread = m["mu20"] / area, m["mu02"] / area, m["mu11"] / area
-    return Ellipse(u, v, float(long), float(short), spread, even)
+    quality = min(1.0, max(0.0, (0.032 - rough) / 0.016))
+    covariance = m["mu20"] / area, m["mu02"] / area, m["mu11"] / area
+    return Ellipse(u, v, float(long), float(short), covariance, quality)
 
 
 _POINTS = 48
@@ -137,15 +137,15 @@ def find_circle(
             (x, y), r = cv2.minEnclosingCircle(blob)
             if math.hypot(x - u, y - v) + r < reach:
                 points.append(blob[:, 0])
-    even = _evenly(points)
-    inside = _within(even, picture)
-    fitted = _fit(even, inside, expected)
+    rim = _resampled(points)
+    inside = _within(rim, picture)
+    fitted = _fit(rim, inside, expected)
     if fitted is None:
         return None
-    return _judge(mask, even[inside], *fitted, picture, points)
+    return _judge(mask, rim[inside], *fitted, picture, points)
 
 
-def _evenly(contours: list[np.ndarray]) -> np.ndarray:
+def _resampled(contours: list[np.ndarray]) -> np.ndarray:
     """Points at equal steps along closed contours, shape (48, 2)."""
     path = np.vstack([np.vstack([contour, contour[:1]]) for contour in contours]).astype(float)
     steps = np.hypot(*np.diff(path, axis=0).T)
@@ -157,7 +157,7 @@ def _evenly(contours: list[np.ndarray]) -> np.ndarray:
 
 
 def _within(points: np.ndarray, picture: tuple[float, float, float, float]) -> np.ndarray:
-    """Which points are a rim: not where the picture's edge cuts the marker."""
+    """Tell the points of a rim from those where the picture's edge cuts the marker."""
     left, top, right, bottom = picture
     u, v = points.T
     return (u > left + 1) & (u < right - 1) & (v > top + 1) & (v < bottom - 1)

@@ -1,4 +1,4 @@
-"""What every camera gives: frames, with the time they were taken; what is used of OpenCV for it."""
+"""Frames, with the time they were taken, and the captures of OpenCV that give them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Frame(NamedTuple):
 
 
 class Capture(Protocol):
-    """What is used of cv2.VideoCapture."""
+    """The part of cv2.VideoCapture that is used."""
 
     def isOpened(self) -> bool: ...  # noqa: N802, D102
     def grab(self) -> bool: ...  # noqa: D102

@@ -15,19 +15,19 @@ from laptop.vision.markers import (
     BadMarker,
     Color,
     Marker,
-    gate,
+    hsv_mask,
     hsv_of,
     hue_distance,
     scene_of,
 )
 
 _TOLERANCES = (40.0, 32.0, 24.0, 17.0, 12.0)
-"""Of the hue, degrees: as wide as the surroundings allow, for the sake of changing light."""
-_BESIDE = 6.0
+"""Tolerances of the hue, degrees: the widest that the surroundings allow, as light changes."""
+_HUE_MARGIN = 6.0
 """Hue that is added on either side of a pixel's own, degrees."""
-_LARGEST = 0.4
+_MAX_AREA_SHARE = 0.4
 """Part of the picture that a marker may fill; what is larger is a table."""
-_ROUND = 0.25
+_MIN_ROUNDNESS = 0.25
 """Roundness of what may be a marker, though fingers hide half of it; a whole disc has 0.9."""
 
 
@@ -64,7 +64,7 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
     for tolerance in _TOLERANCES:
         tried = Color(*seed, tolerance=tolerance, scene=scene)
         for _ in range(2):
-            mask = gate(hsv, tried)
+            mask = hsv_mask(hsv, tried)
             blob = _blob(mask, (u0, v0, u1, v1))
             if blob is None:
                 break
@@ -78,20 +78,20 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
         # What a stripe parts from it belongs to it.
         blob |= mask & _disc(mask, circle, 1.2)
         circle = find_circle(blob.copy(), edges, None, circle.radius) or circle
-        if math.pi * circle.radius**2 > _LARGEST * width * height:
+        if math.pi * circle.radius**2 > _MAX_AREA_SHARE * width * height:
             continue
-        roundness = circle.arc * circle.fill * circle.seen / (1 + circle.stray)
+        roundness = circle.arc * circle.fill * circle.visible / (1 + circle.stray)
         outlines, _ = cv2.findContours(blob, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         ellipse = ellipse_of(max(outlines, key=cv2.contourArea))
-        if ellipse and ellipse.even > roundness:  # a disc, seen from the side
-            roundness = ellipse.even
+        if ellipse and ellipse.quality > roundness:  # a disc, seen from the side
+            roundness = ellipse.quality
             circle = circle._replace(u=ellipse.u, v=ellipse.v, radius=ellipse.radius)
         if roundness > best + 0.05:
             best, color, region, found = roundness, tried, blob, circle
-    if region is None or found is None or best < _ROUND:
+    if region is None or found is None or best < _MIN_ROUNDNESS:
         raise BadMarker(
             f"{name}: nothing round of one colour at {where} (roundness {best:.2f}, at least "
-            f"{_ROUND:g}); pick the middle of a disc or ball"
+            f"{_MIN_ROUNDNESS:g}); pick the middle of a disc or ball"
         )
     color = replace(color, tolerance=min(color.tolerance, _room(hsv, region, color)))
     return Marker(name, kind or _kind(hsv, region), color, radius=found.radius)
@@ -109,7 +109,7 @@ def include(marker: Marker, image: np.ndarray, pick: tuple[float, ...]) -> Marke
     color = _color_of(marker)
     hue, saturation, value = _shade(marker.name, image, pick)
     away = hue_distance(hue, color.hue)
-    low, high = min(-color.tolerance, away - _BESIDE), max(color.tolerance, away + _BESIDE)
+    low, high = min(-color.tolerance, away - _HUE_MARGIN), max(color.tolerance, away + _HUE_MARGIN)
     return replace(
         marker,
         color=replace(
@@ -137,12 +137,12 @@ def exclude(marker: Marker, image: np.ndarray, pick: tuple[float, ...]) -> Marke
     color = _color_of(marker)
     shade = _shade(marker.name, image, pick)
     pixel = np.array([[[shade[0] / 2, 255 * shade[1], 255 * shade[2]]]]).astype(np.uint8)
-    if not gate(pixel, color).any():
+    if not hsv_mask(pixel, color).any():
         raise BadMarker(f"{marker.name}: this is not of its colour; there is nothing to remove")
     away = hue_distance(shade[0], color.hue)
     if abs(away) > 0.4 * color.tolerance:
         side = math.copysign(1.0, away)
-        kept = (abs(away) - _BESIDE / 2 + color.tolerance) / 2  # half of what is left
+        kept = (abs(away) - _HUE_MARGIN / 2 + color.tolerance) / 2  # half of what is left
         middle = color.hue + side * (kept - color.tolerance)
         return replace(marker, color=replace(color, hue=middle % 360, tolerance=max(4.0, kept)))
     saturation, value = 1.1 * shade[1] / SATURATION_FLOOR, 1.1 * shade[2] / VALUE_FLOOR
@@ -223,7 +223,7 @@ def _room(hsv: np.ndarray, region: np.ndarray, color: Color) -> float:
         for radius in [math.sqrt(np.count_nonzero(region) / math.pi)]
         for wide in (round(0.7 * radius) + 4, round(0.15 * radius) + 2)
     )
-    anything = gate(hsv, replace(color, tolerance=180.0))
+    anything = hsv_mask(hsv, replace(color, tolerance=180.0))
     hues = 2.0 * hsv[(around > 0) & (near == 0) & (anything > 0)][:, 0]
     if len(hues) < 20:
         return 180.0
@@ -232,7 +232,7 @@ def _room(hsv: np.ndarray, region: np.ndarray, color: Color) -> float:
 
 
 def _kind(hsv: np.ndarray, region: np.ndarray) -> str:
-    """Whether it is shaded like a ball."""
+    """Tell a ball, which is shaded, from a disc."""
     core = cv2.erode(region, np.ones((5, 5), np.uint8), borderValue=0)
     values = hsv[(core if core.any() else region) > 0][:, 2]
     dark, bright = np.percentile(values, (10, 90))

@@ -12,12 +12,12 @@ import cv2
 
 from laptop.vision.frames import Capture, Frame, MakeCapture, NoCamera, bgr, size_of
 
-CREDIBLE = 0.5
+MAX_STAMP_AGE = 0.5
 """Age, s, below which a driver's time stamp is believed, and all that come after it."""
-PATIENCE = (0.25, 2.0, 60.0)
+REOPEN_SCHEDULE = (0.25, 2.0, 60.0)
 """A live camera that fails is tried again after the first, up to every second, given up after the
 third, s."""
-ARRIVES_WITHIN = 5.0
+STREAM_TIMEOUT = 5.0
 """A stream that is not there by then, s, is not reachable."""
 
 
@@ -85,7 +85,7 @@ class LiveCamera:
 
     @property
     def notes(self) -> list[str]:
-        """What the camera answered to the settings, and where its times come from."""
+        """Remarks for people: its answers to the settings, and the source of its times."""
         stamps = {
             None: [],
             True: ["time stamps from the driver"],
@@ -96,12 +96,12 @@ class LiveCamera:
 
     @property
     def why(self) -> str:
-        """What is wrong with it, or ""."""
+        """The present trouble with it, or ""."""
         return self._trouble
 
     @property
     def ended(self) -> bool:
-        """Whether it was closed or given up, and nothing is left to read."""
+        """True if it was closed or given up, and nothing is left to read."""
         return self._ended and self._newest is None
 
     def read(self, timeout: float) -> Frame | None:
@@ -159,7 +159,7 @@ class LiveCamera:
         index, self._index = self._index, self._index + 1
         if not done or image is None:
             self.unread += 1
-            return arrived - self._last < PATIENCE[1]
+            return arrived - self._last < REOPEN_SCHEDULE[1]
         frame = Frame(index, t, bgr(image))
         with self._changed:
             self._newest = frame
@@ -173,13 +173,13 @@ class LiveCamera:
             return arrived
         stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
         if not self._stamped:
-            self._stamped = 0 <= arrived - stamp < CREDIBLE
+            self._stamped = 0 <= arrived - stamp < MAX_STAMP_AGE
         # From then on an old one is true: the picture lay in the driver while nobody took it.
         return stamp if self._stamped and stamp <= arrived else arrived
 
     def _reopen(self) -> Capture | None:
         """Wait and open again, until it works; None if that is given up."""
-        delay, longest, enough = PATIENCE
+        delay, longest, enough = REOPEN_SCHEDULE
         while not self._closing.wait(delay):
             try:
                 return self._source.open()
@@ -205,7 +205,7 @@ class NetworkStream:
 
     def open(self) -> Capture:
         """Connect anew; raises NoCamera."""
-        within = int(1000 * ARRIVES_WITHIN)
+        within = int(1000 * STREAM_TIMEOUT)
         capture = self._make(
             self.url,
             cv2.CAP_FFMPEG,
@@ -215,6 +215,6 @@ class NetworkStream:
             return capture
         capture.release()
         raise NoCamera(
-            f"stream {self.url} cannot be opened within {ARRIVES_WITHIN:g} s; check the address "
+            f"stream {self.url} cannot be opened within {STREAM_TIMEOUT:g} s; check the address "
             "in a browser or with ffplay"
         )

@@ -17,7 +17,7 @@ PAGE = (210.0, 297.0)
 COLORS = {"red": "#d01020", "green": "#109040", "blue": "#1050c0"}
 """Far apart in hue, and from wood, skin and yellow beams."""
 LIMITS = (5.0, 60.0)
-"""Of the diameter, mm."""
+"""Least and greatest diameter, mm."""
 
 
 class BadSheet(ArmError, ValueError):
@@ -78,7 +78,16 @@ def _row(
     color: str | None,
     first: int = 0,
 ) -> int:
-    """As many of one kind as fit side by side, mm from the top of the page; the next number."""
+    """Draw as many of one kind as fit side by side, and return the next number.
+
+    Args:
+        down: of the row's middle, mm from the top of the page.
+        pitch: from marker to marker, mm.
+        diameter: mm.
+        name: of the colour, printed below.
+        color: None makes ArUco markers.
+        first: the first ArUco number.
+    """
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
     numbers = range(first, min(ARUCO_IDS, first + int((PAGE[0] - 30) / pitch)))
     for column, number in enumerate(numbers):

@@ -1,4 +1,4 @@
-"""What a marker looks like: from words, from a picked pixel, from a file that people can read.
+"""The look of a marker: from words, from a picked pixel, from a file that people can read.
 
 A colour is a closed gate in hue, saturation and value, as light changes it least: hue is circular
 (red needs no special case), saturation and value have floors.  Angles of hue are degrees, 0 red,
@@ -22,7 +22,7 @@ from shared.arm_description import ArmError
 
 KINDS = ("disc", "ball", "aruco")
 ARUCO_IDS = 50
-"""How many there are in DICT_4X4_50."""
+"""Number of markers in DICT_4X4_50."""
 
 
 class BadMarker(ArmError, ValueError):
@@ -75,7 +75,7 @@ class Marker:
         )
 
 
-WORDS = {
+NAMED_COLORS = {
     "red": Color(0, 0.85, 0.7),
     "orange": Color(25, 0.85, 0.8, 12),
     "yellow": Color(55, 0.8, 0.85, 15),
@@ -104,7 +104,7 @@ def hsv_of(bgr: Iterable[float]) -> tuple[float, float, float]:
 
 
 def hue_distance(a: float, b: float) -> float:
-    """From hue b to hue a the short way round, -180 to 180 degrees."""
+    """Distance from hue b to hue a the short way round, -180 to 180 degrees."""
     return (a - b + 180) % 360 - 180
 
 
@@ -124,8 +124,8 @@ def read_spec(name: str, text: str) -> Marker:
         if not what.isdecimal() or int(what) >= ARUCO_IDS:
             raise BadMarker(f"{name} '{text}': an ArUco id is a number from 0 to {ARUCO_IDS - 1}")
         return Marker(name, kind, id=int(what))
-    if what in WORDS:
-        return Marker(name, kind, WORDS[what])
+    if what in NAMED_COLORS:
+        return Marker(name, kind, NAMED_COLORS[what])
     if os.path.isfile(what):  # Path.is_file raises where a name is too long for a file
         markers = read_markers(what)
         if name not in markers:
@@ -140,12 +140,12 @@ def read_spec(name: str, text: str) -> Marker:
     if "." in what or "/" in what:
         raise BadMarker(f"{name} '{text}': there is no file {what}; make it with --pick")
     raise BadMarker(
-        f"{name} '{text}': write disc:COLOUR or ball:COLOUR with one of {', '.join(WORDS)}, "
+        f"{name} '{text}': write disc:COLOUR or ball:COLOUR with one of {', '.join(NAMED_COLORS)}, "
         f"aruco:ID, or a markers file{', or a point U,V such as 400,200' * (name == 'goal')}"
     )
 
 
-_HEAD = """\
+_FILE_HEADER = """\
 # The markers, as the tracker learned them; correct by hand what it got wrong.
 # hue, tolerance: degrees (0 red, 120 green, 240 blue); saturation, value: 0 to 1;
 # scene: mean red, green, blue (0 to 255) of the picture in which it was picked;
@@ -251,7 +251,7 @@ def write_markers(file: str | Path, markers: Mapping[str, Marker]) -> None:
         target.parent.mkdir(parents=True, exist_ok=True)
         try:
             with draft.open("w", encoding="utf-8") as out:
-                out.write(_HEAD)
+                out.write(_FILE_HEADER)
                 parser.write(out)
             draft.replace(target)
         finally:
@@ -269,8 +269,8 @@ SATURATION_FLOOR, VALUE_FLOOR = 0.55, 0.4
 """Shares of the typical ones below which a pixel is no longer of the colour."""
 
 
-def gate(hsv: np.ndarray, color: Color) -> np.ndarray:
-    """Which pixels are of this colour: closed in hue, with floors for saturation and value.
+def hsv_mask(hsv: np.ndarray, color: Color) -> np.ndarray:
+    """Mask the pixels of a colour: closed in hue, with floors for saturation and value.
 
     Args:
         hsv: OpenCV's, uint8, shape (h, w, 3); hue 0 to 179, two degrees each.
@@ -292,6 +292,6 @@ def gate(hsv: np.ndarray, color: Color) -> np.ndarray:
 
 
 def scene_of(image: np.ndarray) -> tuple[float, float, float]:
-    """What the light is like: mean red, green, blue of a picture, from every 8th pixel."""
+    """Mean red, green, blue (0 to 255) of a picture, from every 8th pixel: its light."""
     blue, green, red, _ = cv2.mean(image[4::8, 4::8])
     return round(red, 1), round(green, 1), round(blue, 1)

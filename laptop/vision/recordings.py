@@ -20,10 +20,10 @@ import numpy as np
 from laptop.vision.frames import Capture, Frame, MakeCapture, NoCamera, bgr, size_of
 
 PICTURE_FPS = 30.0
-"""Of a folder of pictures."""
-UNREAD_IN_A_ROW = 1000
+"""Frames per second of a folder of pictures."""
+MAX_UNREAD_IN_A_ROW = 1000
 """Frames in a row that cannot be read, after which a file is at its end whatever it promises."""
-PICTURES = (".png", ".jpg", ".jpeg")
+PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
 
 
 class Recording:
@@ -77,7 +77,7 @@ class Recording:
 
     @property
     def notes(self) -> list[str]:
-        """What people should know about it."""
+        """Remarks for people: frames that could not be read."""
         if not self.unread:
             return []
         return [f"{self.unread} of {self._promised()}frames could not be read"]
@@ -103,7 +103,7 @@ class Recording:
         return None
 
     def _wait(self, timeout: float) -> bool:
-        """Until the next frame is due; late ones are passed over."""
+        """Wait until the next frame is due, and pass over late ones; return True if it is."""
         now = self._now()
         if self._start is None:
             self._start = now
@@ -127,7 +127,7 @@ class Recording:
         if self.count is not None and self._next < self.count:
             self._next += 1
             self._miss()
-            if self._failed >= UNREAD_IN_A_ROW:
+            if self._failed >= MAX_UNREAD_IN_A_ROW:
                 self.unread += self.count - self._next
                 self.ended = True
         else:
@@ -239,7 +239,7 @@ def open_files(source: str, make: MakeCapture) -> Capture:
     """
     path = Path(source)
     if source and path.is_dir():  # (an empty one would be the folder we stand in)
-        files = [file for file in path.iterdir() if file.suffix.lower() in PICTURES]
+        files = [file for file in path.iterdir() if file.suffix.lower() in PICTURE_SUFFIXES]
         if not files:
             raise NoCamera(f"folder {path} has no pictures; png and jpg files are read")
         return PictureFolder(sorted(files, key=_natural))
@@ -248,7 +248,7 @@ def open_files(source: str, make: MakeCapture) -> Capture:
             f"no camera, file or folder '{source}'; give --camera a webcam's number, a video file, "
             "a folder of pictures, a stream (http://, rtsp://) or synthetic"
         )
-    if path.suffix.lower() in PICTURES:
+    if path.suffix.lower() in PICTURE_SUFFIXES:
         if _read_picture(path) is None:
             raise NoCamera(f"{path} cannot be read as a picture; check the file")
         return PictureFolder([path])

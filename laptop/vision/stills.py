@@ -10,7 +10,7 @@ import numpy as np
 from laptop.vision.frames import Capture, MakeCapture, bgr
 from laptop.vision.recordings import PICTURE_FPS, PictureFolder, open_files
 
-NEAR = 12
+MAX_READ_AHEAD = 12
 """A frame so few after the last one is read on to, rather than sought."""
 
 
@@ -40,7 +40,7 @@ class Stills:
 
     def read(self, index: int) -> np.ndarray | None:
         """One frame: BGR, uint8, shape (h, w, 3); None if it cannot be read."""
-        if not self._at <= index <= self._at + NEAR:
+        if not self._at <= index <= self._at + MAX_READ_AHEAD:
             self._seek(index)
         while self._at < index:
             self._here = self._capture.grab()  # if not: others may come still, as in `Recording`
@@ -49,7 +49,7 @@ class Stills:
         return bgr(image) if done and image is not None else None
 
     def _seek(self, index: int) -> None:
-        """To this frame, or to one before it."""
+        """Go to this frame, or to one before it."""
         aim = index if index < len(self._stamps) else -1
         while aim >= 0:
             self._capture.set(cv2.CAP_PROP_POS_MSEC, self._stamps[aim] / 1000)
@@ -57,7 +57,7 @@ class Stills:
             if at is not None and at <= index:
                 self._at, self._here = at, True
                 return
-            aim -= NEAR if at is None else 1 + 2 * (at - index)
+            aim -= MAX_READ_AHEAD if at is None else 1 + 2 * (at - index)
         if self._index or index < self._at:
             self._rewind()
 
@@ -68,7 +68,7 @@ class Stills:
 
 
 def _stamps(capture: Capture, source: str, make: MakeCapture) -> list[int]:
-    """When each picture of a recording is to be shown, in order, microseconds."""
+    """Time stamps of all pictures of a recording, in order, microseconds."""
     if isinstance(capture, PictureFolder):
         count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
         return [round(1e6 * index / PICTURE_FPS) for index in range(count)]
@@ -81,5 +81,5 @@ def _stamps(capture: Capture, source: str, make: MakeCapture) -> list[int]:
 
 
 def _stamp(capture: Capture) -> int:
-    """When the picture grabbed last is to be shown, microseconds."""
+    """Time stamp of the picture grabbed last, microseconds."""
     return round(1000 * capture.get(cv2.CAP_PROP_POS_MSEC))

@@ -21,8 +21,8 @@ class BadPicture(ArmError, OSError):
     """A picture that cannot be written."""
 
 
-class View(NamedTuple):
-    """What a tracker made of a frame.
+class AnnotatedFrame(NamedTuple):
+    """A frame, and what a tracker found in it.
 
     windows  per marker where it was looked for first, see Tracker
     """
@@ -38,7 +38,7 @@ _INK = {"effector": (40, 240, 255), "goal": (255, 230, 60)}
 _OTHER_INK = ((120, 255, 120), (255, 140, 255), (140, 190, 255))
 
 
-def draw(view: View, width: int = 1280) -> np.ndarray:
+def draw(view: AnnotatedFrame, width: int = 1280) -> np.ndarray:
     """The tracker's view: the frame, enlarged to about this width (px), with what was found."""
     height, wide = view.frame.image.shape[:2]
     k = max(1, round(width / wide))
@@ -104,7 +104,7 @@ def _label(image: np.ndarray, text: str, u: float, v: float, ink: Any) -> None:
     cv2.putText(image, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.7, ink, 2, cv2.LINE_AA)
 
 
-def write_picture(file: Path, view: View) -> None:
+def write_picture(file: Path, view: AnnotatedFrame) -> None:
     """Draw a view into a file.
 
     Raises:

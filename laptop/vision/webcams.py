@@ -15,8 +15,8 @@ from laptop.vision.frames import Capture, MakeCapture, NoCamera
 LINUX = sys.platform.startswith("linux")
 DEV, SYSFS = "/dev", "/sys/class/video4linux"
 SIZE, FPS = (640, 480), 60.0
-"""What a webcam is asked for if nothing is said; it answers with what it can."""
-SETTLE = 30
+"""Pixels and frames per second asked of a webcam by default; it answers with what it can."""
+SETTLING_FRAMES = 30
 """Frames that a webcam gets to find its exposure before that is locked."""
 
 
@@ -84,10 +84,10 @@ class Webcam:
         if not self._locked:
             capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, auto)
             capture.set(cv2.CAP_PROP_AUTO_WB, 1)
-            before = self._brightness(capture, SETTLE)
-            self._locked = {name: capture.get(key) for name, key, *_ in _ADAPTS}
+            before = self._brightness(capture, SETTLING_FRAMES)
+            self._locked = {name: capture.get(key) for name, key, *_ in _AUTOMATIC_SETTINGS}
         notes = []
-        for name, key, switch in _ADAPTS:
+        for name, key, switch in _AUTOMATIC_SETTINGS:
             value = self._locked[name]
             if value < 0 and name in ("gain", "focus"):
                 continue  # it has none
@@ -121,13 +121,13 @@ class Webcam:
         return float(image[::8, ::8].mean()) if done and image is not None else None
 
 
-_ADAPTS: tuple[tuple[str, int, int | None], ...] = (
+_AUTOMATIC_SETTINGS: tuple[tuple[str, int, int | None], ...] = (
     ("exposure", cv2.CAP_PROP_EXPOSURE, cv2.CAP_PROP_AUTO_EXPOSURE),
     ("gain", cv2.CAP_PROP_GAIN, None),
     ("white balance", cv2.CAP_PROP_WB_TEMPERATURE, cv2.CAP_PROP_AUTO_WB),
     ("focus", cv2.CAP_PROP_FOCUS, cv2.CAP_PROP_AUTOFOCUS),
 )
-"""What a webcam changes by itself: name, value, and the switch that keeps it from doing so."""
+"""Settings that a webcam changes by itself: name, value, and the switch that locks it."""
 
 
 def webcams(make: MakeCapture = cv2.VideoCapture) -> dict[int, str]:
@@ -159,7 +159,7 @@ def _line(file: Path) -> str:
 
 
 def _no_webcam(index: int, make: MakeCapture) -> str:
-    """Why a webcam does not open, with those that exist."""
+    """Say why a webcam does not open, and which exist."""
     found = webcams(make)
     others = "a video file, a folder of pictures, a stream (http://, rtsp://) or synthetic"
     if not found:

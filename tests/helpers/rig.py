@@ -30,6 +30,11 @@ def degrees(*angles):
     return tuple(math.radians(angle) for angle in angles)
 
 
+def far(a, b):
+    """Greatest difference of two poses, deg."""
+    return max(abs(math.degrees(x - y)) for x, y in zip(a, b))
+
+
 def described(name, backlash=None, **changes):
     """The arm of that name, with other play (deg) or other fields at every joint."""
     arm = read_arm(find_arm(name))

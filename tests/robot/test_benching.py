@@ -8,6 +8,7 @@ from contextlib import redirect_stderr, redirect_stdout
 
 import ev3dev2
 import pytest
+from clocks import FakeClock
 from places import ROBOT, ROOT
 
 from laptop.simulator import measured_brick, session
@@ -293,14 +294,10 @@ def test_afterwards_the_arm_knows_where_it_is(bench, tmp_path):
 # The pieces
 
 
-class FakeClock:
+class LateClock(FakeClock):
     """Sleeps longer than asked, each time by more."""
 
-    def __init__(self):
-        self.t, self.late = 5.0, 0.0
-
-    def now(self):
-        return self.t
+    late = 0.0
 
     def sleep(self, seconds):
         self.late += 1e-4
@@ -309,7 +306,7 @@ class FakeClock:
 
 def test_jitter_is_how_late_a_sleep_wakes_up():
     taken = laps.Laps()
-    system.measure_naps(FakeClock(), taken)
+    system.measure_naps(LateClock(5.0), taken)
     ((name, late),) = taken.taken.items()
     assert "20 ms" in name
     assert late == pytest.approx([1e-4 * n for n in range(1, system.NAPS + 1)])

@@ -11,6 +11,7 @@ import sys
 from collections import namedtuple
 
 import pytest
+from refusals import in_one_line
 from rig import DRIVER, Shell, from_line
 
 from laptop.simulator.session import Fault, run
@@ -140,14 +141,6 @@ def stopped(brick, port):
     return brick.motors[port].mode in (
         ("coast",) if brick.motors[port].unplugged else ("hold", "brake")
     )
-
-
-def in_one_line(err, *words):
-    """Whether stderr is one line that holds all the words; never a traceback."""
-    assert "Traceback" not in err, err
-    assert err.count("\n") == 1, err
-    assert all(word in err for word in words), err
-    return True
 
 
 @pytest.mark.short(

@@ -11,6 +11,7 @@ import subprocess
 import sys
 
 import pytest
+from clocks import FakeClock
 from waiting import PATIENCE
 
 from robot import program, tracking, tracking_client, tracking_commands
@@ -45,19 +46,6 @@ AHEAD = 5000.0
 SCRIPT = tracking_client.__file__
 ROUNDS = 2000
 """Of at most some 5 ms each, until something that must happen has happened."""
-
-
-class FakeClock:
-    """The brick's clock: it stands until it is turned, or somebody sleeps."""
-
-    def __init__(self):
-        self.t = 100.0
-
-    def now(self):
-        return self.t
-
-    def sleep(self, seconds):
-        self.t += max(0.0, seconds)
 
 
 class FakeTracker:

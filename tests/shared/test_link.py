@@ -9,6 +9,7 @@ import threading
 import time
 
 import pytest
+from clocks import FakeClock
 from waiting import PATIENCE, until
 
 from laptop.simulator.device.brick import EmulatedBrick
@@ -47,16 +48,6 @@ from shared.peer_clock import DRIFT, SAMPLES, SLOW_PING, PeerClock
 
 AHEAD = 5000.0
 """By which the laptop's clock is ahead of the brick's, s."""
-
-
-class FakeClock:
-    """A clock that stands until it is turned."""
-
-    def __init__(self, t):
-        self.t = t
-
-    def now(self):
-        return self.t
 
 
 def tcp_pair():

@@ -6,6 +6,7 @@ import socket
 import tracemalloc
 
 import pytest
+from clocks import FakeClock
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -121,16 +122,6 @@ def test_nothing_but_bad_message_comes_out_of_decode(thousands):
 
     fuzz()
     assert sum(tried) >= 1000 * thousands
-
-
-class FakeClock:
-    """Stands until it is turned."""
-
-    t = 100.0
-
-    def now(self):
-        """The time, s."""
-        return self.t
 
 
 def fuzzed_link(proven, batches):

@@ -378,7 +378,7 @@ def test_a_line_without_end_is_counted_once_and_skipped():
     buffer = LineBuffer()
     for _ in range(1000):
         assert buffer.feed(b"x" * 100) == []
-        assert len(buffer._rest) <= MAX_LINE
+        assert buffer.size <= MAX_LINE
     assert buffer.overlong == 1
     assert buffer.feed(b"x\nnext\nand") == [b"next"]
     assert buffer.feed(b" so on\n") == [b"and so on"]

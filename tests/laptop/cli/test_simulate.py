@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import pytest
 from click.testing import CliRunner
 from places import ROOT
+from refusals import in_one_line
 
 from laptop.bench import draw
 from laptop.cli import simulate as command
@@ -81,13 +82,6 @@ def process(*words, **options):
         text=True,
         **options,
     )
-
-
-def in_one_line(text, *words):
-    assert "Traceback" not in text, text
-    assert text.count("\n") == 1, text
-    assert all(word in text for word in words), text
-    return True
 
 
 # What it leaves

@@ -17,6 +17,7 @@ from announced import wait_for_event
 from click.testing import CliRunner
 from fake_cameras import FakeCamera, frame
 from places import FOOTAGE, ROOT
+from refusals import in_one_line
 from waiting import PATIENCE
 
 from laptop.cli.main import laptop
@@ -30,7 +31,7 @@ from laptop.tracking.server import TrackingServer
 from laptop.vision.frames import Frame
 from laptop.vision.markers import Marker, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Sighting
-from laptop.vision.view import View, draw
+from laptop.vision.view import AnnotatedFrame, draw
 from shared.messages import PORT
 
 WIDTH, HEIGHT, RADIUS = 160, 120, 10
@@ -89,13 +90,6 @@ def run(tmp_path):
 def rows(path):
     with open(path, newline="") as file:
         return list(csv.DictReader(file))
-
-
-def in_one_line(text, *words):
-    assert "Traceback" not in text, text
-    assert text.count("\n") == 1, text
-    assert all(word in text for word in words), text
-    return True
 
 
 # A file, as fast as it goes
@@ -450,9 +444,9 @@ def test_a_view_bears_markers_at_and_beyond_the_edge():
         "goal": Sighting(159.0, 119.0, 0.4, 9.0),
         "x": Sighting(0.0, 0.0, 1.0, math.nan),
     }
-    assert draw(View(frame, seen, {"goal": ""}, {})).shape == (8 * HEIGHT, 8 * WIDTH, 3)
+    assert draw(AnnotatedFrame(frame, seen, {"goal": ""}, {})).shape == (8 * HEIGHT, 8 * WIDTH, 3)
     wide = Frame(3, 0.0, np.zeros((720, 1280, 3), np.uint8))
-    assert draw(View(wide, {}, {}, {"goal": (1.0, 2.0, 1.0)})).shape == (720, 1280, 3)
+    assert draw(AnnotatedFrame(wide, {}, {}, {"goal": (1.0, 2.0, 1.0)})).shape == (720, 1280, 3)
 
 
 # What programs are told

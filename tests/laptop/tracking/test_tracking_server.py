@@ -12,6 +12,7 @@ import time
 
 import pytest
 import waiting
+from clocks import FakeClock
 from waiting import PATIENCE
 
 from laptop.tracking import server as tracking_server
@@ -55,20 +56,14 @@ WRONG = pairing.key_of("HGFEDCBA")
 AHEAD = 5000.0
 
 
-class FakeClock:
-    """The brick's clock, and by `laptop` the laptop's."""
-
-    def __init__(self):
-        self.t = 100.0
-
-    def now(self):
-        return self.t
+class BrickClock(FakeClock):
+    """The brick's clock, and by `laptop` the laptop's; only the tests turn it."""
 
     def laptop(self):
         return self.t + AHEAD
 
     def sleep(self, seconds):
-        """The tests turn it."""
+        pass
 
 
 class Caller:
@@ -110,7 +105,7 @@ class Caller:
 
 @pytest.fixture
 def clock():
-    return FakeClock()
+    return BrickClock()
 
 
 @pytest.fixture

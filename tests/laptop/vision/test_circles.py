@@ -50,7 +50,7 @@ def test_a_whole_disc_is_found_to_a_fraction_of_a_pixel(radius):
         assert circle.arc == 1
         assert circle.fill > 0.93
         assert circle.stray < 0.12
-        assert circle.seen == 1
+        assert circle.visible == 1
     assert np.sqrt(np.mean(np.square(errors))) < 0.1
     assert np.abs(np.mean(errors, axis=0)).max() < 0.1
 
@@ -77,7 +77,7 @@ def test_of_a_disc_half_of_which_is_hidden_the_whole_is_found(radius, way):
     assert 0.4 < circle.arc < 0.7
     assert 0.4 < circle.fill < 0.6
     assert circle.stray < 0.05
-    assert circle.seen == 1
+    assert circle.visible == 1
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -176,7 +176,7 @@ def test_a_disc_cut_by_the_picture_s_edge_is_found_where_it_is(u, v):
     assert circle.radius == pytest.approx(20, abs=1.2)
     assert circle.arc > 0.9  # all of the rim that could be seen
     assert circle.fill > 0.95
-    assert circle.seen == pytest.approx(seen, abs=0.06)
+    assert circle.visible == pytest.approx(seen, abs=0.06)
 
 
 # What is no disc
@@ -225,10 +225,10 @@ def within(a, b, turn, corners=False, u=70.3, v=60.6, finer=1):
 def test_an_ellipse_is_even_however_coarse_the_pixels(a, b, turn):
     for finer, inward in ((1, 0.5), (4, 0.125)):
         ellipse = ellipse_of(within(a, b, turn, finer=finer), finer)
-        assert ellipse.even == 1
+        assert ellipse.quality == 1
         assert off(ellipse) < inward
         assert ellipse.radius == pytest.approx(a - inward, abs=inward)
-        across, down, skew = ellipse.spread
+        across, down, skew = ellipse.covariance
         short = math.sqrt(across * down - skew**2) * 4 / ellipse.radius
         assert short == pytest.approx(b - inward, abs=inward)
 
@@ -237,8 +237,8 @@ def test_an_ellipse_is_even_however_coarse_the_pixels(a, b, turn):
 @pytest.mark.parametrize("turn", WAYS)
 @pytest.mark.parametrize(("a", "b"), [(8, 4), (12, 4), (16, 4), (12, 6), (20, 6)])
 def test_a_bar_is_not_even(a, b, turn):
-    assert ellipse_of(within(a, b, turn, corners=True, finer=4), 4).even == 0
-    assert ellipse_of(within(a, b, turn, corners=True)).even < 0.5
+    assert ellipse_of(within(a, b, turn, corners=True, finer=4), 4).quality == 0
+    assert ellipse_of(within(a, b, turn, corners=True)).quality < 0.5
 
 
 @pytest.mark.parametrize("turn", WAYS)

@@ -13,7 +13,7 @@ from laptop.vision.learning import learn
 from laptop.vision.markers import (
     BadMarker,
     Color,
-    gate,
+    hsv_mask,
     hsv_of,
     hue_distance,
     read_markers,
@@ -95,7 +95,7 @@ def test_what_was_learned_can_be_kept(tmp_path):
 def test_the_gate_that_was_learned_holds_the_marker_and_nothing_else():
     image = picture("ball", 20, "green")
     marker = learn("goal", image, (64, 60))
-    mask = gate(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), marker.color) > 0
+    mask = hsv_mask(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), marker.color) > 0
     y, x = np.mgrid[:128, :128]
     away = np.hypot(x - U, y - V)
     assert mask[away < 12].mean() > 0.8  # a highlight has no colour
@@ -240,7 +240,7 @@ def test_the_tolerance_is_less_beside_a_similar_colour():
     orange = hue_distance(paint_of("orange")[0], beside.color.hue)
     assert beside.color.tolerance < min(alone.tolerance, orange - 5)
     assert beside.radius == pytest.approx(14, abs=1)
-    mask = gate(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), beside.color) > 0
+    mask = hsv_mask(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), beside.color) > 0
     assert mask[53:68, 57:72].all()
     assert mask[50:70, 86:104].mean() < 0.02
 
@@ -252,7 +252,7 @@ def test_a_marker_on_a_ground_of_similar_hue_is_told_apart_from_it(colour, groun
     image = picture(colour=colour, background=ground, radius=18)
     color = learn("effector", image, (64, 60)).color
     assert abs(hue_distance(color.hue, paint_of(colour)[0])) < 6
-    mask = gate(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), color) > 0
+    mask = hsv_mask(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), color) > 0
     assert mask[52:68, 56:72].mean() > 0.98
     assert mask[:30].mean() < 0.02
 
@@ -263,7 +263,7 @@ def test_the_tolerance_is_less_where_a_similar_colour_is_near_but_apart():
     color = learn("effector", image, (64, 60)).color
     orange = hue_distance(paint_of("orange")[0], color.hue)
     assert 8 <= color.tolerance < min(alone.tolerance, 0.7 * orange)
-    mask = gate(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), color) > 0
+    mask = hsv_mask(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), color) > 0
     assert mask[53:68, 57:72].all()
     assert mask[50:70, 90:110].mean() < 0.02
 

@@ -9,11 +9,11 @@ import pytest
 
 from laptop.vision.markers import (
     ARUCO_IDS,
-    WORDS,
+    NAMED_COLORS,
     BadMarker,
     Color,
     Marker,
-    gate,
+    hsv_mask,
     hsv_of,
     hue_distance,
     read_markers,
@@ -55,14 +55,14 @@ def file(tmp_path):
 # Words
 
 
-@pytest.mark.parametrize("word", WORDS)
+@pytest.mark.parametrize("word", NAMED_COLORS)
 def test_a_word_is_a_disc_of_this_colour(word):
-    assert read_spec("effector", word) == Marker("effector", "disc", WORDS[word])
+    assert read_spec("effector", word) == Marker("effector", "disc", NAMED_COLORS[word])
 
 
 def test_a_kind_may_be_said_before_a_colour():
-    assert read_spec("goal", "ball:green") == Marker("goal", "ball", WORDS["green"])
-    assert read_spec("goal", "disc:red") == Marker("goal", "disc", WORDS["red"])
+    assert read_spec("goal", "ball:green") == Marker("goal", "ball", NAMED_COLORS["green"])
+    assert read_spec("goal", "disc:red") == Marker("goal", "disc", NAMED_COLORS["red"])
 
 
 @pytest.mark.parametrize("number", [0, ARUCO_IDS - 1])
@@ -120,11 +120,11 @@ def test_a_word_means_what_people_call_so():
         "purple": (107, 47, 150),
         "pink": (230, 60, 150),
     }
-    assert set(paints) == set(WORDS)
+    assert set(paints) == set(NAMED_COLORS)
     rgb = np.array([list(paints.values())], np.uint8)
     hsv = cv2.cvtColor(rgb, cv2.COLOR_RGB2HSV)
     for k, word in enumerate(paints):
-        assert [bool(gate(hsv, WORDS[other])[0, k]) for other in paints] == [
+        assert [bool(hsv_mask(hsv, NAMED_COLORS[other])[0, k]) for other in paints] == [
             other == word for other in paints
         ]
 
@@ -193,7 +193,7 @@ def test_markers_come_back_from_their_file_as_they_were(tmp_path):
 
 def test_a_written_file_tells_how_to_correct_it(tmp_path):
     path = tmp_path / "markers.ini"
-    write_markers(path, {"effector": Marker("effector", "disc", WORDS["red"])})
+    write_markers(path, {"effector": Marker("effector", "disc", NAMED_COLORS["red"])})
     text = path.read_text(encoding="utf-8")
     for what in ("degrees", "0 red", "hue = 0", "saturation = 0.85", "[effector]"):
         assert what in text
@@ -319,7 +319,7 @@ def test_what_cannot_be_read_is_refused(tmp_path):
 
 
 def test_what_cannot_be_written_is_told_with_the_way_out(tmp_path):
-    markers = {"effector": Marker("effector", "disc", WORDS["red"])}
+    markers = {"effector": Marker("effector", "disc", NAMED_COLORS["red"])}
     taken = tmp_path / "taken"
     taken.write_text("mine")
     folder = tmp_path / "folder"
@@ -334,14 +334,14 @@ def test_what_cannot_be_written_is_told_with_the_way_out(tmp_path):
 
 def test_a_file_that_cannot_be_replaced_stays_as_it_was(tmp_path, monkeypatch):
     path = tmp_path / "markers.ini"
-    write_markers(path, {"goal": Marker("goal", "disc", WORDS["red"])})
+    write_markers(path, {"goal": Marker("goal", "disc", NAMED_COLORS["red"])})
     before = path.read_bytes()
 
     def full(self, other):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("pathlib.Path.replace", full)
-    text = refusal(write_markers, path, {"goal": Marker("goal", "disc", WORDS["blue"])})
+    text = refusal(write_markers, path, {"goal": Marker("goal", "disc", NAMED_COLORS["blue"])})
     assert "No space left" in text
     assert path.read_bytes() == before
     assert [entry.name for entry in tmp_path.iterdir()] == ["markers.ini"]
@@ -389,7 +389,7 @@ def strip(hue=None, saturation=200, value=200):
 @pytest.mark.parametrize("tolerance", [1, 5, 20, 33.3, 40, 90])
 @pytest.mark.parametrize("hue", [0, 1, 10, 19.9, 20, 60, 123.4, 180, 240, 320, 340, 341, 359, 360])
 def test_the_gate_lets_in_what_is_within_the_tolerance_all_around_the_circle(hue, tolerance):
-    inside = gate(strip(), Color(hue, 0.8, 0.8, tolerance))[0] > 0
+    inside = hsv_mask(strip(), Color(hue, 0.8, 0.8, tolerance))[0] > 0
     away = np.array([abs(hue_distance(2 * k, hue)) for k in range(180)])
     # OpenCV's hues are two degrees apart.
     assert inside[away <= tolerance - 1].all()
@@ -398,28 +398,28 @@ def test_the_gate_lets_in_what_is_within_the_tolerance_all_around_the_circle(hue
 
 def test_the_gate_lets_red_in_on_either_side_of_zero():
     hues = np.array([160, 169, 170, 175, 179, 0, 5, 10, 11, 20])
-    inside = gate(strip(hue=hues), Color(0, 0.8, 0.8, 20))[0] > 0
+    inside = hsv_mask(strip(hue=hues), Color(0, 0.8, 0.8, 20))[0] > 0
     assert inside.tolist() == [False, False] + 6 * [True] + [False, False]
 
 
 @pytest.mark.parametrize(("hue", "edge"), [(358, 0), (340, 0), (20, 0), (2, 179), (18, 179)])
 def test_the_gate_reaches_over_the_edge_of_opencv_s_hues(hue, edge):
-    assert gate(strip(hue=np.array([edge])), Color(hue, 0.8, 0.8, 20)).all()
+    assert hsv_mask(strip(hue=np.array([edge])), Color(hue, 0.8, 0.8, 20)).all()
 
 
 def test_a_gate_as_wide_as_the_circle_lets_every_hue_in():
     for hue in (0, 90, 180, 200, 359):
-        assert gate(strip(), Color(hue, 0.8, 0.8, 180)).all()
+        assert hsv_mask(strip(), Color(hue, 0.8, 0.8, 180)).all()
 
 
 @pytest.mark.parametrize("hue", [0, 120, 350])
 def test_the_gate_is_closed_towards_grey_and_black_and_open_towards_vivid_and_bright(hue):
     every = np.arange(256)
     color = Color(hue, 0.8, 0.6, 20)
-    inside = gate(strip(hue=hue // 2, saturation=every), color)[0] > 0
+    inside = hsv_mask(strip(hue=hue // 2, saturation=every), color)[0] > 0
     assert not inside[: round(0.55 * 0.8 * 255) - 1].any()
     assert inside[round(0.55 * 0.8 * 255) + 1 :].all()
-    inside = gate(strip(hue=hue // 2, value=every), color)[0] > 0
+    inside = hsv_mask(strip(hue=hue // 2, value=every), color)[0] > 0
     assert not inside[: round(0.4 * 0.6 * 255) - 1].any()
     assert inside[round(0.4 * 0.6 * 255) + 1 :].all()
 
@@ -427,8 +427,8 @@ def test_the_gate_is_closed_towards_grey_and_black_and_open_towards_vivid_and_br
 def test_black_white_and_grey_are_of_no_colour():
     greys = np.repeat(np.arange(256, dtype=np.uint8), 3).reshape(1, 256, 3)
     hsv = cv2.cvtColor(greys, cv2.COLOR_BGR2HSV)
-    for color in (*WORDS.values(), Color(0, 0.12, 0.04, 90)):
-        assert not gate(hsv, color).any()
+    for color in (*NAMED_COLORS.values(), Color(0, 0.12, 0.04, 90)):
+        assert not hsv_mask(hsv, color).any()
 
 
 def test_the_scene_is_the_mean_red_green_and_blue():

@@ -15,8 +15,8 @@ from laptop.simulator.scene.scene_constants import read_scene
 from laptop.simulator.scene.sensor import marker_frame, through_jpeg
 from laptop.simulator.scene.synthetic_camera import SyntheticCamera
 from laptop.vision.learning import learn
-from laptop.vision.markers import Marker, read_spec
-from laptop.vision.tracker import Tracker
+from laptop.vision.markers import KINDS, Marker, read_spec
+from laptop.vision.tracker import FINDERS, Tracker
 from shared.arm_description import find_arm, read_arm
 from shared.messages import LEAST_CONFIDENCE
 
@@ -69,6 +69,10 @@ def around(count, reach=24):
     return [
         (U + reach * math.cos(0.31 * k), V + 0.7 * reach * math.sin(0.31 * k)) for k in range(count)
     ]
+
+
+def test_there_is_a_finder_for_every_kind():
+    assert set(FINDERS) == set(KINDS)
 
 
 # How well

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from rig import REPORT_LINES, degrees, described, switched_on, zero_of
+from rig import REPORT_LINES, degrees, described, far, switched_on, zero_of
 
 from robot.motion.control_loop import Stalled, TooSlow
 from robot.motion.kinematics import Unreachable, forward
@@ -14,11 +14,6 @@ from robot.motion.trajectory import JointMove, plan
 from robot.motion.zero import NotHomed, StateNotSaved
 
 ARMS = pytest.mark.parametrize("name", ["planar", "geared"])
-
-
-def far(a, b):
-    """Greatest difference of two poses, deg."""
-    return max(abs(math.degrees(x - y)) for x, y in zip(a, b))
 
 
 class CountingClock:

@@ -4,7 +4,7 @@ import math
 import signal
 
 import pytest
-from rig import Shell, degrees, described, switched_on, zero_of
+from rig import Shell, degrees, described, far, switched_on, zero_of
 
 from laptop.simulator.session import run
 from robot.motion.control_loop import Stalled
@@ -13,11 +13,6 @@ from robot.motion.kinematics import Unreachable, forward, joint_positions
 
 REST = (-15, -30)
 LINE = ("line", "14,0,6", "14,0,9")
-
-
-def far(a, b):
-    """Greatest difference of two poses, deg."""
-    return max(abs(math.degrees(x - y)) for x, y in zip(a, b))
 
 
 def lowest(rig, since=0.0):

@@ -3,10 +3,10 @@
 import math
 
 import pytest
+from refusals import refused
 from rig import Rig, described, switched_on
 
 from robot.motion.motors import DEAD_MAN, JointMotor, MotorNotFound
-from shared.arm_description import ArmError
 
 # Both signs and both gears; the emulated joint is built to match.
 TRAINS = [(1, 1), (1, -1), (5, 1), (5, -1), (0.5, -1)]
@@ -210,14 +210,6 @@ def test_a_tick_takes_three_accesses(shoulder):
 
 
 # Motors that are not there
-
-
-def refused(error, *words):
-    text = str(error.value)
-    assert isinstance(error.value, ArmError)
-    assert "\n" not in text
-    assert all(word in text for word in words), text
-    return True
 
 
 def test_a_motor_that_is_missing_is_told_with_all_that_is_there(rig):

@@ -4,10 +4,10 @@ import json
 import os
 
 import pytest
+from refusals import refused
 
 import robot.motion.zero
 from robot.motion.zero import AGREES, NotHomed, StateNotSaved, Zero
-from shared.arm_description import ArmError
 
 ZERO = {"A": -12.5, "B": 100.25}
 PARKED = {"A": 40, "B": -7}
@@ -16,14 +16,6 @@ PARKED = {"A": 40, "B": -7}
 @pytest.fixture
 def zero(tmp_path):
     return Zero("planar", str(tmp_path / "state"))
-
-
-def in_one_line(error, *words):
-    text = str(error.value)
-    assert isinstance(error.value, ArmError)
-    assert "\n" not in text
-    assert all(word in text for word in words), text
-    return True
 
 
 def test_what_was_saved_is_confirmed_where_it_was_parked(zero):
@@ -40,13 +32,13 @@ def test_a_motor_may_settle_by_a_few_counts_and_no_more(zero, port, sign):
     turned = PARKED[port] + sign * (AGREES + 1)
     with pytest.raises(NotHomed) as error:
         zero.confirmed(dict(PARKED, **{port: turned}))
-    assert in_one_line(error, "motor " + port, str(turned), str(PARKED[port]), "driver.py home")
+    assert refused(error, "motor " + port, str(turned), str(PARKED[port]), "driver.py home")
 
 
 def test_an_arm_never_homed(zero):
     with pytest.raises(NotHomed) as error:
         zero.confirmed(PARKED)
-    assert in_one_line(error, "not been homed", "driver.py home")
+    assert refused(error, "not been homed", "driver.py home")
 
 
 def test_an_arm_that_was_not_parked(zero):
@@ -54,7 +46,7 @@ def test_an_arm_that_was_not_parked(zero):
     zero.save(ZERO, None)
     with pytest.raises(NotHomed) as error:
         zero.confirmed(PARKED)
-    assert in_one_line(error, "without parking", "driver.py home")
+    assert refused(error, "without parking", "driver.py home")
 
 
 def test_an_arm_that_may_have_been_moved_while_the_brick_was_off(zero, monkeypatch, tmp_path):
@@ -65,7 +57,7 @@ def test_an_arm_that_may_have_been_moved_while_the_brick_was_off(zero, monkeypat
     monkeypatch.setattr(robot.motion.zero, "BOOT_ID", str(other))
     with pytest.raises(NotHomed) as error:
         zero.confirmed(PARKED)
-    assert in_one_line(error, "switched off", "driver.py home")
+    assert refused(error, "switched off", "driver.py home")
 
 
 def test_each_arm_has_its_own(zero):
@@ -78,7 +70,7 @@ def test_a_motor_that_the_file_does_not_know(zero):
     zero.save(ZERO, PARKED)
     with pytest.raises(NotHomed) as error:
         zero.confirmed(dict(PARKED, C=0))
-    assert in_one_line(error, zero.file)
+    assert refused(error, zero.file)
 
 
 def test_only_the_motors_there_are_count(zero):
@@ -113,7 +105,7 @@ def test_a_file_that_makes_no_sense_is_not_believed(zero, garbage):
         file.write(garbage)
     with pytest.raises(NotHomed) as error:
         zero.confirmed(PARKED)
-    assert in_one_line(error, "driver.py home")
+    assert refused(error, "driver.py home")
 
 
 def test_a_folder_where_the_file_should_be(zero):
@@ -122,7 +114,7 @@ def test_a_folder_where_the_file_should_be(zero):
         zero.confirmed(PARKED)
     with pytest.raises(StateNotSaved) as error:
         zero.save(ZERO, PARKED)
-    assert in_one_line(error, zero.file, "BRICKSERVO_STATE")
+    assert refused(error, zero.file, "BRICKSERVO_STATE")
 
 
 def test_a_folder_that_cannot_be_made(tmp_path):
@@ -130,7 +122,7 @@ def test_a_folder_that_cannot_be_made(tmp_path):
     zero = Zero("planar", str(tmp_path / "state"))
     with pytest.raises(StateNotSaved) as error:
         zero.save(ZERO, PARKED)
-    assert in_one_line(error, zero.file, "BRICKSERVO_STATE")
+    assert refused(error, zero.file, "BRICKSERVO_STATE")
     with pytest.raises(NotHomed):
         zero.confirmed(PARKED)
 
@@ -154,7 +146,7 @@ def test_on_a_full_disk_the_old_file_survives(zero):
     os.symlink("/dev/full", zero.file + ".new")
     with pytest.raises(StateNotSaved) as error:
         zero.save(ZERO, None)
-    assert in_one_line(error, zero.file, "No space left")
+    assert refused(error, zero.file, "No space left")
     assert zero.confirmed(PARKED) == ZERO
     os.remove(zero.file + ".new")
     zero.save(ZERO, {"A": 0, "B": 0})

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+from clocks import FakeClock
 from rig import Rig
 
 from laptop.simulator.host import pace
@@ -24,18 +25,12 @@ ARM = read_arm(find_arm("planar"))
 CLEAN = "noise=0,jpeg=0,clutter=0,"
 
 
-class FakeClock:
-    """Time passes when somebody waits, or when it is pushed."""
-
-    def __init__(self):
-        self.t = 0.0
-
-    def now(self):
-        return self.t
+class WaitingClock(FakeClock):
+    """Time passes when somebody waits, or when it is pushed; not for ever."""
 
     def sleep(self, seconds):
         assert seconds > 0
-        self.t += seconds
+        super().sleep(seconds)
         assert self.t < 1e4, "it waits for ever"
 
 
@@ -50,7 +45,7 @@ SWINGING = ScriptedPoses(ARM, lambda t: (0.6 + t, 1.0))
 
 
 def camera(text="", poses=STILL, **options):
-    clock = FakeClock()
+    clock = WaitingClock(0.0)
     scene = Scene(ARM, read_scene(text))
     options.setdefault("start", 0.0)
     made = SyntheticCamera(scene, poses, clock.now, clock.sleep, **options)
@@ -412,7 +407,7 @@ def test_an_arm_in_space_that_begins_later_carries_a_ball(tmp_path):
 
 
 def test_the_world_waits_for_every_picture_until_it_has_been_looked_at(tmp_path, monkeypatch):
-    clock = FakeClock()
+    clock = WaitingClock(0.0)
     monkeypatch.setattr(pace, "wall", SimpleNamespace(monotonic=clock.now, sleep=clock.sleep))
     world = PacedClock(str(tmp_path))
     text = "width=160,height=120,focal=160,clutter=0,fps=10,jitter=0,fps_wander=0"
@@ -437,7 +432,7 @@ def test_the_world_waits_for_every_picture_until_it_has_been_looked_at(tmp_path,
 
 
 def test_a_camera_tells_of_a_computer_that_is_busy(tmp_path, monkeypatch):
-    clock = FakeClock()
+    clock = WaitingClock(0.0)
     monkeypatch.setattr(pace, "wall", SimpleNamespace(monotonic=clock.now, sleep=clock.sleep))
     with open_live("width=160,height=120,focal=160,clutter=0,fps=10", str(tmp_path)) as made:
         assert made.slowness == ""

@@ -1,0 +1,168 @@
+"""The share of a disc in each pixel: Fisher's linear discriminant between its colour and the rest.
+
+Pure.  A pixel on the rim counts with the share of disc in it, by its place on the line from the
+colours around to the disc's.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from laptop.vision.circles import ellipse_of
+
+FULL_SHARE = 65535
+"""The share of a pixel that is all disc."""
+# Where two colours share a pixel, light adds up, and codes are about its square root; but a JPEG
+# averages codes.  A power between 1 and 2.2 errs least beside light and dark at once.
+_LINEAR_LIGHT = np.round(65535 * (np.arange(256) / 255) ** 1.4).astype(np.uint16)
+_SHARE_MARGIN = 0.1
+"""Shares below count as nothing, above 1 minus this as all: only the rim tells where a disc is."""
+_MIN_NOISE = 0.01
+"""Noise of a pixel, at least, as a part of white."""
+_MIN_SEPARATION = 9.0
+"""Least distance of the disc's colour from those around, squared, in deviations of the latter."""
+_MAX_UPSCALED_RADIUS = 24
+"""Radius, px, below which an outline is taken between pixels, too."""
+
+
+class DiscriminantModel(NamedTuple):
+    """A linear map from a pixel's colour to the share of disc in it.
+
+    weights     of b, g, r, 1 in linear light; shape (1, 4); see `disc_share`
+    brightness  of the disc when this was fitted, b + g + r; None: not known yet
+    age         frames since
+    """
+
+    weights: np.ndarray
+    brightness: float | None = None
+    age: int = 0
+
+
+class Crop(NamedTuple):
+    """A square of the picture, as far as it lies in it.
+
+    image      BGR, a view
+    left, top  of it, px
+    part       rows and columns of a mask of the whole square that lie over it
+    """
+
+    image: np.ndarray
+    left: int
+    top: int
+    part: tuple[slice, slice]
+
+
+def half_crop(radius: float) -> int:
+    """Half of the square, without its middle, around a disc of this radius, px."""
+    return math.ceil(1.6 * max(2, round(radius))) + 4
+
+
+def crop_around(image: np.ndarray, u: float, v: float, half: int) -> Crop | None:
+    """Crop a square of 2 half + 1 px around (u, v); None if most of it is outside the picture."""
+    height, width = image.shape[:2]
+    left, top = round(u) - half, round(v) - half
+    columns = slice(max(0, -left), min(2 * half + 1, width - left))
+    rows = slice(max(0, -top), min(2 * half + 1, height - top))
+    # With the middle there, most of what counts is.
+    if not (columns.start < half < columns.stop and rows.start < half < rows.stop):
+        return None
+    left, top = left + columns.start, top + rows.start
+    window = image[top : top + rows.stop - rows.start, left : left + columns.stop - columns.start]
+    return Crop(window, left, top, (rows, columns))
+
+
+def fit_discriminant(
+    image: np.ndarray, u: float, v: float, radius: float, covariance: tuple[float, float, float]
+) -> DiscriminantModel | None:
+    """Tell a disc's colour from those around it.
+
+    Fisher's linear discriminant: what varies most around the disc (light and dark, mostly) counts
+    least, so that an edge in the background does not pull.
+
+    Args:
+        image: BGR, uint8, shape (h, w, 3).
+        u, v, radius: of the disc, px.
+        covariance: its second moments: across, down, skew, px^2.
+
+    Returns:
+        None where the surroundings hardly differ from the disc.
+    """
+    half = half_crop(radius)
+    crop = crop_around(image, u, v, half)
+    if crop is None:
+        return None
+    core, ring = _core_and_ring(half, covariance)
+    if not core[crop.part].any() or not ring[crop.part].any():
+        return None
+    light = cv2.LUT(crop.image, _LINEAR_LIGHT)
+    inside = light[core[crop.part]].mean(axis=0) / 65535
+    around = light[ring[crop.part]].astype(np.float32) / 65535
+    mean = around.mean(axis=0)
+    around -= mean
+    contrast = inside - mean
+    # R. A. Fisher (1936): the weights S^-1 (m1 - m0) part two classes best; S, their scatter.
+    scatter = around.T @ around / len(around) + np.eye(3) * _MIN_NOISE**2
+    weights = np.linalg.solve(scatter.astype(float), contrast)
+    separation = float(weights @ contrast)
+    if separation < _MIN_SEPARATION:
+        return None
+    between = 1 - 2 * _SHARE_MARGIN
+    weights /= separation * between
+    offset = -FULL_SHARE * (weights @ mean + _SHARE_MARGIN / between)
+    return DiscriminantModel(np.append(weights, offset)[None])
+
+
+def _core_and_ring(
+    half: int, covariance: tuple[float, float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Masks of the core of an ellipse and of the ring around it, in a square of 2 half + 1 px."""
+    across, down, skew = covariance
+    turn = math.atan2(2 * skew, across - down) / 2
+    middle, apart = (across + down) / 2, math.hypot((across - down) / 2, skew)
+    long, short = 2 * math.sqrt(middle + apart), 2 * math.sqrt(max(middle - apart, 0.25))
+    v, u = np.ogrid[-half : half + 1, -half : half + 1]
+    along2 = (u * math.cos(turn) + v * math.sin(turn)) ** 2
+    beside2 = (v * math.cos(turn) - u * math.sin(turn)) ** 2
+
+    def within(times: float, more: float) -> np.ndarray:
+        a, b = times * long + more, times * short + more
+        return along2 / (a * a) + beside2 / (b * b) < 1
+
+    return within(0.6, 0), within(1.35, 3.5) & ~within(1.12, 1.5)
+
+
+def disc_share(image: np.ndarray, model: DiscriminantModel) -> np.ndarray:
+    """The share of disc in each pixel: uint16, shape (h, w), 0 to FULL_SHARE."""
+    return cv2.transform(cv2.LUT(image, _LINEAR_LIGHT), model.weights)
+
+
+def outline_at(share: np.ndarray, u: float, v: float) -> np.ndarray | None:
+    """The outline of what is half disc and lies around (u, v), or nearest; None if nothing is."""
+    half = cv2.inRange(share, 32768, 65535)
+    outlines, _ = cv2.findContours(half, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    if not outlines:
+        return None
+    return max(outlines, key=lambda outline: cv2.pointPolygonTest(outline, (u, v), True))
+
+
+def outline_quality(
+    image: np.ndarray, u: float, v: float, radius: float, model: DiscriminantModel
+) -> float:
+    """Agreement of the outline of what is half disc with an ellipse, 0 to 1.
+
+    Brightness has a part in it, which a JPEG keeps finer than the colours that an HSV mask sees.
+    """
+    crop = crop_around(image, u, v, half_crop(radius))
+    if crop is None:
+        return 0.0
+    share = disc_share(crop.image, model)
+    # Between pixels, too: of a small one, and of one aslant, whole pixels do not show the shape.
+    finer = 4 if radius < _MAX_UPSCALED_RADIUS else 1
+    at = (u - crop.left + 0.5) * finer - 0.5, (v - crop.top + 0.5) * finer - 0.5
+    outline = outline_at(cv2.resize(share, None, fx=finer, fy=finer), *at)
+    ellipse = None if outline is None else ellipse_of(outline, finer)
+    return ellipse.quality if ellipse else 0.0

@@ -1,0 +1,143 @@
+"""A marker found by its colour: followed in its window, or searched for in the whole frame.
+
+The search runs on subsampled frames, through the closed gate of the colour.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from laptop.vision.finders.confidence import MAX_AMBIGUOUS_CONFIDENCE, MIN_REPORTED_CONFIDENCE
+from laptop.vision.finders.illumination import light_gains, relight
+from laptop.vision.markers import Marker, hsv_mask, scene_of
+from laptop.vision.tracks import Place, Sighting, Track
+from shared.messages import LEAST_CONFIDENCE
+
+Measure = Callable[[np.ndarray, float, Place, Marker, Track], "Track | None"]
+"""Measures a marker at a place in an image (BGR) of time t (s), given its track; None: not there.
+
+Where the track has been seen before, what is nearest is meant.
+"""
+
+MIN_FOLLOWED_SCORE = 0.4
+"""Score in the window below which the marker is searched for in the whole frame."""
+MIN_SCENE_BRIGHTNESS = 20.0
+"""Mean of a picture's brightest channel, 0 to 255, below which it is too dark to see anything."""
+MAX_BLOBS_MEASURED = 12
+"""Blobs of one colour, in one picture, that are looked at more closely."""
+
+
+def find_by_color(
+    image: np.ndarray, t: float, marker: Marker, track: Track, measure: Measure
+) -> Track:
+    """Find a coloured marker in one frame.
+
+    Args:
+        image: BGR, uint8, shape (h, w, 3).
+        t: capture time, s.
+        marker: what to look for.
+        track: what was known of it before.
+        measure: for its kind.
+    """
+    place = track.predict(t)
+    if place is not None:
+        measured = measure(image, t, place, marker, track)
+        if measured is not None and measured.score >= MIN_FOLLOWED_SCORE:
+            return track.update(measured, t)
+    return _search(image, t, marker, track, measure)
+
+
+def _search(image: np.ndarray, t: float, marker: Marker, track: Track, measure: Measure) -> Track:
+    candidates = _candidates(image, t, marker, track, measure)
+    if candidates:
+        best = max(candidates, key=lambda candidate: candidate.score)
+        if _has_rival(best, candidates):
+            return replace(
+                track,
+                sighting=best.sighting
+                and best.sighting._replace(confidence=MAX_AMBIGUOUS_CONFIDENCE),
+                seen=None,
+                why="several alike",
+            )
+        if best.score >= LEAST_CONFIDENCE:
+            return track.update(best, t)
+        if best.score >= MIN_REPORTED_CONFIDENCE:  # said, but not held on to
+            return replace(track.update(best, t), seen=None)
+        why = "nothing of this colour is a " + marker.kind
+    elif max(scene_of(image)) < MIN_SCENE_BRIGHTNESS:
+        why = "too dark"
+    else:
+        why = "nothing of this colour"
+    return track.miss(marker.color, why)
+
+
+def _candidates(
+    image: np.ndarray, t: float, marker: Marker, track: Track, measure: Measure
+) -> list[Track]:
+    """Measure whatever has the colour: as learned or as last seen, relit or not."""
+    color = marker.color
+    assert color is not None
+    lights = dict.fromkeys((None, light_gains(image, color)))
+    colors = dict.fromkeys((color, track.color or color))
+    candidates: list[Track] = []
+    places: dict[object, list[tuple[float, float]]] = {}
+    for step in (4, 2):  # a small one shows in the finer picture only
+        if min(image.shape[:2]) < step:
+            continue
+        small = cv2.resize(image, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_NEAREST)
+        for gains in lights:
+            hsv = cv2.cvtColor(relight(small, gains), cv2.COLOR_BGR2HSV)
+            for shade in colors:
+                measured = places.setdefault((gains, shade), [])
+                for u, v, radius in _blobs(hsv_mask(hsv, shade), step, marker.radius):
+                    if any(math.hypot(u - x, v - y) < radius for x, y in measured):
+                        continue
+                    measured.append((u, v))
+                    start = Track(color=shade, gains=gains)
+                    candidate = measure(image, t, (u, v, radius), marker, start)
+                    if candidate is not None:
+                        candidates.append(candidate)
+        if any(candidate.score >= LEAST_CONFIDENCE for candidate in candidates):
+            break
+    return candidates
+
+
+def _has_rival(best: Track, candidates: list[Track]) -> bool:
+    """Return True if another one, elsewhere, is as good."""
+    first = best.seen
+    assert first is not None
+
+    def is_elsewhere(seen: Sighting) -> bool:
+        return math.hypot(seen.u - first.u, seen.v - first.v) > 2 * first.radius
+
+    return best.score >= LEAST_CONFIDENCE and any(
+        candidate.score > 0.9 * best.score and is_elsewhere(candidate.seen)
+        for candidate in candidates
+        if candidate.seen is not None
+    )
+
+
+def _blobs(mask: np.ndarray, step: int, radius: float | None) -> list[Place]:
+    """Circles around the blobs in a subsampled mask, likely ones first.
+
+    Args:
+        mask: uint8, shape (h, w).
+        step: px of the frame in one of the mask.
+        radius: of the marker as it was picked, px; None: not known.
+    """
+    blobs, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    found = []
+    for blob in sorted(blobs, key=len, reverse=True)[:40]:
+        if len(blob) < 4:
+            break
+        (u, v), reach = cv2.minEnclosingCircle(blob)
+        found.append((u * step, v * step, (reach + 0.5) * step))
+    if radius is not None:
+        found = [(u, v, min(reach, 3 * radius)) for u, v, reach in found if reach > 0.3 * radius]
+        found.sort(key=lambda blob: abs(math.log(blob[2] / radius)))
+    return found[:MAX_BLOBS_MEASURED]

@@ -1,0 +1,64 @@
+"""From what was measured to a confidence: factors from 0 (surely not the marker) to 1."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from laptop.vision.circles import Circle
+from laptop.vision.markers import Color, hsv_mask, hue_distance
+
+MIN_REPORTED_CONFIDENCE = 0.2
+"""Confidence below which nothing is claimed at all."""
+MAX_AMBIGUOUS_CONFIDENCE = 0.45
+"""The greatest confidence in what may well be something else."""
+
+
+def ramp(x: float, low: float, high: float) -> float:
+    """From 0 at `low` to 1 at `high`, linear between."""
+    return min(1.0, max(0.0, (x - low) / (high - low)))
+
+
+def color_likeness(hsv: tuple[float, float, float], color: Color, learned: Color) -> float:
+    """Agreement of a mean colour; its brightness counts only with a colour that was learned.
+
+    Args:
+        hsv: of what is measured: degrees, 0 to 1, 0 to 1.
+        color: of the marker under the present light.
+        learned: as it was picked or named.
+    """
+    away = abs(hue_distance(hsv[0], learned.hue)) / learned.tolerance
+    like = 1 - ramp(away, 0.6, 1.2)
+    if learned.scene is None:  # a named colour: what is not vivid is no marker
+        return like * ramp(hsv[1] / learned.saturation, 0.55, 0.8)
+    return (
+        like * ramp(hsv[1] / learned.saturation, 0.45, 0.75) * ramp(hsv[2] / color.value, 0.3, 0.6)
+    )
+
+
+def isolation(hsv: np.ndarray, circle: Circle, color: Color) -> float:
+    """Small if what is around has the colour, too: then it is a part of something larger.
+
+    Args:
+        hsv: OpenCV's, uint8, shape (h, w, 3).
+        circle: in its px.
+    """
+    wider = replace(color, tolerance=1.3 * color.tolerance, saturation=0.8 * color.saturation)
+    ring = np.zeros(hsv.shape[:2], np.uint8)
+    center = round(circle.u), round(circle.v)
+    width = max(2, round(0.25 * circle.radius))
+    cv2.circle(ring, center, round(1.15 * circle.radius + width), 255, width)
+    total = cv2.countNonZero(ring)
+    same = cv2.countNonZero(ring & hsv_mask(hsv, wider))
+    return 1 - ramp(same / max(1, total), 0.3, 0.6)
+
+
+def size_likeness(radius: float, *before: float | None) -> float:
+    """Agreement of a radius with those seen before, px; None: not known."""
+    fit = ramp(radius, 2, 4)
+    for expected in before:
+        if expected:
+            fit *= ramp(min(radius / expected, expected / radius), 0.3, 0.45)
+    return fit

@@ -1,0 +1,117 @@
+"""One marker from frame to frame: its last sighting, speed and colour, and where it should be next.
+
+Pure.  Pixel centres lie at integer coordinates.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from laptop.vision.discriminant import DiscriminantModel
+from laptop.vision.markers import Color
+
+Window = tuple[float, float, float, float]
+"""Left, top, right, bottom, px."""
+Place = tuple[float, float, float]
+"""A place and size that a marker may have: u, v, radius, px."""
+Gains = tuple[float, float, float]
+"""Red, green, blue: factors by which the light differs from that in which a colour was learned."""
+
+MISSES_TO_FORGET = 3
+"""Frames in a row without the marker, after which its size, speed and colour are forgotten."""
+MAX_PREDICTION_TIME = 0.2
+"""Time, s, over which a speed is extrapolated: it says little about a longer one."""
+VELOCITY_BLEND = 0.5
+"""Share of the newest speed in the filtered one."""
+
+
+class Sighting(NamedTuple):
+    """The place of a marker: u, v (px, sub-pixel), confidence (0 to 1), radius (px)."""
+
+    u: float
+    v: float
+    confidence: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class Track:
+    """All that is known of one marker after a frame.
+
+    sighting         in that frame; None: not seen
+    why              it is not seen; ""
+    seen             the last sighting, for the window and the size only; None when forgotten
+    t                of that sighting, s
+    du, dv           px/s, for the window only
+    score            of the sighting: its confidence, and where that is 1, how good the shape is
+    misses           frames since
+    color            its colour under the present light
+    gains            of the present light; None: as it was when the colour was learned
+    discriminant     computes a disc's share in a pixel; None until it was seen whole
+    last_whole       when a disc was last seen whole, s
+    ellipse_quality  how well its outline followed an ellipse when it was found, 0 to 1
+    """
+
+    sighting: Sighting | None = None
+    why: str = ""
+    seen: Sighting | None = None
+    t: float = 0.0
+    du: float = 0.0
+    dv: float = 0.0
+    score: float = 0.0
+    misses: int = 0
+    color: Color | None = None
+    gains: Gains | None = None
+    discriminant: DiscriminantModel | None = None
+    last_whole: float = -math.inf
+    ellipse_quality: float = 1.0
+
+    def predict(self, t: float) -> Place | None:
+        """The place of the marker expected at time t (s); None when it is forgotten."""
+        seen = self.seen
+        if seen is None:
+            return None
+        dt = min(t - self.t, MAX_PREDICTION_TIME)
+        return seen.u + self.du * dt, seen.v + self.dv * dt, seen.radius
+
+    def window(self, t: float) -> Window | None:
+        """The window in which the marker is looked for first at time t (s); None: everywhere."""
+        place = self.predict(t)
+        if place is None:
+            return None
+        u, v, radius = place
+        half = half_window(radius)
+        return u - half, v - half, u + half, v + half
+
+    def update(self, measured: Track, t: float) -> Track:
+        """The track after a measurement at time t (s), with a speed if it was also seen before."""
+        new = measured.seen
+        assert new is not None
+        whole = self.last_whole if math.isinf(measured.last_whole) else t
+        measured = replace(measured, t=t, misses=0, last_whole=whole)
+        dt = t - self.t
+        if self.seen is None or self.misses or dt <= 0:
+            return measured
+        # An alpha-beta filter whose position is the measurement.
+        old = 1 - VELOCITY_BLEND
+        du = old * self.du + VELOCITY_BLEND * (new.u - self.seen.u) / dt
+        dv = old * self.dv + VELOCITY_BLEND * (new.v - self.seen.v) / dt
+        return replace(measured, du=du, dv=dv)
+
+    def miss(self, color: Color | None, why: str) -> Track:
+        """The track after a frame without the marker.
+
+        Args:
+            color: as it was learned: all that is left once the rest is forgotten.
+            why: it was not seen.
+        """
+        misses = self.misses + 1
+        kept = self if misses < MISSES_TO_FORGET else Track(color=color)
+        return replace(kept, sighting=None, misses=misses, why=why)
+
+
+def half_window(radius: float) -> float:
+    """Half a side of the window for a marker of this radius, px."""
+    return 2.2 * radius + 6

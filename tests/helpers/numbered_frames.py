@@ -1,0 +1,36 @@
+"""Frames that tell their number, and a video of them."""
+
+import cv2
+import numpy as np
+from waiting import PATIENCE
+
+FPS = 20.0
+STEP = 12  # of brightness from frame to frame
+
+
+def picture(number, size=(64, 48)):
+    """A picture that tells its number."""
+    return np.full((size[1], size[0], 3), 10 + STEP * number, np.uint8)
+
+
+def number_of(image):
+    return round((float(image.mean()) - 10) / STEP)
+
+
+def write_video(folder, frames=10, fps=FPS, name="film.avi"):
+    path = folder / name
+    out = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), fps, (64, 48))
+    for number in range(frames):
+        out.write(picture(number))
+    out.release()
+    return path
+
+
+def everything(source):
+    """Every frame of a camera that ends."""
+    frames = []
+    while not source.ended:
+        frame = source.read(PATIENCE)
+        if frame is not None:
+            frames.append(frame)
+    return frames

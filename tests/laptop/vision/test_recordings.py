@@ -1,0 +1,221 @@
+"""Videos and pictures as cameras: in order, at any pace, and with what cannot be read."""
+
+from functools import partial
+
+import cv2
+import numpy as np
+import pytest
+from captures import EndlessCapture
+from clocks import FakeClock
+from numbered_frames import FPS, everything, number_of, picture, write_video
+from waiting import PATIENCE
+
+from laptop.vision import recordings
+from laptop.vision.cameras import open_camera
+from laptop.vision.frames import NoCamera, quiet_decoders
+
+
+@pytest.fixture
+def video(tmp_path):
+    """Writes a video of numbered frames."""
+    return partial(write_video, tmp_path)
+
+
+def chunks(data):
+    """Where each frame's JPEG is in an AVI: (begin, end)."""
+    at = data.find(b"movi")
+    found = []
+    while True:
+        at = data.find(b"00dc", at)
+        if at < 0 or data.find(b"idx1") < at:
+            return found
+        length = int.from_bytes(data[at + 4 : at + 8], "little")
+        found.append((at + 8, at + 8 + length))
+        at += 8 + length
+
+
+def spoil(path, which):
+    data = bytearray(path.read_bytes())
+    for number in which:
+        begin, end = chunks(bytes(data))[number]
+        data[begin:end] = bytes(end - begin)
+    path.write_bytes(bytes(data))
+
+
+# A video file, as fast as wanted
+
+
+def test_a_video_gives_every_frame_in_order(video):
+    with open_camera(str(video())) as source:
+        frames = everything(source)
+    assert [number_of(frame.image) for frame in frames] == list(range(10))
+    assert [frame.index for frame in frames] == list(range(10))
+    assert [frame.t for frame in frames] == pytest.approx([k / FPS for k in range(10)])
+    assert frames[0].image.shape == (48, 64, 3)
+    assert frames[0].image.dtype == np.uint8
+    assert (source.count, source.fps, source.size, source.notes) == (10, FPS, (64, 48), [])
+
+
+def test_another_pace_may_be_said(video):
+    with open_camera(str(video()), fps=5) as source:
+        assert [frame.t for frame in everything(source)] == pytest.approx(np.arange(10) / 5)
+
+
+def test_frames_that_cannot_be_read_are_left_out_and_told(video):
+    path = video()
+    spoil(path, [4, 7])
+    with open_camera(str(path)) as source:
+        frames = everything(source)
+    assert [frame.index for frame in frames] == [0, 1, 2, 3, 5, 6, 8, 9]
+    assert [number_of(frame.image) for frame in frames] == [0, 1, 2, 3, 5, 6, 8, 9]
+    assert [frame.t for frame in frames] == pytest.approx(
+        [frame.index / FPS for frame in frames], abs=1e-3
+    )
+    assert source.notes == ["2 of 10 frames could not be read"]
+
+
+def test_a_video_that_breaks_off_says_how_much_is_missing(video):
+    path = video()
+    data = path.read_bytes()
+    path.write_bytes(data[: chunks(data)[6][0] + 20])
+    with open_camera(str(path)) as source:
+        assert len(everything(source)) == 6
+    assert source.notes == ["4 of 10 frames could not be read"]
+
+
+def test_a_file_that_promises_too_much_ends_all_the_same():
+    capture = EndlessCapture()
+    source = recordings.Recording("lie", capture)
+    assert len(everything(source)) == 3
+    assert capture.grabbed < 2000
+    assert source.notes == [f"{10**8 - 3} of {10**8} frames could not be read"]
+
+
+def test_time_goes_on_where_the_container_knows_none():
+    times = [frame.t for frame in everything(recordings.Recording("lie", EndlessCapture()))]
+    assert times == pytest.approx([0, 0.1, 0.2])
+
+
+# Played live
+
+
+def test_played_live_each_frame_has_the_time_at_which_it_was_due(video):
+    clock = FakeClock()
+    with open_camera(str(video()), live=True, now=clock.now, sleep=clock.sleep) as source:
+        frames = []
+        while not source.ended:
+            frame = source.read(PATIENCE)
+            if frame is not None:
+                assert 0 <= clock.t - frame.t < 1e-6
+                frames.append(frame)
+    assert [frame.index for frame in frames] == list(range(10))
+    assert [frame.t for frame in frames] == pytest.approx([100 + k / FPS for k in range(10)])
+
+
+def test_played_live_the_newest_wins(video):
+    clock = FakeClock()
+    with open_camera(str(video()), live=True, now=clock.now, sleep=clock.sleep) as source:
+        assert source.read(PATIENCE).index == 0
+        clock.t += 0.21  # frames 1 to 4 are due
+        late = source.read(PATIENCE)
+        assert (late.index, number_of(late.image)) == (4, 4)
+        assert late.t == pytest.approx(100 + 4 / FPS)
+        assert source.read(PATIENCE).index == 5
+        clock.t += 60
+        assert number_of(source.read(PATIENCE).image) == 9, "the last one is shown, however late"
+
+
+def test_late_frames_are_passed_over_without_making_pictures_of_them(video):
+    class Counting:
+        def __init__(self, *words):
+            self.capture, self.grabs, self.retrieves = cv2.VideoCapture(*words), 0, 0
+
+        def grab(self):
+            self.grabs += 1
+            return self.capture.grab()
+
+        def retrieve(self):
+            self.retrieves += 1
+            return self.capture.retrieve()
+
+        def __getattr__(self, name):
+            return getattr(self.capture, name)
+
+    made = []
+
+    def make(*words):
+        made.append(Counting(*words))
+        return made[0]
+
+    clock = FakeClock()
+    with open_camera(str(video()), True, now=clock.now, sleep=clock.sleep, make=make) as source:
+        source.read(PATIENCE)
+        clock.t += 0.4
+        source.read(PATIENCE)
+    assert (made[0].grabs, made[0].retrieves) == (9, 2)
+
+
+def test_a_frame_that_is_not_due_within_the_timeout_is_not_waited_for(video):
+    clock = FakeClock()
+    with open_camera(str(video()), True, now=clock.now, sleep=clock.sleep) as source:
+        source.read(PATIENCE)
+        assert source.read(0.02) is None
+        assert clock.t == pytest.approx(100.02)
+        assert source.read(0.04).index == 1
+
+
+# Pictures in a folder
+
+
+def test_a_folder_gives_its_pictures_in_the_order_of_their_names(tmp_path):
+    for number in (0, 2, 10, 1):
+        cv2.imwrite(str(tmp_path / f"shot{number}.png"), picture(number))
+    (tmp_path / "notes.txt").write_text("no picture")
+    with open_camera(str(tmp_path)) as source:
+        frames = everything(source)
+    assert [number_of(frame.image) for frame in frames] == [0, 1, 2, 10]
+    assert [frame.t for frame in frames] == pytest.approx(np.arange(4) / 30)
+    assert (source.count, source.size) == (4, (64, 48))
+    with open_camera(str(tmp_path), fps=2) as source:
+        assert [frame.t for frame in everything(source)] == [0, 0.5, 1, 1.5]
+
+
+def test_any_kind_of_picture_becomes_blue_green_red(tmp_path):
+    blue = picture(0)
+    blue[:] = (200, 100, 50)
+    alpha = np.dstack([blue, np.full((48, 64), 7, np.uint8)])
+    cv2.imwrite(str(tmp_path / "1.png"), alpha)
+    cv2.imwrite(str(tmp_path / "2.png"), np.full((30, 20), 90, np.uint8))
+    cv2.imwrite(str(tmp_path / "3.png"), np.full((48, 64, 3), 90 << 8, np.uint16))
+    cv2.imwrite(str(tmp_path / "4.JPG"), np.full((48, 64, 3), 90, np.uint8))
+    with open_camera(str(tmp_path)) as source:
+        images = [frame.image for frame in everything(source)]
+    assert [image.shape for image in images] == [(48, 64, 3), (30, 20, 3), (48, 64, 3), (48, 64, 3)]
+    assert {image.dtype for image in images} == {np.dtype(np.uint8)}
+    assert images[0][5, 5].tolist() == [200, 100, 50]
+    assert all(image[5, 5].tolist() == [90, 90, 90] for image in images[1:])
+
+
+def test_a_broken_picture_among_others_is_told_and_says_nothing_itself(tmp_path, capfd):
+    for number in range(3):
+        cv2.imwrite(str(tmp_path / f"{number}.png"), picture(number))
+    data = (tmp_path / "1.png").read_bytes()
+    (tmp_path / "1.png").write_bytes(data[:-30])
+    with quiet_decoders(), open_camera(str(tmp_path)) as source:
+        frames = everything(source)
+    assert [frame.index for frame in frames] == [0, 2]
+    assert source.notes == ["1 of 3 frames could not be read"]
+    assert capfd.readouterr().err == ""
+
+
+def test_a_single_picture_is_a_camera_too(tmp_path):
+    cv2.imwrite(str(tmp_path / "one.jpg"), picture(3))
+    with open_camera(str(tmp_path / "one.jpg")) as source:
+        assert [number_of(frame.image) for frame in everything(source)] == [3]
+
+
+def test_a_broken_picture_alone(tmp_path):
+    (tmp_path / "a.png").write_bytes(b"no picture")
+    for source in (tmp_path, tmp_path / "a.png"):
+        with pytest.raises(NoCamera, match="read"):
+            open_camera(str(source))
