@@ -15,20 +15,21 @@ from html import escape
 
 from nicegui import events, ui
 
-from laptop.page.feeds import FRAMES, FarDesk
+from laptop.page.async_controller import MAX_FRAME_RATE, AsyncController
+from laptop.page.interface import ColourCalls, FrameCalls, RunCalls, StatusCalls
 from laptop.page.overlay import overlay
 from laptop.page.pointer import Pointer
 from laptop.page.record import Summary
 from laptop.page.snapshots import (
-    HISTORY,
-    LOW,
-    SAMPLE,
-    USUAL,
+    DEFAULTS,
+    HISTORY_DURATION,
+    LOW_BATTERY,
+    SAMPLE_PERIOD,
     VERDICTS,
-    Eye,
-    Sample,
-    Shown,
-    State,
+    CameraStatus,
+    FrameSnapshot,
+    PageState,
+    PlotSample,
     points,
 )
 from laptop.tracking.watching import Point
@@ -51,6 +52,8 @@ TOOLS = {
     REMOVE: ("Remove", "remove_circle", "Click what is wrongly taken for the marker."),
 }
 """What a click in the picture does: name, icon, explanation."""
+COLOUR_EDITS = {PICK: ColourCalls.pick, ADD: ColourCalls.add, REMOVE: ColourCalls.remove}
+"""Edit of a marker's colour that a tool makes."""
 
 STYLE = """
 :root { --ok: #2e9e5b; --bad: #d92d3a; --warm: #d97b00; }
@@ -147,10 +150,10 @@ class Picture:
     def __init__(self, view: Page, camera: str) -> None:
         self._view = view
         self.camera = camera
-        self._sent: Shown | None = None  # what it was sent and has not shown yet
+        self._sent: FrameSnapshot | None = None  # what it was sent and has not shown yet
         self._last = -math.inf  # when that was
         self._loaded = asyncio.Event()
-        self.shown: Shown | None = None  # what the browser shows
+        self.shown: FrameSnapshot | None = None  # what the browser shows
         self._drawn = "", ""
         self._draws = 0
         self._pointer = Pointer()
@@ -183,7 +186,7 @@ class Picture:
                 self._which = ui.label()
             self._scrub.set_visibility(False)
         self._told: list[tuple[str, str, str]] = []
-        self._timer = ui.timer(self._view.desk.pace, self._refresh)
+        self._timer = ui.timer(self._view.controller.pace, self._refresh)
 
     def _button(self, icon: str, what: str, frames: int) -> None:
         ui.button(icon=icon, on_click=lambda: self.step(frames)).props(
@@ -191,23 +194,23 @@ class Picture:
         )
 
     @property
-    def _eye(self) -> Eye:
-        state = self._view.desk.state
+    def _eye(self) -> CameraStatus:
+        state = self._view.controller.state
         assert state is not None
-        return next(eye for eye in state.eyes if eye.camera == self.camera)
+        return next(eye for eye in state.cameras if eye.camera == self.camera)
 
     @property
     def _markers(self) -> tuple[tuple[str, str], ...]:
         """What is looked for, as far as is known here."""
-        state = self._view.desk.state
+        state = self._view.controller.state
         return tuple(state.markers.items()) if state else ()
 
     async def _refresh(self) -> None:
         """Send the next picture, until the browser has shown it."""
-        self._timer.interval = self._view.desk.pace
+        self._timer.interval = self._view.controller.pace
         if not self._runs:
             return
-        shown = await self._view.desk.feeds[self.camera].next()
+        shown = await self._view.controller.feeds[self.camera].next()
         # (After a look ahead in a recording it may well be an earlier one.)
         new = shown and (self._sent or not self.shown or shown.index != self.shown.index)
         sent = self._sent and time.monotonic() - self._last < UNSEEN  # a still, meanwhile
@@ -242,12 +245,12 @@ class Picture:
         if self._wanted is None and self._pinned != index:
             self._pinned = index
             self._slider.set_value(index)
-            self._view.desk.feeds[self.camera].keep(self.shown)
-            await self._view.desk.ask("pin", self.camera, index)
+            self._view.controller.feeds[self.camera].keep(self.shown)
+            await self._view.controller.call(FrameCalls.pin, self.camera, index)
         elif self._looked != now:
             self._looked = now
-            still = await self._view.desk.still(self.camera, index, (mask,) if mask else ())
-            if isinstance(still, Shown):
+            still = await self._view.controller.still(self.camera, index, (mask,) if mask else ())
+            if isinstance(still, FrameSnapshot):
                 self._send(still)
             else:
                 self._view.tell(still)
@@ -266,7 +269,7 @@ class Picture:
         if isinstance(event.args, (int, float)):
             self._wanted = min(max(0, int(event.args)), self._eye.frames - 1)
 
-    def _send(self, shown: Shown) -> None:
+    def _send(self, shown: FrameSnapshot) -> None:
         self._sent, self._last = shown, time.monotonic()
         self._loaded.clear()
         if not self._draw(shown):  # it looks the same
@@ -278,11 +281,11 @@ class Picture:
         self._frame.classes(remove="empty")
         self._loaded.set()
 
-    def _draw(self, shown: Shown) -> bool:
+    def _draw(self, shown: FrameSnapshot) -> bool:
         """Whether there is anything new for the browser to load."""
         view = self._view
         drawn = overlay(shown, view.mask, view.windows, self._pointer.drag, view.tool != AIM)
-        source = f"/view/{self.camera}/{shown.index}.jpg?{view.desk.run}"
+        source = f"/view/{self.camera}/{shown.index}.jpg?{view.controller.run}"
         new = (source, drawn) != self._drawn
         if new:
             self._drawn = source, drawn
@@ -304,9 +307,9 @@ class Picture:
                     ui.label(what + then).classes("doubt" if why == "doubtful" else "")
         return new
 
-    def describe(self, state: State) -> None:
+    def describe(self, state: PageState) -> None:
         """The camera in a line."""
-        eye = next(eye for eye in state.eyes if eye.camera == self.camera)
+        eye = next(eye for eye in state.cameras if eye.camera == self.camera)
         if self._view.paused or eye.ended:
             self._caption.set_text(
                 " · ".join([eye.camera, eye.source, eye.trouble if eye.ended else "paused"])
@@ -356,7 +359,9 @@ class Plot:
         values: by name, of a sample of the history.
     """
 
-    def __init__(self, title: str, values: Callable[[Sample], Mapping[str, float | None]]) -> None:
+    def __init__(
+        self, title: str, values: Callable[[PlotSample], Mapping[str, float | None]]
+    ) -> None:
         self._values = values
         quiet = {"color": "#8a94a0", "fontSize": 12}
         grid = {"lineStyle": {"color": "#8a94a033"}}
@@ -368,7 +373,7 @@ class Plot:
                 "legend": {"right": 0, "top": 0, "textStyle": quiet, "itemWidth": 14,
                            "itemHeight": 8},
                 "grid": {"left": 44, "right": 8, "top": 30, "bottom": 22},
-                "xAxis": {"type": "value", "min": -HISTORY, "max": 0, "axisLabel":
+                "xAxis": {"type": "value", "min": -HISTORY_DURATION, "max": 0, "axisLabel":
                           {**quiet, ":formatter": "v => v + ' s'"}, "splitLine": grid},
                 "yAxis": {"type": "value", "scale": True, "axisLabel": quiet,
                           "splitLine": grid, "splitNumber": 3, "axisLine": {"show": False},
@@ -378,7 +383,7 @@ class Plot:
             }
         ).classes("plot")  # fmt: skip
 
-    def show(self, past: Sequence[Sample]) -> None:
+    def show(self, past: Sequence[PlotSample]) -> None:
         """Draw a line for each name."""
         rows = [self._values(sample) for sample in past]
         names = dict.fromkeys(name for row in rows for name in row)
@@ -399,8 +404,8 @@ class Plot:
 class Page:
     """One browser's page."""
 
-    def __init__(self, desk: FarDesk) -> None:
-        self.desk = desk
+    def __init__(self, controller: AsyncController) -> None:
+        self.controller = controller
         self.tool = AIM
         self.mask = ""
         self.windows = True
@@ -415,18 +420,18 @@ class Page:
 
     async def build(self) -> None:
         """Everything on it."""
-        state = await self.desk.look()
-        await self.desk.ask("opened")
+        state = await self.controller.poll()
+        await self.controller.call(StatusCalls.opened)
         ui.context.client.on_connect(self._on_connect)
         ui.add_css(STYLE)
         ui.colors(primary="#1c62ad", positive="#23814a", negative="#c8101c")
         self._dark = ui.dark_mode(None)
         self._header()
-        several = len(state.eyes) > 1
+        several = len(state.cameras) > 1
         with ui.element("main").classes("desk"):
             with ui.element("div").classes("side"):
                 with ui.element("div").classes("pictures" + " one" * (not several)):
-                    for eye in state.eyes:
+                    for eye in state.cameras:
                         self._pictures[eye.camera] = Picture(self, eye.camera)
                 self._plots_card()
             with ui.element("div").classes("side"):
@@ -436,8 +441,8 @@ class Page:
         ui.keyboard(self._on_escape, ignore=[], repeating=False)
         ui.keyboard(self._on_key, ignore=["input", "select", "textarea"], repeating=False)
         ui.keyboard(self._on_arrow, ignore=["input", "select", "textarea"])
-        ui.timer(1 / FRAMES, self._stand)
-        ui.timer(SAMPLE, self._describe)
+        ui.timer(1 / MAX_FRAME_RATE, self._stand)
+        ui.timer(SAMPLE_PERIOD, self._describe)
         ui.timer(PLOTS / len(self._plots), self._plot)
         self._show_state(state)
 
@@ -494,15 +499,15 @@ class Page:
                     self._reports = ui.menu()
                 self._earlier = earlier
             with ui.expansion("How", icon="tune").classes("w-full").props("dense"):
-                self._method = ui.select(list(METHODS), value=USUAL.method, label="method")
-                self._mode = ui.select(list(MODES), value=USUAL.mode, label="mode")
-                self._rows = ui.select(list(ROWS), value=USUAL.rows, label="rows of two cameras")
+                self._method = ui.select(list(METHODS), value=DEFAULTS.method, label="method")
+                self._mode = ui.select(list(MODES), value=DEFAULTS.mode, label="mode")
+                self._rows = ui.select(list(ROWS), value=DEFAULTS.rows, label="rows of two cameras")
                 self._rows.set_visibility(several)
                 self._tolerance, self._budget = (
                     ui.number(f"{what}, {unit}", value=usual, min=least, max=most, step=step)
                     for what, usual, (least, most, unit), step in (
-                        ("tolerance", USUAL.tolerance, TOLERANCE, 0.5),
-                        ("budget", USUAL.budget, BUDGET, 10.0),
+                        ("tolerance", DEFAULTS.tolerance, TOLERANCE, 0.5),
+                        ("budget", DEFAULTS.budget, BUDGET, 10.0),
                     )
                 )
                 choices = self._method, self._mode, self._rows, self._tolerance, self._budget
@@ -600,10 +605,10 @@ class Page:
     async def _describe(self) -> None:
         seen = ui.context.client.has_socket_connection
         if seen and time.monotonic() >= self._state_due:
-            self._state_due = self.desk.due(SAMPLE)
-            self._show_state(await self.desk.look())
+            self._state_due = self.controller.due(SAMPLE_PERIOD)
+            self._show_state(await self.controller.poll())
 
-    def _show_state(self, state: State) -> None:
+    def _show_state(self, state: PageState) -> None:
         status = state.status if state.brick else None
         verdict = status.verdict if status else None
         if state.running:
@@ -639,7 +644,7 @@ class Page:
         self._note.set_text(state.note)
         self._invite.set_visibility(state.brick is None and not state.own and bool(state.commands))
         self._rename.set_enabled(self._marker in state.markers)
-        self._pause.set_visibility(not all(eye.ended for eye in state.eyes))
+        self._pause.set_visibility(not all(eye.ended for eye in state.cameras))
         names = list(state.markers)
         if self._which.options != [*dict.fromkeys([EFFECTOR, GOAL, *names, self._marker])]:
             self._which.set_options([*dict.fromkeys([EFFECTOR, GOAL, *names, self._marker])])
@@ -649,10 +654,10 @@ class Page:
             with self._commands:
                 for command in state.commands:
                     ui.label(f"{command} --wait").classes("mono")
-                if len(state.eyes) > 1:
+                if len(state.cameras) > 1:
                     ui.label("for an arm in space with --arm spatial").classes("quiet")
         if time.monotonic() >= self._facts_due:  # figures that change all the time
-            self._facts_due = self.desk.due(FACTS)
+            self._facts_due = self.controller.due(FACTS)
             for picture in self._pictures.values():
                 picture.describe(state)
             self._table.set_content(facts_of(state))
@@ -674,9 +679,9 @@ class Page:
     def _plot(self) -> None:
         if not self._plotting.value or time.monotonic() < self._plot_due:
             return
-        self._plot_due = self.desk.due(PLOTS / len(self._plots))
-        if self.desk.past:
-            next(self._turns).show(self.desk.past)  # all at once would hold up the picture
+        self._plot_due = self.controller.due(PLOTS / len(self._plots))
+        if self.controller.past:
+            next(self._turns).show(self.controller.past)  # all at once would hold up the picture
 
     # What is done
 
@@ -689,12 +694,13 @@ class Page:
         """A click at a point, or a drag along some, in a picture."""
         if self.tool == AIM:
             if len(points) > 1:
-                why = await self.desk.ask("follow", camera, list(points))
+                why = await self.controller.call(RunCalls.follow, camera, list(points))
             else:
-                why = await self.desk.ask("aim", camera, *points[0])
+                why = await self.controller.call(RunCalls.aim, camera, *points[0])
         else:
             where = (*points[0], *points[-1]) if len(points) > 1 else points[0]
-            why = await self.desk.ask_slowly(self.tool, self._marker, camera, index, where)
+            edit = COLOUR_EDITS[self.tool]
+            why = await self.controller.call_slowly(edit, self._marker, camera, index, where)
             if not why:
                 ui.notify(f"{self._marker}: kept", type="positive", position="bottom", timeout=1500)
         self.tell(why)
@@ -718,27 +724,30 @@ class Page:
             ("budget", self._budget, BUDGET),
         ):
             if field.value is None:
-                self.tell(f"{what}: write a number of {unit}, e.g. {getattr(USUAL, what):g}")
+                self.tell(f"{what}: write a number of {unit}, e.g. {getattr(DEFAULTS, what):g}")
                 return
             numbers.append(float(field.value))
+        tolerance, budget = numbers
         how = self._method.value, self._mode.value, self._rows.value
-        self.tell(await self.desk.ask("start", *how, *numbers, self._follow.value))
+        self.tell(
+            await self.controller.call(RunCalls.start, *how, *numbers, bool(self._follow.value))
+        )
 
     async def hold(self) -> None:
         """Halt."""
-        self.tell(await self.desk.ask("hold"))
+        self.tell(await self.controller.call(RunCalls.hold))
 
     async def stop(self) -> None:
         """STOP."""
-        self.tell(await self.desk.ask("stop"))
+        self.tell(await self.controller.call(RunCalls.stop))
 
     async def _aim_at_marker(self) -> None:
-        self.tell(await self.desk.ask("aim_at_marker"))
+        self.tell(await self.controller.call(RunCalls.aim_at_marker))
 
     async def _undo_colour(self) -> None:
-        before = dict(self.desk.state.markers) if self.desk.state else {}
-        self.tell(await self.desk.ask_slowly("undo"))
-        now = (await self.desk.ask("state")).markers
+        before = dict(self.controller.state.markers) if self.controller.state else {}
+        self.tell(await self.controller.call_slowly(ColourCalls.undo))
+        now = (await self.controller.call(StatusCalls.state)).markers
         if self._marker in before and self._marker not in now:  # its name was undone
             back = next((name for name in now if name not in before), EFFECTOR)
             self._which.set_options([*dict.fromkeys([*self._which.options, back])], value=back)
@@ -754,7 +763,7 @@ class Page:
         """Give the chosen marker the name that was written."""
         old, new = self._marker, str(self._new_name.value).strip()
         if new != old:
-            why = await self.desk.ask_slowly("rename", old, new)
+            why = await self.controller.call_slowly(ColourCalls.rename, old, new)
             self.tell(why)
             if why:
                 return
@@ -781,7 +790,7 @@ class Page:
 
     def _on_mask(self) -> None:
         self.mask = self._marker if self._masked.value else ""
-        for feed in self.desk.feeds.values():
+        for feed in self.controller.feeds.values():
             feed.masks.pop(ui.context.client.id, None)
             if self.mask:
                 feed.masks[ui.context.client.id] = self.mask
@@ -830,11 +839,11 @@ def clock(when: float) -> str:
     return time.strftime("%H:%M:%S", time.localtime(when))
 
 
-def goal_text(state: State) -> str:
+def goal_text(state: PageState) -> str:
     """Where the tip is to go, for people."""
     if state.aims:
         where = [f"{u:.0f}, {v:.0f}" for u, v in state.aims.values()]
-        if len(state.eyes) > 1:
+        if len(state.cameras) > 1:
             where = [f"{name} {text}" for name, text in zip(state.aims, where, strict=True)]
         path = f", then {state.left} more" if state.left else ""
         return "pixel " + " and ".join(where) + path
@@ -843,24 +852,24 @@ def goal_text(state: State) -> str:
     return "the goal marker" if GOAL in state.markers else "none yet; click one in the picture"
 
 
-def brick_text(state: State) -> str:
+def brick_text(state: PageState) -> str:
     """Whether there is a brick, for people."""
     if state.brick is None:
         return "emulated brick is coming" if state.own else "no brick connected"
     return "emulated brick" if state.own else f"brick {state.brick.removeprefix('::ffff:')}"
 
 
-def facts_of(state: State) -> str:
+def facts_of(state: PageState) -> str:
     """The state as a table in HTML."""
     rows = []
     if state.round_trip is not None:
         rows.append(("link", f"{1000 * state.round_trip:.1f} ms round trip"))
     volts = state.status.battery if state.brick and state.status else None
-    low = volts is not None and volts < LOW
+    low = volts is not None and volts < LOW_BATTERY
     if volts is not None:
         advice = ": low, charge it or put in fresh cells" if low else ""
         rows.append(("battery", f"{volts:.1f} V{advice}"))
-    for eye in state.eyes:
+    for eye in state.cameras:
         age = "" if eye.age is None else f", {1000 * eye.age:.0f} ms old"
         rows.append((f"camera {eye.camera}", f"{eye.rate:.0f} fps{age}, {eye.dropped} dropped"))
     rows += [(name, look) for name, look in state.markers.items()]

@@ -6,7 +6,7 @@ import base64
 from collections.abc import Sequence
 from html import escape
 
-from laptop.page.snapshots import Mark, Shown
+from laptop.page.snapshots import FrameSnapshot, MarkerSnapshot
 from laptop.tracking.watching import Point
 from shared.messages import EFFECTOR, GOAL
 
@@ -21,7 +21,7 @@ def ink(name: str, names: Sequence[str]) -> str:
 
 
 def overlay(
-    shown: Shown,
+    shown: FrameSnapshot,
     mask: str = "",
     windows: bool = True,
     drag: Sequence[Point] = (),
@@ -97,7 +97,7 @@ def _target(u: float, v: float, k: float) -> str:
     return f'<g data-aim="{u:.1f},{v:.1f}" transform="translate({u:.1f} {v:.1f})">{rings}</g>'
 
 
-def _marked(mark: Mark, color: str, shown: Shown, k: float) -> str:
+def _marked(mark: MarkerSnapshot, color: str, shown: FrameSnapshot, k: float) -> str:
     if mark.u is None or mark.v is None:
         return ""
     radius = mark.radius or 10 * k

@@ -1,4 +1,4 @@
-"""What a page is told: how everything is doing, at one moment, and what was in one picture."""
+"""Snapshots that the page receives: the state of everything, one frame, one point of the plots."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from laptop.tracking.watching import Point
 from laptop.vision.tracker import Window
 from shared.messages import Start, Status
 
-USUAL = Start()
-"""What is ordered unless something else is said."""
-LOW = 6.5
-"""A battery below this, V, is soon empty: the brick warns of a rechargeable one from here on."""
-SAMPLE = 0.2
-"""Between two samples of the history, s."""
-HISTORY = 60.0
-"""So much of it is kept, s."""
+DEFAULTS = Start()
+"""Orders of a run where the page changes nothing."""
+LOW_BATTERY = 6.5
+"""Battery voltage, V, below which it is soon empty: the brick warns of a rechargeable one there."""
+SAMPLE_PERIOD = 0.2
+"""Time between two samples of the plots, s."""
+HISTORY_DURATION = 60.0
+"""Length of the plots and of the tip's trail, s."""
 VERDICTS = {
     "": "On its way.",
     "ready": "Ready. Aim, then start.",
@@ -34,11 +34,11 @@ VERDICTS = {
     "stopped": "Stopped. The arm is held.",
     "refused": "The brick refused these orders.",
 }
-"""The brick's verdicts, for people."""
+"""Texts of the brick's verdicts, for people."""
 
 
-class Mark(NamedTuple):
-    """A marker in one picture.
+class MarkerSnapshot(NamedTuple):
+    """One marker in one frame.
 
     u, v, radius   px; u is None where it was not seen
     confidence     0 to 1; None of a fixed goal
@@ -56,8 +56,8 @@ class Mark(NamedTuple):
     window: Window | None
 
 
-class Shown(NamedTuple):
-    """One picture with what belongs to it.
+class FrameSnapshot(NamedTuple):
+    """One frame with everything that is drawn over it.
 
     index, t       the frame's; t is its capture time, s
     age            s, when this was answered
@@ -77,18 +77,18 @@ class Shown(NamedTuple):
     width: int
     height: int
     jpeg: bytes
-    marks: tuple[Mark, ...]
+    marks: tuple[MarkerSnapshot, ...]
     aim: Point | None
     ahead: tuple[Point, ...]
     trail: tuple[Point, ...]
     masks: Mapping[str, bytes]
 
 
-class Eye(NamedTuple):
-    """How a camera is doing.
+class CameraStatus(NamedTuple):
+    """State of a camera.
 
     rate     frames per second
-    age      s
+    age      of the newest frame, s
     trouble  in words, or ""
     frames   of a recording, each of which can be looked at; 0: it is none
     ended    there are no more to come
@@ -104,8 +104,8 @@ class Eye(NamedTuple):
     ended: bool = False
 
 
-class State(NamedTuple):
-    """How everything is doing.
+class PageState(NamedTuple):
+    """State of cameras, link, run and colours.
 
     brick     its address, or None
     commands  what to type on the brick
@@ -124,7 +124,7 @@ class State(NamedTuple):
     runs      of which there can be a report, oldest first
     """
 
-    eyes: tuple[Eye, ...]
+    cameras: tuple[CameraStatus, ...]
     brick: str | None
     commands: tuple[str, ...]
     round_trip: float | None
@@ -142,8 +142,8 @@ class State(NamedTuple):
     runs: tuple[Summary, ...]
 
 
-class Sample(NamedTuple):
-    """One moment of the history; t in s, error in px, q in rad, ages in s, rates per s."""
+class PlotSample(NamedTuple):
+    """One point of the plots: t in s, error and e in px, q in rad, ages in s, rates per s."""
 
     t: float
     error: float | None
@@ -156,5 +156,5 @@ class Sample(NamedTuple):
 
 
 def points(count: int) -> str:
-    """Of a path, for people."""
+    """Return a number of points in words."""
     return f"{count} point{'s' * (count != 1)}"

@@ -20,7 +20,7 @@ import cv2
 from rich.console import Console
 
 from laptop.page import process as page_process
-from laptop.page.desk import Desk
+from laptop.page.controller import PageController
 from laptop.tracking.server import State, TrackingServer, pairing_code
 from laptop.tracking.watching import (
     TICK,
@@ -332,10 +332,10 @@ def command(
             bring = None
             if server and own_brick and SYNTHETIC in orders.camera:
                 bring = partial(_bring, stack, own_brick, server)
-            desk = Desk(watchers, trackers, orders.camera, server, plan.file, bring, now)
+            desk = PageController(watchers, trackers, orders.camera, server, plan.file, bring, now)
             _show(speaker(console), desk, listener, orders, stack)
         link = (lambda: link_text(server.state())) if server else None
-        watched = (lambda: desk.watched) if desk else (lambda: False)
+        watched = (lambda: desk.has_viewers) if desk else (lambda: False)
         run = Run(watchers, sheet, link, console, watched)
         try:
             status = run.run()
@@ -502,7 +502,7 @@ def _serve(orders: Orders, stack: ExitStack, now: Callable[[], float]) -> Tracki
 
 def _show(
     say: Callable[[str], None],
-    desk: Desk,
+    desk: PageController,
     listener: socket.socket,
     orders: Orders,
     stack: ExitStack,
@@ -514,12 +514,12 @@ def _show(
         say(page.warning)
     say(f"page: {page.address}")
     if orders.open:
-        desk.expect()  # a short film may be over before the browser is there
+        desk.expect_viewer()  # a short film may be over before the browser is there
         webbrowser.open(page.address)
 
 
 def _bring(stack: ExitStack, own_brick: OwnBrick, server: TrackingServer) -> Callable[[], str]:
-    """Let an emulated brick come, see `Desk`; it is ended by the stack."""
+    """Let an emulated brick come, see `PageController`; it is ended by the stack."""
     host = server.host or "127.0.0.1"
     place = f"[{host}]:{server.port}" if ":" in host else f"{host}:{server.port}"
     return stack.enter_context(own_brick(place, pairing_code()))

@@ -13,13 +13,20 @@ import numpy as np
 import pytest
 from waiting import PATIENCE
 
-from laptop.page import camera_feed, channel, feeds, run_control, snapshots
-from laptop.page import desk as desks
+from laptop.page import async_controller, camera_feed, run_control, snapshots
+from laptop.page import controller as controllers
 from laptop.page import record as records
 from laptop.page import report as reports
-from laptop.page.channel import Door, answer
-from laptop.page.desk import Desk
+from laptop.page.controller import PageController
+from laptop.page.interface import (
+    EXPOSED_METHODS,
+    FrameCalls,
+    RunCalls,
+    StatusCalls,
+    exposed_method,
+)
 from laptop.page.pointer import Pointer
+from laptop.page.rpc import RpcClient, RpcError, serve_requests
 from laptop.reporting.line_plot import DPI
 from laptop.tracking.server import State as LinkState
 from laptop.tracking.watching import Watcher
@@ -85,7 +92,7 @@ class Scene:
             for name, tracker in zip("AB", self.trackers, strict=False)
         ]
         sources = ["fake"] * cameras
-        self.desk = Desk(
+        self.controller = PageController(
             self.watchers,
             self.trackers,
             sources,
@@ -98,7 +105,7 @@ class Scene:
 
     def show(self, tip=(100, 120), goal=(220, 60), ink=RED, light=1.0):
         """One more frame, 0.05 s later; the desk looks at it."""
-        self.t += camera_feed.BEAT
+        self.t += camera_feed.HEARTBEAT_PERIOD
         self.index += 1
         image = np.full((HEIGHT, WIDTH, 3), 130, np.uint8)
         for where, color in ((tip, ink), (goal, GREEN)):
@@ -108,8 +115,8 @@ class Scene:
         for watcher in self.watchers:
             watcher.camera.frames.append(Frame(self.index, self.t - 0.02, image))
             watcher.step(0)
-        self.desk.beat()
-        return self.desk.view("A")
+        self.controller.heartbeat()
+        return self.controller.frames.view("A")
 
 
 @pytest.fixture
@@ -137,11 +144,11 @@ def test_a_view_is_a_picture_with_what_was_found_in_this_very_picture(scene):
 
 
 def test_nothing_comes_twice_and_what_is_older_is_never_shown(scene):
-    assert scene.desk.view("A") is None
+    assert scene.controller.frames.view("A") is None
     shown = scene.show()
-    assert scene.desk.view("A", shown.index) is None
+    assert scene.controller.frames.view("A", shown.index) is None
     scene.show()
-    assert scene.desk.view("A", shown.index).index == shown.index + 1
+    assert scene.controller.frames.view("A", shown.index).index == shown.index + 1
 
 
 def test_who_waits_gets_the_next_one_and_not_one_that_has_waited(scene):
@@ -156,18 +163,18 @@ def test_who_waits_gets_the_next_one_and_not_one_that_has_waited(scene):
 
     scene.watchers[0].wait = watched
     with ThreadPoolExecutor(1) as pool:
-        coming = pool.submit(scene.desk.view, "A", -1, (), PATIENCE)
+        coming = pool.submit(scene.controller.frames.view, "A", -1, (), PATIENCE)
         assert waits.wait(PATIENCE)
         scene.show()
         assert coming.result(PATIENCE).index == 1
-        assert scene.desk.view("A", 0, (), 0.001).index == 1, "none comes: the newest"
-        assert scene.desk.view("A", 1, (), 0.001) is None
+        assert scene.controller.frames.view("A", 0, (), 0.001).index == 1, "none comes: the newest"
+        assert scene.controller.frames.view("A", 1, (), 0.001) is None
 
 
 def test_its_age_is_told_when_it_is_handed_over(scene):
     scene.show()
     scene.t += 0.5
-    assert scene.desk.view("A").age == pytest.approx(0.52)
+    assert scene.controller.frames.view("A").age == pytest.approx(0.52)
 
 
 def test_where_the_marker_is_expected_is_looked_first(scene):
@@ -203,7 +210,7 @@ def test_a_lost_marker_has_its_reason_and_what_to_do(scene, looks, why, advice):
 
 def test_a_mask_shows_the_pixels_of_the_colour_in_this_very_picture(scene):
     scene.show(tip=(80, 120))
-    shown = scene.desk.view("A", masks=(EFFECTOR,))
+    shown = scene.controller.frames.view("A", masks=(EFFECTOR,))
     (png,) = shown.masks.values()
     layer = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
     v, u = np.nonzero(layer[..., 3])
@@ -214,7 +221,7 @@ def test_a_mask_shows_the_pixels_of_the_colour_in_this_very_picture(scene):
 def test_a_picture_is_encoded_once_however_many_look(scene, monkeypatch):
     scene.show()
     monkeypatch.setattr(camera_feed.cv2, "imencode", None)
-    assert [scene.desk.view("A").index for _ in range(5)] == [0] * 5
+    assert [scene.controller.frames.view("A").index for _ in range(5)] == [0] * 5
 
 
 # Colours
@@ -225,7 +232,7 @@ def test_a_colour_is_picked_in_the_picture_that_was_shown(scene):
     assert mark(shown).why
     for _ in range(5):
         scene.show(tip=(250, 200), ink=BLUE)  # it has moved on when the click comes in
-    assert scene.desk.pick(EFFECTOR, "A", shown.index, (100, 120)) == ""
+    assert scene.controller.colours.pick(EFFECTOR, "A", shown.index, (100, 120)) == ""
     seen = mark(scene.show(tip=(120, 150), ink=BLUE))
     assert (seen.u, seen.v) == pytest.approx((120, 150), abs=0.5)
     assert read_markers(scene.file)[EFFECTOR].color.hue == pytest.approx(223, abs=12)
@@ -233,7 +240,7 @@ def test_a_colour_is_picked_in_the_picture_that_was_shown(scene):
 
 def test_a_rectangle_does_as_well_as_a_click_and_may_name_a_new_marker(scene):
     shown = scene.show()
-    assert scene.desk.pick("third", "A", shown.index, (210, 50, 230, 70)) == ""
+    assert scene.controller.colours.pick("third", "A", shown.index, (210, 50, 230, 70)) == ""
     assert mark(scene.show(), "third").u == pytest.approx(220, abs=0.5)
     assert set(read_markers(scene.file)) == {"third"}, "nothing else was learned"
 
@@ -243,7 +250,7 @@ def test_a_pick_leaves_what_the_file_knows_of_the_other_markers(scene):
     learned = read_spec(GOAL, "disc:blue")
     write_markers(scene.file, {GOAL: learned})
     shown = scene.show()
-    assert scene.desk.pick(EFFECTOR, "A", shown.index, (100, 120)) == ""
+    assert scene.controller.colours.pick(EFFECTOR, "A", shown.index, (100, 120)) == ""
     kept = read_markers(scene.file)
     assert set(kept) == {EFFECTOR, GOAL}
     assert kept[GOAL] == learned
@@ -251,62 +258,66 @@ def test_a_pick_leaves_what_the_file_knows_of_the_other_markers(scene):
 
 def test_undo_takes_back_what_was_picked_on_the_disk_too(scene):
     shown = scene.show()
-    before = scene.desk.state().markers
-    scene.desk.pick(EFFECTOR, "A", shown.index, (220, 60))
-    assert scene.desk.state().markers != before
-    assert scene.desk.state().undoable == 1
-    assert scene.desk.undo() == ""
-    assert scene.desk.state().markers == before
+    before = scene.controller.state().markers
+    scene.controller.colours.pick(EFFECTOR, "A", shown.index, (220, 60))
+    assert scene.controller.state().markers != before
+    assert scene.controller.state().undoable == 1
+    assert scene.controller.colours.undo() == ""
+    assert scene.controller.state().markers == before
     assert abs(read_markers(scene.file)[EFFECTOR].color.hue) < 1
-    assert scene.desk.undo() == "there is nothing to undo"
+    assert scene.controller.colours.undo() == "there is nothing to undo"
 
 
 def test_where_there_is_nothing_to_pick_the_old_colour_stays(scene):
     shown = scene.show()
-    before = scene.desk.state().markers
-    assert "no colour at 20,20" in scene.desk.pick(EFFECTOR, "A", shown.index, (20, 20))
-    assert "outside the picture" in scene.desk.pick(EFFECTOR, "A", shown.index, (20, 900))
-    assert "name it" in scene.desk.pick("a b", "A", shown.index, (100, 120))
-    assert scene.desk.state().markers == before
+    before = scene.controller.state().markers
+    assert "no colour at 20,20" in scene.controller.colours.pick(
+        EFFECTOR, "A", shown.index, (20, 20)
+    )
+    assert "outside the picture" in scene.controller.colours.pick(
+        EFFECTOR, "A", shown.index, (20, 900)
+    )
+    assert "name it" in scene.controller.colours.pick("a b", "A", shown.index, (100, 120))
+    assert scene.controller.state().markers == before
     assert not scene.file.exists()
 
 
 def test_an_old_picture_is_gone_unless_it_is_pinned(scene):
     first, second = scene.show(), scene.show()
-    assert scene.desk.pin("A", second.index) == ""
-    for _ in range(camera_feed.KEPT):
+    assert scene.controller.frames.pin("A", second.index) == ""
+    for _ in range(camera_feed.RECENT_FRAMES):
         scene.show()
-    assert "too old" in scene.desk.pick(EFFECTOR, "A", first.index, (100, 120))
-    assert "too old" in scene.desk.pin("A", first.index)
-    assert scene.desk.pick(EFFECTOR, "A", second.index, (100, 120)) == ""
+    assert "too old" in scene.controller.colours.pick(EFFECTOR, "A", first.index, (100, 120))
+    assert "too old" in scene.controller.frames.pin("A", first.index)
+    assert scene.controller.colours.pick(EFFECTOR, "A", second.index, (100, 120)) == ""
 
 
 def test_a_marker_can_be_renamed(scene):
     scene.show()
-    assert scene.desk.rename(GOAL, "target") == ""
+    assert scene.controller.colours.rename(GOAL, "target") == ""
     assert mark(scene.show(), "target").u == pytest.approx(220, abs=0.5)
-    assert set(scene.desk.state().markers) == {EFFECTOR, "target"}
-    assert "none of this name" in scene.desk.rename(GOAL, "other")
+    assert set(scene.controller.state().markers) == {EFFECTOR, "target"}
+    assert "none of this name" in scene.controller.colours.rename(GOAL, "other")
 
 
 def test_renamed_it_has_no_old_name_in_the_file_and_an_undo_takes_it_back(scene):
     other = read_spec("target", "disc:blue")
     write_markers(scene.file, {"target": other, "mine": other})
     scene.show()
-    assert scene.desk.rename(GOAL, "target") == ""
+    assert scene.controller.colours.rename(GOAL, "target") == ""
     assert set(read_markers(scene.file)) == {"target", "mine"}
     assert read_markers(scene.file)["target"].color.hue == 125, "it was the goal's"
-    assert scene.desk.undo() == ""
-    assert set(scene.desk.state().markers) == {EFFECTOR, GOAL}
+    assert scene.controller.colours.undo() == ""
+    assert set(scene.controller.state().markers) == {EFFECTOR, GOAL}
     assert set(read_markers(scene.file)) == {GOAL, "target", "mine"}
     assert read_markers(scene.file)["target"] == other
 
 
 def test_an_undone_marker_that_was_new_is_not_kept_either(scene):
     shown = scene.show()
-    scene.desk.pick("third", "A", shown.index, (220, 60))
+    scene.controller.colours.pick("third", "A", shown.index, (220, 60))
     assert "third" in read_markers(scene.file)
-    scene.desk.undo()
+    scene.controller.colours.undo()
     assert set(read_markers(scene.file)) == set()
 
 
@@ -340,11 +351,11 @@ def test_a_colour_is_added_to_and_removed_from_a_marker(scene):
 
 def test_adding_and_removing_act_on_the_tracker(scene):
     shown = scene.show()
-    assert "pick it first" in scene.desk.add("third", "A", shown.index, (220, 60))
-    before = scene.desk.state().markers[EFFECTOR]
-    assert scene.desk.add(EFFECTOR, "A", shown.index, (220, 60)) == ""
-    assert scene.desk.state().markers[EFFECTOR] != before
-    assert scene.desk.remove(EFFECTOR, "A", shown.index, (220, 60)) == ""
+    assert "pick it first" in scene.controller.colours.add("third", "A", shown.index, (220, 60))
+    before = scene.controller.state().markers[EFFECTOR]
+    assert scene.controller.colours.add(EFFECTOR, "A", shown.index, (220, 60)) == ""
+    assert scene.controller.state().markers[EFFECTOR] != before
+    assert scene.controller.colours.remove(EFFECTOR, "A", shown.index, (220, 60)) == ""
     assert mark(scene.show()).u == pytest.approx(100, abs=0.5)
 
 
@@ -368,83 +379,83 @@ def film(tmp_path):
         watcher = Watcher("A", camera, tracker, live=False)
         for _ in range(7):
             watcher.step(0)
-        yield Desk([watcher], [tracker], [path], None, tmp_path / "markers.ini"), watcher
+        yield PageController([watcher], [tracker], [path], None, tmp_path / "markers.ini"), watcher
 
 
 def test_any_frame_of_a_recording_can_be_looked_at_and_picked_in(film):
-    desk, watcher = film
-    assert desk.state().eyes[0].frames == FRAMES
+    controller, watcher = film
+    assert controller.state().cameras[0].frames == FRAMES
     for index in (31, 3, 39, 12, 13, 6):
-        shown = desk.still("A", index)
+        shown = controller.frames.still("A", index)
         assert shown.index == index
         assert mark(shown).why == "nothing of this colour"
         image = cv2.imdecode(np.frombuffer(shown.jpeg, np.uint8), cv2.IMREAD_COLOR)
         assert image[120, 40 + 5 * index, 0] > 150, "blue"
-        assert desk.pick(EFFECTOR, "A", index, (40 + 5 * index, 120)) == ""
-        shown = desk.still("A", index, (EFFECTOR,))
+        assert controller.colours.pick(EFFECTOR, "A", index, (40 + 5 * index, 120)) == ""
+        shown = controller.frames.still("A", index, (EFFECTOR,))
         assert (mark(shown).u, mark(shown).v) == pytest.approx((40 + 5 * index, 120), abs=0.5)
         layer = cv2.imdecode(np.frombuffer(shown.masks[EFFECTOR], np.uint8), cv2.IMREAD_UNCHANGED)
         assert np.nonzero(layer[..., 3])[1].mean() == pytest.approx(40 + 5 * index, abs=1)
-        assert desk.undo() == ""
+        assert controller.colours.undo() == ""
     assert watcher.step(0)
     assert watcher.view.frame.index == 7, "what is tracked goes on as if nobody had looked"
 
 
 def test_the_trail_of_a_still_frame_ends_there(film):
-    desk, watcher = film
-    desk.pick(EFFECTOR, "A", 0, (40, 120))
+    controller, watcher = film
+    controller.colours.pick(EFFECTOR, "A", 0, (40, 120))
     while watcher.step(0):
-        desk.beat()
-    assert desk.still("A", 20).trail[-1] == pytest.approx((140, 120), abs=0.5)
-    assert desk.still("A", 39).trail[-1] == pytest.approx((235, 120), abs=0.5)
-    assert desk.state().eyes[0].ended
+        controller.heartbeat()
+    assert controller.frames.still("A", 20).trail[-1] == pytest.approx((140, 120), abs=0.5)
+    assert controller.frames.still("A", 39).trail[-1] == pytest.approx((235, 120), abs=0.5)
+    assert controller.state().cameras[0].ended
 
 
 @pytest.mark.parametrize("index", [-1, FRAMES, 10**9])
 def test_a_recording_has_no_more_frames_than_it_has(film, index):
-    assert film[0].still("A", index).endswith("has frames 0 to 39")
-    assert "has frames 0 to 39" in film[0].pick(EFFECTOR, "A", index, (1, 1))
+    assert film[0].frames.still("A", index).endswith("has frames 0 to 39")
+    assert "has frames 0 to 39" in film[0].colours.pick(EFFECTOR, "A", index, (1, 1))
 
 
 def test_a_file_that_is_gone_is_told(film):
-    desk, _ = film
-    Path(desk.state().eyes[0].source).unlink()
-    assert "no camera, file or folder" in desk.still("A", 20)
+    controller, _ = film
+    Path(controller.state().cameras[0].source).unlink()
+    assert "no camera, file or folder" in controller.frames.still("A", 20)
 
 
 def test_of_a_live_camera_a_picture_that_was_given_out_is_looked_at_anew(scene):
     shown = scene.show(ink=BLUE)
-    assert scene.desk.state().eyes[0].frames == 0
-    scene.desk.pin("A", shown.index)
-    for _ in range(camera_feed.KEPT + 1):
+    assert scene.controller.state().cameras[0].frames == 0
+    scene.controller.frames.pin("A", shown.index)
+    for _ in range(camera_feed.RECENT_FRAMES + 1):
         scene.show(tip=(200, 200))
-    assert mark(scene.desk.still("A", shown.index)).why
-    scene.desk.pick(EFFECTOR, "A", shown.index, (100, 120))
-    still = scene.desk.still("A", shown.index)
+    assert mark(scene.controller.frames.still("A", shown.index)).why
+    scene.controller.colours.pick(EFFECTOR, "A", shown.index, (100, 120))
+    still = scene.controller.frames.still("A", shown.index)
     assert (still.index, mark(still).u) == (shown.index, pytest.approx(100, abs=0.5))
     assert still.jpeg == shown.jpeg
-    assert "too old" in scene.desk.still("A", shown.index + 1)
+    assert "too old" in scene.controller.frames.still("A", shown.index + 1)
 
 
 def test_somebody_looks_who_has_asked_lately(scene):
-    assert not scene.desk.watched
-    scene.desk.state()
-    assert scene.desk.watched
-    scene.t += desks.AWAY
-    assert not scene.desk.watched
+    assert not scene.controller.has_viewers
+    scene.controller.state()
+    assert scene.controller.has_viewers
+    scene.t += controllers.VIEWER_TIMEOUT
+    assert not scene.controller.has_viewers
 
 
-@pytest.mark.parametrize("comes", ["expect", "opened"])
+@pytest.mark.parametrize("comes", ["expect_viewer", "opened"])
 def test_who_is_expected_may_take_any_time(scene, comes):
-    getattr(scene.desk, comes)()
-    scene.t += 0.9 * desks.SOON
-    assert scene.desk.watched
-    scene.desk.state()
-    scene.t += desks.AWAY
-    assert not scene.desk.watched
-    scene.desk.expect()
-    scene.t += desks.SOON
-    assert not scene.desk.watched, "nobody came"
+    getattr(scene.controller, comes)()
+    scene.t += 0.9 * controllers.PAGE_OPEN_TIMEOUT
+    assert scene.controller.has_viewers
+    scene.controller.state()
+    scene.t += controllers.VIEWER_TIMEOUT
+    assert not scene.controller.has_viewers
+    scene.controller.expect()
+    scene.t += controllers.PAGE_OPEN_TIMEOUT
+    assert not scene.controller.has_viewers, "nobody came"
 
 
 # Aims and runs
@@ -452,9 +463,9 @@ def test_who_is_expected_may_take_any_time(scene, comes):
 
 def test_a_start_goes_to_the_point_that_was_clicked(scene):
     scene.show()
-    assert scene.desk.aim("A", 40.0, 50.0) == ""
+    assert scene.controller.runs.aim("A", 40.0, 50.0) == ""
     assert scene.show().aim == (40.0, 50.0)
-    assert scene.desk.start("kalman", "stream", "stereo", 3.0) == ""
+    assert scene.controller.runs.start("kalman", "stream", "stereo", 3.0) == ""
     assert scene.server.sent == [
         Start("kalman", "stream", "stereo", 3.0, goals={"A": (40.0, 50.0)})
     ]
@@ -465,92 +476,92 @@ FOLLOW = ("chain", "stream", "stereo", 8.0, 300.0, True)
 
 def test_a_goal_marker_that_moves_is_followed_until_it_is_said_otherwise(scene):
     scene.show()
-    assert scene.desk.start(*FOLLOW) == ""
+    assert scene.controller.runs.start(*FOLLOW) == ""
     assert scene.server.sent == [Start(*FOLLOW)]
     scene.server.tell("", 1)
     scene.show()
-    assert scene.desk.state().following
-    assert scene.desk.hold() == ""
+    assert scene.controller.state().following
+    assert scene.controller.runs.hold() == ""
     scene.server.tell("converged", 1)
     scene.show()
-    assert not scene.desk.state().following
+    assert not scene.controller.state().following
     scene.server.tell("", 2)  # the brick's own, of which nobody here knows the orders
     scene.show()
-    assert not scene.desk.state().following
+    assert not scene.controller.state().following
 
 
 def test_only_a_goal_marker_can_be_followed(scene):
     scene.show()
-    scene.desk.aim("A", 40.0, 50.0)
-    assert "only a goal marker can be followed" in scene.desk.start(*FOLLOW)
+    scene.controller.runs.aim("A", 40.0, 50.0)
+    assert "only a goal marker can be followed" in scene.controller.runs.start(*FOLLOW)
     assert scene.server.sent == []
-    scene.desk.aim_at_marker()
-    assert scene.desk.start(*FOLLOW) == ""
+    scene.controller.runs.aim_at_marker()
+    assert scene.controller.runs.start(*FOLLOW) == ""
 
 
 def test_what_leaves_joints_undetermined_is_refused_here_already(scene):
     scene.show()
     scene.server.status = Status(0.0, (0.1, 0.2, 0.3), None, "ready")
-    scene.desk.aim("A", 40.0, 50.0)
-    assert "where 3 joints are to go" in scene.desk.start()
+    scene.controller.runs.aim("A", 40.0, 50.0)
+    assert "where 3 joints are to go" in scene.controller.runs.start()
     assert scene.server.sent == []
 
 
 def test_a_start_goes_to_the_marker_if_no_point_was_clicked(scene):
     scene.show()
-    scene.desk.aim("A", 40.0, 50.0)
-    assert scene.desk.aim_at_marker() == ""
-    assert scene.desk.start() == ""
+    scene.controller.runs.aim("A", 40.0, 50.0)
+    assert scene.controller.runs.aim_at_marker() == ""
+    assert scene.controller.runs.start() == ""
     assert scene.server.sent == [Start()]
     assert scene.show().aim is None
 
 
 def test_without_any_goal_nothing_starts(scene):
     scene.show()
-    scene.desk.rename(GOAL, "other")
-    assert "no goal yet" in scene.desk.start()
+    scene.controller.colours.rename(GOAL, "other")
+    assert "no goal yet" in scene.controller.runs.start()
     assert scene.server.sent == []
 
 
 def test_a_goal_outside_the_picture_is_refused(scene):
-    assert "gives no picture" in scene.desk.aim("A", 1.0, 1.0)
+    assert "gives no picture" in scene.controller.runs.aim("A", 1.0, 1.0)
     scene.show()
-    assert "outside the picture" in scene.desk.aim("A", 400.0, 50.0)
+    assert "outside the picture" in scene.controller.runs.aim("A", 400.0, 50.0)
     assert scene.show().aim is None
 
 
 def test_two_cameras_want_a_goal_each(tmp_path):
     scene = Scene(tmp_path, cameras=2)
     scene.show()
-    scene.desk.aim("A", 40.0, 50.0)
-    assert "camera B" in scene.desk.start()
-    scene.desk.aim("B", 140.0, 150.0)
-    assert scene.desk.start(rows="xyz") == ""
+    scene.controller.runs.aim("A", 40.0, 50.0)
+    assert "camera B" in scene.controller.runs.start()
+    scene.controller.runs.aim("B", 140.0, 150.0)
+    assert scene.controller.runs.start(rows="xyz") == ""
     assert scene.server.sent[0].goals == {"A": (40.0, 50.0), "B": (140.0, 150.0)}
-    assert "several cameras" in scene.desk.follow("A", [(1.0, 1.0), (99.0, 99.0)])
+    assert "several cameras" in scene.controller.runs.follow("A", [(1.0, 1.0), (99.0, 99.0)])
 
 
 @pytest.mark.parametrize("verdict", ["", "ready", "converged"])
 def test_a_start_while_a_run_is_on_is_refused(scene, verdict):
     scene.show()
     scene.server.tell(verdict, 1)
-    why = scene.desk.start()
+    why = scene.controller.runs.start()
     assert ("a run is on" in why) == (verdict == "")
     assert len(scene.server.sent) == (verdict != "")
     # From the order on, even before the brick has said a word about it.
-    assert "a run is on" in scene.desk.start()
-    assert "a run is on" in scene.desk.aim("A", 40.0, 50.0)
-    assert "a run is on" in scene.desk.aim_at_marker()
-    assert scene.desk.state().running
+    assert "a run is on" in scene.controller.runs.start()
+    assert "a run is on" in scene.controller.runs.aim("A", 40.0, 50.0)
+    assert "a run is on" in scene.controller.runs.aim_at_marker()
+    assert scene.controller.state().running
 
 
 def test_a_brick_that_does_not_begin_is_told_of_and_may_be_asked_again(scene):
     scene.show()
-    scene.desk.start()
-    scene.t += run_control.ANSWER
+    scene.controller.runs.start()
+    scene.t += run_control.START_TIMEOUT
     scene.show()
-    assert "--wait" in scene.desk.state().note
-    assert scene.desk.start() == ""
+    assert "--wait" in scene.controller.state().note
+    assert scene.controller.runs.start() == ""
 
 
 @pytest.mark.parametrize(
@@ -567,24 +578,24 @@ def test_a_brick_that_does_not_begin_is_told_of_and_may_be_asked_again(scene):
 )
 def test_orders_that_make_no_sense_are_refused(scene, orders, why):
     scene.show()
-    assert why in scene.desk.start(*orders)
+    assert why in scene.controller.runs.start(*orders)
     assert scene.server.sent == []
 
 
 def test_without_a_brick_nothing_starts_and_the_command_is_told(scene):
     scene.show()
     scene.server.there = False
-    assert "no brick is connected" in scene.desk.start()
-    assert "no brick is connected" in scene.desk.stop()
-    assert not scene.desk.state().running
-    assert scene.desk.state().commands == tuple(scene.server.commands())
+    assert "no brick is connected" in scene.controller.runs.start()
+    assert "no brick is connected" in scene.controller.runs.stop()
+    assert not scene.controller.state().running
+    assert scene.controller.state().commands == tuple(scene.server.commands())
 
 
 @pytest.mark.parametrize("order", ["hold", "stop"])
 def test_hold_and_stop_end_the_run_at_once(scene, order):
     scene.show()
-    scene.desk.start()
-    assert getattr(scene.desk, order)() == ""
+    scene.controller.runs.start()
+    assert getattr(scene.controller.runs, order)() == ""
     assert isinstance(scene.server.sent[-1], Stop)
 
 
@@ -593,99 +604,99 @@ PATH = [(float(u), 100.0) for u in range(50, 151, 5)]
 
 def test_a_path_is_followed_point_after_point(scene):
     scene.show()
-    assert scene.desk.follow("A", PATH) == ""
+    assert scene.controller.runs.follow("A", PATH) == ""
     shown = scene.show()
     assert shown.aim == PATH[0]
     assert [u for u, _ in shown.ahead] == [75, 100, 125, 150]
-    assert scene.desk.start("broyden", "look", "stereo", 4.0) == ""
+    assert scene.controller.runs.start("broyden", "look", "stereo", 4.0) == ""
     for run in range(1, 6):
         scene.server.tell("", run)
         scene.show()
         assert len(scene.server.sent) == run, "it waits for the verdict"
         scene.server.tell("converged", run)
-        assert scene.desk.state().running == (run < 5), "even before it has gone on"
+        assert scene.controller.state().running == (run < 5), "even before it has gone on"
         scene.show()
         scene.show()
     assert [start.goals["A"][0] for start in scene.server.sent] == [50, 75, 100, 125, 150]
     assert {start.method for start in scene.server.sent} == {"broyden"}
-    assert scene.desk.state().left == 0
+    assert scene.controller.state().left == 0
 
 
 @pytest.mark.parametrize("verdict", ["unreachable", "stopped", "marker lost"])
 def test_a_path_ends_where_a_point_is_not_reached(scene, verdict):
     scene.show()
-    scene.desk.follow("A", PATH)
-    scene.desk.start()
+    scene.controller.runs.follow("A", PATH)
+    scene.controller.runs.start()
     scene.server.tell(verdict, 1)
     scene.show()
     scene.show()
     assert len(scene.server.sent) == 1
-    assert "4 points before its end" in scene.desk.state().note
+    assert "4 points before its end" in scene.controller.state().note
 
 
 @pytest.mark.parametrize("order", ["hold", "stop"])
 def test_a_stop_is_said_until_the_brick_has_heard_it(scene, order):
     """A link that breaks takes it along; behind it the run would go on by itself."""
     scene.show()
-    scene.desk.aim("A", 100, 100)
-    scene.desk.start()
+    scene.controller.runs.aim("A", 100, 100)
+    scene.controller.runs.start()
     scene.server.tell("", run=1)
     scene.server.there = False
-    assert "as soon as it is back" in getattr(scene.desk, order)()
-    scene.desk.beat()
+    assert "as soon as it is back" in getattr(scene.controller.runs, order)()
+    scene.controller.heartbeat()
     scene.server.sent.clear()
     scene.server.there = True
-    scene.desk.beat()
+    scene.controller.heartbeat()
     scene.server.tell("", run=1)
-    scene.desk.beat()
+    scene.controller.heartbeat()
     assert [type(said) for said in scene.server.sent] == [Stop, Stop]
     scene.server.tell("stopped", run=1)
-    scene.desk.beat()
+    scene.controller.heartbeat()
     scene.server.tell("", run=2)  # of its own
-    scene.desk.beat()
+    scene.controller.heartbeat()
     assert len(scene.server.sent) == 2
 
 
 def test_a_new_start_takes_a_stop_back(scene):
     scene.show()
-    scene.desk.aim("A", 100, 100)
-    scene.desk.stop()
-    assert scene.desk.start() == ""
+    scene.controller.runs.aim("A", 100, 100)
+    scene.controller.runs.stop()
+    assert scene.controller.runs.start() == ""
     scene.server.tell("", run=1)
-    scene.desk.beat()
+    scene.controller.heartbeat()
     assert [type(said) for said in scene.server.sent] == [Stop, Start]
 
 
 def test_what_was_said_of_a_path_goes_with_a_new_goal(scene):
     scene.show()
-    scene.desk.follow("A", PATH)
-    scene.desk.start()
+    scene.controller.runs.follow("A", PATH)
+    scene.controller.runs.start()
     scene.server.tell("unreachable", run=1)
-    scene.desk.beat()
-    assert "4 points before its end" in scene.desk.state().note
-    scene.desk.aim("A", 100, 100)
-    assert scene.desk.state().note == ""
+    scene.controller.heartbeat()
+    assert "4 points before its end" in scene.controller.state().note
+    scene.controller.runs.aim("A", 100, 100)
+    assert scene.controller.state().note == ""
 
 
 def test_a_run_whose_brick_is_gone_for_good_is_over(scene):
     scene.show()
-    scene.desk.aim("A", 100, 100)
-    scene.desk.start()
+    scene.controller.runs.aim("A", 100, 100)
+    scene.controller.runs.start()
     scene.server.tell("", run=1)
     scene.show()
     scene.server.there = False
     scene.show()
-    assert scene.desk.record().runs[-1].ended is None
-    scene.t += desks.GONE
+    assert scene.controller.record().runs[-1].ended is None
+    scene.t += controllers.BRICK_GONE_TIMEOUT
     scene.show()
-    assert scene.desk.record().runs[-1].ended is not None
+    assert scene.controller.record().runs[-1].ended is not None
 
 
 def test_a_fixed_goal_is_known(tmp_path):
     scene = Scene(tmp_path, goal=(50, 60))
     scene.show()
-    assert scene.desk.state().fixed
-    assert scene.desk.start() == ""
+    assert scene.controller.state().fixed
+    assert scene.controller.runs.start() == ""
 
 
 def test_an_emulated_brick_that_cannot_come_is_told_of(tmp_path):
@@ -694,51 +705,51 @@ def test_an_emulated_brick_that_cannot_come_is_told_of(tmp_path):
 
     scene = Scene(tmp_path, bring=bring)
     scene.server.there = False
-    scene.desk.opened()
-    assert not scene.desk.state().own
-    assert "no emulated brick: No space left" in scene.desk.state().note
+    scene.controller.opened()
+    assert not scene.controller.state().own
+    assert "no emulated brick: No space left" in scene.controller.state().note
 
 
 def test_between_the_points_of_a_path_it_is_still_on_its_way(scene):
     scene.show()
-    scene.desk.follow("A", PATH)
-    scene.desk.start()
+    scene.controller.runs.follow("A", PATH)
+    scene.controller.runs.start()
     scene.server.tell("converged", run=1)
-    assert scene.desk.state().running
-    assert "a run is on" in scene.desk.start()
-    scene.desk.beat()
+    assert scene.controller.state().running
+    assert "a run is on" in scene.controller.runs.start()
+    scene.controller.heartbeat()
     for run in range(2, 10):
         scene.server.tell("converged", run=run)
-        scene.desk.beat()
-    assert not scene.desk.state().running
+        scene.controller.heartbeat()
+    assert not scene.controller.state().running
 
 
 def test_a_path_waits_where_the_link_is_lost(scene):
     scene.show()
-    scene.desk.follow("A", PATH)
-    scene.desk.start()
+    scene.controller.runs.follow("A", PATH)
+    scene.controller.runs.start()
     scene.server.there = False
-    scene.desk.beat()
+    scene.controller.heartbeat()
     scene.server.there = True
     scene.server.tell("ready", run=0)  # another brick
-    state = scene.desk.state()
+    state = scene.controller.state()
     assert not state.running
     assert "the path ends here" in state.note
     assert state.left == 4
-    assert scene.desk.start() == ""
+    assert scene.controller.runs.start() == ""
 
 
 @pytest.mark.parametrize(("order", "left"), [("hold", 4), ("stop", 0)])
 def test_after_hold_a_path_goes_on_and_after_stop_it_does_not(scene, order, left):
     scene.show()
-    scene.desk.follow("A", PATH)
-    scene.desk.start()
+    scene.controller.runs.follow("A", PATH)
+    scene.controller.runs.start()
     scene.server.tell("", 1)
-    getattr(scene.desk, order)()
+    getattr(scene.controller.runs, order)()
     scene.server.tell("converged", 1)  # it was there just before
     scene.show()
     assert len(scene.server.sent) == 2
-    assert scene.desk.state().left == left
+    assert scene.controller.state().left == left
 
 
 # State and history
@@ -748,15 +759,15 @@ def test_the_state_tells_of_cameras_link_and_markers(scene):
     for _ in range(40):
         scene.show()
     scene.watchers[0].dropped = 3
-    state = scene.desk.state()
-    (eye,) = state.eyes
-    assert eye.rate == pytest.approx(1 / camera_feed.BEAT)
+    state = scene.controller.state()
+    (eye,) = state.cameras
+    assert eye.rate == pytest.approx(1 / camera_feed.HEARTBEAT_PERIOD)
     assert eye.age == pytest.approx(0.02)
     assert (eye.dropped, eye.trouble) == (3, "")
     assert state.brick == "10.0.0.2"
     assert set(state.markers) == {EFFECTOR, GOAL}
     scene.t += 5
-    assert "no frame for 5 s" in scene.desk.state().eyes[0].trouble
+    assert "no frame for 5 s" in scene.controller.state().cameras[0].trouble
 
 
 @pytest.mark.parametrize(
@@ -770,22 +781,24 @@ def test_the_state_tells_of_cameras_link_and_markers(scene):
 def test_the_battery_is_shown_if_the_brick_tells_with_a_warning_if_it_is_low(scene, volts, says):
     browser = pytest.importorskip("laptop.page.browser")
     scene.server.tell("ready", 0, battery=volts)
-    shown = browser.facts_of(scene.desk.state())
+    shown = browser.facts_of(scene.controller.state())
     assert says in shown
     assert ("<td>battery<" in shown) == (volts is not None)
     scene.server.there = False
-    assert "<td>battery<" not in browser.facts_of(scene.desk.state()), "of a brick that has gone"
+    assert "<td>battery<" not in browser.facts_of(scene.controller.state()), (
+        "of a brick that has gone"
+    )
 
 
 def test_the_history_is_the_last_minute(scene):
     scene.server.tell("", 1, e={"A.u": 3.0}, condition=2.5, moves=4)
     for _ in range(1300):
-        scene.t += camera_feed.BEAT
-        scene.desk.beat()
-    history = scene.desk.history()
-    assert history[-1].t - history[0].t == pytest.approx(snapshots.HISTORY, abs=0.3)
+        scene.t += camera_feed.HEARTBEAT_PERIOD
+        scene.controller.heartbeat()
+    history = scene.controller.history()
+    assert history[-1].t - history[0].t == pytest.approx(snapshots.HISTORY_DURATION, abs=0.3)
     assert (history[-1].error, history[-1].e, history[-1].condition) == (12.5, {"A.u": 3.0}, 2.5)
-    assert len(scene.desk.history(history[-4].t)) == 3
+    assert len(scene.controller.history(history[-4].t)) == 3
 
 
 def test_an_own_brick_comes_when_somebody_looks_and_no_other_is_there(tmp_path):
@@ -796,28 +809,28 @@ def test_an_own_brick_comes_when_somebody_looks_and_no_other_is_there(tmp_path):
         return lambda: why
 
     scene = Scene(tmp_path, bring=bring)
-    scene.desk.opened()
+    scene.controller.opened()
     assert brought == [], "there is one"
     scene.server.there = False
-    scene.desk.opened()
-    scene.desk.opened()
-    scene.desk.beat()
+    scene.controller.opened()
+    scene.controller.opened()
+    scene.controller.heartbeat()
     assert brought == [1]
-    assert scene.desk.state().own
+    assert scene.controller.state().own
     scene.server.there = True
     scene.show()
-    scene.desk.follow("A", PATH)
-    scene.desk.start()
+    scene.controller.runs.follow("A", PATH)
+    scene.controller.runs.start()
     scene.server.there = False
     why = "it fell"
-    scene.desk.beat()
-    assert not scene.desk.state().own
-    assert scene.desk.state().note.startswith("the path ends here, ")
-    assert scene.desk.state().note.endswith("it fell; load the page anew for another one")
+    scene.controller.heartbeat()
+    assert not scene.controller.state().own
+    assert scene.controller.state().note.startswith("the path ends here, ")
+    assert scene.controller.state().note.endswith("it fell; load the page anew for another one")
     why = ""
-    scene.desk.opened()
+    scene.controller.opened()
     assert brought == [1, 1]
-    assert scene.desk.state().own
+    assert scene.controller.state().own
 
 
 # The pointer
@@ -851,39 +864,59 @@ def test_what_is_let_go_of_outside_the_picture_or_taken_away_is_no_drag():
     assert handled(("down", 50.0, 2, 2), ("up", 50.0, 2, 0)) == [], "the other button"
 
 
-# The door
+# Remote calls
 
 
 @pytest.fixture
-def door(scene):
+def client(scene):
     ours, theirs = multiprocessing.Pipe()
-    thread = threading.Thread(target=answer, args=(scene.desk, theirs))
+    thread = threading.Thread(target=serve_requests, args=(scene.controller, theirs))
     thread.start()
-    yield Door(ours)
+    yield RpcClient(ours)
     ours.close()
     thread.join(PATIENCE)
     assert not thread.is_alive(), "it ends with the other side"
 
 
-def test_what_goes_through_the_door_is_what_the_desk_says(scene, door):
+def test_a_remote_call_returns_what_the_controller_says(scene, client):
     shown = scene.show()
-    assert door.ask("view", "A") == shown._replace(age=door.ask("view", "A").age)
-    assert door.ask("state") == scene.desk.state()
-    assert door.ask("history") == scene.desk.history()
-    assert door.ask("aim", "A", 5.0, 6.0) == ""
+    age = client.call(FrameCalls.view, "A").age
+    assert client.call(FrameCalls.view, camera="A") == shown._replace(age=age)
+    assert client.call(StatusCalls.state) == scene.controller.state()
+    assert client.call(StatusCalls.history) == scene.controller.history()
+    assert client.call(RunCalls.aim, "A", 5.0, 6.0) == ""
     assert scene.show().aim == (5.0, 6.0)
 
 
-@pytest.mark.parametrize("question", ["_look_for", "beat", "__init__", "server", "watched"])
-def test_through_the_door_there_is_nothing_but_the_desk(scene, door, question):
-    with pytest.raises(channel.AskedWrongly, match="none of a desk's"):
-        door.ask(question)
+@pytest.mark.parametrize(
+    "name",
+    [
+        "ColourCalls._track", "StatusCalls.heartbeat", "RunCalls.poll", "RunCalls.__init__",
+        "StatusCalls.cameras", "StatusCalls.frames", "aim", "RunControl.aim", "os.system",
+    ],
+)  # fmt: skip
+def test_what_is_not_exposed_cannot_be_called(scene, client, name):
+    def method():
+        pass
+
+    method.__qualname__ = name
+    with pytest.raises(RpcError, match="not exposed"):
+        client.call(method)
 
 
-def test_a_wrong_question_does_no_harm(scene, door):
-    with pytest.raises(channel.AskedWrongly, match="KeyError"):
-        door.ask("view", "Z")
-    assert door.ask("state") == scene.desk.state()
+def test_every_method_of_the_interface_is_exposed_and_the_controller_has_it(scene):
+    assert len(EXPOSED_METHODS) == 18
+    assert {"RunCalls.aim", "ColourCalls.undo", "FrameCalls.view", "StatusCalls.state"} <= set(
+        EXPOSED_METHODS
+    )
+    for name in EXPOSED_METHODS:
+        assert callable(exposed_method(scene.controller, name))
+
+
+def test_a_call_that_fails_does_no_harm(scene, client):
+    with pytest.raises(RpcError, match="KeyError"):
+        client.call(FrameCalls.view, "Z")
+    assert client.call(StatusCalls.state) == scene.controller.state()
 
 
 # Records, and the reports of them
@@ -924,14 +957,14 @@ def run(scene, number, verdict="converged", steps=5, orders=True, e=True, camera
 
 def test_a_run_is_recorded_from_start_to_verdict(scene):
     scene.show()
-    assert scene.desk.record() is None
-    scene.desk.aim("A", 102.0, 118.0)
-    scene.desk.start("kalman")
+    assert scene.controller.record() is None
+    scene.controller.runs.aim("A", 102.0, 118.0)
+    scene.controller.runs.start("kalman")
     began = scene.t
     run(scene, 1)
     for _ in range(20):
         scene.show(tip=(150, 120), ink=BLUE)  # what comes later is no part of it
-    record = scene.desk.record()
+    record = scene.controller.record()
     (only,) = record.runs
     assert only.orders == scene.server.sent[0]
     assert (only.verdict, only.reason) == ("converged", "because")
@@ -941,27 +974,27 @@ def test_a_run_is_recorded_from_start_to_verdict(scene):
     assert [told.moves for told in only.told] == [0, 1, 2, 3, 4, 5]
     image = cv2.imdecode(np.frombuffer(record.pictures["A"], np.uint8), cv2.IMREAD_COLOR)
     assert image[120, 100, 2] > 150 > 80 > image[120, 100, 0], "the tip is where it was in the end"
-    assert scene.desk.state().runs == ((1, record.when, "converged"),)
+    assert scene.controller.state().runs == ((1, record.when, "converged"),)
 
 
 def test_a_run_that_goes_on_can_be_looked_at(scene):
     scene.show()
-    scene.desk.start()
+    scene.controller.runs.start()
     scene.server.tell("", 1)
     scene.show(tip=(100, 120))
-    first = scene.desk.record()
+    first = scene.controller.record()
     assert (first.runs[0].verdict, first.runs[0].ended) == ("", None)
     points = len(first.runs[0].tips["A"])
     scene.show(tip=(120, 120))
     assert len(first.runs[0].tips["A"]) == points, "what was handed over changes no more"
-    assert len(scene.desk.record().runs[0].tips["A"]) == points + 1
+    assert len(scene.controller.record().runs[0].tips["A"]) == points + 1
 
 
 def test_a_run_that_the_brick_does_by_itself_is_recorded_without_orders(scene):
     scene.show()
     run(scene, 1)
     run(scene, 1, "marker lost")  # the program was started again, and counts anew
-    first, second = (scene.desk.record(number) for number in (1, 2))
+    first, second = (scene.controller.record(number) for number in (1, 2))
     assert first.runs[0].orders is second.runs[0].orders is None
     assert [run.verdict for run in (first.runs[0], second.runs[0])] == ["converged", "marker lost"]
     (leg,) = reports.legs_of(first)
@@ -972,7 +1005,7 @@ def test_what_was_there_before_is_no_run(scene):
     scene.server.tell("converged", 3)
     for _ in range(3):
         scene.show()
-    assert scene.desk.record() is None
+    assert scene.controller.record() is None
 
 
 def test_a_run_whose_end_was_not_heard_ends_where_the_next_begins(scene, no_pictures):
@@ -981,31 +1014,31 @@ def test_a_run_whose_end_was_not_heard_ends_where_the_next_begins(scene, no_pict
     scene.show()
     scene.server.tell("", 1, moves=0)
     scene.show()
-    assert [run.verdict for run in scene.desk.state().runs] == ["", ""]
-    assert scene.desk.record(1).runs[0].ended is not None
-    assert "not heard" in reports.write(scene.desk.record(1))
+    assert [run.verdict for run in scene.controller.state().runs] == ["", ""]
+    assert scene.controller.record(1).runs[0].ended is not None
+    assert "not heard" in reports.write(scene.controller.record(1))
 
 
 def test_orders_that_are_refused_are_a_record_too(scene, no_pictures):
     scene.show()
-    scene.desk.start()
+    scene.controller.runs.start()
     scene.server.tell("refused", 1, reason="no zero")
     scene.show()
-    record = scene.desk.record()
+    record = scene.controller.record()
     assert (record.runs[0].verdict, record.runs[0].orders) == ("refused", Start())
     assert "No zero" in reports.write(record)
 
 
 def test_the_runs_along_a_path_are_one_record(scene, no_pictures):
     scene.show()
-    scene.desk.follow("A", PATH)
-    scene.desk.start()
+    scene.controller.runs.follow("A", PATH)
+    scene.controller.runs.start()
     for number in range(1, 6):
         run(scene, number, steps=1)
     run(scene, 6)  # the brick's own
-    record = scene.desk.record(1)
+    record = scene.controller.record(1)
     assert [run.orders.goals["A"][0] for run in record.runs] == [50, 75, 100, 125, 150]
-    assert len(scene.desk.record(2).runs) == 1
+    assert len(scene.controller.record(2).runs) == 1
     text = reports.write(record)
     assert text.count("<summary>") == 5
     assert "5 points of the path reached" in text
@@ -1017,10 +1050,12 @@ def test_only_the_last_runs_are_kept_and_long_ones_get_thinner(scene, monkeypatc
     scene.show()
     for number in range(1, records.KEPT + 3):
         run(scene, number)
-    assert [run.number for run in scene.desk.state().runs] == list(range(3, records.KEPT + 3))
-    assert scene.desk.record(1) is None
-    assert all(scene.desk.record(run.number).pictures for run in scene.desk.state().runs)
-    tips = scene.desk.record().runs[0].tips["A"]
+    assert [run.number for run in scene.controller.state().runs] == list(range(3, records.KEPT + 3))
+    assert scene.controller.record(1) is None
+    assert all(
+        scene.controller.record(run.number).pictures for run in scene.controller.state().runs
+    )
+    tips = scene.controller.record().runs[0].tips["A"]
     assert 15 <= len(tips) <= 30
     assert tips[-1][1] - tips[0][1] == pytest.approx(40, abs=0.5)
 
@@ -1030,9 +1065,9 @@ def test_only_the_last_runs_are_kept_and_long_ones_get_thinner(scene, monkeypatc
 def test_a_report_is_one_file_that_says_what_was_ordered_and_what_came_of_it(tmp_path, cameras):
     scene = Scene(tmp_path, cameras=cameras)
     scene.show()
-    scene.desk.start("broyden", tolerance=7.0, budget=90.0)
+    scene.controller.runs.start("broyden", tolerance=7.0, budget=90.0)
     run(scene, 1, "budget spent", camera="AB"[cameras - 1])
-    text = reports.write(scene.desk.record())
+    text = reports.write(scene.controller.record())
     for words in (
         "Not there in time", "Because; 12.5 px off", "method broyden", "mode look",
         "tolerance 7 px", "budget 90 s", "the marker", "5 moves", 'class="bad"', "Save this",
@@ -1044,18 +1079,18 @@ def test_a_report_is_one_file_that_says_what_was_ordered_and_what_came_of_it(tmp
 
 def test_what_the_brick_says_is_no_markup_of_the_report(scene, no_pictures):
     scene.show()
-    scene.desk.start()
+    scene.controller.runs.start()
     scene.server.tell("refused", 1, reason="<script>alert(1)</script>")
     scene.show()
-    assert "<script" not in reports.write(scene.desk.record())
+    assert "<script" not in reports.write(scene.controller.record())
 
 
 def test_the_error_in_a_report_is_what_the_tracker_saw(scene):
     scene.show()
-    scene.desk.aim("A", 102.0, 118.0)
-    scene.desk.start()
+    scene.controller.runs.aim("A", 102.0, 118.0)
+    scene.controller.runs.start()
     run(scene, 1)
-    (leg,) = reports.legs_of(scene.desk.record())
+    (leg,) = reports.legs_of(scene.controller.record())
     assert leg.errors[0] == pytest.approx(np.hypot(42, 2), abs=0.5)
     assert leg.seen == pytest.approx(np.hypot(2, 2), abs=0.5)
     assert [told.e["A.u"] for told in leg.measured] == [-42, -32, -22, -12, -2]
@@ -1063,21 +1098,21 @@ def test_the_error_in_a_report_is_what_the_tracker_saw(scene):
 
 def test_where_the_tip_was_not_seen_the_report_has_a_gap(scene):
     scene.show()
-    scene.desk.aim("A", 102.0, 118.0)
-    scene.desk.start()
+    scene.controller.runs.aim("A", 102.0, 118.0)
+    scene.controller.runs.start()
     scene.server.tell("", 1, e={"A.u": 1.0, "A.v": 0.0})
     for tip in [(60, 120)] * 20 + [None] * 20 + [(100, 120)] * 20:
         scene.show(tip=tip)
-    (leg,) = reports.legs_of(scene.desk.record())
+    (leg,) = reports.legs_of(scene.controller.record())
     assert np.isnan(leg.ways["A"]).any(axis=1).sum() == 1
     gap = leg.t[np.isnan(leg.errors)]
     assert (gap[0], gap[-1]) == pytest.approx((1.0, 2.0), abs=0.2)
     assert np.isfinite(leg.errors[[1, -2]]).all()
 
 
-def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(scene, door, monkeypatch):
+def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(scene, client, monkeypatch):
     scene.show()
-    scene.desk.start()
+    scene.controller.runs.start()
     run(scene, 1)
     drawn = []
 
@@ -1086,7 +1121,7 @@ def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(scene, doo
         return "a report"
 
     monkeypatch.setattr(reports, "write", write)
-    far = feeds.FarDesk(door._pipe, door._pipe, {})
+    far = async_controller.AsyncController(client._pipe, client._pipe, {})
 
     async def ask():
         return await asyncio.gather(*(far.report(number) for number in (None, 1, 1, 2)))
