@@ -453,7 +453,7 @@ def test_who_is_expected_may_take_any_time(scene, comes):
     scene.controller.state()
     scene.t += controllers.VIEWER_TIMEOUT
     assert not scene.controller.has_viewers
-    scene.controller.expect()
+    scene.controller.expect_viewer()
     scene.t += controllers.PAGE_OPEN_TIMEOUT
     assert not scene.controller.has_viewers, "nobody came"
 
