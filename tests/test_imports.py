@@ -42,16 +42,13 @@ RULES = {
     "laptop.demo": ("laptop", "-laptop.cli", "-laptop.bench", "shared", *LIBRARIES),
     "laptop.cli": ("laptop", "shared", "click", "rich"),
     "laptop.__main__": ("laptop.cli",),
-    **{  # only these import what the page is made with
-        f"laptop.page.{name}": (
-            "laptop.page",
-            "laptop.tracking.watching",
-            "shared",
-            "nicegui",
-            "fastapi",
-            "uvicorn",
+    **{  # only these import what the page is made with, and only the server what serves it
+        f"laptop.page.{name}": ("laptop.page", "laptop.tracking.watching", "shared", *libraries)
+        for name, libraries in (
+            ("browser", ("nicegui",)),
+            ("cards", ("nicegui",)),
+            ("server", ("nicegui", "fastapi", "uvicorn")),
         )
-        for name in ("browser", "server")
     },
     "laptop": (
         "laptop",
@@ -173,6 +170,8 @@ def test_imports_follow_the_direction(path):
         ("laptop.vision.tracker", "from laptop import bench", "laptop.bench"),
         ("laptop.vision.tracker", "import requests", "requests"),
         ("laptop.vision.tracker", "import click", "click"),
+        ("laptop.page.rpc", "from nicegui import ui", "nicegui.ui"),
+        ("laptop.page.cards.drive", "import fastapi", "fastapi"),
         ("laptop.demo", "from laptop.cli import main", "laptop.cli.main"),
         ("laptop.bench.draw", "from laptop.cli import main", "laptop.cli.main"),
         ("laptop.cli.simulate", "from robot.driver import Driver", "robot.driver"),

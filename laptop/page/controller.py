@@ -206,7 +206,7 @@ def _camera_status(feed: CameraFeed) -> CameraStatus:
     watcher = feed.watcher
     ended = "ended" if watcher.ended else ""
     return CameraStatus(
-        camera=watcher.name,
+        name=watcher.name,
         source=feed.source,
         rate=feed.rate,
         dropped=watcher.dropped,

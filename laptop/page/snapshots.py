@@ -94,7 +94,7 @@ class CameraStatus(NamedTuple):
     ended    there are no more to come
     """
 
-    camera: str
+    name: str
     source: str
     rate: float
     dropped: int

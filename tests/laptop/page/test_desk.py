@@ -779,15 +779,14 @@ def test_the_state_tells_of_cameras_link_and_markers(scene):
     ],
 )
 def test_the_battery_is_shown_if_the_brick_tells_with_a_warning_if_it_is_low(scene, volts, says):
-    browser = pytest.importorskip("laptop.page.browser")
+    card = pytest.importorskip("laptop.page.cards.state")
     scene.server.tell("ready", 0, battery=volts)
-    shown = browser.facts_of(scene.controller.state())
+    shown = card.facts_table(scene.controller.state())
     assert says in shown
     assert ("<td>battery<" in shown) == (volts is not None)
     scene.server.there = False
-    assert "<td>battery<" not in browser.facts_of(scene.controller.state()), (
-        "of a brick that has gone"
-    )
+    shown = card.facts_table(scene.controller.state())
+    assert "<td>battery<" not in shown, "of a brick that has gone"
 
 
 def test_the_history_is_the_last_minute(scene):
