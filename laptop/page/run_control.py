@@ -55,6 +55,7 @@ class RunControl:
     Attributes:
         aims: goal of each camera, (u, v) px; {}: the goal's marker is the goal.
         note: last thing to tell about the link or the run, or "".
+        state: of the protocol.
         lock: held while an order is carried out: one after the other.
     """
 
@@ -71,7 +72,7 @@ class RunControl:
         self.lock = threading.RLock()
         self.aims: dict[str, Point] = {}
         self.note = ""
-        self._state = RunState.IDLE
+        self.state = RunState.IDLE
         self._waypoints: deque[Point] = deque()
         self._path_camera = ""  # in whose picture the path was drawn
         self._options = DEFAULTS
@@ -116,7 +117,7 @@ class RunControl:
 
     def running(self, link: LinkState | None = None) -> bool:
         """Return True if a run is on, or was ordered a moment ago."""
-        return next_state(self._state, self._event(link or self._link())) in RUN_IS_ON
+        return next_state(self.state, self._event(link or self._link())) in RUN_IS_ON
 
     def orders_of(self, status: Status) -> tuple[int, Start | None]:
         """Return the number and the options of the order that a status belongs to.
@@ -212,7 +213,7 @@ class RunControl:
     def _event(self, link: LinkState) -> RunEvent:
         """Return the event that the link's state is, as seen from the present state."""
         status = link.status
-        ordered = self._state is RunState.ORDERED
+        ordered = self.state is RunState.ORDERED
         if link.client is None:
             return RunEvent.UNLINKED
         if ordered and (status is None or status.run <= self._run_before):
@@ -223,16 +224,16 @@ class RunControl:
         if status.verdict == "":
             return RunEvent.RUN_ON
         arrived = status.verdict == "converged" and status.run == self._run_before + 1
-        if arrived and self._waypoints and (ordered or self._state is RunState.RUNNING):
+        if arrived and self._waypoints and (ordered or self.state is RunState.RUNNING):
             return RunEvent.ARRIVED
         return RunEvent.ENDED
 
     def _handle(self, event: RunEvent, link: LinkState | None = None) -> None:
         """Make the transition of an event, if there is one, and then its action."""
-        transition = TRANSITIONS.get((self._state, event))
+        transition = TRANSITIONS.get((self.state, event))
         if transition is None:
             return
-        self._state, action = transition
+        self.state, action = transition
         if action is not RunAction.NONE:
             self._actions[action](link or self._link())
 
@@ -240,7 +241,7 @@ class RunControl:
         """Return True if the table has no row for an order; else take in what the brick says."""
         link = self._link()
         event = self._event(link)
-        if (next_state(self._state, event), order) not in TRANSITIONS:
+        if (next_state(self.state, event), order) not in TRANSITIONS:
             return True
         self._handle(event, link)
         return False
