@@ -16,8 +16,8 @@ from pathlib import Path
 
 from laptop.page.camera_feed import BEAT, CameraFeed, Finder, PictureGone, marks, mask
 from laptop.page.colour_edits import ColourEdits
-from laptop.page.record import Record, Recorder
 from laptop.page.run_control import RunControl, Server
+from laptop.page.run_records import RunGroup, RunRecorder
 from laptop.page.snapshots import HISTORY, SAMPLE, USUAL, Eye, Sample, Shown, State
 from laptop.tracking.server import State as LinkState
 from laptop.tracking.watching import Point, Watcher
@@ -73,7 +73,7 @@ class Desk:
         self._colours = ColourEdits(self._cameras, file)
         self._runs = RunControl(self._cameras, self._colours, server, now)
         self._linked = now()  # when a brick was last there
-        self._recorder = Recorder()
+        self._recorder = RunRecorder()
         self._history: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
         self._lock = self._runs.lock
 
@@ -193,10 +193,10 @@ class Desk:
         """The last minute, or what of it is later than `after` (s)."""
         return [sample for sample in list(self._history) if sample.t > after]
 
-    def record(self, number: int | None = None) -> Record | None:
+    def record(self, number: int | None = None) -> RunGroup | None:
         """What is known of a run, the newest by default; None if there is none of this number."""
         with self._lock:
-            return self._recorder.record(number)
+            return self._recorder.group(number)
 
     def _eye(self, name: str, eye: CameraFeed) -> Eye:
         watcher = eye.watcher
@@ -317,12 +317,12 @@ class Desk:
         status = link.status
         if link.client and status:
             t = self._now() - (link.status_age or 0.0)
-            self._recorder.hear(status, t, link.client, *self._runs.orders_of(status))
+            self._recorder.receive(status, t, link.client, *self._runs.orders_of(status))
         if link.client:
             self._linked = self._now()
         elif self._now() - self._linked > GONE:
-            self._recorder.lose(self._now())
-        self._recorder.see({name: eye.watcher.view for name, eye in self._cameras.items()})
+            self._recorder.lose_brick(self._now())
+        self._recorder.add_views({name: eye.watcher.view for name, eye in self._cameras.items()})
 
     def _mind_own(self) -> None:
         """Tell of an emulated brick that has ended."""

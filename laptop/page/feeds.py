@@ -15,7 +15,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from laptop.page.channel import Door
-from laptop.page.record import KEPT, Record
+from laptop.page.run_records import MAX_GROUPS, RunGroup
 from laptop.page.snapshots import HISTORY, SAMPLE, Sample, Shown, State
 
 FRAMES, ALTOGETHER = 16.0, 20.0
@@ -143,21 +143,21 @@ class FarDesk:
 
     async def report(self, number: int | None) -> tuple[str, str] | None:
         """Name and text of a run's report, the newest run's by default; None if there is none."""
-        record = await self.ask("record", number)
-        if record is None:
+        group = await self.ask("record", number)
+        if group is None:
             return None
-        return await asyncio.get_running_loop().run_in_executor(self._drawer, self._draw, record)
+        return await asyncio.get_running_loop().run_in_executor(self._drawer, self._draw, group)
 
-    def _draw(self, record: Record) -> tuple[str, str]:
+    def _draw(self, group: RunGroup) -> tuple[str, str]:
         from laptop.page import report  # not above: slow to import, and not every page wants one
 
-        key = record.number, len(record.runs)
+        key = group.number, len(group.runs)
         if key in self._drawn:
             return self._drawn[key]
-        drawn = report.file_name(record), report.write(record)
-        if record.runs[-1].ended is not None:
+        drawn = report.file_name(group), report.render(group)
+        if group.runs[-1].ended is not None:
             self._drawn[key] = drawn
-            while len(self._drawn) > KEPT:
+            while len(self._drawn) > MAX_GROUPS:
                 self._drawn.popitem(last=False)
         return drawn
 

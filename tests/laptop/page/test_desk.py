@@ -13,13 +13,21 @@ import numpy as np
 import pytest
 from waiting import PATIENCE
 
-from laptop.page import camera_feed, channel, feeds, run_control, snapshots
+from laptop.page import (
+    camera_feed,
+    channel,
+    feeds,
+    report,
+    report_figures,
+    run_control,
+    run_records,
+    snapshots,
+)
 from laptop.page import desk as desks
-from laptop.page import record as records
-from laptop.page import report as reports
 from laptop.page.channel import Door, answer
 from laptop.page.desk import Desk
 from laptop.page.pointer import Pointer
+from laptop.page.run_traces import traces_of
 from laptop.reporting.line_plot import DPI
 from laptop.tracking.server import State as LinkState
 from laptop.tracking.watching import Watcher
@@ -763,7 +771,7 @@ def test_the_state_tells_of_cameras_link_and_markers(scene):
     ("volts", "says"),
     [
         (7.44, "<tr><td>battery</td><td>7.4 V</td>"),
-        (6.2, "<tr class=warn><td>battery</td><td>6.2 V: low, charge it"),
+        (6.2, '<tr class="warn"><td>battery</td><td>6.2 V: low, charge it'),
         (None, ""),
     ],
 )
@@ -899,14 +907,14 @@ def small_pictures():
         return file.getvalue()
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reports, "png_of", png_of)
+        patch.setattr(report_figures, "png_of", png_of)
         yield
 
 
 @pytest.fixture
 def no_pictures(monkeypatch):
     """For tests that look at the words of a report only."""
-    monkeypatch.setattr(reports, "png_of", lambda figure: b"")
+    monkeypatch.setattr(report_figures, "png_of", lambda figure: b"")
 
 
 def run(scene, number, verdict="converged", steps=5, orders=True, e=True, camera="A"):
@@ -938,8 +946,8 @@ def test_a_run_is_recorded_from_start_to_verdict(scene):
     assert (only.began, only.ended) == pytest.approx((began + 0.05, began + 2.55), abs=0.06)
     assert [round(u) for _, u, _ in only.tips["A"]][::10] == [60, 70, 80, 90, 100]
     assert {(u, v) for _, u, v in only.goals["A"]} == {(102.0, 118.0)}
-    assert [told.moves for told in only.told] == [0, 1, 2, 3, 4, 5]
-    image = cv2.imdecode(np.frombuffer(record.pictures["A"], np.uint8), cv2.IMREAD_COLOR)
+    assert [sample.moves for sample in only.samples] == [0, 1, 2, 3, 4, 5]
+    image = cv2.imdecode(np.frombuffer(record.images["A"], np.uint8), cv2.IMREAD_COLOR)
     assert image[120, 100, 2] > 150 > 80 > image[120, 100, 0], "the tip is where it was in the end"
     assert scene.desk.state().runs == ((1, record.when, "converged"),)
 
@@ -964,8 +972,8 @@ def test_a_run_that_the_brick_does_by_itself_is_recorded_without_orders(scene):
     first, second = (scene.desk.record(number) for number in (1, 2))
     assert first.runs[0].orders is second.runs[0].orders is None
     assert [run.verdict for run in (first.runs[0], second.runs[0])] == ["converged", "marker lost"]
-    (leg,) = reports.legs_of(first)
-    assert leg.goals["A"] == pytest.approx((102, 118), abs=0.5), "as the brick's errors tell"
+    (traces,) = traces_of(first)
+    assert traces.goals["A"] == pytest.approx((102, 118), abs=0.5), "as the brick's errors tell"
 
 
 def test_what_was_there_before_is_no_run(scene):
@@ -983,7 +991,7 @@ def test_a_run_whose_end_was_not_heard_ends_where_the_next_begins(scene, no_pict
     scene.show()
     assert [run.verdict for run in scene.desk.state().runs] == ["", ""]
     assert scene.desk.record(1).runs[0].ended is not None
-    assert "not heard" in reports.write(scene.desk.record(1))
+    assert "not heard" in report.render(scene.desk.record(1))
 
 
 def test_orders_that_are_refused_are_a_record_too(scene, no_pictures):
@@ -993,7 +1001,7 @@ def test_orders_that_are_refused_are_a_record_too(scene, no_pictures):
     scene.show()
     record = scene.desk.record()
     assert (record.runs[0].verdict, record.runs[0].orders) == ("refused", Start())
-    assert "No zero" in reports.write(record)
+    assert "No zero" in report.render(record)
 
 
 def test_the_runs_along_a_path_are_one_record(scene, no_pictures):
@@ -1006,20 +1014,22 @@ def test_the_runs_along_a_path_are_one_record(scene, no_pictures):
     record = scene.desk.record(1)
     assert [run.orders.goals["A"][0] for run in record.runs] == [50, 75, 100, 125, 150]
     assert len(scene.desk.record(2).runs) == 1
-    text = reports.write(record)
+    text = report.render(record)
     assert text.count("<summary>") == 5
     assert "5 points of the path reached" in text
 
 
 @pytest.mark.long
 def test_only_the_last_runs_are_kept_and_long_ones_get_thinner(scene, monkeypatch):
-    monkeypatch.setattr(records, "MOST", 30)
+    monkeypatch.setattr(run_records, "MAX_POINTS", 30)
     scene.show()
-    for number in range(1, records.KEPT + 3):
+    for number in range(1, run_records.MAX_GROUPS + 3):
         run(scene, number)
-    assert [run.number for run in scene.desk.state().runs] == list(range(3, records.KEPT + 3))
+    assert [run.number for run in scene.desk.state().runs] == list(
+        range(3, run_records.MAX_GROUPS + 3)
+    )
     assert scene.desk.record(1) is None
-    assert all(scene.desk.record(run.number).pictures for run in scene.desk.state().runs)
+    assert all(scene.desk.record(run.number).images for run in scene.desk.state().runs)
     tips = scene.desk.record().runs[0].tips["A"]
     assert 15 <= len(tips) <= 30
     assert tips[-1][1] - tips[0][1] == pytest.approx(40, abs=0.5)
@@ -1032,7 +1042,7 @@ def test_a_report_is_one_file_that_says_what_was_ordered_and_what_came_of_it(tmp
     scene.show()
     scene.desk.start("broyden", tolerance=7.0, budget=90.0)
     run(scene, 1, "budget spent", camera="AB"[cameras - 1])
-    text = reports.write(scene.desk.record())
+    text = report.render(scene.desk.record())
     for words in (
         "Not there in time", "Because; 12.5 px off", "method broyden", "mode look",
         "tolerance 7 px", "budget 90 s", "the marker", "5 moves", 'class="bad"', "Save this",
@@ -1047,7 +1057,7 @@ def test_what_the_brick_says_is_no_markup_of_the_report(scene, no_pictures):
     scene.desk.start()
     scene.server.tell("refused", 1, reason="<script>alert(1)</script>")
     scene.show()
-    assert "<script" not in reports.write(scene.desk.record())
+    assert "<script" not in report.render(scene.desk.record())
 
 
 def test_the_error_in_a_report_is_what_the_tracker_saw(scene):
@@ -1055,10 +1065,10 @@ def test_the_error_in_a_report_is_what_the_tracker_saw(scene):
     scene.desk.aim("A", 102.0, 118.0)
     scene.desk.start()
     run(scene, 1)
-    (leg,) = reports.legs_of(scene.desk.record())
-    assert leg.errors[0] == pytest.approx(np.hypot(42, 2), abs=0.5)
-    assert leg.seen == pytest.approx(np.hypot(2, 2), abs=0.5)
-    assert [told.e["A.u"] for told in leg.measured] == [-42, -32, -22, -12, -2]
+    (traces,) = traces_of(scene.desk.record())
+    assert traces.errors[0] == pytest.approx(np.hypot(42, 2), abs=0.5)
+    assert traces.final_error == pytest.approx(np.hypot(2, 2), abs=0.5)
+    assert [sample.e["A.u"] for sample in traces.measured] == [-42, -32, -22, -12, -2]
 
 
 def test_where_the_tip_was_not_seen_the_report_has_a_gap(scene):
@@ -1068,11 +1078,11 @@ def test_where_the_tip_was_not_seen_the_report_has_a_gap(scene):
     scene.server.tell("", 1, e={"A.u": 1.0, "A.v": 0.0})
     for tip in [(60, 120)] * 20 + [None] * 20 + [(100, 120)] * 20:
         scene.show(tip=tip)
-    (leg,) = reports.legs_of(scene.desk.record())
-    assert np.isnan(leg.ways["A"]).any(axis=1).sum() == 1
-    gap = leg.t[np.isnan(leg.errors)]
+    (traces,) = traces_of(scene.desk.record())
+    assert np.isnan(traces.tips["A"]).any(axis=1).sum() == 1
+    gap = traces.t[np.isnan(traces.errors)]
     assert (gap[0], gap[-1]) == pytest.approx((1.0, 2.0), abs=0.2)
-    assert np.isfinite(leg.errors[[1, -2]]).all()
+    assert np.isfinite(traces.errors[[1, -2]]).all()
 
 
 def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(scene, door, monkeypatch):
@@ -1081,11 +1091,11 @@ def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(scene, doo
     run(scene, 1)
     drawn = []
 
-    def write(record):
+    def render(group):
         drawn.append(threading.current_thread().name)
         return "a report"
 
-    monkeypatch.setattr(reports, "write", write)
+    monkeypatch.setattr(report, "render", render)
     far = feeds.FarDesk(door._pipe, door._pipe, {})
 
     async def ask():
