@@ -20,7 +20,7 @@ from laptop.page.cards.header import Header
 from laptop.page.cards.plots import PlotsCard
 from laptop.page.cards.session import TOOLS, BrowserSession
 from laptop.page.cards.state import StateCard
-from laptop.page.feeds import FRAMES, FarDesk
+from laptop.page.feeds import BROWSER_FPS, FarDesk
 from laptop.page.snapshots import SAMPLE, State
 
 STYLE = Path(cards.__file__).with_name("style.css")
@@ -61,7 +61,7 @@ class Page:
         ui.keyboard(self._on_escape, ignore=[], repeating=False)
         ui.keyboard(self._on_key, ignore=["input", "select", "textarea"], repeating=False)
         ui.keyboard(self._on_arrow, ignore=["input", "select", "textarea"])
-        ui.timer(1 / FRAMES, self._refresh_stills)
+        ui.timer(1 / BROWSER_FPS, self._refresh_stills)
         ui.timer(SAMPLE, self._refresh_state)
         self._show(state)
 

@@ -1,4 +1,4 @@
-"""What all browsers share: the tracker's desk as the page's process sees it."""
+"""The tracker's desk as the page's process sees it, shared by all browsers."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from laptop.page.channel import Door
 from laptop.page.run_records import MAX_GROUPS, RunGroup
 from laptop.page.snapshots import HISTORY, SAMPLE, Sample, Shown, State
 
-FRAMES, ALTOGETHER = 16.0, 20.0
-"""Pictures per second of a camera that one browser gets, and of all cameras all browsers: more
+BROWSER_FPS, TOTAL_FPS = 16.0, 20.0
+"""Images per second of a camera that one browser gets, and of all cameras all browsers: more
 show nobody more, and browsers on this machine take the tracker's time."""
-WITHIN = 0.1
-"""A browser waits so long for the next picture, s, before it is shown one that has waited."""
-AT_HAND = 40
-"""Pictures of a camera that browsers may still fetch."""
+NEXT_IMAGE_TIMEOUT = 0.1
+"""A browser waits so long for the next image, s, before it is shown one that has waited."""
+MAX_KEPT_IMAGES = 40
+"""Images of a camera that browsers may still fetch."""
 
 
 class Line:
@@ -45,7 +45,7 @@ class Line:
 
 
 class Feed:
-    """One camera's pictures, for one browser after the other.
+    """One camera's images, for one browser after the other.
 
     They do not share one: on this machine, all would be busy with it at the same time.
 
@@ -59,34 +59,34 @@ class Feed:
         self.camera = camera
         self.shown: OrderedDict[int, Shown] = OrderedDict()
         self.stills: OrderedDict[int, Shown] = OrderedDict()
-        self.masks: dict[str, str] = {}  # whose pixels are to be shown, per browser
+        self.masks: dict[str, str] = {}  # marker whose pixels are shown, per browser
         self._turn = asyncio.Lock()
 
     @property
     def newest(self) -> Shown | None:
-        """The newest picture that is here."""
+        """The newest image that is here."""
         return next(reversed(self.shown.values())) if self.shown else None
 
     async def next(self) -> Shown | None:
-        """The next picture that comes, or the newest if none does; None if there is none at all."""
+        """Return the next image that comes, or the newest if none does; None if there is none."""
         async with self._turn:
             newest = self.newest
-            after, within = (newest.index, WITHIN) if newest else (-1, 0.0)
+            after, within = (newest.index, NEXT_IMAGE_TIMEOUT) if newest else (-1, 0.0)
             masks = tuple(set(self.masks.values()))
             shown = await self._line.ask("view", self.camera, after, masks, within)
             if shown:
-                _put(self.shown, shown)
+                _keep(self.shown, shown)
             return self.newest
 
     def keep(self, shown: Shown) -> None:
-        """Have a picture at hand that stands."""
-        _put(self.stills, shown)
+        """Keep an image that stands still, to be fetched."""
+        _keep(self.stills, shown)
 
 
-def _put(kept: OrderedDict[int, Shown], shown: Shown) -> None:
+def _keep(kept: OrderedDict[int, Shown], shown: Shown) -> None:
     kept[shown.index] = shown
     kept.move_to_end(shown.index)
-    while len(kept) > AT_HAND:
+    while len(kept) > MAX_KEPT_IMAGES:
         kept.popitem(last=False)
 
 
@@ -105,7 +105,7 @@ class FarDesk:
         self.ask = Line(pipe).ask
         self.ask_slowly = Line(slow).ask  # while other questions go on
         self.feeds = {name: Feed(Line(pipe), name) for name, pipe in cameras.items()}
-        # In the addresses of pictures: what a browser kept of an earlier run is none of this one.
+        # In the addresses of images: what a browser kept of an earlier run is none of this one.
         self.run = secrets.token_hex(4)
         self.state: State | None = None
         self.past: deque[Sample] = deque(maxlen=round(HISTORY / SAMPLE))
@@ -117,11 +117,14 @@ class FarDesk:
 
     @property
     def pace(self) -> float:
-        """Between two pictures of a camera for one browser, s."""
-        return max(1 / FRAMES, len(self.pages) * len(self.feeds) / ALTOGETHER)
+        """Period of the images of a camera for one browser, s."""
+        return max(1 / BROWSER_FPS, len(self.pages) * len(self.feeds) / TOTAL_FPS)
 
     def due(self, period: float) -> float:
-        """When a browser's next thing is due that comes every so many s; the more, the later."""
+        """Return when a browser's next update is due (s) that has some period (s).
+
+        The more browsers there are, the later.
+        """
         return time.monotonic() + period * (max(1, len(self.pages)) - 0.5)
 
     async def still(self, camera: str, index: int, masks: Sequence[str]) -> Shown | str:
@@ -132,7 +135,7 @@ class FarDesk:
         return still
 
     async def look(self) -> State:
-        """The newest state and history."""
+        """Return the newest state, and take up the newest history."""
         async with self._lock:
             if self.state is None or time.monotonic() - self._looked > SAMPLE / 2:
                 self._looked = time.monotonic()
@@ -142,7 +145,7 @@ class FarDesk:
         return self.state
 
     async def report(self, number: int | None) -> tuple[str, str] | None:
-        """Name and text of a run's report, the newest run's by default; None if there is none."""
+        """Return name and text of a run's report, by default the newest; None if there is none."""
         group = await self.ask("record", number)
         if group is None:
             return None
@@ -163,7 +166,7 @@ class FarDesk:
 
 
 def csv_of(samples: Sequence[Sample]) -> str:
-    """The history as CSV: t, error, components, joints in degrees, condition, moves, cameras."""
+    """Return the history as CSV: t, error, components, joints, condition, moves, cameras."""
     rows = sorted({row for sample in samples for row in sample.e})
     joints = max((len(sample.q) for sample in samples), default=0)
     cameras = sorted({name for sample in samples for name in sample.ages})

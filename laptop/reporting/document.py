@@ -42,19 +42,13 @@ class StepTable(NamedTuple):
 
 
 def load_templates(*folders: Path) -> Environment:
-    """Return the templates in some folders.
-
-    What is put into them is escaped, numbers are rounded to two decimals.
-    """
+    """Return the templates in some folders; what is put into them is escaped."""
     return Environment(
         loader=FileSystemLoader(folders),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
-        finalize=lambda value: (
-            f"{value:.2f}".rstrip("0").rstrip(".") if isinstance(value, float) else value
-        ),
     )
 
 
