@@ -36,7 +36,7 @@ RULES = {
         "laptop.vision.tracker",
     ),
     "laptop.vision": ("laptop.vision", "shared", "numpy", "cv2", "matplotlib"),
-    "laptop.reporting": ("laptop.reporting", "shared", "numpy", "cv2", "matplotlib", "rich"),
+    "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
     "laptop.bench": ("laptop", "-laptop.cli", "robot", "shared", *LIBRARIES),
     "laptop.bench.page": ("laptop", "-laptop.cli", "robot", "shared", *LIBRARIES, "playwright"),
     "laptop.demo": ("laptop", "-laptop.cli", "-laptop.bench", "shared", *LIBRARIES),
@@ -46,7 +46,7 @@ RULES = {
         f"laptop.page.{name}": ("laptop.page", "laptop.tracking.watching", "shared", *libraries)
         for name, libraries in (
             ("browser", ("nicegui",)),
-            ("cards", ("nicegui",)),
+            ("cards", ("nicegui", "laptop.reporting.document")),
             ("server", ("nicegui", "fastapi", "uvicorn")),
         )
     },

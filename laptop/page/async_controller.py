@@ -16,8 +16,8 @@ from multiprocessing.connection import Connection
 from typing import Concatenate, ParamSpec, TypeVar
 
 from laptop.page.interface import Calls, FrameCalls, StatusCalls
-from laptop.page.record import KEPT, Record
 from laptop.page.rpc import RpcClient
+from laptop.page.run_records import MAX_GROUPS, RunGroup
 from laptop.page.snapshots import (
     HISTORY_DURATION,
     SAMPLE_PERIOD,
@@ -173,23 +173,23 @@ class AsyncController:
 
     async def report(self, number: int | None) -> tuple[str, str] | None:
         """Return file name and text of a run's report, by default the newest run's, or None."""
-        record = await self.call(StatusCalls.record, number)
-        if record is None:
+        group = await self.call(StatusCalls.record, number)
+        if group is None:
             return None
         return await asyncio.get_running_loop().run_in_executor(
-            self._drawer, self._write_report, record
+            self._drawer, self._write_report, group
         )
 
-    def _write_report(self, record: Record) -> tuple[str, str]:
+    def _write_report(self, group: RunGroup) -> tuple[str, str]:
         from laptop.page import report  # not above: slow to import, and not every page wants one
 
-        key = record.number, len(record.runs)
+        key = group.number, len(group.runs)
         if key in self._reports:
             return self._reports[key]
-        text = report.file_name(record), report.write(record)
-        if record.runs[-1].ended is not None:
+        text = report.file_name(group), report.render(group)
+        if group.runs[-1].ended is not None:
             self._reports[key] = text
-            while len(self._reports) > KEPT:
+            while len(self._reports) > MAX_GROUPS:
                 self._reports.popitem(last=False)
         return text
 

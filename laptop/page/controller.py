@@ -12,8 +12,8 @@ from pathlib import Path
 from laptop.page.camera_feed import HEARTBEAT_PERIOD, CameraFeed, MarkerTracker
 from laptop.page.colour_edits import ColourEdits
 from laptop.page.frames import Frames
-from laptop.page.record import Record, Recorder
 from laptop.page.run_control import RunControl, Server
+from laptop.page.run_records import RunGroup, RunRecorder
 from laptop.page.snapshots import (
     HISTORY_DURATION,
     SAMPLE_PERIOD,
@@ -75,7 +75,7 @@ class PageController:
         self.runs = RunControl(self._cameras, self.colours, server, now)
         self.frames = Frames(self._cameras, self.runs, now)
         self._last_linked = now()  # s
-        self._recorder = Recorder()
+        self._recorder = RunRecorder()
         self._history: deque[PlotSample] = deque(maxlen=round(HISTORY_DURATION / SAMPLE_PERIOD))
         self._lock = self.runs.lock
 
@@ -142,10 +142,10 @@ class PageController:
         """Return the points of the plots that are later than `after` (s)."""
         return [sample for sample in list(self._history) if sample.t > after]
 
-    def record(self, number: int | None = None) -> Record | None:
-        """Return the record of a run, by default the newest; None if there is none."""
+    def record(self, number: int | None = None) -> RunGroup | None:
+        """Return the records of one order's runs, by default the newest; None if there are none."""
         with self._lock:
-            return self._recorder.record(number)
+            return self._recorder.group(number)
 
     # Heartbeat
 
@@ -185,12 +185,12 @@ class PageController:
         status = link.status
         if link.client and status:
             t = self._now() - (link.status_age or 0.0)
-            self._recorder.hear(status, t, link.client, *self.runs.orders_of(status))
+            self._recorder.receive(status, t, link.client, *self.runs.orders_of(status))
         if link.client:
             self._last_linked = self._now()
         elif self._now() - self._last_linked > BRICK_GONE_TIMEOUT:
-            self._recorder.lose(self._now())
-        self._recorder.see({name: feed.watcher.view for name, feed in self._cameras.items()})
+            self._recorder.lose_brick(self._now())
+        self._recorder.add_views({name: feed.watcher.view for name, feed in self._cameras.items()})
 
     def _check_emulated_brick(self) -> None:
         """Tell of the emulated brick that was brought along if it has ended."""

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar
 
-from laptop.page.record import Record
+from laptop.page.run_records import RunGroup
 from laptop.page.snapshots import DEFAULTS, FrameSnapshot, PageState, PlotSample
 from laptop.tracking.watching import Point
 
@@ -25,7 +25,7 @@ class StatusCalls(Protocol):
     def opened(self) -> None: ...
     def state(self) -> PageState: ...
     def history(self, after: float = -math.inf) -> list[PlotSample]: ...
-    def record(self, number: int | None = None) -> Record | None: ...
+    def record(self, number: int | None = None) -> RunGroup | None: ...
 
 
 class FrameCalls(Protocol):

@@ -1,4 +1,4 @@
-"""The page's server: behind the gate, pictures to fetch and a page for each browser."""
+"""The page's server: behind authentication, images to fetch and a page for each browser."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from nicegui import Client, core, ui
 from nicegui import app as nice
 
 from laptop.page.async_controller import AsyncController, csv_of
+from laptop.page.auth import MAX_MESSAGE, AuthMiddleware
 from laptop.page.browser import Page
-from laptop.page.gate import LARGEST, Gate
 
 
 def serve(
@@ -21,7 +21,7 @@ def serve(
     """Serve the page until the process ends.
 
     Args:
-        controller: the tracker's, in another process.
+        controller: the tracker's.
         listener: bound already.
         token: lets a browser in.
         hosts: HOST:PORT by which browsers may call it.
@@ -55,22 +55,22 @@ def serve(
     async def root() -> None:
         await Page(controller).build()
 
-    def come(client: Client) -> None:
+    def on_connect(client: Client) -> None:
         controller.pages.add(client.id)
 
-    def go(client: Client) -> None:
+    def on_disconnect(client: Client) -> None:
         if not client.has_socket_connection:  # it may have come back meanwhile
             controller.pages.discard(client.id)
 
-    def forget(client: Client) -> None:
+    def on_delete(client: Client) -> None:
         controller.pages.discard(client.id)
         for feed in controller.feeds.values():
             feed.masks.pop(client.id, None)
 
-    nice.on_connect(come)
-    nice.on_disconnect(go)
-    nice.on_delete(forget)
-    # Its own socket would take every origin; and what is polled is posted, which the gate refuses.
+    nice.on_connect(on_connect)
+    nice.on_disconnect(on_disconnect)
+    nice.on_delete(on_delete)
+    # Its own socket would take every origin; and what is polled is posted, which is refused.
     core.sio.eio.cors_allowed_origins = [f"http://{host}" for host in hosts]
     core.sio.eio.transports = ["websocket"]
     nice.config.socket_io_js_transports = ["websocket"]
@@ -85,14 +85,13 @@ def serve(
         tailwind=False,
         show_welcome_message=False,
     )
-    gate = Gate(app, token, hosts)
     config = uvicorn.Config(
-        gate,
+        AuthMiddleware(app, token, hosts),
         log_level="critical",  # addresses hold the token
         access_log=False,
         ws="wsproto",
         ws_per_message_deflate=False,  # takes longer than a network that is near
-        ws_max_size=LARGEST,
+        ws_max_size=MAX_MESSAGE,
         server_header=False,
     )
     uvicorn.Server(config).run(sockets=[listener])

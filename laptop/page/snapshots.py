@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from laptop.page.record import Summary
+from laptop.page.run_records import RunSummary
 from laptop.tracking.watching import Point
 from laptop.vision.tracker import Window
 from shared.messages import Start, Status
@@ -139,7 +139,7 @@ class PageState(NamedTuple):
     note: str
     own: bool
     fixed: bool
-    runs: tuple[Summary, ...]
+    runs: tuple[RunSummary, ...]
 
 
 class PlotSample(NamedTuple):

@@ -10,7 +10,7 @@ from nicegui import ui
 from laptop.page.cards.card import card, heading
 from laptop.page.cards.session import BrowserSession
 from laptop.page.interface import RunCalls
-from laptop.page.record import Summary
+from laptop.page.run_records import RunSummary
 from laptop.page.snapshots import DEFAULTS, VERDICTS, PageState, points
 from shared.messages import BUDGET, GOAL, TOLERANCE
 from shared.orders import METHODS, MODES, ROWS
@@ -29,7 +29,7 @@ class DriveCard:
 
     def __init__(self, session: BrowserSession, several: bool) -> None:
         self._session = session
-        self._runs: tuple[Summary, ...] = ()  # that the menu of reports has
+        self._runs: tuple[RunSummary, ...] = ()  # that the menu of reports has
         self._connections = 0
         self._reconnected = -math.inf  # when, s
         ui.context.client.on_connect(self._on_connect)
@@ -115,7 +115,7 @@ class DriveCard:
         self._hold.set_enabled(state.running)
         self._show_reports(state.runs)
 
-    def _show_reports(self, runs: tuple[Summary, ...]) -> None:
+    def _show_reports(self, runs: tuple[RunSummary, ...]) -> None:
         self._report.set_enabled(bool(runs))
         self._earlier.set_enabled(len(runs) > 1)
         if runs == self._runs:

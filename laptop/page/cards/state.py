@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from html import escape
+from pathlib import Path
 
 from nicegui import ui
 
 from laptop.page.cards.card import card, heading
 from laptop.page.snapshots import LOW_BATTERY, PageState
+from laptop.reporting.document import load_templates
+
+FACTS = load_templates(Path(__file__).with_name("templates")).get_template("facts.html")
 
 
 class StateCard:
@@ -46,24 +49,18 @@ class StateCard:
 
 def facts_table(state: PageState) -> str:
     """Return the figures as a table in HTML."""
-    rows = []
+    facts = []  # name, text, whether it is a warning
     if state.round_trip is not None:
-        rows.append(("link", f"{1000 * state.round_trip:.1f} ms round trip"))
+        facts.append(("link", f"{1000 * state.round_trip:.1f} ms round trip", False))
     volts = state.status.battery if state.brick and state.status else None
-    low = volts is not None and volts < LOW_BATTERY
     if volts is not None:
+        low = volts < LOW_BATTERY
         advice = ": low, charge it or put in fresh cells" if low else ""
-        rows.append(("battery", f"{volts:.1f} V{advice}"))
+        facts.append(("battery", f"{volts:.1f} V{advice}", low))
     for camera in state.cameras:
         age = "" if camera.age is None else f", {1000 * camera.age:.0f} ms old"
-        rows.append(
-            (f"camera {camera.name}", f"{camera.rate:.0f} fps{age}, {camera.dropped} dropped")
-        )
-    rows += [(name, look) for name, look in state.markers.items()]
-    rows.append(("colours in", state.file))
-    cells = "".join(
-        f"<tr{' class=warn' * (low and a == 'battery')}><td>{escape(a)}</td>"
-        f"<td>{escape(b)}</td></tr>"
-        for a, b in rows
-    )
-    return f'<table class="facts">{cells}</table>'
+        text = f"{camera.rate:.0f} fps{age}, {camera.dropped} dropped"
+        facts.append((f"camera {camera.name}", text, False))
+    facts += [(name, looks, False) for name, looks in state.markers.items()]
+    facts.append(("colours in", state.file, False))
+    return FACTS.render(facts=facts)

@@ -6,8 +6,7 @@ import threading
 import pytest
 from page_scene import PageScene, connected, run
 
-from laptop.page import async_controller
-from laptop.page import report as reports
+from laptop.page import async_controller, report
 
 
 @pytest.fixture
@@ -27,11 +26,11 @@ def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(scene, cli
     run(scene, 1)
     drawn = []
 
-    def write(record):
+    def render(group):
         drawn.append(threading.current_thread().name)
         return "a report"
 
-    monkeypatch.setattr(reports, "write", write)
+    monkeypatch.setattr(report, "render", render)
     far = async_controller.AsyncController(client._pipe, client._pipe, {})
 
     async def ask():

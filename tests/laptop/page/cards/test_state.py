@@ -13,7 +13,7 @@ def scene(tmp_path):
     ("volts", "says"),
     [
         (7.44, "<tr><td>battery</td><td>7.4 V</td>"),
-        (6.2, "<tr class=warn><td>battery</td><td>6.2 V: low, charge it"),
+        (6.2, '<tr class="warn"><td>battery</td><td>6.2 V: low, charge it'),
         (None, ""),
     ],
 )

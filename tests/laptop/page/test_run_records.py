@@ -6,8 +6,8 @@ import pytest
 from page_scene import BLUE, PageScene, run
 
 from laptop.page import controller as controllers
-from laptop.page import record as records
-from laptop.page import report as reports
+from laptop.page import run_records
+from laptop.page.run_traces import traces_of
 
 
 @pytest.fixture
@@ -31,8 +31,8 @@ def test_a_run_is_recorded_from_start_to_verdict(scene):
     assert (only.began, only.ended) == pytest.approx((began + 0.05, began + 2.55), abs=0.06)
     assert [round(u) for _, u, _ in only.tips["A"]][::10] == [60, 70, 80, 90, 100]
     assert {(u, v) for _, u, v in only.goals["A"]} == {(102.0, 118.0)}
-    assert [told.moves for told in only.told] == [0, 1, 2, 3, 4, 5]
-    image = cv2.imdecode(np.frombuffer(record.pictures["A"], np.uint8), cv2.IMREAD_COLOR)
+    assert [sample.moves for sample in only.samples] == [0, 1, 2, 3, 4, 5]
+    image = cv2.imdecode(np.frombuffer(record.images["A"], np.uint8), cv2.IMREAD_COLOR)
     assert image[120, 100, 2] > 150 > 80 > image[120, 100, 0], "the tip is where it was in the end"
     assert scene.controller.state().runs == ((1, record.when, "converged"),)
 
@@ -57,8 +57,8 @@ def test_a_run_that_the_brick_does_by_itself_is_recorded_without_orders(scene):
     first, second = (scene.controller.record(number) for number in (1, 2))
     assert first.runs[0].orders is second.runs[0].orders is None
     assert [run.verdict for run in (first.runs[0], second.runs[0])] == ["converged", "marker lost"]
-    (leg,) = reports.legs_of(first)
-    assert leg.goals["A"] == pytest.approx((102, 118), abs=0.5), "as the brick's errors tell"
+    (traces,) = traces_of(first)
+    assert traces.goals["A"] == pytest.approx((102, 118), abs=0.5), "as the brick's errors tell"
 
 
 def test_what_was_there_before_is_no_run(scene):
@@ -70,15 +70,15 @@ def test_what_was_there_before_is_no_run(scene):
 
 @pytest.mark.long
 def test_only_the_last_runs_are_kept_and_long_ones_get_thinner(scene, monkeypatch):
-    monkeypatch.setattr(records, "MOST", 30)
+    monkeypatch.setattr(run_records, "MAX_POINTS", 30)
     scene.show()
-    for number in range(1, records.KEPT + 3):
+    for number in range(1, run_records.MAX_GROUPS + 3):
         run(scene, number)
-    assert [run.number for run in scene.controller.state().runs] == list(range(3, records.KEPT + 3))
-    assert scene.controller.record(1) is None
-    assert all(
-        scene.controller.record(run.number).pictures for run in scene.controller.state().runs
+    assert [run.number for run in scene.controller.state().runs] == list(
+        range(3, run_records.MAX_GROUPS + 3)
     )
+    assert scene.controller.record(1) is None
+    assert all(scene.controller.record(run.number).images for run in scene.controller.state().runs)
     tips = scene.controller.record().runs[0].tips["A"]
     assert 15 <= len(tips) <= 30
     assert tips[-1][1] - tips[0][1] == pytest.approx(40, abs=0.5)
