@@ -51,7 +51,7 @@ class RunAction(Enum):
 
 
 class Transition(NamedTuple):
-    """Where an event leads to, and what is done on the way."""
+    """Next state after an event, and the action on the way."""
 
     state: RunState
     action: RunAction = RunAction.NONE

@@ -39,10 +39,10 @@ def test_the_state_tells_of_cameras_link_and_markers(scene):
         scene.show()
     scene.watchers[0].dropped = 3
     state = scene.controller.state()
-    (eye,) = state.cameras
-    assert eye.rate == pytest.approx(1 / camera_feed.HEARTBEAT_PERIOD)
-    assert eye.age == pytest.approx(0.02)
-    assert (eye.dropped, eye.trouble) == (3, "")
+    (camera,) = state.cameras
+    assert camera.rate == pytest.approx(1 / camera_feed.HEARTBEAT_PERIOD)
+    assert camera.age == pytest.approx(0.02)
+    assert (camera.dropped, camera.trouble) == (3, "")
     assert state.brick == "10.0.0.2"
     assert set(state.markers) == {EFFECTOR, GOAL}
     scene.t += 5
