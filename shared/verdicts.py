@@ -15,7 +15,8 @@ TOO_SLOW = "too slow"
 BUDGET_SPENT = "budget spent"
 STOPPED = "stopped"
 
-TEXTS = {
+VERDICT_TEXTS = {
+    "": "On its way.",
     READY: "Ready. Aim, then start.",
     CONVERGED: "Arrived: the tip is at the goal.",
     UNREACHABLE: "Out of reach: the arm cannot get there. Aim nearer to its base.",

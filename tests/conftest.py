@@ -18,7 +18,12 @@ import pytest
 
 IMPORT = re.compile(r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+\(?(\w+))?", re.MULTILINE)
 BRICK_SIDE = ("robot", "shared", "laptop.simulator")
-LAPTOP_ONLY = ("laptop.simulator.scene", "laptop.simulator.virtual_tracker", "servo_rig")
+LAPTOP_ONLY = (
+    "laptop.simulator.scene",
+    "laptop.simulator.virtual_tracker",
+    "servo_rig",
+    "page_scene",
+)
 LAPTOP_ONLY_FIXTURE = re.compile(r"^def test_\w+\([^)]*\bwatched\b", re.MULTILINE)
 LAPTOP_SIDE = (
     "laptop",

@@ -179,13 +179,13 @@ def _open_page(
 ) -> Callable[[PageInputs], ServedPage]:
     """Take the page's port; gives a function that serves the page there, see OpenPage."""
     from laptop.page import process
-    from laptop.page.desk import Desk
+    from laptop.page.controller import PageController
     from laptop.tracking.track import ServedPage
 
     listener = stack.enter_context(process.listen(host, port))
 
     def serve(inputs: PageInputs) -> ServedPage:
-        desk = Desk(
+        controller = PageController(
             inputs.pipelines,
             inputs.trackers,
             inputs.sources,
@@ -194,9 +194,11 @@ def _open_page(
             inputs.start_brick,
             inputs.now,
         )
-        page = process.PageProcess(desk, listener, host)
+        page = process.PageProcess(controller, listener, host)
         stack.callback(page.close)
-        return ServedPage(page.address, page.warning, lambda: desk.watched, desk.expect)
+        return ServedPage(
+            page.address, page.warning, lambda: controller.has_viewers, controller.expect_viewer
+        )
 
     return serve
 

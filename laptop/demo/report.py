@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from html import escape
 from pathlib import Path
-from string import Template
 
 from laptop.demo.figures import (
     draw_camera,
@@ -26,10 +24,10 @@ from laptop.demo.results import (
     headline,
     table_rows,
 )
-from laptop.reporting.document import cells, document, figures, section
-from laptop.reporting.document import table as html_table
+from laptop.reporting.document import StepTable, figures, illustration, render_report
 
 PAGE = "report.html"
+TEMPLATE = Path(__file__).with_name("templates") / "demo_report.html"
 CAPTIONS = (
     (
         "What the camera saw",
@@ -88,29 +86,24 @@ def write(run: Run) -> Path:
     Raises:
         BadRun: it cannot be written.
     """
-    sections = []
-    for heading, caption, draw in CAPTIONS:
-        picture = draw(run)
-        if picture:
-            sections.append(section(heading, caption, picture))
-    page = document(
-        "BrickServo: a demo",
-        run.worked,
-        "It worked." if run.worked else "It did not all work.",
-        headline(run),
-        _facts(run),
-        _table(run),
-        _note(run),
-        _REST.substitute(
-            figures="\n".join(sections),
-            moves="\n".join(
-                _moves(a) for a in [*run.approaches, *([run.rival] if run.rival else [])]
-            ),
-            command=escape(str(run.story["command"])),
-            files="\n".join(
-                f"<li><code>{escape(name)}</code>: {escape(what)}</li>" for name, what in _FILES
-            ),
-        ),
+    page = render_report(
+        TEMPLATE,
+        title="BrickServo: a demo",
+        good=run.worked,
+        verdict="It worked." if run.worked else "It did not all work.",
+        headline=headline(run),
+        facts=_facts(run),
+        headings=HEADINGS,
+        rows=[(k >= len(run.approaches), row) for k, row in enumerate(table_rows(run))],
+        note=_note(run),
+        illustrations=[
+            illustration(heading, caption, picture)
+            for heading, caption, draw in CAPTIONS
+            if (picture := draw(run))
+        ],
+        runs=[_steps(a) for a in [*run.approaches, *([run.rival] if run.rival else [])]],
+        command=run.story["command"],
+        files=_FILES,
     )
     file = run.folder / PAGE
     try:
@@ -156,41 +149,29 @@ def _note(run: Run) -> str:
     return words
 
 
-def _table(run: Run) -> str:
-    rows = []
-    for number, row in enumerate(table_rows(run)):
-        kind = ' class="rival"' if number >= len(run.approaches) else ""
-        mark = f'<td class="{row[-1]}">{row[-1]}</td>'
-        rows.append(f"<tr{kind}>{cells(row[:-1])}{mark}</tr>")
-    return html_table(HEADINGS, rows)
-
-
-def _moves(approach: Approach) -> str:
-    """Every step of one run, to be unfolded."""
+def _steps(approach: Approach) -> StepTable:
+    """Return every step of one run."""
     rows = []
     for step in approach.log.steps:
         q, wanted = step.get("q") or [], step.get("q_wanted")
         turn = [math.degrees(b - a) for a, b in zip(q, wanted, strict=True)] if wanted else []
-        texts = [
-            f"{step['t']:.1f}",
-            str(step.get("action") or ""),
-            str(step.get("model") or ""),
-            figures([step["error"]] if step.get("error") is not None else [], "{:.1f}"),
-            figures([math.degrees(a) for a in q], "{:.1f}"),
-            figures(turn, "{:+.1f}"),
-            str(step.get("frames") or ""),
-        ]
-        rows.append(f"<tr>{cells(texts)}</tr>")
-    notes = "".join(
-        f"<li>{note['t']:.1f} s: {escape(str(note['text']))}</li>" for note in approach.log.notes
-    )
-    names = ("s", "action", "model", "off, px", "joints, deg", "turned by, deg", "frames")
-    reason = escape(str(approach.verdict.get("reason", "")))
-    return (
-        f"<details><summary>{escape(approach.name)}, {escape(approach.method)}: "
-        f"{escape(approach.words)}</summary><p>{reason}</p>"
-        f"{f'<ul>{notes}</ul>' if notes else ''}"
-        f'<div class="wide">{html_table(names, rows)}</div></details>'
+        rows.append(
+            (
+                f"{step['t']:.1f}",
+                str(step.get("action") or ""),
+                str(step.get("model") or ""),
+                figures([step["error"]] if step.get("error") is not None else [], "{:.1f}"),
+                figures([math.degrees(a) for a in q], "{:.1f}"),
+                figures(turn, "{:+.1f}"),
+                str(step.get("frames") or ""),
+            )
+        )
+    return StepTable(
+        title=f"{approach.name}, {approach.method}: {approach.words}",
+        reason=str(approach.verdict.get("reason", "")),
+        notes=[(note["t"], str(note["text"])) for note in approach.log.notes],
+        headings=("s", "action", "model", "off, px", "joints, deg", "turned by, deg", "frames"),
+        rows=rows,
     )
 
 
@@ -202,16 +183,3 @@ _FILES = (
     ("track.csv, camera*.png", "what the tracker found in every picture, and the last one"),
     ("*.txt", "what each program printed"),
 )
-_REST = Template("""$figures
-<section><h2>Every step</h2>
-$moves
-</section>
-<section><h2>Once more</h2>
-<p>In the checkout, without a brick or a camera:</p>
-<pre>$command</pre>
-<p class="note">With <code>--seed 7</code> the camera stands elsewhere and the goals are others. The
-programs run in real time, so no two runs are alike to the last digit.</p>
-<p>Beside this page are the raw files:</p>
-<ul class="note">
-$files
-</ul></section>""")

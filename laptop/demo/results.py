@@ -14,6 +14,7 @@ from rich.markup import escape as escape_markup
 from rich.table import Table
 
 from shared.arm_description import ArmError
+from shared.verdicts import CONVERGED
 
 STORY = "demo.json"
 """What the demo did, in its folder."""
@@ -127,7 +128,7 @@ class Approach:
     @property
     def claimed(self) -> bool:
         """Whether the brick says that it is there."""
-        return bool(self.verdict["verdict"] == "converged")
+        return bool(self.verdict["verdict"] == CONVERGED)
 
     @property
     def reached(self) -> bool:

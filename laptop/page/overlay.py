@@ -1,4 +1,7 @@
-"""What is drawn over a picture of a camera, as SVG in its pixels."""
+"""The overlay of a camera's image, as SVG in its pixels.
+
+It is drawn for every image in every browser: templates would take several times as long.
+"""
 
 from __future__ import annotations
 
@@ -6,31 +9,33 @@ import base64
 from collections.abc import Sequence
 from html import escape
 
-from laptop.page.snapshots import Mark, Shown
+from laptop.page.snapshots import FrameSnapshot, MarkerSnapshot
 from laptop.tracking.pipeline import Point
 from shared.messages import EFFECTOR, GOAL
 
-_INK = {EFFECTOR: "#ffd60a", GOAL: "#40e0ff"}
-_OTHERS = ("#7dff8a", "#ff9df5", "#b9a5ff")
+MARKER_COLORS = {EFFECTOR: "#ffd60a", GOAL: "#40e0ff"}
+OTHER_COLORS = ("#7dff8a", "#ff9df5", "#b9a5ff")
 
 
-def ink(name: str, names: Sequence[str]) -> str:
-    """The colour of a marker's overlay."""
-    others = [other for other in names if other not in _INK]
-    return _INK.get(name) or _OTHERS[others.index(name) % len(_OTHERS)]
+def marker_color(name: str, names: Sequence[str]) -> str:
+    """Return the colour of a marker's overlay; `names`: of all markers in the image."""
+    others = [other for other in names if other not in MARKER_COLORS]
+    return MARKER_COLORS.get(name) or OTHER_COLORS[others.index(name) % len(OTHER_COLORS)]
 
 
 def overlay(
-    shown: Shown,
+    shown: FrameSnapshot,
     mask: str = "",
     windows: bool = True,
     drag: Sequence[Point] = (),
     box: bool = False,
 ) -> str:
-    """The SVG that belongs to one picture.
+    """Return the SVG that belongs to one image.
 
     Args:
-        mask: the marker whose pixels are to be shown, or "".
+        shown: the image, and what was found in it.
+        mask: the marker whose pixels are shown, or "".
+        windows: whether search windows are shown.
         drag: what the pointer draws just now, px; `box`: a rectangle, else a path.
     """
     k = shown.width / 640
@@ -47,16 +52,16 @@ def overlay(
         f'<g transform="translate(.5 .5)" style="--k:{k:g}" fill="none" stroke-linecap="round">'
     )
     if len(shown.trail) > 1:
-        parts.append(_line(shown.trail, "#ffd60a", 1.6 * k, "opacity='.75'"))
+        parts.append(_polyline(shown.trail, "#ffd60a", 1.6 * k, "opacity='.75'"))
     if shown.aim:
         if shown.ahead:
-            way = [shown.aim, *shown.ahead]
+            path = [shown.aim, *shown.ahead]
             dashes = f"stroke-dasharray='{5 * k:g} {5 * k:g}'"
-            parts.append(_line(way, "#ff5ca8", 2 * k, dashes))
+            parts.append(_polyline(path, "#ff5ca8", 2 * k, dashes))
             parts += [_dot(u, v, 3 * k, "#ff5ca8") for u, v in shown.ahead]
         parts.append(_target(*shown.aim, k))
     for mark in shown.marks:
-        color = ink(mark.name, names)
+        color = marker_color(mark.name, names)
         if windows and mark.window:
             left, top, right, bottom = mark.window
             parts.append(
@@ -64,7 +69,7 @@ def overlay(
                 f'height="{bottom - top:.1f}" stroke="{color}" stroke-width="{k:g}" '
                 f'stroke-dasharray="{3 * k:g} {4 * k:g}" opacity=".8"/>'
             )
-        parts.append(_marked(mark, color, shown, k))
+        parts.append(_marker(mark, color, shown, k))
     if len(drag) > 1:
         if box:
             (u0, v0), (u1, v1) = drag[0], drag[-1]
@@ -74,13 +79,13 @@ def overlay(
                 f'stroke-dasharray="{4 * k:g}"/>'
             )
         else:
-            parts.append(_line(drag, "#ff5ca8", 2.5 * k))
+            parts.append(_polyline(drag, "#ff5ca8", 2.5 * k))
     return "".join([*parts, "</g>"])
 
 
-def _line(points: Sequence[Point], color: str, width: float, more: str = "") -> str:
-    way = " ".join(f"{u:.1f},{v:.1f}" for u, v in points)
-    return f'<polyline points="{way}" stroke="{color}" stroke-width="{width:g}" {more}/>'
+def _polyline(points: Sequence[Point], color: str, width: float, attributes: str = "") -> str:
+    text = " ".join(f"{u:.1f},{v:.1f}" for u, v in points)
+    return f'<polyline points="{text}" stroke="{color}" stroke-width="{width:g}" {attributes}/>'
 
 
 def _dot(u: float, v: float, radius: float, color: str) -> str:
@@ -88,6 +93,7 @@ def _dot(u: float, v: float, radius: float, color: str) -> str:
 
 
 def _target(u: float, v: float, k: float) -> str:
+    """Return the cross at the goal, dark below and coloured above: to be seen on anything."""
     rings = "".join(
         f'<circle r="{9 * k:g}" stroke="{color}" stroke-width="{width * k:g}"/>'
         f'<path d="M{-15 * k:g},0H{15 * k:g}M0,{-15 * k:g}V{15 * k:g}" stroke="{color}" '
@@ -97,7 +103,8 @@ def _target(u: float, v: float, k: float) -> str:
     return f'<g data-aim="{u:.1f},{v:.1f}" transform="translate({u:.1f} {v:.1f})">{rings}</g>'
 
 
-def _marked(mark: Mark, color: str, shown: Shown, k: float) -> str:
+def _marker(mark: MarkerSnapshot, color: str, shown: FrameSnapshot, k: float) -> str:
+    """Return a ring round a marker and its label, "" where it was not seen."""
     if mark.u is None or mark.v is None:
         return ""
     radius = mark.radius or 10 * k

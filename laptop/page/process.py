@@ -18,20 +18,20 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
 
-from laptop.page.channel import answer
-from laptop.page.desk import Desk, keep_beating
+from laptop.page.controller import PageController, keep_heartbeat
+from laptop.page.rpc import serve_requests
 from laptop.tracking.listening import own_addresses
 from shared.arm_description import ArmError
 
 HOST, PORT = "127.0.0.1", 7780
-"""Where a page is if nothing is said; another free port if this one is taken."""
-ENDING = 2.0
-"""A page that has not ended so long after it was told, s, is killed."""
-NICE = 5
-"""Added to the page's niceness: tracker and brick come first."""
-ALL_AT_ONCE = socket.has_dualstack_ipv6()
-WHOLE = ("0.0.0.0", "::", "")
-"""Hosts that mean every address of this machine."""
+"""Default address of the page; another free port if this one is taken."""
+EXIT_TIMEOUT = 2.0
+"""Time, s, that the page's process has to end after it was told; then it is killed."""
+PAGE_NICENESS = 5
+"""Increment of the page's niceness: tracker and brick come first."""
+DUAL_STACK = socket.has_dualstack_ipv6()
+ANY_HOST = ("0.0.0.0", "::", "")
+"""Hosts that stand for every address of this machine."""
 
 
 class NoPage(ArmError):
@@ -39,9 +39,10 @@ class NoPage(ArmError):
 
 
 def listen(host: str, port: int | None) -> socket.socket:
-    """A socket for the page.
+    """Return a socket that listens for the page.
 
     Args:
+        host: its address.
         port: None for the usual one, or a free one.
 
     Raises:
@@ -54,7 +55,7 @@ def listen(host: str, port: int | None) -> socket.socket:
         try:
             family = socket.AF_INET6 if ":" in host else socket.AF_INET
             return socket.create_server(
-                (host, number), family=family, dualstack_ipv6=host == "::" and ALL_AT_ONCE
+                (host, number), family=family, dualstack_ipv6=host == "::" and DUAL_STACK
             )
         except (OSError, UnicodeError) as error:
             number_of = getattr(error, "errno", 0) or 0
@@ -70,12 +71,14 @@ def listen(host: str, port: int | None) -> socket.socket:
 
 
 def hosts(host: str, port: int) -> list[str]:
-    """How browsers may call a page, HOST:PORT: by other names somebody else may have led them here.
+    """Return the names HOST:PORT by which browsers may call the page.
+
+    By other names somebody else may have led them here.
 
     Args:
-        host: where it listens.
+        host, port: where the page listens.
     """
-    if host in WHOLE:
+    if host in ANY_HOST:
         names = ["localhost", HOST, *own_addresses(), socket.gethostname()]
     elif _is_loopback(host):
         names = ["localhost", host]
@@ -92,24 +95,24 @@ def _is_loopback(host: str) -> bool:
 
 
 class PageProcess:
-    """A page for a desk, in a process of its own.
+    """Page of a controller, in a process of its own.
 
     Args:
-        desk: what it shows.
+        controller: of what it shows.
         listener: see `listen`; the page takes it over.
         host: where that listens.
 
     Attributes:
         address: to type into a browser; holds the token that lets one in.
-        warning: what there is to fear, or "".
+        warning: danger that people must know, or "".
     """
 
-    def __init__(self, desk: Desk, listener: socket.socket, host: str) -> None:
+    def __init__(self, controller: PageController, listener: socket.socket, host: str) -> None:
         port = listener.getsockname()[1]
         names = hosts(host, port)
         token = secrets.token_urlsafe(24)
-        shown = names[0] if host in WHOLE else names[-1]
-        if host in WHOLE and own_addresses():
+        shown = names[0] if host in ANY_HOST else names[-1]
+        if host in ANY_HOST and own_addresses():
             shown = f"{own_addresses()[0]}:{port}"
         self.address = f"http://{shown}/?token={token}"
         self.warning = (
@@ -120,19 +123,19 @@ class PageProcess:
         )
         self._over = threading.Event()
         # Several: a STOP waits neither for the next picture nor for a frame to be read from a disk.
-        pipes = [multiprocessing.Pipe() for _ in range(2 + len(desk.cameras))]
+        pipes = [multiprocessing.Pipe() for _ in range(2 + len(controller.cameras))]
         self._pipes = [ours for ours, _ in pipes]
         quick, slow, *seeing = theirs = [pipe for _, pipe in pipes]
         for ours in self._pipes:
-            threading.Thread(target=answer, args=(desk, ours), daemon=True).start()
-        threading.Thread(target=keep_beating, args=(desk, self._over), daemon=True).start()
+            threading.Thread(target=serve_requests, args=(controller, ours), daemon=True).start()
+        threading.Thread(target=keep_heartbeat, args=(controller, self._over), daemon=True).start()
         # A fork would share the cameras, and threads that hold locks.
         self.process = multiprocessing.get_context("spawn").Process(
-            target=_work,
+            target=_serve_page,
             args=(
                 quick,
                 slow,
-                dict(zip(desk.cameras, seeing, strict=True)),
+                dict(zip(controller.cameras, seeing, strict=True)),
                 listener,
                 token,
                 names,
@@ -145,17 +148,17 @@ class PageProcess:
         listener.close()
 
     def close(self) -> None:
-        """End it."""
+        """End the page's process."""
         self._over.set()
         self.process.terminate()
-        self.process.join(ENDING)
+        self.process.join(EXIT_TIMEOUT)
         if self.process.is_alive():
             self.process.kill()
         for pipe in self._pipes:
             pipe.close()
 
 
-def _work(
+def _serve_page(
     quick: Connection,
     slow: Connection,
     seeing: Mapping[str, Connection],
@@ -163,15 +166,17 @@ def _work(
     token: str,
     names: Sequence[str],
 ) -> None:
-    """What the page's process does: serve until the tracker's is no more."""
+    """Serve the page until the tracker's process is no more; the page's process does no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
     if hasattr(os, "nice"):
-        os.nice(NICE)
+        os.nice(PAGE_NICENESS)
     from laptop.page import server
-    from laptop.page.feeds import FarDesk
+    from laptop.page.async_controller import AsyncController
 
-    desk = FarDesk(quick, slow, seeing)
-    threading.Thread(target=server.serve, args=(desk, listener, token, names), daemon=True).start()
+    controller = AsyncController(quick, slow, seeing)
+    threading.Thread(
+        target=server.serve, args=(controller, listener, token, names), daemon=True
+    ).start()
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()

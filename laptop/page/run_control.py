@@ -1,4 +1,4 @@
-"""Runs as they are ordered from the page: where the tip is to go, start, hold and stop."""
+"""Runs that are ordered from the page: where the tip is to go; start, hold and stop."""
 
 from __future__ import annotations
 
@@ -10,23 +10,32 @@ from typing import Protocol
 
 from laptop.page.camera_feed import CameraFeed
 from laptop.page.colour_edits import ColourEdits
-from laptop.page.snapshots import USUAL, points
+from laptop.page.run_states import (
+    RUN_IS_ON,
+    TRANSITIONS,
+    RunAction,
+    RunEvent,
+    RunState,
+    next_state,
+)
+from laptop.page.snapshots import DEFAULTS, points
 from laptop.tracking.pipeline import Point
 from laptop.tracking.server import ServerState as LinkState
 from shared.arm_description import ArmError
 from shared.messages import BUDGET, GOAL, TOLERANCE, Start, Status, Stop
 from shared.orders import check
+from shared.verdicts import CONVERGED
 
-ANSWER = 3.0
-"""A brick that has not begun so long after a start, s, does not."""
-APART = 25.0
-"""Between two points of a path, px."""
+START_TIMEOUT = 3.0
+"""Time after a start, s, within which the brick begins if it does at all."""
+WAYPOINT_SPACING = 25.0
+"""Distance between two waypoints of a path, px."""
 
 _BUSY = "a run is on; hold or stop it first"
 
 
 class Server(Protocol):
-    """What is used of the tracking server."""
+    """Part of the tracking server that the page uses."""
 
     def send(self, message: Start | Stop) -> bool: ...  # noqa: D102
     def state(self) -> LinkState: ...  # noqa: D102
@@ -34,19 +43,20 @@ class Server(Protocol):
 
 
 class RunControl:
-    """The goal, and the runs to it that the page orders, of which the brick says how they go.
+    """The goal, and the runs to it; `laptop.page.run_states` has the protocol as a table.
 
     Orders answer with "", or in one line with the reason why not.
 
     Args:
-        cameras: by name.
-        colours: what is looked for.
+        cameras: feeds by camera name.
+        colours: has the markers that are looked for.
         server: of the brick, or None.
-        now: the clock of the frames, s.
+        now: clock of the frames, s.
 
     Attributes:
-        aims: per camera where the tip is to go, px; {}: to the goal's marker.
-        note: what was last to be said about the link or the run, or "".
+        aims: goal of each camera, (u, v) px; {}: the goal's marker is the goal.
+        note: last thing to tell about the link or the run, or "".
+        state: of the protocol.
         lock: held while an order is carried out: one after the other.
     """
 
@@ -62,61 +72,236 @@ class RunControl:
         self._now = now
         self.lock = threading.RLock()
         self.aims: dict[str, Point] = {}
-        self._path: deque[Point] = deque()
-        self._along = ""  # the camera in which the path was drawn
-        self._orders = USUAL
-        self._ordered: tuple[float, int] | None = None  # when, and the brick's last run by then
-        self._awaited = 0  # the run that the rest of a path waits for; 0: none
-        self._order = 0  # number of the last start from here
-        self._obeyed: tuple[int, int] | None = None  # that number, and the brick's last run by then
         self.note = ""
-        self._stopping = ""  # why, until the brick has heard it
-        self._stop_told: Status | None = None  # the brick's status when it was last told
+        self.state = RunState.IDLE
+        self._waypoints: deque[Point] = deque()
+        self._path_camera = ""  # in whose picture the path was drawn
+        self._options = DEFAULTS
+        self._sent_at = -math.inf  # s, the last start
+        self._run_before = 0  # number of the brick's last run by then
+        self._order = 0  # number of the last order, of which each waypoint has a start
+        self._recorded: tuple[int, int] | None = None  # order, run before: until its verdict
+        self._stop_reason = ""
+        self._stop_sent = False
+        self._stop_told: Status | None = None  # the brick's status when it was last told to stop
+        self._actions: dict[RunAction, Callable[[LinkState], None]] = {
+            RunAction.SEND_STOP: self._send_stop,
+            RunAction.DROP_PATH_SEND_STOP: self._drop_path_send_stop,
+            RunAction.REPEAT_STOP: self._repeat_stop,
+            RunAction.SEND_NEXT_START: self._send_next_start,
+            RunAction.END_PATH: self._end_path,
+            RunAction.REPORT_NO_RUN: self._report_no_run,
+        }
+
+    # What is on
 
     @property
     def left(self) -> int:
-        """Points of a path still to come."""
-        return len(self._path)
+        """Number of waypoints still to come."""
+        return len(self._waypoints)
 
     def ahead(self, camera: str) -> tuple[Point, ...]:
-        """Those of them that lie in a camera's picture, px."""
-        return tuple(self._path) if camera == self._along else ()
+        """Return the waypoints still to come in a camera's picture, (u, v) px."""
+        return tuple(self._waypoints) if camera == self._path_camera else ()
 
     @property
     def follows(self) -> bool:
-        """Whether the run was ordered here, to go after a goal that moves."""
-        return self._obeyed is not None and self._orders.follow
+        """Return True if the run was ordered here and goes after a goal that moves."""
+        return self._recorded is not None and self._options.follow
+
+    @property
+    def is_fixed(self) -> bool:
+        """Return True if the command line has fixed the goal."""
+        return all(
+            bool(feed.watcher.view and feed.watcher.view.fixed) for feed in self._cameras.values()
+        )
+
+    def running(self, link: LinkState | None = None) -> bool:
+        """Return True if a run is on, or was ordered a moment ago."""
+        return next_state(self.state, self._event(link or self._link())) in RUN_IS_ON
 
     def orders_of(self, status: Status) -> tuple[int, Start | None]:
-        """The number and the orders of the run that a status is of; (0, None): not from here.
+        """Return the number and the options of the order that a status belongs to.
 
-        With its verdict the run is over here, too.
+        (0, None) if its run was not ordered here.  With its verdict the run is over here, too.
         """
-        number, before = self._obeyed or (0, status.run)
+        number, before = self._recorded or (0, status.run)
         if status.run <= before:
             return 0, None
         if status.verdict:
-            self._obeyed = None
-        return number, self._orders
+            self._recorded = None
+        return number, self._options
 
-    def aim_at_marker(self) -> str:
-        """Let the goal be the goal's marker."""
-        with self.lock:
-            if self.running():
-                return _BUSY
-            self.aims, self._path, self._along, self.note = {}, deque(), "", ""
-            return ""
+    # Orders
+
+    def aim(self, camera: str, u: float, v: float) -> str:
+        """Set the goal to a pixel (u, v), px, of a camera."""
+        return self._aim(camera, [(u, v)])
 
     def follow(self, camera: str, points: Sequence[Point]) -> str:
-        """Let the goal be a path, point after point, in the picture of the only camera."""
+        """Set the goal to a path of points (u, v), px, in the picture of the only camera."""
         if len(self._cameras) > 1:
             return "a path is drawn in one picture; with several cameras aim at a point in each"
-        return self.aim(camera, _thinned(points))
+        return self._aim(camera, _thinned(points))
 
-    def aim(self, camera: str, points: Sequence[Point]) -> str:
-        """Let the goal be a pixel of a camera; of several, one after the other."""
+    def aim_at_marker(self) -> str:
+        """Set the goal to the goal's marker."""
         with self.lock:
-            if self.running():
+            if self._refuses(RunEvent.AIM):
+                return _BUSY
+            self._handle(RunEvent.AIM)
+            self.aims, self._waypoints, self._path_camera, self.note = {}, deque(), "", ""
+            return ""
+
+    def start(
+        self,
+        method: str = DEFAULTS.method,
+        mode: str = DEFAULTS.mode,
+        rows: str = DEFAULTS.rows,
+        tolerance: float = DEFAULTS.tolerance,
+        budget: float = DEFAULTS.budget,
+        follow: bool = DEFAULTS.follow,
+    ) -> str:
+        """Send the tip to the goal, or on along the path.
+
+        Args:
+            method, mode, rows: words, see `shared.orders`.
+            tolerance: distance from the goal, px, that is near enough.
+            budget: time for the run, s.
+            follow: the goal's marker moves.
+        """
+        for what, value, (least, most, unit) in (
+            ("tolerance", tolerance, TOLERANCE), ("budget", budget, BUDGET),
+        ):  # fmt: skip
+            if not least <= value <= most:
+                return f"{what} {value:g}: from {least:g} to {most:g} {unit}"
+        with self.lock:
+            if self._refuses(RunEvent.START):
+                return _BUSY
+            if why := self._why_no_goal():
+                return why
+            options = Start(method, mode, rows, tolerance, budget, follow, goals=dict(self.aims))
+            try:
+                check(options, self._joint_count())
+            except ArmError as error:
+                return str(error)
+            self._options = options
+            self._order += 1
+            if why := self._send_start():
+                return why
+            self._handle(RunEvent.START)
+            return ""
+
+    def hold(self) -> str:
+        """End the run; the arm is held where it is, and a start goes on from there."""
+        return self._stop(RunEvent.HOLD, "held from the page")
+
+    def stop(self) -> str:
+        """End the run; the arm is held, and a path is given up."""
+        return self._stop(RunEvent.STOP, "stopped from the page")
+
+    # Protocol
+
+    def poll(self) -> None:
+        """Take in what the brick says, and do what is due then; to be called at every heartbeat."""
+        with self.lock:
+            link = self._link()
+            self._handle(self._event(link), link)
+
+    def _link(self) -> LinkState:
+        return self._server.state() if self._server else LinkState()
+
+    def _event(self, link: LinkState) -> RunEvent:
+        """Return the event that the link's state is, as seen from the present state."""
+        status = link.status
+        ordered = self.state is RunState.ORDERED
+        if link.client is None:
+            return RunEvent.UNLINKED
+        if ordered and (status is None or status.run <= self._run_before):
+            overdue = self._now() - self._sent_at >= START_TIMEOUT
+            return RunEvent.OVERDUE if overdue else RunEvent.SILENT
+        if status is None:
+            return RunEvent.SILENT
+        if status.verdict == "":
+            return RunEvent.RUN_ON
+        arrived = status.verdict == CONVERGED and status.run == self._run_before + 1
+        if arrived and self._waypoints and (ordered or self.state is RunState.RUNNING):
+            return RunEvent.ARRIVED
+        return RunEvent.ENDED
+
+    def _handle(self, event: RunEvent, link: LinkState | None = None) -> None:
+        """Make the transition of an event, if there is one, and then its action."""
+        transition = TRANSITIONS.get((self.state, event))
+        if transition is None:
+            return
+        self.state, action = transition
+        if action is not RunAction.NONE:
+            self._actions[action](link or self._link())
+
+    def _refuses(self, order: RunEvent) -> bool:
+        """Return True if the table has no row for an order; else take in what the brick says."""
+        link = self._link()
+        event = self._event(link)
+        if (next_state(self.state, event), order) not in TRANSITIONS:
+            return True
+        self._handle(event, link)
+        return False
+
+    def _stop(self, order: RunEvent, reason: str) -> str:
+        with self.lock:
+            self._stop_reason, self._stop_told = reason, None
+            self._handle(order)
+            if self._stop_sent:
+                return ""
+        return "no brick is connected; it is stopped as soon as it is back"
+
+    # Actions
+
+    def _send_stop(self, link: LinkState) -> None:
+        self._stop_sent = bool(self._server and self._server.send(Stop(self._stop_reason)))
+
+    def _drop_path_send_stop(self, link: LinkState) -> None:
+        self._waypoints, self._path_camera, self.note = deque(), "", ""
+        self._send_stop(link)
+
+    def _repeat_stop(self, link: LinkState) -> None:
+        """Send the stop once more with every new status: it gets lost with the link."""
+        if link.status is not self._stop_told:
+            self._stop_told = link.status
+            self._send_stop(link)
+
+    def _send_next_start(self, link: LinkState) -> None:
+        self.aims[self._path_camera] = self._waypoints.popleft()
+        self.note = self._send_start()
+        self._handle(RunEvent.NEXT_NOT_SENT if self.note else RunEvent.NEXT_SENT)
+
+    def _end_path(self, link: LinkState) -> None:
+        if self._waypoints:
+            self.note = f"the path ends here, {points(len(self._waypoints))} before its end"
+
+    def _report_no_run(self, link: LinkState) -> None:
+        self.note = "the brick did not begin; does its program run with --wait?"
+        self._recorded = None
+
+    def _send_start(self) -> str:
+        link = self._link()
+        if self._server is None or link.client is None:
+            return "no brick is connected; type the command below on it"
+        run = link.status.run if link.status else 0
+        self._options = self._options._replace(goals=dict(self.aims))
+        if not self._server.send(self._options):
+            return "the link has just broken; it mends by itself, then start again"
+        self._sent_at, self._run_before = self._now(), run
+        self._recorded = self._order, run
+        self.note = ""
+        return ""
+
+    # Goals
+
+    def _aim(self, camera: str, points: Sequence[Point]) -> str:
+        """Set the goal to pixels (u, v), px, of a camera, one after the other."""
+        with self.lock:
+            if self._refuses(RunEvent.AIM):
                 return _BUSY
             view = self._cameras[camera].watcher.view
             if view is None:
@@ -128,78 +313,16 @@ class RunControl:
                         f"goal {u:.0f},{v:.0f} is outside the picture; u from 0 to {width - 1}, "
                         f"v from 0 to {height - 1}"
                     )
+            self._handle(RunEvent.AIM)
             self.note = ""
             first, *others = points
             self.aims[camera] = first
-            self._path = deque(others)
-            self._along = camera if others else ""
+            self._waypoints = deque(others)
+            self._path_camera = camera if others else ""
             return ""
 
-    def start(self, orders: Start) -> str:
-        """Send the tip to the goal, or on along the path; where that is, is known here."""
-        for what, value, (least, most, unit) in (
-            ("tolerance", orders.tolerance, TOLERANCE), ("budget", orders.budget, BUDGET),
-        ):  # fmt: skip
-            if not least <= value <= most:
-                return f"{what} {value:g}: from {least:g} to {most:g} {unit}"
-        with self.lock:
-            if self.running():
-                return _BUSY
-            if why := self._not_aimed():
-                return why
-            orders = orders._replace(goals=dict(self.aims))
-            try:
-                check(orders, self._joints())
-            except ArmError as error:
-                return str(error)
-            self._orders = orders
-            self._order += 1
-            return self._send_start()
-
-    def hold(self) -> str:
-        """End the run; the arm is held where it is, and a start goes on from there."""
-        with self.lock:
-            self._awaited = 0
-            return self._send_stop("held from the page")
-
-    def stop(self) -> str:
-        """End the run; the arm is held, and a path is given up."""
-        with self.lock:
-            self._awaited = 0
-            self._path, self._along, self.note = deque(), "", ""
-            return self._send_stop("stopped from the page")
-
-    def _send_stop(self, reason: str) -> str:
-        """Stop, and go on saying so until the brick tells that no run is on."""
-        self._ordered = None
-        self._stopping, self._stop_told = reason, None
-        if self._server and self._server.send(Stop(reason)):
-            return ""
-        return "no brick is connected; it is stopped as soon as it is back"
-
-    def _insist(self, status: Status) -> None:
-        """A stop gets lost with the link, behind which a run may go on by itself."""
-        assert self._server is not None
-        if status.verdict:
-            self._stopping = ""
-        elif status is not self._stop_told:
-            self._stop_told = status
-            self._server.send(Stop(self._stopping))
-
-    def _joints(self) -> int:
-        """How many the brick's arm has; 0 while that is not known."""
-        status = self._server.state().status if self._server else None
-        return len(status.q) if status else 0
-
-    @property
-    def is_fixed(self) -> bool:
-        """Whether the command line has fixed the goal."""
-        return all(
-            bool(eye.watcher.view and eye.watcher.view.fixed) for eye in self._cameras.values()
-        )
-
-    def _not_aimed(self) -> str:
-        """Why there is no goal, or ""."""
+    def _why_no_goal(self) -> str:
+        """Return why there is no goal, or ""."""
         if self.aims:
             missing = [name for name in self._cameras if name not in self.aims]
             if missing:
@@ -209,71 +332,19 @@ class RunControl:
             return "there is no goal yet; click one in the picture, or pick a goal marker"
         return ""
 
-    def _send_start(self) -> str:
-        link = self._server.state() if self._server else LinkState()
-        if self._server is None or link.client is None:
-            return "no brick is connected; type the command below on it"
-        run = link.status.run if link.status else 0
-        self._orders = self._orders._replace(goals=dict(self.aims))
-        if not self._server.send(self._orders):
-            return "the link has just broken; it mends by itself, then start again"
-        self._stopping = ""
-        self._ordered = self._now(), run
-        self._obeyed = self._order, run
-        self._awaited = run + 1 if self._path else 0
-        self.note = ""
-        return ""
-
-    def running(self, link: LinkState | None = None) -> bool:
-        """Whether a run is on, or was ordered a moment ago."""
-        if self._server is None:
-            return False
-        link = link or self._server.state()
-        if link.client is None:
-            return False
-        ordered, status = self._ordered, link.status
-        if ordered and (status is None or status.run <= ordered[1]):
-            return self._now() - ordered[0] < ANSWER
-        return status is not None and (status.verdict == "" or self._goes_on(status))
-
-    def _goes_on(self, status: Status) -> bool:
-        """Whether a run has ended where the next point of a path is due."""
-        arrived = status.run == self._awaited and status.verdict == "converged"
-        return arrived and bool(self._path)
-
-    def go_on(self) -> None:
-        """What is due after a run: the next point of a path."""
-        if self._server is None:
-            return
-        link = self._server.state()
-        status = link.status
-        if self._stopping and link.client and status:
-            self._insist(status)
-        if self._ordered and not self.running(link):
-            if link.client and (status is None or status.run <= self._ordered[1]):
-                self.note = "the brick did not begin; does its program run with --wait?"
-                self._awaited = 0
-                self._obeyed = None
-            self._ordered = None
-        over = status is not None and status.run >= self._awaited and status.verdict
-        if not self._awaited or (link.client and not over):
-            return
-        if link.client and status and self._goes_on(status):
-            self.aims[self._along] = self._path.popleft()
-            self._awaited = 0
-            self.note = self._send_start()
-        else:
-            self._awaited = 0
-            self.note = f"the path ends here, {points(len(self._path))} before its end"
+    def _joint_count(self) -> int:
+        """Return the number of joints of the brick's arm; 0 while that is not known."""
+        status = self._link().status
+        return len(status.q) if status else 0
 
 
 def _thinned(points: Sequence[Point]) -> list[Point]:
-    """The points of a path, no two closer than APART but the last one."""
+    """Return the waypoints of a path: no two closer than WAYPOINT_SPACING, but for the last."""
     kept = [points[0]]
     for point in points[1:]:
-        if math.dist(kept[-1], point) >= APART:
+        if math.dist(kept[-1], point) >= WAYPOINT_SPACING:
             kept.append(point)
-    if len(kept) > 1 and math.dist(kept[-1], points[-1]) < APART / 2:
+    if len(kept) > 1 and math.dist(kept[-1], points[-1]) < WAYPOINT_SPACING / 2:
         kept[-1] = points[-1]
     elif kept[-1] != points[-1]:
         kept.append(points[-1])

@@ -1,44 +1,27 @@
-"""What a page is told: how everything is doing, at one moment, and what was in one picture."""
+"""Snapshots that the page receives: the state of everything, one frame, one point of the plots."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from laptop.page.record import Summary
+from laptop.page.run_records import RunSummary
 from laptop.tracking.pipeline import Point
 from laptop.vision.tracker import Window
 from shared.messages import Start, Status
 
-USUAL = Start()
-"""What is ordered unless something else is said."""
-LOW = 6.5
-"""A battery below this, V, is soon empty: the brick warns of a rechargeable one from here on."""
-SAMPLE = 0.2
-"""Between two samples of the history, s."""
-HISTORY = 60.0
-"""So much of it is kept, s."""
-VERDICTS = {
-    "": "On its way.",
-    "ready": "Ready. Aim, then start.",
-    "converged": "Arrived: the tip is at the goal.",
-    "unreachable": "Out of reach: the arm cannot get there. Aim nearer to its base.",
-    "marker lost": "The marker is lost. Uncover it, or pick its colour anew; then start again.",
-    "singular": "The joints cannot move the tip that way from here. Aim elsewhere, or start from "
-    "another posture.",
-    "limit": "A joint is at its limit. Aim elsewhere.",
-    "stalled": "A motor is blocked. Free the arm, then start again.",
-    "too slow": "The brick is too slow. End other programs on it; then start again.",
-    "link lost": "The link was lost. Look at the cable or Wi-Fi; then start again.",
-    "budget spent": "Not there in time. Look at camera and light, or allow a greater tolerance.",
-    "stopped": "Stopped. The arm is held.",
-    "refused": "The brick refused these orders.",
-}
-"""The brick's verdicts, for people."""
+DEFAULTS = Start()
+"""Orders of a run where the page changes nothing."""
+LOW_BATTERY = 6.5
+"""Battery voltage, V, below which it is soon empty: the brick warns of a rechargeable one there."""
+SAMPLE_PERIOD = 0.2
+"""Time between two samples of the plots, s."""
+HISTORY_DURATION = 60.0
+"""Length of the plots and of the tip's trail, s."""
 
 
-class Mark(NamedTuple):
-    """A marker in one picture.
+class MarkerSnapshot(NamedTuple):
+    """One marker in one frame.
 
     u, v, radius   px; u is None where it was not seen
     confidence     0 to 1; None of a fixed goal
@@ -56,8 +39,8 @@ class Mark(NamedTuple):
     window: Window | None
 
 
-class Shown(NamedTuple):
-    """One picture with what belongs to it.
+class FrameSnapshot(NamedTuple):
+    """One frame with everything that is drawn over it.
 
     index, t       the frame's; t is its capture time, s
     age            s, when this was answered
@@ -77,24 +60,24 @@ class Shown(NamedTuple):
     width: int
     height: int
     jpeg: bytes
-    marks: tuple[Mark, ...]
+    marks: tuple[MarkerSnapshot, ...]
     aim: Point | None
     ahead: tuple[Point, ...]
     trail: tuple[Point, ...]
     masks: Mapping[str, bytes]
 
 
-class Eye(NamedTuple):
-    """How a camera is doing.
+class CameraStatus(NamedTuple):
+    """State of a camera.
 
     rate     frames per second
-    age      s
+    age      of the newest frame, s
     trouble  in words, or ""
     frames   of a recording, each of which can be looked at; 0: it is none
     ended    there are no more to come
     """
 
-    camera: str
+    name: str
     source: str
     rate: float
     dropped: int
@@ -104,8 +87,8 @@ class Eye(NamedTuple):
     ended: bool = False
 
 
-class State(NamedTuple):
-    """How everything is doing.
+class PageState(NamedTuple):
+    """State of cameras, link, run and colours.
 
     brick     its address, or None
     commands  what to type on the brick
@@ -124,7 +107,7 @@ class State(NamedTuple):
     runs      of which there can be a report, oldest first
     """
 
-    eyes: tuple[Eye, ...]
+    cameras: tuple[CameraStatus, ...]
     brick: str | None
     commands: tuple[str, ...]
     round_trip: float | None
@@ -139,11 +122,11 @@ class State(NamedTuple):
     note: str
     own: bool
     fixed: bool
-    runs: tuple[Summary, ...]
+    runs: tuple[RunSummary, ...]
 
 
-class Sample(NamedTuple):
-    """One moment of the history; t in s, error in px, q in rad, ages in s, rates per s."""
+class PlotSample(NamedTuple):
+    """One point of the plots: t in s, error and e in px, q in rad, ages in s, rates per s."""
 
     t: float
     error: float | None
@@ -156,5 +139,5 @@ class Sample(NamedTuple):
 
 
 def points(count: int) -> str:
-    """Of a path, for people."""
+    """Return a number of points in words."""
     return f"{count} point{'s' * (count != 1)}"

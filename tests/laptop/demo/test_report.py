@@ -1,5 +1,6 @@
 """The report of a demo: what counts as reached, what is said, a page that needs nothing else."""
 
+import html
 import io
 import json
 import re
@@ -243,7 +244,7 @@ def test_a_demo_without_comparison_says_why(tmp_path, monkeypatch):
     monkeypatch.setattr(report, "CAPTIONS", ())
     run = story(tmp_path, rival=None, trouble="report's method hangs", offs=(20.0,))
     text = report.write(run).read_text(encoding="utf-8")
-    assert "no run of the report&#x27;s method: report&#x27;s method hangs." in text
+    assert "no run of the report's method: report's method hangs." in html.unescape(text)
     assert "It did not all work." in text
 
 

@@ -28,7 +28,7 @@ from waiting import PATIENCE, until
 from laptop.bench import page as bench
 from laptop.cli.track import start_brick as own_brick
 from laptop.page import process as page_process
-from laptop.page.browser import UNSEEN
+from laptop.page.cards.camera_view import IMAGE_TIMEOUT
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.live import PoseReader
 from laptop.simulator.scene.scene import Scene
@@ -459,7 +459,11 @@ def test_a_picture_that_is_no_longer_to_be_had_holds_up_none(surfer):
 
     surfer.page.route("**/view/**", refuse)
     # Were each waited for, it would take longer than anybody waits.
-    until(lambda: len(gone) * UNSEEN > PATIENCE, "more", lambda: surfer.page.wait_for_timeout(20))
+    until(
+        lambda: len(gone) * IMAGE_TIMEOUT > PATIENCE,
+        "more",
+        lambda: surfer.page.wait_for_timeout(20),
+    )
     surfer.page.unroute("**/view/**")
     surfer.page.wait_for_function(
         "() => document.querySelector('.picture img').naturalWidth === 640"

@@ -1,4 +1,4 @@
-"""The gate of the page: who has the token gets in, and only from pages of ours.
+"""Authentication of the page's browsers by a token, and only from pages of its own.
 
 What another page makes a browser send here is refused.
 """
@@ -10,28 +10,28 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Any
 from urllib.parse import parse_qs
 
-LARGEST = 64 * 1024
-"""Bytes of a message from a browser; ours need a few hundred."""
+MAX_MESSAGE = 64 * 1024
+"""Bytes of a message from a browser; the page's own need a few hundred."""
 
 Scope = Mapping[str, Any]
 Receive = Callable[[], Awaitable[Any]]
 Send = Callable[[Any], Awaitable[None]]
 
 
-class Gate:
-    """Lets nobody in without the token, nor from elsewhere.
+class AuthMiddleware:
+    """ASGI middleware that lets nobody in without the token, nor from elsewhere.
 
     The address with the token gives a cookie, and is left at once; from then on the cookie is
     asked for, with everything.
 
     Args:
-        inside: the ASGI application behind it.
+        app: the ASGI application behind it.
         token: the secret.
         hosts: HOST:PORT by which browsers may call it.
     """
 
-    def __init__(self, inside: Any, token: str, hosts: Sequence[str]) -> None:
-        self._inside = inside
+    def __init__(self, app: Any, token: str, hosts: Sequence[str]) -> None:
+        self._app = app
         self._token = token
         self._hosts = frozenset(hosts)
         self._origins = frozenset(f"http://{host}" for host in hosts)
@@ -39,27 +39,29 @@ class Gate:
         self._cookie = f"brickservo-{hosts[0].rpartition(':')[2]}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """One request or connection, see ASGI."""
+        """Handle one request or connection, see ASGI."""
         if scope["type"] == "lifespan":
-            await self._inside(scope, receive, send)
+            await self._app(scope, receive, send)
             return
         headers = {
             key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]
         }
         why = self._refusal(scope, headers)
-        if why is None and scope["type"] == "http" and self._asks_for_cookie(scope):
-            await self._welcome(send)
-        elif why is None and self._is_known(headers):
-            await self._inside(scope, receive, send if scope["type"] != "http" else _shut(send))
+        if why is None and scope["type"] == "http" and self._has_token(scope):
+            await self._send_cookie(send)
+        elif why is None and self._has_cookie(headers):
+            await self._app(
+                scope, receive, send if scope["type"] != "http" else _with_headers(send)
+            )
         elif scope["type"] == "websocket":
             await receive()
             await send({"type": "websocket.close", "code": 1008})
         else:
             # What may follow the head is not even thrown away.
-            await _say(send, 403, why or NO_TOKEN, connection="close")
+            await _send_text(send, 403, why or NO_TOKEN, connection="close")
 
     def _refusal(self, scope: Scope, headers: Mapping[str, str]) -> str | None:
-        """Why a request is not even looked at, or None."""
+        """Return why a request is refused whoever sends it, or None."""
         if headers.get("host", "").lower() not in self._hosts:
             return "This page is not to be reached by that name."
         origin = headers.get("origin")
@@ -71,11 +73,13 @@ class Gate:
             return "There is nothing to be sent here."
         return None
 
-    def _asks_for_cookie(self, scope: Scope) -> bool:
+    def _has_token(self, scope: Scope) -> bool:
+        """Return True if the token is in the address."""
         given = parse_qs(scope["query_string"].decode("latin-1")).get("token", [])
         return any(self._is_token(token) for token in given)
 
-    def _is_known(self, headers: Mapping[str, str]) -> bool:
+    def _has_cookie(self, headers: Mapping[str, str]) -> bool:
+        """Return True if the cookie with the token came along."""
         # By hand: a parser gives up at cookies of other programs that are none.
         cookies = (part.strip().partition("=") for part in headers.get("cookie", "").split(";"))
         return any(name == self._cookie and self._is_token(value) for name, _, value in cookies)
@@ -83,9 +87,9 @@ class Gate:
     def _is_token(self, text: str) -> bool:
         return hmac.compare_digest(text.encode("utf-8", "replace"), self._token.encode())
 
-    async def _welcome(self, send: Send) -> None:
+    async def _send_cookie(self, send: Send) -> None:
         cookie = f"{self._cookie}={self._token}; Path=/; HttpOnly; SameSite=Lax"
-        await _say(send, 303, "", location="/", set_cookie=cookie)
+        await _send_text(send, 303, "", location="/", set_cookie=cookie)
 
 
 NO_TOKEN = (
@@ -93,7 +97,7 @@ NO_TOKEN = (
     "Each start of the tracker has a new one."
 )
 
-_MANNERS = {
+SECURITY_HEADERS = {
     # Nothing comes from elsewhere, nothing goes there, and no other page shows this one in itself.
     "content-security-policy": "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; "
     "frame-ancestors 'none'; base-uri 'self'; form-action 'none'",
@@ -104,24 +108,25 @@ _MANNERS = {
 
 
 def _headers(more: Mapping[str, str]) -> list[tuple[bytes, bytes]]:
+    """Return these headers and those for security, as ASGI wants them."""
     return [
         (key.replace("_", "-").encode(), value.encode())
-        for key, value in {**_MANNERS, **more}.items()
+        for key, value in {**SECURITY_HEADERS, **more}.items()
     ]
 
 
-async def _say(send: Send, status: int, text: str, **headers: str) -> None:
+async def _send_text(send: Send, status: int, text: str, **headers: str) -> None:
     headers.update(content_type="text/plain; charset=utf-8", cache_control="no-store")
     await send({"type": "http.response.start", "status": status, "headers": _headers(headers)})
     await send({"type": "http.response.body", "body": text.encode()})
 
 
-def _shut(send: Send) -> Send:
-    """Adds to every answer what keeps other pages out."""
+def _with_headers(send: Send) -> Send:
+    """Add to every answer the headers that keep other pages out."""
 
-    async def say(message: Any) -> None:
+    async def send_with_headers(message: Any) -> None:
         if message["type"] == "http.response.start":
             message = {**message, "headers": [*message["headers"], *_headers({})]}
         await send(message)
 
-    return say
+    return send_with_headers

@@ -1,0 +1,143 @@
+"""The card of the tools: what a click in an image does, and which marker's colour it teaches."""
+
+from __future__ import annotations
+
+from nicegui import events, ui
+
+from laptop.page.cards.card import card, heading
+from laptop.page.cards.session import AIM, TOOLS, BrowserSession
+from laptop.page.interface import ColourCalls, StatusCalls
+from laptop.page.snapshots import PageState
+from shared.messages import EFFECTOR, GOAL
+
+
+class ColourCard:
+    """The card of the tools.
+
+    Args:
+        session: the browser's choices, some of which are made here.
+    """
+
+    def __init__(self, session: BrowserSession) -> None:
+        self._session = session
+        with card("A click in the picture"):
+            heading("A click in the picture")
+            self._add_tools()
+            self._add_rename_dialog()
+            with ui.row().classes("w-full gap-2 items-center"):
+                self._undo = ui.button("Undo", icon="undo", on_click=self.undo).props(
+                    "flat dense no-caps"
+                )
+                self._pause = ui.button(
+                    "Pause", icon="pause_circle", on_click=self.toggle_pause
+                ).props("flat dense no-caps")
+                self._mask = ui.checkbox("Mask", on_change=self._update_mask).props("dense")
+                ui.checkbox("Windows", value=True, on_change=self._on_windows).props("dense")
+
+    def _add_tools(self) -> None:
+        self._tool = (
+            ui.toggle({key: tool.name for key, tool in TOOLS.items()}, value=AIM)
+            .props("no-caps unelevated spread toggle-color=primary")
+            .classes("tools")
+            .on_value_change(self._on_tool)
+        )
+        self._explanation = ui.label(TOOLS[AIM].explanation).classes("quiet")
+        self._marker_row = ui.row().classes("w-full gap-2 no-wrap items-end")
+        with self._marker_row:
+            self._marker = (
+                ui.select([EFFECTOR, GOAL], value=EFFECTOR, with_input=True,
+                          label="of the marker (or a new name)", new_value_mode="add-unique")
+                .classes("grow").props("dense")
+                .on_value_change(self._on_marker)
+            )  # fmt: skip
+            self._rename = ui.button("Rename", icon="edit", on_click=self._open_dialog).props(
+                "flat dense no-caps"
+            )
+        self._marker_row.set_visibility(False)
+
+    def _add_rename_dialog(self) -> None:
+        with ui.dialog() as self._dialog, ui.element("div").classes("card naming"):
+            self._name_field = ui.element("div")
+            ui.label(
+                f"The arm brings the marker named {EFFECTOR} to the one named {GOAL}."
+            ).classes("quiet")
+            with ui.row().classes("w-full justify-end"):
+                ui.button("Leave it", on_click=self._dialog.close).props("flat no-caps")
+                ui.button("Rename it", on_click=self.rename).props("unelevated no-caps")
+
+    def show(self, state: PageState) -> None:
+        """Offer the markers that there are, and let be pressed what can be done."""
+        marker = self._session.marker
+        self._undo.set_enabled(state.undoable > 0)
+        self._rename.set_enabled(marker in state.markers)
+        self._pause.set_visibility(not all(camera.ended for camera in state.cameras))
+        names = [*dict.fromkeys([EFFECTOR, GOAL, *state.markers, marker])]
+        if self._marker.options != names:
+            self._marker.set_options(names)
+
+    def choose_tool(self, number: int) -> None:
+        """Choose a tool by its number, from 0 on."""
+        self._tool.set_value(list(TOOLS)[number])
+
+    def toggle_pause(self) -> None:
+        """Let the images stand still, or go on."""
+        paused = self._session.paused = not self._session.paused
+        self._pause.set_text("Go on" if paused else "Pause")
+        self._pause.set_icon("play_circle" if paused else "pause_circle")
+
+    def toggle_mask(self) -> None:
+        """Show the marker's pixels, or hide them."""
+        self._mask.set_value(not self._mask.value)
+
+    async def undo(self) -> None:
+        """Take back the last change of a marker."""
+        session = self._session
+        before = dict(session.controller.state.markers) if session.controller.state else {}
+        session.warn(await session.controller.call_slowly(ColourCalls.undo))
+        now = (await session.controller.call(StatusCalls.state)).markers
+        if session.marker in before and session.marker not in now:  # its name was undone
+            back = next((name for name in now if name not in before), EFFECTOR)
+            self._offer(back)
+
+    def _open_dialog(self) -> None:
+        marker = self._session.marker
+        self._name_field.clear()  # an old field that is set anew undoes what is typed meanwhile
+        with self._name_field:
+            self._new_name = ui.input(f"{marker} is from now on", value=marker)
+            self._new_name.classes("w-full").props("autofocus").on("keydown.enter", self.rename)
+        self._dialog.open()
+
+    async def rename(self) -> None:
+        """Give the chosen marker the name that was typed."""
+        old, new = self._session.marker, str(self._new_name.value).strip()
+        if new != old:
+            why = await self._session.controller.call_slowly(ColourCalls.rename, old, new)
+            self._session.warn(why)
+            if why:
+                return
+            self._offer(new)
+        self._dialog.close()
+
+    def _offer(self, marker: str) -> None:
+        """Choose a marker, which need not be among those on offer."""
+        self._marker.set_options([*dict.fromkeys([*self._marker.options, marker])], value=marker)
+
+    def _on_tool(self, event: events.ValueChangeEventArguments) -> None:
+        self._session.tool = event.value
+        self._explanation.set_text(TOOLS[event.value].explanation)
+        self._marker_row.set_visibility(event.value != AIM)
+
+    def _on_marker(self, event: events.ValueChangeEventArguments) -> None:
+        self._session.marker = str(event.value or EFFECTOR)
+        self._update_mask()
+
+    def _on_windows(self, event: events.ValueChangeEventArguments) -> None:
+        self._session.windows = event.value
+
+    def _update_mask(self) -> None:
+        """Ask the tracker for the chosen marker's pixels, or no longer."""
+        mask = self._session.mask = self._session.marker if self._mask.value else ""
+        for feed in self._session.controller.feeds.values():
+            feed.masks.pop(ui.context.client.id, None)
+            if mask:
+                feed.masks[ui.context.client.id] = mask

@@ -1,0 +1,203 @@
+"""The card that drives the arm: where it is to go, how the run goes, Start and Hold."""
+
+from __future__ import annotations
+
+import math
+import time
+
+from nicegui import ui
+
+from laptop.page.cards.card import card, heading
+from laptop.page.cards.session import BrowserSession
+from laptop.page.interface import RunCalls
+from laptop.page.run_records import RunSummary
+from laptop.page.snapshots import DEFAULTS, PageState, points
+from shared.messages import BUDGET, GOAL, TOLERANCE
+from shared.orders import METHODS, MODES, ROWS
+from shared.verdicts import CONVERGED, READY, STOPPED, VERDICT_TEXTS
+
+RECONNECT_GUARD = 1.0
+"""A Start that arrives so soon after the browser has reconnected, s, was pressed before."""
+
+
+class DriveCard:
+    """The card that drives the arm.
+
+    Args:
+        session: the browser's choices.
+        several: whether there are several cameras.
+    """
+
+    def __init__(self, session: BrowserSession, several: bool) -> None:
+        self._session = session
+        self._runs: tuple[RunSummary, ...] = ()  # that the menu of reports has
+        self._connections = 0
+        self._reconnected = -math.inf  # when, s
+        ui.context.client.on_connect(self._on_connect)
+        with card("Drive"):
+            heading("Drive")
+            self._add_progress()
+            self._add_buttons()
+            self._add_reports()
+            self._add_options(several)
+
+    def _add_progress(self) -> None:
+        with ui.element("div").props("role=status aria-live=polite"):
+            self._verdict = ui.label().classes("verdict").mark("verdict")
+            self._reason = ui.label().classes("quiet")
+        with ui.row().classes("items-end gap-3"):
+            self._error = ui.label().classes("error").mark("error")
+            self._run = ui.label().classes("quiet")
+        self._goal = ui.label().classes("quiet")
+
+    def _add_buttons(self) -> None:
+        with ui.row().classes("w-full gap-2 no-wrap"):
+            self._start = (
+                ui.button("Start", icon="play_arrow", on_click=self.start)
+                .props("color=positive unelevated")
+                .classes("go")
+            )
+            _add_tooltip_above(self._start, "to the goal (S)")
+            self._hold = (
+                ui.button("Hold", icon="pause", on_click=self.hold).props("outline").classes("go")
+            )
+            _add_tooltip_above(self._hold, "halt here; Start goes on (H)")
+        self._to_marker = ui.button("Aim at the goal marker", on_click=self._aim_at_marker).props(
+            "flat dense no-caps icon=my_location"
+        )
+
+    def _add_reports(self) -> None:
+        with ui.row().classes("w-full gap-2 no-wrap"):
+            self._report = (
+                ui.button("Report", icon="assessment")
+                .props("flat dense no-caps type=a href=/report target=_blank")
+                .tooltip("of the last run, in a new tab")
+            )
+            self._earlier = ui.button("Earlier", icon="history").props("flat dense no-caps")
+            with self._earlier:
+                self._reports = ui.menu()
+
+    def _add_options(self, several: bool) -> None:
+        with ui.expansion("How", icon="tune").classes("w-full").props("dense"):
+            self._method = ui.select(list(METHODS), value=DEFAULTS.method, label="method")
+            self._mode = ui.select(list(MODES), value=DEFAULTS.mode, label="mode")
+            self._rows = ui.select(list(ROWS), value=DEFAULTS.rows, label="rows of two cameras")
+            self._rows.set_visibility(several)
+            self._tolerance, self._budget = (
+                ui.number(f"{what}, {unit}", value=usual, min=least, max=most, step=step)
+                for what, usual, (least, most, unit), step in (
+                    ("tolerance", DEFAULTS.tolerance, TOLERANCE, 0.5),
+                    ("budget", DEFAULTS.budget, BUDGET, 10.0),
+                )
+            )
+            choices = self._method, self._mode, self._rows, self._tolerance, self._budget
+            for choice in choices:
+                choice.classes("field").props("dense")
+            self._follow = ui.switch("follow the goal marker as it moves").props("dense")
+            ui.label(
+                "in the mode stream, until the budget is spent or Hold or STOP ends it"
+            ).classes("quiet")
+
+    def show(self, state: PageState) -> None:
+        """Show how the run goes, and let be pressed what can be done."""
+        status = state.status if state.brick else None
+        text, tone = verdict_text(state)
+        self._verdict.set_text(text)
+        self._verdict.classes(remove="ok bad", add=tone)
+        self._reason.set_text(status.reason if status else "")
+        known = status is not None and status.error is not None
+        self._error.set_text(f"{status.error:.1f} px" if status and known else "– px")
+        self._run.set_text(
+            f"run {status.run}, {status.moves} moves" if status and status.run else ""
+        )
+        self._goal.set_text("Goal: " + goal_text(state))
+        self._to_marker.set_visibility(bool(state.aims) and GOAL in state.markers)
+        self._start.set_enabled(state.brick is not None and not state.running)
+        self._hold.set_enabled(state.running)
+        self._show_reports(state.runs)
+
+    def _show_reports(self, runs: tuple[RunSummary, ...]) -> None:
+        self._report.set_enabled(bool(runs))
+        self._earlier.set_enabled(len(runs) > 1)
+        if runs == self._runs:
+            return
+        self._runs = runs
+        self._reports.clear()
+        with self._reports:
+            for run in reversed(runs[:-1]):
+                began = time.strftime("%H:%M:%S", time.localtime(run.when))
+                ui.menu_item(f"{began} {run.verdict or 'on its way'}").props(
+                    f"href=/report/{run.number} target=_blank"
+                )
+
+    def _on_connect(self) -> None:
+        self._connections += 1
+        if self._connections > 1:
+            self._reconnected = time.monotonic()
+
+    async def start(self) -> None:
+        """Start a run.
+
+        Browsers send on what was pressed while they were cut off.  That is right for a STOP.
+        """
+        session = self._session
+        if time.monotonic() - self._reconnected < RECONNECT_GUARD:
+            session.warn("the page was cut off when Start was pressed; look, then press it again")
+            return
+        numbers = []
+        for what, field, (_, _, unit) in (
+            ("tolerance", self._tolerance, TOLERANCE),
+            ("budget", self._budget, BUDGET),
+        ):
+            if field.value is None:
+                session.warn(f"{what}: write a number of {unit}, e.g. {getattr(DEFAULTS, what):g}")
+                return
+            numbers.append(float(field.value))
+        tolerance, budget = numbers
+        how = self._method.value, self._mode.value, self._rows.value
+        order = *how, tolerance, budget, bool(self._follow.value)
+        session.warn(await session.controller.call(RunCalls.start, *order))
+
+    async def hold(self) -> None:
+        """Halt the arm."""
+        self._session.warn(await self._session.controller.call(RunCalls.hold))
+
+    async def _aim_at_marker(self) -> None:
+        self._session.warn(await self._session.controller.call(RunCalls.aim_at_marker))
+
+
+def _add_tooltip_above(element: ui.element, text: str) -> None:
+    """Add a tooltip that covers nothing below the element."""
+    with element:
+        ui.tooltip(text).props('anchor="top middle" self="bottom middle"')
+
+
+def verdict_text(state: PageState) -> tuple[str, str]:
+    """Return how the run goes, for people, and the tone of it: "ok", "bad" or ""."""
+    status = state.status if state.brick else None
+    verdict = status.verdict if status else None
+    if state.following and verdict == "":
+        return "Following the goal marker. Hold or STOP ends it.", ""
+    if state.running and state.left:
+        return f"Along the path, {points(state.left)} to go.", ""
+    if state.running:
+        if status and verdict == "" and status.reason:
+            return f"Held: {status.reason.split(':')[0]}. It goes on by itself.", ""
+        return "On its way." if verdict == "" else "Starting ...", ""
+    if status is None:
+        return "The emulated brick is coming ..." if state.own else "No brick is connected.", ""
+    tone = {CONVERGED: "ok", READY: "", STOPPED: ""}.get(status.verdict, "bad")
+    return VERDICT_TEXTS.get(status.verdict, f"{status.verdict}."), tone
+
+
+def goal_text(state: PageState) -> str:
+    """Return where the tip is to go, for people."""
+    if state.aims:
+        where = [f"{u:.0f}, {v:.0f}" for u, v in state.aims.values()]
+        if len(state.cameras) > 1:
+            where = [f"{name} {text}" for name, text in zip(state.aims, where, strict=True)]
+        path = f", then {state.left} more" if state.left else ""
+        return "pixel " + " and ".join(where) + path
+    if state.fixed:
+        return "the pixel that the command line fixed"
+    return "the goal marker" if GOAL in state.markers else "none yet; click one in the picture"

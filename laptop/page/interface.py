@@ -1,0 +1,111 @@
+"""The interface between the page and the tracker: all that a page can see and do.
+
+The tracker's process has a `PageController`, which implements `PageInterface`; the page, in a
+process of its own, calls its methods by `laptop.page.rpc`.  Nothing is pushed: a page that does not
+ask costs nothing, and no camera ever waits for one.  Orders answer with "", or in one line with the
+reason why not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, TypeVar
+
+from laptop.page.run_records import RunGroup
+from laptop.page.snapshots import DEFAULTS, FrameSnapshot, PageState, PlotSample
+from laptop.tracking.pipeline import Point
+
+# ruff: noqa: D102  (each method has its docstring where it is implemented)
+
+
+class StatusCalls(Protocol):
+    """State, history and reports; implemented by `laptop.page.controller.PageController`."""
+
+    def opened(self) -> None: ...
+    def state(self) -> PageState: ...
+    def history(self, after: float = -math.inf) -> list[PlotSample]: ...
+    def record(self, number: int | None = None) -> RunGroup | None: ...
+
+
+class FrameCalls(Protocol):
+    """Frames of the cameras; implemented by `laptop.page.frames.Frames`."""
+
+    def view(
+        self, camera: str, newer_than: int = -1, masks: Sequence[str] = (), within: float = 0.0
+    ) -> FrameSnapshot | None: ...
+    def still(self, camera: str, index: int, masks: Sequence[str] = ()) -> FrameSnapshot | str: ...
+    def pin(self, camera: str, index: int) -> str: ...
+
+
+class ColourCalls(Protocol):
+    """Edits of the markers' colours; implemented by `laptop.page.colour_edits.ColourEdits`."""
+
+    def pick(self, name: str, camera: str, index: int, where: Sequence[float]) -> str: ...
+    def add(self, name: str, camera: str, index: int, where: Sequence[float]) -> str: ...
+    def remove(self, name: str, camera: str, index: int, where: Sequence[float]) -> str: ...
+    def rename(self, name: str, new: str) -> str: ...
+    def undo(self) -> str: ...
+
+
+class RunCalls(Protocol):
+    """Goal and runs; implemented by `laptop.page.run_control.RunControl`."""
+
+    def aim(self, camera: str, u: float, v: float) -> str: ...
+    def aim_at_marker(self) -> str: ...
+    def follow(self, camera: str, points: Sequence[Point]) -> str: ...
+    def start(
+        self,
+        method: str = DEFAULTS.method,
+        mode: str = DEFAULTS.mode,
+        rows: str = DEFAULTS.rows,
+        tolerance: float = DEFAULTS.tolerance,
+        budget: float = DEFAULTS.budget,
+        follow: bool = DEFAULTS.follow,
+    ) -> str: ...
+    def hold(self) -> str: ...
+    def stop(self) -> str: ...
+
+
+class PageInterface(StatusCalls, Protocol):
+    """Everything that the page may call, in four groups."""
+
+    @property
+    def frames(self) -> FrameCalls: ...
+    @property
+    def colours(self) -> ColourCalls: ...
+    @property
+    def runs(self) -> RunCalls: ...
+
+
+Calls = TypeVar("Calls", StatusCalls, FrameCalls, ColourCalls, RunCalls)
+"""Group of calls to which an exposed method belongs."""
+
+_GROUPS: dict[type, Callable[[PageInterface], Any]] = {
+    StatusCalls: lambda controller: controller,
+    FrameCalls: lambda controller: controller.frames,
+    ColourCalls: lambda controller: controller.colours,
+    RunCalls: lambda controller: controller.runs,
+}
+
+EXPOSED_METHODS = {
+    f"{group.__name__}.{name}": (part, name)
+    for group, part in _GROUPS.items()
+    for name in vars(group)
+    if not name.startswith("_")
+}
+"""Exposed methods by the name under which they are called, e.g. "RunCalls.aim"."""
+
+
+def exposed_method(controller: PageInterface, name: str) -> Callable[..., Any]:
+    """Return a controller's method.
+
+    Args:
+        controller: whose method.
+        name: key of EXPOSED_METHODS.
+
+    Raises:
+        KeyError: this method is not exposed.
+    """
+    part, method = EXPOSED_METHODS[name]
+    return getattr(part(controller), method)

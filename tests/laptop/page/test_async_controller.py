@@ -1,0 +1,42 @@
+"""The controller as the page's process sees it."""
+
+import asyncio
+import threading
+
+import pytest
+from page_scene import PageScene, connected, run
+
+from laptop.page import async_controller, report
+
+
+@pytest.fixture
+def scene(tmp_path):
+    return PageScene(tmp_path)
+
+
+@pytest.fixture
+def client(scene):
+    with connected(scene.controller) as client:
+        yield client
+
+
+def test_a_report_is_drawn_once_and_beside_the_loop_that_serves_pages(scene, client, monkeypatch):
+    scene.show()
+    scene.controller.runs.start()
+    run(scene, 1)
+    drawn = []
+
+    def render(group):
+        drawn.append(threading.current_thread().name)
+        return "a report"
+
+    monkeypatch.setattr(report, "render", render)
+    far = async_controller.AsyncController(client._pipe, client._pipe, {})
+
+    async def ask():
+        return await asyncio.gather(*(far.report(number) for number in (None, 1, 1, 2)))
+
+    *found, missing = asyncio.run(ask())
+    assert {text for _, text in found} == {"a report"}
+    assert missing is None
+    assert drawn == ["drawer_0"]

@@ -1,0 +1,103 @@
+"""Viewers, state, history and the emulated brick that comes along."""
+
+import pytest
+from page_scene import PATH, PageScene
+
+from laptop.page import camera_feed, snapshots
+from laptop.page import controller as controllers
+from shared.messages import EFFECTOR, GOAL
+
+
+@pytest.fixture
+def scene(tmp_path):
+    return PageScene(tmp_path)
+
+
+def test_somebody_looks_who_has_asked_lately(scene):
+    assert not scene.controller.has_viewers
+    scene.controller.state()
+    assert scene.controller.has_viewers
+    scene.t += controllers.VIEWER_TIMEOUT
+    assert not scene.controller.has_viewers
+
+
+@pytest.mark.parametrize("comes", ["expect_viewer", "opened"])
+def test_who_is_expected_may_take_any_time(scene, comes):
+    getattr(scene.controller, comes)()
+    scene.t += 0.9 * controllers.PAGE_OPEN_TIMEOUT
+    assert scene.controller.has_viewers
+    scene.controller.state()
+    scene.t += controllers.VIEWER_TIMEOUT
+    assert not scene.controller.has_viewers
+    scene.controller.expect_viewer()
+    scene.t += controllers.PAGE_OPEN_TIMEOUT
+    assert not scene.controller.has_viewers, "nobody came"
+
+
+def test_the_state_tells_of_cameras_link_and_markers(scene):
+    for _ in range(40):
+        scene.show()
+    scene.watchers[0].dropped = 3
+    state = scene.controller.state()
+    (camera,) = state.cameras
+    assert camera.rate == pytest.approx(1 / camera_feed.HEARTBEAT_PERIOD)
+    assert camera.age == pytest.approx(0.02)
+    assert (camera.dropped, camera.trouble) == (3, "")
+    assert state.brick == "10.0.0.2"
+    assert set(state.markers) == {EFFECTOR, GOAL}
+    scene.t += 5
+    assert "no frame for 5 s" in scene.controller.state().cameras[0].trouble
+
+
+def test_the_history_is_the_last_minute(scene):
+    scene.server.tell("", 1, e={"A.u": 3.0}, condition=2.5, moves=4)
+    for _ in range(1300):
+        scene.t += camera_feed.HEARTBEAT_PERIOD
+        scene.controller.heartbeat()
+    history = scene.controller.history()
+    assert history[-1].t - history[0].t == pytest.approx(snapshots.HISTORY_DURATION, abs=0.3)
+    assert (history[-1].error, history[-1].e, history[-1].condition) == (12.5, {"A.u": 3.0}, 2.5)
+    assert len(scene.controller.history(history[-4].t)) == 3
+
+
+def test_an_emulated_brick_that_cannot_come_is_told_of(tmp_path):
+    def bring():
+        raise OSError(28, "No space left on device", "lines.txt")
+
+    scene = PageScene(tmp_path, bring=bring)
+    scene.server.there = False
+    scene.controller.opened()
+    assert not scene.controller.state().own
+    assert "no emulated brick: No space left" in scene.controller.state().note
+
+
+def test_an_own_brick_comes_when_somebody_looks_and_no_other_is_there(tmp_path):
+    brought, why = [], ""
+
+    def bring():
+        brought.append(1)
+        return lambda: why
+
+    scene = PageScene(tmp_path, bring=bring)
+    scene.controller.opened()
+    assert brought == [], "there is one"
+    scene.server.there = False
+    scene.controller.opened()
+    scene.controller.opened()
+    scene.controller.heartbeat()
+    assert brought == [1]
+    assert scene.controller.state().own
+    scene.server.there = True
+    scene.show()
+    scene.controller.runs.follow("A", PATH)
+    scene.controller.runs.start()
+    scene.server.there = False
+    why = "it fell"
+    scene.controller.heartbeat()
+    assert not scene.controller.state().own
+    assert scene.controller.state().note.startswith("the path ends here, ")
+    assert scene.controller.state().note.endswith("it fell; load the page anew for another one")
+    why = ""
+    scene.controller.opened()
+    assert brought == [1, 1]
+    assert scene.controller.state().own

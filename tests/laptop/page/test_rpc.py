@@ -1,0 +1,59 @@
+"""Remote calls, over a real pipe."""
+
+import pytest
+from page_scene import PageScene, connected
+
+from laptop.page.interface import EXPOSED_METHODS, FrameCalls, RunCalls, StatusCalls, exposed_method
+from laptop.page.rpc import RpcError
+
+
+@pytest.fixture
+def scene(tmp_path):
+    return PageScene(tmp_path)
+
+
+@pytest.fixture
+def client(scene):
+    with connected(scene.controller) as client:
+        yield client
+
+
+def test_a_remote_call_returns_what_the_controller_says(scene, client):
+    shown = scene.show()
+    age = client.call(FrameCalls.view, "A").age
+    assert client.call(FrameCalls.view, camera="A") == shown._replace(age=age)
+    assert client.call(StatusCalls.state) == scene.controller.state()
+    assert client.call(StatusCalls.history) == scene.controller.history()
+    assert client.call(RunCalls.aim, "A", 5.0, 6.0) == ""
+    assert scene.show().aim == (5.0, 6.0)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "ColourCalls._track", "StatusCalls.heartbeat", "RunCalls.poll", "RunCalls.__init__",
+        "StatusCalls.cameras", "StatusCalls.frames", "aim", "RunControl.aim", "os.system",
+    ],
+)  # fmt: skip
+def test_what_is_not_exposed_cannot_be_called(scene, client, name):
+    def method():
+        pass
+
+    method.__qualname__ = name
+    with pytest.raises(RpcError, match="not exposed"):
+        client.call(method)
+
+
+def test_every_method_of_the_interface_is_exposed_and_the_controller_has_it(scene):
+    assert len(EXPOSED_METHODS) == 18
+    assert {"RunCalls.aim", "ColourCalls.undo", "FrameCalls.view", "StatusCalls.state"} <= set(
+        EXPOSED_METHODS
+    )
+    for name in EXPOSED_METHODS:
+        assert callable(exposed_method(scene.controller, name))
+
+
+def test_a_call_that_fails_does_no_harm(scene, client):
+    with pytest.raises(RpcError, match="KeyError"):
+        client.call(FrameCalls.view, "Z")
+    assert client.call(StatusCalls.state) == scene.controller.state()
