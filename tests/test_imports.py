@@ -39,6 +39,7 @@ RULES = {
     "laptop.reporting": ("laptop.reporting", "shared", "numpy", "cv2", "matplotlib", "rich"),
     "laptop.bench": ("laptop", "-laptop.cli", "robot", "shared", *LIBRARIES),
     "laptop.bench.page": ("laptop", "-laptop.cli", "robot", "shared", *LIBRARIES, "playwright"),
+    "laptop.bench.workers": ("laptop.bench", "shared", "cv2", "distributed"),
     "laptop.demo": ("laptop", "-laptop.cli", "-laptop.bench", "shared", *LIBRARIES),
     "laptop.cli": ("laptop", "shared", "click", "rich"),
     "laptop.__main__": ("laptop.cli",),

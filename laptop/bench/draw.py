@@ -17,6 +17,7 @@ import re
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -265,9 +266,18 @@ def draw(case: Case) -> Result:
     )
 
 
-def run(drawings: list[Case], cpu: float = CPU) -> Iterator[Result]:
-    """The results of all cases in their order, on all cores; `cpu` as read_plant has it."""
-    return workers.results(draw, [replace(case, cpu=cpu) for case in drawings], chunk=4)
+def run(
+    drawings: list[Case], cpu: float = CPU, executor: Executor | None = None
+) -> Iterator[Result]:
+    """Yield the results of all cases in their order.
+
+    Args:
+        drawings: the cases.
+        cpu: as read_plant has it.
+        executor: does the work; None for all cores of this machine.
+    """
+    todo = [replace(case, cpu=cpu) for case in drawings]
+    return workers.map_cases(draw, todo, chunk=4, executor=executor)
 
 
 Row = tuple[str, ...]

@@ -19,6 +19,7 @@ import time
 import timeit
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
 
@@ -636,30 +637,14 @@ def cases(
     ]
 
 
-def count(
-    seeds: range,
-    scene: str,
-    arms: Sequence[str] = ARMS,
-    methods: Sequence[str] = (),
-    rendered: bool = False,
-    rows: str = "stereo",
-    cpu: float = CPU,
-) -> int:
-    """How many set-ups `run` goes through."""
-    return len(cases(seeds, scene, arms, methods, rendered, rows, cpu))
+def run(todo: Sequence[Case], executor: Executor | None = None) -> Iterator[list[Result]]:
+    """Yield the results of all set-ups in their order.
 
-
-def run(
-    seeds: range,
-    scene: str,
-    arms: Sequence[str] = ARMS,
-    methods: Sequence[str] = (),
-    rendered: bool = False,
-    rows: str = "stereo",
-    cpu: float = CPU,
-) -> Iterator[list[Result]]:
-    """The results of all set-ups in their order, on all cores."""
-    return workers.results(run_case, cases(seeds, scene, arms, methods, rendered, rows, cpu))
+    Args:
+        todo: the cases.
+        executor: does the work; None for all cores of this machine.
+    """
+    return workers.map_cases(run_case, todo, executor=executor)
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:

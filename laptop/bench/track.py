@@ -18,6 +18,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
@@ -710,9 +711,14 @@ def _run(case: Case) -> list[Result]:
     return case.run()
 
 
-def run(todo: Sequence[Case]) -> Iterator[list[Result]]:
-    """The results of all cases in their order, on all cores."""
-    return workers.results(_run, todo)
+def run(todo: Sequence[Case], executor: Executor | None = None) -> Iterator[list[Result]]:
+    """Yield the results of all cases in their order.
+
+    Args:
+        todo: the cases.
+        executor: does the work; None for all cores of this machine.
+    """
+    return workers.map_cases(_run, todo, executor=executor)
 
 
 def gathered(results: Iterable[Result]) -> list[Result]:

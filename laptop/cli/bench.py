@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import asdict
 
 import click
@@ -40,6 +43,28 @@ _cpu = click.option(
     help="How slowly the brick computes: 1 as it truly does, 2 half as fast, 0 in no time.",
 )
 
+_cluster = click.option(
+    "--cluster",
+    metavar="ADDRESS",
+    help="Share the work out on a Dask cluster, tcp://HOST:8786, say, and not on the cores of this "
+    "machine.  Its workers run in this checkout: python -m dask worker ADDRESS --nthreads 1.",
+)
+
+
+@contextmanager
+def _executor(cluster: str | None) -> Iterator[Executor | None]:
+    """Provide the executor of a cluster's address; None for the cores of this machine."""
+    if cluster is None:
+        yield None
+        return
+    from laptop.bench import workers
+
+    try:
+        with workers.cluster(cluster) as executor:
+            yield executor
+    except workers.NoCluster as error:
+        raise click.ClickException(str(error)) from None
+
 
 @bench.command("draw")
 @click.option(
@@ -57,14 +82,17 @@ _cpu = click.option(
     help="planar: in direct drive and geared; spatial: what gravity does, and the preload.",
 )
 @_cpu
+@_cluster
 @click.option("--json", "as_json", is_flag=True, help="Every line's figures instead of the table.")
-def bench_draw(seeds: range, arm: str, cpu: float, as_json: bool) -> None:
+def bench_draw(seeds: range, arm: str, cpu: float, cluster: str | None, as_json: bool) -> None:
     """Straightness of lines: smooth, steps and timed steps, beside the encoders' floor."""
     from laptop.bench import draw, show  # what else a command needs is slow to import
 
     in_space = arm == "spatial"
     drawings = draw.space_cases(seeds) if in_space else list(draw.cases(seeds))
-    results = list(show.progress(draw.run(drawings, cpu), len(drawings), "drawing"))
+    with _executor(cluster) as executor:
+        parts = draw.run(drawings, cpu, executor)
+        results = list(show.progress(parts, len(drawings), "drawing"))
     if as_json:
         click.echo(json.dumps([asdict(result) for result in results], indent=1))
     else:
@@ -93,14 +121,16 @@ def bench_draw(seeds: range, arm: str, cpu: float, as_json: bool) -> None:
     show_default=True,
     help="Noise, places, scenes and motions.",
 )
+@_cluster
 @click.option("--json", "as_json", is_flag=True, help="All figures instead of the tables.")
-def bench_track(seeds: range, as_json: bool) -> None:
+def bench_track(seeds: range, cluster: str | None, as_json: bool) -> None:
     """The tracker's precision, hold under changing light, and cost, beside the usual recipes."""
     from laptop.bench import show, track
 
     todo = track.cases(seeds)
-    parts = show.progress(track.run(todo), len(todo), "tracking")
-    results = track.gathered(result for part in parts for result in part)
+    with _executor(cluster) as executor:
+        parts = show.progress(track.run(todo, executor), len(todo), "tracking")
+        results = track.gathered(result for part in parts for result in part)
     timed = track.costs(show.progress(range(track.TURNS), track.TURNS, "timing"))
     link = track.serving()
     if as_json:
@@ -154,6 +184,7 @@ def bench_track(seeds: range, as_json: bool) -> None:
 )
 @click.option("--rendered", is_flag=True, help="Through rendered frames and the tracker.")
 @_cpu
+@_cluster
 @click.option("--json", "as_json", is_flag=True, help="Every run instead of the table.")
 def bench_servo(
     seeds: range,
@@ -163,6 +194,7 @@ def bench_servo(
     methods: tuple[str, ...],
     rendered: bool,
     cpu: float,
+    cluster: str | None,
     as_json: bool,
 ) -> None:
     """Servoing from random starts to random goals, beside the report's method and an oracle."""
@@ -178,9 +210,10 @@ def bench_servo(
             f"{', '.join(servo.RENDERED)}"
         )
     arms = arms or servo.ARMS
-    orders = seeds, scene, arms, methods, rendered, rows, cpu
-    parts = show.progress(servo.run(*orders), servo.count(*orders), "servoing")
-    results = [result for part in parts for result in part]
+    todo = servo.cases(seeds, scene, arms, methods, rendered, rows, cpu)
+    with _executor(cluster) as executor:
+        parts = show.progress(servo.run(todo, executor), len(todo), "servoing")
+        results = [result for part in parts for result in part]
     if as_json:
         click.echo(json.dumps([asdict(result) for result in results], indent=1))
         return
@@ -220,12 +253,15 @@ def bench_page(seeds: range, as_json: bool) -> None:
 
 @bench.command("limits")
 @_cpu
-def bench_limits(cpu: float) -> None:
+@_cluster
+def bench_limits(cpu: float, cluster: str | None) -> None:
     """Where straightness ends: the planar arm's three lines on plants farther and farther off."""
     from laptop.bench import draw, show
 
     drawings = draw.limit_cases()
-    results = list(show.progress(draw.run(drawings, cpu), len(drawings), "drawing"))
+    with _executor(cluster) as executor:
+        parts = draw.run(drawings, cpu, executor)
+        results = list(show.progress(parts, len(drawings), "drawing"))
     title = f"planar arm, smooth, cpu={cpu:g}; greatest deviation in floors, from the emulator"
     show.table(title, draw.LIMIT_HEADINGS, draw.limit_table(results), sections=0)
 
