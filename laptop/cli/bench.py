@@ -125,24 +125,29 @@ def bench_draw(seeds: range, arm: str, cpu: float, cluster: str | None, as_json:
 @click.option("--json", "as_json", is_flag=True, help="All figures instead of the tables.")
 def bench_track(seeds: range, cluster: str | None, as_json: bool) -> None:
     """The tracker's precision, hold under changing light, and cost, beside the usual recipes."""
-    from laptop.bench import show, track
+    from laptop.bench import show, track, track_cost, track_table
 
     todo = track.cases(seeds)
     with _executor(cluster) as executor:
         parts = show.progress(track.run(todo, executor), len(todo), "tracking")
-        results = track.gathered(result for part in parts for result in part)
-    timed = track.costs(show.progress(range(track.TURNS), track.TURNS, "timing"))
-    link = track.serving()
+        results = track_table.gathered(result for part in parts for result in part)
+    timed = track_cost.costs(show.progress(range(track_cost.TURNS), track_cost.TURNS, "timing"))
+    link = track_cost.serving()
     if as_json:
-        click.echo(json.dumps({**track.figures(results, timed), "serving": link}, indent=1))
+        click.echo(json.dumps({**track_table.figures(results, timed), "serving": link}, indent=1))
         return
     title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator"
-    precision, light = track.precision_table(results), track.light_table(results)
-    show.table(f"Precision, px rms per axis; {title}", track.PRECISION_HEADINGS, precision, 0)
-    show.table(f"Light and scene, px; {title}", track.LIGHT_HEADINGS, light, 0)
-    show.table("Cost, measured on this machine", track.COST_HEADINGS, track.cost_table(timed), 0)
+    precision, light = track_table.precision_table(results), track_table.light_table(results)
+    show.table(f"Precision, px rms per axis; {title}", track_table.PRECISION_HEADINGS, precision, 0)
+    show.table(f"Light and scene, px; {title}", track_table.LIGHT_HEADINGS, light, 0)
+    show.table(
+        "Cost, measured on this machine",
+        track_table.COST_HEADINGS,
+        track_table.cost_table(timed),
+        0,
+    )
     click.echo(f"serving the brick 60 times a second: {100 * link:.1f} % of a core")
-    for line in track.errors(results):
+    for line in track_table.errors(results):
         click.echo(line)
 
 
@@ -198,18 +203,18 @@ def bench_servo(
     as_json: bool,
 ) -> None:
     """Servoing from random starts to random goals, beside the report's method and an oracle."""
-    from laptop.bench import servo, show
+    from laptop.bench import servo, servo_cost, servo_setups, servo_table, show
 
     if scene == "moving" and "spatial" in arms:
         raise click.ClickException(
             "--scene moving: its goals run round in the plane; take another with --arm spatial"
         )
-    if rendered and scene not in servo.RENDERED:
+    if rendered and scene not in servo_setups.RENDERED:
         raise click.ClickException(
             f"--scene {scene} is made of points with noise; with --rendered take one of "
-            f"{', '.join(servo.RENDERED)}"
+            f"{', '.join(servo_setups.RENDERED)}"
         )
-    arms = arms or servo.ARMS
+    arms = arms or servo_setups.ARMS
     todo = servo.cases(seeds, scene, arms, methods, rendered, rows, cpu)
     with _executor(cluster) as executor:
         parts = show.progress(servo.run(todo, executor), len(todo), "servoing")
@@ -217,11 +222,11 @@ def bench_servo(
     if as_json:
         click.echo(json.dumps([asdict(result) for result in results], indent=1))
         return
-    headings = servo.MOVING_HEADINGS if scene == "moving" else servo.HEADINGS
+    headings = servo_table.MOVING_HEADINGS if scene == "moving" else servo_table.HEADINGS
     what = f"seeds {seeds.start}:{seeds.stop}, cpu={cpu:g}"
-    title = f"{what}, figures from the emulator; {servo.LEGEND}"
-    show.table(title, headings, servo.table(results), sections=2)
-    for line in [*servo.failures(results), servo.step_cost(arms[0])]:
+    title = f"{what}, figures from the emulator; {servo_table.LEGEND}"
+    show.table(title, headings, servo_table.table(results), sections=2)
+    for line in [*servo_table.failures(results), servo_cost.step_cost(arms[0])]:
         click.echo(line)
 
 
