@@ -20,13 +20,13 @@ from laptop.bench import workers
 from laptop.bench.servo_setups import (
     ARMS,
     HEIGHT,
-    SCENES,
+    SCENARIOS,
     WIDTH,
-    Camera,
-    Cameras,
+    PinholeCamera,
+    PinholeCameras,
     Pixel,
     Pixels,
-    Scene,
+    ServoScenario,
     SetUp,
     apart,
     is_in_image,
@@ -49,18 +49,18 @@ from robot.servoing.image_model import LinearImageModel, straight
 METHODS = ("report", "report, median", "broyden", "kalman", "chain", "oracle")
 DEFAULT = "chain"
 
-MOST_MOVES, BUDGET = 60, 180.0
-"""Of every run; a failure counts as so many moves and seconds."""
+MAX_MOVES, TIME_BUDGET = 60, 180.0
+"""Limits of every run; a failure counts as so many moves and seconds."""
 
-TRUE = 1.6
+SUCCESS_TOLERANCES = 1.6
 """A claim is true when the tip is within so many tolerances of the goal."""
 
-FOLLOWED = (6.0, 20.0)
+FOLLOW_WINDOW = (6.0, 20.0)
 """Between these times the distance from a moving goal counts, s."""
 
 
 def methods_of(name: str, rendered: bool = False) -> tuple[str, ...]:
-    """The rows of a scene if nothing is said."""
+    """Return the default methods of a scenario."""
     if rendered:
         return (DEFAULT,)
     if name == "latency":
@@ -69,9 +69,9 @@ def methods_of(name: str, rendered: bool = False) -> tuple[str, ...]:
 
 
 class TrueJacobian:
-    """What an oracle knows: J at the true pose; the door of robot.servoing's models."""
+    """Model of an oracle: J at the true pose; the door of robot.servoing's models."""
 
-    def __init__(self, camera: Camera, brick: EmulatedBrick) -> None:
+    def __init__(self, camera: PinholeCamera, brick: EmulatedBrick) -> None:
         self._camera, self._brick = camera, brick
 
     def observe(self, q: Any, s: Any, variance: float, standing: bool = True) -> None:
@@ -108,7 +108,7 @@ class TrueJacobian:
 
 
 @dataclass(frozen=True)
-class Result:
+class ServoResult:
     """One run: px, s; `moves` and `seconds` of a failure are those of the budget.
 
     success  claimed and true; where the goal moves, that it was followed to the end
@@ -134,11 +134,11 @@ class Result:
 
 
 @dataclass(frozen=True)
-class Case:
+class ServoCase:
     """One seed under one scene on one arm; which methods, by which rows (servo.Rows)."""
 
     name: str
-    scene: Scene
+    scene: ServoScenario
     arm: str
     seed: int
     methods: tuple[str, ...]
@@ -148,9 +148,13 @@ class Case:
 
 
 def points(
-    cameras: Cameras, brick: EmulatedBrick, goal: Callable[[float], Pixels], scene: Scene, seed: int
+    cameras: PinholeCameras,
+    brick: EmulatedBrick,
+    goal: Callable[[float], Pixels],
+    scene: ServoScenario,
+    seed: int,
 ) -> See:
-    """What a tracker would say: the true places with noise, and outliers anywhere in the image."""
+    """Return a tracker's view: the true places with noise, and outliers anywhere in the image."""
     luck = {
         name: random.Random(f"{seed}/noise" + (f"/{name}" if name != "A" else ""))
         for name in cameras
@@ -170,8 +174,8 @@ def points(
     return see
 
 
-def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result:
-    """One method on one set-up."""
+def run_one(case: ServoCase, method: str, log: Any = None, say: Any = None) -> ServoResult:
+    """Run one method on one set-up."""
     scene = case.scene
     shown: dict[str, pictured.Scene] = {}
     if case.rendered:
@@ -199,10 +203,10 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
             world, see, 30.0, scene.latency, scene.jitter, scene.drops, tuple(cameras), case.seed
         ) as tracker,
     ):
-        park_on_file(setting.told, setting.start, folder)
-        state = program["robot.motion.zero"].Zero(setting.told.name, folder)
+        park_on_file(setting.configured, setting.start, folder)
+        state = program["robot.motion.zero"].Zero(setting.configured.name, folder)
         arm = program["robot.motion.arm"].RobotArm(
-            setting.told, program.clock, state, say=lambda line: None
+            setting.configured, program.clock, state, say=lambda line: None
         )
         arm.wake()
         servo, stream = _servo(program, method, setting, cameras, brick, case)
@@ -212,8 +216,8 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
             program.clock,
             servo,
             stream=stream,
-            budget=FOLLOWED[1] if scene.speed else BUDGET,
-            most_moves=None if scene.speed else MOST_MOVES,
+            budget=FOLLOW_WINDOW[1] if scene.speed else TIME_BUDGET,
+            most_moves=None if scene.speed else MAX_MOVES,
             follow=scene.tolerance if scene.speed else None,
             log=log,
             say=say or (lambda line: None),
@@ -229,16 +233,16 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
             word = f"{type(problem).__name__}: {problem}"
         if scene.speed:
             # Whoever gave up early stands while the goal goes on.
-            world.sleep(max(0.0, began + FOLLOWED[1] - world.now()))
+            world.sleep(max(0.0, began + FOLLOW_WINDOW[1] - world.now()))
             rms = _rms(brick, cameras, goal, began)
     q = brick.plant.q
     error = apart(cameras(q), goal(world.now()), servo.rows)
     miss = 10 * math.dist(*(kinematics.forward(setting.arm, pose) for pose in (q, setting.goal)))
     claimed = word == "converged"
-    success = claimed and error <= TRUE * scene.tolerance
+    success = claimed and error <= SUCCESS_TOLERANCES * scene.tolerance
     if scene.speed:
         success, claimed = word in ("converged", "budget spent"), False
-    return Result(
+    return ServoResult(
         case.name,
         case.arm,
         method,
@@ -246,10 +250,10 @@ def run_one(case: Case, method: str, log: Any = None, say: Any = None) -> Result
         success,
         claimed,
         word,
-        verdict.moves if verdict and success else MOST_MOVES,
+        verdict.moves if verdict and success else MAX_MOVES,
         verdict.measurements if verdict else 0,
         verdict.frames if verdict else 0,
-        verdict.seconds if verdict and success else BUDGET,
+        verdict.seconds if verdict and success else TIME_BUDGET,
         error,
         None if scene.speed else miss,
         rms,
@@ -260,11 +264,11 @@ def _servo(
     program: Program,
     method: str,
     setting: SetUp,
-    cameras: Cameras,
+    cameras: PinholeCameras,
     brick: EmulatedBrick,
-    case: Case,
+    case: ServoCase,
 ) -> tuple[Any, Any]:
-    scene, told = case.scene, setting.told
+    scene, told = case.scene, setting.configured
     rows = program["robot.servoing.rows"].Rows(case.rows, len(told.joints))
     if method == "oracle":
         models = {"oracle": lambda name: TrueJacobian(cameras[name], brick)}
@@ -284,18 +288,18 @@ def _servo(
 
 
 def _rms(
-    brick: EmulatedBrick, cameras: Cameras, goal: Callable[[float], Pixels], began: float
+    brick: EmulatedBrick, cameras: PinholeCameras, goal: Callable[[float], Pixels], began: float
 ) -> float:
     squares = [
         apart(cameras(sample.q), goal(sample.t)) ** 2
         for sample in brick.record[::8]
-        if FOLLOWED[0] <= sample.t - began <= FOLLOWED[1]
+        if FOLLOW_WINDOW[0] <= sample.t - began <= FOLLOW_WINDOW[1]
     ]
     return math.sqrt(sum(squares) / len(squares)) if squares else math.inf
 
 
-def run_case(case: Case) -> list[Result]:
-    """All methods on one set-up."""
+def run_case(case: ServoCase) -> list[ServoResult]:
+    """Run all methods on one set-up."""
     return [run_one(case, method) for method in case.methods]
 
 
@@ -307,12 +311,12 @@ def cases(
     rendered: bool = False,
     rows: str = "stereo",
     cpu: float = CPU,
-) -> list[Case]:
+) -> list[ServoCase]:
     """One for every seed, arm and condition of a scene; the scene's own methods if none is said."""
     methods = tuple(methods) or methods_of(name, rendered)
     kinds = "rendered" if rendered else "", rows if rows != "stereo" else ""
     return [
-        Case(
+        ServoCase(
             ", ".join(filter(None, (label or name, *kinds))),
             scene,
             arm,
@@ -323,12 +327,12 @@ def cases(
             cpu,
         )  # fmt: skip
         for arm in arms
-        for label, scene in SCENES[name]
+        for label, scene in SCENARIOS[name]
         for seed in seeds
     ]
 
 
-def run(todo: Sequence[Case], executor: Executor | None = None) -> Iterator[list[Result]]:
+def run(todo: Sequence[ServoCase], executor: Executor | None = None) -> Iterator[list[ServoResult]]:
     """Yield the results of all set-ups in their order.
 
     Args:

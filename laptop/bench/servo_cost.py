@@ -20,7 +20,7 @@ from shared.arm_description import find_arm, read_arm
 
 
 def step_cost(arm_name: str = "planar", keys: int = 24) -> str:
-    """What one decision of the default method costs, with so many key-frames held, as a line.
+    """Measure one decision of the default method, with so many key-frames held; return a line.
 
     The unit is the interpreter's own `a*d-b*c` on four floats, measured in the same moment: what
     the decision costs on another machine can be told from what that costs there.  Both as `timeit`

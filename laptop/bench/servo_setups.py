@@ -36,16 +36,16 @@ Pixels = dict[str, Pixel]
 ARMS = ("planar", "geared")
 """Those of the plane, of which the scenes' figures are told; an arm in space is asked for."""
 
-MOST_DRAWN = 1000
+MAX_DRAWN_POSES = 1000
 """Poses; where no two of so many are far enough apart in the image, another camera is drawn."""
 
 WIDTH, HEIGHT = 640, 480
-"""Of every picture, px."""
+"""Size of every picture, px."""
 
 
 @dataclass(frozen=True)
-class Scene:
-    """What a set-up is drawn from, and what is asked."""
+class ServoScenario:
+    """Ranges from which a set-up is drawn, and the task."""
 
     tolerance: float = 5.0
     sigma: float = 1.0
@@ -60,44 +60,49 @@ class Scene:
     mode: str = "look"
 
 
-SCENES = {
-    "nominal": [("", Scene())],
-    "outliers": [("10 % outliers", Scene(outliers=0.1))],
+SCENARIOS = {
+    "nominal": [("", ServoScenario())],
+    "outliers": [("10 % outliers", ServoScenario(outliers=0.1))],
     "lego": [
         (
             "LEGO stress",
-            Scene(tolerance=8.0, sigma=2.0, outliers=0.05, tilt=70.0, bend=(5.0, 138.0), turn=92.0),
+            ServoScenario(
+                tolerance=8.0, sigma=2.0, outliers=0.05, tilt=70.0, bend=(5.0, 138.0), turn=92.0
+            ),
         )
     ],
-    "precise": [("2 px", Scene(tolerance=2.0))],
+    "precise": [("2 px", ServoScenario(tolerance=2.0))],
     "latency": [
-        (f"stream, {1000 * t:.0f} ms", Scene(latency=t, jitter=0.02, drops=0.05, mode="stream"))
+        (
+            f"stream, {1000 * t:.0f} ms",
+            ServoScenario(latency=t, jitter=0.02, drops=0.05, mode="stream"),
+        )
         for t in (0.03, 0.12, 0.25, 0.4)
     ],
     "moving": [
-        (f"goal at {v:.0f} px/s", Scene(latency=0.12, speed=v, mode="stream"))
+        (f"goal at {v:.0f} px/s", ServoScenario(latency=0.12, speed=v, mode="stream"))
         for v in (10.0, 25.0, 50.0)
     ],
 }
 """By name: what is asked, and of which scene."""
 
-LINKS = {
+LINK_LENGTHS = {
     "planar": ((10, 16), (8, 14)),
     "spatial": ((11, 14), (10, 13), (8, 11)),
 }
 """Between which lengths links are drawn, by kind of chain, cm."""
 
-LOW, NARROW = 2.0, 5.0
+MIN_TIP_HEIGHT, MIN_AXIS_DISTANCE = 2.0, 5.0
 """In space a tip starts and ends at least so high above the table and so far from the axis of the
 base (where the base moves nothing), cm."""
 
-INSIDE = math.radians(10)
+LIMIT_MARGIN = math.radians(10)
 """And its joints are so far from their limits, as those in the plane are, rad."""
 
-ABOVE, ASIDE = (0.0, 20.0), (75.0, 90.0)
+TILT_FROM_ABOVE, TILT_FROM_ASIDE = (0.0, 20.0), (75.0, 90.0)
 """Tilt of the first camera of an arm in space, and of the second, degrees."""
 
-AWAY, WIDE = (55.0, 65.0), (420.0, 520.0)
+CAMERA_DISTANCE, FOCAL_LENGTH = (55.0, 65.0), (420.0, 520.0)
 """Their distances from the middle of the arm's workspace, cm, and their focal lengths, px."""
 
 RENDERED = ("nominal", "precise", "latency")
@@ -110,7 +115,7 @@ class SetUp:
 
     Attributes:
         arm: as it is.
-        told: as the brick believes it to be: its links are off by up to 5 %.
+        configured: as the brick believes it to be: its links are off by up to 5 %.
         plant: as read_plant has it: the zero is off by up to 1.5 degrees.
         scenes: constants of the synthetic camera, by camera.
         start, goal: joint angles, rad.
@@ -118,15 +123,15 @@ class SetUp:
 
     seed: int
     arm: Arm
-    told: Arm
+    configured: Arm
     plant: str
     scenes: dict[str, dict[str, Any]]
     start: Pose
     goal: Pose
 
 
-class Camera:
-    """Where the marker on the tip is seen, px, without noise."""
+class PinholeCamera:
+    """Ideal camera: the place of the tip's marker in its picture, px, without noise."""
 
     def __init__(self, arm: Arm, constants: dict[str, Any]) -> None:
         self._arm = arm
@@ -151,15 +156,15 @@ class Camera:
         return tuple(zip(*columns, strict=True))
 
 
-class Cameras(dict[str, Camera]):
+class PinholeCameras(dict[str, PinholeCamera]):
     """All of a set-up, by name."""
 
     def __call__(self, q: Sequence[float]) -> Pixels:
-        """Where each sees the tip with the joints at q, rad."""
+        """Place of the tip in each picture, px, with the joints at q, rad."""
         return {name: camera(q) for name, camera in self.items()}
 
     def shows(self, q: Sequence[float]) -> bool:
-        """Whether the tip is in every picture."""
+        """Return True if the tip is in every picture."""
         return all(map(is_in_image, self(q).values()))
 
 
@@ -176,7 +181,7 @@ def apart(one: Pixels, other: Pixels, rows: Rows | None = None) -> float:
 
 def _drawn_arm(name: str, draw: random.Random) -> Arm:
     arm = read_arm(find_arm(name))
-    lengths = [draw.uniform(*bounds) for bounds in LINKS[arm.chain]]
+    lengths = [draw.uniform(*bounds) for bounds in LINK_LENGTHS[arm.chain]]
     joints = [j._replace(link=link) for j, link in zip(arm.joints, lengths, strict=True)]
     if arm.chain == "planar":
         joints = [
@@ -192,7 +197,9 @@ def _drawn_arm(name: str, draw: random.Random) -> Arm:
     return arm._replace(joints=tuple(joints))
 
 
-def _drawn_scenes(arm: Arm, seed: int, scene: Scene, draw: random.Random) -> dict[str, dict]:
+def _drawn_scenes(
+    arm: Arm, seed: int, scene: ServoScenario, draw: random.Random
+) -> dict[str, dict]:
     """Any camera; of an arm in space, one that looks down on it and one from some side."""
 
     def turned() -> str:
@@ -206,13 +213,13 @@ def _drawn_scenes(arm: Arm, seed: int, scene: Scene, draw: random.Random) -> dic
     else:
         texts = {
             name: f"tilt={draw.uniform(*tilts):.3f},{turned()},"
-            f"distance={draw.uniform(*AWAY):.2f},focal={draw.uniform(*WIDE):.1f}"
-            for name, tilts in (("A", ABOVE), ("B", ASIDE))
+            f"distance={draw.uniform(*CAMERA_DISTANCE):.2f},focal={draw.uniform(*FOCAL_LENGTH):.1f}"
+            for name, tilts in (("A", TILT_FROM_ABOVE), ("B", TILT_FROM_ASIDE))
         }
     return {name: read_scene(f"{text},seed={seed}", name) for name, text in texts.items()}
 
 
-def _drawn_poses(arm: Arm, scene: Scene, side: int, draw: random.Random) -> Iterator[Pose]:
+def _drawn_poses(arm: Arm, scene: ServoScenario, side: int, draw: random.Random) -> Iterator[Pose]:
     """Poses of one elbow branch."""
     while True:
         turn = math.radians(draw.uniform(-scene.turn, scene.turn))
@@ -220,15 +227,19 @@ def _drawn_poses(arm: Arm, scene: Scene, side: int, draw: random.Random) -> Iter
             yield turn, side * math.radians(draw.uniform(*scene.bend))
             continue
         shoulder, elbow = arm.joints[1:]
-        pitch = draw.uniform(shoulder.lower + INSIDE, shoulder.upper - INSIDE)
+        pitch = draw.uniform(shoulder.lower + LIMIT_MARGIN, shoulder.upper - LIMIT_MARGIN)
         pose = turn, pitch, -math.radians(draw.uniform(*scene.bend))
         x, y, z = kinematics.forward(arm, pose)
-        if pose[2] > elbow.lower + INSIDE and z > LOW and math.hypot(x, y) > NARROW:
+        if (
+            pose[2] > elbow.lower + LIMIT_MARGIN
+            and z > MIN_TIP_HEIGHT
+            and math.hypot(x, y) > MIN_AXIS_DISTANCE
+        ):
             yield pose
 
 
 @functools.lru_cache(maxsize=8)
-def set_up(arm_name: str, seed: int, scene: Scene) -> tuple[SetUp, Cameras]:
+def set_up(arm_name: str, seed: int, scene: ServoScenario) -> tuple[SetUp, PinholeCameras]:
     """The set-up of a seed, after section 2.1 of the method's facts: the same for all methods."""
     draw = random.Random(f"{seed}/{scene.tilt}/{scene.bend}/{scene.turn}")
     arm = _drawn_arm(arm_name, draw)
@@ -237,9 +248,11 @@ def set_up(arm_name: str, seed: int, scene: Scene) -> tuple[SetUp, Cameras]:
     )
     while True:
         scenes = _drawn_scenes(arm, seed, scene, draw)
-        cameras = Cameras({name: Camera(arm, constants) for name, constants in scenes.items()})
+        cameras = PinholeCameras(
+            {name: PinholeCamera(arm, constants) for name, constants in scenes.items()}
+        )
         poses = _drawn_poses(arm, scene, draw.choice((-1, 1)), draw)
-        for _ in range(MOST_DRAWN):
+        for _ in range(MAX_DRAWN_POSES):
             start, goal = next(poses), next(poses)
             seen = cameras.shows(start) and cameras.shows(goal)
             if seen and apart(cameras(start), cameras(goal)) >= 80:
@@ -247,8 +260,8 @@ def set_up(arm_name: str, seed: int, scene: Scene) -> tuple[SetUp, Cameras]:
                 return SetUp(seed, arm, told, plant, scenes, start, goal), cameras
 
 
-def moving_goal(cameras: Cameras, set_up: SetUp, speed: float) -> Callable[[float], Pixels]:
-    """Where a goal is that runs round at a steady `speed`, px/s: a circle on the table."""
+def moving_goal(cameras: PinholeCameras, set_up: SetUp, speed: float) -> Callable[[float], Pixels]:
+    """Path of a goal that runs round at a steady `speed`, px/s: a circle on the table."""
     draw = random.Random(f"{set_up.seed}/path")
     radius = draw.uniform(2.5, 5)
     side = math.copysign(1, set_up.goal[-1])
@@ -281,7 +294,7 @@ def moving_goal(cameras: Cameras, set_up: SetUp, speed: float) -> Callable[[floa
 
 
 def under_the_tip(arm: Arm, constants: dict[str, Any], q: Pose) -> tuple[float, float]:
-    """Where a marker must lie on the paper, cm, for the tip's marker to cover it at q.
+    """Place on the paper, cm, of a marker that the tip's marker covers at q.
 
     It lies where the camera's ray through the tip's marker meets the paper.
     """
@@ -292,14 +305,14 @@ def under_the_tip(arm: Arm, constants: dict[str, Any], q: Pose) -> tuple[float, 
     return float(eye[0] + share * (x - eye[0])), float(eye[1] + share * (y - eye[1]))
 
 
-PAPER = (-0.3, 1.0), (-0.7, 1.1)
-"""Where a goal marker is laid, x and y in reaches of the arm: on the paper."""
+PAPER_AREA = (-0.3, 1.0), (-0.7, 1.1)
+"""Area of goal markers, x and y in reaches of the arm: on the paper."""
 
 
 @functools.lru_cache(maxsize=4)
 def rendered_set_up(
-    arm_name: str, seed: int, scene: Scene
-) -> tuple[SetUp, Cameras, dict[str, pictured.Scene]]:
+    arm_name: str, seed: int, scene: ServoScenario
+) -> tuple[SetUp, PinholeCameras, dict[str, pictured.Scene]]:
     """A set-up whose goal is a marker, on the paper or in space; both are seen at the start.
 
     In space, where the arm may stand before it, the tip is seen at the goal, too.  The first of the
@@ -311,7 +324,7 @@ def rendered_set_up(
         if kinematics.coordinates(arm) == 2:
             x, y = under_the_tip(arm, setting.scenes["A"], setting.goal)
             reach = kinematics.reach(arm)[1]
-            if not all(a < z / reach < b for z, (a, b) in zip((x, y), PAPER, strict=True)):
+            if not all(a < z / reach < b for z, (a, b) in zip((x, y), PAPER_AREA, strict=True)):
                 continue
             goal = {"goal_x": x, "goal_y": y}
         else:
@@ -330,7 +343,7 @@ def rendered_set_up(
 
 
 def _found(setting: SetUp, shown: dict[str, pictured.Scene]) -> bool:
-    """Whether the tracker is sure of both markers in every camera's first frame."""
+    """Return True if the tracker is sure of both markers in every camera's first frame."""
     brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
     see = rendered(shown, brick)
     seen = [marker for name in shown for marker in (see(name, 0, 0.0) or {}).values()]

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from laptop.bench.servo import Result
+from laptop.bench.servo import ServoResult
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:
@@ -35,8 +35,8 @@ LEGEND = (
 )
 
 
-def _grouped(results: Sequence[Result]) -> dict[tuple[str, str, str], list[Result]]:
-    groups: dict[tuple[str, str, str], list[Result]] = {}
+def _grouped(results: Sequence[ServoResult]) -> dict[tuple[str, str, str], list[ServoResult]]:
+    groups: dict[tuple[str, str, str], list[ServoResult]] = {}
     for r in results:
         groups.setdefault((r.arm, r.scene, r.method), []).append(r)
     # A condition's methods stand together.
@@ -49,7 +49,7 @@ def _at(values: Sequence[float | None], q: int) -> float:
     return float(np.percentile([x for x in values if x is not None], q, method="higher"))
 
 
-def table(results: Sequence[Result]) -> list[Row]:
+def table(results: Sequence[ServoResult]) -> list[Row]:
     """One row per arm, condition and method; figures of failures are those of the budget."""
     groups = _grouped(results)
     moving = any(r.rms is not None for r in results)
@@ -60,15 +60,15 @@ def table(results: Sequence[Result]) -> list[Row]:
         low, high = wilson(good, len(group))
         share = f"{100 * good / len(group):.1f}", f"{100 * low:.1f}..{100 * high:.1f}"
 
-        def both(field: str, digits: int, group: list[Result] = group) -> str:
+        def both(field: str, digits: int, group: list[ServoResult] = group) -> str:
             values = [getattr(r, field) for r in group]
             return "/".join(f"{_at(values, q):.{digits}f}" for q in (50, 95))
 
         def ratio(
             field: str,
             *quantiles: int,
-            group: list[Result] = group,
-            bound: list[Result] | None = bound,
+            group: list[ServoResult] = group,
+            bound: list[ServoResult] | None = bound,
         ) -> str:
             if not bound:
                 return "-"
@@ -95,7 +95,7 @@ def table(results: Sequence[Result]) -> list[Row]:
     return rows
 
 
-def failures(results: Sequence[Result]) -> list[str]:
+def failures(results: Sequence[ServoResult]) -> list[str]:
     """One line per row that has failures: the verdicts, numbers aside, and how often each."""
     lines = []
     for key, group in _grouped(results).items():

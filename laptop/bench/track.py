@@ -13,7 +13,7 @@ from concurrent.futures import Executor
 from laptop.bench import workers
 from laptop.bench.track_light import LIGHTS, SCENES, LightCase
 from laptop.bench.track_precision import LOOKS, PrecisionCase
-from laptop.bench.track_score import Result
+from laptop.bench.track_score import TrackResult
 
 Case = PrecisionCase | LightCase
 
@@ -27,11 +27,11 @@ def cases(seeds: range) -> list[Case]:
     return [*filmed, *(PrecisionCase(look, seed) for look in LOOKS for seed in seeds)]
 
 
-def _run(case: Case) -> list[Result]:
+def _run(case: Case) -> list[TrackResult]:
     return case.run()
 
 
-def run(todo: Sequence[Case], executor: Executor | None = None) -> Iterator[list[Result]]:
+def run(todo: Sequence[Case], executor: Executor | None = None) -> Iterator[list[TrackResult]]:
     """Yield the results of all cases in their order.
 
     Args:

@@ -40,8 +40,8 @@ from shared.messages import Observation
 from shared.pairing import new_code
 
 TURNS = 40
-LAP = 8
-FULL = ("HSV, gate, moments", "HSV, gate, contours")
+LAP_FRAMES = 8
+FULL_FRAME_RECIPES = ("HSV, gate, moments", "HSV, gate, contours")
 ABSENT = "ours, searching the whole frame"
 
 
@@ -60,16 +60,16 @@ def lap(text: str) -> list[np.ndarray]:
     arm = read_arm(find_arm("planar"))
 
     def angles(t: float) -> tuple[float, float]:
-        phase = 2 * math.pi * FPS * t / LAP
+        phase = 2 * math.pi * FPS * t / LAP_FRAMES
         return 0.3 + 0.015 * math.cos(phase), -0.8 + 0.03 * math.sin(phase)
 
     scene = Scene(arm, read_scene(f"{text},fps_wander=0,seed=5"))
     camera = SyntheticCamera(scene, ScriptedPoses(arm, angles), start=0.0)
-    return [camera.capture(k).image for k in range(LAP)]
+    return [camera.capture(k).image for k in range(LAP_FRAMES)]
 
 
 def contenders() -> dict[str, tuple[list[np.ndarray], Callable[[np.ndarray, float], Any]]]:
-    """What is timed: its pictures, and what is done with each of them."""
+    """Return the work that is timed: its pictures, and a function of one of them."""
     discs, balls, arucos = (lap(f"marker={kind}") for kind in ("disc", "ball", "aruco"))
     nothing = lap("effector=blue,goal=none")
 
@@ -102,8 +102,8 @@ def contenders() -> dict[str, tuple[list[np.ndarray], Callable[[np.ndarray, floa
         "ours, one ball": (balls, tracking(ball)),
         "ours, one ArUco marker": (arucos, tracking(aruco)),
         ABSENT: (nothing, tracking(red)),
-        FULL[0]: (discs, lambda image, t: hsv_moments(image, color)),
-        FULL[1]: (discs, lambda image, t: hsv_contours(image, color)),
+        FULL_FRAME_RECIPES[0]: (discs, lambda image, t: hsv_moments(image, color)),
+        FULL_FRAME_RECIPES[1]: (discs, lambda image, t: hsv_contours(image, color)),
         ENCLOSING: (discs, lambda image, t: blur_and_enclose(image, color)),
         HOUGH: (discs, lambda image, t: hough(image, radius)),
     }
@@ -128,7 +128,7 @@ def costs(turns: Iterable[int], clock: Callable[[], int] = time.perf_counter_ns)
         for turn in turns:
             for name, (images, work) in timed.items():
                 for k, image in enumerate([*images, *images]):
-                    t = (2 * turn * LAP + k) / FPS
+                    t = (2 * turn * LAP_FRAMES + k) / FPS
                     begin = clock()
                     found = work(image, t)
                     end = clock()
@@ -187,6 +187,6 @@ def serving(fps: float = 60.0, seconds: float = 5.0) -> float:
         return spent(server.publish) - bare
 
 
-def full(timed: Iterable[Cost]) -> float:
+def full_frame_cost(timed: Iterable[Cost]) -> float:
     """Microseconds of the usual full-frame recipe: the quicker one of the two ways to end it."""
-    return min(cost.median for cost in timed if cost.method in FULL)
+    return min(cost.median for cost in timed if cost.method in FULL_FRAME_RECIPES)

@@ -17,7 +17,7 @@ from laptop.bench.track_methods import (
     ours,
     sighting_of_moments,
 )
-from laptop.bench.track_score import Point, Result, Score, judge, unlearned
+from laptop.bench.track_score import Point, Score, TrackResult, judge, unlearned
 from laptop.simulator.scene.optics import circle
 from laptop.simulator.scene.scene import Scene, read_scene
 from laptop.simulator.scene.synthetic_camera import (
@@ -65,7 +65,7 @@ SCENES = {
 }
 """Condition -> what is not as usual in the scene."""
 
-CLIP = 150
+CLIP_FRAMES = 150
 METHODS_IN_LIGHT = (OURS, LARGEST)
 
 OUTLINE = "outline"
@@ -95,8 +95,8 @@ def filmed(text: str, seed: int) -> tuple[SyntheticCamera, Callable[[float], tup
     return SyntheticCamera(scene, ScriptedPoses(arm, angles), start=0.0), angles
 
 
-class Sensor:
-    """What a camera hands over of a clean picture: other light, noise of 2 DN, JPEG 90."""
+class ClipSensor:
+    """Sensor of a clip, which makes of a clean picture: other light, noise of 2 DN, JPEG 90."""
 
     def __init__(self, seed: int, size: tuple[int, int]) -> None:
         self._luck = np.random.default_rng([seed, 10])
@@ -121,9 +121,9 @@ class LightCase:
     text: str
     lights: tuple[tuple[str, str], ...]
     seed: int
-    frames: int = CLIP
+    frames: int = CLIP_FRAMES
 
-    def run(self) -> list[Result]:
+    def run(self) -> list[TrackResult]:
         """Ours and the fixed gate over the whole picture, both markers."""
         camera, angles = filmed(f"{self.text},noise=0,jpeg=0", self.seed)
         clip = [camera.capture(k) for k in range(self.frames)]
@@ -131,7 +131,7 @@ class LightCase:
         shown = [camera.scene.visible(angles(frame.t), frame.t) for frame in clip]
         results = []
         for condition, light in self.lights:
-            sensor = Sensor(self.seed, camera.scene.camera.size)
+            sensor = ClipSensor(self.seed, camera.scene.camera.size)
             images = [
                 sensor.read_out(frame.image, LIGHTS[light](k / self.frames, frame.t))
                 for k, frame in enumerate(clip)
@@ -156,7 +156,7 @@ class LightCase:
                             score = judge(sighting, truth, part, radius)
                             scores[method] = scores.get(method, Score()) + score
                 results += [
-                    Result("light", condition, name, method, score)
+                    TrackResult("light", condition, name, method, score)
                     for method, score in scores.items()
                 ]
         return results

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from laptop.bench.track_methods import LIMIT, OURS, methods
-from laptop.bench.track_score import Point, Result, Score, judge, unlearned
+from laptop.bench.track_score import Point, Score, TrackResult, judge, unlearned
 from laptop.simulator.scene.optics import light_of, marker_light, to_linear, to_srgb
 from laptop.simulator.scene.synthetic_camera import (
     blurred,
@@ -61,12 +61,12 @@ LOOKS = (
 SIZE = (320, 240)
 FRAMES = 60
 
-LENS = 0.7
+LENS_BLUR = 0.7
 """Sigma of the point spread, px, where `marker_frame` has it."""
 
 
 def places(seed: int, count: int) -> list[Point]:
-    """Where the marker is in `count` frames, px: on a long ellipse, anywhere within a pixel."""
+    """Places of the marker in `count` frames, px: on a long ellipse, anywhere within a pixel."""
     luck = np.random.default_rng([seed, 7])
     phase = luck.uniform(0, 2 * math.pi) + np.arange(count) * (2 * math.pi / 60)
     stray = luck.uniform(-0.5, 0.5, (count, 2))
@@ -99,7 +99,7 @@ def values(look: Look, u: float, v: float, background: str | np.ndarray) -> np.n
         behind = to_linear(background)
     red = light_of("red")
     light = marker_light(look.kind, u, v, look.radius, red, behind, look.motion)
-    return to_srgb(blurred(light, LENS))
+    return to_srgb(blurred(light, LENS_BLUR))
 
 
 def bound(render: Callable[[float, float], np.ndarray], u: float, v: float, noise: float) -> Point:
@@ -130,7 +130,7 @@ class PrecisionCase:
     seed: int
     frames: int = FRAMES
 
-    def run(self) -> list[Result]:
+    def run(self) -> list[TrackResult]:
         """All methods and the limit; the frame of learning does not count."""
         look, behind = self.look, ground(self.look, self.seed)
         clip = [
@@ -143,7 +143,7 @@ class PrecisionCase:
                     background=behind,
                     size=SIZE,
                     motion=look.motion,
-                    blur=LENS,
+                    blur=LENS_BLUR,
                     noise=look.noise,
                     jpeg=look.jpeg,
                     seed=[self.seed, k],
@@ -168,9 +168,9 @@ class PrecisionCase:
                 found = find(image, k / FPS)
                 if k:
                     score += judge(found, truth, 1.0, look.radius)
-            results.append(Result("precision", look.name, name, method, score))
+            results.append(TrackResult("precision", look.name, name, method, score))
         limit = Score()
         for _, (u, v) in clip[1::15]:
             best = bound(lambda a, b: values(look, a, b, behind), u, v, look.noise)
             limit += Score(1, 1, 0, 0, 1, sum(best))
-        return [*results, Result("precision", look.name, name, LIMIT, limit)]
+        return [*results, TrackResult("precision", look.name, name, LIMIT, limit)]

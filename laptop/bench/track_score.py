@@ -10,7 +10,7 @@ from laptop.vision.tracker import Sighting
 
 Point = tuple[float, float]
 
-SURE = 0.5
+CLAIM_CONFIDENCE = 0.5
 """Confidence from which on a sighting is a claim."""
 
 
@@ -53,12 +53,12 @@ class Score:
 
     @property
     def lost_percent(self) -> float:
-        """Of the clear frames."""
+        """Share of the clear frames, percent."""
         return 100 * self.lost / self.clear if self.clear else math.nan
 
     @property
     def false_percent(self) -> float:
-        """Of all frames."""
+        """Share of all frames, percent."""
         return 100 * self.false / self.frames if self.frames else math.nan
 
 
@@ -72,7 +72,7 @@ def judge(found: Sighting | None, truth: Point, shown: float, radius: float) -> 
         radius: of the marker, px.
     """
     clear = shown >= 0.9
-    if found is None or found.confidence < SURE:
+    if found is None or found.confidence < CLAIM_CONFIDENCE:
         return Score(1, int(clear), int(clear))
     du, dv = found.u - truth[0], found.v - truth[1]
     false = shown < 0.005 or math.hypot(du, dv) > 2 * radius
@@ -82,7 +82,7 @@ def judge(found: Sighting | None, truth: Point, shown: float, radius: float) -> 
 
 
 @dataclass(frozen=True)
-class Result:
+class TrackResult:
     """One method under one condition; `error` says why the marker could not be learned."""
 
     part: str
@@ -95,7 +95,7 @@ class Result:
 
 def unlearned(
     part: str, condition: str, marker: str, method: str, frames: int, problem: BadMarker
-) -> Result:
-    """What cannot be learned is lost from the first frame to the last."""
+) -> TrackResult:
+    """Result of a marker that cannot be learned: lost from the first frame to the last."""
     score = Score(frames, frames, frames)
-    return Result(part, condition, marker, method, score, str(problem))
+    return TrackResult(part, condition, marker, method, score, str(problem))

@@ -7,15 +7,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
-from laptop.bench.track_cost import Cost, full
+from laptop.bench.track_cost import Cost, full_frame_cost
 from laptop.bench.track_light import METHODS_IN_LIGHT, OUTLINE
 from laptop.bench.track_methods import ENCLOSING, HOUGH, LIMIT, MOMENTS, OURS
-from laptop.bench.track_score import Result, Score
+from laptop.bench.track_score import Score, TrackResult
 
 
-def gathered(results: Iterable[Result]) -> list[Result]:
+def gathered(results: Iterable[TrackResult]) -> list[TrackResult]:
     """One result per condition, marker and method: the seeds' scores added, the last error kept."""
-    sums: dict[tuple[str, str, str, str], Result] = {}
+    sums: dict[tuple[str, str, str, str], TrackResult] = {}
     for r in results:
         key = r.part, r.condition, r.marker, r.method
         if key in sums:
@@ -31,7 +31,7 @@ PRECISION_HEADINGS: Row = (
 )  # fmt: skip
 
 
-def _found(results: Iterable[Result], part: str) -> dict[tuple[str, str], dict[str, Score]]:
+def _found(results: Iterable[TrackResult], part: str) -> dict[tuple[str, str], dict[str, Score]]:
     """Scores by condition and marker, then by method."""
     found: dict[tuple[str, str], dict[str, Score]] = {}
     for r in results:
@@ -49,7 +49,7 @@ def _px(score: Score | None) -> str:
     return f"{score.rms:.3f}{share}" if score.measured else "never found"
 
 
-def precision_table(results: Sequence[Result]) -> list[Row]:
+def precision_table(results: Sequence[TrackResult]) -> list[Row]:
     """One row per look."""
     rows = []
     for (look, _), scores in _found(results, "precision").items():
@@ -76,7 +76,7 @@ LIGHT_HEADINGS: Row = (
 )  # fmt: skip
 
 
-def light_table(results: Sequence[Result]) -> list[Row]:
+def light_table(results: Sequence[TrackResult]) -> list[Row]:
     """One row per condition and marker."""
     rows = []
     for (condition, marker), scores in _found(results, "light").items():
@@ -94,7 +94,7 @@ COST_HEADINGS: Row = ("640x480, one thread", "us", "p95", "of the full-frame rec
 
 def cost_table(timed: Sequence[Cost]) -> list[Row]:
     """One row per contender."""
-    usual = full(timed)
+    usual = full_frame_cost(timed)
     return [
         (
             cost.method,
@@ -107,12 +107,12 @@ def cost_table(timed: Sequence[Cost]) -> list[Row]:
     ]
 
 
-def errors(results: Iterable[Result]) -> list[str]:
-    """What could not be tried, and why."""
+def errors(results: Iterable[TrackResult]) -> list[str]:
+    """Lines on what could not be tried, and why."""
     return [f"{r.condition}: {r.error}" for r in results if r.error and r.method == OURS]
 
 
-def figures(results: Iterable[Result], timed: Iterable[Cost]) -> dict[str, Any]:
+def figures(results: Iterable[TrackResult], timed: Iterable[Cost]) -> dict[str, Any]:
     """Everything, for `--json`; what was not measured is null."""
 
     def number(x: float) -> float | None:

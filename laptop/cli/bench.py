@@ -15,7 +15,13 @@ from laptop.simulator.device.plant import CPU
 from shared.arm_description import ArmError
 
 
-@click.group()
+def _examples(*lines: str) -> str:
+    """Epilog of a command's help: examples, each on a line of its own."""
+    commands = (f"  python -m laptop bench {line}" for line in lines)
+    return "\n".join(("\b", "Examples:", *commands))
+
+
+@click.group(epilog=_examples("draw --seeds 1000:1002", "servo --method chain --json"))
 def bench() -> None:
     """Measure against the reference method and the physical limit, on the emulated brick."""
 
@@ -47,7 +53,8 @@ _cluster = click.option(
     "--cluster",
     metavar="ADDRESS",
     help="Share the work out on a Dask cluster, tcp://HOST:8786, say, and not on the cores of this "
-    "machine.  Its workers run in this checkout: python -m dask worker ADDRESS --nthreads 1.",
+    "machine.  Start it in this checkout: python -m dask scheduler, and on each machine python -m "
+    "dask worker ADDRESS --nthreads 1, with --nworkers as it has cores.",
 )
 
 
@@ -66,7 +73,10 @@ def _executor(cluster: str | None) -> Iterator[Executor | None]:
         raise click.ClickException(str(error)) from None
 
 
-@bench.command("draw")
+@bench.command(
+    "draw",
+    epilog=_examples("draw --seeds 1000:1002", "draw --arm spatial --cpu 2"),
+)
 @click.option(
     "--seeds",
     type=_Seeds(),
@@ -113,7 +123,10 @@ def bench_draw(seeds: range, arm: str, cpu: float, cluster: str | None, as_json:
             click.echo(f"{count} x {reason}")
 
 
-@bench.command("track")
+@bench.command(
+    "track",
+    epilog=_examples("track", "track --seeds 4000:4010 --json"),
+)
 @click.option(
     "--seeds",
     type=_Seeds(),
@@ -151,7 +164,13 @@ def bench_track(seeds: range, cluster: str | None, as_json: bool) -> None:
         click.echo(line)
 
 
-@bench.command("servo")
+@bench.command(
+    "servo",
+    epilog=_examples(
+        "servo --seeds 1000:1010 --method chain",
+        "servo --scene latency --arm geared --cluster tcp://127.0.0.1:8786",
+    ),
+)
 @click.option(
     "--seeds",
     type=_Seeds(),
@@ -230,7 +249,10 @@ def bench_servo(
         click.echo(line)
 
 
-@bench.command("page")
+@bench.command(
+    "page",
+    epilog=_examples("page", "page --seeds 1000:1001 --json"),
+)
 @click.option(
     "--seeds", type=_Seeds(), default="1000:1004", show_default=True, help="Cameras and goals."
 )
@@ -256,7 +278,10 @@ def bench_page(seeds: range, as_json: bool) -> None:
         click.echo(line)
 
 
-@bench.command("limits")
+@bench.command(
+    "limits",
+    epilog=_examples("limits", "limits --cpu 2"),
+)
 @_cpu
 @_cluster
 def bench_limits(cpu: float, cluster: str | None) -> None:
@@ -271,7 +296,7 @@ def bench_limits(cpu: float, cluster: str | None) -> None:
     show.table(title, draw.LIMIT_HEADINGS, draw.limit_table(results), sections=0)
 
 
-@bench.command("brick")
+@bench.command("brick", epilog=_examples("brick", "brick > brick.txt"))
 def bench_brick() -> None:
     """What the brick's computing costs: counted on its Python, and as the emulator charges it."""
     from laptop.bench import brick, show

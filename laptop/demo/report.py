@@ -18,11 +18,11 @@ from laptop.demo.figures import (
 )
 from laptop.demo.results import (
     HEADINGS,
-    STORY,
+    RESULTS_FILE,
     TRUE_SHARE,
-    Approach,
     BadRun,
-    Run,
+    DemoResult,
+    GoalRun,
     headline,
     table_rows,
 )
@@ -82,7 +82,7 @@ CAPTIONS = (
 )
 
 
-def write(run: Run) -> Path:
+def write(run: DemoResult) -> Path:
     """Write PAGE into the run's folder; where it is.
 
     Raises:
@@ -104,9 +104,9 @@ def write(run: Run) -> Path:
         _REST.substitute(
             figures="\n".join(sections),
             moves="\n".join(
-                _moves(a) for a in [*run.approaches, *([run.rival] if run.rival else [])]
+                _moves(a) for a in [*run.goal_runs, *([run.baseline] if run.baseline else [])]
             ),
-            command=escape(str(run.story["command"])),
+            command=escape(str(run.results["command"])),
             files="\n".join(
                 f"<li><code>{escape(name)}</code>: {escape(what)}</li>" for name, what in _FILES
             ),
@@ -120,20 +120,20 @@ def write(run: Run) -> Path:
     return file
 
 
-def _facts(run: Run) -> str:
-    facts = [f"arm {run.story['arm']}", f"scene {run.story['scene']}"]
-    if run.story.get("seconds"):
-        facts.append(f"{run.story['seconds']:.0f} s from start to end")
-    if run.story.get("cpu") is not None:
-        facts.append(f"the brick computes with cpu={run.story['cpu']:g}")
-    if run.story.get("pace"):
-        facts.append(f"emulated clock at {run.story['pace']:.2f} x real time")
+def _facts(run: DemoResult) -> str:
+    facts = [f"arm {run.results['arm']}", f"scene {run.results['scene']}"]
+    if run.results.get("seconds"):
+        facts.append(f"{run.results['seconds']:.0f} s from start to end")
+    if run.results.get("cpu") is not None:
+        facts.append(f"the brick computes with cpu={run.results['cpu']:g}")
+    if run.results.get("pace"):
+        facts.append(f"emulated clock at {run.results['pace']:.2f} x real time")
     return ", ".join(facts)
 
 
-def _note(run: Run) -> str:
-    tolerance = run.approaches[0].tolerance if run.approaches else 5.0
-    within = [a.within_mm for a in run.approaches if a.within_mm]
+def _note(run: DemoResult) -> str:
+    tolerance = run.goal_runs[0].tolerance if run.goal_runs else 5.0
+    within = [a.within_mm for a in run.goal_runs if a.within_mm]
     words = (
         "What the brick claims decides nothing here: the emulator knows where the tip truly is, "
         f"and a goal counts as reached where that is at most {TRUE_SHARE:g} times the tolerance of "
@@ -146,29 +146,31 @@ def _note(run: Run) -> str:
         )
     else:
         words += ". Millimetres are measured in the plane in which the marker on the tip moves."
-    if run.rival:
+    if run.baseline:
         words += (
             " The last row is the report's own method for comparison, on the same emulated arm "
             "in virtual time; it does not count for the outcome."
         )
-    elif run.story.get("trouble"):
-        words += f" For comparison there is no run of the report's method: {run.story['trouble']}."
+    elif run.results.get("trouble"):
+        words += (
+            f" For comparison there is no run of the report's method: {run.results['trouble']}."
+        )
     return words
 
 
-def _table(run: Run) -> str:
+def _table(run: DemoResult) -> str:
     rows = []
     for number, row in enumerate(table_rows(run)):
-        kind = ' class="rival"' if number >= len(run.approaches) else ""
+        kind = ' class="rival"' if number >= len(run.goal_runs) else ""
         mark = f'<td class="{row[-1]}">{row[-1]}</td>'
         rows.append(f"<tr{kind}>{cells(row[:-1])}{mark}</tr>")
     return html_table(HEADINGS, rows)
 
 
-def _moves(approach: Approach) -> str:
+def _moves(goal_run: GoalRun) -> str:
     """Every step of one run, to be unfolded."""
     rows = []
-    for step in approach.log.steps:
+    for step in goal_run.log.steps:
         q, wanted = step.get("q") or [], step.get("q_wanted")
         turn = [math.degrees(b - a) for a, b in zip(q, wanted, strict=True)] if wanted else []
         texts = [
@@ -182,20 +184,20 @@ def _moves(approach: Approach) -> str:
         ]
         rows.append(f"<tr>{cells(texts)}</tr>")
     notes = "".join(
-        f"<li>{note['t']:.1f} s: {escape(str(note['text']))}</li>" for note in approach.log.notes
+        f"<li>{note['t']:.1f} s: {escape(str(note['text']))}</li>" for note in goal_run.log.notes
     )
     names = ("s", "action", "model", "off, px", "joints, deg", "turned by, deg", "frames")
-    reason = escape(str(approach.verdict.get("reason", "")))
+    reason = escape(str(goal_run.verdict.get("reason", "")))
     return (
-        f"<details><summary>{escape(approach.name)}, {escape(approach.method)}: "
-        f"{escape(approach.words)}</summary><p>{reason}</p>"
+        f"<details><summary>{escape(goal_run.name)}, {escape(goal_run.method)}: "
+        f"{escape(goal_run.words)}</summary><p>{reason}</p>"
         f"{f'<ul>{notes}</ul>' if notes else ''}"
         f'<div class="wide">{html_table(names, rows)}</div></details>'
     )
 
 
 _FILES = (
-    (STORY, "everything that the figures and pictures here were made of, with the logs"),
+    (RESULTS_FILE, "everything that the figures and pictures here were made of, with the logs"),
     ("goal-1.jsonl, ..., report-method.jsonl", "what the servo saw, decided and did"),
     ("goal-1/trace.csv, ...", "the true motion of the arm"),
     ("drawing/", "the lines: their true ink, their picture, their figures"),

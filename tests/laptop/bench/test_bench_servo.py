@@ -9,8 +9,8 @@ import pytest
 from click.testing import CliRunner
 
 from laptop.bench import servo, servo_setups, servo_table
-from laptop.bench.servo import Case, Result
-from laptop.bench.servo_setups import SCENES, Scene
+from laptop.bench.servo import ServoCase, ServoResult
+from laptop.bench.servo_setups import SCENARIOS, ServoScenario
 from laptop.bench.servo_table import wilson
 from laptop.cli.main import laptop
 from laptop.simulator.device.brick import EmulatedBrick
@@ -23,8 +23,8 @@ from robot.servoing.telling import Verdict
 from shared.orders import ROWS
 
 SEED = 77
-NOMINAL = SCENES["nominal"][0][1]
-RUN = Result("nominal", "planar", "chain", 1, True, True, "converged", 5, 6, 36, 6.0, 2.0)
+NOMINAL = SCENARIOS["nominal"][0][1]
+RUN = ServoResult("nominal", "planar", "chain", 1, True, True, "converged", 5, 6, 36, 6.0, 2.0)
 FAILED = replace(
     RUN, success=False, claimed=False, verdict="budget spent", moves=60, seconds=180.0, error=140.0
 )
@@ -36,7 +36,7 @@ FAILED = replace(
 def test_a_seed_is_one_set_up():
     first, _ = servo_setups.set_up.__wrapped__("planar", SEED, NOMINAL)
     again, _ = servo_setups.set_up.__wrapped__("planar", SEED, NOMINAL)
-    late, _ = servo_setups.set_up.__wrapped__("planar", SEED, SCENES["latency"][3][1])
+    late, _ = servo_setups.set_up.__wrapped__("planar", SEED, SCENARIOS["latency"][3][1])
     other, _ = servo_setups.set_up.__wrapped__("planar", SEED + 1, NOMINAL)
     assert first == again == late != other
 
@@ -51,7 +51,7 @@ def test_both_arms_have_the_same_task():
 @pytest.mark.short("nominal")
 @pytest.mark.parametrize("name", ["nominal", "lego"])
 def test_set_ups_keep_within_their_bounds(name):
-    scene = SCENES[name][0][1]
+    scene = SCENARIOS[name][0][1]
     for seed in range(SEED, SEED + 8):
         setting, cameras = servo_setups.set_up("planar", seed, scene)
         one, two = setting.arm.joints
@@ -66,7 +66,7 @@ def test_set_ups_keep_within_their_bounds(name):
         assert math.dist(*places) >= 80
         assert all(0 <= u < 640 and 0 <= v < 480 for u, v in places)
         assert 0 <= setting.scenes["A"]["tilt"] <= scene.tilt
-        for told, joint in zip(setting.told.joints, setting.arm.joints, strict=True):
+        for told, joint in zip(setting.configured.joints, setting.arm.joints, strict=True):
             assert 0 < abs(told.link / joint.link - 1) <= 0.05
             assert told._replace(link=joint.link) == joint
         assert 0 < abs(read_plant(setting.plant)["zero_error"]) <= 1.5
@@ -77,7 +77,10 @@ def test_set_ups_in_space_keep_within_their_bounds():
     for seed in range(SEED, SEED + 8):
         setting, cameras = servo_setups.set_up("spatial", seed, NOMINAL)
         assert list(cameras) == ["A", "B"]
-        for name, tilts in (("A", servo_setups.ABOVE), ("B", servo_setups.ASIDE)):
+        for name, tilts in (
+            ("A", servo_setups.TILT_FROM_ABOVE),
+            ("B", servo_setups.TILT_FROM_ASIDE),
+        ):
             constants = setting.scenes[name]
             assert tilts[0] <= constants["tilt"] <= tilts[1]
             assert 55 <= constants["distance"] <= 65
@@ -85,8 +88,8 @@ def test_set_ups_in_space_keep_within_their_bounds():
             for joint, angle in zip(setting.arm.joints, q, strict=True):
                 assert joint.lower < angle < joint.upper
             x, y, z = kinematics.forward(setting.arm, q)
-            assert z > servo_setups.LOW
-            assert math.hypot(x, y) > servo_setups.NARROW
+            assert z > servo_setups.MIN_TIP_HEIGHT
+            assert math.hypot(x, y) > servo_setups.MIN_AXIS_DISTANCE
             assert all(0 <= u < 640 and 0 <= v < 480 for u, v in cameras(q).values())
         assert servo_setups.apart(cameras(setting.start), cameras(setting.goal)) >= 80
 
@@ -139,7 +142,7 @@ def test_the_oracle_knows_the_jacobian_of_the_true_pose():
 
 @pytest.mark.parametrize("speed", [10.0, 50.0])
 def test_a_moving_goal_runs_at_its_speed_where_the_tip_can_be(speed):
-    setting, cameras = servo_setups.set_up("planar", SEED, Scene(speed=speed))
+    setting, cameras = servo_setups.set_up("planar", SEED, ServoScenario(speed=speed))
     at = servo_setups.moving_goal(cameras, setting, speed)
     path = np.array([at(k / 30)["A"] for k in range(900)])
     speeds = 30 * np.linalg.norm(np.diff(path, axis=0), axis=1)
@@ -160,13 +163,13 @@ def seen_frames(scene, count=2000):
 
 
 def test_points_are_as_noisy_as_the_scene_says():
-    for errors in seen_frames(Scene(sigma=2.0)).values():
+    for errors in seen_frames(ServoScenario(sigma=2.0)).values():
         assert errors.std(axis=0) == pytest.approx([2, 2], rel=0.06)
         assert errors.mean(axis=0) == pytest.approx([0, 0], abs=0.15)
 
 
 def test_outliers_have_their_share_and_are_anywhere():
-    for errors in seen_frames(Scene(outliers=0.1)).values():
+    for errors in seen_frames(ServoScenario(outliers=0.1)).values():
         astray = errors[np.abs(errors).max(axis=1) > 6]
         assert len(astray) / len(errors) == pytest.approx(0.1, abs=0.02)
         assert np.ptp(astray, axis=0) == pytest.approx([640, 480], rel=0.1)
@@ -176,7 +179,7 @@ def test_outliers_have_their_share_and_are_anywhere():
 
 
 def test_the_default_reaches_a_goal_truly():
-    (result,) = servo.run_case(Case("nominal", NOMINAL, "planar", 1, ("chain",)))
+    (result,) = servo.run_case(ServoCase("nominal", NOMINAL, "planar", 1, ("chain",)))
     assert (result.success, result.claimed, result.verdict) == (True, True, "converged")
     assert result.error <= 8
     assert result.moves <= 12
@@ -199,7 +202,7 @@ def run_with(monkeypatch, verdict, scene=NOMINAL):
 
     monkeypatch.setattr(loop, "VisualServoing", Loop)
     # What computes in no time has this process's own modules.
-    return servo.run_one(Case("nominal", scene, "planar", SEED, ("chain",), cpu=0.0), "chain")
+    return servo.run_one(ServoCase("nominal", scene, "planar", SEED, ("chain",), cpu=0.0), "chain")
 
 
 def test_a_claim_that_is_not_true_is_no_success(monkeypatch):
@@ -232,7 +235,7 @@ def test_a_crash_is_a_result(monkeypatch):
 @pytest.mark.long
 def test_who_gives_up_on_a_moving_goal_is_left_behind(monkeypatch):
     """The arm stands; how far that is from the goal, between 6 and 20 s, is known."""
-    scene = Scene(speed=25.0)
+    scene = ServoScenario(speed=25.0)
     result = run_with(monkeypatch, verdict_of("singular"), scene)
     setting, cameras = servo_setups.set_up("planar", SEED, scene)
     at, stands = servo_setups.moving_goal(cameras, setting, 25.0), cameras(setting.start)
@@ -322,7 +325,7 @@ def test_a_moving_goal_has_a_table_of_its_own():
 
 
 def test_every_seed_runs_under_every_condition_on_both_arms():
-    for name, conditions in SCENES.items():
+    for name, conditions in SCENARIOS.items():
         todo = servo.cases(range(5, 8), name)
         assert len(todo) == 3 * 2 * len(conditions)
         assert {(c.arm, c.seed, c.scene) for c in todo} == {
@@ -332,7 +335,7 @@ def test_every_seed_runs_under_every_condition_on_both_arms():
             for _, scene in conditions
         }
     (case,) = servo.cases(range(5, 6), "nominal", ("geared",), ("kalman",), rendered=True)
-    assert case == Case("nominal, rendered", NOMINAL, "geared", 5, ("kalman",), True)
+    assert case == ServoCase("nominal, rendered", NOMINAL, "geared", 5, ("kalman",), True)
 
 
 @pytest.fixture
@@ -380,7 +383,7 @@ def test_bench_servo_takes_what_is_asked(bench):
 
 def test_the_commands_words_are_those_of_the_bench():
     words = {p.name: p for p in laptop.commands["bench"].commands["servo"].params}
-    assert tuple(words["scene"].type.choices) == tuple(SCENES)
+    assert tuple(words["scene"].type.choices) == tuple(SCENARIOS)
     assert tuple(words["arms"].type.choices) == (*servo_setups.ARMS, "spatial")
     assert tuple(words["rows"].type.choices) == ROWS
     assert tuple(words["methods"].type.choices) == servo.METHODS
@@ -407,14 +410,14 @@ def test_what_cannot_be_run_is_refused_in_a_line(bench, arguments, word):
 
 
 def test_a_camera_that_sees_no_two_poses_apart_is_drawn_anew():
-    setting, cameras = servo_setups.set_up("planar", 1083, servo_setups.SCENES["lego"][0][1])
+    setting, cameras = servo_setups.set_up("planar", 1083, servo_setups.SCENARIOS["lego"][0][1])
     assert servo_setups.apart(cameras(setting.start), cameras(setting.goal)) >= 80
 
 
 @pytest.mark.parametrize("mode", ["look", "stream"])
 def test_the_oracle_gets_there(mode):
     """A crash of a method is a result of the bench; this one's would be a bound that is none."""
-    case = Case("nominal", replace(NOMINAL, mode=mode), "planar", SEED, ("oracle",))
+    case = ServoCase("nominal", replace(NOMINAL, mode=mode), "planar", SEED, ("oracle",))
     assert servo.run_case(case)[0].success
 
 

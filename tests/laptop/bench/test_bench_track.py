@@ -13,7 +13,7 @@ from laptop.bench import track, track_cost, track_light, track_methods, track_pr
 from laptop.bench.track_cost import Cost
 from laptop.bench.track_light import LightCase
 from laptop.bench.track_precision import LOOKS, PrecisionCase
-from laptop.bench.track_score import Result, Score, judge
+from laptop.bench.track_score import Score, TrackResult, judge
 from laptop.cli.main import laptop
 from laptop.simulator.scene.synthetic_camera import marker_frame
 from laptop.vision.markers import BadMarker, Color, Marker
@@ -213,7 +213,7 @@ def test_flicker_is_as_deep_as_it_says():
 def test_the_sensor_applies_gains_then_noise(monkeypatch):
     monkeypatch.setattr(track_light, "through_jpeg", lambda image, quality: image)
     image = np.full((120, 160, 3), (40, 80, 120), np.uint8)
-    seen = track_light.Sensor(SEED, (160, 120)).read_out(image, (2.0, 1.0, 0.5)).reshape(-1, 3)
+    seen = track_light.ClipSensor(SEED, (160, 120)).read_out(image, (2.0, 1.0, 0.5)).reshape(-1, 3)
     assert seen.mean(axis=0) == pytest.approx([80, 80, 60], abs=0.1)
     assert seen.std(axis=0) == pytest.approx([math.sqrt(4 + 1 / 12)] * 3, rel=0.03)
 
@@ -314,15 +314,15 @@ def test_what_is_timed_is_found_or_absent_as_it_should_be():
 def test_the_usual_recipe_is_the_quicker_of_its_two():
     timed = [
         Cost("ours", 40, 50, 1),
-        *(Cost(name, us, us, 1) for name, us in zip(track_cost.FULL, (800, 600))),
+        *(Cost(name, us, us, 1) for name, us in zip(track_cost.FULL_FRAME_RECIPES, (800, 600))),
     ]
-    assert track_cost.full(timed) == 600
+    assert track_cost.full_frame_cost(timed) == 600
     assert [row[3] for row in track_table.cost_table(timed)] == ["1/15.0", "1.3", "1.0"]
 
 
 def test_tables_by_hand():
     def result(part, method, score):
-        return Result(part, "dusk", "goal", method, score)
+        return TrackResult(part, "dusk", "goal", method, score)
 
     one, two = Score(2, 2, measured=2, squares=0.04), Score(2, 2, lost=1, measured=1, squares=0.08)
     never = Score(3, 3, lost=3)
@@ -342,7 +342,9 @@ def test_tables_by_hand():
 
 
 def test_what_was_not_measured_is_null():
-    ((never,), costs) = track_table.figures([Result("light", "dusk", "goal", "ours")], []).values()
+    ((never,), costs) = track_table.figures(
+        [TrackResult("light", "dusk", "goal", "ours")], []
+    ).values()
     assert costs == []
     for key in ("rms", "lost_percent", "false_percent"):
         assert never[key] is None
