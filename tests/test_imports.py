@@ -54,6 +54,7 @@ RULES = {
         *("laptop.bench", "laptop.demo", "laptop.simulator", *BELOW_SIMULATOR),
         *("robot", "shared", *LIBRARIES),
     ),
+    "laptop.bench.workers": ("laptop.bench", "shared", "cv2", "distributed"),
     "laptop.bench.page": (
         *("laptop.bench", "laptop.demo", "laptop.simulator", *BELOW_SIMULATOR),
         *("robot", "shared", *LIBRARIES, "playwright"),

@@ -1,1 +1,1 @@
-"""What the programs are worth, measured beside the reference method and the physical limit."""
+"""Benches: the programs beside the reference method and the physical limit."""

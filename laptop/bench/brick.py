@@ -67,7 +67,7 @@ STARTS = {
 those that need no brick, to its end."""
 
 
-class Row(NamedTuple):
+class InstructionCount(NamedTuple):
     """One piece of work: thousand instructions as counted, and as the emulated brick has them."""
 
     what: str
@@ -81,7 +81,7 @@ class Row(NamedTuple):
 
 
 @contextlib.contextmanager
-def _unheard() -> Iterator[None]:
+def _silenced() -> Iterator[None]:
     """Nobody wants to read what a script says."""
     with (
         open(os.devnull, "w") as nobody,
@@ -91,42 +91,44 @@ def _unheard() -> Iterator[None]:
         yield
 
 
-def _told(median: float, greatest: float) -> bool:
-    """Whether the greatest is worth a row of its own."""
+def _spreads(median: float, greatest: float) -> bool:
+    """Return True if the greatest is worth a row of its own."""
     return greatest > 1.2 * median
 
 
 def count() -> int:
-    """How many rows there are."""
-    return len(STARTS) + sum(1 + _told(*counted) for counted in COUNTED.values())
+    """Number of rows."""
+    return len(STARTS) + sum(1 + _spreads(*counted) for counted in COUNTED.values())
 
 
-def run() -> Iterator[Row]:
+def run() -> Iterator[InstructionCount]:
     """Every piece, its median first and then, where it differs, its greatest."""
     arm = read_arm(find_arm("planar"))
     plant = read_plant("cpu=1")
     with tempfile.TemporaryDirectory() as folder:
         file = os.path.join(folder, "laps.json")
-        with _unheard():
+        with _silenced():
             session.run(arm, os.path.join(ROBOT, "bench_brick.py"), ["--json", file], plant)
         with open(file) as laps:
             taken = json.load(laps)["laps_s"]
         for what, (median, greatest) in COUNTED.items():
             thousands = [lap / SECONDS / 1000 for lap in taken[what]]
-            yield Row(what, median, statistics.median_high(thousands))
-            if _told(median, greatest):
-                yield Row(what + ", greatest", greatest, max(thousands))
+            yield InstructionCount(what, median, statistics.median_high(thousands))
+            if _spreads(median, greatest):
+                yield InstructionCount(what + ", greatest", greatest, max(thousands))
         for words, counted in STARTS.items():
             script, *args = words.split()
-            with _unheard():
+            with _silenced():
                 outcome = session.run(arm, os.path.join(ROBOT, script), args, plant).outcome
-            yield Row("start: " + words, counted, (outcome.start or 0.0) / SECONDS / 1000)
+            yield InstructionCount(
+                "start: " + words, counted, (outcome.start or 0.0) / SECONDS / 1000
+            )
 
 
 HEADINGS = ("what", "counted, k", "emulated, k", "ratio", "ms")
 
 
-def table(rows: list[Row]) -> list[tuple[str, ...]]:
+def table(rows: list[InstructionCount]) -> list[tuple[str, ...]]:
     """For people."""
     return [
         (

@@ -17,6 +17,7 @@ import re
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -38,7 +39,7 @@ Point = tuple[float, float]
 Line = tuple[tuple[float, ...], tuple[float, ...]]
 
 METHODS = {"planar": ("smooth", "steps", *timed_steps.LAWS), "geared": ("smooth", "steps")}
-"""Of each arm in the plane; timed steps are for direct drive, like the arm of their program."""
+"""Methods for each arm in the plane; timed steps are for direct drive, as in their program."""
 
 CONDITIONS = (
     ("backlash 0", "backlash=0", 0.0),
@@ -51,11 +52,11 @@ CONDITIONS = (
 RANDOM = ("random plants", "backlash=2,seed={}", 2.0)
 
 ELBOW_DOWN = ", elbow down"
-"""As the classic program has it, whatever the arm prefers."""
+"""The elbow of the classic program, whatever the arm prefers."""
 
 
 class Weight(NamedTuple):
-    """What pulls on an arm in space, and what of it the driver knows.
+    """Gravity on an arm in space, and the driver's knowledge of it.
 
     known: from motion.gravity.Gravity, the arm and its plant to what the driver takes for gravity.
     """
@@ -84,7 +85,7 @@ EVERYWHERE = "every joint"
 
 
 @dataclass(frozen=True)
-class Case:
+class DrawCase:
     """One line to draw: which arm, how, on which plant, and the backlash (deg) described.
 
     `at` names the joint that has the play described, or EVERYWHERE; `weight` is a key of WEIGHTS.
@@ -105,7 +106,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Result:
+class DrawResult:
     """One line drawn: mm, s; `error` says why it was not.
 
     `short` is what is missing along the line, negative where it was drawn past its end.
@@ -165,7 +166,7 @@ def random_line(arm: Arm, seed: int) -> Line:
         return a, b
 
 
-def cases(seeds: range) -> Iterator[Case]:
+def cases(seeds: range) -> Iterator[DrawCase]:
     """Every line under every condition; each random line also on the random plant of its seed."""
     for arm_name in METHODS:
         arm = read_arm(find_arm(arm_name))
@@ -175,15 +176,17 @@ def cases(seeds: range) -> Iterator[Case]:
         for method in METHODS[arm_name]:
             for condition, plant, play in CONDITIONS:
                 for name, line in lines + luck:
-                    yield Case(arm_name, method, condition, plant, play, line, name)
+                    yield DrawCase(arm_name, method, condition, plant, play, line, name)
             condition, plant, play = RANDOM
             for k, seed in enumerate(seeds):
                 for name, line in [*lines, luck[k]]:
-                    yield Case(arm_name, method, condition, plant.format(seed), play, line, name)
+                    yield DrawCase(
+                        arm_name, method, condition, plant.format(seed), play, line, name
+                    )
     yield from _elbow_down(seeds)
 
 
-def _elbow_down(seeds: range) -> Iterator[Case]:
+def _elbow_down(seeds: range) -> Iterator[DrawCase]:
     """The three lines as the classic program draws them, by every method of its arm."""
     nominal, plant, play = CONDITIONS[1]
     plants = [(nominal, plant), *((RANDOM[0], RANDOM[1].format(seed)) for seed in seeds)]
@@ -191,7 +194,7 @@ def _elbow_down(seeds: range) -> Iterator[Case]:
         for condition, plant in plants:
             for n, line in enumerate(LINES[2], 1):
                 words, name = condition + ELBOW_DOWN, f"line {n}"
-                yield Case("planar", method, words, plant, play, line, name, elbow="down")
+                yield DrawCase("planar", method, words, plant, play, line, name, elbow="down")
 
 
 class _CountingClock:
@@ -216,7 +219,7 @@ class _CountingClock:
         return int(np.median(ticks)) if ticks else 0
 
 
-def _drawn(case: Case) -> tuple[EmulatedBrick, int, str]:
+def _drawn(case: DrawCase) -> tuple[EmulatedBrick, int, str]:
     """A line drawn with the real driver: the brick, accesses per tick, and why it was not."""
     arm = described(case.arm, case.described, case.at)
     arm = arm._replace(elbow=case.elbow or arm.elbow)
@@ -246,11 +249,11 @@ def _drawn(case: Case) -> tuple[EmulatedBrick, int, str]:
     return brick, clock.usual(), error
 
 
-def draw(case: Case) -> Result:
+def draw(case: DrawCase) -> DrawResult:
     """Draw one line on the emulated brick, and measure the true ink."""
     brick, accesses, error = _drawn(case)
     measure = line_accuracy.measure(brick.record, [case.line])[0]
-    return Result(
+    return DrawResult(
         case.arm,
         case.method,
         case.condition,
@@ -266,9 +269,18 @@ def draw(case: Case) -> Result:
     )
 
 
-def run(drawings: list[Case], cpu: float = CPU) -> Iterator[Result]:
-    """The results of all cases in their order, on all cores; `cpu` as read_plant has it."""
-    return workers.results(draw, [replace(case, cpu=cpu) for case in drawings], chunk=4)
+def run(
+    drawings: list[DrawCase], cpu: float = CPU, executor: Executor | None = None
+) -> Iterator[DrawResult]:
+    """Yield the results of all cases in their order.
+
+    Args:
+        drawings: the cases.
+        cpu: as read_plant has it.
+        executor: does the work; None for all cores of this machine.
+    """
+    todo = [replace(case, cpu=cpu) for case in drawings]
+    return workers.map_cases(draw, todo, chunk=4, executor=executor)
 
 
 Row = tuple[str, ...]
@@ -279,9 +291,9 @@ HEADINGS: Row = (
 )  # fmt: skip
 
 
-def table(results: list[Result]) -> list[Row]:
+def table(results: list[DrawResult]) -> list[Row]:
     """One row per arm, method, plant and line; many lines as their median and their p95."""
-    groups: dict[tuple[str, ...], list[Result]] = {}
+    groups: dict[tuple[str, ...], list[DrawResult]] = {}
     for r in results:
         groups.setdefault((r.arm, r.method, r.condition, r.line), []).append(r)
     rows = []
@@ -294,7 +306,7 @@ def table(results: list[Result]) -> list[Row]:
     return rows
 
 
-def _figures(group: list[Result], q: int) -> Row:
+def _figures(group: list[DrawResult], q: int) -> Row:
     """The group's percentiles; what was not drawn is infinitely far off."""
 
     def at(values: list[float]) -> float:
@@ -310,7 +322,7 @@ def _figures(group: list[Result], q: int) -> Row:
     return (*out, short, seconds, f"{at([r.accesses for r in group]):.0f}")
 
 
-def failures(results: list[Result]) -> dict[str, int]:
+def failures(results: list[DrawResult]) -> dict[str, int]:
     """Why lines were not drawn, numbers aside, and how often."""
     reasons = (
         f"{r.arm}, {r.method}, {r.condition}: {re.sub('-?[0-9.]+ ', 'N ', r.error)}"
@@ -333,21 +345,21 @@ LIMITS = (
     ("0.02 Nm of load on every joint", "backlash=2,load=0.02", 2.0),
     ("0.05 Nm of load on every joint", "backlash=2,load=0.05", 2.0),
 )
-"""What is different, the true plant, the backlash (deg) described."""
+"""The difference, the true plant, the backlash (deg) described."""
 
 LIMIT_HEADINGS: Row = ("what is different", "line 1", "line 2", "line 3")
 
 
-def limit_cases() -> list[Case]:
+def limit_cases() -> list[DrawCase]:
     """The three lines under conditions that the law was not made for."""
     return [
-        Case("planar", "smooth", name, plant, play, line, f"line {n}")
+        DrawCase("planar", "smooth", name, plant, play, line, f"line {n}")
         for name, plant, play in LIMITS
         for n, line in enumerate(LINES[2], 1)
     ]
 
 
-def limit_table(results: list[Result]) -> list[Row]:
+def limit_table(results: list[DrawResult]) -> list[Row]:
     """One row per condition: the greatest deviation in floors, or that the driver gave up."""
     rows: dict[str, list[str]] = {}
     for r in results:
@@ -364,19 +376,19 @@ SPACE_HEADINGS: Row = (
 )  # fmt: skip
 
 
-def space_cases(seeds: range) -> list[Case]:
+def space_cases(seeds: range) -> list[DrawCase]:
     """The three lines in space, the play at one joint after the other; and random plants."""
     arm = read_arm(find_arm("spatial"))
     own = list(zip(SPACE_LINES, LINES[3], strict=False))
 
-    def under(play: float, at: str, weight: str, method: str = "smooth") -> Iterator[Case]:
+    def under(play: float, at: str, weight: str, method: str = "smooth") -> Iterator[DrawCase]:
         where = at if play else "none"
         if method == "steps":
             where += ", the report's steps"
         gravity, preload = WEIGHTS[weight].words
         condition = "; ".join((where, gravity, preload if play else "-"))
         for name, line in own:
-            yield Case("spatial", method, condition, "", play, line, name, at, weight)
+            yield DrawCase("spatial", method, condition, "", play, line, name, at, weight)
 
     out = [
         case
@@ -390,16 +402,16 @@ def space_cases(seeds: range) -> list[Case]:
     for weight in ("felt", "measured", "no preload"):
         words = "; ".join((f"every joint, {len(seeds)} plants", *WEIGHTS[weight].words))
         out += [
-            Case("spatial", "smooth", words, f"seed={seed}", 2.0, line, name, weight=weight)
+            DrawCase("spatial", "smooth", words, f"seed={seed}", 2.0, line, name, weight=weight)
             for seed in seeds
             for name, line in [*own, ("random", random_line(arm, seed))]
         ]
     return out
 
 
-def space_table(results: list[Result]) -> list[Row]:
+def space_table(results: list[DrawResult]) -> list[Row]:
     """One row per condition, the greatest deviation of each line; many as their median and p95."""
-    groups: dict[str, dict[str, list[Result]]] = {}
+    groups: dict[str, dict[str, list[DrawResult]]] = {}
     for r in results:
         groups.setdefault(r.condition, {}).setdefault(r.line, []).append(r)
     rows = []
@@ -417,8 +429,8 @@ def space_table(results: list[Result]) -> list[Row]:
 
 
 def sag(weight: str, cpu: float = CPU) -> float:
-    """How far the level line hangs through at its lowest, mm: without play, under a `weight`."""
+    """Sag of the level line at its lowest, mm: without backlash, under a `weight`."""
     line = LINES[3][SPACE_LINES.index("level")]
-    case = Case("spatial", "smooth", "", "", 0.0, line, "level", weight=weight, cpu=cpu)
+    case = DrawCase("spatial", "smooth", "", "", 0.0, line, "level", weight=weight, cpu=cpu)
     brick, _, _ = _drawn(case)
     return 10 * max(line[0][2] - sample.z for sample in brick.record if sample.pen)

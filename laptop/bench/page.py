@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from laptop.demo import results
-from laptop.demo.goals import STANDS, Goal, Views, choose_goals, goal_words
+from laptop.demo.goals import DEMO_SETUPS, CameraRig, Goal, choose_goals, goal_words
 from laptop.demo.processes import (
     SERVO,
     SERVOED,
@@ -34,7 +34,7 @@ from laptop.demo.processes import (
     wait_for_link,
     wait_for_page,
 )
-from laptop.demo.truth import approach_of
+from laptop.demo.truth import record_goal_run
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.session import AFTER
 from robot.clock import Clock
@@ -44,12 +44,12 @@ from shared.pairing import read_code
 from shared.state import ARM, STATE
 
 FPS = 30.0
-WARM, LISTENED = 4.0, 10.0
+WARM_UP_TIME, LISTENING_TIME = 4.0, 10.0
 """A page is left alone, then for so long frames and pictures are counted, s."""
-LAUNCHED = 300_000.0
+LAUNCH_TIMEOUT = 300_000.0
 """A browser that has not started by then never will, ms."""
 SIZE = {"width": 1440, "height": 1000}
-"""Of a browser's window, px."""
+"""Size of a browser's window, px."""
 
 COLLECT = """() => {
   window.drawn = [];
@@ -68,8 +68,8 @@ class NoBrowser(ArmError):
 
 
 @dataclass(frozen=True)
-class Looking:
-    """How many pages are open, and whether their browser is frozen while all else goes on."""
+class Viewers:
+    """Number of open pages; their browser may be frozen while all else goes on."""
 
     pages: int
     frozen: bool = False
@@ -78,11 +78,11 @@ class Looking:
         return f"{self.pages}, frozen" if self.frozen else str(self.pages)
 
 
-CASES = (Looking(0), Looking(1), Looking(5), Looking(1, frozen=True))
+CASES = (Viewers(0), Viewers(1), Viewers(5), Viewers(1, frozen=True))
 
 
 @dataclass(frozen=True)
-class Approach:
+class GoalAttempt:
     """One run of the servo: whether it truly got there, in how many moves and s, px off; why."""
 
     reached: bool
@@ -93,7 +93,7 @@ class Approach:
 
 
 @dataclass(frozen=True)
-class Result:
+class PageResult:
     """One seed with so many pages.
 
     rate     frames per second that came in
@@ -104,13 +104,13 @@ class Result:
     pace     of the emulated world, in s per s of the wall's clock
     """
 
-    looking: Looking
+    looking: Viewers
     seed: int
     rate: float
     ages: list[float]
     shown: float
     behind: list[float]
-    runs: list[Approach]
+    runs: list[GoalAttempt]
     pace: float
 
 
@@ -133,12 +133,12 @@ def browser() -> Iterator[Any]:
         ) from None
     with sync_playwright() as playwright:
         words = ["--no-sandbox"] if os.geteuid() == 0 else []
-        made = playwright.chromium.launch(executable_path=found, args=words, timeout=LAUNCHED)
+        made = playwright.chromium.launch(executable_path=found, args=words, timeout=LAUNCH_TIMEOUT)
         yield made
         made.close()
 
 
-def run(seeds: Sequence[int], cases: Sequence[Looking] = CASES) -> Iterator[Result]:
+def run(seeds: Sequence[int], cases: Sequence[Viewers] = CASES) -> Iterator[PageResult]:
     """All cases, seed by seed, in turn, so that a machine that slows down hits all alike.
 
     Raises:
@@ -151,10 +151,10 @@ def run(seeds: Sequence[int], cases: Sequence[Looking] = CASES) -> Iterator[Resu
                 yield _measure(made, seed, looking)
 
 
-def _measure(made: Any, seed: int, looking: Looking) -> Result:
+def _measure(made: Any, seed: int, looking: Viewers) -> PageResult:
     arm = read_arm(find_arm("planar"))
     scene, goals = choose_goals(arm, seed)
-    views = Views(arm, scene)
+    rig = CameraRig(arm, scene)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-bench-")))
         crew = ProcessGroup(folder, {STATE: str(folder), ARM: arm.file})
@@ -170,7 +170,7 @@ def _measure(made: Any, seed: int, looking: Looking) -> Result:
         stack.callback(clock.close)
         began = clock.now(), time.monotonic()
         pages = _open(made, wait_for_page(tracker), looking.pages, stack)
-        time.sleep(WARM)
+        time.sleep(WARM_UP_TIME)
         with _frozen(made) if looking.frozen else ExitStack():
             if pages and not looking.frozen:
                 pages[0].evaluate(COLLECT)
@@ -178,19 +178,21 @@ def _measure(made: Any, seed: int, looking: Looking) -> Result:
             ahead = time.time() - clock.now()
             drawn = pages[0].evaluate("window.drawn") if pages and not looking.frozen else []
             runs = []
-            start = f"--start={_where_lines_end(views)}"
+            start = f"--start={_where_lines_end(rig)}"
             for number, goal in enumerate(goals, 1):
                 home = folder / f"goal-{number}"
                 words = ["simulate", "--realtime", start, "--arm", arm.file, "--out", str(home)]
                 words += [str(SERVO), place, "--code", code, *goal_words(goal)]
                 servo = crew.start(goal.name, [*words, "--log", f"{home}.jsonl"])
                 servo.wait(SERVOED)
-                runs.append(_judged(views, goal, home, servo))
+                runs.append(_judged(rig, goal, home, servo))
                 start = f"--start={AFTER}{home}"
         pace = (clock.now() - began[0]) / (time.monotonic() - began[1])
         crew.close()
         behind = _behind(folder, drawn, ahead)
-        return Result(looking, seed, rate, ages, len(drawn) / LISTENED, behind, runs, pace)
+        return PageResult(
+            looking, seed, rate, ages, len(drawn) / LISTENING_TIME, behind, runs, pace
+        )
 
 
 def _open(made: Any, address: str, count: int, stack: ExitStack) -> list[Any]:
@@ -234,16 +236,16 @@ def _listen(place: str, code: str) -> tuple[float, list[float]]:
                 pass
             ages = []
             began = clock.now()
-            while clock.now() - began < LISTENED:
+            while clock.now() - began < LISTENING_TIME:
                 for seen in client.look(0.05).values():
                     ages.append(clock.now() - seen.t)
         finally:
             client.close("measured")
-    return len(ages) / LISTENED, ages
+    return len(ages) / LISTENING_TIME, ages
 
 
 def _behind(folder: Path, drawn: Sequence[tuple[float, str]], ahead: float) -> list[float]:
-    """How old the pictures were when they were on the screen, s.
+    """Ages of the pictures when they were on the screen, s.
 
     Args:
         ahead: by so much the browser's clock is ahead of the frames', s.
@@ -254,16 +256,16 @@ def _behind(folder: Path, drawn: Sequence[tuple[float, str]], ahead: float) -> l
     return [when - ahead - taken[index] for when, index in pictures if index in taken]
 
 
-def _where_lines_end(views: Views) -> str:
+def _where_lines_end(rig: CameraRig) -> str:
     """The posture from which all goals are chosen to be in sight, degrees."""
-    (posture, *_) = views.postures_at(STANDS["planar"].left)
+    (posture, *_) = rig.postures_at(DEMO_SETUPS["planar"].end_of_lines)
     return ",".join(f"{math.degrees(angle):.4f}" for angle in posture)
 
 
-def _judged(views: Views, goal: Goal, home: Path, servo: ChildProcess) -> Approach:
-    told = results.read_approach(home.parent, approach_of(views, goal, home, servo))
+def _judged(rig: CameraRig, goal: Goal, home: Path, servo: ChildProcess) -> GoalAttempt:
+    told = results.read_goal_run(home.parent, record_goal_run(rig, goal, home, servo))
     words = f"{goal.name}: {told.words}; {told.verdict.get('reason') or 'no reason told'}"
-    return Approach(told.reached, int(told.verdict["moves"]), told.seconds, told.error, words)
+    return GoalAttempt(told.reached, int(told.verdict["moves"]), told.seconds, told.error, words)
 
 
 HEADINGS = (
@@ -273,7 +275,7 @@ HEADINGS = (
 )  # fmt: skip
 
 
-def table(results: Sequence[Result]) -> list[list[str]]:
+def table(results: Sequence[PageResult]) -> list[list[str]]:
     """A row for each number of pages."""
     rows = []
     for looking in dict.fromkeys(result.looking for result in results):
@@ -299,7 +301,7 @@ def table(results: Sequence[Result]) -> list[list[str]]:
     return rows
 
 
-def failures(results: Sequence[Result]) -> list[str]:
+def failures(results: Sequence[PageResult]) -> list[str]:
     """A line for each goal that was not reached, and why."""
     return [
         f"pages {result.looking}, seed {result.seed}, {run.words}"

@@ -1,4 +1,4 @@
-"""How benches show themselves: a progress bar while they work, a table at the end."""
+"""Display of a bench: a progress bar while they work, a table at the end."""
 
 from __future__ import annotations
 

@@ -19,25 +19,25 @@ import numpy as np
 from shared.arm_description import ArmError
 
 SPEED = 0.05
-"""Of both motors, as a share of their greatest."""
+"""Speed of both motors, as a share of their greatest."""
 
 PERIOD = 0.2
 """From one reading to the next step's reading, s."""
 
-STEP, LEAST = math.radians(5), math.radians(1)
+STEP, LEAST_STEP = math.radians(5), math.radians(1)
 """The size of a step, and below which it is halved no more, rad."""
 
 HALVED_WITHIN, ENDS_WITHIN = 10.0, 2.0
 """From the line's end: where steps are halved, and where the method ends, cm."""
 
-LONGEST = 60.0
+TIME_LIMIT = 60.0
 """It ends somewhere; after this time it has got stuck, s."""
 
 
 class Law(NamedTuple):
-    """What the program is said to do in one way, and seen to do in another.
+    """Details that the program is said to do in one way, and seen to do in another.
 
-    halved: within HALVED_WITHIN each step is half the last one, until one is LEAST or less.
+    halved: within HALVED_WITHIN each step is half the last one, until one is LEAST_STEP or less.
     along_all: STEP is the length of dq; else that of its greatest element.
     whole: what part of a count is left over is dropped; else it is rounded.
     stop_action: of the motors after a step.
@@ -61,7 +61,7 @@ law, found among some 700 by these figures, comes closest to all of them."""
 
 def step_size(law: Law, size: float, left: float) -> float:
     """The next step's size, rad, after one of `size`, with `left` cm to go."""
-    return size / 2 if law.halved and left < HALVED_WITHIN and size > LEAST else size
+    return size / 2 if law.halved and left < HALVED_WITHIN and size > LEAST_STEP else size
 
 
 def joint_step(
@@ -77,7 +77,7 @@ def joint_step(
 
 
 def whole_counts(law: Law, counts: float) -> int:
-    """What a motor is told, since it goes by whole counts."""
+    """Counts as a motor takes them, which goes by whole ones."""
     return int(counts) if law.whole else round(counts)
 
 
@@ -101,14 +101,14 @@ def draw_line(program: Any, driver: Any, start: Any, end: Any, law: Law) -> None
         joint.disengage()
         motor.speed_sp = int(SPEED * motor.max_speed)
         motor.stop_action = law.stop_action
-    size, until = STEP, clock.now() + LONGEST
+    size, until = STEP, clock.now() + TIME_LIMIT
     while True:
         q = [joint.angle() for joint in robot.joints]  # knows nothing of play
         left = math.dist(end, kinematics.forward(arm, q))
         if left <= ENDS_WITHIN:
             break
         if clock.now() > until:
-            raise ArmError(f"still {left:.1f} cm from the end after {LONGEST:g} s; it got stuck")
+            raise ArmError(f"still {left:.1f} cm from the end after {TIME_LIMIT:g} s; it got stuck")
         size = step_size(law, size, left)
         dq = joint_step(law, kinematics.jacobian(arm, q), np.subtract(end, start), size)
         kinematics.check_limits(arm.joints, q + dq)

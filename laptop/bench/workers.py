@@ -1,59 +1,127 @@
-"""All cores at work on the cases of a bench."""
+"""The cases of a bench, shared out to all cores of this machine or to the workers of a cluster."""
 
 from __future__ import annotations
 
+import asyncio
 import multiprocessing
 import os
 import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, wait
-from contextlib import ExitStack
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
+from contextlib import ExitStack, contextmanager
+from importlib.util import find_spec
 from typing import TypeVar
 
 import cv2
 
-Case = TypeVar("Case")
-Result = TypeVar("Result")
+from shared.arm_description import ArmError
+
+C = TypeVar("C")
+R = TypeVar("R")
+
+POLL_PERIOD = 0.5
+"""Time between two wake-ups of whoever waits for a result, s."""
+
+ANSWER_TIMEOUT = 5.0
+"""Time for a cluster's scheduler to answer, and for one of its workers to be there, s."""
+
+_one_at_a_time = threading.Lock()
+"""The emulated brick takes the modules of its process for itself."""
 
 
-LOOK = 0.5
-"""So often whoever waits for a result wakes up, s."""
+class NoCluster(ArmError):
+    """No cluster can be reached."""
 
 
-def _each(work: Callable[[Case], Result], cases: Sequence[Case]) -> list[Result]:
-    return [work(case) for case in cases]
+@contextmanager
+def cluster(address: str) -> Iterator[Executor]:
+    """Provide an executor on the workers of the Dask scheduler at `address`.
+
+    Raises:
+        NoCluster: distributed is not installed, no scheduler answers, or it has no worker.
+    """
+    try:
+        from distributed import Client
+        from distributed.comm.addressing import parse_address, parse_host_port
+    except ImportError:
+        raise NoCluster(
+            "Dask's distributed is not installed; write uv run --group cluster ..."
+        ) from None
+    try:
+        parse_host_port(parse_address(address)[1])  # half a client would complain of its end
+        client = Client(address, timeout=ANSWER_TIMEOUT, set_as_default=False)
+    except (OSError, ValueError, asyncio.TimeoutError):
+        raise NoCluster(
+            f"no scheduler answers at {address}; start one in the checkout: "
+            "python -m dask scheduler"
+        ) from None
+    with client:
+        start = f"in the checkout: python -m dask worker {address} --nthreads 1"
+        try:
+            client.wait_for_workers(1, ANSWER_TIMEOUT)
+        except (OSError, asyncio.TimeoutError):
+            raise NoCluster(
+                f"the scheduler at {address} has no worker; start some {start}"
+            ) from None
+        try:  # a worker that cannot import what it is sent would die, and the bench wait for ever
+            client.run_on_scheduler(find_spec, "laptop.bench")
+            client.run(find_spec, "laptop.bench")
+        except ImportError:
+            raise NoCluster(
+                f"the cluster at {address} has not this checkout; start its scheduler there, too, "
+                f"and its workers {start}"
+            ) from None
+        yield client.get_executor()
 
 
-def results(
-    work: Callable[[Case], Result], cases: Sequence[Case], chunk: int = 1
-) -> Iterator[Result]:
-    """What `work` makes of every case, in their order.
+def _run_chunk(work: Callable[[C], R], cases: Sequence[C]) -> list[R]:
+    with _one_at_a_time:
+        cv2.setNumThreads(1)
+        return [work(case) for case in cases]
 
-    However that ends, by Ctrl-C or SIGTERM, say, no process stays behind.
+
+def map_cases(
+    work: Callable[[C], R], cases: Sequence[C], chunk: int = 1, executor: Executor | None = None
+) -> Iterator[R]:
+    """Yield the result of `work` for every case, in their order.
+
+    However that ends, by Ctrl-C or SIGTERM, say, no process of this machine stays behind, and
+    nothing waits in `executor`.
 
     Args:
-        chunk: so many cases go to a process at a time.
+        work: a function of a module, so that other processes find it.
+        cases: its arguments.
+        chunk: number of cases that go to a process at a time.
+        executor: does the work; None for a process on every core of this machine.
     """
-    # A forked process would inherit OpenCV's threads without their lives.
-    context = multiprocessing.get_context("spawn")
     with ExitStack() as stack:
         if threading.current_thread() is threading.main_thread():
             before = signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
             stack.callback(signal.signal, signal.SIGTERM, before)
-        pool = ProcessPoolExecutor(os.cpu_count(), context, cv2.setNumThreads, (1,))
-        stack.enter_context(pool)
+        if executor is None:
+            # A forked process would inherit OpenCV's threads without their lives.
+            context = multiprocessing.get_context("spawn")
+            executor = stack.enter_context(ProcessPoolExecutor(os.cpu_count(), context))
+            stack.push(_terminate_at_error)
+        futures: list[Future[list[R]]] = []
         try:
-            parts = [cases[k : k + chunk] for k in range(0, len(cases), chunk)]
-            for future in [pool.submit(_each, work, part) for part in parts]:
+            for k in range(0, len(cases), chunk):
+                futures.append(executor.submit(_run_chunk, work, cases[k : k + chunk]))
+            for future in futures:
                 # A signal that came while a process was started may have gone to another thread; it
                 # is obeyed as soon as this one does anything, but that does not wake it up.
-                while not wait([future], LOOK).done:
+                while not wait([future], POLL_PERIOD).done:
                     pass
                 yield from future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in multiprocessing.active_children():
-                process.terminate()
-            raise
+        finally:
+            for future in futures:
+                future.cancel()
+
+
+def _terminate_at_error(kind: object, error: object, traceback: object) -> None:
+    """End the processes of the local pool if the block ends by an exception."""
+    if kind:
+        for process in multiprocessing.active_children():
+            process.terminate()

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import asdict
 
 import click
@@ -12,7 +15,13 @@ from laptop.simulator.device.plant_constants import CPU
 from shared.arm_description import ArmError
 
 
-@click.group()
+def _examples(*lines: str) -> str:
+    """Epilog of a command's help: examples, each on a line of its own."""
+    commands = (f"  python -m laptop bench {line}" for line in lines)
+    return "\n".join(("\b", "Examples:", *commands))
+
+
+@click.group(epilog=_examples("draw --seeds 1000:1002", "servo --method chain --json"))
 def bench() -> None:
     """Measure against the reference method and the physical limit, on the emulated brick."""
 
@@ -40,8 +49,34 @@ _cpu = click.option(
     help="How slowly the brick computes: 1 as it truly does, 2 half as fast, 0 in no time.",
 )
 
+_cluster = click.option(
+    "--cluster",
+    metavar="ADDRESS",
+    help="Share the work out on a Dask cluster, tcp://HOST:8786, say, and not on the cores of this "
+    "machine.  Start it in this checkout: python -m dask scheduler, and on each machine python -m "
+    "dask worker ADDRESS --nthreads 1, with --nworkers as it has cores.",
+)
 
-@bench.command("draw")
+
+@contextmanager
+def _executor(cluster: str | None) -> Iterator[Executor | None]:
+    """Provide the executor of a cluster's address; None for the cores of this machine."""
+    if cluster is None:
+        yield None
+        return
+    from laptop.bench import workers
+
+    try:
+        with workers.cluster(cluster) as executor:
+            yield executor
+    except workers.NoCluster as error:
+        raise click.ClickException(str(error)) from None
+
+
+@bench.command(
+    "draw",
+    epilog=_examples("draw --seeds 1000:1002", "draw --arm spatial --cpu 2"),
+)
 @click.option(
     "--seeds",
     type=_Seeds(),
@@ -57,14 +92,17 @@ _cpu = click.option(
     help="planar: in direct drive and geared; spatial: what gravity does, and the preload.",
 )
 @_cpu
+@_cluster
 @click.option("--json", "as_json", is_flag=True, help="Every line's figures instead of the table.")
-def bench_draw(seeds: range, arm: str, cpu: float, as_json: bool) -> None:
+def bench_draw(seeds: range, arm: str, cpu: float, cluster: str | None, as_json: bool) -> None:
     """Straightness of lines: smooth, steps and timed steps, beside the encoders' floor."""
     from laptop.bench import draw, show  # what else a command needs is slow to import
 
     in_space = arm == "spatial"
     drawings = draw.space_cases(seeds) if in_space else list(draw.cases(seeds))
-    results = list(show.progress(draw.run(drawings, cpu), len(drawings), "drawing"))
+    with _executor(cluster) as executor:
+        parts = draw.run(drawings, cpu, executor)
+        results = list(show.progress(parts, len(drawings), "drawing"))
     if as_json:
         click.echo(json.dumps([asdict(result) for result in results], indent=1))
     else:
@@ -85,7 +123,10 @@ def bench_draw(seeds: range, arm: str, cpu: float, as_json: bool) -> None:
             click.echo(f"{count} x {reason}")
 
 
-@bench.command("track")
+@bench.command(
+    "track",
+    epilog=_examples("track", "track --seeds 4000:4010 --json"),
+)
 @click.option(
     "--seeds",
     type=_Seeds(),
@@ -93,30 +134,43 @@ def bench_draw(seeds: range, arm: str, cpu: float, as_json: bool) -> None:
     show_default=True,
     help="Noise, places, scenes and motions.",
 )
+@_cluster
 @click.option("--json", "as_json", is_flag=True, help="All figures instead of the tables.")
-def bench_track(seeds: range, as_json: bool) -> None:
+def bench_track(seeds: range, cluster: str | None, as_json: bool) -> None:
     """The tracker's precision, hold under changing light, and cost, beside the usual recipes."""
-    from laptop.bench import show, track
+    from laptop.bench import show, track, track_cost, track_table
 
     todo = track.cases(seeds)
-    parts = show.progress(track.run(todo), len(todo), "tracking")
-    results = track.gathered(result for part in parts for result in part)
-    timed = track.costs(show.progress(range(track.TURNS), track.TURNS, "timing"))
-    link = track.serving()
+    with _executor(cluster) as executor:
+        parts = show.progress(track.run(todo, executor), len(todo), "tracking")
+        results = track_table.gathered(result for part in parts for result in part)
+    timed = track_cost.costs(show.progress(range(track_cost.TURNS), track_cost.TURNS, "timing"))
+    link = track_cost.serving()
     if as_json:
-        click.echo(json.dumps({**track.figures(results, timed), "serving": link}, indent=1))
+        click.echo(json.dumps({**track_table.figures(results, timed), "serving": link}, indent=1))
         return
     title = f"seeds {seeds.start}:{seeds.stop}, figures from the emulator"
-    precision, light = track.precision_table(results), track.light_table(results)
-    show.table(f"Precision, px rms per axis; {title}", track.PRECISION_HEADINGS, precision, 0)
-    show.table(f"Light and scene, px; {title}", track.LIGHT_HEADINGS, light, 0)
-    show.table("Cost, measured on this machine", track.COST_HEADINGS, track.cost_table(timed), 0)
+    precision, light = track_table.precision_table(results), track_table.light_table(results)
+    show.table(f"Precision, px rms per axis; {title}", track_table.PRECISION_HEADINGS, precision, 0)
+    show.table(f"Light and scene, px; {title}", track_table.LIGHT_HEADINGS, light, 0)
+    show.table(
+        "Cost, measured on this machine",
+        track_table.COST_HEADINGS,
+        track_table.cost_table(timed),
+        0,
+    )
     click.echo(f"serving the brick 60 times a second: {100 * link:.1f} % of a core")
-    for line in track.errors(results):
+    for line in track_table.errors(results):
         click.echo(line)
 
 
-@bench.command("servo")
+@bench.command(
+    "servo",
+    epilog=_examples(
+        "servo --seeds 1000:1010 --method chain",
+        "servo --scene latency --arm geared --cluster tcp://127.0.0.1:8786",
+    ),
+)
 @click.option(
     "--seeds",
     type=_Seeds(),
@@ -154,6 +208,7 @@ def bench_track(seeds: range, as_json: bool) -> None:
 )
 @click.option("--rendered", is_flag=True, help="Through rendered frames and the tracker.")
 @_cpu
+@_cluster
 @click.option("--json", "as_json", is_flag=True, help="Every run instead of the table.")
 def bench_servo(
     seeds: range,
@@ -163,36 +218,41 @@ def bench_servo(
     methods: tuple[str, ...],
     rendered: bool,
     cpu: float,
+    cluster: str | None,
     as_json: bool,
 ) -> None:
     """Servoing from random starts to random goals, beside the report's method and an oracle."""
-    from laptop.bench import servo, show
+    from laptop.bench import servo, servo_cost, servo_setups, servo_table, show
 
     if scene == "moving" and "spatial" in arms:
         raise click.ClickException(
             "--scene moving: its goals run round in the plane; take another with --arm spatial"
         )
-    if rendered and scene not in servo.RENDERED:
+    if rendered and scene not in servo_setups.RENDERED:
         raise click.ClickException(
             f"--scene {scene} is made of points with noise; with --rendered take one of "
-            f"{', '.join(servo.RENDERED)}"
+            f"{', '.join(servo_setups.RENDERED)}"
         )
-    arms = arms or servo.ARMS
-    orders = seeds, scene, arms, methods, rendered, rows, cpu
-    parts = show.progress(servo.run(*orders), servo.count(*orders), "servoing")
-    results = [result for part in parts for result in part]
+    arms = arms or servo_setups.ARMS
+    todo = servo.cases(seeds, scene, arms, methods, rendered, rows, cpu)
+    with _executor(cluster) as executor:
+        parts = show.progress(servo.run(todo, executor), len(todo), "servoing")
+        results = [result for part in parts for result in part]
     if as_json:
         click.echo(json.dumps([asdict(result) for result in results], indent=1))
         return
-    headings = servo.MOVING_HEADINGS if scene == "moving" else servo.HEADINGS
+    headings = servo_table.MOVING_HEADINGS if scene == "moving" else servo_table.HEADINGS
     what = f"seeds {seeds.start}:{seeds.stop}, cpu={cpu:g}"
-    title = f"{what}, figures from the emulator; {servo.LEGEND}"
-    show.table(title, headings, servo.table(results), sections=2)
-    for line in [*servo.failures(results), servo.step_cost(arms[0])]:
+    title = f"{what}, figures from the emulator; {servo_table.LEGEND}"
+    show.table(title, headings, servo_table.table(results), sections=2)
+    for line in [*servo_table.failures(results), servo_cost.step_cost(arms[0])]:
         click.echo(line)
 
 
-@bench.command("page")
+@bench.command(
+    "page",
+    epilog=_examples("page", "page --seeds 1000:1001 --json"),
+)
 @click.option(
     "--seeds", type=_Seeds(), default="1000:1004", show_default=True, help="Cameras and goals."
 )
@@ -218,19 +278,25 @@ def bench_page(seeds: range, as_json: bool) -> None:
         click.echo(line)
 
 
-@bench.command("limits")
+@bench.command(
+    "limits",
+    epilog=_examples("limits", "limits --cpu 2"),
+)
 @_cpu
-def bench_limits(cpu: float) -> None:
+@_cluster
+def bench_limits(cpu: float, cluster: str | None) -> None:
     """Where straightness ends: the planar arm's three lines on plants farther and farther off."""
     from laptop.bench import draw, show
 
     drawings = draw.limit_cases()
-    results = list(show.progress(draw.run(drawings, cpu), len(drawings), "drawing"))
+    with _executor(cluster) as executor:
+        parts = draw.run(drawings, cpu, executor)
+        results = list(show.progress(parts, len(drawings), "drawing"))
     title = f"planar arm, smooth, cpu={cpu:g}; greatest deviation in floors, from the emulator"
     show.table(title, draw.LIMIT_HEADINGS, draw.limit_table(results), sections=0)
 
 
-@bench.command("brick")
+@bench.command("brick", epilog=_examples("brick", "brick > brick.txt"))
 def bench_brick() -> None:
     """What the brick's computing costs: counted on its Python, and as the emulator charges it."""
     from laptop.bench import brick, show

@@ -20,7 +20,9 @@ class TryLater(click.ClickException):
     exit_code = BUSY
 
 
-@click.command()
+@click.command(
+    epilog="\b\nExamples:\n  python -m laptop demo\n  python -m laptop demo --arm spatial --seed 7"
+)
 @ON_THE_BRICK
 @click.option(
     "--seed",
@@ -38,7 +40,7 @@ class TryLater(click.ClickException):
     help="Serve a web page to watch from, and to stop the arm (default); its address is printed.",
 )
 @on_the_page
-def demo(arm_file: str, **orders: Any) -> None:
+def demo(arm_file: str, **options: Any) -> None:
     """Show everything without brick or camera: draw three lines, then reach three goals by sight.
 
     The programs of the brick run unmodified and in real time, linked to the tracker by TCP; one
@@ -52,11 +54,11 @@ def demo(arm_file: str, **orders: Any) -> None:
     from laptop.demo import course, processes  # OpenCV and matplotlib are slow to import
 
     try:
-        status, report = course.run(course.Orders(arm=arm_file, **orders), Console())
+        status, report = course.run(course.DemoOptions(arm=arm_file, **options), Console())
     except processes.TooBusy as error:
         raise TryLater(str(error)) from None
     except ArmError as error:
         raise click.ClickException(str(error)) from None
-    if orders["open"]:
+    if options["open"]:
         webbrowser.open(report.as_uri())
     sys.exit(status)

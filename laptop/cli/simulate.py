@@ -272,7 +272,7 @@ def _write(
             line_plot as picture,  # matplotlib is slow to import; every other answer is quicker
         )
 
-        picture.draw_picture(
+        picture.write_line_plot(
             file, run.record, wanted, measures, run.skeleton, run.reach, title, notes, axes
         )
 

@@ -23,7 +23,7 @@ from typing import Any
 from rich.console import Console
 
 from laptop.demo import report, results
-from laptop.demo.goals import GOALS, Goal, Views, choose_goals, goal_words
+from laptop.demo.goals import GOALS, CameraRig, Goal, choose_goals, goal_words
 from laptop.demo.processes import (
     COMPARED,
     DRAWN,
@@ -43,8 +43,8 @@ from laptop.demo.processes import (
     wait_for_link,
     wait_for_page,
 )
-from laptop.demo.progress import Progress
-from laptop.demo.truth import SUMMARY, approach_of, ink_in_space, read_trace
+from laptop.demo.progress import ProgressDisplay
+from laptop.demo.truth import SUMMARY, ink_in_space, read_trace, record_goal_run
 from laptop.simulator.host.pace import PacedClock, PaceMeter
 from laptop.simulator.live import PoseReader
 from laptop.simulator.session import AFTER
@@ -52,14 +52,14 @@ from shared.arm_description import Arm, find_arm, read_arm
 from shared.state import ARM, STATE
 
 TOLERANCE = 5.0
-"""What the servo stops at if nothing is said, px."""
+"""Tolerance of the servo if none is said, px."""
 REPORT_BUDGET = 180.0
-"""What the report's method may take, virtual s."""
+"""Time limit of the report's method, virtual s."""
 
 
 @dataclass(frozen=True)
-class Orders:
-    """What is to be shown.
+class DemoOptions:
+    """Options of a demo.
 
     out    a folder with the time as its name is made in it
     arm    name or file
@@ -79,20 +79,20 @@ class Orders:
     open: bool = False
 
 
-TRACKER, DRAWING, RIVAL, REPORT = "tracker", "three lines", "report's method", "report"
+TRACKER, DRAWING, BASELINE, REPORT = "tracker", "three lines", "report's method", "report"
 
 
-def run(orders: Orders, console: Console) -> tuple[int, Path]:
-    """Show it all; the exit status, 0 if it truly worked, and the report.
+def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
+    """Show everything; the exit status, 0 if it truly worked, and the report.
 
     Raises:
         ArmError: one line that says what has failed; every program has ended then.
     """
-    arm = read_arm(find_arm(orders.arm))
+    arm = read_arm(find_arm(options.arm))
     began = time.monotonic()
-    folder = _new_folder(orders.out)
-    progress = Progress(
-        console, [TRACKER, DRAWING, *(f"goal {k + 1}" for k in range(GOALS)), RIVAL, REPORT]
+    folder = _new_folder(options.out)
+    progress = ProgressDisplay(
+        console, [TRACKER, DRAWING, *(f"goal {k + 1}" for k in range(GOALS)), BASELINE, REPORT]
     )
     with ExitStack() as stack:
         state = stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-demo-"))
@@ -103,14 +103,14 @@ def run(orders: Orders, console: Console) -> tuple[int, Path]:
         stack.enter_context(ending_on_signals())
         stack.callback(crew.close)
         stack.enter_context(progress.shown())
-        show = Show(arm, orders, folder, crew, progress, clock, PoseReader(state))
-        stack.callback(show.close)
-        show.play()
+        demo = DemoRun(arm, options, folder, crew, progress, clock, PoseReader(state))
+        stack.callback(demo.close)
+        demo.run()
         progress.stages[REPORT].begin("drawing the pictures")
         crew.close()  # the tracker leaves its picture when it ends
-        show.story["seconds"] = time.monotonic() - began
-        text = json.dumps(show.story, indent=1) + "\n"
-        (folder / results.STORY).write_text(text, encoding="utf-8")
+        demo.results["seconds"] = time.monotonic() - began
+        text = json.dumps(demo.results, indent=1) + "\n"
+        (folder / results.RESULTS_FILE).write_text(text, encoding="utf-8")
         run = results.read_run(folder)
         page = report.write(run)
         shown = os.path.relpath(page)
@@ -119,17 +119,21 @@ def run(orders: Orders, console: Console) -> tuple[int, Path]:
     console.print(results.table(run))
     console.print(results.headline(run), soft_wrap=True, highlight=False, markup=False)
     took = (
-        f"{time.monotonic() - began:.0f} s, the emulated brick with cpu={show.story['cpu']:g}, "
-        f"its clock at {show.story['pace']:.2f} x"
+        f"{time.monotonic() - began:.0f} s, the emulated brick with cpu={demo.results['cpu']:g}, "
+        f"its clock at {demo.results['pace']:.2f} x"
     )
-    ink = f", first ink after {show.story['first_ink']:.1f} s" if "first_ink" in show.story else ""
+    ink = (
+        f", first ink after {demo.results['first_ink']:.1f} s"
+        if "first_ink" in demo.results
+        else ""
+    )
     console.print(f"{took}{ink}; {shown}", soft_wrap=True, highlight=False, markup=False)
     return (0 if run.worked else 1), page
 
 
 @dataclass
-class Part:
-    """What one program does on the emulated brick.
+class ProgramRun:
+    """One program on the emulated brick, started once or twice.
 
     name     for people
     options  of `simulate`
@@ -145,12 +149,12 @@ class Part:
     program: ChildProcess
 
 
-class Show:
+class DemoRun:
     """The course of one demo, up to the end of the last program.
 
     Args:
         arm: on the emulated brick.
-        orders: what is to be shown.
+        options: what is to be shown.
         folder: for the raw files.
         crew: starts the programs.
         progress: tells how it goes.
@@ -161,15 +165,15 @@ class Show:
     def __init__(
         self,
         arm: Arm,
-        orders: Orders,
+        options: DemoOptions,
         folder: Path,
         crew: ProcessGroup,
-        progress: Progress,
+        progress: ProgressDisplay,
         clock: PacedClock,
         follower: PoseReader,
     ) -> None:
         self._arm = arm
-        self._orders = orders
+        self._options = options
         self._folder = folder
         self._crew = crew
         self._progress = progress
@@ -178,12 +182,12 @@ class Show:
         self._follower = follower
         self._began = time.monotonic()
         self._played: list[ChildProcess] = []
-        self._rival: ChildProcess | None = None
+        self._baseline: ChildProcess | None = None
         self._page: threading.Thread | None = None
         self._over = threading.Event()
-        self.story: dict[str, Any] = {
+        self.results: dict[str, Any] = {
             "arm": arm.name,
-            "command": _command(orders),
+            "command": _command(options),
             "lines": [],
             "ink": [],
             "approaches": [],
@@ -191,8 +195,8 @@ class Show:
             "trouble": "",
         }
 
-    def play(self) -> None:
-        """All of it; `story` is then what results.read_run reads.
+    def run(self) -> None:
+        """Run all of it; `results` is then what results.read_run reads.
 
         Raises:
             DemoFailed: a program failed or hangs.
@@ -205,33 +209,33 @@ class Show:
         self._tracker = self._track()
         place, code = self._invitation()
         self._progress.finish(TRACKER, True, f"listens at {place}")
-        if self._orders.page:
+        if self._options.page:
             address = wait_for_page(self._tracker)
             self._page = threading.Thread(target=self._show_page, args=(address,), daemon=True)
             self._page.start()
         home = drawing.home
-        part = ahead = self._approach(self._goals[0], home, place, code)
+        part = ahead = self._start_servo(self._goals[0], home, place, code)
         self._wait(drawing, DRAWN)
         summary = json.loads((home / SUMMARY).read_text(encoding="utf-8"))
         if summary["status"]:
             drawing.program.wait(ENDED)
             raise drawing.program.failure()
-        self.story["cpu"] = summary["cpu"]
-        lines = self.story["lines"] = summary["paths"]
-        self.story["ink"] = ink_in_space(self._views, read_trace(home / "trace.csv"))
+        self.results["cpu"] = summary["cpu"]
+        lines = self.results["lines"] = summary["paths"]
+        self.results["ink"] = ink_in_space(self._rig, read_trace(home / "trace.csv"))
         self._progress.finish(DRAWING, results.drawn(lines), results.lines_text(lines))
 
         for goal, following in zip(self._goals, [*self._goals[1:], None], strict=True):
             stages[goal.name].begin("starting")
             if following:
-                ahead = self._approach(following, part.home, place, code)
-            if self._rival is None:
+                ahead = self._start_servo(following, part.home, place, code)
+            if self._baseline is None:
                 self._compare(goal, home)
             self._wait(part, SERVOED)
-            record = approach_of(self._views, goal, part.home, part.program)
+            record = record_goal_run(self._rig, goal, part.home, part.program)
             self._take(goal.name, record, "approaches")
             part = ahead
-        self.story["pace"] = round(self._pace.mean, 3)
+        self.results["pace"] = round(self._pace.mean, 3)
         self._conclude_comparison()
         for program in self._played:
             program.wait(DRAWN)  # it may be at its picture
@@ -249,10 +253,10 @@ class Show:
         Raises:
             DemoFailed: this arm and seed have none.
         """
-        text, self._goals = choose_goals(self._arm, self._orders.seed)
-        self._views = Views(self._arm, text)
-        size = list(self._views["A"].camera.size)
-        self.story.update(scene=text, cameras="".join(self._views), size=size)
+        text, self._goals = choose_goals(self._arm, self._options.seed)
+        self._rig = CameraRig(self._arm, text)
+        size = list(self._rig["A"].camera.size)
+        self.results.update(scene=text, cameras="".join(self._rig), size=size)
 
     def _track(self) -> ChildProcess:
         return self._crew.start(
@@ -260,16 +264,16 @@ class Show:
             [
                 "track",
                 "--announce",
-                *["--camera", "synthetic"] * len(self._views),
+                *["--camera", "synthetic"] * len(self._rig),
                 *self._page_words(),
             ]
-            + ["--scene", self.story["scene"], "--host", "127.0.0.1", "--port", "0"]
+            + ["--scene", self.results["scene"], "--host", "127.0.0.1", "--port", "0"]
             + ["--csv", str(self._folder / "track.csv")]
             + ["--picture", str(self._folder / "camera.png")],
         )
 
     def _invitation(self) -> tuple[str, str]:
-        """Where the tracker listens, and its code; one that fails to start is started again."""
+        """Address and code of the tracker; one that fails to start is started again."""
         try:
             return wait_for_link(self._tracker)
         except DemoFailed as trouble:
@@ -283,13 +287,13 @@ class Show:
         self._progress.say(f"{trouble}; trying once more")
 
     def _page_words(self) -> list[str]:
-        """What the tracker is told of the page; it is to bring no brick along."""
-        orders = self._orders
-        if not orders.page:
+        """Return the tracker's words about the page; it is to bring no brick along."""
+        options = self._options
+        if not options.page:
             return ["--no-page"]
-        words = ["--page", "--no-brick", "--page-host", orders.page_host]
-        words += [] if orders.page_port is None else ["--page-port", str(orders.page_port)]
-        return words + ["--open"] * orders.open
+        words = ["--page", "--no-brick", "--page-host", options.page_host]
+        words += [] if options.page_port is None else ["--page-port", str(options.page_port)]
+        return words + ["--open"] * options.open
 
     def _show_page(self, address: str) -> None:
         """Tell where the page is, as soon as it answers."""
@@ -302,15 +306,17 @@ class Show:
                 return
         self._progress.say(f"page: {address}")
 
-    def _begin(self, name: str, options: Sequence[str], folder: str, script: Sequence[str]) -> Part:
+    def _begin(
+        self, name: str, options: Sequence[str], folder: str, script: Sequence[str]
+    ) -> ProgramRun:
         """Start a program on the emulated brick."""
         home = self._folder / folder
-        return Part(name, options, home, script, self._simulate(name, options, home, script))
+        return ProgramRun(name, options, home, script, self._simulate(name, options, home, script))
 
-    def _approach(self, goal: Goal, home: Path, place: str, code: str) -> Part:
+    def _start_servo(self, goal: Goal, home: Path, place: str, code: str) -> ProgramRun:
         """Start a servo ahead of time; it waits for the run that leaves its files in `home`."""
         folder = goal.name.replace(" ", "-")
-        words = [str(self._orders.servo), place, "--code", code, *goal_words(goal)]
+        words = [str(self._options.servo), place, "--code", code, *goal_words(goal)]
         words += ["--log", f"{self._folder / folder}.jsonl"]
         return self._begin(goal.name, ["--realtime", _start(home)], folder, words)
 
@@ -322,47 +328,47 @@ class Show:
 
     def _compare(self, goal: Goal, start: Path) -> None:
         """Start the report's method on its way to a goal, from where another run has ended."""
-        self._progress.stages[RIVAL].begin("starting")
-        home = self._folder / RIVAL_HOME
-        self._rival = self._simulate(
-            RIVAL,
-            ["--scene", self.story["scene"] + RIVAL_SCENE, _start(start)],
+        self._progress.stages[BASELINE].begin("starting")
+        home = self._folder / BASELINE_HOME
+        self._baseline = self._simulate(
+            BASELINE,
+            ["--scene", self.results["scene"] + BASELINE_SCENE, _start(start)],
             home,
-            [str(self._orders.servo), *goal_words(goal), "--method", "report"]
+            [str(self._options.servo), *goal_words(goal), "--method", "report"]
             + ["--budget", f"{REPORT_BUDGET:g}", "--log", f"{home}.jsonl"],
         )
         # What runs in real time goes first.
         with suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, self._rival.pid, RIVAL_NICE)
+            os.setpriority(os.PRIO_PROCESS, self._baseline.pid, BASELINE_NICE)
 
     def _conclude_comparison(self) -> None:
         """Take its outcome once; whatever becomes of it does no harm to the demo."""
-        if self._rival is None or self._progress.stages[RIVAL].took is not None:
+        if self._baseline is None or self._progress.stages[BASELINE].took is not None:
             return
-        home = self._folder / RIVAL_HOME
+        home = self._folder / BASELINE_HOME
         deadline = time.monotonic() + COMPARED
-        while self._rival.running and time.monotonic() < deadline:
+        while self._baseline.running and time.monotonic() < deadline:
             time.sleep(LOOK)
         try:
-            self._rival.interrupt()
-            self._rival.wait(ENDED)
-            approach = approach_of(self._views, self._goals[0], home, self._rival)
-            self._take(RIVAL, approach, "rival")
+            self._baseline.interrupt()
+            self._baseline.wait(ENDED)
+            record = record_goal_run(self._rig, self._goals[0], home, self._baseline)
+            self._take(BASELINE, record, "rival")
         except DemoFailed as trouble:
-            self.story["trouble"] = str(trouble)
-            self._progress.finish(RIVAL, False, str(trouble))
+            self.results["trouble"] = str(trouble)
+            self._progress.finish(BASELINE, False, str(trouble))
 
     def _take(self, stage: str, record: dict[str, Any], part: str) -> None:
-        """Add an approach to the story, and say how it went."""
+        """Add the record of a run to a goal to the results, and show how it went."""
         if part == "rival":
-            self.story[part] = record
+            self.results[part] = record
         else:
-            self.story[part].append(record)
-        told = results.read_approach(self._folder, record)
+            self.results[part].append(record)
+        told = results.read_goal_run(self._folder, record)
         self._progress.finish(stage, told.reached, told.words)
 
-    def _wait(self, part: Part, limit: float) -> None:
-        """Until a run's figures are there; its picture may take longer.
+    def _wait(self, part: ProgramRun, limit: float) -> None:
+        """Wait until a run's figures are there; its picture may take longer.
 
         A run that ends without any has failed to start, and is started once more.
 
@@ -391,25 +397,25 @@ class Show:
         self._played.append(part.program)
 
     def _look(self) -> None:
-        """How fast the emulated clock goes, what the arm has drawn, how the comparison does."""
+        """Look at the emulated clock's pace, the arm's ink and the comparison."""
         self._progress.keep(self._pace.look())
-        if "first_ink" not in self.story:
+        if "first_ink" not in self.results:
             self._follower.poll()
             if self._follower.pen:
-                self.story["first_ink"] = round(time.monotonic() - self._began, 2)
-        if self._rival and not self._rival.running:
+                self.results["first_ink"] = round(time.monotonic() - self._began, 2)
+        if self._baseline and not self._baseline.running:
             self._conclude_comparison()
 
 
-def _command(orders: Orders) -> str:
+def _command(options: DemoOptions) -> str:
     words = ["python -m laptop demo"]
-    words += [f"--arm {orders.arm}"] * (orders.arm != "planar")
-    words += [f"--seed {orders.seed}"] * (orders.seed != 0)
+    words += [f"--arm {options.arm}"] * (options.arm != "planar")
+    words += [f"--seed {options.seed}"] * (options.seed != 0)
     return " ".join(words)
 
 
 def _new_folder(out: Path) -> Path:
-    """A folder with the time as its name.
+    """Make a folder with the time as its name.
 
     Raises:
         DemoFailed: it cannot be made.
@@ -430,10 +436,10 @@ def _new_folder(out: Path) -> Path:
 
 
 def _start(home: Path) -> str:
-    """Where another run ends, for the next one."""
+    """Return the option by which a run starts where another ends."""
     return f"--start={AFTER}{home}"
 
 
-RIVAL_HOME = "report-method"
-RIVAL_SCENE, RIVAL_NICE = ",fps=10", 10
+BASELINE_HOME = "report-method"
+BASELINE_SCENE, BASELINE_NICE = ",fps=10", 10
 """The report takes 20 pictures in 2 s: no more would be looked at."""

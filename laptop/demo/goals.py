@@ -16,53 +16,53 @@ from laptop.simulator.scene.workcell import cameras
 from shared.arm_description import Arm
 
 GOALS = 3
-APART = 150.0
+MIN_GOAL_DISTANCE = 150.0
 """Least distance of a goal from the others, and from where the driver leaves the tip, px; of two
 cameras as one distance in four rows."""
-DIFFERENT = 0.7
+MIN_POSTURE_DISTANCE = 0.7
 """Least distance between the goals' postures, rad."""
-MARGIN = 45.0
-"""Of goals from the picture's edge, px."""
-SHARE = 0.85
-"""Of the joint limits that postures are drawn from."""
-ROUND = 5.0
+EDGE_MARGIN = 45.0
+"""Least distance of goals from the picture's edge, px."""
+LIMIT_SHARE = 0.85
+"""Share of the joint limits that postures are drawn from."""
+MAX_CONDITION = 5.0
 """Greatest condition number of the true image Jacobian at a goal: no singular posture is near."""
-PLAIN = 0.9
-"""What can be seen of a marker that nothing hides but what holds it."""
-CLEAR = 0.85
-"""As much where the tip stands to be looked at: the stand of a goal before it hides more."""
-GLIMPSE, GLIMPSES = 0.6, 7
+MIN_VISIBLE = 0.9
+"""Share to be seen of a marker that nothing hides but its holder."""
+MIN_VISIBLE_AT_ENDS = 0.85
+"""The same where the tip stands to be looked at: the post of a goal before it hides more."""
+MIN_VISIBLE_BETWEEN, WAY_SAMPLES = 0.6, 7
 """So much of the tip's marker is seen at so many places on its way to each goal."""
-EXPLORED = 0.2
+EXPLORATION_STEP = 0.2
 """Around a start it is seen, too, with each joint turned by so much, rad: the servo explores."""
-LOW = 2.5
+MIN_TIP_HEIGHT = 2.5
 """Least height of the tip, where it has a choice, cm."""
-TRIES, SETS = 300, 20
+MAX_POSTURES, MAX_GOAL_SETS = 300, 20
 """Postures that are drawn for one set of goals, and sets."""
-NEWTON = 12
+NEWTON_ITERATIONS = 12
 """Iterations."""
 
 
-class Stand(NamedTuple):
-    """How an arm of one kind of chain is shown.
+class DemoSetup(NamedTuple):
+    """Cameras and postures for the demo of one kind of arm.
 
-    words   of every scene's text
-    usual   of seed 0
-    views   per camera (its prefix in the text) ranges of tilt, azimuth and roll, deg, for others
-    left    where the driver's lines end, cm
-    bent    a posture that is bent one way, rad; the other way it is its negative
+    words            of every scene's text
+    default_cameras  of seed 0
+    camera_ranges    of other seeds: tilt, azimuth and roll, deg, by a camera's prefix
+    end_of_lines     where the driver's lines end, cm
+    elbow_bend       a posture that is bent one way, rad; the other way it is its negative
     """
 
     words: dict[str, str]
-    usual: dict[str, str]
-    views: dict[str, tuple[tuple[float, float], ...]]
-    left: tuple[float, ...]
-    bent: tuple[float, ...]
+    default_cameras: dict[str, str]
+    camera_ranges: dict[str, tuple[tuple[float, float], ...]]
+    end_of_lines: tuple[float, ...]
+    elbow_bend: tuple[float, ...]
 
 
-STANDS = {
-    "planar": Stand({}, {}, {"": ((10, 40), (-60, 60), (-15, 15))}, (0.0, 15.0), (1.0, 1.0)),
-    "spatial": Stand(
+DEMO_SETUPS = {
+    "planar": DemoSetup({}, {}, {"": ((10, 40), (-60, 60), (-15, 15))}, (0.0, 15.0), (1.0, 1.0)),
+    "spatial": DemoSetup(
         # Two pictures at once are more work than one: fewer, and quicker to paint.
         {"fps": "20", "exposure": "0.004", "jpeg": "0"},
         # From above in front, where no link hides the tip, and from the side.
@@ -77,7 +77,7 @@ Vector = tuple[float, ...]
 
 
 class Goal(NamedTuple):
-    """Where the tip is to get, and what the servo is told.
+    """Place for the tip, and the servo's option for it.
 
     name    for people
     pixels  u and v in the picture of each camera, one after the other, px
@@ -91,8 +91,8 @@ class Goal(NamedTuple):
     told: tuple[str, ...]
 
 
-class Views(dict[str, Scene]):
-    """What each camera sees of one arm, by the camera's name.
+class CameraRig(dict[str, Scene]):
+    """Cameras that watch one arm, by name.
 
     Args:
         arm: its description.
@@ -107,12 +107,12 @@ class Views(dict[str, Scene]):
         self._first = self[names[0]]
 
     def centre(self, marker: str, q: Sequence[float] | None = None) -> np.ndarray:
-        """Where a marker is (3,), cm, with the joints at q (rad; at home if None)."""
+        """Place of a marker (3,), cm, with the joints at q (rad; at home if None)."""
         home = [joint.home for joint in self.arm.joints]
         return self._first.centres(home if q is None else q)[marker]
 
     def truth(self, q: Sequence[float], marker: str = "effector") -> Vector:
-        """Where a marker is in all pictures, px: u and v of each."""
+        """Pixels of a marker in all pictures: u and v of each."""
         return tuple(value for scene in self.values() for value in scene.truth(q)[marker])
 
     def visible(self, q: Sequence[float], marker: str = "effector") -> float:
@@ -120,7 +120,7 @@ class Views(dict[str, Scene]):
         return min(scene.visible(q)[marker] for scene in self.values())
 
     def project(self, place: Sequence[float]) -> np.ndarray:
-        """Where a place (x, y, z), cm, is in all pictures, px: u and v of each."""
+        """Pixels of a place (x, y, z), cm, in all pictures: u and v of each."""
         return np.concatenate([s.project(np.array([place]))[0] for s in self.values()])
 
     def place_at(self, pixels: Sequence[float], marker: str) -> Vector:
@@ -129,7 +129,7 @@ class Views(dict[str, Scene]):
         In the plane one camera does, which knows how high a marker is; in space it takes two.
         """
         at_home = self.centre(marker)
-        known = at_home[len(STANDS[self.arm.chain].left) :]
+        known = at_home[len(DEMO_SETUPS[self.arm.chain].end_of_lines) :]
 
         def seen(free: Vector) -> np.ndarray:
             return self.project([*free, *known])
@@ -139,18 +139,21 @@ class Views(dict[str, Scene]):
 
     def postures_at(self, place: Sequence[float]) -> list[Vector]:
         """Postures (rad) that have the tip at a place, cm: bent one way and the other."""
-        bent = STANDS[self.arm.chain].bent
+        bent = DEMO_SETUPS[self.arm.chain].elbow_bend
         bends = [tuple(sign * angle for angle in bent) for sign in (1.0, -1.0)]
         return [_solve(lambda q: self.centre("effector", q)[: len(place)], q, place) for q in bends]
 
     def way_is_seen(self, start: Sequence[float], end: Sequence[float]) -> bool:
-        """Whether the tip is in sight, and above the table, around a posture and on to another."""
-        way = np.linspace(start, end, GLIMPSES)
-        steps = EXPLORED * np.eye(len(way[0]))
+        """Return True if the tip is in sight above the table from one posture to another."""
+        way = np.linspace(start, end, WAY_SAMPLES)
+        steps = EXPLORATION_STEP * np.eye(len(way[0]))
         between = *way[1:-1], *(way[0] + steps), *(way[0] - steps)
         return all(
-            self.centre("effector", q)[2] >= LOW and self.visible(q) > least
-            for least, places in ((CLEAR, (way[0], way[-1])), (GLIMPSE, between))
+            self.centre("effector", q)[2] >= MIN_TIP_HEIGHT and self.visible(q) > least
+            for least, places in (
+                (MIN_VISIBLE_AT_ENDS, (way[0], way[-1])),
+                (MIN_VISIBLE_BETWEEN, between),
+            )
             for q in places
         )
 
@@ -158,9 +161,9 @@ class Views(dict[str, Scene]):
 def scene_text(chain: str, seed: int, place: Sequence[float] = ()) -> str:
     """Cameras somewhere around the table, drawn from the seed; 0 is the usual ones."""
     draw = random.Random(f"camera {seed}")
-    stand = STANDS[chain]
-    words = {"seed": f"{seed}", **stand.words, **({} if seed else stand.usual)}
-    for camera, ranges in stand.views.items() if seed else ():
+    setup = DEMO_SETUPS[chain]
+    words = {"seed": f"{seed}", **setup.words, **({} if seed else setup.default_cameras)}
+    for camera, ranges in setup.camera_ranges.items() if seed else ():
         for key, bounds in zip(("tilt", "azimuth", "roll"), ranges, strict=True):
             words[camera + key] = f"{draw.uniform(*bounds):.0f}"
     words.update(
@@ -180,26 +183,26 @@ def choose_goals(arm: Arm, seed: int) -> tuple[str, list[Goal]]:
     Raises:
         DemoFailed: this arm has no such postures.
     """
-    bare = Views(arm, scene_text(arm.chain, seed))
-    resting = bare.postures_at(STANDS[arm.chain].left)
+    bare = CameraRig(arm, scene_text(arm.chain, seed))
+    resting = bare.postures_at(DEMO_SETUPS[arm.chain].end_of_lines)
     draw = random.Random(f"goals {seed}")
-    for _ in range(SETS):
+    for _ in range(MAX_GOAL_SETS):
         chosen = _choose_postures(bare, resting, draw)
         if len(chosen) < GOALS:
             continue
         pixels = [bare.truth(q) for q in chosen]
-        size = len(STANDS[arm.chain].left)
+        size = len(DEMO_SETUPS[arm.chain].end_of_lines)
         text = scene_text(arm.chain, seed, bare.place_at(pixels[0], "goal")[:size])
-        views = Views(arm, text)
+        rig = CameraRig(arm, text)
         ways = zip([resting[0], *chosen], chosen, strict=False)
-        if all(views.visible(q, "goal") > PLAIN for q in resting) and all(
-            views.way_is_seen(*way) for way in ways
+        if all(rig.visible(q, "goal") > MIN_VISIBLE for q in resting) and all(
+            rig.way_is_seen(*way) for way in ways
         ):
-            marker = views.truth(resting[0], "goal")
-            told = [("marker",), *(_told(views, there) for there in pixels[1:])]
+            marker = rig.truth(resting[0], "goal")
+            told = [("marker",), *(_told(rig, there) for there in pixels[1:])]
             ends = [marker, *(_read(words) for words in told[1:])]
             return text, [
-                Goal(f"goal {number}", end, views.place_at(end, "effector"), words)
+                Goal(f"goal {number}", end, rig.place_at(end, "effector"), words)
                 for number, (end, words) in enumerate(zip(ends, told, strict=True), 1)
             ]
     raise DemoFailed(
@@ -207,10 +210,10 @@ def choose_goals(arm: Arm, seed: int) -> tuple[str, list[Goal]]:
     )
 
 
-def _told(views: Views, pixels: Vector) -> tuple[str, ...]:
+def _told(rig: CameraRig, pixels: Vector) -> tuple[str, ...]:
     """A goal in words: a pixel, or one of each camera."""
-    pairs = zip(views, pixels[::2], pixels[1::2], strict=True)
-    return tuple(f"{f'{name}:' * (len(views) > 1)}{u:.1f},{v:.1f}" for name, u, v in pairs)
+    pairs = zip(rig, pixels[::2], pixels[1::2], strict=True)
+    return tuple(f"{f'{name}:' * (len(rig) > 1)}{u:.1f},{v:.1f}" for name, u, v in pairs)
 
 
 def _read(told: Sequence[str]) -> Vector:
@@ -218,21 +221,25 @@ def _read(told: Sequence[str]) -> Vector:
     return tuple(float(part) for words in told for part in words.split(":")[-1].split(","))
 
 
-def _choose_postures(views: Views, resting: Sequence[Vector], draw: random.Random) -> list[Vector]:
+def _choose_postures(
+    rig: CameraRig, resting: Sequence[Vector], draw: random.Random
+) -> list[Vector]:
     """Postures (rad) for the goals; fewer than GOALS if it found no more."""
     chosen: list[Vector] = []
-    taken = [views.truth(q) for q in resting[:1]]
-    for _ in range(TRIES):
-        q = tuple(draw.uniform(SHARE * j.lower, SHARE * j.upper) for j in views.arm.joints)
-        seen = views.truth(q)
+    taken = [rig.truth(q) for q in resting[:1]]
+    for _ in range(MAX_POSTURES):
+        q = tuple(
+            draw.uniform(LIMIT_SHARE * j.lower, LIMIT_SHARE * j.upper) for j in rig.arm.joints
+        )
+        seen = rig.truth(q)
         if (
-            _inside(views, seen)
-            and views.centre("effector", q)[2] >= LOW
-            and all(math.dist(seen, other) >= APART for other in taken)
-            and all(math.dist(q, other) >= DIFFERENT for other in chosen)
-            and np.linalg.cond(slope(views.truth, q)) <= ROUND
-            and views.visible(q) > PLAIN
-            and views.way_is_seen([*resting[:1], *chosen][-1], q)
+            _inside(rig, seen)
+            and rig.centre("effector", q)[2] >= MIN_TIP_HEIGHT
+            and all(math.dist(seen, other) >= MIN_GOAL_DISTANCE for other in taken)
+            and all(math.dist(q, other) >= MIN_POSTURE_DISTANCE for other in chosen)
+            and np.linalg.cond(slope(rig.truth, q)) <= MAX_CONDITION
+            and rig.visible(q) > MIN_VISIBLE
+            and rig.way_is_seen([*resting[:1], *chosen][-1], q)
         ):
             chosen.append(q)
             taken.append(seen)
@@ -241,15 +248,15 @@ def _choose_postures(views: Views, resting: Sequence[Vector], draw: random.Rando
     return chosen
 
 
-def _inside(views: Views, pixels: Vector) -> bool:
-    """Whether pixels are in their pictures, away from the edges."""
-    sizes = [size for scene in views.values() for size in scene.camera.size]
-    return all(MARGIN < x < size - MARGIN for x, size in zip(pixels, sizes, strict=True))
+def _inside(rig: CameraRig, pixels: Vector) -> bool:
+    """Return True if pixels are in their pictures, away from the edges."""
+    sizes = [size for scene in rig.values() for size in scene.camera.size]
+    return all(EDGE_MARGIN < x < size - EDGE_MARGIN for x, size in zip(pixels, sizes, strict=True))
 
 
 def _solve(function: Callable[[Vector], Any], x: Vector, wanted: Sequence[float]) -> Vector:
-    """Where a function has a wanted value, from x on; by Newton."""
-    for _ in range(NEWTON):
+    """Solve function(x) = wanted from x on, by Newton's method."""
+    for _ in range(NEWTON_ITERATIONS):
         rest = np.array(wanted) - function(x)
         x = tuple(x + np.linalg.lstsq(slope(function, x), rest, rcond=None)[0])
     return x
@@ -263,5 +270,5 @@ def slope(function: Callable[[Vector], Any], x: Vector) -> np.ndarray:
 
 
 def goal_words(goal: Goal) -> list[str]:
-    """What the servo is told of a goal."""
+    """Return the servo's options for a goal."""
     return [f"--goal={words}" for words in goal.told]

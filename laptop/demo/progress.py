@@ -1,4 +1,4 @@
-"""What is seen of a demo while it goes on."""
+"""The display of a demo's stages while it runs."""
 
 from __future__ import annotations
 
@@ -28,33 +28,33 @@ class Stage:
         self.spinner = Spinner("dots", style="cyan")
 
     def begin(self, text: str = "") -> None:
-        """From now on it runs."""
+        """Note that it runs from now on."""
         self.began, self.text = time.monotonic(), text
 
     def say(self, text: str) -> None:
-        """How it is going."""
+        """Note how it is going."""
         if self.took is None:
             self.text = text
 
     def finish(self, well: bool, text: str) -> None:
-        """It is over."""
+        """Note that it is over."""
         self.took = time.monotonic() - (self.began or time.monotonic())
         self.text = text
         self.mark = "[green]✓[/]" if well else "[red]✗[/]"
 
     @property
     def seconds(self) -> str:
-        """For how long it has been going on."""
+        """Time it has been going on, as text."""
         if self.began is None:
             return ""
         return f"{self.took if self.took is not None else time.monotonic() - self.began:.1f} s"
 
 
-TELL_PACE = 10.0
+PACE_NOTICE_PERIOD = 10.0
 """Between two lines about a computer that is busy, s."""
 
 
-class Progress:
+class ProgressDisplay:
     """All stages, on a terminal as they go, elsewhere a line as each is over.
 
     Args:
@@ -69,7 +69,7 @@ class Progress:
         self.pace = 1.0
 
     def __rich__(self) -> Table:
-        """As a table that is drawn anew all the time."""
+        """Return the table that is drawn anew all the time."""
         table = Table.grid(padding=(0, 2))
         for stage in self.stages.values():
             running = stage.began is not None and stage.took is None
@@ -84,20 +84,20 @@ class Progress:
         return table
 
     def say(self, line: str) -> None:
-        """A line of its own, above all."""
+        """Print a line of its own, above all."""
         self._console.print(line, soft_wrap=True, highlight=False, markup=False)
 
     def keep(self, pace: float) -> None:
-        """So fast the emulated clock goes of late, as laptop.simulator.host.pace has it."""
+        """Show how fast the emulated clock goes of late, as laptop.simulator.host.pace has it."""
         self.pace = pace
         now = time.monotonic()
-        if pace < BUSY and not self._console.is_terminal and now - self._told > TELL_PACE:
+        if pace < BUSY and not self._console.is_terminal and now - self._told > PACE_NOTICE_PERIOD:
             self._told = now
             self.say(in_words(pace))
 
     @contextmanager
     def shown(self) -> Iterator[None]:
-        """While the block runs."""
+        """Show the stages while the block runs."""
         if not self._console.is_terminal:
             yield
             return
@@ -105,7 +105,7 @@ class Progress:
             yield
 
     def finish(self, name: str, well: bool, text: str) -> None:
-        """A stage is over."""
+        """Note that a stage is over."""
         stage = self.stages[name]
         stage.finish(well, text)
         if not self._console.is_terminal:

@@ -16,11 +16,11 @@ from laptop.demo.figures import (
 )
 from laptop.demo.results import (
     HEADINGS,
-    STORY,
+    RESULTS_FILE,
     TRUE_SHARE,
-    Approach,
     BadRun,
-    Run,
+    DemoResult,
+    GoalRun,
     headline,
     table_rows,
 )
@@ -80,7 +80,7 @@ CAPTIONS = (
 )
 
 
-def write(run: Run) -> Path:
+def write(run: DemoResult) -> Path:
     """Write PAGE into the run's folder; where it is.
 
     Raises:
@@ -94,15 +94,15 @@ def write(run: Run) -> Path:
         headline=headline(run),
         facts=_facts(run),
         headings=HEADINGS,
-        rows=[(k >= len(run.approaches), row) for k, row in enumerate(table_rows(run))],
+        rows=[(k >= len(run.goal_runs), row) for k, row in enumerate(table_rows(run))],
         note=_note(run),
         illustrations=[
             illustration(heading, caption, picture)
             for heading, caption, draw in CAPTIONS
             if (picture := draw(run))
         ],
-        runs=[_steps(a) for a in [*run.approaches, *([run.rival] if run.rival else [])]],
-        command=run.story["command"],
+        runs=[_steps(a) for a in [*run.goal_runs, *([run.baseline] if run.baseline else [])]],
+        command=run.results["command"],
         files=_FILES,
     )
     file = run.folder / PAGE
@@ -113,20 +113,20 @@ def write(run: Run) -> Path:
     return file
 
 
-def _facts(run: Run) -> str:
-    facts = [f"arm {run.story['arm']}", f"scene {run.story['scene']}"]
-    if run.story.get("seconds"):
-        facts.append(f"{run.story['seconds']:.0f} s from start to end")
-    if run.story.get("cpu") is not None:
-        facts.append(f"the brick computes with cpu={run.story['cpu']:g}")
-    if run.story.get("pace"):
-        facts.append(f"emulated clock at {run.story['pace']:.2f} x real time")
+def _facts(run: DemoResult) -> str:
+    facts = [f"arm {run.results['arm']}", f"scene {run.results['scene']}"]
+    if run.results.get("seconds"):
+        facts.append(f"{run.results['seconds']:.0f} s from start to end")
+    if run.results.get("cpu") is not None:
+        facts.append(f"the brick computes with cpu={run.results['cpu']:g}")
+    if run.results.get("pace"):
+        facts.append(f"emulated clock at {run.results['pace']:.2f} x real time")
     return ", ".join(facts)
 
 
-def _note(run: Run) -> str:
-    tolerance = run.approaches[0].tolerance if run.approaches else 5.0
-    within = [a.within_mm for a in run.approaches if a.within_mm]
+def _note(run: DemoResult) -> str:
+    tolerance = run.goal_runs[0].tolerance if run.goal_runs else 5.0
+    within = [a.within_mm for a in run.goal_runs if a.within_mm]
     words = (
         "What the brick claims decides nothing here: the emulator knows where the tip truly is, "
         f"and a goal counts as reached where that is at most {TRUE_SHARE:g} times the tolerance of "
@@ -139,20 +139,21 @@ def _note(run: Run) -> str:
         )
     else:
         words += ". Millimetres are measured in the plane in which the marker on the tip moves."
-    if run.rival:
+    if run.baseline:
         words += (
             " The last row is the report's own method for comparison, on the same emulated arm "
             "in virtual time; it does not count for the outcome."
         )
-    elif run.story.get("trouble"):
-        words += f" For comparison there is no run of the report's method: {run.story['trouble']}."
+    elif run.results.get("trouble"):
+        trouble = run.results["trouble"]
+        words += f" For comparison there is no run of the report's method: {trouble}."
     return words
 
 
-def _steps(approach: Approach) -> StepTable:
+def _steps(goal_run: GoalRun) -> StepTable:
     """Return every step of one run."""
     rows = []
-    for step in approach.log.steps:
+    for step in goal_run.log.steps:
         q, wanted = step.get("q") or [], step.get("q_wanted")
         turn = [math.degrees(b - a) for a, b in zip(q, wanted, strict=True)] if wanted else []
         rows.append(
@@ -167,16 +168,16 @@ def _steps(approach: Approach) -> StepTable:
             )
         )
     return StepTable(
-        title=f"{approach.name}, {approach.method}: {approach.words}",
-        reason=str(approach.verdict.get("reason", "")),
-        notes=[(note["t"], str(note["text"])) for note in approach.log.notes],
+        title=f"{goal_run.name}, {goal_run.method}: {goal_run.words}",
+        reason=str(goal_run.verdict.get("reason", "")),
+        notes=[(note["t"], str(note["text"])) for note in goal_run.log.notes],
         headings=("s", "action", "model", "off, px", "joints, deg", "turned by, deg", "frames"),
         rows=rows,
     )
 
 
 _FILES = (
-    (STORY, "everything that the figures and pictures here were made of, with the logs"),
+    (RESULTS_FILE, "everything that the figures and pictures here were made of, with the logs"),
     ("goal-1.jsonl, ..., report-method.jsonl", "what the servo saw, decided and did"),
     ("goal-1/trace.csv, ...", "the true motion of the arm"),
     ("drawing/", "the lines: their true ink, their picture, their figures"),

@@ -14,10 +14,9 @@ from rich.markup import escape as escape_markup
 from rich.table import Table
 
 from shared.arm_description import ArmError
-from shared.verdicts import CONVERGED
 
-STORY = "demo.json"
-"""What the demo did, in its folder."""
+RESULTS_FILE = "demo.json"
+"""File of the results, in the demo's folder."""
 TRUE_SHARE = 1.6
 """A goal is reached where the true distance is at most so many tolerances."""
 
@@ -27,7 +26,7 @@ class BadRun(ArmError):
 
 
 class Log(NamedTuple):
-    """What the servo wrote: settings, observations, steps, remarks; the verdict if it came."""
+    """Log of the servo: settings, observations, steps, remarks; the verdict if it came."""
 
     run: dict[str, Any]
     seen: list[dict[str, Any]]
@@ -37,7 +36,7 @@ class Log(NamedTuple):
 
 
 def read_log(file: Path) -> Log:
-    """A log of JSON lines; what is cut off at its end is left out.
+    """Read a log of JSON lines; what is cut off at its end is left out.
 
     Raises:
         BadRun: it is none.
@@ -73,7 +72,7 @@ class Space(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Approach:
+class GoalRun:
     """One run of the servo, as it says it was and as it truly was.
 
     Attributes:
@@ -127,24 +126,24 @@ class Approach:
 
     @property
     def claimed(self) -> bool:
-        """Whether the brick says that it is there."""
-        return bool(self.verdict["verdict"] == CONVERGED)
+        """True if the brick says that it is there."""
+        return bool(self.verdict["verdict"] == "converged")
 
     @property
     def reached(self) -> bool:
-        """Whether it truly is, whatever the brick says."""
+        """True if it truly is, whatever the brick says."""
         if self.within_mm is not None:
             return self.miss_mm <= self.within_mm
         return self.error <= TRUE_SHARE * self.tolerance
 
     @property
     def within_mm(self) -> float | None:
-        """What counts as reached in space; None in the plane, where px decide."""
+        """Distance that counts as reached in space, mm; None in the plane, where px decide."""
         return self.space and TRUE_SHARE * self.tolerance * self.space.mm_per_px
 
     @property
     def outcome(self) -> str:
-        """What came of it, in a few words."""
+        """Outcome in a few words."""
         if self.reached:
             if self.claimed:
                 return "reached"
@@ -163,29 +162,29 @@ class Approach:
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class DemoResult:
     """One demo.
 
     Attributes:
         folder: its raw files.
-        story: what STORY holds.
-        approaches: one for each goal, by the default method.
-        rival: the first goal by the report's method; None if it did not come to its end.
+        results: what RESULTS_FILE holds.
+        goal_runs: one for each goal, by the default method.
+        baseline: the first goal by the report's method; None if it did not come to its end.
     """
 
     folder: Path
-    story: dict[str, Any]
-    approaches: list[Approach]
-    rival: Approach | None
+    results: dict[str, Any]
+    goal_runs: list[GoalRun]
+    baseline: GoalRun | None
 
     @property
     def worked(self) -> bool:
-        """Whether every line was drawn and every goal truly reached by the default method."""
-        return drawn(self.story["lines"]) and all(a.reached for a in self.approaches)
+        """True if every line was drawn and every goal truly reached by the default method."""
+        return drawn(self.results["lines"]) and all(a.reached for a in self.goal_runs)
 
 
-def read_approach(folder: Path, record: dict[str, Any]) -> Approach:
-    """What one entry of STORY stands for.
+def read_goal_run(folder: Path, record: dict[str, Any]) -> GoalRun:
+    """Read the run that one entry of RESULTS_FILE stands for.
 
     Raises:
         BadRun: something is missing or cannot be understood.
@@ -200,33 +199,33 @@ def read_approach(folder: Path, record: dict[str, Any]) -> Approach:
         if "place" in record:
             tips = np.array(record["tips"], dtype=float).reshape(-1, 3)
             space = Space(tuple(record["place"]), tips, float(record["mm_per_px"]))
-        return Approach(record["name"], log, goal, path, float(record["miss_mm"]), space)
+        return GoalRun(record["name"], log, goal, path, float(record["miss_mm"]), space)
     except (LookupError, TypeError, ValueError):
-        raise BadRun(f"{folder / STORY} is not of a demo; run the demo again") from None
+        raise BadRun(f"{folder / RESULTS_FILE} is not of a demo; run the demo again") from None
 
 
-def read_run(folder: Path) -> Run:
-    """The demo that left this folder.
+def read_run(folder: Path) -> DemoResult:
+    """Read the results of the demo that left this folder.
 
     Raises:
         BadRun: something is missing or cannot be understood.
     """
     try:
-        story = json.loads((folder / STORY).read_text(encoding="utf-8"))
-        approaches = [read_approach(folder, record) for record in story["approaches"]]
-        rival = story["rival"] and read_approach(folder, story["rival"])
+        results = json.loads((folder / RESULTS_FILE).read_text(encoding="utf-8"))
+        goal_runs = [read_goal_run(folder, record) for record in results["approaches"]]
+        baseline = results["rival"] and read_goal_run(folder, results["rival"])
     except (OSError, LookupError, TypeError, ValueError):
-        raise BadRun(f"{folder / STORY} is not of a demo; run the demo again") from None
-    return Run(folder, story, approaches, rival or None)
+        raise BadRun(f"{folder / RESULTS_FILE} is not of a demo; run the demo again") from None
+    return DemoResult(folder, results, goal_runs, baseline or None)
 
 
 def drawn(lines: Sequence[dict[str, Any] | None]) -> bool:
-    """Whether every line was drawn and measured."""
+    """Return True if every line was drawn and measured."""
     return bool(lines) and all(line is not None for line in lines)
 
 
 def lines_text(lines: Sequence[dict[str, Any] | None]) -> str:
-    """How well the lines were drawn."""
+    """Sentence on the lines: their number and greatest deviation, mm."""
     there = [line for line in lines if line]
     if not there:
         return "none of the lines was drawn"
@@ -235,10 +234,10 @@ def lines_text(lines: Sequence[dict[str, Any] | None]) -> str:
     return f"{count} drawn, at most {worst:.1f} mm off"
 
 
-def headline(run: Run) -> str:
-    """What came of it, in one sentence."""
-    there = [a for a in run.approaches if a.reached]
-    lines = lines_text(run.story["lines"])
+def headline(run: DemoResult) -> str:
+    """Outcome in one sentence."""
+    there = [a for a in run.goal_runs if a.reached]
+    lines = lines_text(run.results["lines"])
     if run.worked:
         worst = f"{max(a.error for a in there):.1f} px"
         if in_space(run):
@@ -247,15 +246,15 @@ def headline(run: Run) -> str:
             f"{lines[0].upper()}{lines[1:]}; all {_number(len(there))} goals truly reached, "
             f"to {worst} or better."
         )
-    missed = [f"{a.name} was {a.outcome}" for a in run.approaches if not a.reached]
-    if not drawn(run.story["lines"]):
+    missed = [f"{a.name} was {a.outcome}" for a in run.goal_runs if not a.reached]
+    if not drawn(run.results["lines"]):
         missed.insert(0, lines)
     return f"Not everything worked: {'; '.join(missed)}."
 
 
-def in_space(run: Run) -> bool:
-    """Whether the tip went through space, and not in a plane."""
-    return any(approach.space for approach in run.approaches)
+def in_space(run: DemoResult) -> bool:
+    """Return True if the tip went through space, and not in a plane."""
+    return any(goal_run.space for goal_run in run.goal_runs)
 
 
 def _number(count: int) -> str:
@@ -276,8 +275,8 @@ HEADINGS = (
 )
 
 
-def table_rows(run: Run) -> list[tuple[str, ...]]:
-    """The cells of the table, a row for each approach."""
+def table_rows(run: DemoResult) -> list[tuple[str, ...]]:
+    """The cells of the table, a row for each run."""
     return [
         (
             a.name,
@@ -290,28 +289,28 @@ def table_rows(run: Run) -> list[tuple[str, ...]]:
             f"{a.seconds:.1f}",
             "yes" if a.reached else "no",
         )
-        for a in [*run.approaches, *([run.rival] if run.rival else [])]
+        for a in [*run.goal_runs, *([run.baseline] if run.baseline else [])]
     ]
 
 
-def table(run: Run) -> Table:
+def table(run: DemoResult) -> Table:
     """The outcome, for a terminal."""
     shown = Table(*HEADINGS, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for number, column in enumerate(shown.columns):
         column.no_wrap = True
         column.justify = "right" if 3 <= number < 8 else "left"
     for number, row in enumerate(table_rows(run)):
-        if number == len(run.approaches):
+        if number == len(run.goal_runs):
             shown.add_section()
         yes = row[-1] == "yes"
         shown.add_row(*map(escape_markup, row[:-1]), f"[{'green' if yes else 'red'}]{row[-1]}[/]")
     return shown
 
 
-def looks_of(approach: Approach, camera: str) -> np.ndarray:
-    """Where the servo saw the tip in a camera's picture (n, 2) as it stopped to look, px."""
+def looks_of(goal_run: GoalRun, camera: str) -> np.ndarray:
+    """Places (n, 2), px, of the tip in a camera's picture where the servo stopped to look."""
     names = [f"{camera}.u", f"{camera}.v"]
-    seen = [dict(zip(step["rows"], step["s"] or (), strict=False)) for step in approach.log.steps]
+    seen = [dict(zip(step["rows"], step["s"] or (), strict=False)) for step in goal_run.log.steps]
     return np.array([[s[name] for name in names] for s in seen if s.keys() >= set(names)]).reshape(
         -1, 2
     )

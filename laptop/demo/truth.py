@@ -1,4 +1,4 @@
-"""What truly happened, from the files of the emulated brick; the brick's claims decide nothing."""
+"""The truth about a demo, from the emulated brick's files; its claims decide nothing."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from laptop.demo import results
-from laptop.demo.goals import Goal, Vector, Views, slope
+from laptop.demo.goals import CameraRig, Goal, Vector, slope
 from laptop.demo.processes import ENDED, ChildProcess, DemoFailed
 from laptop.reporting.line_accuracy import pen_down_runs
 from laptop.simulator.host.clocks import UPTIME
 
 
-class Row(NamedTuple):
+class TracePoint(NamedTuple):
     """One of trace.csv: s, true joint angles (rad), whether the pen was down."""
 
     t: float
@@ -26,8 +26,8 @@ class Row(NamedTuple):
     pen: bool
 
 
-def read_trace(file: Path) -> list[Row]:
-    """The true motion that `simulate` left.
+def read_trace(file: Path) -> list[TracePoint]:
+    """Read the true motion that `simulate` left.
 
     Raises:
         DemoFailed: it left none.
@@ -37,7 +37,7 @@ def read_trace(file: Path) -> list[Row]:
             heading, *rows = csv.reader(lines)
             joints = [column for column, name in enumerate(heading) if name.startswith("q")]
             trace = [
-                Row(float(row[0]), tuple(float(row[k]) for k in joints), row[-1] == "1")
+                TracePoint(float(row[0]), tuple(float(row[k]) for k in joints), row[-1] == "1")
                 for row in rows
             ]
         if trace:
@@ -48,7 +48,7 @@ def read_trace(file: Path) -> list[Row]:
 
 
 def _starting(home: Path) -> float:
-    """How long a program took to start, of which the world's clock knows nothing, s.
+    """Time a program took to start, of which the world's clock knows nothing, s.
 
     Raises:
         DemoFailed: `simulate` has not told.
@@ -59,8 +59,10 @@ def _starting(home: Path) -> float:
         raise DemoFailed(f"{home / SUMMARY} cannot be read; is the disk full?") from None
 
 
-def approach_of(views: Views, goal: Goal, home: Path, program: ChildProcess) -> dict[str, Any]:
-    """One run of the servo as it truly was; what results.read_approach reads.
+def record_goal_run(
+    rig: CameraRig, goal: Goal, home: Path, program: ChildProcess
+) -> dict[str, Any]:
+    """Record one run of the servo as it truly was; results.read_goal_run reads it.
 
     Raises:
         DemoFailed: it ended without a verdict.
@@ -72,21 +74,21 @@ def approach_of(views: Views, goal: Goal, home: Path, program: ChildProcess) -> 
         raise program.failure()
     rows = read_trace(home / "trace.csv")
     zero = notes.run["clock"] - UPTIME - _starting(home)
-    path = _path(views, rows)
-    tip = views.centre("effector", rows[-1].q)
+    path = _path(rig, rows)
+    tip = rig.centre("effector", rows[-1].q)
     record = {
         "name": goal.name,
         "log": log.name,
         "goal": [round(value, 3) for value in goal.pixels],
         "path": [
-            [round(t - zero, 3), *(round(value, 2) for value in views.truth(q))] for t, q in path
+            [round(t - zero, 3), *(round(value, 2) for value in rig.truth(q))] for t, q in path
         ],
         "miss_mm": round(10 * math.dist(tip, goal.place), 3),
     }
-    if len(views) > 1:
+    if len(rig) > 1:
         record["place"] = [round(value, 3) for value in goal.place]
-        record["tips"] = [_rounded(views.centre("effector", q)) for _, q in path]
-        record["mm_per_px"] = round(_worth(views, goal.place), 4)
+        record["tips"] = [_rounded(rig.centre("effector", q)) for _, q in path]
+        record["mm_per_px"] = round(_worth(rig, goal.place), 4)
     return record
 
 
@@ -94,49 +96,49 @@ def _rounded(values: Sequence[float] | np.ndarray) -> list[float]:
     return [round(float(value), 3) for value in values]
 
 
-def _worth(views: Views, place: Sequence[float]) -> float:
-    """How far apart, mm, places near this one may be that are 1 px apart in the pictures.
+def _worth(rig: CameraRig, place: Sequence[float]) -> float:
+    """Greatest distance, mm, of places near this one that are 1 px apart in the pictures.
 
     That is in the direction in which the cameras together tell least.
     """
-    singular = np.linalg.svd(slope(views.project, tuple(place)), compute_uv=False)
+    singular = np.linalg.svd(slope(rig.project, tuple(place)), compute_uv=False)
     return 10 / float(singular[-1])
 
 
-def ink_in_space(views: Views, rows: Sequence[Row]) -> list[list[list[float]]]:
+def ink_in_space(rig: CameraRig, rows: Sequence[TracePoint]) -> list[list[list[float]]]:
     """The lines drawn in the air: x, y, z (cm) and the pixels of each camera, point by point.
 
     In the plane the pictures show the ink itself.
     """
-    if len(views) == 1:
+    if len(rig) == 1:
         return []
     return [
-        [[*_rounded(views.centre("effector", q)), *_rounded(views.truth(q))] for _, q in stroke]
-        for stroke in (_path(views, run) for run in pen_down_runs(rows))
+        [[*_rounded(rig.centre("effector", q)), *_rounded(rig.truth(q))] for _, q in stroke]
+        for stroke in (_path(rig, run) for run in pen_down_runs(rows))
     ]
 
 
 SUMMARY = "summary.json"
-"""What `simulate` leaves, behind trace.csv."""
-FINEST = 0.2
-"""Of the true path, points so far apart are kept, px."""
-STILL = 1e-4
-"""Joints that moved less than this have not moved, rad."""
-REST = 0.05
-"""After so long a rest it is kept when it ended, s."""
+"""File that `simulate` leaves after trace.csv."""
+PATH_SPACING = 0.2
+"""Distance of the points kept of the true path, px."""
+STILL_ANGLE = 1e-4
+"""Motion of a joint below which it has not moved, rad."""
+LEAST_REST = 0.05
+"""Shortest rest of which the end is kept, s."""
 
 
-def _path(views: Views, rows: Sequence[Row]) -> list[tuple[float, Vector]]:
+def _path(rig: CameraRig, rows: Sequence[TracePoint]) -> list[tuple[float, Vector]]:
     """When (s) the joints truly were where (rad); in the pictures what lies between is straight."""
     kept = rows[0]
-    place = views.truth(kept.q)
+    place = rig.truth(kept.q)
     path = [(kept.t, kept.q)]
     for before, row in zip(rows, rows[1:], strict=False):
-        if row is not rows[-1] and max(map(abs, np.subtract(row.q, kept.q))) < STILL:
+        if row is not rows[-1] and max(map(abs, np.subtract(row.q, kept.q))) < STILL_ANGLE:
             continue
-        here = views.truth(row.q)
-        if row is rows[-1] or math.dist(here, place) > FINEST:
-            if before.t - kept.t > REST:
+        here = rig.truth(row.q)
+        if row is rows[-1] or math.dist(here, place) > PATH_SPACING:
+            if before.t - kept.t > LEAST_REST:
                 path.append((before.t, kept.q))
             path.append((row.t, row.q))
             kept, place = row, here

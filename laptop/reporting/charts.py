@@ -1,4 +1,4 @@
-"""What is drawn of a run of the servo: a camera's picture with ways in it, curves in time.
+"""Charts of a run of the servo: a camera's picture with ways in it, curves in time.
 
 The parts that go on axes, in the style of `line_plot`; which figures they make up, and of what, is
 the reports' own.
@@ -47,7 +47,7 @@ def name_curves(axes: Axes) -> None:
 
 
 def draw_legend(figure: Figure, handles: Sequence[tuple[Any, str]], height: float) -> None:
-    """What is what, in one line; `height` as a share of the figure's."""
+    """Draw the legend in one line; `height` as a share of the figure's."""
     figure.legend(
         *zip(*handles, strict=True),
         loc="center",
@@ -59,7 +59,7 @@ def draw_legend(figure: Figure, handles: Sequence[tuple[Any, str]], height: floa
 
 
 def badge(colour: str, size: float = 8.0) -> dict[str, Any]:
-    """How the number of a goal looks."""
+    """Return the style of a goal's number."""
     return {
         "size": size,
         "color": "white",
@@ -85,7 +85,7 @@ def show_picture(axes: Axes, image: np.ndarray | None, width: int, height: int) 
 
 
 def name_camera(axes: Axes, name: str, height: int) -> None:
-    """Which camera it is, in the lower left corner of its picture."""
+    """Write the camera's name into the lower left corner of its picture."""
     shade = [effects.withStroke(linewidth=2.5, foreground=INK)]
     words: dict[str, Any] = {"size": 9.5, "color": "white", "weight": "bold", "zorder": 9}
     axes.text(9, height - 12, f"camera {name}", path_effects=shade, **words)

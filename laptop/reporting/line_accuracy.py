@@ -1,4 +1,4 @@
-"""What a drawing is worth: the ink against the paths that were wanted.
+"""Accuracy of a drawing: the ink against the paths that were wanted.
 
 Pure but for `write_trace`.  Rows of a record are anything with the attributes `t` (s), `q` (tuple
 of rad), `x`, `y`, `z` (cm; z None in the plane) and `pen` (0 or 1); a wanted path is a sequence of
@@ -19,10 +19,10 @@ from shared.arm_description import ArmError
 
 Points = Sequence[Sequence[float]]
 
-BOUNCE = 0.05
+MAX_BOUNCE_TIME = 0.05
 """A pen that is off the paper for no longer than this, s, has bounced; lifting it takes longer."""
 
-SPACING = 0.02
+INK_SPACING = 0.02
 """Ink is looked at this densely, cm, however fast the pen went."""
 
 MATCH_POINTS = 24
@@ -32,11 +32,11 @@ JUMP_COST = 0.05
 """cm of distance per cm between a point's place along the path and where it should have got to:
 keeps the place from jumping to another branch where a path crosses or touches itself."""
 
-SETTLING = math.radians(3)
+SETTLING_ANGLE = math.radians(3)
 """No more than this, rad, a joint moves by itself when it comes to rest at the end of its play."""
 
 
-class BadPath(ArmError, ValueError):
+class BadWantedPath(ArmError, ValueError):
     """A wanted path that is none."""
 
 
@@ -83,27 +83,27 @@ def pen_down_runs(rows: Iterable[Any]) -> list[list[Any]]:
     runs: list[list[Any]] = []
     for row in rows:
         if row.pen:
-            if not runs or row.t - runs[-1][-1].t > BOUNCE + 1e-9:
+            if not runs or row.t - runs[-1][-1].t > MAX_BOUNCE_TIME + 1e-9:
                 runs.append([])
             runs[-1].append(row)
     return runs
 
 
 def is_there_to_see(rows: Sequence[Any], wanted: Sequence[Points]) -> bool:
-    """Whether a picture would show anything: a wanted path, ink, or an arm that has moved."""
+    """Return True if there is a wanted path, ink, or an arm that has moved."""
     # (The ink of an arm without a pen motor has no beginning: its pen is never up.)
     if len(wanted) or len({row.pen for row in rows}) > 1:
         return True
     joints = zip(*(row.q for row in rows), strict=True)
-    return any(max(angles) - min(angles) > SETTLING for angles in joints)
+    return any(max(angles) - min(angles) > SETTLING_ANGLE for angles in joints)
 
 
 def measure(rows: Iterable[Any], wanted: Sequence[Points]) -> list[Measure | None]:
-    """What the ink in `rows` is worth for each wanted path; None for a path that was not drawn.
+    """Measure the ink in `rows` against each wanted path; None for a path that was not drawn.
 
     Raises:
-        BadPath: a wanted path without points, or with one that has not as many finite numbers as
-            the ink's.
+        BadWantedPath: a wanted path without points, or with one that has not as many finite
+            numbers as the ink's.
     """
     runs = pen_down_runs(rows)
     size = len(place(runs[0][0])) if runs else None
@@ -116,7 +116,7 @@ def measure(rows: Iterable[Any], wanted: Sequence[Points]) -> list[Measure | Non
 
 
 def place(row: Any) -> tuple[float, ...]:
-    """Of the tip, cm: x and y, in space also z."""
+    """Place of the tip, cm: x and y, in space also z."""
     return (row.x, row.y) if row.z is None else (row.x, row.y, row.z)
 
 
@@ -178,7 +178,7 @@ def _checked(number: int, path: Points, size: int | None) -> np.ndarray:
     sizes = (2, 3) if size is None else (size,)
     fits = points.ndim == 2 and points.shape[1] in sizes and len(points)
     if not fits or not np.isfinite(points).all():
-        raise BadPath(
+        raise BadWantedPath(
             f"wanted path {number} is not a list of points of {' or '.join(map(str, sizes))} finite"
             " numbers each; give [[x, y], ...] in cm"
         )
@@ -265,9 +265,9 @@ def _steps(points: np.ndarray) -> np.ndarray:
 
 
 def _refined(points: np.ndarray) -> np.ndarray:
-    """The same polyline with points at most SPACING apart, without repeated ones."""
+    """The same polyline with points at most INK_SPACING apart, without repeated ones."""
     points = points[np.concatenate([[True], _steps(points) > 1e-9])]
-    counts = np.maximum(1, np.ceil(_steps(points) / SPACING)).astype(int)
+    counts = np.maximum(1, np.ceil(_steps(points) / INK_SPACING)).astype(int)
     first = np.cumsum(counts) - counts
     share = (np.arange(counts.sum()) - np.repeat(first, counts)) / np.repeat(counts, counts)
     places = np.append(np.repeat(np.arange(len(counts)), counts) + share, len(counts))

@@ -73,7 +73,7 @@ BASE = 1.6
 """Half the side of what the arm stands on, cm."""
 
 
-def draw_picture(
+def write_line_plot(
     file: str | os.PathLike[str],
     rows: Sequence[Any],
     wanted: Sequence[Points],
@@ -261,7 +261,7 @@ def _draw_arm(axes: Axes, arm: np.ndarray, cm: float, standing: bool) -> None:
 
 
 def _badge_places(paths: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Where the numbers of the paths go: a little before each start, and not on one another."""
+    """Places for the numbers of the paths: a little before each start, and not on one another."""
     places: list[np.ndarray] = []
     for path in paths:
         ahead = path[np.hypot(*(path - path[0]).T) > 0.3]

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 from places import ROOT
 
-from laptop.bench.draw import Case, draw
+from laptop.bench.draw import DrawCase, draw
 from laptop.cli.main import laptop
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
@@ -25,7 +25,7 @@ ARM = read_arm(find_arm("spatial"))
 @pytest.mark.parametrize("line", LINES[3], ids=["upright", "level", "slanting"])
 def test_lines_in_space_are_as_straight_as_the_encoders_can_tell(line):
     assert math.dist(*line) == pytest.approx(12, abs=0.1)
-    found = draw(Case("spatial", "smooth", "no play", "backlash=0", 0.0, line, "line"))
+    found = draw(DrawCase("spatial", "smooth", "no play", "backlash=0", 0.0, line, "line"))
     assert found.error == ""
     assert found.greatest <= 1.5 * found.floor
     assert found.end <= 1.5 * found.floor

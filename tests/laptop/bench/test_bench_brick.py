@@ -36,5 +36,5 @@ def test_every_piece_costs_what_was_counted():
 
 
 def test_figures_for_people():
-    row = brick.Row("a tick", 800.0, 1000.0)
+    row = brick.InstructionCount("a tick", 800.0, 1000.0)
     assert brick.table([row]) == [("a tick", "800", "1,000", "1.25", "18.1")]

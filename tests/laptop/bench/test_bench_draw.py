@@ -18,7 +18,7 @@ FELT, WITHOUT, NOT_FED, OFF = "felt", "no preload", "not fed forward", "off"
 
 def case(line, weight=FELT, play=2.0, at=draw.EVERYWHERE, plant=""):
     points = LINES[3][draw.SPACE_LINES.index(line)]
-    return draw.Case("spatial", "smooth", "", plant, play, points, line, at, weight)
+    return draw.DrawCase("spatial", "smooth", "", plant, play, points, line, at, weight)
 
 
 def floors(*args, **options):
@@ -93,7 +93,7 @@ def test_every_joint_and_condition_is_drawn_once():
 
 def test_a_row_per_condition_and_two_for_many_plants():
     def result(condition, line, greatest, error=""):
-        return draw.Result(
+        return draw.DrawResult(
             "spatial", "smooth", condition, line, 0.5, greatest, 0.1, 0.1, 0.1, 3.0, 9, error
         )
 
@@ -143,7 +143,9 @@ def test_the_planar_cases_are_drawn_by_every_method_of_their_arm():
 def test_a_row_tells_how_far_short_a_line_stops():
     line = LINES[2][0]
     results = [
-        draw.draw(draw.Case("planar", method, "", "backlash=2", 2.0, line, "line 1", elbow="down"))
+        draw.draw(
+            draw.DrawCase("planar", method, "", "backlash=2", 2.0, line, "line 1", elbow="down")
+        )
         for method in ("smooth", "timed steps")
     ]
     rows = [dict(zip(draw.HEADINGS, row, strict=True)) for row in draw.table(results)]
@@ -160,11 +162,11 @@ def test_the_bench_of_limits_computes_as_slowly_as_asked_and_says_so(monkeypatch
 
     def drawn(one):
         asked.append(one.cpu)
-        return draw.Result(
+        return draw.DrawResult(
             one.arm, one.method, one.condition, one.name, 1.0, 0.9, 0.5, 0.5, 0.1, 2.0, 6, ""
         )
 
-    monkeypatch.setattr(draw.workers, "results", lambda do, cases, chunk: map(drawn, cases))
+    monkeypatch.setattr(draw.workers, "map_cases", lambda do, cases, **_: map(drawn, cases))
     shown = CliRunner().invoke(laptop, ["bench", "limits", *words])
     assert shown.exit_code == 0, shown.output
     assert asked == [cpu] * len(draw.limit_cases())

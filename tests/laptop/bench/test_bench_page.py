@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from laptop.bench import page
-from laptop.bench.page import Approach, Looking, Result
+from laptop.bench.page import GoalAttempt, PageResult, Viewers
 from laptop.cli.main import laptop
 
 
@@ -21,13 +21,15 @@ def test_a_picture_is_as_old_as_its_frame_when_it_is_on_the_screen(tmp_path):
 
 def test_the_table_has_a_row_for_each_number_of_pages():
     runs = [
-        Approach(True, 4, 5.0, 1.0, "goal 1: reached"),
-        Approach(True, 8, 9.0, 3.0, "goal 2: reached"),
-        Approach(False, 60, 60.0, 90.0, "goal 3: not reached"),
+        GoalAttempt(True, 4, 5.0, 1.0, "goal 1: reached"),
+        GoalAttempt(True, 8, 9.0, 3.0, "goal 2: reached"),
+        GoalAttempt(False, 60, 60.0, 90.0, "goal 3: not reached"),
     ]
-    shown = Result(Looking(5), 1, 30.0, [0.03] * 19 + [0.05], 4.0, [0.1] * 19 + [0.2], runs, 0.8)
-    none = Result(Looking(0), 1, 29.0, [0.03], 0.0, [], runs[:1], 1.0)
-    frozen = Result(Looking(1, frozen=True), 1, 29.0, [0.03], 0.0, [], runs[:1], 1.0)
+    shown = PageResult(
+        Viewers(5), 1, 30.0, [0.03] * 19 + [0.05], 4.0, [0.1] * 19 + [0.2], runs, 0.8
+    )
+    none = PageResult(Viewers(0), 1, 29.0, [0.03], 0.0, [], runs[:1], 1.0)
+    frozen = PageResult(Viewers(1, frozen=True), 1, 29.0, [0.03], 0.0, [], runs[:1], 1.0)
     assert page.table([none, shown, none, frozen]) == [
         ["0", "29.0", "30/30", "", "", "2 of 2", "4/4", "5.0/5.0", "1.0/1.0", "1.00"],
         ["5", "30.0", "30/50", "4.0", "100/200", "2 of 3", "8/8", "9.0/9.0", "3.0/3.0", "0.80"],

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from laptop.bench import servo
-from laptop.bench.servo import SCENES, Case, Result, Scene, wilson
+from laptop.bench import servo, servo_setups, servo_table
+from laptop.bench.servo import ServoCase, ServoResult
+from laptop.bench.servo_setups import SCENARIOS, ServoScenario
+from laptop.bench.servo_table import wilson
 from laptop.cli.main import laptop
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.plant_constants import CPU, read_plant
@@ -21,8 +23,8 @@ from robot.servoing.telling import Verdict
 from shared.orders import ROWS
 
 SEED = 77
-NOMINAL = SCENES["nominal"][0][1]
-RUN = Result("nominal", "planar", "chain", 1, True, True, "converged", 5, 6, 36, 6.0, 2.0)
+NOMINAL = SCENARIOS["nominal"][0][1]
+RUN = ServoResult("nominal", "planar", "chain", 1, True, True, "converged", 5, 6, 36, 6.0, 2.0)
 FAILED = replace(
     RUN, success=False, claimed=False, verdict="budget spent", moves=60, seconds=180.0, error=140.0
 )
@@ -32,16 +34,16 @@ FAILED = replace(
 
 
 def test_a_seed_is_one_set_up():
-    first, _ = servo.set_up.__wrapped__("planar", SEED, NOMINAL)
-    again, _ = servo.set_up.__wrapped__("planar", SEED, NOMINAL)
-    late, _ = servo.set_up.__wrapped__("planar", SEED, SCENES["latency"][3][1])
-    other, _ = servo.set_up.__wrapped__("planar", SEED + 1, NOMINAL)
+    first, _ = servo_setups.set_up.__wrapped__("planar", SEED, NOMINAL)
+    again, _ = servo_setups.set_up.__wrapped__("planar", SEED, NOMINAL)
+    late, _ = servo_setups.set_up.__wrapped__("planar", SEED, SCENARIOS["latency"][3][1])
+    other, _ = servo_setups.set_up.__wrapped__("planar", SEED + 1, NOMINAL)
     assert first == again == late != other
 
 
 def test_both_arms_have_the_same_task():
-    planar, _ = servo.set_up("planar", SEED, NOMINAL)
-    geared, _ = servo.set_up("geared", SEED, NOMINAL)
+    planar, _ = servo_setups.set_up("planar", SEED, NOMINAL)
+    geared, _ = servo_setups.set_up("geared", SEED, NOMINAL)
     assert (planar.start, planar.goal, planar.scenes) == (geared.start, geared.goal, geared.scenes)
     assert [j.gear for j in planar.arm.joints] != [j.gear for j in geared.arm.joints]
 
@@ -49,9 +51,9 @@ def test_both_arms_have_the_same_task():
 @pytest.mark.short("nominal")
 @pytest.mark.parametrize("name", ["nominal", "lego"])
 def test_set_ups_keep_within_their_bounds(name):
-    scene = SCENES[name][0][1]
+    scene = SCENARIOS[name][0][1]
     for seed in range(SEED, SEED + 8):
-        setting, cameras = servo.set_up("planar", seed, scene)
+        setting, cameras = servo_setups.set_up("planar", seed, scene)
         one, two = setting.arm.joints
         assert 10 <= one.link <= 16
         assert 8 <= two.link <= 14
@@ -64,7 +66,7 @@ def test_set_ups_keep_within_their_bounds(name):
         assert math.dist(*places) >= 80
         assert all(0 <= u < 640 and 0 <= v < 480 for u, v in places)
         assert 0 <= setting.scenes["A"]["tilt"] <= scene.tilt
-        for told, joint in zip(setting.told.joints, setting.arm.joints, strict=True):
+        for told, joint in zip(setting.configured.joints, setting.arm.joints, strict=True):
             assert 0 < abs(told.link / joint.link - 1) <= 0.05
             assert told._replace(link=joint.link) == joint
         assert 0 < abs(read_plant(setting.plant)["zero_error"]) <= 1.5
@@ -73,9 +75,12 @@ def test_set_ups_keep_within_their_bounds(name):
 @pytest.mark.long
 def test_set_ups_in_space_keep_within_their_bounds():
     for seed in range(SEED, SEED + 8):
-        setting, cameras = servo.set_up("spatial", seed, NOMINAL)
+        setting, cameras = servo_setups.set_up("spatial", seed, NOMINAL)
         assert list(cameras) == ["A", "B"]
-        for name, tilts in (("A", servo.ABOVE), ("B", servo.ASIDE)):
+        for name, tilts in (
+            ("A", servo_setups.TILT_FROM_ABOVE),
+            ("B", servo_setups.TILT_FROM_ASIDE),
+        ):
             constants = setting.scenes[name]
             assert tilts[0] <= constants["tilt"] <= tilts[1]
             assert 55 <= constants["distance"] <= 65
@@ -83,14 +88,14 @@ def test_set_ups_in_space_keep_within_their_bounds():
             for joint, angle in zip(setting.arm.joints, q, strict=True):
                 assert joint.lower < angle < joint.upper
             x, y, z = kinematics.forward(setting.arm, q)
-            assert z > servo.LOW
-            assert math.hypot(x, y) > servo.NARROW
+            assert z > servo_setups.MIN_TIP_HEIGHT
+            assert math.hypot(x, y) > servo_setups.MIN_AXIS_DISTANCE
             assert all(0 <= u < 640 and 0 <= v < 480 for u, v in cameras(q).values())
-        assert servo.apart(cameras(setting.start), cameras(setting.goal)) >= 80
+        assert servo_setups.apart(cameras(setting.start), cameras(setting.goal)) >= 80
 
 
 def test_what_is_beyond_the_edge_is_not_seen():
-    setting, cameras = servo.set_up("spatial", SEED, NOMINAL)
+    setting, cameras = servo_setups.set_up("spatial", SEED, NOMINAL)
     brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
     goal = {"A": (-1.0, 100.0), "B": (639.0, 479.0)}
     see = servo.points(cameras, brick, lambda t: goal, NOMINAL, SEED)
@@ -101,15 +106,15 @@ def test_what_is_beyond_the_edge_is_not_seen():
 
 def test_the_distance_of_two_places_counts_the_rows_that_count():
     one, other = {"A": (0.0, 0.0), "B": (0.0, 0.0)}, {"A": (1.0, 2.0), "B": (4.0, 6.0)}
-    assert servo.apart(one, other) == pytest.approx(math.sqrt(57))
+    assert servo_setups.apart(one, other) == pytest.approx(math.sqrt(57))
     rows = Rows("xyz", 3, "v")
     rows.choose({"A": ((1, 0, 0), (0, 1, 0)), "B": ((0, 1, 0), (0, 0, 1))})
-    assert servo.apart(one, other, rows) == pytest.approx(math.sqrt(41))
+    assert servo_setups.apart(one, other, rows) == pytest.approx(math.sqrt(41))
 
 
 def test_the_cameras_jacobian_is_the_chain_rule():
     """Against d pixel / d tip by its own differences times the analytic d tip / d q."""
-    setting, cameras = servo.set_up("planar", SEED, NOMINAL)
+    setting, cameras = servo_setups.set_up("planar", SEED, NOMINAL)
     q, camera = setting.start, cameras["A"]
     one, two = (joint.link for joint in setting.arm.joints)
     s1, c1, s12, c12 = math.sin(q[0]), math.cos(q[0]), math.sin(sum(q)), math.cos(sum(q))
@@ -124,7 +129,7 @@ def test_the_cameras_jacobian_is_the_chain_rule():
 
 def test_the_oracle_knows_the_jacobian_of_the_true_pose():
     """Also where the encoders say something else."""
-    setting, cameras = servo.set_up("planar", SEED, NOMINAL)
+    setting, cameras = servo_setups.set_up("planar", SEED, NOMINAL)
     brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
     told, s, camera = [a + 0.02 for a in setting.start], (300.0, 200.0), cameras["A"]
     picture = servo.TrueJacobian(camera, brick).seen_from(told, s)
@@ -137,19 +142,19 @@ def test_the_oracle_knows_the_jacobian_of_the_true_pose():
 
 @pytest.mark.parametrize("speed", [10.0, 50.0])
 def test_a_moving_goal_runs_at_its_speed_where_the_tip_can_be(speed):
-    setting, cameras = servo.set_up("planar", SEED, Scene(speed=speed))
-    at = servo.moving_goal(cameras, setting, speed)
+    setting, cameras = servo_setups.set_up("planar", SEED, ServoScenario(speed=speed))
+    at = servo_setups.moving_goal(cameras, setting, speed)
     path = np.array([at(k / 30)["A"] for k in range(900)])
     speeds = 30 * np.linalg.norm(np.diff(path, axis=0), axis=1)
     assert np.median(speeds) == pytest.approx(speed, rel=1e-3)
     assert speeds.max() < 1.1 * speed  # across the ring's corners and its end
     assert np.ptp(path, axis=0).min() > 20
     assert ((path > 0) & (path < (640, 480))).all()
-    assert at(3.7) == servo.moving_goal(cameras, setting, speed)(3.7)
+    assert at(3.7) == servo_setups.moving_goal(cameras, setting, speed)(3.7)
 
 
 def seen_frames(scene, count=2000):
-    setting, cameras = servo.set_up("planar", SEED, scene)
+    setting, cameras = servo_setups.set_up("planar", SEED, scene)
     brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
     see = servo.points(cameras, brick, lambda t: {"A": (200.0, 100.0)}, scene, SEED)
     off = {"effector": cameras["A"](brick.plant.q), "goal": (200.0, 100.0)}
@@ -158,13 +163,13 @@ def seen_frames(scene, count=2000):
 
 
 def test_points_are_as_noisy_as_the_scene_says():
-    for errors in seen_frames(Scene(sigma=2.0)).values():
+    for errors in seen_frames(ServoScenario(sigma=2.0)).values():
         assert errors.std(axis=0) == pytest.approx([2, 2], rel=0.06)
         assert errors.mean(axis=0) == pytest.approx([0, 0], abs=0.15)
 
 
 def test_outliers_have_their_share_and_are_anywhere():
-    for errors in seen_frames(Scene(outliers=0.1)).values():
+    for errors in seen_frames(ServoScenario(outliers=0.1)).values():
         astray = errors[np.abs(errors).max(axis=1) > 6]
         assert len(astray) / len(errors) == pytest.approx(0.1, abs=0.02)
         assert np.ptp(astray, axis=0) == pytest.approx([640, 480], rel=0.1)
@@ -174,7 +179,7 @@ def test_outliers_have_their_share_and_are_anywhere():
 
 
 def test_the_default_reaches_a_goal_truly():
-    (result,) = servo.run_case(Case("nominal", NOMINAL, "planar", 1, ("chain",)))
+    (result,) = servo.run_case(ServoCase("nominal", NOMINAL, "planar", 1, ("chain",)))
     assert (result.success, result.claimed, result.verdict) == (True, True, "converged")
     assert result.error <= 8
     assert result.moves <= 12
@@ -197,7 +202,7 @@ def run_with(monkeypatch, verdict, scene=NOMINAL):
 
     monkeypatch.setattr(loop, "VisualServoing", Loop)
     # What computes in no time has this process's own modules.
-    return servo.run_one(Case("nominal", scene, "planar", SEED, ("chain",), cpu=0.0), "chain")
+    return servo.run_one(ServoCase("nominal", scene, "planar", SEED, ("chain",), cpu=0.0), "chain")
 
 
 def test_a_claim_that_is_not_true_is_no_success(monkeypatch):
@@ -205,11 +210,11 @@ def test_a_claim_that_is_not_true_is_no_success(monkeypatch):
     assert (result.claimed, result.success) == (True, False)
     assert (result.moves, result.seconds) == (60, 180)
     assert result.error >= 80
-    assert servo.failures([result]) == ["planar; nominal; chain: 1 x false claim"]
+    assert servo_table.failures([result]) == ["planar; nominal; chain: 1 x false claim"]
 
 
 def test_truth_without_a_claim_is_no_success(monkeypatch):
-    setting, cameras = servo.set_up("planar", SEED, NOMINAL)
+    setting, cameras = servo_setups.set_up("planar", SEED, NOMINAL)
     at_goal = replace(setting, start=setting.goal, plant="zero_error=0")
     monkeypatch.setattr(servo, "set_up", lambda *args: (at_goal, cameras))
     silent = run_with(monkeypatch, verdict_of("marker lost"))
@@ -222,17 +227,19 @@ def test_truth_without_a_claim_is_no_success(monkeypatch):
 def test_a_crash_is_a_result(monkeypatch):
     result = run_with(monkeypatch, ZeroDivisionError("12.5 by 0"))
     assert not result.success
-    assert servo.failures([result]) == ["planar; nominal; chain: 1 x ZeroDivisionError: N by N"]
+    assert servo_table.failures([result]) == [
+        "planar; nominal; chain: 1 x ZeroDivisionError: N by N"
+    ]
 
 
 @pytest.mark.long
 def test_who_gives_up_on_a_moving_goal_is_left_behind(monkeypatch):
     """The arm stands; how far that is from the goal, between 6 and 20 s, is known."""
-    scene = Scene(speed=25.0)
+    scene = ServoScenario(speed=25.0)
     result = run_with(monkeypatch, verdict_of("singular"), scene)
-    setting, cameras = servo.set_up("planar", SEED, scene)
-    at, stands = servo.moving_goal(cameras, setting, 25.0), cameras(setting.start)
-    squares = [servo.apart(stands, at(6 + k / 100)) ** 2 for k in range(1400)]
+    setting, cameras = servo_setups.set_up("planar", SEED, scene)
+    at, stands = servo_setups.moving_goal(cameras, setting, 25.0), cameras(setting.start)
+    squares = [servo_setups.apart(stands, at(6 + k / 100)) ** 2 for k in range(1400)]
     assert not result.success
     assert result.rms == pytest.approx(math.sqrt(np.mean(squares)), rel=0.02)
 
@@ -245,7 +252,7 @@ def verdict_of(word, error=None):
 
 
 def test_the_goal_on_the_paper_is_covered_by_the_tip_at_the_goal():
-    setting, cameras, shown = servo.rendered_set_up("planar", 2, NOMINAL)
+    setting, cameras, shown = servo_setups.rendered_set_up("planar", 2, NOMINAL)
     shown = shown["A"]
     truth = shown.truth(setting.goal)
     assert truth["goal"] == pytest.approx(truth["effector"], abs=1e-6)
@@ -282,26 +289,26 @@ def test_wilson_by_hand(successes, n, interval):
 def test_a_failed_run_counts_the_whole_budget():
     oracle = replace(RUN, method="oracle", moves=4, seconds=3.0, error=1.0)
     results = [RUN, RUN, RUN, FAILED, *[oracle] * 4]
-    ours, best = servo.table(results)
-    head = dict(zip(servo.HEADINGS, ours, strict=True))
+    ours, best = servo_table.table(results)
+    head = dict(zip(servo_table.HEADINGS, ours, strict=True))
     assert (head["success %"], head["Wilson 95 %"], head["false"]) == ("75.0", "30.1..95.4", "0")
     assert (head["moves"], head["time s"], head["error px"]) == ("5/60", "6.0/180.0", "2.0/140.0")
     assert (head["looks"], head["frames"]) == ("6", "36")
     assert (head["x moves"], head["x time"]) == ("1.25/15.00", "2.00/60.00")
     assert head["x error"] == "2.00"
     assert best[-3:] == ("1.00/1.00", "1.00/1.00", "1.00")
-    assert servo.failures(results) == ["planar; nominal; chain: 1 x budget spent"]
+    assert servo_table.failures(results) == ["planar; nominal; chain: 1 x budget spent"]
 
 
 def test_without_an_oracle_there_are_no_ratios():
-    (row,) = servo.table([RUN])
+    (row,) = servo_table.table([RUN])
     assert row[-3:] == ("-", "-", "-")
 
 
 def test_rows_of_a_condition_stand_together():
     other = replace(RUN, scene="later")
     results = [RUN, other, replace(RUN, method="oracle"), replace(other, method="oracle")]
-    assert [row[1:3] for row in servo.table(results)] == [
+    assert [row[1:3] for row in servo_table.table(results)] == [
         ("nominal", "chain"), ("nominal", "oracle"), ("later", "chain"), ("later", "oracle"),
     ]  # fmt: skip
 
@@ -309,8 +316,8 @@ def test_rows_of_a_condition_stand_together():
 def test_a_moving_goal_has_a_table_of_its_own():
     followed = [replace(RUN, rms=x) for x in (4.0, 5.0, 6.0)]
     results = [*followed, *(replace(r, method="oracle", rms=4.0) for r in followed)]
-    ours, _ = servo.table(results)
-    head = dict(zip(servo.MOVING_HEADINGS, ours, strict=True))
+    ours, _ = servo_table.table(results)
+    head = dict(zip(servo_table.MOVING_HEADINGS, ours, strict=True))
     assert (head["rms px"], head["x rms"]) == ("5.0/6.0", "1.25/1.50")
 
 
@@ -318,17 +325,17 @@ def test_a_moving_goal_has_a_table_of_its_own():
 
 
 def test_every_seed_runs_under_every_condition_on_both_arms():
-    for name, conditions in SCENES.items():
+    for name, conditions in SCENARIOS.items():
         todo = servo.cases(range(5, 8), name)
-        assert len(todo) == servo.count(range(5, 8), name) == 3 * 2 * len(conditions)
+        assert len(todo) == 3 * 2 * len(conditions)
         assert {(c.arm, c.seed, c.scene) for c in todo} == {
             (arm, seed, scene)
-            for arm in servo.ARMS
+            for arm in servo_setups.ARMS
             for seed in (5, 6, 7)
             for _, scene in conditions
         }
     (case,) = servo.cases(range(5, 6), "nominal", ("geared",), ("kalman",), rendered=True)
-    assert case == Case("nominal, rendered", NOMINAL, "geared", 5, ("kalman",), True)
+    assert case == ServoCase("nominal, rendered", NOMINAL, "geared", 5, ("kalman",), True)
 
 
 @pytest.fixture
@@ -336,12 +343,12 @@ def bench(monkeypatch):
     """`bench servo` with results from nowhere; the orders it gives."""
     orders = []
 
-    def run(*args):
+    def cases(*args):
         orders.append(args)
-        return iter([[RUN], [FAILED]])
+        return [None, None]
 
-    monkeypatch.setattr(servo, "run", run)
-    monkeypatch.setattr(servo, "count", lambda *args: 2)
+    monkeypatch.setattr(servo, "cases", cases)
+    monkeypatch.setattr(servo, "run", lambda todo, executor: iter([[RUN], [FAILED]]))
 
     def command(*args):
         return CliRunner().invoke(laptop, ["bench", "servo", *args])
@@ -354,7 +361,9 @@ def bench(monkeypatch):
 def test_bench_servo(bench):
     shown = bench()
     assert shown.exit_code == 0, shown.output
-    assert bench.orders == [(range(1000, 1050), "nominal", servo.ARMS, (), False, "stereo", CPU)]
+    assert bench.orders == [
+        (range(1000, 1050), "nominal", servo_setups.ARMS, (), False, "stereo", CPU)
+    ]
     assert "50.0" in shown.stdout
     assert "planar; nominal; chain: 1 x budget spent" in shown.stdout
     assert max(len(line) for line in shown.stdout.splitlines()) <= 170
@@ -374,8 +383,8 @@ def test_bench_servo_takes_what_is_asked(bench):
 
 def test_the_commands_words_are_those_of_the_bench():
     words = {p.name: p for p in laptop.commands["bench"].commands["servo"].params}
-    assert tuple(words["scene"].type.choices) == tuple(SCENES)
-    assert tuple(words["arms"].type.choices) == (*servo.ARMS, "spatial")
+    assert tuple(words["scene"].type.choices) == tuple(SCENARIOS)
+    assert tuple(words["arms"].type.choices) == (*servo_setups.ARMS, "spatial")
     assert tuple(words["rows"].type.choices) == ROWS
     assert tuple(words["methods"].type.choices) == servo.METHODS
 
@@ -401,14 +410,14 @@ def test_what_cannot_be_run_is_refused_in_a_line(bench, arguments, word):
 
 
 def test_a_camera_that_sees_no_two_poses_apart_is_drawn_anew():
-    setting, cameras = servo.set_up("planar", 1083, servo.SCENES["lego"][0][1])
-    assert servo.apart(cameras(setting.start), cameras(setting.goal)) >= 80
+    setting, cameras = servo_setups.set_up("planar", 1083, servo_setups.SCENARIOS["lego"][0][1])
+    assert servo_setups.apart(cameras(setting.start), cameras(setting.goal)) >= 80
 
 
 @pytest.mark.parametrize("mode", ["look", "stream"])
 def test_the_oracle_gets_there(mode):
     """A crash of a method is a result of the bench; this one's would be a bound that is none."""
-    case = Case("nominal", replace(NOMINAL, mode=mode), "planar", SEED, ("oracle",))
+    case = ServoCase("nominal", replace(NOMINAL, mode=mode), "planar", SEED, ("oracle",))
     assert servo.run_case(case)[0].success
 
 

@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from laptop.bench import track
-from laptop.bench.track import LOOKS, Cost, LightCase, PrecisionCase, Result, Score, judge
+from laptop.bench import track, track_cost, track_light, track_methods, track_precision, track_table
+from laptop.bench.track_cost import Cost
+from laptop.bench.track_light import LightCase
+from laptop.bench.track_precision import LOOKS, PrecisionCase
+from laptop.bench.track_score import Score, TrackResult, judge
 from laptop.cli.main import laptop
 from laptop.simulator.scene.sensor import marker_frame
 from laptop.vision.markers import BadMarker, Color, Marker
@@ -72,7 +75,9 @@ def test_nothing_measured_is_no_figure():
 def test_the_limit_of_two_ramps_is_that_of_lines_through_points():
     """One channel says u, 3 DN/px, the other v, 5 DN/px, in 20 x 30 pixels each."""
     y, x = np.mgrid[0:20, 0:30].astype(float)
-    bound = track.bound(lambda u, v: np.dstack([3 * (x - u), 5 * (y - v)]), 10.2, 7.7, 2.0)
+    bound = track_precision.bound(
+        lambda u, v: np.dstack([3 * (x - u), 5 * (y - v)]), 10.2, 7.7, 2.0
+    )
     noise = 4 + 1 / 12
     assert bound == pytest.approx((noise / (600 * 9), noise / (600 * 25)))
 
@@ -97,47 +102,51 @@ def test_no_least_squares_beats_the_limit_and_one_reaches_it():
     seen = np.round(clean + noise * luck.standard_normal((1500, *clean.shape)))
     off = np.linalg.lstsq(slopes, (seen - clean).reshape(1500, -1).T, rcond=None)[0]
     rms = math.sqrt((off**2).mean())
-    assert rms == pytest.approx(math.sqrt(sum(track.bound(render, u, v, noise)) / 2), rel=0.07)
+    assert rms == pytest.approx(
+        math.sqrt(sum(track_precision.bound(render, u, v, noise)) / 2), rel=0.07
+    )
 
 
 @pytest.mark.parametrize("look", [LOOKS[0], LOOKS[6], LOOKS[7], LOOKS[8], LOOKS[10], LOOKS[11]])
 def test_the_limit_is_that_of_the_pictures_that_are_tracked(look):
-    behind = track.ground(look, SEED)
+    behind = track_precision.ground(look, SEED)
     image = marker_frame(
-        look.kind, 150.3, 99.8, look.radius, background=behind, size=track.SIZE,
+        look.kind, 150.3, 99.8, look.radius, background=behind, size=track_precision.SIZE,
         motion=look.motion, noise=0,
     )  # fmt: skip
-    assert np.abs(track.values(look, 150.3, 99.8, behind) - image).max() <= 0.5001
+    assert np.abs(track_precision.values(look, 150.3, 99.8, behind) - image).max() <= 0.5001
 
 
 # ---- precision
 
 
 def test_places_are_anywhere_within_a_pixel_and_well_inside():
-    places = np.array(track.places(SEED, 600))
+    places = np.array(track_precision.places(SEED, 600))
     assert (places > 60).all()
-    assert (places < np.array(track.SIZE) - 60).all()
+    assert (places < np.array(track_precision.SIZE) - 60).all()
     for share in (places % 1).T:
         assert np.histogram(share, 4, (0, 1))[0] == pytest.approx([150] * 4, abs=50)
 
 
 def test_known_errors_come_out_as_they_went_in(monkeypatch):
-    truths = track.places(SEED, 9)
+    truths = track_precision.places(SEED, 9)
 
     def astray(image, t):
-        k = round(t * track.FPS)
+        k = round(t * track_precision.FPS)
         u, v = truths[k]
         assert image[round(v), round(u), 2] > 150, "the marker is where truth says"
         if not k:
             return at(0, 0)  # where it is learned does not count
         return None if k == 5 else at(u + 0.3, v + 0.4 * (-1) ** k)
 
-    monkeypatch.setattr(track, "methods", lambda marker, radius: {"astray": astray})
+    monkeypatch.setattr(track_precision, "methods", lambda marker, radius: {"astray": astray})
     wrong, limit = PrecisionCase(DISC, SEED, 8).run()
     assert (wrong.score.clear, wrong.score.lost, wrong.score.measured) == (8, 1, 7)
     assert wrong.score.rms == pytest.approx(math.sqrt((0.09 + 0.16) / 2))
     assert wrong.score.bias == pytest.approx((0.3, 0.4 / 7))
-    best = track.bound(lambda u, v: track.values(DISC, u, v, DISC.background), *truths[1], 3.0)
+    best = track_precision.bound(
+        lambda u, v: track_precision.values(DISC, u, v, DISC.background), *truths[1], 3.0
+    )
     assert (limit.method, limit.score.rms) == ("limit", pytest.approx(math.sqrt(sum(best) / 2)))
 
 
@@ -153,24 +162,24 @@ def test_what_cannot_be_learned_is_said():
     """It counts as lost, beside what another seed brings."""
     (result,) = PrecisionCase(replace(DISC, radius=0.4), SEED, 3).run()
     assert "pick the" in result.error
-    assert track.errors([result]) == [f"{DISC.name}: {result.error}"]
+    assert track_table.errors([result]) == [f"{DISC.name}: {result.error}"]
     luckier = replace(result, score=Score(3, 3, measured=3), error="")
     for order in ([result, luckier], [luckier, result]):
-        (both,) = track.gathered(order)
+        (both,) = track_table.gathered(order)
         assert (both.score.lost_percent, both.error) == (50, result.error)
 
 
 @pytest.mark.parametrize(
     ("recipe", "what", "worst"),
     [
-        (track.hsv_moments, RED, 0.1),
-        (track.hsv_contours, RED, 0.15),
-        (track.blur_and_enclose, RED, 0.2),
-        (track.hough, 12.0, 0.8),
+        (track_methods.hsv_moments, RED, 0.1),
+        (track_methods.hsv_contours, RED, 0.15),
+        (track_methods.blur_and_enclose, RED, 0.2),
+        (track_methods.hough, 12.0, 0.8),
     ],
 )
 def test_the_usual_recipes_work(recipe, what, worst):
-    image = marker_frame("disc", 150.3, 99.8, 12, size=track.SIZE)
+    image = marker_frame("disc", 150.3, 99.8, 12, size=track_precision.SIZE)
     found = recipe(image, what)
     assert (found.u, found.v) == pytest.approx((150.3, 99.8), abs=worst)
     assert found.radius == pytest.approx(12, abs=1)
@@ -192,19 +201,19 @@ def test_the_usual_recipes_work(recipe, what, worst):
     ],
 )
 def test_lights(light, begin, end):
-    assert track.LIGHTS[light](0, 0.0) == pytest.approx(begin)
-    assert track.LIGHTS[light](1, 5.0) == pytest.approx(end)
+    assert track_light.LIGHTS[light](0, 0.0) == pytest.approx(begin)
+    assert track_light.LIGHTS[light](1, 5.0) == pytest.approx(end)
 
 
 def test_flicker_is_as_deep_as_it_says():
-    gains = [track.LIGHTS["flicker +-35 %"](0, k / 7919)[0] for k in range(1000)]
+    gains = [track_light.LIGHTS["flicker +-35 %"](0, k / 7919)[0] for k in range(1000)]
     assert (min(gains), max(gains)) == pytest.approx((0.65, 1.35), abs=1e-3)
 
 
 def test_the_sensor_applies_gains_then_noise(monkeypatch):
-    monkeypatch.setattr(track, "through_jpeg", lambda image, quality: image)
+    monkeypatch.setattr(track_light, "through_jpeg", lambda image, quality: image)
     image = np.full((120, 160, 3), (40, 80, 120), np.uint8)
-    seen = track.Sensor(SEED, (160, 120)).read_out(image, (2.0, 1.0, 0.5)).reshape(-1, 3)
+    seen = track_light.ClipSensor(SEED, (160, 120)).read_out(image, (2.0, 1.0, 0.5)).reshape(-1, 3)
     assert seen.mean(axis=0) == pytest.approx([80, 80, 60], abs=0.1)
     assert seen.std(axis=0) == pytest.approx([math.sqrt(4 + 1 / 12)] * 3, rel=0.03)
 
@@ -221,7 +230,7 @@ def test_a_dimming_light_is_counted():
 
 
 def test_the_fixed_gate_claims_nothing_less_than_half_as_wide():
-    find = track._fixed(Marker("marker", "disc", RED))
+    find = track_light._fixed(Marker("marker", "disc", RED))
     wide, half, narrow = (marker_frame("disc", 60.0, 60.0, r) for r in (12.0, 7.0, 5.0))
     assert [find(image, 0.0) is not None for image in (wide, half, narrow)] == [True, True, False]
 
@@ -230,29 +239,29 @@ def test_a_clip_whose_markers_cannot_be_learned_is_lost(monkeypatch):
     def refuse(*args):
         raise BadMarker("no colour here")
 
-    monkeypatch.setattr(track, "learn", refuse)
+    monkeypatch.setattr(track_light, "learn", refuse)
     results = LightCase("", (("night", "none"),), SEED, 3).run()
     assert len(results) == 4
     assert {(r.score.lost, r.score.clear, r.error) for r in results} == {(2, 2, "no colour here")}
-    assert track.errors(results) == ["night: no colour here"] * 2
+    assert track_table.errors(results) == ["night: no colour here"] * 2
 
 
 @pytest.mark.short("5")
 @pytest.mark.parametrize("seed", [SEED, 5, 11])  # under the latter two's first swings lies the goal
 def test_a_hand_hides_what_could_be_seen_at_first(seed):
-    camera, angles = track.filmed("occlusion=2.5", seed)
+    camera, angles = track_light.filmed("occlusion=2.5", seed)
     assert min(camera.scene.visible(angles(0.0), 0.0).values()) > 0.99
     assert camera.scene.visible(angles(1.5), 1.5)["goal"] == 0
 
 
 def test_the_outline_of_a_tilted_disc_has_the_centre_of_its_ellipse():
-    camera, angles = track.filmed("tilt=60,k1=0,distance=40", SEED)
+    camera, angles = track_light.filmed("tilt=60,k1=0,distance=40", SEED)
     scene, q = camera.scene, angles(0.0)
     centre = scene.centres(q)["goal"]
     angle = np.linspace(0, 2 * math.pi, 100, endpoint=False)
     rim = 1.1 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     (u, v), axes, _ = cv2.fitEllipse(scene.project(centre + rim).astype(np.float32))
-    outline, radius = track.outline_of(scene, q, "goal")
+    outline, radius = track_light.outline_of(scene, q, "goal")
     assert (outline.u, outline.v) == pytest.approx((u, v), abs=0.01)
     assert radius == pytest.approx(max(axes) / 2, rel=0.1)
     assert math.dist((u, v), scene.truth(q)["goal"]) > 0.2
@@ -278,8 +287,8 @@ def test_costs_are_medians_of_every_second_lap(monkeypatch):
         "quick": ([None, None], working(900, 900, 5, 7, 900, 900, 5, 30)),
         "slow": ([None, None], working(900, 900, 60, 70, 900, 900, 70, 80)),
     }
-    monkeypatch.setattr(track, "contenders", lambda: timed)
-    quick, slow = track.costs(range(2), lambda: now[0])
+    monkeypatch.setattr(track_cost, "contenders", lambda: timed)
+    quick, slow = track_cost.costs(range(2), lambda: now[0])
     assert (quick.method, quick.median, quick.seen) == ("quick", 6, 0.75)
     assert (slow.method, slow.median, slow.seen) == ("slow", 70, 0.75)
     assert quick.p95 == pytest.approx(7 + 0.85 * 23)
@@ -290,11 +299,11 @@ def test_what_is_timed_is_found_or_absent_as_it_should_be():
     threads = cv2.getNumThreads()
     try:
         cv2.setNumThreads(2)
-        seen = {cost.method: cost.seen for cost in track.costs(range(1))}
+        seen = {cost.method: cost.seen for cost in track_cost.costs(range(1))}
         assert cv2.getNumThreads() == 2
     finally:
         cv2.setNumThreads(threads)
-    assert seen.pop(track.ABSENT) == 0
+    assert seen.pop(track_cost.ABSENT) == 0
     assert seen.pop("ours, one ArUco marker") > 0  # a hard one
     assert set(seen.values()) == {1.0}
 
@@ -305,19 +314,19 @@ def test_what_is_timed_is_found_or_absent_as_it_should_be():
 def test_the_usual_recipe_is_the_quicker_of_its_two():
     timed = [
         Cost("ours", 40, 50, 1),
-        *(Cost(name, us, us, 1) for name, us in zip(track.FULL, (800, 600))),
+        *(Cost(name, us, us, 1) for name, us in zip(track_cost.FULL_FRAME_RECIPES, (800, 600))),
     ]
-    assert track.full(timed) == 600
-    assert [row[3] for row in track.cost_table(timed)] == ["1/15.0", "1.3", "1.0"]
+    assert track_cost.full_frame_cost(timed) == 600
+    assert [row[3] for row in track_table.cost_table(timed)] == ["1/15.0", "1.3", "1.0"]
 
 
 def test_tables_by_hand():
     def result(part, method, score):
-        return Result(part, "dusk", "goal", method, score)
+        return TrackResult(part, "dusk", "goal", method, score)
 
     one, two = Score(2, 2, measured=2, squares=0.04), Score(2, 2, lost=1, measured=1, squares=0.08)
     never = Score(3, 3, lost=3)
-    results = track.gathered(
+    results = track_table.gathered(
         [
             *(result("precision", "ours", score) for score in (one, two)),
             result("precision", "limit", Score(measured=1, squares=0.0002)),
@@ -325,15 +334,17 @@ def test_tables_by_hand():
             result("light", "ours", Score(4, 2, lost=1, false=1, measured=1, squares=0.5)),
         ]
     )
-    (row,) = track.precision_table(results)
+    (row,) = track_table.precision_table(results)
     assert row[:4] == ("dusk", "0.0100", "0.141 (25 % missed)", "14.1")
     assert row[6:] == ("never found", "-", "-")
-    (row,) = track.light_table(results)
+    (row,) = track_table.light_table(results)
     assert row == ("dusk", "goal", "50.0", "25.0", "0.500", "nan", "nan", "-", "-")
 
 
 def test_what_was_not_measured_is_null():
-    ((never,), costs) = track.figures([Result("light", "dusk", "goal", "ours")], []).values()
+    ((never,), costs) = track_table.figures(
+        [TrackResult("light", "dusk", "goal", "ours")], []
+    ).values()
     assert costs == []
     for key in ("rms", "lost_percent", "false_percent"):
         assert never[key] is None
@@ -349,7 +360,7 @@ def test_every_condition_is_tried_with_every_seed():
             [case.look.name] if isinstance(case, PrecisionCase) else dict(case.lights)
         )
     ]
-    names = [look.name for look in LOOKS] + list(track.LIGHTS) + list(track.SCENES)
+    names = [look.name for look in LOOKS] + list(track_light.LIGHTS) + list(track_light.SCENES)
     assert sorted(tried) == sorted((name, seed) for name in names for seed in (5, 6))
 
 
@@ -364,9 +375,9 @@ def few(monkeypatch):
             LightCase("", (("none", "none"),), seeds.start, 3),
         ],
     )
-    monkeypatch.setattr(track, "run", lambda todo: (case.run() for case in todo))
-    monkeypatch.setattr(track, "TURNS", 1)
-    monkeypatch.setattr(track, "serving", lambda: 0.0123)
+    monkeypatch.setattr(track, "run", lambda todo, executor: (case.run() for case in todo))
+    monkeypatch.setattr(track_cost, "TURNS", 1)
+    monkeypatch.setattr(track_cost, "serving", lambda: 0.0123)
 
 
 @pytest.mark.long
@@ -399,4 +410,4 @@ def test_bench_track_as_json(few):
 
 def test_serving_costs_something_and_ends_its_client():
     # (How much is the machine's affair.)
-    assert -0.05 < track.serving(fps=60, seconds=0.2) < 1
+    assert -0.05 < track_cost.serving(fps=60, seconds=0.2) < 1

@@ -34,7 +34,7 @@ def step(q, line, size, along_all):
 
 
 def drawn(name, line, cpu=0.0, elbow="down"):
-    case = draw.Case("planar", name, "", "backlash=2", 2.0, line, "", cpu=cpu, elbow=elbow)
+    case = draw.DrawCase("planar", name, "", "backlash=2", 2.0, line, "", cpu=cpu, elbow=elbow)
     return draw.draw(case)
 
 

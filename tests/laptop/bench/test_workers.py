@@ -1,24 +1,99 @@
-"""The processes of a bench: their results, and that none outlives it."""
+"""The processes of a bench: their results, and that none outlives it; and those of a cluster."""
 
+import json
 import signal
 import subprocess
 import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 from places import ROOT
 from waiting import PATIENCE, until
 
 from laptop.bench import workers
+from laptop.cli.main import laptop
 
 
 def test_results_come_in_the_order_of_the_cases():
-    assert list(workers.results(abs, range(-5, 0), chunk=2)) == [5, 4, 3, 2, 1]
+    assert list(workers.map_cases(abs, range(-5, 0), chunk=2)) == [5, 4, 3, 2, 1]
 
 
 def test_what_a_case_raises_is_heard_of():
     with pytest.raises(TypeError):
-        list(workers.results(abs, ["none"]))
+        list(workers.map_cases(abs, ["none"]))
+
+
+@pytest.mark.parametrize("chunk", [1, 2])
+def test_any_executor_does_the_work_one_case_at_a_time(chunk):
+    busy = threading.Lock()
+
+    def alone(case):
+        assert busy.acquire(blocking=False)
+        time.sleep(0.001 * (7 - case))
+        busy.release()
+        return -case
+
+    with ThreadPoolExecutor(3) as executor:
+        found = list(workers.map_cases(alone, range(7), chunk, executor))
+    assert found == [0, -1, -2, -3, -4, -5, -6]
+
+
+def test_what_nobody_waits_for_any_more_is_not_begun():
+    begun, go_on = [], threading.Event()
+
+    def work(case):
+        begun.append(case)
+        assert case == 0 or go_on.wait(PATIENCE)
+
+    with ThreadPoolExecutor(1) as executor:
+        results = workers.map_cases(work, range(9), executor=executor)
+        next(results)
+        results.close()
+        go_on.set()
+    assert begun in ([0], [0, 1])
+
+
+SERVO = ("bench", "servo", "--seeds", "1000:1001", "--arm", "planar", "--method", "chain")
+
+
+def test_without_distributed_it_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    done = CliRunner().invoke(laptop, [*SERVO, "--cluster", "tcp://127.0.0.1:8786"])
+    assert done.exit_code == 1
+    assert "distributed is not installed; write uv run --group cluster ..." in done.stderr
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense"])
+def test_an_address_where_nobody_answers_is_told_in_a_line(monkeypatch, address):
+    pytest.importorskip("distributed", reason="Dask's distributed is not installed")
+    monkeypatch.setattr(workers, "ANSWER_TIMEOUT", 0.5)
+    done = CliRunner().invoke(laptop, [*SERVO, "--cluster", address])
+    assert done.exit_code == 1
+    assert f"no scheduler answers at {address}; start one" in done.stderr
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_a_cluster_gives_the_results_of_this_machine(monkeypatch):
+    distributed = pytest.importorskip("distributed", reason="Dask's distributed is not installed")
+    monkeypatch.setattr(workers, "ANSWER_TIMEOUT", 1.0)
+    cluster = distributed.LocalCluster(
+        n_workers=0, processes=False, protocol="tcp://", dashboard_address=None
+    )
+    words = [*SERVO, "--json", "--cluster", cluster.scheduler_address]
+    with cluster:
+        none = CliRunner().invoke(laptop, words)
+        assert none.exit_code == 1
+        assert "has no worker; start some in the checkout" in none.stderr
+        cluster.scale(1)
+        cluster.wait_for_workers(1, PATIENCE)
+        shared = CliRunner().invoke(laptop, words)
+    assert shared.exit_code == 0, shared.output
+    here = CliRunner().invoke(laptop, words[:-2])
+    assert json.loads(shared.stdout) == json.loads(here.stdout)
 
 
 def children(pid):
@@ -41,7 +116,7 @@ def alive(pid):
 def test_a_bench_that_is_stopped_leaves_no_process_behind(number):
     # (Who runs the tests in a shell's background has all their processes ignore SIGINT.)
     bench = "import signal, time; signal.signal(signal.SIGINT, signal.default_int_handler); "
-    bench += "from laptop.bench import workers; list(workers.results(time.sleep, [60] * 9))"
+    bench += "from laptop.bench import workers; list(workers.map_cases(time.sleep, [60] * 9))"
     process = subprocess.Popen([sys.executable, "-c", bench], cwd=ROOT, stderr=subprocess.DEVNULL)
     started = until(lambda: two_workers_of(process.pid), "two workers")
     process.send_signal(number)

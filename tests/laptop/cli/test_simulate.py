@@ -38,7 +38,7 @@ def simulate(tmp_path, monkeypatch):
     def run(*words, out=tmp_path / "out", with_picture=False):
         with monkeypatch.context() as patch:
             if not with_picture:
-                patch.setattr(picture, "draw_picture", lambda file, *_: Path(file).touch())
+                patch.setattr(picture, "write_line_plot", lambda file, *_: Path(file).touch())
             result = CliRunner().invoke(laptop, ["simulate", "--out", str(out), *map(str, words)])
         assert result.exception is None or isinstance(result.exception, SystemExit), (
             result.exception

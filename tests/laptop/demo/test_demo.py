@@ -27,8 +27,8 @@ from waiting import PATIENCE
 
 from laptop.cli.main import laptop
 from laptop.demo import course, goals, processes, report, results, truth
-from laptop.demo.course import Orders
-from laptop.demo.goals import Views
+from laptop.demo.course import DemoOptions
+from laptop.demo.goals import CameraRig
 from laptop.demo.processes import DemoFailed
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
@@ -172,8 +172,8 @@ def ends_of(name):
     """Joint angles, rad, where the driver ends, and with the tip at each goal by what is told."""
     arm = ARMS[name]
     text, chosen = really_choose(arm, 0)
-    views = Views(arm, text)
-    start = views.postures_at(goals.STANDS[arm.chain].left)[0]
+    views = CameraRig(arm, text)
+    start = views.postures_at(goals.DEMO_SETUPS[arm.chain].end_of_lines)[0]
     ends = {"driver": start, **{" ".join(goal.told): posture_at(views, goal) for goal in chosen}}
     return {told: list(map(float, q)) for told, q in ends.items()}
 
@@ -218,7 +218,7 @@ def play(tmp_path, monkeypatch):
         console = Console(file=(tmp_path / "out.txt").open("w"), width=100)
         with console.file:
             try:
-                status, page = course.run(Orders(tmp_path / "runs", **orders), console)
+                status, page = course.run(DemoOptions(tmp_path / "runs", **orders), console)
             finally:
                 run.said = (tmp_path / "out.txt").read_text()
         run.said = (tmp_path / "out.txt").read_text()
@@ -262,17 +262,17 @@ def test_a_demo_that_works_leaves_its_report_and_no_process(play):
     assert len(os.listdir(play.pids)) == 6
     for name in (
         "report.html",
-        results.STORY,
+        results.RESULTS_FILE,
         "goal-1.jsonl",
         "goal-3/trace.csv",
         "three-lines.txt",
     ):
         assert (folder / name).exists(), name
     run = results.read_run(folder)
-    assert [a.name for a in run.approaches] == ["goal 1", "goal 2", "goal 3"]
-    assert run.rival.method == "report"
-    assert max(a.error for a in run.approaches) < 0.1
-    assert [a.path[0, 0] for a in run.approaches] == [0.0] * 3, "on the log's clock"
+    assert [a.name for a in run.goal_runs] == ["goal 1", "goal 2", "goal 3"]
+    assert run.baseline.method == "report"
+    assert max(a.error for a in run.goal_runs) < 0.1
+    assert [a.path[0, 0] for a in run.goal_runs] == [0.0] * 3, "on the log's clock"
 
 
 def words_of(play, command):
@@ -307,15 +307,15 @@ def test_an_arm_in_space_is_shown_by_two_cameras_and_judged_in_space(play):
     assert track.endswith(f"on {os.path.abspath(ARMS['spatial'].file)}")
     assert sum(len(re.findall(r"--goal=[AB]:\d", words)) == 2 for words in told) == 2
     run = results.read_run(folder)
-    assert run.story["cameras"] == "AB"
-    assert max(a.miss_mm for a in run.approaches) < 0.2
-    assert all(5 < a.within_mm < 12 for a in run.approaches)
-    views, ends = Views(ARMS["spatial"], run.story["scene"]), ends_of("spatial")
-    for told, approach in zip(list(ends)[1:], run.approaches, strict=True):
+    assert run.results["cameras"] == "AB"
+    assert max(a.miss_mm for a in run.goal_runs) < 0.2
+    assert all(5 < a.within_mm < 12 for a in run.goal_runs)
+    views, ends = CameraRig(ARMS["spatial"], run.results["scene"]), ends_of("spatial")
+    for told, approach in zip(list(ends)[1:], run.goal_runs, strict=True):
         there = views.centre("effector", ends[told])
         assert approach.space.tips[-1] == pytest.approx(there, abs=0.01)
         assert approach.path[-1, 1:] == pytest.approx(views.truth(ends[told]), abs=0.02)
-    ink = run.story["ink"][0]
+    ink = run.results["ink"][0]
     begins = 0.5 * np.array(ends["driver"])  # there the pen goes down
     here = [*views.centre("effector", begins), *views.truth(begins)]
     assert ink[0] == pytest.approx(here, abs=0.02)
@@ -340,7 +340,7 @@ def test_the_comparison_may_fail(play):
     status, folder = play("rival fails")
     assert status == 0
     assert "report's method failed: no room" in play.said
-    assert results.read_run(folder).rival is None
+    assert results.read_run(folder).baseline is None
 
 
 def test_the_comparison_is_not_waited_for_for_ever(play, monkeypatch):
@@ -494,7 +494,7 @@ def test_who_interrupts_while_a_program_starts_leaves_none_behind(play, monkeypa
 def test_goals_are_in_the_pictures_and_apart_and_can_be_reached(name, seed):
     arm = ARMS[name]
     text, chosen = really_choose(arm, seed)
-    views = Views(arm, text)
+    views = CameraRig(arm, text)
     assert chosen[0].told == ("marker",)
     assert chosen[0].pixels == views.truth([joint.home for joint in arm.joints], "goal")
     for number, goal in enumerate(chosen):
@@ -517,8 +517,8 @@ def test_the_same_seed_gives_the_same_goals(name):
 
 @pytest.mark.long
 def test_the_tip_is_seen_by_both_cameras_on_its_way():
-    views = Views(ARMS["spatial"], goals.scene_text("spatial", 0))
-    left = goals.STANDS["spatial"].left
+    views = CameraRig(ARMS["spatial"], goals.scene_text("spatial", 0))
+    left = goals.DEMO_SETUPS["spatial"].end_of_lines
     start = views.postures_at(left)[0]
     assert views.centre("effector", start) == pytest.approx(left)
     assert views.way_is_seen(start, (0.0, 0.6, -1.2))
@@ -530,13 +530,13 @@ def test_the_tip_is_seen_by_both_cameras_on_its_way():
 @pytest.mark.long
 def test_a_tip_behind_the_stand_of_a_goal_is_not_in_sight():
     text = goals.scene_text("spatial", 0)
-    start, end = Views(ARMS["spatial"], text).postures_at((9.0, 4.0, 12.6))[0], (0, 0.6, -1.2)
-    eye = Views(ARMS["spatial"], text)["B"].camera.position
+    start, end = CameraRig(ARMS["spatial"], text).postures_at((9.0, 4.0, 12.6))[0], (0, 0.6, -1.2)
+    eye = CameraRig(ARMS["spatial"], text)["B"].camera.position
     x, y, _ = (9.0, 4.0, 12.6) + 0.2 * (eye - (9.0, 4.0, 12.6))
-    behind = Views(ARMS["spatial"], f"{text},goal_x={x:.2f},goal_y={y:.2f},goal_z=25")
-    assert goals.GLIMPSE < behind.visible(start) < goals.CLEAR
+    behind = CameraRig(ARMS["spatial"], f"{text},goal_x={x:.2f},goal_y={y:.2f},goal_z=25")
+    assert goals.MIN_VISIBLE_BETWEEN < behind.visible(start) < goals.MIN_VISIBLE_AT_ENDS
     assert not behind.way_is_seen(start, end)
-    assert Views(ARMS["spatial"], f"{text},goal_x=-20").way_is_seen(start, end)
+    assert CameraRig(ARMS["spatial"], f"{text},goal_x=-20").way_is_seen(start, end)
 
 
 @pytest.mark.parametrize(
@@ -548,13 +548,13 @@ def test_a_tip_behind_the_stand_of_a_goal_is_not_in_sight():
     ],
 )
 def test_a_place_is_found_by_its_pixels(name, marker, places):
-    views = Views(ARMS[name], TILTED if name == "planar" else goals.scene_text(name, 0))
+    views = CameraRig(ARMS[name], TILTED if name == "planar" else goals.scene_text(name, 0))
     for place in places:
         assert views.place_at(views.project(place), marker) == pytest.approx(place, abs=1e-6)
 
 
 def test_a_pixel_is_worth_most_where_the_cameras_tell_least():
-    views = Views(ARMS["spatial"], goals.scene_text("spatial", 0))
+    views = CameraRig(ARMS["spatial"], goals.scene_text("spatial", 0))
     place = np.array([12.0, 0.0, 10.0])
     worth = truth._worth(views, place)
     ways = [views.project(place + d) - views.project(place) for d in 0.1 * np.eye(3)]
@@ -596,9 +596,9 @@ def test_a_trace_that_cannot_be_read_is_told_in_one_line(tmp_path, text):
 @pytest.mark.short("planar")
 @pytest.mark.parametrize("name", ["planar", "spatial"])
 def test_the_true_path_keeps_when_rests_end(name):
-    views = Views(ARMS[name], "seed=0")
+    views = CameraRig(ARMS[name], "seed=0")
     still = (0.0,) * (len(ARMS[name].joints) - 1)
-    rows = [truth.Row(0.1 * k, (0.01 * max(0, k - 10), *still), False) for k in range(16)]
+    rows = [truth.TracePoint(0.1 * k, (0.01 * max(0, k - 10), *still), False) for k in range(16)]
     path = truth._path(views, rows)
     assert [round(t, 1) for t, _ in path] == [0.0, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5]
     assert path[0][1] == path[1][1]

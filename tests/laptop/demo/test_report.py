@@ -58,7 +58,7 @@ def story(folder, offs=(2.0, 1.0, 3.0), cameras="A", **changes):
         "rival": approach(folder, off=4.0, cameras=cameras, method="report", suffix="-rival"),
         **changes,
     }
-    (folder / results.STORY).write_text(json.dumps(record))
+    (folder / results.RESULTS_FILE).write_text(json.dumps(record))
     return results.read_run(folder)
 
 
@@ -89,7 +89,7 @@ def small_pictures():
     ],
 )
 def test_the_truth_decides_and_not_what_the_brick_says(tmp_path, off, verdict, reached, outcome):
-    told = results.read_approach(tmp_path, approach(tmp_path, off=off, verdict=verdict))
+    told = results.read_goal_run(tmp_path, approach(tmp_path, off=off, verdict=verdict))
     assert told.reached is reached
     assert told.outcome == outcome
     assert f"truly {off:.1f} px ({0.9 * off:.1f} mm) off after 4 moves, 4.5 s" in told.words
@@ -97,7 +97,7 @@ def test_the_truth_decides_and_not_what_the_brick_says(tmp_path, off, verdict, r
 
 @pytest.mark.parametrize(("off", "reached"), [(9.7, True), (9.8, False)])
 def test_in_space_millimetres_decide(tmp_path, off, reached):
-    told = results.read_approach(tmp_path, approach(tmp_path, off=off, cameras="AB"))
+    told = results.read_goal_run(tmp_path, approach(tmp_path, off=off, cameras="AB"))
     assert told.within_mm == pytest.approx(8.8)  # 1.6 tolerances of 5 px, of 1.1 mm each
     assert told.error == pytest.approx(off)
     assert told.reached is reached
@@ -160,13 +160,13 @@ def test_what_is_no_log_is_refused_in_one_line(tmp_path, text):
 def test_a_log_without_a_verdict_is_refused(tmp_path):
     record = approach(tmp_path, log=log_text()[:-20])
     with pytest.raises(BadRun, match="ends without a verdict"):
-        results.read_approach(tmp_path, record)
+        results.read_goal_run(tmp_path, record)
 
 
 @pytest.mark.parametrize("text", [None, "{", "{}", '{"approaches": [{}], "rival": null}'])
 def test_a_folder_that_is_no_demo_is_refused_in_one_line(tmp_path, text):
     if text is not None:
-        (tmp_path / results.STORY).write_text(text)
+        (tmp_path / results.RESULTS_FILE).write_text(text)
     with pytest.raises(BadRun, match="is not of a demo; run the demo again"):
         results.read_run(tmp_path)
 
@@ -207,7 +207,7 @@ def page(tmp_path_factory):
     run = story(folder, command="<script>alert('command')</script>", scene="a&b")
     words = {"reason": "<script>reason</script>", "note": "<img src=x>"}
     nasty = approach(folder, "goal 1", suffix="-nasty", **words)
-    run = story(folder, **{**run.story, "approaches": [nasty, *run.story["approaches"][1:]]})
+    run = story(folder, **{**run.results, "approaches": [nasty, *run.results["approaches"][1:]]})
     return report.write(run).read_text(encoding="utf-8")
 
 
@@ -306,7 +306,7 @@ def test_where_a_camera_was_blind_it_saw_nothing(tmp_path):
     blind = next(entry for entry in lines if entry["kind"] == "step")
     blind.update(rows=["B.u", "B.v"], s=[1.0, 2.0])
     log = "".join(json.dumps(entry) + "\n" for entry in lines)
-    told = results.read_approach(tmp_path, approach(tmp_path, log=log, cameras="AB"))
+    told = results.read_goal_run(tmp_path, approach(tmp_path, log=log, cameras="AB"))
     assert len(results.looks_of(told, "A")) == 4
     assert results.looks_of(told, "B")[0].tolist() == [1.0, 2.0]
 
@@ -317,7 +317,7 @@ def test_the_overview_is_of_the_newest_demo_and_small(tmp_path, monkeypatch):
         (tmp_path / name).mkdir()
         if size:
             story(tmp_path / name, offs=(2.0,), size=size)
-    (tmp_path / "2026-01-01" / results.STORY).write_text("{")  # would be refused
+    (tmp_path / "2026-01-01" / results.RESULTS_FILE).write_text("{")  # would be refused
     file = tmp_path / "servo.jpg"
     figures.write_overview(str(tmp_path), str(file))
     assert cv2.imread(str(file)).shape == (690, 1600, 3)

@@ -8,7 +8,7 @@ import pytest
 
 from laptop.reporting import line_accuracy
 from laptop.reporting.line_accuracy import (
-    BadPath,
+    BadWantedPath,
     is_there_to_see,
     measure,
     pen_down_runs,
@@ -208,7 +208,10 @@ def test_a_lift_just_longer_than_a_bounce_splits():
     def runs(gap):
         return len(pen_down_runs([Row(1.0, (), 0, 0, 1), Row(1.0 + gap, (), 0, 0, 1)]))
 
-    assert (runs(line_accuracy.BOUNCE), runs(line_accuracy.BOUNCE + 0.001)) == (1, 2)
+    assert (runs(line_accuracy.MAX_BOUNCE_TIME), runs(line_accuracy.MAX_BOUNCE_TIME + 0.001)) == (
+        1,
+        2,
+    )
 
 
 BAD = {
@@ -226,7 +229,7 @@ BAD = {
 
 @pytest.mark.parametrize("path", BAD.values(), ids=BAD.keys())
 def test_a_path_that_is_none_is_refused_by_its_number(path):
-    with pytest.raises(BadPath, match="wanted path 2 is not") as caught:
+    with pytest.raises(BadWantedPath, match="wanted path 2 is not") as caught:
         measure(record(drawn(A)), [A, path])
     assert "\n" not in str(caught.value)
 

@@ -12,7 +12,16 @@ from matplotlib.image import imread
 from matplotlib.text import Text
 
 from laptop.reporting.line_accuracy import measure
-from laptop.reporting.line_plot import ARM, COLUMN, HEIGHT, INK, SHEET, WANTED, WIDTH, draw_picture
+from laptop.reporting.line_plot import (
+    ARM,
+    COLUMN,
+    HEIGHT,
+    INK,
+    SHEET,
+    WANTED,
+    WIDTH,
+    write_line_plot,
+)
 
 Row = namedtuple("Row", "t q x y pen z", defaults=[None])
 
@@ -75,7 +84,7 @@ CASES = {  # rows, wanted paths, words that are in the picture
 
 def draw(file, rows, wanted, title="driver.py lines", notes="planar, 8.0 V", floor=None):
     measures = [m and replace(m, floor_mm=floor) for m in measure(rows, wanted)]
-    draw_picture(file, rows, wanted, measures, SKELETON, REACH, title, notes)
+    write_line_plot(file, rows, wanted, measures, SKELETON, REACH, title, notes)
 
 
 def words_of(monkeypatch, *args, painted=True, **kwargs):
@@ -187,7 +196,7 @@ def test_a_pen_that_is_always_down_has_no_way_with_the_pen_up(drawn):
 
 
 def test_a_picture_without_an_arm(tmp_path):
-    draw_picture(tmp_path / "picture.png", record(LINES), [], [], [], (0, 20.8), "no arm")
+    write_line_plot(tmp_path / "picture.png", record(LINES), [], [], [], (0, 20.8), "no arm")
     assert inked(imread(tmp_path / "picture.png"), SHEET, ARM) == 0
 
 
@@ -233,7 +242,7 @@ def test_any_title_and_notes_find_room(title, tmp_path, monkeypatch):
 
 def test_as_many_measures_as_paths(tmp_path):
     with pytest.raises(ValueError, match="0 measures for 3 wanted paths"):
-        draw_picture(tmp_path / "picture.png", [], LINES, [], SKELETON, REACH, "", "")
+        write_line_plot(tmp_path / "picture.png", [], LINES, [], SKELETON, REACH, "", "")
 
 
 def test_a_picture_that_cannot_be_written_is_an_os_error(tmp_path):

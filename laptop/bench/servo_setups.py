@@ -1,0 +1,352 @@
+"""Set-ups of the servoing bench: arms, cameras, starts and goals, drawn from seeds.
+
+One seed is one set-up: arm, errors of its description, camera, start and goal.  All methods run on
+it.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+import random
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.device.plant_constants import read_plant
+from laptop.simulator.host.world import World
+from laptop.simulator.scene import scene as pictured
+from laptop.simulator.scene.camera_placement import place_camera
+from laptop.simulator.scene.rendered_tracker import rendered
+from laptop.simulator.scene.scene_constants import read_scene
+from laptop.simulator.scene.workcell import completed, marker_centre
+from robot.motion import kinematics
+from robot.servoing.rows import Rows
+from shared.arm_description import Arm, find_arm, read_arm
+from shared.messages import LEAST_CONFIDENCE
+
+Pose = tuple[float, ...]
+Pixel = tuple[float, float]
+
+Pixels = dict[str, Pixel]
+"""By camera."""
+
+ARMS = ("planar", "geared")
+"""Those of the plane, of which the scenes' figures are told; an arm in space is asked for."""
+
+MAX_DRAWN_POSES = 1000
+"""Poses; where no two of so many are far enough apart in the image, another camera is drawn."""
+
+WIDTH, HEIGHT = 640, 480
+"""Size of every picture, px."""
+
+
+@dataclass(frozen=True)
+class ServoScenario:
+    """Ranges from which a set-up is drawn, and the task."""
+
+    tolerance: float = 5.0
+    sigma: float = 1.0
+    outliers: float = 0.0
+    latency: float = 0.06
+    jitter: float = 0.0
+    drops: float = 0.0
+    tilt: float = 55.0
+    bend: tuple[float, float] = (20.0, 125.0)
+    turn: float = 85.0
+    speed: float = 0.0
+    mode: str = "look"
+
+
+SCENARIOS = {
+    "nominal": [("", ServoScenario())],
+    "outliers": [("10 % outliers", ServoScenario(outliers=0.1))],
+    "lego": [
+        (
+            "LEGO stress",
+            ServoScenario(
+                tolerance=8.0, sigma=2.0, outliers=0.05, tilt=70.0, bend=(5.0, 138.0), turn=92.0
+            ),
+        )
+    ],
+    "precise": [("2 px", ServoScenario(tolerance=2.0))],
+    "latency": [
+        (
+            f"stream, {1000 * t:.0f} ms",
+            ServoScenario(latency=t, jitter=0.02, drops=0.05, mode="stream"),
+        )
+        for t in (0.03, 0.12, 0.25, 0.4)
+    ],
+    "moving": [
+        (f"goal at {v:.0f} px/s", ServoScenario(latency=0.12, speed=v, mode="stream"))
+        for v in (10.0, 25.0, 50.0)
+    ],
+}
+"""By name: what is asked, and of which scene."""
+
+LINK_LENGTHS = {
+    "planar": ((10, 16), (8, 14)),
+    "spatial": ((11, 14), (10, 13), (8, 11)),
+}
+"""Between which lengths links are drawn, by kind of chain, cm."""
+
+MIN_TIP_HEIGHT, MIN_AXIS_DISTANCE = 2.0, 5.0
+"""In space a tip starts and ends at least so high above the table and so far from the axis of the
+base (where the base moves nothing), cm."""
+
+LIMIT_MARGIN = math.radians(10)
+"""And its joints are so far from their limits, as those in the plane are, rad."""
+
+TILT_FROM_ABOVE, TILT_FROM_ASIDE = (0.0, 20.0), (75.0, 90.0)
+"""Tilt of the first camera of an arm in space, and of the second, degrees."""
+
+CAMERA_DISTANCE, FOCAL_LENGTH = (55.0, 65.0), (420.0, 520.0)
+"""Their distances from the middle of the arm's workspace, cm, and their focal lengths, px."""
+
+RENDERED = ("nominal", "precise", "latency")
+"""Those that differ by more than the noise of points."""
+
+
+@dataclass(frozen=True)
+class SetUp:
+    """One arm, its cameras, one task.
+
+    Attributes:
+        arm: as it is.
+        configured: as the brick believes it to be: its links are off by up to 5 %.
+        plant: as read_plant has it: the zero is off by up to 1.5 degrees.
+        scenes: constants of the synthetic camera, by camera.
+        start, goal: joint angles, rad.
+    """
+
+    seed: int
+    arm: Arm
+    configured: Arm
+    plant: str
+    scenes: dict[str, dict[str, Any]]
+    start: Pose
+    goal: Pose
+
+
+class PinholeCamera:
+    """Ideal camera: the place of the tip's marker in its picture, px, without noise."""
+
+    def __init__(self, arm: Arm, constants: dict[str, Any]) -> None:
+        self._arm = arm
+        self._constants = completed(arm, constants)
+        self._pinhole = place_camera(arm, constants)
+
+    def __call__(self, q: Sequence[float]) -> Pixel:
+        """(u, v) with the joints at q, rad."""
+        place = marker_centre(self._arm, self._constants, tuple(q))
+        u, v = self._pinhole.project(place[None])[0]
+        return float(u), float(v)
+
+    def jacobian(self, q: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+        """ds/dq at q by central differences, px/rad."""
+        h = 1e-5
+        columns = []
+        for k in range(len(q)):
+            ahead, behind = (
+                self([a + sign * h * (i == k) for i, a in enumerate(q)]) for sign in (1, -1)
+            )
+            columns.append([(a - b) / (2 * h) for a, b in zip(ahead, behind, strict=True)])
+        return tuple(zip(*columns, strict=True))
+
+
+class PinholeCameras(dict[str, PinholeCamera]):
+    """All of a set-up, by name."""
+
+    def __call__(self, q: Sequence[float]) -> Pixels:
+        """Place of the tip in each picture, px, with the joints at q, rad."""
+        return {name: camera(q) for name, camera in self.items()}
+
+    def shows(self, q: Sequence[float]) -> bool:
+        """Return True if the tip is in every picture."""
+        return all(map(is_in_image, self(q).values()))
+
+
+def is_in_image(place: Pixel) -> bool:
+    """Return True if a place, px, is inside the picture."""
+    return 0 <= place[0] <= WIDTH - 1 and 0 <= place[1] <= HEIGHT - 1
+
+
+def apart(one: Pixels, other: Pixels, rows: Rows | None = None) -> float:
+    """Distance in the image, px, in the rows that count (all if None) of all cameras together."""
+    rows = rows or Rows("stereo", 0)
+    return math.dist(rows.values(one), rows.values(other))
+
+
+def _drawn_arm(name: str, draw: random.Random) -> Arm:
+    arm = read_arm(find_arm(name))
+    lengths = [draw.uniform(*bounds) for bounds in LINK_LENGTHS[arm.chain]]
+    joints = [j._replace(link=link) for j, link in zip(arm.joints, lengths, strict=True)]
+    if arm.chain == "planar":
+        joints = [
+            joint._replace(
+                lower=-math.radians(limit),
+                upper=math.radians(limit),
+                stop_lower=-math.radians(limit + 10),
+                stop_upper=math.radians(limit + 10),
+                home=0.0,
+            )
+            for joint, limit in zip(joints, (95, 140), strict=True)
+        ]
+    return arm._replace(joints=tuple(joints))
+
+
+def _drawn_scenes(
+    arm: Arm, seed: int, scene: ServoScenario, draw: random.Random
+) -> dict[str, dict]:
+    """Any camera; of an arm in space, one that looks down on it and one from some side."""
+
+    def turned() -> str:
+        return f"azimuth={draw.uniform(-180, 180):.3f},roll={draw.uniform(-180, 180):.3f}"
+
+    if arm.chain == "planar":
+        texts = {
+            "A": f"tilt={draw.uniform(0, scene.tilt):.3f},{turned()},"
+            f"focal={draw.uniform(500, 900):.1f}"
+        }
+    else:
+        texts = {
+            name: f"tilt={draw.uniform(*tilts):.3f},{turned()},"
+            f"distance={draw.uniform(*CAMERA_DISTANCE):.2f},focal={draw.uniform(*FOCAL_LENGTH):.1f}"
+            for name, tilts in (("A", TILT_FROM_ABOVE), ("B", TILT_FROM_ASIDE))
+        }
+    return {name: read_scene(f"{text},seed={seed}", name) for name, text in texts.items()}
+
+
+def _drawn_poses(arm: Arm, scene: ServoScenario, side: int, draw: random.Random) -> Iterator[Pose]:
+    """Poses of one elbow branch."""
+    while True:
+        turn = math.radians(draw.uniform(-scene.turn, scene.turn))
+        if arm.chain == "planar":
+            yield turn, side * math.radians(draw.uniform(*scene.bend))
+            continue
+        shoulder, elbow = arm.joints[1:]
+        pitch = draw.uniform(shoulder.lower + LIMIT_MARGIN, shoulder.upper - LIMIT_MARGIN)
+        pose = turn, pitch, -math.radians(draw.uniform(*scene.bend))
+        x, y, z = kinematics.forward(arm, pose)
+        if (
+            pose[2] > elbow.lower + LIMIT_MARGIN
+            and z > MIN_TIP_HEIGHT
+            and math.hypot(x, y) > MIN_AXIS_DISTANCE
+        ):
+            yield pose
+
+
+@functools.lru_cache(maxsize=8)
+def set_up(arm_name: str, seed: int, scene: ServoScenario) -> tuple[SetUp, PinholeCameras]:
+    """The set-up of a seed, after section 2.1 of the method's facts: the same for all methods."""
+    draw = random.Random(f"{seed}/{scene.tilt}/{scene.bend}/{scene.turn}")
+    arm = _drawn_arm(arm_name, draw)
+    told = arm._replace(
+        joints=tuple(j._replace(link=j.link * (1 + draw.uniform(-0.05, 0.05))) for j in arm.joints)
+    )
+    while True:
+        scenes = _drawn_scenes(arm, seed, scene, draw)
+        cameras = PinholeCameras(
+            {name: PinholeCamera(arm, constants) for name, constants in scenes.items()}
+        )
+        poses = _drawn_poses(arm, scene, draw.choice((-1, 1)), draw)
+        for _ in range(MAX_DRAWN_POSES):
+            start, goal = next(poses), next(poses)
+            seen = cameras.shows(start) and cameras.shows(goal)
+            if seen and apart(cameras(start), cameras(goal)) >= 80:
+                plant = f"zero_error={draw.uniform(-1.5, 1.5):.3f}"
+                return SetUp(seed, arm, told, plant, scenes, start, goal), cameras
+
+
+def moving_goal(cameras: PinholeCameras, set_up: SetUp, speed: float) -> Callable[[float], Pixels]:
+    """Path of a goal that runs round at a steady `speed`, px/s: a circle on the table."""
+    draw = random.Random(f"{set_up.seed}/path")
+    radius = draw.uniform(2.5, 5)
+    side = math.copysign(1, set_up.goal[-1])
+
+    def pose(p: np.ndarray) -> Pose | None:
+        """The posture there, on the goal's side of the elbow, away from stretched and folded."""
+        try:
+            q = kinematics.inverse(set_up.arm, tuple(p), "up" if side > 0 else "down")
+        except kinematics.Unreachable:
+            return None
+        return q if math.radians(25) < abs(q[-1]) < math.radians(125) else None
+
+    way = np.linspace(0, draw.choice((-1, 1)) * 2 * math.pi, 200)
+    ring = radius * np.column_stack([np.cos(way), np.sin(way)])
+    poses: list[Pose | None] = [None]
+    while None in poses:
+        turn, bend = math.radians(draw.uniform(-70, 70)), side * math.radians(draw.uniform(40, 110))
+        middle = np.array(kinematics.forward(set_up.arm, (turn, bend)))
+        poses = [pose(middle + p) for p in ring]
+        radius *= 0.99
+        ring *= 0.99
+    path = np.array([[x for place in cameras(q).values() for x in place] for q in poses if q])
+    along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+
+    def at(t: float) -> Pixels:
+        row = [float(np.interp((speed * t) % along[-1], along, column)) for column in path.T]
+        return dict(zip(cameras, zip(row[::2], row[1::2], strict=True), strict=True))
+
+    return at
+
+
+def under_the_tip(arm: Arm, constants: dict[str, Any], q: Pose) -> tuple[float, float]:
+    """Place on the paper, cm, of a marker that the tip's marker covers at q.
+
+    It lies where the camera's ray through the tip's marker meets the paper.
+    """
+    eye = place_camera(arm, constants).position
+    x, y = kinematics.forward(arm, q)
+    height = constants["marker_height"]
+    share = eye[2] / (eye[2] - height)
+    return float(eye[0] + share * (x - eye[0])), float(eye[1] + share * (y - eye[1]))
+
+
+PAPER_AREA = (-0.3, 1.0), (-0.7, 1.1)
+"""Area of goal markers, x and y in reaches of the arm: on the paper."""
+
+
+@functools.lru_cache(maxsize=4)
+def rendered_set_up(
+    arm_name: str, seed: int, scene: ServoScenario
+) -> tuple[SetUp, PinholeCameras, dict[str, pictured.Scene]]:
+    """A set-up whose goal is a marker, on the paper or in space; both are seen at the start.
+
+    In space, where the arm may stand before it, the tip is seen at the goal, too.  The first of the
+    seed's own, then of those far behind it, for which that is so.
+    """
+    for turn in itertools.count():
+        setting, cameras = set_up(arm_name, seed + turn * 1_000_000, scene)
+        arm = setting.arm
+        if kinematics.coordinates(arm) == 2:
+            x, y = under_the_tip(arm, setting.scenes["A"], setting.goal)
+            reach = kinematics.reach(arm)[1]
+            if not all(a < z / reach < b for z, (a, b) in zip((x, y), PAPER_AREA, strict=True)):
+                continue
+            goal = {"goal_x": x, "goal_y": y}
+        else:
+            names = ("goal_x", "goal_y", "goal_z")
+            goal = dict(zip(names, kinematics.forward(arm, setting.goal), strict=True))
+        shown = {
+            name: pictured.Scene(arm, {**constants, **goal, "fps_wander": 0.0})
+            for name, constants in setting.scenes.items()
+        }
+        seen = [min(s.visible(setting.start).values()) for s in shown.values()]
+        if kinematics.coordinates(arm) == 3:
+            seen += [s.visible(setting.goal)["effector"] for s in shown.values()]
+        if min(seen) > 0.95 and (kinematics.coordinates(arm) == 2 or _found(setting, shown)):
+            return setting, cameras, shown
+    raise AssertionError("never")
+
+
+def _found(setting: SetUp, shown: dict[str, pictured.Scene]) -> bool:
+    """Return True if the tracker is sure of both markers in every camera's first frame."""
+    brick = EmulatedBrick(World(), setting.arm, read_plant(setting.plant), setting.start)
+    see = rendered(shown, brick)
+    seen = [marker for name in shown for marker in (see(name, 0, 0.0) or {}).values()]
+    return all(marker is not None and marker[2] >= LEAST_CONFIDENCE for marker in seen)

@@ -1,0 +1,110 @@
+"""Figures of the servoing bench: rates with their intervals, percentiles, ratios to the oracle."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from laptop.bench.servo import ServoResult
+
+
+def wilson(successes: int, n: int) -> tuple[float, float]:
+    """95 % interval of a share, 0 .. 1 (E. B. Wilson 1927)."""
+    z = 1.959964
+    share, spread = successes / n, z * z / n
+    middle = (share + spread / 2) / (1 + spread)
+    half = math.sqrt(spread * (share * (1 - share) + spread / 4)) / (1 + spread)
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+Row = tuple[str, ...]
+HEADINGS: Row = (
+    "arm", "scene", "method", "success %", "Wilson 95 %", "false", "moves", "looks", "frames",
+    "time s", "error px", "mm", "x moves", "x time", "x error",
+)  # fmt: skip
+MOVING_HEADINGS: Row = (
+    "arm", "scene", "method", "to the end %", "Wilson 95 %", "rms px", "frames", "x rms",
+)  # fmt: skip
+LEGEND = (
+    "p50/p95 (or p50) of all runs, failures at the full budget; mm: true distance of those that"
+    " say converged; x: times the oracle's"
+)
+
+
+def _grouped(results: Sequence[ServoResult]) -> dict[tuple[str, str, str], list[ServoResult]]:
+    groups: dict[tuple[str, str, str], list[ServoResult]] = {}
+    for r in results:
+        groups.setdefault((r.arm, r.scene, r.method), []).append(r)
+    # A condition's methods stand together.
+    seen = {key[:2]: k for k, key in enumerate(groups)}
+    return dict(sorted(groups.items(), key=lambda item: seen[item[0][:2]]))
+
+
+def _at(values: Sequence[float | None], q: int) -> float:
+    """Percentile, of those that happened."""
+    return float(np.percentile([x for x in values if x is not None], q, method="higher"))
+
+
+def table(results: Sequence[ServoResult]) -> list[Row]:
+    """One row per arm, condition and method; figures of failures are those of the budget."""
+    groups = _grouped(results)
+    moving = any(r.rms is not None for r in results)
+    rows: list[Row] = []
+    for key, group in groups.items():
+        bound = groups.get((*key[:2], "oracle"))
+        good = sum(r.success for r in group)
+        low, high = wilson(good, len(group))
+        share = f"{100 * good / len(group):.1f}", f"{100 * low:.1f}..{100 * high:.1f}"
+
+        def both(field: str, digits: int, group: list[ServoResult] = group) -> str:
+            values = [getattr(r, field) for r in group]
+            return "/".join(f"{_at(values, q):.{digits}f}" for q in (50, 95))
+
+        def ratio(
+            field: str,
+            *quantiles: int,
+            group: list[ServoResult] = group,
+            bound: list[ServoResult] | None = bound,
+        ) -> str:
+            if not bound:
+                return "-"
+            ours, best = ([getattr(r, field) for r in some] for some in (group, bound))
+            pairs = ((_at(ours, q), _at(best, q)) for q in quantiles)
+            return "/".join(f"{a / b:.2f}" if b else "-" for a, b in pairs)
+
+        frames_used = f"{_at([r.frames for r in group], 50):.0f}"
+        if moving:
+            rows.append((*key, *share, both("rms", 1), frames_used, ratio("rms", 50, 95)))
+            continue
+        looks = f"{_at([r.measurements for r in group], 50):.0f}"
+        claimed = [r for r in group if r.claimed]
+        missed = [r for r in claimed if r.miss is not None]
+        miss = both("miss", 1, missed) if missed else "-"
+        false = f"{sum(not r.success for r in claimed)}"
+        rows.append(
+            (
+                *key, *share, false, both("moves", 0), looks, frames_used, both("seconds", 1),
+                both("error", 1), miss, ratio("moves", 50, 95), ratio("seconds", 50, 95),
+                ratio("error", 50),
+            )
+        )  # fmt: skip
+    return rows
+
+
+def failures(results: Sequence[ServoResult]) -> list[str]:
+    """One line per row that has failures: the verdicts, numbers aside, and how often each."""
+    lines = []
+    for key, group in _grouped(results).items():
+        words = Counter(
+            "false claim" if r.claimed else re.sub(r"-?\d[\d.]*", "N", r.verdict)
+            for r in group
+            if not r.success
+        )
+        if words:
+            reasons = ", ".join(f"{n} x {word}" for word, n in words.most_common())
+            lines.append(f"{'; '.join(key)}: {reasons}")
+    return lines

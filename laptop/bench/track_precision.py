@@ -1,0 +1,173 @@
+"""Precision: one marker alone in the picture, and the limit of any estimator.
+
+The *limit* is the bound of H. Cramer (1946) and C. R. Rao (1945) for the place (u, v) of exactly
+this picture under this pixel noise, rounding to 8 bits included (variance 1/12 DN^2): no unbiased
+estimator is better, though it may know everything but the place.  What a JPEG does is not in it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from laptop.bench.track_methods import LIMIT, OURS, methods
+from laptop.bench.track_score import Point, Score, TrackResult, judge, unlearned
+from laptop.simulator.scene.optics import light_of, marker_light, to_linear, to_srgb
+from laptop.simulator.scene.sensor import blurred, marker_frame
+from laptop.vision.learning import learn
+from laptop.vision.markers import BadMarker, Marker
+
+FPS = 30.0
+
+
+@dataclass(frozen=True)
+class Look:
+    """One marker alone in the picture; the arguments of `marker_frame`, px and DN.
+
+    background  a word, #rrggbb, "edge" (dark on the left, light on the right) or "wood"
+    """
+
+    name: str
+    kind: str = "disc"
+    radius: float = 12.0
+    background: str = "#808080"
+    noise: float = 3.0
+    jpeg: int = 90
+    motion: Point = (0.0, 0.0)
+
+
+LOOKS = (
+    Look("disc r 12, raw", jpeg=0),
+    Look("disc r 12, JPEG 90", jpeg=90),
+    Look("disc r 12, noise 8, JPEG 70", noise=8.0, jpeg=70),
+    Look("disc r 6, JPEG 90", radius=6.0),
+    Look("disc r 20, JPEG 90", radius=20.0),
+    Look("disc r 12, dark background", background="#202020"),
+    Look("disc r 12, edge in the background", background="edge"),
+    Look("disc r 12, orange wood", background="wood"),
+    Look("disc r 12, 8 px motion blur", motion=(6.4, 4.8)),
+    Look("ball r 12, grey background", "ball"),
+    Look("ball r 20, dark background", "ball", 20.0, "#202020"),
+    Look("ArUco, side 32", "aruco", 16.0, "#c0c0c0"),
+    Look("ArUco, side 48", "aruco", 24.0, "#c0c0c0"),
+)
+SIZE = (320, 240)
+FRAMES = 60
+
+LENS_BLUR = 0.7
+"""Sigma of the point spread, px, where `marker_frame` has it."""
+
+
+def places(seed: int, count: int) -> list[Point]:
+    """Places of the marker in `count` frames, px: on a long ellipse, anywhere within a pixel."""
+    luck = np.random.default_rng([seed, 7])
+    phase = luck.uniform(0, 2 * math.pi) + np.arange(count) * (2 * math.pi / 60)
+    stray = luck.uniform(-0.5, 0.5, (count, 2))
+    return [
+        (160 + 8 * math.sin(a) + du, 120 + 50 * math.cos(a) + dv)
+        for a, (du, dv) in zip(phase, stray, strict=True)
+    ]
+
+
+def ground(look: Look, seed: int) -> str | np.ndarray:
+    """The background as `marker_frame` wants it."""
+    width, height = SIZE
+    if look.background == "edge":
+        image = np.full((height, width, 3), 0xD0, np.uint8)
+        image[:, : width // 2] = 0x30
+        return image
+    if look.background == "wood":
+        grain = np.random.default_rng([seed, 8]).standard_normal((height, width))
+        streaks = cv2.GaussianBlur(grain, (0, 0), 20, sigmaY=1.5)
+        light = light_of("#c8823c") * np.exp(0.25 * streaks / streaks.std())[..., None]
+        return np.round(to_srgb(light)).astype(np.uint8)
+    return look.background
+
+
+def values(look: Look, u: float, v: float, background: str | np.ndarray) -> np.ndarray:
+    """The picture before noise, rounding and JPEG, DN; float (height, width, 3)."""
+    if isinstance(background, str):
+        behind = np.broadcast_to(light_of(background), (SIZE[1], SIZE[0], 3))
+    else:
+        behind = to_linear(background)
+    red = light_of("red")
+    light = marker_light(look.kind, u, v, look.radius, red, behind, look.motion)
+    return to_srgb(blurred(light, LENS_BLUR))
+
+
+def bound(render: Callable[[float, float], np.ndarray], u: float, v: float, noise: float) -> Point:
+    """The least variance (px^2) in u and in v with which a place can be told.
+
+    The inverse of Fisher's information J^T J / (noise^2 + 1/12), where J holds the derivatives of
+    all pixels with respect to u and v.
+
+    Args:
+        render: u, v -> the picture without noise, DN.
+        noise: sigma of a pixel, DN.
+    """
+    step = 0.05
+    slopes = [
+        (render(u + a, v + b) - render(u - a, v - b)).ravel() / (2 * step)
+        for a, b in ((step, 0.0), (0.0, step))
+    ]
+    jacobian = np.stack(slopes, axis=1).astype(float)
+    covariance = np.linalg.inv(jacobian.T @ jacobian / (noise**2 + 1 / 12))
+    return float(covariance[0, 0]), float(covariance[1, 1])
+
+
+@dataclass(frozen=True)
+class PrecisionCase:
+    """A look to be measured in so many frames."""
+
+    look: Look
+    seed: int
+    frames: int = FRAMES
+
+    def run(self) -> list[TrackResult]:
+        """All methods and the limit; the frame of learning does not count."""
+        look, behind = self.look, ground(self.look, self.seed)
+        clip = [
+            (
+                marker_frame(
+                    look.kind,
+                    u,
+                    v,
+                    look.radius,
+                    background=behind,
+                    size=SIZE,
+                    motion=look.motion,
+                    blur=LENS_BLUR,
+                    noise=look.noise,
+                    jpeg=look.jpeg,
+                    seed=[self.seed, k],
+                ),
+                (u, v),
+            )
+            for k, (u, v) in enumerate(places(self.seed, self.frames + 1))
+        ]
+        image, (u, v) = clip[0]
+        name = "marker"
+        try:
+            if look.kind == "aruco":
+                marker = Marker(name, "aruco", id=0)
+            else:
+                marker = learn(name, image, (round(u), round(v)), look.kind)
+        except BadMarker as problem:
+            return [unlearned("precision", look.name, name, OURS, self.frames, problem)]
+        results = []
+        for method, find in methods(marker, look.radius).items():
+            score = Score()
+            for k, (image, truth) in enumerate(clip):
+                found = find(image, k / FPS)
+                if k:
+                    score += judge(found, truth, 1.0, look.radius)
+            results.append(TrackResult("precision", look.name, name, method, score))
+        limit = Score()
+        for _, (u, v) in clip[1::15]:
+            best = bound(lambda a, b: values(look, a, b, behind), u, v, look.noise)
+            limit += Score(1, 1, 0, 0, 1, sum(best))
+        return [*results, TrackResult("precision", look.name, name, LIMIT, limit)]

@@ -1,0 +1,133 @@
+"""Figures of the tracking bench, as tables and for JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, replace
+from typing import Any
+
+from laptop.bench.track_cost import Cost, full_frame_cost
+from laptop.bench.track_light import METHODS_IN_LIGHT, OUTLINE
+from laptop.bench.track_methods import ENCLOSING, HOUGH, LIMIT, MOMENTS, OURS
+from laptop.bench.track_score import Score, TrackResult
+
+
+def gathered(results: Iterable[TrackResult]) -> list[TrackResult]:
+    """One result per condition, marker and method: the seeds' scores added, the last error kept."""
+    sums: dict[tuple[str, str, str, str], TrackResult] = {}
+    for r in results:
+        key = r.part, r.condition, r.marker, r.method
+        if key in sums:
+            before = sums[key]
+            r = replace(r, score=before.score + r.score, error=r.error or before.error)
+        sums[key] = r
+    return list(sums.values())
+
+
+Row = tuple[str, ...]
+PRECISION_HEADINGS: Row = (
+    "marker", "limit", "ours", "x limit", "bias u", "bias v", MOMENTS, ENCLOSING, HOUGH,
+)  # fmt: skip
+
+
+def _found(results: Iterable[TrackResult], part: str) -> dict[tuple[str, str], dict[str, Score]]:
+    """Scores by condition and marker, then by method."""
+    found: dict[tuple[str, str], dict[str, Score]] = {}
+    for r in results:
+        if r.part == part:
+            found.setdefault((r.condition, r.marker), {})[r.method] = r.score
+    return found
+
+
+def _px(score: Score | None) -> str:
+    """RMS px, beside it how many of how many frames were missed."""
+    if score is None:
+        return "-"
+    missed = score.clear - score.measured
+    share = f" ({100 * missed / score.clear:.0f} % missed)" if missed else ""
+    return f"{score.rms:.3f}{share}" if score.measured else "never found"
+
+
+def precision_table(results: Sequence[TrackResult]) -> list[Row]:
+    """One row per look."""
+    rows = []
+    for (look, _), scores in _found(results, "precision").items():
+        ours, limit = scores[OURS], scores.get(LIMIT, Score())
+        u, v = ours.bias
+        rest = (_px(scores.get(method)) for method in (MOMENTS, ENCLOSING, HOUGH))
+        rows.append(
+            (
+                look,
+                f"{limit.rms:.4f}",
+                _px(ours),
+                f"{ours.rms / limit.rms:.1f}",
+                f"{u:+.3f}",
+                f"{v:+.3f}",
+                *rest,
+            )
+        )
+    return rows
+
+
+LIGHT_HEADINGS: Row = (
+    "what changes", "marker", "ours lost %", "ours false %", "ours rms",
+    "HSV lost %", "HSV false %", "HSV rms", "outline rms",
+)  # fmt: skip
+
+
+def light_table(results: Sequence[TrackResult]) -> list[Row]:
+    """One row per condition and marker."""
+    rows = []
+    for (condition, marker), scores in _found(results, "light").items():
+        row = [condition, marker]
+        for method in METHODS_IN_LIGHT:
+            score = scores.get(method, Score())
+            rms = f"{score.rms:.3f}" if score.measured else "-"
+            row += [f"{score.lost_percent:.1f}", f"{score.false_percent:.1f}", rms]
+        rows.append((*row, f"{scores[OUTLINE].rms:.3f}" if OUTLINE in scores else "-"))
+    return rows
+
+
+COST_HEADINGS: Row = ("640x480, one thread", "us", "p95", "of the full-frame recipe", "seen %")
+
+
+def cost_table(timed: Sequence[Cost]) -> list[Row]:
+    """One row per contender."""
+    usual = full_frame_cost(timed)
+    return [
+        (
+            cost.method,
+            f"{cost.median:.0f}",
+            f"{cost.p95:.0f}",
+            f"1/{usual / cost.median:.1f}" if cost.median < usual else f"{cost.median / usual:.1f}",
+            f"{100 * cost.seen:.0f}",
+        )
+        for cost in timed
+    ]
+
+
+def errors(results: Iterable[TrackResult]) -> list[str]:
+    """Lines on what could not be tried, and why."""
+    return [f"{r.condition}: {r.error}" for r in results if r.error and r.method == OURS]
+
+
+def figures(results: Iterable[TrackResult], timed: Iterable[Cost]) -> dict[str, Any]:
+    """Everything, for `--json`; what was not measured is null."""
+
+    def number(x: float) -> float | None:
+        return None if math.isnan(x) else x
+
+    return {
+        "results": [
+            {
+                **asdict(r),
+                "rms": number(r.score.rms),
+                "bias": [number(x) for x in r.score.bias],
+                "lost_percent": number(r.score.lost_percent),
+                "false_percent": number(r.score.false_percent),
+            }
+            for r in results
+        ],
+        "costs": [asdict(cost) for cost in timed],
+    }
