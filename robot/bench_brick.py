@@ -27,6 +27,10 @@ if __name__ == "__main__":
 from robot.command_line import Parser  # noqa: E402
 
 ARMS = ("planar", "spatial")
+EXAMPLES = """\
+  bench_brick.py planar
+  bench_brick.py --move --json mine.json"""
+"""Of the help."""
 
 
 def _run(args):
@@ -37,7 +41,7 @@ def _run(args):
 
 def main(argv=None):
     """The command line; the exit status."""
-    parser = Parser("bench_brick.py", "Measure this brick.")
+    parser = Parser("bench_brick.py", "Measure this brick.", EXAMPLES)
     parser.add_argument("arms", nargs="*", metavar="ARM", help="planar or spatial (default: both)")
     parser.add_argument(
         "--json", metavar="FILE", default="brick.json", help="(default: %(default)s)"
