@@ -277,7 +277,7 @@ def _for_the_brick(words):
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
+@pytest.mark.filterwarnings("ignore:unclosed:ResourceWarning")
 @pytest.mark.parametrize(
     "story",
     [
@@ -306,6 +306,8 @@ SNIPPETS = [
 ]
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.filterwarnings("ignore:unclosed:ResourceWarning")
 @pytest.mark.parametrize("snippet", SNIPPETS)
 def test_a_snippet_works_on_the_emulated_brick(snippet, folder):
     Path("mine.py").write_text(snippet, encoding="utf-8")
