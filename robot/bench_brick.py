@@ -28,6 +28,10 @@ from robot.command_line import Parser  # noqa: E402
 from shared.state import default_arm  # noqa: E402
 
 ARMS = ("planar", "spatial")
+EXAMPLES = """\
+  bench_brick.py planar
+  bench_brick.py --move --json mine.json"""
+"""Of the help."""
 
 
 def _run(args):
@@ -38,7 +42,7 @@ def _run(args):
 
 def main(argv=None):
     """The command line; the exit status."""
-    parser = Parser("bench_brick.py", "Measure this brick.")
+    parser = Parser("bench_brick.py", "Measure this brick.", EXAMPLES)
     parser.add_argument("arms", nargs="*", metavar="ARM", help="planar or spatial (default: both)")
     parser.add_argument(
         "--json", metavar="FILE", default="brick.json", help="(default: %(default)s)"

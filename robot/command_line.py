@@ -105,11 +105,13 @@ class Parser(object):
     Args:
         prog: the script's name.
         description: one line for the help.
+        examples: command lines, one a line, for its end.
     """
 
-    def __init__(self, prog, description=None):
+    def __init__(self, prog, description=None, examples=None):
         self.prog = prog
         self.description = description
+        self.examples = examples
         self._arguments = []
         self._commands = []  # pairs (Parser, its line in the help)
 
@@ -255,7 +257,12 @@ class Parser(object):
 
             return checked
 
-        parser = Refusing(prog=self.prog, description=self.description)
+        parser = Refusing(
+            prog=self.prog,
+            description=self.description,
+            epilog=self.examples and "examples:\n" + self.examples,
+            formatter_class=argparse.RawDescriptionHelpFormatter,  # an example keeps its line
+        )
         add(parser, self._arguments)
         if self._commands:
             commands = parser.add_subparsers(dest="command", metavar="COMMAND")

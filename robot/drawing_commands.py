@@ -21,6 +21,12 @@ LINES = {
 from; in space an upright, a level and a slanting one."""
 
 
+EXAMPLES = """\
+  driver.py line 10,0 5,10
+  driver.py --arm spatial line 14,0,4 14,0,16"""
+"""Of the help."""
+
+
 def _point(text):
     try:
         point = tuple(float(part) for part in text.split(","))
@@ -36,7 +42,7 @@ def _point(text):
 
 
 def _parser():
-    parser = Parser("driver.py", "Draw with the arm; all lengths in cm.")
+    parser = Parser("driver.py", "Draw with the arm; all lengths in cm.", EXAMPLES)
     parser.add_argument(
         "--arm",
         default=default_arm(),

@@ -24,6 +24,11 @@ CAMERA = "A"
 DEFAULTS = Start()
 """What is done unless something else is ordered."""
 
+EXAMPLES = """\
+  visual_servoing.py --code KS82-DNHF
+  visual_servoing.py --goal 400,200"""
+"""Of the help."""
+
 
 class NotReached(ArmError):
     """The run has ended with another verdict than `converged`."""
@@ -56,7 +61,7 @@ def _fixed_goals(goals):
 
 
 def _parser():
-    parser = Parser("visual_servoing.py", "Bring the tip where the camera sees the goal.")
+    parser = Parser("visual_servoing.py", "Bring the tip where the camera sees the goal.", EXAMPLES)
     parser.add_argument(
         "place", nargs="?", default="", metavar="HOST",
         help="the laptop, or HOST:PORT (default: where ssh came from, else as remembered)",

@@ -9,6 +9,11 @@ from robot.tracking import TrackingClient
 LINE_PERIOD = 0.1
 """Between two looks that are printed, s: a person reads no faster, and printing costs the brick."""
 
+EXAMPLES = """\
+  tracking_client.py --code KS82-DNHF
+  tracking_client.py 192.168.0.5 --seconds 10"""
+"""Of the help."""
+
 
 def _line(seen, now):
     words = ["camera {}: {:4.0f} ms ago".format(seen.camera, 1000 * (now - seen.t))]
@@ -37,7 +42,7 @@ def _seconds(text):
 
 
 def _parser():
-    parser = Parser("tracking_client.py", "Show what the tracker on the laptop sees.")
+    parser = Parser("tracking_client.py", "Show what the tracker on the laptop sees.", EXAMPLES)
     parser.add_argument(
         "place",
         nargs="?",

@@ -1,6 +1,5 @@
-"""What people import: it is all there, loaded when used, and the README uses nothing else."""
+"""What people import: it is all there, and loaded when used."""
 
-import re
 import subprocess
 import sys
 
@@ -30,15 +29,3 @@ def test_a_wrong_name_is_answered_with_the_right_ones():
     with pytest.raises(AttributeError, match="has no Drover; it has .*Driver"):
         api.Drover  # noqa: B018
     assert dir(api) == api.__all__
-
-
-def test_the_snippets_of_the_readme_import_from_here_alone():
-    text = (ROOT / "README.md").read_text()
-    snippets = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(snippets) >= 3
-    for snippet in snippets:
-        for line in re.findall(r"^(?:from|import) .*$", snippet, re.MULTILINE):
-            found = re.fullmatch(r"from robot\.api import ([\w, ]+)", line)
-            assert found, line
-            assert set(found.group(1).split(", ")) <= set(api.__all__)
-        compile(snippet, "README.md", "exec")

@@ -1,0 +1,475 @@
+"""What the READMEs show works: each command, each Python snippet, each link, each option.
+
+They are found by parsing the text: commands stand in ```sh blocks, in tables in the column
+`command`, and inline where they begin as one types them.  Those for the brick run on the emulated
+one.  Options are really parsed; what takes minutes runs in the form that `REDUCED` states.
+"""
+
+import importlib
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from places import ROOT, SCRIPTS
+from waiting import PATIENCE, until
+
+from laptop.cli.main import laptop
+from robot import api
+
+MAIN = ROOT / "README.md"
+READMES = [
+    MAIN,
+    *(
+        path
+        for room in ("robot", "shared", "laptop", "tests")
+        for path in sorted((ROOT / room).rglob("README.md"))
+    ),
+]
+
+SKIPPED = {
+    "python3 -m pip install": "it loads uv from the network",
+    "python3 -m venv": "the same, where there is no pip",
+    "scp": "it needs a brick",
+    ".ci/": "it runs all tests, on several Pythons; constrain.py loads from the network",
+    "bench page": "it needs a browser and minutes; tests/laptop/bench/test_bench_page.py has it",
+}
+"""What is not run, by how it begins, and why."""
+
+REDUCED = (
+    (r"KS82-DNHF|\bCODE\b", "{code}"),  # the code of the tracker at hand
+    (r"--camera \d", "--camera synthetic"),  # no webcam
+    (r" --open\b", ""),  # no browser
+    (r"--seeds (\d+):\d+", lambda seeds: f"--seeds {seeds[1]}:{int(seeds[1]) + 1}"),
+    (r"--seconds \d+", "--seconds 1"),
+    (r"(tracking_client\.py(?!.*--seconds).*)", r"\1 --seconds 1"),  # else until Ctrl-C
+    (r"\bpytest\b.*", "pytest --collect-only --quiet -n 0 tests/shared/test_ini.py"),
+    (r"(bench_brick\.py)(?! planar| spatial)", r"\1 planar"),  # one arm
+)
+"""What becomes of a command before it runs: pattern and replacement, one after the other."""
+
+UNTIL = {
+    "demo": r"http://",  # the page is there
+    "bench": r"\d+/\d+",  # the bar: all cases are made, and the first are worked on
+    "track": r"--code (\S+)",  # the brick may come
+}
+"""Commands of minutes are ended by Ctrl-C once they have said this."""
+
+STATUS = {"--fault unplug": 1, "--wait": 130}
+"""Exit statuses other than 0, by what stands in the command."""
+
+SHORTHAND = ("demo", "track", "simulate", "markers", "bench")
+"""In a table, what begins so has `.uv/bin/uv run python -m laptop` in front."""
+
+BRICK = re.compile(r"(?:robot/)?(\w+\.py)\b")
+INLINE = re.compile(r"\.uv/bin/uv run |python3 -m |robot/\w+\.py -")
+PREPARES = re.compile(r"cp |.*\blaptop track ")
+"""With such a command a block is one story; else each line stands for itself."""
+
+
+# What a README holds
+
+
+def blocks(text, language):
+    """The bodies of the fenced blocks of a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+
+
+def prose(text):
+    """The text without its fenced blocks."""
+    return re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+
+
+def table_commands(text):
+    """What stands in the columns `command` of the tables."""
+    column = None
+    for line in prose(text).splitlines():
+        cells = [cell.strip() for cell in line.strip("| ").split("|")]
+        if not line.startswith("|"):
+            column = None
+        elif column is None:
+            column = cells.index("command") if "command" in cells else -1
+        elif column >= 0 and cells[column].strip("-"):
+            assert re.fullmatch(r"`[^`]+`", cells[column]), f"no command: {line}"
+            yield cells[column].strip("`")
+
+
+def stories(text):
+    """The commands as tuples of those that belong together."""
+    for block in blocks(text, "sh"):
+        lines = [line for line in block.replace("\\\n", " ").splitlines() if line.strip()]
+        yield from [tuple(lines)] if PREPARES.match(lines[0]) else [(line,) for line in lines]
+    for command in table_commands(text):
+        yield (command,)
+    for code in re.findall(r"`([^`\n]+)`", prose(text)):
+        if INLINE.match(code):
+            yield (code,)
+
+
+def plain(command):
+    """A command as one types it, however short it was shown."""
+    command = re.sub(r"^ssh -t robot@ev3dev\.local ", "", command)  # the brick is emulated
+    command = re.sub(r"^\.uv/bin/uv run python -m laptop simulate (robot/\w+\.py)", r"\1", command)
+    if command.split()[0] in SHORTHAND:
+        return ".uv/bin/uv run python -m laptop " + command
+    return re.sub(r"^(\w+\.py)", r"robot/\1", command)
+
+
+def all_stories():
+    """Each story of all READMEs once, without what is skipped."""
+    found = {}
+    for path in READMES:
+        for story in stories(path.read_text("utf-8")):
+            parts = [part for line in story for part in plain(line).split(" && ")]
+            found.setdefault(tuple(part for part in parts if not is_skipped(part)), None)
+    return [story for story in found if story]
+
+
+def is_skipped(part):
+    """Whether a command is not run."""
+    return any(re.search(rf"(^|\s){re.escape(start)}", part) for start in SKIPPED)
+
+
+def is_quick(story):
+    """Whether it takes this process less than a second, and needs no other."""
+    quick = r"driver\.py (where|inverse|move|home --here|line) ?|^cp "
+    return all(re.search(quick, part) and "--realtime" not in part for part in story)
+
+
+# How it is run
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty folder in which commands run, with what a reader has by then."""
+    shutil.copy(SCRIPTS / "lab1_moves.py", tmp_path / "my_lab_script.py")
+    shutil.copy(ROOT / "shared" / "arms" / "geared.ini", tmp_path / "my.ini")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    return tmp_path
+
+
+class Shell:
+    """Runs the parts of a story one after the other; a tracker goes on until the end.
+
+    code, port   of the tracker
+    """
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.code, self.port = "ABCD-EFGH", None  # of the one in virtual time
+        self.tracker = None
+        self.count = 0
+
+    def run(self, part):
+        """Run one command; fails unless it ends as it should."""
+        for pattern, replacement in REDUCED:
+            part = re.sub(pattern, replacement, part)
+        part = part.format(code=self.code)
+        words = shlex.split(part, comments=True)
+        if words[:2] == [".uv/bin/uv", "run"]:
+            words = words[2:]
+            while words[0] == "--group":
+                words = words[2:]
+        if BRICK.match(words[0]):
+            words = ["python", "-m", "laptop", "simulate", *_for_the_brick(words), *words]
+        words = [str(ROOT / w) if w.startswith(("robot/", "shared/")) else w for w in words]
+        if words[0] == "pytest":
+            words = ["python", "-m", *words]
+        if words[0] != "python":
+            subprocess.run(words, check=True)
+            return
+        assert words[1] == "-m", part
+        if words[2] != "laptop":
+            self._process(words[1:], 0, cwd=ROOT)
+        elif words[3] in UNTIL and words[4:] != ["brick"]:
+            self._until(words[3:], UNTIL[words[3]])
+        else:
+            self._end_to_end(words[3:], part)
+
+    def _end_to_end(self, words, part):
+        status = next((status for text, status in STATUS.items() if text in part), 0)
+        if words[0] == "simulate":
+            words = ["simulate", "--no-picture", *words[1:]]
+            if "--constants" in words:
+                self.run("robot/bench_brick.py")
+        if "--realtime" in words:
+            words = [f"{w}:{self.port}" if w == "127.0.0.1" else w for w in words]
+            self._process(["-m", "laptop", *words], status)
+            return
+        result = CliRunner().invoke(laptop, words)
+        if result.exception and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        assert result.exit_code == status, result.output
+
+    def _process(self, words, status, cwd=None):
+        done = subprocess.run(
+            [sys.executable, *words], cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        )
+        assert done.returncode == status, done.stdout.decode()
+
+    def _until(self, words, said):
+        """Start it, and wait until it has said this."""
+        if words[0] == "track":
+            words += ["--port", "0", "--no-brick"]
+        if words[0] in ("track", "demo"):
+            words += ["--page-port", "0"]
+        self.count += 1
+        file = self.folder / f"said-{self.count}.txt"
+        with open(file, "wb") as out:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "laptop", *words],
+                stdout=out,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, "FORCE_COLOR": "1", "TERM": "xterm", "COLUMNS": "200"},
+            )
+        try:
+            found = until(
+                lambda: re.search(said, file.read_text("utf-8")) or process.poll() is not None,
+                " ".join(words),
+                lambda: time.sleep(0.05),
+            )
+            assert found is not True, file.read_text("utf-8")
+            if words[0] == "track":
+                self.tracker, self.code = process, found.group(1)
+                self.port = re.search(r"visual_servoing\.py :(\d+)", found.string).group(1)
+            else:
+                end(process, file)
+        except BaseException:
+            process.kill()
+            process.wait()
+            raise
+
+    def close(self):
+        """End the tracker."""
+        if self.tracker:
+            end(self.tracker, self.folder / "said-1.txt")
+
+
+def end(process, file):
+    """End a process by Ctrl-C; it must say that it was stopped."""
+    process.send_signal(signal.SIGINT)
+    try:
+        status = process.wait(PATIENCE)
+    finally:
+        process.kill()
+    assert status == 130, file.read_text("utf-8")
+
+
+def _for_the_brick(words):
+    """The options of `simulate` for a program of the brick."""
+    options = []
+    if "--arm" in words:
+        options += ["--arm", words[words.index("--arm") + 1]]
+    if BRICK.match(words[0]).group(1) in ("visual_servoing.py", "tracking_client.py"):
+        options += ["--scene", ""]
+    if "--wait" in words:
+        options += ["--fault", "int@2"]
+    return options
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.filterwarnings("ignore:unclosed:ResourceWarning")
+@pytest.mark.parametrize(
+    "story",
+    [
+        pytest.param(story, marks=() if is_quick(story) else pytest.mark.long)
+        for story in all_stories()
+    ],
+    ids=" && ".join,
+)
+def test_a_command_works(story, folder):
+    shell = Shell(folder)
+    try:
+        for part in story:
+            shell.run(part)
+    finally:
+        shell.close()
+
+
+SNIPPETS = [
+    pytest.param(
+        snippet,
+        id=f"{path.parent.name}-{number}",
+        marks=pytest.mark.long if "TrackingClient" in snippet else (),
+    )
+    for path in READMES
+    for number, snippet in enumerate(blocks(path.read_text("utf-8"), "python"), 1)
+]
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.filterwarnings("ignore:unclosed:ResourceWarning")
+@pytest.mark.parametrize("snippet", SNIPPETS)
+def test_a_snippet_works_on_the_emulated_brick(snippet, folder):
+    Path("mine.py").write_text(snippet, encoding="utf-8")
+    words = ["simulate", "--no-picture"]
+    if "TrackingClient" in snippet:
+        words += ["--scene", ""]
+    endless = "while True" in snippet
+    if endless:
+        words += ["--fault", "int@3"]
+    result = CliRunner().invoke(laptop, [*words, "mine.py"])
+    assert result.exit_code == (130 if endless else 0), result.output
+    assert not endless or re.search(r"^\d+\.\d+ \(", result.output, re.MULTILINE), result.output
+
+
+@pytest.mark.parametrize("snippet", SNIPPETS)
+def test_a_snippet_imports_from_the_api_alone(snippet):
+    for line in re.findall(r"^(?:from|import) .*$", snippet, re.MULTILINE):
+        found = re.fullmatch(r"from robot\.api import ([\w, ]+)", line)
+        assert found, line
+        assert set(found.group(1).split(", ")) <= set(api.__all__)
+
+
+def test_few_commands_are_skipped_and_each_for_a_reason():
+    assert len(SKIPPED) <= 5
+    shown = [" && ".join(story) for path in READMES for story in stories(path.read_text("utf-8"))]
+    for start in SKIPPED:
+        assert any(start in plain(text) for text in shown), f"no README shows {start} any more"
+
+
+def test_commands_are_found_where_they_stand():
+    text = "`robot/driver.py --stay` `--stay`\n```sh\ntrack # so\n\ncp a b\n```\n"
+    text += "```sh\ncp a b\nls\n```\n| what | command |\n|---|---|\n| it | `where` |\n"
+    assert list(stories(text)) == [
+        ("track # so",), ("cp a b",), ("cp a b", "ls"), ("where",), ("robot/driver.py --stay",)
+    ]  # fmt: skip
+
+
+# Links
+
+
+def anchors(path):
+    """The anchors of a file's headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", prose(path.read_text("utf-8")), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading).lower().replace(" ", "-") for heading in headings}
+
+
+def links(text):
+    """The targets of links and pictures."""
+    return re.findall(r"\]\(([^)\s]+)\)", prose(text))
+
+
+def is_broken(target, path):
+    """Whether a link in a file leads nowhere; of an address only the form counts."""
+    if "://" in target:
+        return not re.fullmatch(r"https://[\w-]+(\.[\w-]+)+(/[\w./#?=&~%-]*)?", target)
+    name, _, anchor = target.partition("#")
+    file = (path.parent / name).resolve() if name else path
+    if file != ROOT and ROOT not in file.parents or not file.exists():
+        return True
+    if file.is_dir() and anchor:
+        return True
+    return bool(anchor) and anchor not in anchors(file)
+
+
+@pytest.mark.parametrize("path", READMES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_every_link_leads_somewhere(path):
+    assert [target for target in links(path.read_text("utf-8")) if is_broken(target, path)] == []
+
+
+@pytest.mark.parametrize(
+    "target",
+    ["robots/README.md", "#no-such-heading", "robot/README.md#no-such", "../../etc", "http://a b"],
+)
+def test_a_broken_link_is_seen(target):
+    assert is_broken(target, MAIN)
+
+
+def test_the_first_readme_leads_to_all_others_and_they_lead_back():
+    def goals(path):
+        return {
+            (path.parent / t.partition("#")[0]).resolve() for t in links(path.read_text("utf-8"))
+        }
+
+    assert set(READMES[1:]) <= goals(MAIN)
+    for path in READMES[1:]:
+        assert MAIN in goals(path)
+
+
+def test_every_picture_is_shown():
+    shown = {
+        (path.parent / t).resolve() for path in READMES for t in links(path.read_text("utf-8"))
+    }
+    assert set((ROOT / "laptop" / "pictures").iterdir()) <= shown
+
+
+# What is named
+
+
+SOURCES = [
+    *(ROOT / "laptop" / "cli").glob("*.py"),
+    *(ROOT / "robot").glob("*.py"),
+]
+OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*(?!\w)")
+
+
+def options(text):
+    """All long options in a text."""
+    return set(OPTION.findall(text))
+
+
+def test_every_option_that_a_readme_names_is_there():
+    known = {o for path in SOURCES for o in options(path.read_text("utf-8"))}
+    others = {"--upgrade", "--target", "--group", "--no-project", "--help"}  # of pip, uv and all
+    for path in READMES:
+        assert options(path.read_text("utf-8")) <= known | others, path
+
+
+def test_every_option_is_named_in_a_readme():
+    named = {o for path in READMES for o in options(path.read_text("utf-8"))}
+    for path in SOURCES:
+        defined = re.findall(r"""^\s*(?:[\w.]+\()?"(--[a-z/-]+)",""", path.read_text("utf-8"), re.M)
+        for option in defined:  # one, or one/its opposite
+            assert named & set(option.split("/")), f"{path}: {option}"
+
+
+def invoke(*words):
+    """What a command prints, its lines joined."""
+    return " ".join(CliRunner().invoke(laptop, list(words)).output.split())
+
+
+def test_every_constant_of_the_plant_and_the_scene_is_told():
+    text = (ROOT / "laptop" / "simulator" / "README.md").read_text("utf-8")
+    plant, scene = text.split("## The synthetic camera")
+    told = invoke("simulate", "--plant", "foo=1", "robot/driver.py").partition("known: ")[2]
+    assert "voltage" in told
+    assert set(re.findall(r"\w+", told)) <= set(re.findall(r"^\| `(\w+)`", plant, re.MULTILINE))
+    told = invoke("track", "--no-serve", "--camera", "synthetic", "--scene", "foo=1")
+    told = told.partition("known: ")[2]
+    assert "tilt" in told
+    assert set(re.findall(r"\w+", told)) <= set(re.findall(r"^\| `(\w+)`", scene, re.MULTILINE))
+
+
+def test_every_key_of_an_arm_is_told():
+    folder = ROOT / "shared" / "arms"
+    text = (folder / "README.md").read_text("utf-8")
+    for path in folder.glob("*.ini"):
+        keys = re.findall(r"^(\w+) *=", path.read_text("utf-8"), re.MULTILINE)
+        assert set(keys) <= set(re.findall(r"`(\w+)`", text)), path
+
+
+def test_the_first_readme_is_short_and_holds_the_command_that_ci_looks_for():
+    lines = MAIN.read_text("utf-8").splitlines()
+    assert len(lines) <= 200
+    command = next(line for line in lines if re.fullmatch(r"\.uv/bin/uv run .*pytest", line))
+    assert command == ".uv/bin/uv run --group test pytest"
+
+
+@pytest.mark.parametrize("name", ["driver", "visual_servoing", "tracking_client", "bench_brick"])
+def test_the_help_of_a_script_ends_with_two_examples(name, capsys):
+    with pytest.raises(SystemExit):
+        importlib.import_module("robot." + name).main(["--help"])
+    *_, title, one, other = capsys.readouterr().out.splitlines()
+    assert title == "examples:"
+    for example in (one, other):
+        assert re.match(rf"  {name}\.py \S", example)
