@@ -7,7 +7,7 @@ from page_scene import BLUE, HEIGHT, RED, WIDTH, PageScene, mark
 
 from laptop.page import camera_feed
 from laptop.vision.learning import exclude, include, learn
-from laptop.vision.markers import BadMarker, gate, read_markers, read_spec, write_markers
+from laptop.vision.markers import BadMarker, hsv_mask, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Tracker
 from shared.messages import EFFECTOR, GOAL
 
@@ -124,14 +124,14 @@ def test_a_colour_is_added_to_and_removed_from_a_marker(scene):
     red = learn(EFFECTOR, disc(RED), (160, 120))
     assert Tracker([red]).find(disc(DULL), 0.0)[EFFECTOR] is None
     wide = include(red, disc(DULL), (160, 120))
-    assert gate(cv2.cvtColor(disc(DULL), cv2.COLOR_BGR2HSV), wide.color)[120, 160]
+    assert hsv_mask(cv2.cvtColor(disc(DULL), cv2.COLOR_BGR2HSV), wide.color)[120, 160]
     orange = include(red, disc(ORANGE), (160, 120))
     for ink, inside in ((RED, True), (ORANGE, True), (BLUE, False)):
-        mask = gate(cv2.cvtColor(disc(ink), cv2.COLOR_BGR2HSV), orange.color)
+        mask = hsv_mask(cv2.cvtColor(disc(ink), cv2.COLOR_BGR2HSV), orange.color)
         assert bool(mask[120, 160]) == inside
     without = exclude(orange, disc(ORANGE), (160, 120))
     for ink, inside in ((RED, True), (ORANGE, False)):
-        mask = gate(cv2.cvtColor(disc(ink), cv2.COLOR_BGR2HSV), without.color)
+        mask = hsv_mask(cv2.cvtColor(disc(ink), cv2.COLOR_BGR2HSV), without.color)
         assert bool(mask[120, 160]) == inside
     with pytest.raises(BadMarker, match="nothing to remove"):
         exclude(red, disc(BLUE), (160, 120))
