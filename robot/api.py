@@ -24,7 +24,7 @@ ROOMS = {
     "robot.servoing.runs": ("make_servo",),
     "robot.servoing.servo": ("Servo",),
     "robot.servoing.stream": ("Stream",),
-    "robot.servoing.telling": ("Verdict",),
+    "robot.servoing.run_reporter": ("Verdict",),
     "robot.tracker_address": ("find_tracker",),
     "robot.tracking": ("TrackingClient",),
     "shared.arm_description": ("ArmError", "find_arm", "read_arm"),

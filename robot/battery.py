@@ -1,6 +1,6 @@
 """The brick's battery: looked at seldom, for each look costs a control tick half a millisecond."""
 
-PERIOD = 10.0
+READ_PERIOD = 10.0
 """Between two looks, s."""
 
 
@@ -20,7 +20,7 @@ class Battery(object):
 
     def volts(self):
         """Its voltage a short while ago, V; None if it does not tell, which stops nobody."""
-        if self._supply is not None and self._clock.now() - self._looked >= PERIOD:
+        if self._supply is not None and self._clock.now() - self._looked >= READ_PERIOD:
             self._look()
         return self._volts
 

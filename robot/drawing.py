@@ -9,10 +9,10 @@ from shared.state import PLAN
 
 METHODS = ("smooth", "steps")
 
-PLAY_DIFFERS = math.radians(1.5)
+BACKLASH_TOLERANCE = math.radians(1.5)
 """Measured and described play may differ by this much before a word is said, rad."""
 
-MOST_STEPS = 200
+MAX_STEPS = 200
 """The report's steps end somewhere; this many would go round the base several times."""
 
 
@@ -45,14 +45,19 @@ class Driver(object):
         """
         for found, joint in zip(self.arm.home(here, self.say), self.arm.description.joints):
             play = (
-                "" if found.play is None else ", play {:.1f} deg".format(math.degrees(found.play))
+                ""
+                if found.backlash is None
+                else ", play {:.1f} deg".format(math.degrees(found.backlash))
             )
             self.say(
                 "{}: zero at {:.1f} counts, touches within {:.0f}{}".format(
                     found.joint, found.zero, found.spread, play
                 )
             )
-            if found.play is not None and abs(found.play - joint.backlash) > PLAY_DIFFERS:
+            if (
+                found.backlash is not None
+                and abs(found.backlash - joint.backlash) > BACKLASH_TOLERANCE
+            ):
                 self.say(
                     "{}: the arm file says {:.1f} deg of play; correct it, or the stops".format(
                         joint.name, math.degrees(joint.backlash)
@@ -115,9 +120,9 @@ class Driver(object):
             kinematics.Unreachable: some point cannot be had; nothing has moved.
         """
         plans = trajectory.plan(self.arm.description, strokes, self.speed, self.elbow)
-        self.play(strokes, plans, method)
+        self.draw_planned(strokes, plans, method)
 
-    def play(self, strokes, plans, method="smooth"):
+    def draw_planned(self, strokes, plans, method="smooth"):
         """Draw strokes whose Trajectories (trajectory.plan) are known."""
         if method not in METHODS:
             raise ArmError(
@@ -131,7 +136,7 @@ class Driver(object):
         if method == "steps":
             self._draw_in_steps(strokes, plans)
         else:
-            self.arm.approach(plans[0])
+            self.arm.pre_approach(plans[0])
             self.pen_down()
             self.arm.follow(plans)
         self.pen_up()
@@ -147,7 +152,7 @@ class Driver(object):
         """The report's method: dy fixed, dx = J^-1 dy here, cut to 5 degrees, repeated."""
         description = self.arm.description
         dy = _way((start, goal))
-        for _ in range(MOST_STEPS):
+        for _ in range(MAX_STEPS):
             q = self.arm.angles()
             if classic_steps.has_arrived(start, goal, kinematics.forward(description, q)):
                 return
@@ -155,7 +160,7 @@ class Driver(object):
             self.arm.step_to([a + d for a, d in zip(q, dq)])
         raise ArmError(
             "{} steps did not get from ({}) to ({}) cm; use --method smooth".format(
-                MOST_STEPS, *(", ".join("{:g}".format(x) for x in p) for p in (start, goal))
+                MAX_STEPS, *(", ".join("{:g}".format(x) for x in p) for p in (start, goal))
             )
         )
 

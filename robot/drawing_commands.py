@@ -168,7 +168,7 @@ def _run(parser, args):
             driver.home(args.here)
         else:
             try:
-                arm.wake()
+                arm.load_zero()
             except NotHomed as problem:
                 if args.command:
                     raise
@@ -179,7 +179,7 @@ def _run(parser, args):
         for number, strokes in enumerate(drawings, 1):
             length = sum(kinematics.distance(a, b) for s in strokes for a, b in zip(s, s[1:]))
             print("drawing {} of {}: {:.1f} cm".format(number, len(drawings), length))
-            driver.play(strokes, plans[number - 1], args.method)
+            driver.draw_planned(strokes, plans[number - 1], args.method)
         tip = ",".join("{:.2f}".format(value) for value in driver.position())
         angles = ", ".join("{:.1f}".format(math.degrees(a)) for a in arm.angles())
         print("tip at {} cm, joints at {} deg, as the encoders have it".format(tip, angles))

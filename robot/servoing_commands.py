@@ -9,12 +9,12 @@ from robot.battery import Battery
 from robot.clock import Clock
 from robot.command_line import BadArgument, Parser, number_in
 from robot.servoing.rows import Rows
+from robot.servoing.run_reporter import verdict_text
 from robot.servoing.runs import Runs, say
-from robot.servoing.telling import in_words
 from robot.tracker_address import find_tracker
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.messages import BUDGET, TOLERANCE, Start
-from shared.orders import METHODS, MODES, ROWS, BadOrders, check
+from shared.run_options import METHODS, MODES, ROWS, InvalidRunOptions, check_options
 from shared.state import default_arm
 from shared.verdicts import CONVERGED
 
@@ -117,25 +117,25 @@ def _run(parser, args):
         parser.error(
             "--third is the second camera's row with --rows xyz; add that, or leave it out"
         )
-    orders = Start(
+    options = Start(
         args.method, args.mode, args.rows, args.tolerance, args.budget, args.follow,
         goals,
     )  # fmt: skip
-    if args.wait and (orders != DEFAULTS or args.low):
+    if args.wait and (options != DEFAULTS or args.low):
         parser.error(
             "with --wait the laptop orders each run, and the arm is held at its goal; leave all but"
             " HOST, --code, --arm, --third and --log out"
         )
-    if args.low and all(joint.rest is None for joint in description.joints):
+    if args.low and all(joint.park_angle is None for joint in description.joints):
         parser.error("--low: {} does not say where it rests; leave it out".format(description.name))
     try:
-        check(orders, len(description.joints))
-    except BadOrders as error:
+        check_options(options, len(description.joints))
+    except InvalidRunOptions as error:
         parser.error(str(error))
     tracker = find_tracker(args.place, args.code)
     clock = Clock()
     arm = program.connect(description, clock)
-    arm.wake()
+    arm.load_zero()
     from robot.tracking import TrackingClient  # only now: the arm knows where it is
 
     client = TrackingClient(*tracker, clock=clock, say=say, battery=Battery(clock).volts)
@@ -144,7 +144,7 @@ def _run(parser, args):
     try:
         if args.wait:
             runs.wait()
-        verdict = runs.run(orders)
+        verdict = runs.run(options)
         reached = verdict.word == CONVERGED
         if reached and args.low:
             arm.go_low()
@@ -158,8 +158,8 @@ def _run(parser, args):
                 last.enter_context(contextlib.suppress(ArmError))  # the first trouble is told
             arm.park()
     if not reached:
-        raise NotReached(in_words(verdict))
-    say(in_words(verdict))
+        raise NotReached(verdict_text(verdict))
+    say(verdict_text(verdict))
 
 
 def main(argv=None):

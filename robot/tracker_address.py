@@ -20,8 +20,10 @@ class Refusal(ArmError):
     """The tracker will not serve this client however often it tries."""
 
 
-Tracker = record("Tracker", "host port code")
-Tracker.__doc__ = """Where the tracker is, and the code that it printed (as pairing.read_code)."""
+ServerAddress = record("ServerAddress", "host port code")
+ServerAddress.__doc__ = (
+    """Where the tracker is, and the code that it printed (as pairing.read_code)."""
+)
 
 
 class Memory(object):
@@ -35,12 +37,12 @@ class Memory(object):
         self.file = os.path.join(folder or state_folder(), TRACKER_FILE)
 
     def load(self):
-        """The Tracker; None if none is remembered, or the file is of no use."""
+        """The ServerAddress; None if none is remembered, or the file is of no use."""
         try:
             with open(self.file) as file:
                 kept = json.loads(file.read())
             host, port = read_place(kept["host"], int(kept["port"]))
-            return host and Tracker(host, port, pairing.read_code(kept["code"]))
+            return host and ServerAddress(host, port, pairing.read_code(kept["code"]))
         except (ArmError, OSError, ValueError, LookupError, TypeError, AttributeError):
             return None
         except (OverflowError, RecursionError):
@@ -97,7 +99,7 @@ def find_tracker(place="", code=None, environ=None, memory=None):
         environ: os.environ if None.  memory: Memory() if None.
 
     Returns:
-        Tracker
+        ServerAddress
 
     Raises:
         NotPaired, pairing.BadCode: something is missing or wrong; it says what to type.
@@ -123,7 +125,7 @@ def find_tracker(place="", code=None, environ=None, memory=None):
         )
     if port is None:
         port = known.port if known and known.host == host else PORT
-    return Tracker(host, port, code)
+    return ServerAddress(host, port, code)
 
 
 def check_is_no_code(word):

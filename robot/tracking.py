@@ -5,7 +5,7 @@ import os
 import select
 import socket
 
-from robot.tracker_address import Memory, NotPaired, Tracker, shortened
+from robot.tracker_address import Memory, NotPaired, ServerAddress, shortened
 from shared import pairing
 from shared.link import FOREIGN, MAX_AGE, Link
 from shared.message_fields import one_line
@@ -25,17 +25,17 @@ from shared.messages import (
     Welcome,
 )
 
-CONNECT_LIMIT = 3.0
+CONNECT_TIMEOUT = 3.0
 """For TCP to connect, s; after that it is the link that notices silence."""
 
 FIRST_PAUSE = 0.25
-LONGEST_PAUSE = 2.0
+MAX_PAUSE = 2.0
 """Between two tries to connect, s; doubled after each."""
 
 PATIENCE = 0.005
 """For the answer to a ping, s: the clock offset can be no better known than when it came in."""
 
-MOST_COMMANDS = 16
+MAX_COMMANDS = 16
 """Commands that wait to be taken; older ones go."""
 
 RECEIVE_BUFFER = 16384
@@ -77,7 +77,7 @@ class TrackingClient(object):
         self.why = "not connected yet"
         self.refused = False
         self.lost_since = clock.now()
-        self._tracker = Tracker(host, port, code)
+        self._tracker = ServerAddress(host, port, code)
         self._place = ("[{}]:{}" if ":" in host else "{}:{}").format(host, port)
         self._addresses = _addresses(host, port)
         self._key = pairing.key_of(code)
@@ -99,7 +99,7 @@ class TrackingClient(object):
         self._commands = []
         self._reported = None  # (when, (run, verdict)) of the last report
 
-    def look(self, timeout=0.0):
+    def poll(self, timeout=0.0):
         """Do what is due, and hand over what is new; better wait here than sleep elsewhere.
 
         Args:
@@ -191,7 +191,7 @@ class TrackingClient(object):
     def _connect(self):
         family, address = self._addresses[self._tries % len(self._addresses)]
         self._tries += 1
-        self._limit = self._clock.now() + CONNECT_LIMIT
+        self._limit = self._clock.now() + CONNECT_TIMEOUT
         try:
             self._connecting = socket.socket(family, socket.SOCK_STREAM)
             self._connecting.setblocking(False)
@@ -226,7 +226,7 @@ class TrackingClient(object):
             why = (
                 "no answer from {} within {:g} s; is it on the same network, "
                 "and does its firewall let port {} in?".format(
-                    self._place, CONNECT_LIMIT, self._tracker.port
+                    self._place, CONNECT_TIMEOUT, self._tracker.port
                 )
             )
         else:
@@ -245,7 +245,7 @@ class TrackingClient(object):
             if self.linked:
                 if isinstance(message, (Start, Stop)):
                     self._commands.append(message)
-                    del self._commands[:-MOST_COMMANDS]
+                    del self._commands[:-MAX_COMMANDS]
             else:
                 self._shake_hands(message)
             message = self._link.receive() if self._link else None
@@ -316,7 +316,7 @@ class TrackingClient(object):
         self._commands = []
         self._reported = None
         self._next_try = now + self._pause
-        self._pause = min(2 * self._pause, LONGEST_PAUSE)
+        self._pause = min(2 * self._pause, MAX_PAUSE)
         if not quietly and not self.refused:
             self._tell("not linked: {}".format(why))
 

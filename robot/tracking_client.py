@@ -22,7 +22,7 @@ if __name__ == "__main__":
 from robot.tracker_address import (  # noqa: E402, F401
     Memory,
     Refusal,
-    Tracker,
+    ServerAddress,
     find_tracker,
     read_place,
 )

@@ -66,7 +66,7 @@ def _run(args):
             pause = min(end, clock.now() + LINE_PERIOD)
             newest = {}
             while clock.now() < pause and not client.refused:
-                newest.update(client.look(max(0.0, pause - clock.now())))
+                newest.update(client.poll(max(0.0, pause - clock.now())))
                 if not client.linked:
                     newest.clear()  # it has just said so: nothing older after that
             for camera in sorted(newest):

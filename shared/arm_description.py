@@ -60,7 +60,7 @@ file    path of the file it was read from
 Joint = record(
     "Joint",
     "name link port motor gear direction lower upper stop_lower stop_upper"
-    " backlash max_speed home find_home mass centre friction rest",
+    " backlash max_speed home find_home mass centre friction park_angle",
 )
 Joint.__doc__ = """One joint; angles are relative to the link before it, counter-clockwise, those of
 a spatial arm's shoulder and elbow upwards.
@@ -83,7 +83,7 @@ find_home   how `home` finds the zero: "both" (touch both stops, take the middle
 mass        of the link with all that it carries but the next link, kg; 0 where nothing is said
 centre      where that balances, cm from the joint's axis along the link
 friction    of the link in its bearings, Nm
-rest        angle at which the arm is parked low, rad, or None: wherever it is
+park_angle  angle at which the arm is parked low, rad, or None: wherever it is
 """
 
 Pen = record("Pen", "port motor up down")
@@ -271,8 +271,10 @@ def _read_section(path, sections, section, keys, others=()):
 
 def _read_joint(path, sections, name, chain):
     others = WEIGHT_KEYS + REST_KEYS if chain in PULLED_DOWN else ()
-    weightless = {"mass": 0.0, "centre": 0.0, "friction": 0.0, "rest": None}
+    weightless = {"mass": 0.0, "centre": 0.0, "friction": 0.0, "park_angle": None}
     values = _read_section(path, sections, name, JOINT_KEYS, others)
+    if "rest" in values:
+        values["park_angle"] = values.pop("rest")
     joint = Joint(name=name, **dict(weightless, **values))
 
     def refuse(key, problem, *others):
@@ -287,7 +289,7 @@ def _read_joint(path, sections, name, chain):
         refuse("upper", "must not be beyond the hard stop, stop_upper = {}", "stop_upper")
     if not joint.lower <= joint.home <= joint.upper:
         refuse("home", "must be within the limits, from {} to {}", "lower", "upper")
-    if joint.rest is not None and not joint.lower <= joint.rest <= joint.upper:
+    if joint.park_angle is not None and not joint.lower <= joint.park_angle <= joint.upper:
         refuse("rest", "must be within the limits, from {} to {}", "lower", "upper")
     weight = [key for key, _ in WEIGHT_KEYS]
     given = [key for key in weight if key in values]

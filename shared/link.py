@@ -31,7 +31,7 @@ from shared.messages import (
 from shared.newest_observations import NewestObservations
 from shared.peer_clock import Pings
 
-SILENCE = 2.0
+SILENCE_TIMEOUT = 2.0
 """A side that says nothing, or takes nothing, for so long is gone, s."""
 
 MAX_AGE = 1.0
@@ -44,17 +44,17 @@ FOREIGN = "it does not speak our language"
 """Why a link has ended whose first words were no handshake."""
 
 READ_SIZE = 16384
-READS = 4
+MAX_READS = 4
 """Of READ_SIZE bytes, at most, in one poll: a flood must not keep us."""
 
-TRIES = 4
+MAX_TRIES = 4
 """Observations of a camera that came at once are looked at, from the newest on, until one is good;
 after so many the others are skipped."""
 
 UNDATED_PATIENCE = 10
 """As many times longer is an answer waited for while nothing can be dated without it."""
 
-MOST_WAITS = 4
+MAX_PING_WAITS = 4
 """Other messages that may come in meanwhile, before it is given up."""
 
 COUNTERS = (
@@ -221,7 +221,7 @@ class Link(object):
     def _read(self):
         if self._lines:
             return  # a stranger is heard one message at a time
-        for _ in range(READS if self._proven else 1):
+        for _ in range(MAX_READS if self._proven else 1):
             try:
                 data = self._sock.recv(READ_SIZE if self._proven else MAX_LINE)
             except (BlockingIOError, InterruptedError):
@@ -264,7 +264,7 @@ class Link(object):
                     key=lambda entry: seq_of(entry[0])
                 )  # in order already, but for a sender out of its mind
             refused = 0
-            while entries and refused < TRIES:
+            while entries and refused < MAX_TRIES:
                 taken = self._take(*entries.pop())
                 if taken:
                     break
@@ -334,7 +334,7 @@ class Link(object):
         number = self._pings.begin(t)
         self.send(Ping(number))
         end = t + self._patience * (1 if self._pings.can_date(t) else UNDATED_PATIENCE)
-        for _ in range(MOST_WAITS):
+        for _ in range(MAX_PING_WAITS):
             left = end - self._now()
             if left <= 0 or not self._pings.awaits(number) or self.closed:
                 break
@@ -344,9 +344,9 @@ class Link(object):
 
     def _notice_silence(self):
         t = self._now()
-        if t - self._heard > SILENCE:
+        if t - self._heard > SILENCE_TIMEOUT:
             self._fail("nothing heard for {:.1f} s".format(t - self._heard))
-        elif self._outgoing.blocked_for(t) > SILENCE:
+        elif self._outgoing.blocked_for(t) > SILENCE_TIMEOUT:
             self._fail("the other side takes no data")
 
     def _count_bad(self):
@@ -378,7 +378,7 @@ class Link(object):
         with contextlib.suppress(OSError):  # it has gone, or there is nothing to read
             # What lies unread would make TCP throw away what we have just sent.
             self._sock.shutdown(socket.SHUT_WR)
-            for _ in range(READS):
+            for _ in range(MAX_READS):
                 if not self._sock.recv(READ_SIZE):
                     break
         self._sock.close()

@@ -2,7 +2,7 @@
 
 from shared.messages import MAX_CAMERAS, BadMessage, Observation
 
-FUTURE = 0.01
+FUTURE_SLACK = 0.01
 """How far from the future an observation may seem to come, beyond what the clocks explain, s."""
 
 MAX_NAMES = 64
@@ -59,7 +59,7 @@ class NewestObservations(object):
         if seen.t < last:
             self._counters["out_of_sequence"] += 1
             self._pings.doubt(t)
-        elif age < -FUTURE and age < -FUTURE - self._pings.clock.uncertainty(t):
+        elif age < -FUTURE_SLACK and age < -FUTURE_SLACK - self._pings.clock.uncertainty(t):
             self._counters["future"] += 1
             self._pings.doubt(t)
         else:

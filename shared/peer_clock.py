@@ -12,13 +12,13 @@ SLOW_PING = 0.5
 MAX_UNCERTAINTY = 0.1
 """While the clock offset is known no better, observations have no date, s."""
 
-SAMPLES = 16
+MAX_SAMPLES = 16
 """Pongs among which the clock offset is chosen."""
 
-DRIFT = 100e-6
+MAX_DRIFT = 100e-6
 """By which two clocks may run apart, s per s: two bad crystals."""
 
-TICK = 1e-5
+TIME_RESOLUTION = 1e-5
 """What rounding may do to an interval between time stamps, s."""
 
 _Sample = record("_Sample", "t lowest highest")
@@ -28,9 +28,9 @@ class PeerClock(object):
     """The other side's clock, seen from ours: theirs = ours + offset.
 
     Each ping and its pong bound the offset from both sides: the pong was sent before it came in,
-    the ping came in after it was sent. The tightest of the last SAMPLES is believed (Cristian 1989,
-    as in NTP), and it is the middle of the bounds. Bounds that exclude each other prove that a
-    clock has jumped: what was learned before is then forgotten.
+    the ping came in after it was sent. The tightest of the last MAX_SAMPLES is believed (Cristian
+    1989, as in NTP), and it is the middle of the bounds. Bounds that exclude each other prove that
+    a clock has jumped: what was learned before is then forgotten.
 
     Attributes:
         jumps: how often a clock has jumped.
@@ -38,7 +38,7 @@ class PeerClock(object):
 
     def __init__(self):
         self.jumps = 0
-        self._samples = collections.deque(maxlen=SAMPLES)
+        self._samples = collections.deque(maxlen=MAX_SAMPLES)
         self._best = None
 
     def add(self, ping_sent, ping_received, pong_sent, pong_received):
@@ -48,10 +48,10 @@ class PeerClock(object):
             bool: whether these times can be true.
         """
         new = _Sample(pong_received, pong_sent - pong_received, ping_received - ping_sent)
-        if pong_sent < ping_received or new.highest < new.lowest - TICK:
+        if pong_sent < ping_received or new.highest < new.lowest - TIME_RESOLUTION:
             return False
         for old in self._samples:
-            play = DRIFT * abs(new.t - old.t) + TICK
+            play = MAX_DRIFT * abs(new.t - old.t) + TIME_RESOLUTION
             if new.lowest > old.highest + play or new.highest < old.lowest - play:
                 self.jumps += 1
                 self._samples.clear()
@@ -59,7 +59,7 @@ class PeerClock(object):
         self._samples.append(new)
         # All grow less certain at the same rate, so the best now stays the best.
         self._best = min(
-            self._samples, key=lambda s: (s.highest - s.lowest) / 2 + DRIFT * (new.t - s.t)
+            self._samples, key=lambda s: (s.highest - s.lowest) / 2 + MAX_DRIFT * (new.t - s.t)
         )
         return True
 
@@ -80,7 +80,7 @@ class PeerClock(object):
 
     def uncertainty(self, now):
         """By how much the offset may be wrong, s."""
-        return self.round_trip / 2 + DRIFT * abs(now - self._best.t)
+        return self.round_trip / 2 + MAX_DRIFT * abs(now - self._best.t)
 
 
 class Pings(object):
@@ -109,7 +109,7 @@ class Pings(object):
         self._sent += 1
         self.next_at = t + (FAST_PING if self._sent <= FIRST_PINGS else SLOW_PING)
         self._in_flight[self._sent] = t
-        if len(self._in_flight) > SAMPLES:
+        if len(self._in_flight) > MAX_SAMPLES:
             self._in_flight.popitem(last=False)
         return self._sent
 

@@ -69,7 +69,7 @@ class Weight(NamedTuple):
 WEIGHTS = {
     "felt": Weight(),
     "no preload": Weight(
-        ("fed forward", "not counted on"), known=lambda g, arm, plant: g(arm, presses=False)
+        ("fed forward", "not counted on"), known=lambda g, arm, plant: g(arm, preloads=False)
     ),
     "not fed forward": Weight(
         ("not fed forward", "counted on"), known=lambda g, arm, plant: g(arm, known=False)
@@ -236,7 +236,7 @@ def _drawn(case: DrawCase) -> tuple[EmulatedBrick, int, str]:
             arm, clock, zero, gravity=gravity, say=lambda line: None
         )
         try:
-            robot.wake()
+            robot.load_zero()
             driver = program["robot.driver"].Driver(robot, elbow=arm.elbow, say=lambda line: None)
             if case.method in timed_steps.LAWS:
                 law = timed_steps.LAWS[case.method]

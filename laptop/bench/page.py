@@ -232,12 +232,12 @@ def _listen(place: str, code: str) -> tuple[float, list[float]]:
             host, int(port), read_code(code), clock, memory=memory, say=lambda line: None
         )
         try:
-            while not client.look(0.05):
+            while not client.poll(0.05):
                 pass
             ages = []
             began = clock.now()
             while clock.now() - began < LISTENING_TIME:
-                for seen in client.look(0.05).values():
+                for seen in client.poll(0.05).values():
                     ages.append(clock.now() - seen.t)
         finally:
             client.close("measured")

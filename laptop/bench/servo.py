@@ -208,7 +208,7 @@ def run_one(case: ServoCase, method: str, log: Any = None, say: Any = None) -> S
         arm = program["robot.motion.arm"].RobotArm(
             setting.configured, program.clock, state, say=lambda line: None
         )
-        arm.wake()
+        arm.load_zero()
         servo, stream = _servo(program, method, setting, cameras, brick, case)
         loop = program["robot.servoing.loop"].VisualServoing(
             arm,

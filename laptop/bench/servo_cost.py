@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from laptop.bench.servo import DEFAULT
 from laptop.bench.servo_setups import Pixel
 from robot.motion import kinematics
-from robot.servoing.chain_model import ROUND
+from robot.servoing.chain_model import REWEIGH_PERIOD
 from robot.servoing.measurement import Measurement
 from robot.servoing.runs import make_servo
 from robot.servoing.servo import Servo
@@ -56,8 +56,8 @@ def step_cost(arm_name: str = "planar", keys: int = 24) -> str:
                 servo.models.of("chain", name).seen_from(here, seen(here, name))
         return servo
 
-    fastest = [math.inf] * ROUND
-    for fits in 10 * list(range(ROUND)):
+    fastest = [math.inf] * REWEIGH_PERIOD
+    for fits in 10 * list(range(REWEIGH_PERIOD)):
         servo = prepared(fits)
         gc.disable()
         began = time.perf_counter()
@@ -69,7 +69,7 @@ def step_cost(arm_name: str = "planar", keys: int = 24) -> str:
     loops = 200_000
     names = "a, b, c, d = 1.1, 2.2, 3.3, 4.4"
     unit = min(timeit.repeat("a*d-b*c", names, number=loops, repeat=5)) / loops
-    step, worst = sum(fastest) / ROUND, max(fastest)
+    step, worst = sum(fastest) / REWEIGH_PERIOD, max(fastest)
     return (
         f"one decision of {DEFAULT}, {arm_name}, with {keys} key-frames of every camera: "
         f"{1e6 * step:.0f} us (at most {1e6 * worst:.0f}), {step / unit:.0f} x a*d-b*c on four "

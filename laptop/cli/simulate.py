@@ -182,7 +182,7 @@ def simulate(
 def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
     """Return what serves a brick in virtual time with what the tracker finds in rendered frames."""
     if realtime:
-        raise session.InvalidRunOption(
+        raise session.InvalidSimulationOption(
             "a scene is for virtual time; with --realtime, run track --camera synthetic beside it"
         )
     from laptop.simulator.scene.rendered_tracker import rendered
@@ -199,7 +199,7 @@ def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
     for name, scene in scenes.items():
         for key, value in chain.items():
             if scene.constants[key] != value:
-                raise session.InvalidRunOption(
+                raise session.InvalidSimulationOption(
                     f"scene {name}.{key}: cameras in virtual time share it; write {key}=VALUE"
                 )
     latency = chain.pop("delay")
@@ -218,7 +218,7 @@ def _plugged(arm: Arm, plugs: tuple[str, ...]) -> dict[str, str]:
     for text in plugs:
         port, _, kind = text.partition("=")
         if port not in tuple("ABCD") or kind not in ("large", "medium"):
-            raise session.InvalidRunOption(
+            raise session.InvalidSimulationOption(
                 f"plug '{text}': write PORT=KIND with a port from A to D and large or medium"
             )
         if plugs == FREE_MOTOR:
@@ -226,7 +226,7 @@ def _plugged(arm: Arm, plugs: tuple[str, ...]) -> dict[str, str]:
             if port not in joints | ({arm.pen.port} if arm.pen else set()):
                 extra[port] = kind
         elif port in joints or port in extra:
-            raise session.InvalidRunOption(
+            raise session.InvalidSimulationOption(
                 f"plug '{text}': port {port} is taken; choose another one"
             )
         else:

@@ -23,7 +23,7 @@ from laptop.tracking.pipeline import Point
 from laptop.tracking.server import ServerState as LinkState
 from shared.arm_description import ArmError
 from shared.messages import BUDGET, GOAL, TOLERANCE, Start, Status, Stop
-from shared.orders import check
+from shared.run_options import check_options
 from shared.verdicts import CONVERGED
 
 START_TIMEOUT = 3.0
@@ -165,7 +165,7 @@ class RunControl:
         """Send the tip to the goal, or on along the path.
 
         Args:
-            method, mode, rows: words, see `shared.orders`.
+            method, mode, rows: words, see `shared.run_options`.
             tolerance: distance from the goal, px, that is near enough.
             budget: time for the run, s.
             follow: the goal's marker moves.
@@ -182,7 +182,7 @@ class RunControl:
                 return why
             options = Start(method, mode, rows, tolerance, budget, follow, goals=dict(self.aims))
             try:
-                check(options, self._joint_count())
+                check_options(options, self._joint_count())
             except ArmError as error:
                 return str(error)
             self._options = options

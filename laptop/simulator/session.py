@@ -25,7 +25,7 @@ from laptop.simulator.host.world import World
 from laptop.simulator.live import PoseWriter
 from robot.motion import kinematics
 from robot.motion.zero import Zero
-from robot.tracking_client import Memory, Tracker
+from robot.tracking_client import Memory, ServerAddress
 from shared.arm_description import ArmError
 from shared.state import ARM, PLAN, STATE
 
@@ -70,7 +70,7 @@ LAPTOP = "127.0.0.1"
 """Host of a tracker beside the brick."""
 
 
-class InvalidRunOption(ArmError, ValueError):
+class InvalidSimulationOption(ArmError, ValueError):
     """A fault, pose or plug that cannot be understood."""
 
 
@@ -78,7 +78,7 @@ def read_fault(text):
     """Read a Fault from `KIND[:WHAT]@SECONDS`, e.g. `unplug:A@1.5` or `term@2`."""
     match = re.match(r"([a-z-]+)(?::([^@]+))?@([0-9.]+)$", text)
     if not match or match.group(1) not in FAULTS:
-        raise InvalidRunOption(
+        raise InvalidSimulationOption(
             "'{}' is not a fault; write one of {} with a time, like unplug:A@1.5".format(
                 text,
                 ", ".join(
@@ -94,7 +94,7 @@ def read_fault(text):
         elif what not in (tuple("ABCD") if FAULTS[kind] == "PORT" else (None,)):
             raise ValueError(what)
     except (TypeError, ValueError):
-        raise InvalidRunOption(
+        raise InvalidSimulationOption(
             "fault '{}': {} takes {}, then @SECONDS".format(
                 text,
                 kind,
@@ -112,7 +112,7 @@ def read_start(text, arm):
             files there, which is waited for.
 
     Raises:
-        InvalidRunOption: it is none of these.
+        InvalidSimulationOption: it is none of these.
     """
     if text.startswith(AFTER):
         return _end_of(text[len(AFTER) :], arm), True
@@ -128,7 +128,7 @@ def read_start(text, arm):
     if len(angles) != len(arm.joints) or not all(
         joint.lower <= angle <= joint.upper for joint, angle in zip(arm.joints, angles)
     ):
-        raise InvalidRunOption(
+        raise InvalidSimulationOption(
             "start '{}': write home, lost, after:FOLDER, or one angle in deg per joint within "
             "{}".format(
                 text,
@@ -150,7 +150,7 @@ def _end_of(folder, arm):
             *_, last = csv.DictReader(file)
         angles = [float(last["q{}".format(k)]) for k in range(1, len(arm.joints) + 1)]
     except (OSError, ValueError, KeyError, TypeError):
-        raise InvalidRunOption(
+        raise InvalidSimulationOption(
             "start '{}{}': there is no trace of this arm; give the --out of another run".format(
                 AFTER, folder
             )
@@ -188,7 +188,7 @@ def run(
         SimulationResult.
 
     Raises:
-        InvalidRunOption: a fault for a port without a motor, or an impossible start.
+        InvalidSimulationOption: a fault for a port without a motor, or an impossible start.
     """
     q, homed = read_start(start, arm)
     with contextlib.ExitStack() as stack:
@@ -234,7 +234,7 @@ def _schedule_faults(brick, faults):
     ordered = {"signals": []}
     for fault in faults:
         if FAULTS[fault.kind] == "PORT" and fault.what not in brick.motors:
-            raise InvalidRunOption(
+            raise InvalidSimulationOption(
                 "fault {}: no motor at port {}; there are {}".format(
                     fault.kind, fault.what, ", ".join(sorted(brick.motors))
                 )
@@ -305,7 +305,7 @@ def _home_folder(brick, q, homed, tracker):
         if homed:
             park_on_file(arm, q, folder)
         if tracker:
-            Memory(folder).save(Tracker(LAPTOP, tracker.port, tracker.code))
+            Memory(folder).save(ServerAddress(LAPTOP, tracker.port, tracker.code))
         os.environ.update(environment)
         yield folder
     finally:
@@ -328,7 +328,7 @@ def _wanted(file):
                 points = json.loads(line)["path"]
                 paths.append([(float(x), float(y), *map(float, rest)) for x, y, *rest in points])
             except (ValueError, KeyError, TypeError):
-                raise InvalidRunOption(
+                raise InvalidSimulationOption(
                     'line {} of $BRICKSERVO_PLAN is not {{"path": [[x, y], ...]}}; '
                     "correct the script that wrote it".format(number)
                 ) from None

@@ -20,12 +20,12 @@ runs in the thread that lets the world go on, so a run repeats exactly.
         return {"effector": (320 + 12 * x, 400 - 12 * y, 1.0), "goal": (500.0, 300.0, 1.0)}
 
     with VirtualTracker(world, see) as tracker, brick.sysfs.installed():
-        eyes = tracker.client()
+        client = tracker.client()
         robot_arm = RobotArm(arm, world)
-        before = eyes.look(0.2)["A"]
+        before = client.poll(0.2)["A"]
         robot_arm.go_to([angle + 0.4 for angle in robot_arm.angles()])
-        after = eyes.look(0.2)["A"]  # as it was at `after.t` on `world`, some 60 ms ago
-        eyes.report(robot_arm.angles(), 12.3)
+        after = client.poll(0.2)["A"]  # as it was at `after.t` on `world`, some 60 ms ago
+        client.report(robot_arm.angles(), 12.3)
 
 A program under `runner.run_script` finds it at 127.0.0.1:`tracker.port`, with `tracker.code`; there
 `select.select` is `tracker.select`.
@@ -45,7 +45,7 @@ from typing import Any
 
 from laptop.simulator.host.world import World
 from laptop.tracking.server import TrackingServer
-from robot.tracking_client import Tracker, TrackingClient
+from robot.tracking_client import ServerAddress, TrackingClient
 from shared.messages import Observation
 
 Markers = Mapping[str, "tuple[float, float, float] | None"]
@@ -172,7 +172,7 @@ class VirtualTracker:
         self._clients.append(client)
         end = clock.now() + LINK_TIMEOUT
         while not client.linked and clock.now() < end:
-            client.look(0.01)
+            client.poll(0.01)
         return client
 
     def select(
@@ -334,12 +334,12 @@ class _Memory:
     """A client's memory, without a file."""
 
     def __init__(self) -> None:
-        self._tracker: Tracker | None = None
+        self._tracker: ServerAddress | None = None
 
-    def load(self) -> Tracker | None:
+    def load(self) -> ServerAddress | None:
         """Return what was saved last."""
         return self._tracker
 
-    def save(self, tracker: Tracker) -> None:
+    def save(self, tracker: ServerAddress) -> None:
         """Keep it until the program ends."""
         self._tracker = tracker

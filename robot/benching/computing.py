@@ -143,7 +143,7 @@ class MadeUpCameras(object):
         now = clock.now()
         self._due = {name: now + 0.01 * k for k, name in enumerate(names)}
 
-    def look(self, timeout):
+    def poll(self, timeout):
         """The frames that are due, waited for at most so long, s."""
         first = min(self._due.values()) - self._clock.now()
         if first > 0 and timeout > 0:
@@ -217,7 +217,7 @@ def arm_of_files(description, clock):
     """A RobotArm on model motors, parked in its home pose, its zero known."""
     motors = ArmMotors(description, clock, GAINS, lambda line: None, ModelMotor)
     arm = RobotArm(description, clock, zero=_KnownZero(), motors=motors)
-    arm.wake()
+    arm.load_zero()
     for motor, joint in zip(arm.joints, description.joints):
         motor.counted = motor.in_counts(joint.home)
 

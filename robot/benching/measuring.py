@@ -174,7 +174,7 @@ def _move(args, description, clock):
     arm = None
     if args.move:
         arm = program.connect(description, clock)
-        arm.wake()
+        arm.load_zero()
         print("the {} arm will move; nothing may be in its way:".format(description.name))
         for k in range(len(description.joints)):
             print("  " + moving.describe(description, k))

@@ -7,7 +7,7 @@ import math
 
 from robot.benching.figures import Pass, figures
 from robot.motion import homing, kinematics
-from robot.motion.arm import GENTLE, SLOWLY
+from robot.motion.arm import APPROACH_ACCELERATION, APPROACH_SPEED
 from robot.motion.control_loop import Stalled
 from robot.motion.joint_controller import GAINS
 from robot.motion.motors import DEAD_MAN, JointMotor
@@ -142,7 +142,7 @@ class Bench(object):
             pair = []
             for sign, start, end in ((1, lower, upper - room), (-1, upper, lower + room)):
                 for begin in (start, start + sign * TAKING_UP):
-                    gently = (SLOWLY, GENTLE) if begin != start else ()
+                    gently = (APPROACH_SPEED, APPROACH_ACCELERATION) if begin != start else ()
                     arm.go_to(home[:k] + [begin] + home[k + 1 :], *gently)
                 with arm.lend_motors():
                     pair.append(
@@ -272,7 +272,7 @@ class Bench(object):
                 )
                 homing.back_off(arm, k, sign)
             stands, leaves = zip(*touches[1:])  # the first one came from afar
-            if max(stands) - min(stands) > homing.AGREE * motor.resolution:
+            if max(stands) - min(stands) > homing.MAX_TOUCH_SPREAD * motor.resolution:
                 raise homing.Blocked(
                     "the {}'s stop was found at places {:.1f} deg apart; clear its way".format(
                         joint.name, math.degrees(max(stands) - min(stands))
@@ -299,9 +299,9 @@ class Bench(object):
         now_of, motor, joint = self._clock.now, arm.joints[k], arm.description.joints[k]
         nearest = motor.bounds()[0 if sign > 0 else 1]
         motor.disengage()
-        motor.engage(homing.SOFTNESS)
+        motor.engage(homing.PUSH_STIFFNESS)
         last = motor.counts()
-        motor.drive(-sign * math.radians(LEAVING / homing.SOFTNESS) / joint.gear)
+        motor.drive(-sign * math.radians(LEAVING / homing.PUSH_STIFFNESS) / joint.gear)
         began = before = now_of()
         times = []
         while len(times) < 2 and before - began < RENEWED * 3:

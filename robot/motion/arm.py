@@ -10,26 +10,33 @@ import math
 from robot.motion import kinematics
 from robot.motion.arm_motors import ArmMotors
 from robot.motion.backlash import BacklashCompensation
-from robot.motion.control_loop import ASTRAY, COARSE, FINE, SETTLE, UNHURRIED, Stalled
+from robot.motion.control_loop import (
+    COARSE_TOLERANCE,
+    FINE_TOLERANCE,
+    LONG_SETTLING_TIME,
+    MAX_ERROR,
+    SETTLING_TIME,
+    Stalled,
+)
 from robot.motion.gravity import Gravity
 from robot.motion.joint_controller import GAINS
 from robot.motion.online_trajectory import STOP, OnlineTrajectory
 from robot.motion.trajectory import JOINT_ACCELERATION, JointMove
 from robot.motion.zero import Zero
 
-BEHIND, SLOWLY = math.radians(2), 0.3
-"""A start is approached from the play and so much more (rad), at this share of full speed."""
+APPROACH_MARGIN, APPROACH_SPEED = math.radians(2), 0.3
+"""A start is approached from the backlash and so much more (rad), at this share of full speed."""
 
-GENTLE = math.radians(15)
-"""Acceleration at which links do not leave the side of the play they are pushed by, rad/s^2."""
+APPROACH_ACCELERATION = math.radians(15)
+"""Acceleration at which links do not leave the side of the backlash they are pushed by, rad/s^2."""
 
-RUNS_ON = math.radians(10)
-"""A motor stopped at more than this speed leaves its link running on into the play, rad/s."""
+COASTING_SPEED = math.radians(10)
+"""A motor stopped at more than this speed leaves its link running on into the backlash, rad/s."""
 
-CHASE_ASTRAY = math.radians(5)
+MAX_CHASE_ERROR = math.radians(5)
 """Greatest error in a chase, rad: a motor faster than described runs ahead on a long way."""
 
-PEN_SPEED, PEN_ACCELERATION, PEN_ASTRAY = (math.radians(x) for x in (400, 3000, 25))
+PEN_SPEED, PEN_ACCELERATION, MAX_PEN_ERROR = (math.radians(x) for x in (400, 3000, 25))
 """Of the pen's motor: greatest speed and acceleration, rad/s and rad/s^2, and error, rad."""
 
 
@@ -48,9 +55,9 @@ class RobotArm(object):
     Attributes:
         motors: ArmMotors.
         joints, pen: its JointMotors.
-        sides: per joint, on which side its play lies: +1 pushed in the positive direction last, or
-            pulled in the negative by gravity; -1 the other way round; 0 unknown; between, it is
-            being crossed.
+        backlash_sides: per joint, on which side its backlash lies: +1 pushed in the positive
+            direction last, or pulled in the negative by gravity; -1 the other way round; 0 unknown;
+            between, it is being crossed.
 
     Raises:
         MotorNotFound: a motor of the description is not there.
@@ -65,10 +72,10 @@ class RobotArm(object):
         self.motors = motors or ArmMotors(description, clock, gains, say)
         self.joints, self.pen = self.motors.joints, self.motors.pen
         self._plan = None
-        self.sides = (0,) * len(self.joints)
+        self.backlash_sides = (0,) * len(self.joints)
         self._gravity = gravity or Gravity(description)
         loaded = self._gravity.loaded
-        self._pressed = self._gravity.pressed if loaded else None
+        self._preload_sides = self._gravity.preload_sides if loaded else None
         self._weigh = self._gravity.torques if loaded else None
         self._engaged = False
         self._standing = True
@@ -83,7 +90,7 @@ class RobotArm(object):
         """The encoders' readings by port."""
         return self.motors.counts()
 
-    def wake(self):
+    def load_zero(self):
         """Believe the remembered zero.
 
         Raises:
@@ -93,9 +100,9 @@ class RobotArm(object):
         self._homed = True
 
     def angles(self):
-        """Joint angles, rad, as the encoders have them, allowing for play as far as known."""
+        """Joint angles, rad, as the encoders have them, allowing for backlash as far as known."""
         angles = [motor.angle() for motor in self.joints]
-        self.sides = self._gravity.sides(angles, self.sides)
+        self.backlash_sides = self._gravity.sides(angles, self.backlash_sides)
         return self._links(angles)
 
     def position(self):
@@ -113,38 +120,40 @@ class RobotArm(object):
         if self._homed:
             self.zero.save(self.motors.zeros(), None)
 
-    def go_to(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, watch=None):
+    def go_to(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, on_tick=None):
         """Move all joints together to `q` (rad), each at most at `speed` times its greatest.
 
-        `acceleration` is the greatest of any joint, rad/s^2; `watch` as for `follow`.
+        `acceleration` is the greatest of any joint, rad/s^2; `on_tick` as for `follow`.
 
         Raises:
             kinematics.Unreachable: a joint angle past its limit; nothing has moved.
         """
         kinematics.check_limits(self.description.joints, q)
         fastest = [speed * joint.max_speed for joint in self.description.joints]
-        self.follow([JointMove(self.angles(), q, fastest, acceleration)], UNHURRIED, watch)
+        self.follow(
+            [JointMove(self.angles(), q, fastest, acceleration)], LONG_SETTLING_TIME, on_tick
+        )
 
-    def approach(self, motion):
-        """Go to the start of `motion` from behind, so that all play is taken up its way."""
+    def pre_approach(self, motion):
+        """Go to the start of `motion` from behind, so that all backlash is taken up its way."""
         behind = []
         for joint, start, direction in zip(
             self.description.joints, motion.start, motion.directions
         ):
-            back = start - direction * (joint.backlash + BEHIND)
+            back = start - direction * (joint.backlash + APPROACH_MARGIN)
             behind.append(min(max(back, joint.lower), joint.upper))
         self.go_to(behind)
-        self.go_to(motion.start, SLOWLY, GENTLE)
+        self.go_to(motion.start, APPROACH_SPEED, APPROACH_ACCELERATION)
 
-    def follow(self, motions, settle=SETTLE, watch=None):
+    def follow(self, motions, settle=SETTLING_TIME, on_tick=None):
         """Let the links follow Trajectories or JointMoves, one after the other; end at rest, held.
 
         Args:
             settle: longest correction after each, s.
-            watch: called in every control tick, right after the encoders were read, with the time
-                (s) and the links' angles as observed (rad), play allowed for as far as known.  If
-                it returns STOP, the motions end, all motors held; so they do if it raises, which
-                goes on.
+            on_tick: called in every control tick, right after the encoders were read, with the
+                time (s) and the links' angles as observed (rad), allowing for backlash as far as
+                known.  If it returns STOP, the motions end, all motors held; so they do if it
+                raises, which goes on.
 
         Raises:
             Stalled, TooSlow, MotorNotFound: after stopping.
@@ -153,25 +162,33 @@ class RobotArm(object):
         with self._stopping_on_error():
             # All of it is planned before anything moves: from one stroke to the next the motors are
             # driven, and their dead-man would stop them.
-            plans, sides = [], self.sides
+            plans, sides = [], self.backlash_sides
             for motion in motions:
                 sides = self._gravity.sides(motion.start, sides)
                 plans.append(
-                    BacklashCompensation(self.description.joints, motion, sides, self._pressed)
+                    BacklashCompensation(
+                        self.description.joints, motion, sides, self._preload_sides
+                    )
                 )
                 sides = plans[-1].sides
             for self._plan in plans:
-                noting = self._noting(self._plan, watch) if watch else None
+                noting = self._noting(self._plan, on_tick) if on_tick else None
                 if not self.motors.loop.run(
-                    self.joints, self._plan, settle, watch=noting, weigh=self._weigh
+                    self.joints, self._plan, settle, on_tick=noting, weigh=self._weigh
                 ):
                     self._note_braked()
                     break
-                self.sides = self._plan.sides
+                self.backlash_sides = self._plan.sides
             self.motors.hold(self.joints)
 
     def reach(
-        self, q, speed=1.0, acceleration=JOINT_ACCELERATION, watch=None, within=FINE, spare=None
+        self,
+        q,
+        speed=1.0,
+        acceleration=JOINT_ACCELERATION,
+        on_tick=None,
+        within=FINE_TOLERANCE,
+        spare=None,
     ):
         """Move to `q` (rad), each joint by itself, as fast as a chase and landing as softly.
 
@@ -190,15 +207,17 @@ class RobotArm(object):
         kinematics.check_limits(self.description.joints, q)
 
         def tell(t, links):
-            return STOP if watch and watch(t, links) is STOP else q
+            return STOP if on_tick and on_tick(t, links) is STOP else q
 
         self._pursue(tell, speed, acceleration, within, True, spare)
 
-    def chase(self, aim, speed=1.0, acceleration=JOINT_ACCELERATION, within=FINE, spare=None):
+    def chase(
+        self, aim, speed=1.0, acceleration=JOINT_ACCELERATION, within=FINE_TOLERANCE, spare=None
+    ):
         """Let the links follow an aim that may move as it likes; end at rest, held.
 
         Args:
-            aim: called in every control tick as `watch` of `follow`, it returns where the joints
+            aim: called in every control tick as `on_tick` of `follow`, it returns where the joints
                 should be, as OnlineTrajectory.take takes it (what is past a limit means the limit).
                 It is called to the end, so that it sees the coming to rest, too.
             speed: share of each joint's greatest.
@@ -219,25 +238,34 @@ class RobotArm(object):
         with self._stopping_on_error():
             joints = self.description.joints
             q = self.angles()
-            pursuit = OnlineTrajectory(joints, q, self.sides, speed, acceleration, self._pressed)
+            pursuit = OnlineTrajectory(
+                joints, q, self.backlash_sides, speed, acceleration, self._preload_sides
+            )
 
             def steer(t, now, angles):
-                self.sides = pursuit.sides_at(t)
+                self.backlash_sides = pursuit.sides_at(t)
                 return pursuit.take(t, aim(now, self._links(angles)), once)
 
             whole = self.motors.loop.run(
-                self.joints, pursuit, UNHURRIED, within, CHASE_ASTRAY, steer, self._weigh, spare
+                self.joints,
+                pursuit,
+                LONG_SETTLING_TIME,
+                within,
+                MAX_CHASE_ERROR,
+                steer,
+                self._weigh,
+                spare,
             )
             if not whole:
                 self._note_braked()
             self.motors.hold(self.joints)
 
-    def _noting(self, plan, watch):
-        """What tells `watch`, in the control loop, where the links are."""
+    def _noting(self, plan, on_tick):
+        """What tells `on_tick`, in the control loop, where the links are."""
 
         def note(t, now, angles):
-            self.sides = plan.sides_at(t)
-            return watch(now, self._links(angles))
+            self.backlash_sides = plan.sides_at(t)
+            return on_tick(now, self._links(angles))
 
         return note
 
@@ -245,7 +273,7 @@ class RobotArm(object):
         """The links' angles for these of the motors, rad."""
         return tuple(
             angle - side * joint.backlash / 2
-            for angle, side, joint in zip(angles, self.sides, self.description.joints)
+            for angle, side, joint in zip(angles, self.backlash_sides, self.description.joints)
         )
 
     @contextlib.contextmanager
@@ -257,7 +285,7 @@ class RobotArm(object):
             # Blocked or blind looks the same; blind, its counts are worth nothing from now on.
             self._homed = self._homed and not isinstance(error, Stalled)
             if self._plan:
-                self.sides = self._plan.sides_at(self.motors.loop.plan_time)
+                self.backlash_sides = self._plan.sides_at(self.motors.loop.plan_time)
             self._note_braked()
             self._halt()
             raise
@@ -266,9 +294,9 @@ class RobotArm(object):
 
     def _note_braked(self):
         """Which side of its backlash a joint lies on is unknown where it runs on."""
-        self.sides = tuple(
-            0 if abs(speed) > RUNS_ON else side
-            for speed, side in zip(self.motors.speeds(), self.sides)
+        self.backlash_sides = tuple(
+            0 if abs(speed) > COASTING_SPEED else side
+            for speed, side in zip(self.motors.speeds(), self.backlash_sides)
         )
 
     def move_pen(self, angle):
@@ -279,24 +307,24 @@ class RobotArm(object):
         """
         self._engage()
         move = JointMove([self.pen.angle()], [angle], [PEN_SPEED], PEN_ACCELERATION)
-        self.move_motor(self.pen, move, PEN_ASTRAY)
+        self.move_motor(self.pen, move, MAX_PEN_ERROR)
 
-    def move_motor(self, motor, move, astray=ASTRAY):
+    def move_motor(self, motor, move, max_error=MAX_ERROR):
         """Let one motor alone follow a JointMove of one angle, without limits; then hold it."""
         self._engage()
         with self._stopping_on_error():
-            self.motors.loop.run([motor], move, SETTLE, COARSE, astray)
+            self.motors.loop.run([motor], move, SETTLING_TIME, COARSE_TOLERANCE, max_error)
             self.motors.hold([motor])
 
     @contextlib.contextmanager
     def lend_motors(self):
-        """For a `with` block somebody else turns the joints' motors; their play is then unknown."""
+        """For a `with` block somebody else turns the joints' motors; sides are then unknown."""
         self._engage()
         with self._stopping_on_error():
             try:
                 yield
             finally:
-                self.sides = (0,) * len(self.joints)
+                self.backlash_sides = (0,) * len(self.joints)
 
     def home(self, here=False, say=print):
         """Find the zero, or with `here` take the joints to be at the home pose; remember it.
@@ -318,7 +346,7 @@ class RobotArm(object):
         found = []
         if here:
             joints = self.description.joints
-            sides = self._gravity.pressed([joint.home for joint in joints])
+            sides = self._gravity.preload_sides([joint.home for joint in joints])
             for motor, joint, side in zip(self.joints, joints, sides):
                 homing.take_as_it_stands(motor, joint.home + side * joint.backlash / 2)
         else:
@@ -327,7 +355,7 @@ class RobotArm(object):
                 self.motors.hold(self.joints)
                 found = homing.find_zero(self, say)
         self._homed = True
-        self.sides = (0,) * len(self.joints)
+        self.backlash_sides = (0,) * len(self.joints)
         self.zero.save(self.motors.zeros(), None if self._engaged else self.counts())
         return found
 
@@ -343,7 +371,7 @@ class RobotArm(object):
             from robot.motion.joint_steps import go_and_settle  # only the report's method needs it
 
             go_and_settle(self.joints, q, self.angles(), self.clock, self.motors.check_plugged_in)
-        self.sides = (0,) * len(self.joints)
+        self.backlash_sides = (0,) * len(self.joints)
 
     # Ending
 
@@ -373,7 +401,7 @@ class RobotArm(object):
         """
         from robot.motion import parking  # only at the end of a run
 
-        at_will = all(joint.rest is None for joint in self.description.joints)
+        at_will = all(joint.park_angle is None for joint in self.description.joints)
         if at_will or not (self._engaged and self._homed):
             return False
         way = parking.way_down(self.description, self.angles())

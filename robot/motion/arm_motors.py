@@ -77,7 +77,7 @@ class ArmMotors(object):
         """Stop some of these, each holding where it is."""
         for motor in motors:
             motor.hold()
-        self.loop.rest(motors)
+        self.loop.reset(motors)
 
     def halt(self):
         """Stop and hold every motor that still answers; the first trouble, or None."""
@@ -89,5 +89,5 @@ class ArmMotors(object):
                     act(motor)
                 except Exception as error:  # one motor's trouble must not keep the next one running
                     lost = lost or error
-        self.loop.rest(self._all)
+        self.loop.reset(self._all)
         return lost

@@ -10,7 +10,7 @@ from robot.motion import kinematics, linear_systems
 STEP_SIZE = math.radians(5)
 """The report's length of a joint step, rad."""
 
-ARRIVED = 1.0
+ARRIVAL_DISTANCE = 1.0
 """The report's steps end this close to the goal, cm."""
 
 
@@ -40,7 +40,7 @@ def jacobian_step(arm, q, dy):
 
 
 def has_arrived(start, goal, p):
-    """Whether the report's steps are over: within ARRIVED of the goal, or past it."""
-    if kinematics.distance(goal, p) <= ARRIVED:
+    """Whether the report's steps are over: within ARRIVAL_DISTANCE of the goal, or past it."""
+    if kinematics.distance(goal, p) <= ARRIVAL_DISTANCE:
         return True
     return sum((x - g) * (g - s) for x, g, s in zip(p, goal, start)) >= 0

@@ -7,37 +7,37 @@ runs it does, and the motors' own dead-man.
 import gc
 import math
 
-from robot.motion.joint_controller import ALONG, STIFFNESS
+from robot.motion.joint_controller import ALONG_WEIGHT, STIFFNESS
 from robot.motion.motors import DEAD_MAN
 from robot.motion.online_trajectory import STOP
-from robot.motion.pace import SHORTEST, TICKS, Pace
-from robot.motion.settling import STILL_FOR, SettlingDetector
+from robot.motion.pace import HOPELESS_TICKS, MIN_PERIOD, Pace
+from robot.motion.settling import STANDSTILL_TIME, SettlingDetector
 from shared.arm_description import ArmError
 
-CHECK = 0.1
+CHECK_PERIOD = 0.1
 """So often one of the motors, in turn, is checked to be there, s."""
 
-ASTRAY, ASTRAY_COUNTS = math.radians(3), 5
+MAX_ERROR, MAX_ERROR_COUNTS = math.radians(3), 5
 """A joint this far (rad, and counts) from where it should be is blocked or blind."""
 
-UNMOVED = 0.5
+STALL_TIMEOUT = 0.5
 """So is one that is driven with its full hand for so long without a count, s."""
 
-SETTLE, UNHURRIED = 0.2, 0.8
+SETTLING_TIME, LONG_SETTLING_TIME = 0.2, 0.8
 """Longest correction after the end of a path with the pen down, of a move with the pen up, s."""
 
-FINE, COARSE = 0.4, 6.0
+FINE_TOLERANCE, COARSE_TOLERANCE = 0.4, 6.0
 """A motor has settled within so many counts, where they matter and where not."""
 
-STARTING = 0.1
+START_TIME = 0.1
 """There is no spare time at the start of a motion, s: the push that sets a joint going through its
-play would last as long as a tick that takes too long."""
+backlash would last as long as a tick that takes too long."""
 
-IDLE, SPARE = 0.15, 0.008
+IDLE_SHARE, SPARE_TIME = 0.15, 0.008
 """Share of a period that is left to the system; and what whoever wants spare time has of a tick on
 the average, s."""
 
-CREEP = 4.0
+CREEP_GAIN = 4.0
 """Speed towards the end of a path, per distance that is left, 1/s."""
 
 
@@ -72,10 +72,10 @@ class _Axis(object):
         held: whether it is held, being at rest while others move on.
     """
 
-    def __init__(self, motor, controller, settle, tolerance, astray):
+    def __init__(self, motor, controller, settle, tolerance, max_error):
         self.motor, self.controller = motor, controller
         self.settling = SettlingDetector(settle, tolerance * motor.resolution)
-        self.astray = max(astray, ASTRAY_COUNTS * motor.resolution)
+        self.max_error = max(max_error, MAX_ERROR_COUNTS * motor.resolution)
         self.seen, self.stands_since, self.slack_at = None, 0.0, 0.0
         self.held = False
 
@@ -101,14 +101,14 @@ class ControlLoop(object):
         self.pace = Pace(say)
         self.plan_time = 0.0
 
-    def rest(self, motors):
+    def reset(self, motors):
         """The motors were stopped; their controllers begin anew."""
         for motor in motors:
-            self._controllers[motor].rest()
+            self._controllers[motor].reset()
 
     def run(
-        self, motors, plan, settle=SETTLE, tolerance=FINE, astray=ASTRAY, watch=None, weigh=None,
-        spare=None
+        self, motors, plan, settle=SETTLING_TIME, tolerance=FINE_TOLERANCE, max_error=MAX_ERROR,
+        on_tick=None, weigh=None, spare=None
     ):  # fmt: skip
         """Let `motors` follow `plan` to its end; they are driven still when this returns.
 
@@ -120,7 +120,7 @@ class ControlLoop(object):
                 BacklashCompensation, OnlineTrajectory.
             settle: longest correction after the end, s.
             tolerance: counts within which a motor has settled.
-            astray: greatest error on the way, rad.
+            max_error: greatest error on the way, rad.
             watch: called in every tick with the plan's time (s), the clock's (s) and the motors'
                 angles as just observed (rad); if it returns STOP, the motion is over, and what it
                 raises goes on.
@@ -135,19 +135,20 @@ class ControlLoop(object):
         Raises:
             Stalled, TooSlow, MotorNotFound: with the motors driven still, for DEAD_MAN at most.
         """
-        longest = max(settle, min(UNHURRIED, settle * self.pace.period / SHORTEST))
+        longest = max(settle, min(LONG_SETTLING_TIME, settle * self.pace.period / MIN_PERIOD))
         axes = [
-            _Axis(motor, self._controllers[motor], longest, tolerance, astray) for motor in motors
+            _Axis(motor, self._controllers[motor], longest, tolerance, max_error)
+            for motor in motors
         ]
         collecting = gc.isenabled()
         gc.disable()
         try:
-            return self._run(axes, plan, watch, weigh, spare)
+            return self._run(axes, plan, on_tick, weigh, spare)
         finally:
             if collecting:
                 gc.enable()
 
-    def _run(self, axes, plan, watch, weigh, spare):
+    def _run(self, axes, plan, on_tick, weigh, spare):
         now_of, sleep, pace = self._clock.now, self._clock.sleep, self.pace
         for axis in axes:
             axis.motor.engage(STIFFNESS)
@@ -174,7 +175,7 @@ class ControlLoop(object):
             rate = pace.rate
             self.plan_time = t = t + rate * (now - before)
             angles = [axis.controller.angle for axis in axes]
-            if watch and watch(t, now, angles) is STOP:
+            if on_tick and on_tick(t, now, angles) is STOP:
                 return False
             if weigh:
                 for axis, torque in zip(axes, weigh(angles)):
@@ -186,15 +187,17 @@ class ControlLoop(object):
             for axis, angle, wanted, since in zip(axes, angles, q, plan.rests_from):
                 error = wanted - angle
                 errors.append(error)
-                if not -axis.astray < error < axis.astray:
+                if not -axis.max_error < error < axis.max_error:
                     # One that turns may lag by as much more as ticks are longer.
-                    lag = axis.astray * pace.period / SHORTEST
-                    if now - axis.stands_since > STILL_FOR or not -lag < error < lag:
+                    lag = axis.max_error * pace.period / MIN_PERIOD
+                    if now - axis.stands_since > STANDSTILL_TIME or not -lag < error < lag:
                         raise self._astray(axis, error, now)
                 full = axis.controller.full_error
                 if -full < error < full or t > since:  # at rest friction may hold it
                     axis.slack_at = now
-                elif now - axis.slack_at > UNMOVED and now - axis.stands_since > UNMOVED:
+                elif (
+                    now - axis.slack_at > STALL_TIMEOUT and now - axis.stands_since > STALL_TIMEOUT
+                ):
                     raise self._astray(axis, error, now)
                 settling = axis.settling
                 if t <= since:
@@ -221,14 +224,14 @@ class ControlLoop(object):
                     if not axis.held:
                         axis.motor.hold()
                         axis.held = True
-                    axis.controller.rest()
+                    axis.controller.reset()
                     continue
                 axis.held = False
                 speed = speeds[k]
                 acceleration = (speed - last[k]) / step if step > 0 else 0.0
                 # At rest the last bit is crept: position alone would be held up by friction.
                 if t > plan.rests_from[k]:
-                    speed += CREEP * errors[k]
+                    speed += CREEP_GAIN * errors[k]
                 if rate != 1.0:
                     speed *= rate
                     acceleration *= rate * rate
@@ -237,17 +240,17 @@ class ControlLoop(object):
             end = now_of()
             if end > check_at:
                 self._check()
-                check_at = end + CHECK
+                check_at = end + CHECK_PERIOD
             # The plan goes by the clock, so that a late tick costs accuracy only.
             due = max(due + pace.period, end)
             computing = end - began
-            if spare and t > STARTING:
-                spare(due - IDLE * pace.period)
+            if spare and t > START_TIME:
+                spare(due - IDLE_SHARE * pace.period)
                 end = now_of()
-                computing += max(0.0, end - due) + SPARE
+                computing += max(0.0, end - due) + SPARE_TIME
             since = max(due, end) - began
             pace.note(end, since, computing)
-            if pace.slow == TICKS or since > DEAD_MAN:
+            if pace.slow == HOPELESS_TICKS or since > DEAD_MAN:
                 raise TooSlow(since)
             sleep(due - end)
             began = now_of()
@@ -256,7 +259,7 @@ class ControlLoop(object):
         """What is wrong with a joint that is not where it should be."""
         missing = "{:.1f} deg are missing".format(abs(math.degrees(error)))
         # Its motor's driver needs no ticks to turn it, but ticks to turn it where it should be.
-        if self.pace.was_late(now) and now - axis.stands_since < STILL_FOR:
+        if self.pace.was_late(now) and now - axis.stands_since < STANDSTILL_TIME:
             return TooSlow(self.pace.latest, ", and of the {} {}".format(axis.motor.name, missing))
         return Stalled(axis.motor, missing)
 
@@ -267,6 +270,6 @@ class ControlLoop(object):
         along = 0.0
         for a, error in zip(across, errors):
             along += a * error
-        along *= 1 - ALONG
+        along *= 1 - ALONG_WEIGHT
         for k, slope in enumerate(slopes):
             errors[k] -= along * slope

@@ -1,4 +1,4 @@
-"""What gravity does to the joints: the torque on each, and the side of the play it presses on.
+"""What gravity does to the joints: the torque on each, and the side of the backlash it presses on.
 
 Pure.  Weights are lumped: each link's, with all it carries but the next link, where that balances.
 """
@@ -15,14 +15,14 @@ class Gravity(object):
     Args:
         arm: shared.arm_description.Arm; joints of no mass are carried without weight.
         g: m/s^2.
-        presses: whether `pressed` counts on the weight to take up the play; else it never does.
+        preloads: whether `preload_sides` counts on the weight to take up the backlash.
         known: whether `torques` tells of the weight; else it tells of none.
 
     Attributes:
         loaded: whether the arm has any weight.
     """
 
-    def __init__(self, arm, g=G, presses=True, known=True):
+    def __init__(self, arm, g=G, preloads=True, known=True):
         # Of a joint whose own weight is not told, the next one's is not all that it carries.
         self._rubs = [joint.friction if joint.mass else float("inf") for joint in arm.joints]
         self._arm = arm
@@ -32,7 +32,7 @@ class Gravity(object):
             self._moments.insert(0, weight * joint.centre + beyond * joint.link)
             beyond += weight
         self.loaded = any(joint.mass for joint in arm.joints)
-        self._presses = presses
+        self._preloads = preloads
         self._known = known
 
     def torques(self, q):
@@ -42,13 +42,13 @@ class Gravity(object):
     def _pull(self, q):
         return kinematics.pull(self._arm, q, self._moments)
 
-    def pressed(self, q):
-        """Per joint, the side to which gravity presses the play at `q`: +1 or -1.
+    def preload_sides(self, q):
+        """Per joint, the side to which gravity presses the backlash at `q`: +1 or -1.
 
         0 where it does not: without weight, or where friction holds the link as it is left.  A link
         that is pulled in the negative direction lies on its motor as if pushed in the positive one.
         """
-        if not (self.loaded and self._presses):
+        if not (self.loaded and self._preloads):
             return (0,) * len(q)
         return tuple(
             [
@@ -58,5 +58,7 @@ class Gravity(object):
         )
 
     def sides(self, q, sides):
-        """Where the play lies at rest at `q` if it was left as in `sides`."""
-        return tuple(pressed or side for pressed, side in zip(self.pressed(q), sides))
+        """Where the backlash lies at rest at `q` if it was left as in `sides`."""
+        return tuple(
+            preload_sides or side for preload_sides, side in zip(self.preload_sides(q), sides)
+        )

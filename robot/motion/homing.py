@@ -15,25 +15,25 @@ TOUCHES = 3
 FIRST_PUSH, SECOND_PUSH = 20.0, 14.0
 """Greatest force on the stop, % of duty: to find it, and to measure it."""
 
-SOFTNESS = 0.02
+PUSH_STIFFNESS = 0.02
 """Stiffness (% per deg/s) at which the stop is approached: the softer, the faster."""
 
 BACK_OFF, BACK_OFF_SPEED = math.radians(6), math.radians(60)
 """How far a joint leaves its stop between two touches, rad, and how fast, rad/s."""
 
-LONGEST = 60.0
+STOP_TIMEOUT = 60.0
 """No joint takes longer to its stop, s."""
 
-STILL_FOR = 0.16
+STANDSTILL_TIME = 0.16
 """A pushed joint that has not moved for this time stands at its stop, s."""
 
-AGREE = 3
+MAX_TOUCH_SPREAD = 3
 """Counts within which the touches of one stop must lie."""
 
-PLAUSIBLE = math.radians(5)
+MAX_STOP_ERROR = math.radians(5)
 """Stops that are farther than this from where they should be are others, rad."""
 
-Found = record("Found", "joint zero play spread")
+Found = record("Found", "joint zero backlash spread")
 """What was found of one joint.
 
 joint   its name
@@ -74,10 +74,10 @@ def find_zero(arm, say):
                 touches = _touches(arm, k, 1 if side == "upper" else -1)
                 spread = max(spread, max(touches) - min(touches))
                 ends[side] = sum(touches) / float(len(touches))
-        if spread > AGREE:
+        if spread > MAX_TOUCH_SPREAD:
             raise Blocked(
                 "the {}'s stop was found at places {:.0f} counts apart, at most {} will do; "
-                "clear its way and home again".format(joint.name, spread, AGREE)
+                "clear its way and home again".format(joint.name, spread, MAX_TOUCH_SPREAD)
             )
         out.append(_set_zero(motor, joint, ends, spread))
     return out[::-1]
@@ -99,7 +99,7 @@ def _set_zero(motor, joint, ends, spread):
     if len(ends) == 2:
         span = abs(ends["upper"] - ends["lower"]) * motor.resolution
         play = span - (joint.stop_upper - joint.stop_lower)
-        if abs(play - joint.backlash) > PLAUSIBLE:
+        if abs(play - joint.backlash) > MAX_STOP_ERROR:
             raise Blocked(
                 "the {}'s stops are {:.1f} deg apart, by the arm file {:.1f} and {:.1f} of play; "
                 "clear its way or measure them".format(
@@ -134,9 +134,9 @@ def push(arm, motor, joint, sign, force):
     """Push until the joint stands; the middle of what the encoder then allows, counts."""
     clock = arm.clock
     # What a standing motor pushes with is the stiffness times the speed set-point.
-    speed = sign * math.radians(force / SOFTNESS) / joint.gear
+    speed = sign * math.radians(force / PUSH_STIFFNESS) / joint.gear
     motor.disengage()
-    motor.engage(SOFTNESS)
+    motor.engage(PUSH_STIFFNESS)
     last, since = motor.bounds(), clock.now()
     start, begun = last, since
     while True:
@@ -146,11 +146,11 @@ def push(arm, motor, joint, sign, force):
         here, now = motor.bounds(), clock.now()
         if here != last:
             last, since = here, now
-        elif now - since > STILL_FOR:
+        elif now - since > STANDSTILL_TIME:
             motor.hold()
             motor.disengage()
             return motor.zero + motor.in_counts(sum(here) / 2)
-        if abs(here[0] - start[0]) > _farthest(joint) or now - begun > LONGEST:
+        if abs(here[0] - start[0]) > _farthest(joint) or now - begun > STOP_TIMEOUT:
             raise Blocked(
                 "the {} found no stop in {:.0f} deg and {:.0f} s; check its stops and find_home in "
                 "the arm file".format(
@@ -163,4 +163,4 @@ def _farthest(joint):
     """How far a joint may have to turn to a stop that is there, rad."""
     if joint.stop_lower is None or joint.stop_upper is None:
         return 2 * math.pi
-    return joint.stop_upper - joint.stop_lower + joint.backlash + PLAUSIBLE
+    return joint.stop_upper - joint.stop_lower + joint.backlash + MAX_STOP_ERROR

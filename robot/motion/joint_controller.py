@@ -23,10 +23,10 @@ STIFFNESS = 0.1
 LEAD = 0.035
 """Speed and acceleration are fed forward so much early, s."""
 
-ALONG = 0.8
+ALONG_WEIGHT = 0.8
 """Weight of the error along a path beside that across it."""
 
-TUNED_DELAY, SOFTER, FORESEEN = 0.013, 20.0, 0.7
+TUNED_DELAY, DELAY_SOFTENING, FORESEEN_SHARE = 0.013, 20.0, 0.7
 """The gains are those for commands that act so late, s; for later ones the position's falls by this
 share of itself, 1/s; and for so much of what is later the error is foreseen."""
 
@@ -83,13 +83,13 @@ GAINS = {
 }
 """By kind of motor.  The medium one moves the pen, is faster, and so takes only a softer hand."""
 
-FORGETS = 0.145
+FRICTION_FORGETTING = 0.145
 """What was learned of friction goes back towards the first guess at this rate, 1/s."""
 
-FRICTION, PUSH = (3.0, 20.0), 8.0
+FRICTION_BOUNDS, MAX_PUSH = (3.0, 20.0), 8.0
 """Bounds of what is learned, % of duty: in steady motion the two cannot be told apart."""
 
-LATE = 0.06
+MAX_LEARNING_INTERVAL = 0.06
 """After a longer time without a reading no more is learned from the next one than after this, s."""
 
 
@@ -128,10 +128,10 @@ class JointController(object):
             gains.observe_velocity,
             gains.learn_friction * per_degree,
             gains.learn_push * per_degree,
-            PUSH * per_duty,
+            MAX_PUSH * per_duty,
             self._friction,
         )
-        self._least, self._most = (duty * per_duty for duty in FRICTION)
+        self._least, self._most = (duty * per_duty for duty in FRICTION_BOUNDS)
         self._per_newton_metre = per_duty / gains.torque_per_duty / gear
         self._push = self._weight = self._turning = self._w = 0.0
         self._t = None
@@ -149,10 +149,10 @@ class JointController(object):
         self._delay = delay
         position, velocity = self._gains
         late = max(0.0, delay - TUNED_DELAY)
-        self._position = position / (1 + SOFTER * late)
+        self._position = position / (1 + DELAY_SOFTENING * late)
         self.full_error = self._hand / self._position
         # What is missing when the command acts, not when it was read.
-        self._velocity = velocity + self._position * late * FORESEEN
+        self._velocity = velocity + self._position * late * FORESEEN_SHARE
 
     def observe(self, t, low, high):
         """Take in that at time `t` (s) the angle lies between these two, rad."""
@@ -193,8 +193,8 @@ class JointController(object):
             angle += final * dt + (speed - then) * lag
         speed = then
         # Correct.
-        if dt > LATE:
-            dt = LATE
+        if dt > MAX_LEARNING_INTERVAL:
+            dt = MAX_LEARNING_INTERVAL
         dead, to_angle, to_speed, to_friction, to_push, most, guess = self._observer
         surprise = middle - angle
         if surprise > dead:
@@ -211,7 +211,7 @@ class JointController(object):
             friction -= to_friction * surprise * self._turning
             learned = self._push - to_push * surprise
             self._push = learned if -most < learned < most else math.copysign(most, learned)
-        friction += FORGETS * dt * (guess - friction)
+        friction += FRICTION_FORGETTING * dt * (guess - friction)
         if friction < self._least:
             friction = self._least
         elif friction > self._most:
@@ -224,7 +224,7 @@ class JointController(object):
         """From now on a weight turns the joint with this torque, Nm."""
         self._weight = -torque * self._per_newton_metre
 
-    def rest(self):
+    def reset(self):
         """The joint is held now; begin anew with the next reading."""
         self._t = None
         self.speed = 0.0

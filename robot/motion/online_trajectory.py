@@ -2,7 +2,7 @@
 
 Pure: no I/O, no clock.  Each joint by itself goes to its aim as fast as its limits of speed and
 acceleration allow, without passing it (an aim that is said to move it meets at its speed); where it
-turns round it stands while its motor crosses the play, unless gravity keeps that closed.
+turns round it stands while its motor crosses the backlash, unless gravity keeps that closed.
 
 The control law feeds speeds forward by LEAD.  What was fed forward stands; so an aim heard of at
 time t changes the way from t + LEAD on.
@@ -11,26 +11,26 @@ time t changes the way from t + LEAD on.
 import math
 
 from robot.motion import kinematics
-from robot.motion.backlash import crossed, take_up_time
+from robot.motion.backlash import crossed, crossing_time
 from robot.motion.joint_controller import LEAD
 from robot.motion.trajectory import JOINT_ACCELERATION
 from shared.record import record
 
-SLOWING = 0.4
+SOFT_DECELERATION = 0.4
 """Share of the acceleration with which joints come to a stop where there is room for it: friction
-alone keeps a link from running ahead through its play."""
+alone keeps a link from running ahead through its backlash."""
 
-STIRS, TURNS = 0.5, 1.0 / 3
+START_THRESHOLD, REVERSAL_THRESHOLD = 0.5, 1.0 / 3
 """A joint at rest goes on for an aim this far ahead (counts), and back for one so far behind (of
-the play; and at least as far as ahead): what is nearer may be noise."""
+the backlash; and at least as far as ahead): what is nearer may be noise."""
 
 COUNTS_PER_TURN = 360
 """Of a motor's encoder."""
 
-PRESS_AGAIN = 0.05
+PRELOAD_PERIOD = 0.05
 """How often it is asked where gravity presses, on the way to one place, s."""
 
-MATCHED = 0.9
+MAX_MATCHED_SPEED = 0.9
 """Share of its greatest speed at which a joint still keeps up with an aim."""
 
 
@@ -44,7 +44,7 @@ STOP = object()
 """Returned in place of an aim, or by who watches a motion: it ends at once, all motors held."""
 
 
-def way(e, v, u, fastest, up, down):
+def time_optimal_profile(e, v, u, fastest, up, down):
     """The fastest way forward to an aim `e` ahead that moves forward at `u`; never backwards.
 
     In the aim's frame: one phase of acceleration, one of constant speed, one of the opposite
@@ -86,25 +86,25 @@ class _Joint(object):
         self._limits = joint.lower, joint.upper
         # Where it begins beyond a limit, it comes back at its own pace.
         self._lower, self._upper = min(joint.lower, angle), max(joint.upper, angle)
-        self.half_play = joint.backlash / 2
+        self.half_backlash = joint.backlash / 2
         self._fastest = fastest
         self._acceleration = acceleration
-        self._stirs = STIRS * 2 * math.pi / COUNTS_PER_TURN / joint.gear
-        self._turns = max(self._stirs, TURNS * 2 * self.half_play)
-        self._take_up = take_up_time(joint)
+        self._stirs = START_THRESHOLD * 2 * math.pi / COUNTS_PER_TURN / joint.gear
+        self._turns = max(self._stirs, REVERSAL_THRESHOLD * 2 * self.half_backlash)
+        self._take_up = crossing_time(joint)
         # Phases of constant acceleration: (since, angle, speed, acceleration).
         self._phases = [(-math.inf, angle, 0.0, 0.0)]
         self._direction = side if side in (1, -1) else 0
-        # The play: where it lay, its crossings since: (begin, time, step), and where it then lies.
+        # The backlash: where it lay, its crossings since (begin, time, step), where it then lies.
         self._side = self._lies = side
         self._crossings = []
         self._ready = self._crossed = -math.inf
-        self._pressed = 0
+        self._preload_side = 0
         self._aim = None
         self.rests_from = 0.0
 
     def at(self, t):
-        """Angle, speed, side of the play and its rate."""
+        """Angle, speed, side of the backlash and its rate."""
         phases = self._phases
         k = len(phases) - 1
         while phases[k][0] > t:
@@ -120,10 +120,10 @@ class _Joint(object):
             return angle, speed, self._side, 0.0
         return (angle, speed) + crossed(t, self._side, self._crossings)
 
-    def press(self, t, side):
-        """From `t` + LEAD on gravity presses the play to a side; 0: it is pushed to one again."""
+    def take_preload(self, t, side):
+        """From `t` + LEAD on gravity presses the backlash to a side; 0: it lies as pushed."""
         then = t + LEAD
-        self._pressed = side
+        self._preload_side = side
         lies = side or (self.at(then)[1] and self._direction)
         if lies and lies != self._lies:
             self._cross(then, lies, self._lies)
@@ -139,13 +139,13 @@ class _Joint(object):
             return  # it is on the way there
         self._aim = aim
         q, v, side, _ = self.at(then)
-        ready = max(then, self._ready)  # no motion before the play is crossed
+        ready = max(then, self._ready)  # no motion before the backlash is crossed
         u = 0.0
         if aim is None:
             aim = q
         else:
             aim = min(max(aim, self._limits[0]), self._limits[1])
-            most = MATCHED * self._fastest
+            most = MAX_MATCHED_SPEED * self._fastest
             u = min(max(speed, -most), most)
         e = aim + u * (ready - t) - q
         if not v and ready == then:
@@ -155,15 +155,15 @@ class _Joint(object):
                     self._go(t, then, ready, q, 0.0, 0.0, 0.0)
                 return
             self._direction = direction
-            if abs(side - direction) > 1e-6 and self.half_play and not self._pressed:
+            if abs(side - direction) > 1e-6 and self.half_backlash and not self._preload_side:
                 self._cross(then, direction, side)
                 ready = self._ready = self._crossed
                 e += u * self._take_up
-            self._lies = self._pressed or direction
+            self._lies = self._preload_side or direction
         self._go(t, then, ready, q, v, e, u)
 
     def _cross(self, then, side, before):
-        """Take the play from the side where it lay before to another, from the time `then` on."""
+        """Take the backlash from the side where it lay to another, from the time `then` on."""
         self._crossings.append((then, self._take_up, side - before))
         self._crossed = then + self._take_up
         self._lies = side
@@ -172,11 +172,11 @@ class _Joint(object):
         """How far off (rad) an aim in that direction, moving at `u`, may be from one at rest."""
         if u * direction > 0:
             return 0.0
-        back = direction == -self._direction and not self._pressed
+        back = direction == -self._direction and not self._preload_side
         return self._turns if back else self._stirs
 
     def _go(self, t, then, ready, q, v, e, u):
-        """Plan the phases on from the time `then`, the play being crossed until `ready`."""
+        """Plan the phases on from the time `then`, the backlash being crossed until `ready`."""
         sign, up = self._direction, self._acceleration
         while len(self._phases) > 1 and self._phases[1][0] <= t:
             del self._phases[0]
@@ -190,13 +190,13 @@ class _Joint(object):
             left = (self._upper if sign > 0 else -self._lower) - sign * q
             if v * v / (2 * up) > left - 2 * LEAD * v:
                 e, u = min(e, left), 0.0
-        down = SLOWING * up
+        down = SOFT_DECELERATION * up
         if v > u:  # soft as far as there is room for it
             down = min(max(down, (v - u) ** 2 / (2 * e) if e > 0 else up), up)
         if ready > then:
             self._phases.append((then, q, 0.0, 0.0))
         since = ready
-        for dt, a in way(e, v, u, self._fastest, up, down):
+        for dt, a in time_optimal_profile(e, v, u, self._fastest, up, down):
             self._phases.append((since, q, sign * v, sign * a))
             since += dt
             q += sign * (v * dt + a * dt * dt / 2)
@@ -211,11 +211,11 @@ class OnlineTrajectory(object):
     Args:
         joints: the arm's shared.arm_description.Joints.
         q: the links' angles at the start, rad.
-        sides: per joint, where the play lies at the start: +1, -1, or between (0: the middle).
+        sides: per joint, where the backlash lies at the start: +1, -1, or between (0: the middle).
         speed: share of each joint's greatest.
         acceleration: greatest of any joint, rad/s^2.
-        pressed: from the links' angles (rad) to the side, per joint, on which gravity presses the
-            play, 0: none; None: it presses on none.
+        preload_sides: from the links' angles (rad) to the side, per joint, to which gravity presses
+            the backlash, 0: none; None: it presses none.
 
     Attributes:
         duration: s; inf until the end is known.
@@ -224,7 +224,9 @@ class OnlineTrajectory(object):
 
     before = 0.0
 
-    def __init__(self, joints, q, sides, speed=1.0, acceleration=JOINT_ACCELERATION, pressed=None):
+    def __init__(
+        self, joints, q, sides, speed=1.0, acceleration=JOINT_ACCELERATION, preload_sides=None
+    ):
         self._joints = [
             _Joint(joint, angle, side, speed * joint.max_speed, acceleration)
             for joint, angle, side in zip(joints, q, sides)
@@ -232,18 +234,18 @@ class OnlineTrajectory(object):
         self._described = joints
         self.duration = math.inf
         self._t, self._states = None, None
-        self._pressed_at = -math.inf
+        self._preloaded_at = -math.inf
         self.rests_from = [0.0] * len(self._joints)
-        self._pressed = pressed
+        self._preload_sides = preload_sides
 
-    def press(self, t):
+    def take_preload(self, t):
         """Take in at time `t` (s) where gravity presses; for ticks in which nothing is steered."""
-        if not self._pressed or t - self._pressed_at < PRESS_AGAIN:
+        if not self._preload_sides or t - self._preloaded_at < PRELOAD_PERIOD:
             return
-        self._pressed_at = t
-        sides = self._pressed([joint.at(t + LEAD)[0] for joint in self._joints])
+        self._preloaded_at = t
+        sides = self._preload_sides([joint.at(t + LEAD)[0] for joint in self._joints])
         for joint, side in zip(self._joints, sides):
-            joint.press(t, side)
+            joint.take_preload(t, side)
         self._note_rests()
         if self.duration < math.inf:
             self.duration = max(self.duration, max(self.rests_from))
@@ -258,7 +260,7 @@ class OnlineTrajectory(object):
             aim: rad, where they are to stand; or a Moving; None: come to rest and end.
             last: whether to end there, however near that is.
         """
-        self.press(t)
+        self.take_preload(t)
         moving = isinstance(aim, Moving)
         for k, joint in enumerate(self._joints):
             if moving:
@@ -282,7 +284,7 @@ class OnlineTrajectory(object):
         if aim is STOP:
             return STOP
         if self.duration < math.inf:
-            self.press(t)
+            self.take_preload(t)
             return None
         last = once or isinstance(aim, Landing)
         if isinstance(aim, Landing):
@@ -303,7 +305,7 @@ class OnlineTrajectory(object):
         """(q, None) of the motors' side at `t` (s), at most LEAD after the last `steer`."""
         q = []
         for joint, (angle, _, side, _) in zip(self._joints, self._at(t)):
-            q.append(angle + side * joint.half_play)
+            q.append(angle + side * joint.half_backlash)
         return q, None
 
     def speeds(self, t):
@@ -311,9 +313,9 @@ class OnlineTrajectory(object):
         speeds = []
         for joint in self._joints:
             _, speed, _, rate = joint.at(t)
-            speeds.append(speed + rate * joint.half_play)
+            speeds.append(speed + rate * joint.half_backlash)
         return speeds
 
     def sides_at(self, t):
-        """Per joint, where the play lies at time `t` (s): from -1 to +1."""
+        """Per joint, where the backlash lies at time `t` (s): from -1 to +1."""
         return tuple([side for _, _, side, _ in self._at(t)])

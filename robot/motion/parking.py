@@ -26,10 +26,12 @@ def way_down(arm, q):
     """
     rest, home = (
         tuple(
-            min(max(a, joint.lower), joint.upper) if joint.rest is None else getattr(joint, where)
+            min(max(a, joint.lower), joint.upper)
+            if joint.park_angle is None
+            else getattr(joint, where)
             for a, joint in zip(q, arm.joints)
         )
-        for where in ("rest", "home")
+        for where in ("park_angle", "home")
     )
     for way in ((rest,), (home, rest)):
         if _is_free(arm, (q,) + way):

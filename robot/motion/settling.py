@@ -1,15 +1,15 @@
 """When a joint whose set-point stands has settled.  Pure."""
 
-NEAR_FOR = 0.028
+SETTLED_TIME = 0.028
 """A joint has settled that has been within its tolerance for so long, s."""
 
-STILL_FOR = 0.2
+STANDSTILL_TIME = 0.2
 """One without a count for so long is held by friction, or blind, s."""
 
-LONGER = 1.0
+EXTRA_TIME = 1.0
 """What has not arrived in time, but is on its way, is given so much more, s."""
 
-ARRIVED = 3
+ARRIVAL_TOLERANCES = 3
 """Farther off in the end than so many times the tolerance, a joint has not arrived."""
 
 
@@ -36,12 +36,12 @@ class SettlingDetector(object):
         self._near_since = self._seen = None
         self.begun = self.over = False
 
-    def take(self, t, rested, seen, error):
+    def take(self, t, time_at_rest, seen, error):
         """Take in one tick; False if the joint has not arrived and will not.
 
         Args:
             t: s.
-            rested: for how long the set-point has been standing, s.
+            time_at_rest: for how long the set-point has been standing, s.
             seen: what the encoder says.
             error: rad.
         """
@@ -54,8 +54,8 @@ class SettlingDetector(object):
             self._near_since = None
         elif self._near_since is None:
             self._near_since = t
-        near = self._near_since is not None and t - self._near_since >= NEAR_FOR
-        stands = t - self._seen_since >= STILL_FOR
-        arrived = -ARRIVED * self._fine <= error <= ARRIVED * self._fine
-        self.over = near or stands or (arrived and rested > self._longest)
-        return arrived or not stands and rested <= self._longest + LONGER
+        near = self._near_since is not None and t - self._near_since >= SETTLED_TIME
+        stands = t - self._seen_since >= STANDSTILL_TIME
+        arrived = -ARRIVAL_TOLERANCES * self._fine <= error <= ARRIVAL_TOLERANCES * self._fine
+        self.over = near or stands or (arrived and time_at_rest > self._longest)
+        return arrived or not stands and time_at_rest <= self._longest + EXTRA_TIME

@@ -10,25 +10,25 @@ import math
 
 from robot.motion import kinematics, linear_systems
 
-SPAN, LEAST_SPAN = 0.5, 0.02
+KNOT_SPACING, MIN_KNOT_SPACING = 0.5, 0.02
 """Greatest and least distance of knots, cm."""
 
-SHARE = 0.15
+KNOT_SHARE = 0.15
 """Of the length over which joint angles bend (kinematics.scale), knots are no more apart."""
 
-BEND = math.radians(20)
+MAX_KNOT_BEND = math.radians(20)
 """From knot to knot a stroke bends by no more, rad."""
 
-SPEED_UP = 0.2
+SPEED_UP_TIME = 0.2
 """Time in which the tip reaches its speed at the least, s."""
 
 JOINT_ACCELERATION = math.radians(200)
-"""Greatest of a joint, rad/s^2: a link slowed harder would run ahead through its play."""
+"""Greatest of a joint, rad/s^2: a link slowed harder would run ahead through its backlash."""
 
-CRAWLING, NEARLY_SINGULAR = 0.5, 0.1
+MIN_PATH_SPEED, NEARLY_SINGULAR = 0.5, 0.1
 """Below this speed of the tip (cm/s) or this singularity measure, across the path means nothing."""
 
-LEAP = math.radians(45)
+MAX_JOINT_LEAP = math.radians(45)
 """Between two points so near to one another no joint turns farther, rad."""
 
 
@@ -86,7 +86,7 @@ class Trajectory(object):
             bent = c2 + c3 * s
             q.append(c0 + s * (c1 + s * bent))
             slopes.append(c1 + s * (bent + bent + c3 * s))
-        return q, (across, slopes) if across and v > CRAWLING else None
+        return q, (across, slopes) if across and v > MIN_PATH_SPEED else None
 
     def speeds(self, t):
         """dq/dt at time `t` (s), rad/s."""
@@ -234,7 +234,7 @@ def _next(arm, p, q):
     """The pose at `p` that is nearest to `q`, rad, without a leap."""
     there = kinematics.nearest(arm, p, q)
     leap = max([abs(a - b) for a, b in zip(there, q)])
-    if leap > LEAP:
+    if leap > MAX_JOINT_LEAP:
         raise kinematics.Unreachable(
             "at ({}) cm the arm would have to swing a joint by {:.0f} deg to stay within its "
             "limits; draw the line in two, or choose the other elbow".format(
@@ -265,7 +265,11 @@ def _stations(stroke):
     tangents.append([2 * u - v for u, v in zip(ways[-1], tangents[-1])])
     out, s, turned = [], 0.0, 0.0
     for k, (p, tangent) in enumerate(zip(stroke, tangents)):
-        if k in (0, len(ways)) or s + lengths[k] - out[-1][0] > SPAN or turned > BEND / 2:
+        if (
+            k in (0, len(ways))
+            or s + lengths[k] - out[-1][0] > KNOT_SPACING
+            or turned > MAX_KNOT_BEND / 2
+        ):
             size = kinematics.distance(tangent, [0.0] * len(tangent))
             out.append((s, p, [u / size for u in tangent]))
             turned = 0.0
@@ -288,12 +292,12 @@ def _knots(arm, stations, q):
         b = [3 * (v - u) - whole * (2 * m + n) for u, v, m, n in zip(p, p_end, t, t_end)]
         c = [2 * (u - v) + whole * (m + n) for u, v, m, n in zip(p, p_end, t, t_end)]
         done = 0.0
-        span = min(SPAN, SHARE * kinematics.scale(arm, q))
+        span = min(KNOT_SPACING, KNOT_SHARE * kinematics.scale(arm, q))
         if len(stations) == 2:
             span = min(span, whole / 2)  # it must speed up and slow down
         while done < whole:
             left = whole - done
-            pieces = math.ceil(left / max(span, min(LEAST_SPAN, whole / 2)) - 1e-6)
+            pieces = math.ceil(left / max(span, min(MIN_KNOT_SPACING, whole / 2)) - 1e-6)
             step = left / max(pieces, 1)
             x = (done + step) / whole
             if pieces <= 1:
@@ -302,8 +306,8 @@ def _knots(arm, stations, q):
                 there = [u + x * (k + x * (m + x * n)) for u, k, m, n in zip(p, a, b, c)]
                 way = [(k + x * (2 * m + 3 * x * n)) / whole for k, m, n in zip(a, b, c)]
             q_there = _next(arm, there, q)
-            span = min(SPAN, SHARE * kinematics.scale(arm, q_there))
-            if step > 2 * span and step > LEAST_SPAN:
+            span = min(KNOT_SPACING, KNOT_SHARE * kinematics.scale(arm, q_there))
+            if step > 2 * span and step > MIN_KNOT_SPACING:
                 continue  # there it bends more than here
             q, done = q_there, s_end - s if pieces <= 1 else done + step
             knots.append((s + done, q) + _slopes(arm, q, way))
@@ -356,7 +360,7 @@ def _timed(arm, knots, speed):
         if bent * cap * cap > JOINT_ACCELERATION / 2:
             cap = math.sqrt(JOINT_ACCELERATION / 2 / bent)
         v[k], v[k + 1] = min(v[k], cap), min(v[k + 1], cap)
-        along = speed / SPEED_UP
+        along = speed / SPEED_UP_TIME
         if steep * along > JOINT_ACCELERATION / 2:
             along = JOINT_ACCELERATION / 2 / steep
         gains.append(2 * along * s)

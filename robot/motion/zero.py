@@ -11,7 +11,7 @@ import os
 from shared.arm_description import ArmError
 from shared.state import state_folder
 
-AGREES = 2
+MAX_PARKED_DRIFT = 2
 """Counts by which a parked motor may have settled since."""
 
 
@@ -79,7 +79,7 @@ class Zero(object):
                 + advice
             )
         for port in sorted(counts):
-            if abs(counts[port] - parked[port]) > AGREES:
+            if abs(counts[port] - parked[port]) > MAX_PARKED_DRIFT:
                 raise NotHomed(
                     "motor {} reads {:.0f} but was parked at {:.0f}: switched off or turned "
                     "since{}".format(port, counts[port], parked[port], advice)

@@ -4,7 +4,7 @@ Pure.
 """
 
 from robot.servoing.image_model import stacked
-from robot.servoing.measurement import LEAST_SIGMA
+from robot.servoing.measurement import MIN_SIGMA
 
 
 class CameraSelection(object):
@@ -55,7 +55,7 @@ class CameraSelection(object):
             self._explored = [False] * self._joints  # before the eyes of those that have come since
         others = bool(self.used) and not set(cameras) & set(self.used)
         self.used = cameras
-        noise = [max(sigma_of(camera), LEAST_SIGMA) for camera in cameras]
+        noise = [max(sigma_of(camera), MIN_SIGMA) for camera in cameras]
         self.weights = {c: min(noise) / sigma for c, sigma in zip(cameras, noise)}
         return others
 

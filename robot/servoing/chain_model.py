@@ -22,31 +22,31 @@ from robot.servoing.linear_algebra import (
     dot,
     forward_substituted,
 )
-from robot.servoing.robust import ROBUST, agrees, trust
+from robot.servoing.robust import RESIDUAL_SCALE, agrees, trust
 
-SEEN = 400.0
+LINK_SIGMA = 400.0
 """Standard deviation of how far, in px, the sum of the links' directions can move the marker."""
 
-ODD = 25.0
+LINK_ERROR_SIGMA = 25.0
 """The same of each link by itself: length, zero and lens may be off, px."""
 
-OFFSET = 1e4
+BASE_SIGMA = 1e4
 """The same of where the base is seen, px."""
 
-FAR = 2.3
+DISTANCE_DOUBT = 2.3
 """A key-frame is doubted by so many px per rad of distance from the arm: perspective and lens."""
 
-APART, MOST_KEYS = math.radians(2.5), 24
+MIN_KEY_DISTANCE, MAX_KEYS = math.radians(2.5), 24
 """Key-frames nearer to one another (rad, every joint) are one; so many are held."""
 
-ROUND = 16
+REWEIGH_PERIOD = 16
 """After every so manieth fit the key-frames are weighed anew: it makes little difference, and costs
 more than all the rest."""
 
-REWEIGH = 12
+REWEIGH_PERIOD_IN_MOTION = 12
 """The same of fits while the arm moves."""
 
-MOVED = 40.0
+MOVED_WORLD_SIGMA = 40.0
 """What was seen before the world changed is doubted by so many px from then on."""
 
 
@@ -131,21 +131,22 @@ def _spatial_axes(links):
 def _precision(axes):
     """Of the terms' coefficients, px^-2, before anything was seen; the lower triangle.
 
-    Each axis of space may be seen in any way (SEEN px along the whole arm); each term by itself
-    deviates from that (ODD).  The inverse of ODD^2 I + SEEN^2 sum u u', the u being orthogonal unit
-    vectors (Sherman and Morrison 1950); a constant offset may be anything.
+    Each axis of space may be seen in any way (LINK_SIGMA px along the whole arm); each term by
+    itself deviates from that (LINK_ERROR_SIGMA).  The inverse of LINK_ERROR_SIGMA^2 I +
+    LINK_SIGMA^2 sum u u', the u being orthogonal unit vectors (Sherman and Morrison 1950); a
+    constant offset may be anything.
     """
     units = []
     for axis in axes:
         whole = math.sqrt(dot(axis, axis))
         units.append([a / whole for a in axis])
-    share = SEEN**2 / (ODD**2 + SEEN**2)
-    precision = [[1 / OFFSET**2]]
+    share = LINK_SIGMA**2 / (LINK_ERROR_SIGMA**2 + LINK_SIGMA**2)
+    precision = [[1 / BASE_SIGMA**2]]
     for i in range(1, len(axes[0])):
         precision.append(
             [0.0]
             + [
-                ((i == j) - share * sum(u[i] * u[j] for u in units)) / ODD**2
+                ((i == j) - share * sum(u[i] * u[j] for u in units)) / LINK_ERROR_SIGMA**2
                 for j in range(1, i + 1)
             ]
         )
@@ -219,12 +220,15 @@ class ChainModel(object):
             return
         near, first = [], q[0]
         for key in self._keys:
-            if -APART < key.q[0] - first < APART and apart(key.q, q) < APART:
+            if (
+                -MIN_KEY_DISTANCE < key.q[0] - first < MIN_KEY_DISTANCE
+                and apart(key.q, q) < MIN_KEY_DISTANCE
+            ):
                 near.append(key)
         if near and not standing and min(key.variance for key in near) <= variance:
             return
         new = _Key(tuple(q), self._chain.terms(q), tuple(s), variance)
-        old = near or self._keys[: 1 - MOST_KEYS]
+        old = near or self._keys[: 1 - MAX_KEYS]
         if len(old) == 1:  # most often, and half as much to do
             self._replace(old[0], new)
         else:
@@ -266,7 +270,7 @@ class ChainModel(object):
             return
         W = self._solve()
         self._refits += 1
-        if self._refits % REWEIGH:
+        if self._refits % REWEIGH_PERIOD_IN_MOTION:
             return
         q = self._keys[-1].q
         deserved = []
@@ -311,7 +315,7 @@ class ChainModel(object):
         """W, with all that was learned in it."""
         W = self._solve() if self._fitted is None or self._waiting else self._fitted
         self._fits += 1
-        if self._fits % ROUND == 0 and self._keys:
+        if self._fits % REWEIGH_PERIOD == 0 and self._keys:
             self._weigh_all(q, W)
         return W
 
@@ -331,13 +335,13 @@ class ChainModel(object):
         """The weight of a key-frame."""
         doubt = key.variance
         for a, b in zip(key.q, q):
-            doubt += FAR**2 * (a - b) * (a - b)
+            doubt += DISTANCE_DOUBT**2 * (a - b) * (a - b)
         terms, excess = key.terms, 0.0
         for off, w in zip(key.s, W):
             for a, b in zip(w, terms):
                 off -= a * b
             excess += off * off
-        return trust(excess / (doubt * self._rows * ROBUST**2)) / doubt
+        return trust(excess / (doubt * self._rows * RESIDUAL_SCALE**2)) / doubt
 
     def covariance(self):
         """Of each row of J, n x n, (px/rad)^2, where it was last seen from."""
@@ -355,6 +359,6 @@ class ChainModel(object):
     def doubt_all(self):
         """The camera was moved, or the like: what was seen before counts little from now on."""
         for key in self._keys:
-            key.variance += MOVED**2
+            key.variance += MOVED_WORLD_SIGMA**2
             self._weigh(key, 1 / key.variance)
         self._fitted = self._prepared = None

@@ -8,26 +8,26 @@ from robot.servoing.image_model import stacked
 from robot.servoing.linear_algebra import length
 from robot.servoing.local_jacobian import LocalJacobian
 
-IN_MOTION = 2.0
+MOTION_SIGMA = 2.0
 """A frame that was taken in motion is doubted by so much more, px: the shutter, the two clocks."""
 
-STRAIGHT = 0.2
+MAX_BEND_SHARE = 0.2
 """Three frames in motion belong together if the middle one is off their line by no more than this
 share of the way (and noise)."""
 
 JOINT_ERROR, BACKLASH_ERROR = math.radians(0.35), 0.1
 """Standard deviations: of a motor's angle, rad, and of the joint's backlash, as a share of it."""
 
-UNBLURRED = 4.0
+FIRST_JOINT_VARIANCE = 4.0
 """What the joints' uncertainty makes of a row before anything is known of it, px^2."""
 
 UNCERTAINTY_WEIGHT = 0.1
 """Weight of what is not known of J, beside the error that is to be made small."""
 
-FORGET, MOST_WRONG = 0.6, 2.0
+NEWEST_STEP_WEIGHT, MAX_STEP_ERROR = 0.6, 2.0
 """Weight of the newest step in how wrong a model was lately, and the most that a step counts."""
 
-SURPRISE = 25.0
+WORLD_CHANGE_ERROR = 25.0
 """A step predicted by all models so wrongly, px, and by more than half: the world has changed."""
 
 
@@ -114,10 +114,10 @@ class ImageModels(object):
         u, v = s
         off = math.hypot(u - 0.5 * (u0 + u2), v - 0.5 * (v0 + v2))
         sigma = self._sigma_of(camera)
-        if off > STRAIGHT * math.hypot(u2 - u0, v2 - v0) + 4 * sigma + IN_MOTION:
+        if off > MAX_BEND_SHARE * math.hypot(u2 - u0, v2 - v0) + 4 * sigma + MOTION_SIGMA:
             return
         for name in (only,) if only else self.names:
-            variance = sigma * sigma + IN_MOTION**2 + self._blur(name, camera)
+            variance = sigma * sigma + MOTION_SIGMA**2 + self._blur(name, camera)
             self.of(name, camera).observe(q, s, variance, standing=False)
 
     def prepare(self, q, measurements):
@@ -145,7 +145,7 @@ class ImageModels(object):
         if (name, camera) not in self._blurs:
             image = self._images.get((name, camera))
             if image is None:
-                return UNBLURRED
+                return FIRST_JOINT_VARIANCE
             columns = zip(*image.jacobian(self._q))
             self._blurs[name, camera] = sum(
                 sum(map(mul, c, c)) / len(c) * w for c, w in zip(columns, self._joint_variance)
@@ -169,9 +169,9 @@ class ImageModels(object):
         for name in self.names:
             predicted = {c: self._images[name, c].predict(q) for c in cameras}
             missed[name] = length([x for c in cameras for x in map(sub, predicted[c], seen[c])])
-            wrong = min(missed[name] / moved, MOST_WRONG)
-            self.wrong[name] += FORGET * (wrong - self.wrong[name])
-        if min(missed.values()) > max(SURPRISE, 0.5 * moved):
+            wrong = min(missed[name] / moved, MAX_STEP_ERROR)
+            self.wrong[name] += NEWEST_STEP_WEIGHT * (wrong - self.wrong[name])
+        if min(missed.values()) > max(WORLD_CHANGE_ERROR, 0.5 * moved):
             self.doubt_all()
         return {name: off / moved for name, off in missed.items()}
 

@@ -10,18 +10,18 @@ from operator import mul, sub
 from robot.motion.linear_systems import broyden_update
 from robot.servoing.image_model import straight
 from robot.servoing.linear_algebra import dot
-from robot.servoing.robust import ROBUST, agrees, trust
+from robot.servoing.robust import RESIDUAL_SCALE, agrees, trust
 
-UNKNOWN = 2000.0
+FIRST_SIGMA = 2000.0
 """Standard deviation of an element of J before anything was seen, and the greatest, px/rad."""
 
-LEAST_DOUBT = 0.5
+MIN_SIGMA = 0.5
 """The least: it never freezes, px/rad."""
 
-BENDING = 0.7
+CHANGE_PER_RADIAN = 0.7
 """By which share of itself J may change per radian of joint motion."""
 
-TELLS = 4.0
+MIN_STEP_SIGMAS = 4.0
 """Plain Broyden learns from steps of at least so many standard deviations in the image."""
 
 
@@ -42,7 +42,7 @@ class LocalJacobian(object):
 
     def __init__(self, rows, joints, noise_aware=True):
         self.J = tuple((0.0,) * joints for _ in range(rows))
-        self._P = [[UNKNOWN**2 * (i == j) for j in range(joints)] for i in range(joints)]
+        self._P = [[FIRST_SIGMA**2 * (i == j) for j in range(joints)] for i in range(joints)]
         self._noise_aware = noise_aware
         self._last = None
         self._prepared = None  # (q, s, variance) that is in it already, and (J, P, last) before
@@ -71,7 +71,7 @@ class LocalJacobian(object):
     def _tells(self, dq, ds, variance):
         """Whether a step is long enough for plain Broyden, which takes noise for truth."""
         expected = [dot(row, dq) for row in self.J]
-        return max(dot(ds, ds), dot(expected, expected)) > TELLS**2 * variance
+        return max(dot(ds, ds), dot(expected, expected)) > MIN_STEP_SIGMAS**2 * variance
 
     def _update(self, dq, ds, variance):
         P, n = self._P, len(dq)
@@ -80,13 +80,13 @@ class LocalJacobian(object):
             size = 0.0
             for row in self.J:
                 size += sum(map(mul, row, row))
-            bent = BENDING**2 * square * size / len(self.J)
+            bent = CHANGE_PER_RADIAN**2 * square * size / len(self.J)
             for k in range(n):
-                P[k][k] = min(P[k][k] + bent, UNKNOWN**2)
+                P[k][k] = min(P[k][k] + bent, FIRST_SIGMA**2)
             along = [dot(row, dq) for row in P]
             expected = dot(dq, along) + variance
             missed = [moved - dot(row, dq) for row, moved in zip(self.J, ds)]
-            excess = dot(missed, missed) / (len(missed) * expected * ROBUST**2)
+            excess = dot(missed, missed) / (len(missed) * expected * RESIDUAL_SCALE**2)
             weight = trust(excess)
             gain = [weight * a / expected for a in along]
             self.J = tuple(
@@ -102,7 +102,7 @@ class LocalJacobian(object):
             along = [dot(row, dq) for row in P]
             P = [[p - a * g for p, g in zip(row, gain)] for row, a in zip(P, along)]
         for k in range(n):
-            P[k][k] = max(P[k][k], LEAST_DOUBT**2)
+            P[k][k] = max(P[k][k], MIN_SIGMA**2)
         self._P = P
 
     def prepare(self, q, s, variance):

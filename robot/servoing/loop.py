@@ -15,8 +15,8 @@ from robot.motion.online_trajectory import STOP
 from robot.servoing.linear_algebra import apart, length
 from robot.servoing.measurement import error_of
 from robot.servoing.motion_learning import LearningInMotion
-from robot.servoing.sightings import LOST, Sightings
-from robot.servoing.telling import Teller, Verdict, word_for
+from robot.servoing.run_reporter import RunReporter, Verdict, word_for
+from robot.servoing.sightings import SIGHT_TIMEOUT, Sightings
 from shared.arm_description import ArmError
 from shared.messages import STATUS_PERIOD, Stop
 from shared.record import record
@@ -25,34 +25,34 @@ from shared.verdicts import BUDGET_SPENT, CONVERGED, LINK_LOST, MARKER_LOST, STO
 MARKER_PATIENCE, LINK_PATIENCE = 10.0, 20.0
 """The run is given up when marker or link have not come back for so long, s."""
 
-MOST_KEPT = 200
+MAX_CHASE_FRAMES = 200
 """Frames of a chase that are kept: some may have been seen at rest."""
 
-STOOD = math.radians(0.2)
+STANDSTILL_ANGLE = math.radians(0.2)
 """Within this of where they stand in the end, joints stood already, rad."""
 
-SETTLED = 0.03
+SETTLING_DELAY = 0.03
 """What is seen so long after the end of a motion is seen of an arm that stands, s."""
 
-CHASED = math.radians(5)
+CHASE_THRESHOLD = math.radians(5)
 """A goal that stands is chased if a joint is farther off, rad: the last bit is gone by what was
 measured at rest, which says more than frames in motion."""
 
-LONGEST_CHASE = 6.0
+CHASE_TIMEOUT = 6.0
 """After a goal that stands; then the arm stands, too, and is looked at, s."""
 
-WAIT = 0.1
+POLL_TIMEOUT = 0.1
 """For observations while nothing is to be done, s at a time."""
 
-QUIET, SOONEST, LATEST = 4, 0.03, LOST / 2
+RECEIVE_RATIO, MIN_RECEIVE_PERIOD, MAX_RECEIVE_PERIOD = 4, 0.03, SIGHT_TIMEOUT / 2
 """In motion messages are received after so many times what that took last, but no sooner and no
 later, s: most of the time is for aiming and learning.  Where nothing was seen it is looked again
 soon."""
 
-LANDS = 1.5
+LANDING_COUNTS = 1.5
 """A motion may end so many counts off: it is then looked from where it is."""
 
-FASTEST, FEWER = math.radians(60), 0.5
+MAX_JOINT_SPEED, BLIND_SPEED_SHARE = math.radians(60), 0.5
 """Of any joint, rad/s; and the share of it when a camera has lost sight of the marker."""
 
 Halt = record("Halt", "word reason")
@@ -87,9 +87,9 @@ class VisualServoing(object):
         self._arm, self._client, self._clock, self._servo = arm, client, clock, servo
         self._stream = stream
         self._budget, self._most_moves, self._follow = budget, most_moves, follow
-        self._teller = Teller(log, say)
+        self._reporter = RunReporter(log, say)
         self._number = number
-        self._speed = min(1.0, FASTEST / max(j.max_speed for j in arm.description.joints))
+        self._speed = min(1.0, MAX_JOINT_SPEED / max(j.max_speed for j in arm.description.joints))
         self._sightings = Sightings(goals or {}, stream is not None)
         self._began = self._seen_at = self._unlinked_at = self._heard_at = clock.now()
         self._held_for = None
@@ -97,7 +97,7 @@ class VisualServoing(object):
         self._error, self._e, self._condition = None, {}, None
         self._chased, self._chase_began = [], None
         self._chasing_now = False
-        self._pause = SOONEST  # between two times of listening, s
+        self._pause = MIN_RECEIVE_PERIOD  # between two times of listening, s
         self._learning = LearningInMotion(servo, stream, clock)
         self._reported_at = -math.inf
         self._enough = {}  # cameras: whether what they see determines where the joints go
@@ -113,7 +113,7 @@ class VisualServoing(object):
             whatever is not the arm's trouble (a signal), after the verdict is on record.
         """
         self._began = self._seen_at = self._unlinked_at = self._clock.now()
-        self._teller.began = self._began
+        self._reporter.began = self._began
         try:
             end = self._serve()
         except ArmError as error:
@@ -150,24 +150,26 @@ class VisualServoing(object):
                 return Halt(decision.verdict, decision.reason)
             if self._moves == self._most_moves:
                 return Halt(BUDGET_SPENT, "{} moves".format(self._moves))
-            if self._clock.now() - self._heard_at > LATEST:  # much has piled up meanwhile
+            if (
+                self._clock.now() - self._heard_at > MAX_RECEIVE_PERIOD
+            ):  # much has piled up meanwhile
                 _, end = self._receive(0.0)
                 if end:
                     return end
             self._moves += 1
             self._halt = None
-            speed = self._speed * (FEWER if self._sightings.any_blind else 1.0)
-            far = self._follow or apart(decision.q, q) > CHASED
+            speed = self._speed * (BLIND_SPEED_SHARE if self._sightings.any_blind else 1.0)
+            far = self._follow or apart(decision.q, q) > CHASE_THRESHOLD
             self._chasing_now = self._stream is not None and decision.action == "move" and far
             self._learning.begin(self._chasing_now)
             if self._chasing_now:
                 self._stream.begin(decision.q, self._servo.bound)
                 self._chased, self._chase_began = [], self._clock.now()
-                self._arm.chase(self._steer, speed, within=LANDS, spare=self._spare)
+                self._arm.chase(self._steer, speed, within=LANDING_COUNTS, spare=self._spare)
                 seen = self._chased
             else:
                 self._arm.reach(
-                    decision.q, speed, watch=self._watch, within=LANDS, spare=self._spare
+                    decision.q, speed, on_tick=self._watch, within=LANDING_COUNTS, spare=self._spare
                 )
             if self._halt is HOLD:
                 self._note_lost()
@@ -179,7 +181,7 @@ class VisualServoing(object):
 
     def _receive(self, timeout, moving=False):
         """(the new MarkerFrames, camera by camera; a Halt that is an end, or None)."""
-        new = self._client.look(timeout)
+        new = self._client.poll(timeout)
         now = self._heard_at = self._clock.now()
         end = self._end_due(now)
         if not moving and now - self._reported_at >= STATUS_PERIOD:
@@ -187,7 +189,7 @@ class VisualServoing(object):
         frames = []
         for camera in sorted(new):
             frame = self._sightings.frame(
-                new[camera], now, moving, self._teller.frame if self._teller.logs else None
+                new[camera], now, moving, self._reporter.frame if self._reporter.logs else None
             )
             if frame is not None:
                 frames.append(frame)
@@ -227,7 +229,7 @@ class VisualServoing(object):
             cameras.append(camera)
             if self._suffice(cameras):
                 self._seen_at = max(self._seen_at, seen_by[camera])
-                return now - self._seen_at <= LOST
+                return now - self._seen_at <= SIGHT_TIMEOUT
         return False
 
     def _suffice(self, cameras):
@@ -250,7 +252,7 @@ class VisualServoing(object):
         """End, though the servo has not decided so; who follows a goal has converged if near it."""
         now = self._clock.now()
         behind = self._sightings.behind
-        if behind and now - self._seen_at <= LOST:
+        if behind and now - self._seen_at <= SIGHT_TIMEOUT:
             lately = {c: behind[c] for c in self._sightings.seeing(now) if c in behind}
             self._error = length(self._servo.rows.values(lately))
             if self._error < self._follow:
@@ -260,9 +262,9 @@ class VisualServoing(object):
     def _why_so_long(self, now):
         rate = self._heard / (now - self._began) / max(1, len(self._sightings.seen_by))
         reason = "{:g} s".format(self._budget)
-        if rate < 2 / LOST:
+        if rate < 2 / SIGHT_TIMEOUT:
             reason += "; {:.1f} pictures a second with the marker in them, {:g} are needed".format(
-                rate, math.ceil(2 / LOST)
+                rate, math.ceil(2 / SIGHT_TIMEOUT)
             )
         return reason
 
@@ -283,7 +285,9 @@ class VisualServoing(object):
         q = self._arm.angles()
         now = self._clock.now()
         self._sightings.history.add(now, q)
-        since = (self._sightings.history.still_since(STOOD) if seen else now) + SETTLED
+        since = (
+            self._sightings.history.still_since(STANDSTILL_ANGLE) if seen else now
+        ) + SETTLING_DELAY
         frames, heard, count = {}, {}, 0
         preparing, done = None, False
         while True:
@@ -292,7 +296,7 @@ class VisualServoing(object):
             elif not self._learning.learn() and self._suffice(frames):
                 preparing = self._servo.prepare(q, frames)
             new, end = self._receive(
-                0.0 if not done and (self._learning.waits or preparing) else WAIT
+                0.0 if not done and (self._learning.waits or preparing) else POLL_TIMEOUT
             )
             if end:
                 return end, q, None, count
@@ -304,7 +308,7 @@ class VisualServoing(object):
                     count += 1
             seen = ()
             for camera in list(frames):
-                if self._heard_at - heard[camera] > LOST:  # the others do not wait for it
+                if self._heard_at - heard[camera] > SIGHT_TIMEOUT:  # the others do not wait for it
                     del frames[camera]
             measurements = None
             if self._suffice(frames):
@@ -315,7 +319,7 @@ class VisualServoing(object):
                 self._frames += count
                 return None, q, measurements, count
             now = self._clock.now()
-            if now - self._seen_at > LOST:
+            if now - self._seen_at > SIGHT_TIMEOUT:
                 self._note_lost()
                 frames, count = {}, 0
                 if now - max(self._seen_at, self._unlinked_at) > MARKER_PATIENCE:
@@ -354,7 +358,7 @@ class VisualServoing(object):
         if self._halt:
             return STOP
         aim = self._stream.aim(t, q, self._follow)  # it notes since when the joints stand
-        late = t - self._chase_began > LONGEST_CHASE and not self._sightings.goal_moves(t)
+        late = t - self._chase_began > CHASE_TIMEOUT and not self._sightings.goal_moves(t)
         return None if late else aim
 
     def _spare(self, until):
@@ -366,10 +370,14 @@ class VisualServoing(object):
         if now - self._heard_at >= self._pause:
             frames, self._halt = self._listen()
             took = self._clock.now() - now
-            self._pause = min(max(SOONEST, QUIET * took), LATEST) if frames else SOONEST
+            self._pause = (
+                min(max(MIN_RECEIVE_PERIOD, RECEIVE_RATIO * took), MAX_RECEIVE_PERIOD)
+                if frames
+                else MIN_RECEIVE_PERIOD
+            )
             if self._chasing_now:
                 self._chased += frames
-                del self._chased[:-MOST_KEPT]
+                del self._chased[:-MAX_CHASE_FRAMES]
                 for frame in frames:
                     self._stream.see(frame, self._sightings.goals.get(frame.camera))
             return
@@ -381,13 +389,13 @@ class VisualServoing(object):
     # Telling
 
     def _record_step(self, q, measurements, frames, decision, computing):
-        self._condition, self._e = self._teller.step(
+        self._condition, self._e = self._reporter.step(
             self._clock.now(), self._servo, q, measurements, decision,
             error=self._error, frames=frames, computing=computing, number=self._moves + 1,
         )  # fmt: skip
 
     def _note(self, text):
-        self._teller.note(self._clock.now(), text)
+        self._reporter.note(self._clock.now(), text)
 
     def _conclude(self, end):
         now, q = self._clock.now(), self._where()
@@ -396,5 +404,5 @@ class VisualServoing(object):
             now - self._began,
         )  # fmt: skip
         self._client.report(q or (), verdict=end.word, reason=end.reason, **self.progress())
-        self._teller.verdict(now, verdict)
+        self._reporter.verdict(now, verdict)
         return verdict

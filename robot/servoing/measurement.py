@@ -9,19 +9,19 @@ from operator import sub
 from robot.servoing.linear_algebra import length, median
 from shared.record import record
 
-FEWEST_FRAMES, MOST_FRAMES = 6, 12
-"""Frames of a measurement; where noise might decide whether it has arrived, up to MOST_FRAMES."""
+MIN_FRAMES, MAX_FRAMES = 6, 12
+"""Frames of a measurement; where noise might decide whether it has arrived, up to MAX_FRAMES."""
 
-GLANCED = 3
+GLANCE_FRAMES = 3
 """Frames after which it is worth preparing for what they show."""
 
-MEDIAN = math.pi / 2
+MEDIAN_VARIANCE = math.pi / 2
 """Variance of a median of normal noise, over that of a mean."""
 
-FIRST_SIGMA, LEAST_SIGMA = 1.0, 0.2
+FIRST_SIGMA, MIN_SIGMA = 1.0, 0.2
 """Noise of a frame before it is known, and the least that is believed, px."""
 
-SCATTERED = 3.0
+MAX_SCATTER = 3.0
 """Frames that scatter so much more than usual are not enough yet."""
 
 Measurement = record("Measurement", "camera s goal variance frames")
@@ -80,13 +80,13 @@ class MedianEstimator(object):
 
     def glance(self, frames):
         """[Measurement] by the first frames; None while they are too few.  Args: as below."""
-        if min(map(len, frames.values())) < GLANCED:
+        if min(map(len, frames.values())) < GLANCE_FRAMES:
             return None
         glances = []
         for camera in sorted(frames):
             seen = frames[camera]
             s = tuple([median(column) for column in zip(*[s for _, s, _ in seen])])
-            variance = MEDIAN * max(self.sigma_of(camera), LEAST_SIGMA) ** 2 / len(seen)
+            variance = MEDIAN_VARIANCE * max(self.sigma_of(camera), MIN_SIGMA) ** 2 / len(seen)
             glances.append(Measurement(camera, s, seen[-1][2], variance, len(seen)))
         return glances
 
@@ -96,21 +96,21 @@ class MedianEstimator(object):
         Args:
             frames: {camera: [(t, s, goal)]} in order of time, all since the arm stands.
         """
-        if not frames or min(len(seen) for seen in frames.values()) < FEWEST_FRAMES:
+        if not frames or min(len(seen) for seen in frames.values()) < MIN_FRAMES:
             return None
         measurements, spreads = [], {}
         scattered = False
         for camera in sorted(frames):
             s, spread, kept = robust_mean([s for _, s, _ in frames[camera]])
             usual = self.sigma_of(camera)
-            variance = MEDIAN * max(usual, LEAST_SIGMA) ** 2 / kept
+            variance = MEDIAN_VARIANCE * max(usual, MIN_SIGMA) ** 2 / kept
             measurements.append(
                 Measurement(camera, s, frames[camera][-1][2], variance, len(frames[camera]))
             )
-            spreads[camera] = min(max(spread, LEAST_SIGMA), SCATTERED * usual)
-            scattered = scattered or spread > SCATTERED * usual
+            spreads[camera] = min(max(spread, MIN_SIGMA), MAX_SCATTER * usual)
+            scattered = scattered or spread > MAX_SCATTER * usual
         off = length(error_of(measurements, self._rows))
-        enough = min(measurement.frames for measurement in measurements) >= MOST_FRAMES
+        enough = min(measurement.frames for measurement in measurements) >= MAX_FRAMES
         doubtful = abs(off - self._tolerance) < 2 * math.sqrt(sum(v.variance for v in measurements))
         if (doubtful or scattered) and not enough:
             return None

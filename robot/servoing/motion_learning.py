@@ -8,13 +8,13 @@ from robot.servoing.linear_algebra import apart
 LEARNING_STEP = math.radians(0.5)
 """Frames in motion are learned from if a joint has moved by so much in between, rad."""
 
-MOST_UNLEARNED, MOST_LATE = 60, 3
+MAX_WAITING_FRAMES, MAX_CHASE_WAITING = 60, 3
 """Frames that wait to be learned from: until it stands, and in a chase, which goes by them."""
 
-FITS = 0.5
+SLICE_SHARE = 0.5
 """A slice of these is begun if so much of the one before would fit into what is left of a tick."""
 
-MOST_SKIPPED = 3
+MAX_SKIPPED_TICKS = 3
 """After so many ticks in which nothing of it would fit, it is done all the same."""
 
 
@@ -30,7 +30,7 @@ class LearningInMotion(object):
     def __init__(self, servo, stream, clock):
         self._servo, self._stream, self._clock = servo, stream, clock
         self._chasing = False
-        self._unlearned = deque(maxlen=MOST_UNLEARNED)  # frames of a motion
+        self._unlearned = deque(maxlen=MAX_WAITING_FRAMES)  # frames of a motion
         self._kept_at = {}  # camera: where the joints were in the last of these
         self._learned_at = {}  # camera: when the last was taken that was learned from in a chase, s
         self._slices = iter(())
@@ -52,7 +52,7 @@ class LearningInMotion(object):
             if frame.q is not None and (before is None or apart(frame.q, before) > LEARNING_STEP):
                 self._kept_at[frame.camera] = frame.q
                 self._unlearned.append(frame)
-        while self._chasing and len(self._unlearned) > MOST_LATE:
+        while self._chasing and len(self._unlearned) > MAX_CHASE_WAITING:
             self._unlearned.popleft()
 
     def learn(self):
@@ -73,7 +73,7 @@ class LearningInMotion(object):
 
         What takes a slow brick longer than there is has its turn now and then all the same.
         """
-        if now + FITS * self._slice > until and self._skipped < MOST_SKIPPED:
+        if now + SLICE_SHARE * self._slice > until and self._skipped < MAX_SKIPPED_TICKS:
             self._skipped += 1
             return
         self._skipped = 0
@@ -88,7 +88,7 @@ class LearningInMotion(object):
             begun = False
             began, now = now, self._clock.now()
             self._slice = now - began
-            if now + FITS * self._slice > until:
+            if now + SLICE_SHARE * self._slice > until:
                 return
 
     def _learn_all(self):

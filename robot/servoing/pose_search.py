@@ -6,7 +6,7 @@ from operator import add, itemgetter, mul, sub
 
 from robot.servoing.linear_algebra import solve_definite
 
-SHARP, FLAT = 0.25, 0.05
+MIN_RESIDUAL, MIN_GAIN_SHARE = 0.25, 0.05
 """A pose is searched until this little is left (px^2), or a step gains no more and this share."""
 
 NEARLY_THERE = 0.3
@@ -17,10 +17,10 @@ CLEARLY_BETTER = 0.7
 """Another posture must leave over no more than this share of the error."""
 
 
-STARTS = (0.2, 0.5, 0.8), (0.25, 0.75)
+START_SHARES = (0.2, 0.5, 0.8), (0.25, 0.75)
 """Where in their ranges joints begin to be searched for another posture: up to two, and more."""
 
-GLANCES, FINALISTS = 3, 2
+GLANCE_ITERATIONS, FINALISTS = 3, 2
 """Each start is followed for so many steps; so many that are then the best, to their ends."""
 
 
@@ -56,8 +56,8 @@ def best_posture(image, goal, q, walls, best, left, tolerance, penalty=None):
     """
     box = walls + (q, penalty)
     begun = [
-        best_pose(image, goal, at_shares(shares, *walls), *box, iterations=GLANCES)
-        for shares in itertools.product(STARTS[len(q) > 2], repeat=len(q))
+        best_pose(image, goal, at_shares(shares, *walls), *box, iterations=GLANCE_ITERATIONS)
+        for shares in itertools.product(START_SHARES[len(q) > 2], repeat=len(q))
     ]
     begun.sort(key=itemgetter(1))
     for start, _ in begun[:FINALISTS]:
@@ -72,7 +72,9 @@ def at_shares(shares, low, high):
     return [a + (b - a) * share for a, b, share in zip(low, high, shares)]
 
 
-def descent(image, goal, start, low, high, here=None, penalty=None, iterations=12, sharp=SHARP):
+def descent(
+    image, goal, start, low, high, here=None, penalty=None, iterations=12, sharp=MIN_RESIDUAL
+):
     """Iterate over the steps of `best_pose`: (q, distance that is left, px), from the start on."""
 
     def cost(q):
@@ -110,7 +112,7 @@ def descent(image, goal, start, low, high, here=None, penalty=None, iterations=1
             least, square, e, pull = tried
             damping = max(damping / 8, 1e-6)
             yield q, math.sqrt(square)
-            if least < sharp or gained < sharp + FLAT * least:
+            if least < sharp or gained < sharp + MIN_GAIN_SHARE * least:
                 return
         else:
             damping *= 16

@@ -10,29 +10,29 @@ GO_ON, EXPLORE_ANEW, START_ELSEWHERE, TRY_POSTURE, GIVE_UP = (
     "go on", "explore anew", "start elsewhere", "try another posture", "give up",
 )  # fmt: skip
 
-FAR = 30.0
+FAR_ERROR = 30.0
 """Two starts that end equally far off, and by more than this (px), end where the arm ends."""
 
-NEAR = 3.0
+NEAR_TOLERANCES = 3.0
 """Tolerances within which a goal is near."""
 
-IMPROVED, STAGNANT, STAGNANT_NEAR = 0.9, 4, 10
+IMPROVED_SHARE, STAGNANT_MOVES, STAGNANT_MOVES_NEAR = 0.9, 4, 10
 """So many moves (more where it is near) without the error falling to this share of the best:
 start elsewhere."""
 
-STALLED, HOPELESS = 0.9, 2
+STALLED_SHARE, MAX_STALLS = 0.9, 2
 """A course stalls that leaves over more than this share of the error; so many may on the way to a
 goal, with a model that is right lately, before all is explored anew; then it is out of reach,
 unless there is another posture to try."""
 
-MOST_RESTARTS, ALIKE, ALIKE_WITHIN = 4, 3, 0.1
+MAX_RESTARTS, MAX_EQUAL_ENDS, EQUAL_END_SHARE = 4, 3, 0.1
 """After so many starts from elsewhere, or so many that end equally far off (to this share), the
 goal counts as out of reach."""
 
-DIVERGED, DIVERGING, SURPRISE = 1.3, 3, 25.0
+DIVERGED_SHARE, DIVERGING_MOVES, DIVERGED_ERROR = 1.3, 3, 25.0
 """So many moves in a row with the error beyond this many times the best, and px more: diverging."""
 
-RIGHT = 0.6
+RIGHT_SHARE = 0.6
 """A model was right lately if so much of its steps, and no more, was predicted wrongly."""
 
 
@@ -64,28 +64,32 @@ class Progress(object):
 
     def note(self, off):
         """Take in that a measurement is so far off (px); what to do: one of the actions above."""
-        if self._best is None or off < IMPROVED * self._best:
+        if self._best is None or off < IMPROVED_SHARE * self._best:
             self._best, self._stagnant = off, 0
         else:
             self._stagnant += 1
-        self._diverging = self._diverging + 1 if off > DIVERGED * self._best + SURPRISE else 0
-        if self._stagnant >= (STAGNANT_NEAR if self.near else STAGNANT):
+        self._diverging = (
+            self._diverging + 1 if off > DIVERGED_SHARE * self._best + DIVERGED_ERROR else 0
+        )
+        if self._stagnant >= (STAGNANT_MOVES_NEAR if self.near else STAGNANT_MOVES):
             return self._give_up_or(START_ELSEWHERE)
-        if self._diverging >= DIVERGING and not self._known:
+        if self._diverging >= DIVERGING_MOVES and not self._known:
             return EXPLORE_ANEW
         return GO_ON
 
     def _give_up_or(self, action):
         best = self._best
         self._stuck_at.append(best)
-        alike = [off for off in self._stuck_at if abs(off - best) < ALIKE_WITHIN * best]
-        if len(self._stuck_at) > MOST_RESTARTS or (best > FAR and len(alike) == ALIKE):
+        alike = [off for off in self._stuck_at if abs(off - best) < EQUAL_END_SHARE * best]
+        if len(self._stuck_at) > MAX_RESTARTS or (
+            best > FAR_ERROR and len(alike) == MAX_EQUAL_ENDS
+        ):
             return GIVE_UP
         return action
 
     def stalls(self, off, left):
         """Whether a course from `off` that leaves over `left` (px) is none."""
-        return left > max(self._tolerance, STALLED * off)
+        return left > max(self._tolerance, STALLED_SHARE * off)
 
     def note_stalled(self, left, wrong):
         """Take in such a course; what to do.
@@ -95,7 +99,7 @@ class Progress(object):
             wrong: share of its steps that the model in use has predicted wrongly.
         """
         self._stalled += 1
-        if self._stalled <= HOPELESS or left <= self._tolerance or wrong >= RIGHT:
+        if self._stalled <= MAX_STALLS or left <= self._tolerance or wrong >= RIGHT_SHARE:
             return GO_ON
         if not (self._checked or self._known):
             self._checked = True
@@ -105,7 +109,7 @@ class Progress(object):
     @property
     def near(self):
         """Whether the best so far was near the goal."""
-        return self._best is not None and self._best < NEAR * self._tolerance
+        return self._best is not None and self._best < NEAR_TOLERANCES * self._tolerance
 
     @property
     def nearest(self):
@@ -114,7 +118,7 @@ class Progress(object):
 
     @property
     def gain(self):
-        """Share of a step to make: near the goal, to and fro without end means unknown play."""
+        """Share of a step to make: near the goal, to and fro without end means unknown backlash."""
         return 1.0 / (1.0 + 0.5 * self._stagnant) if self.near else 1.0
 
     def detour(self):

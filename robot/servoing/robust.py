@@ -2,10 +2,10 @@
 
 from operator import sub
 
-ROBUST = 3.0
+RESIDUAL_SCALE = 3.0
 """Residuals beyond so many standard deviations count ever less (Geman and McClure)."""
 
-AGREES = 3.0
+MAX_DISAGREEMENT = 3.0
 """What was learned early holds if what is seen in the end is no more standard deviations off."""
 
 
@@ -18,4 +18,4 @@ def agrees(early, q, s):
     """Whether what was learned early, (q, s, variance), is of the arm at q, and s what was seen."""
     at, seen, variance = early
     square = sum([d * d for d in map(sub, seen, s)])
-    return at == tuple(q) and square < AGREES**2 * variance * len(s)
+    return at == tuple(q) and square < MAX_DISAGREEMENT**2 * variance * len(s)

@@ -10,7 +10,7 @@ class Rows(object):
     second one, the row that tells what the first does not see.
 
     Args:
-        kind: one of shared.orders.ROWS.
+        kind: one of shared.run_options.ROWS.
         joints: how many the rows must determine.
         third: "u" | "v" of the second camera; None: as exploring shows.
     """

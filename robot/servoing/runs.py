@@ -5,15 +5,15 @@ import json
 from collections import OrderedDict
 
 from robot.servoing.image_models import models_of
-from robot.servoing.loop import WAIT, VisualServoing
+from robot.servoing.loop import POLL_TIMEOUT, VisualServoing
 from robot.servoing.rows import Rows
+from robot.servoing.run_reporter import verdict_text
 from robot.servoing.servo import Servo
 from robot.servoing.stream import Stream
-from robot.servoing.telling import in_words
 from robot.tracker_address import Refusal
 from shared.arm_description import ArmError
 from shared.messages import Start
-from shared.orders import check
+from shared.run_options import check_options
 from shared.verdicts import CONVERGED, READY, REFUSED
 
 
@@ -93,9 +93,9 @@ class Runs(object):
         self._arm, self._client, self._clock = arm, client, clock
         self._log, self._third = log, third
         self._told = {"error": None, "verdict": READY, "run": 0}
-        self._learned = None  # orders and servo of a run that was a success
+        self._learned = None  # options and servo of a run that was a success
 
-    def run(self, orders, number=1):
+    def run(self, options, number=1):
         """Do one run; its Verdict.
 
         Raises:
@@ -103,41 +103,41 @@ class Runs(object):
             LogLost, and what VisualServoing.run raises.
         """
         with contextlib.closing(RunLog(self._log)) as log:
-            return self._run(orders, number, log)
+            return self._run(options, number, log)
 
-    def _run(self, orders, number, log):
+    def _run(self, options, number, log):
         description = self._arm.description
-        servo, stream = self._servo(orders)
+        servo, stream = self._servo(options)
         loop = VisualServoing(
-            self._arm, self._client, self._clock, servo, orders.goals, stream, orders.budget,
-            follow=orders.tolerance if orders.follow else None, log=log, say=say,
+            self._arm, self._client, self._clock, servo, options.goals, stream, options.budget,
+            follow=options.tolerance if options.follow else None, log=log, say=say,
             number=number,
         )  # fmt: skip
         log(
             OrderedDict(
                 [
-                    ("kind", "run"), ("version", 1), ("method", orders.method),
-                    ("mode", orders.mode), ("arm", description.name),
+                    ("kind", "run"), ("version", 1), ("method", options.method),
+                    ("mode", options.mode), ("arm", description.name),
                     ("joints", [joint.name for joint in description.joints]),
-                    ("tolerance", orders.tolerance), ("budget", orders.budget),
-                    ("goal", orders.goals or "marker"), ("rows", orders.rows),
+                    ("tolerance", options.tolerance), ("budget", options.budget),
+                    ("goal", options.goals or "marker"), ("rows", options.rows),
                     ("clock", self._clock.now()),
                 ]
             )
         )  # fmt: skip
         verdict = loop.run()
         self._told = dict(loop.progress(), verdict=verdict.word, reason=verdict.reason)
-        success = verdict.word == CONVERGED and orders.method != "report"
-        self._learned = (_kind(orders), (servo, stream)) if success else None
+        success = verdict.word == CONVERGED and options.method != "report"
+        self._learned = (_kind(options), (servo, stream)) if success else None
         return verdict
 
-    def _servo(self, orders):
+    def _servo(self, options):
         """As make_servo; the one that has just been a success knows the way, and goes on."""
-        if self._learned and self._learned[0] == _kind(orders):
+        if self._learned and self._learned[0] == _kind(options):
             return self._learned[1]
         return make_servo(
-            self._arm.description, orders.method, orders.mode, orders.tolerance,
-            rows=orders.rows, third=self._third,
+            self._arm.description, options.method, options.mode, options.tolerance,
+            rows=options.rows, third=self._third,
         )  # fmt: skip
 
     def wait(self):
@@ -151,25 +151,25 @@ class Runs(object):
         number = 0
         say("waiting for the laptop to say start")
         while True:
-            self._client.look(WAIT)
+            self._client.poll(POLL_TIMEOUT)
             if self._client.refused:
                 raise Refusal(self._client.why)
-            orders = None
+            options = None
             for command in self._client.commands():
-                orders = command if isinstance(command, Start) else None  # a Stop takes it back
-            if orders is not None:
+                options = command if isinstance(command, Start) else None  # a Stop takes it back
+            if options is not None:
                 number += 1
-                self._handle_start(orders, number)
+                self._handle_start(options, number)
             self._client.report(self._where(), **self._told)
 
-    def _handle_start(self, orders, number):
+    def _handle_start(self, options, number):
         """Do the run that is ordered, if that is possible; the arm is held."""
         try:
-            check(orders, len(self._arm.description.joints))
+            check_options(options, len(self._arm.description.joints))
             if not self._arm.homed:
-                self._arm.wake()
+                self._arm.load_zero()
             try:
-                say(in_words(self.run(orders, number)))
+                say(verdict_text(self.run(options, number)))
             finally:
                 self._arm.park()
         except ArmError as error:
@@ -187,6 +187,6 @@ class Runs(object):
             return ()
 
 
-def _kind(orders):
+def _kind(options):
     """What a servo is made for."""
-    return orders.method, orders.mode, orders.rows, orders.tolerance
+    return options.method, options.mode, options.rows, options.tolerance

@@ -38,10 +38,10 @@ from shared.verdicts import CONVERGED, LIMIT, SINGULAR, UNREACHABLE
 STOP_MARGIN = 0.7
 """Share of the tolerance at which it ends; what is off by more is corrected once."""
 
-EXPLORE = math.radians(8)
+EXPLORING_STEP = math.radians(8)
 """Size of a joint's exploring step, rad."""
 
-UNSEEN = 3.0
+MIN_EXPLORED_SIGMAS = 3.0
 """An exploring step that moves the marker by fewer standard deviations shows nothing."""
 
 MAX_STEREO_CONDITION = 6.0
@@ -50,10 +50,10 @@ is more: two less than 15 degrees apart, most often, and none that are 30 degree
 
 FLAT_VIEW = "seen by {}, the tip may be off along the line of sight; look from another side, too"
 
-FIRST_STEP, LEAST_STEP, MOST_STEP = (math.radians(x) for x in (35, 3, 60))
+FIRST_STEP, MIN_STEP, MAX_STEP = (math.radians(x) for x in (35, 3, 60))
 """Trust region: the greatest step of a joint, rad."""
 
-AGREES, DISAGREES, GROWS, SHRINKS = 0.3, 0.6, 2.0, 0.5
+GROW_BELOW, SHRINK_ABOVE, GROWTH, SHRINKAGE = 0.3, 0.6, 2.0, 0.5
 """Share of a step that was predicted wrongly, below and above which the region grows or shrinks, to
 so many times the step."""
 
@@ -64,18 +64,18 @@ MIN_STEP_SIGMAS = 6.0
 """A step that moved the marker by less, in standard deviations, tells nothing of the models."""
 
 LIMIT_MARGIN = math.radians(1)
-"""Distance kept from joint limits, rad: nobody knows the play exactly."""
+"""Distance kept from joint limits, rad: nobody knows the backlash exactly."""
 
-STRAIGHT = 4
+LINEAR_ITERATIONS = 4
 """Steps of a search by an image that is linear in the joints' angles."""
 
-CAUTION = 0.3
+CHASE_UNCERTAINTY_SHARE = 0.3
 """Share of what is not known of J that counts in a chase, which learns on the way."""
 
-AIMED = 0.3
+AIM_TOLERANCE_SHARE = 0.3
 """Share of the tolerance that an aim of the stream may be off: the next one comes soon."""
 
-RESTART_FROM = 0.25, 0.75
+RESTART_RANGE = 0.25, 0.75
 """Where in their ranges joints start anew."""
 
 Decision = record("Decision", "action q verdict reason")
@@ -196,7 +196,7 @@ class Servo(object):
                 import random
 
                 self._luck = random.Random(self._seed)
-            shares = [self._luck.uniform(*RESTART_FROM) for _ in q]
+            shares = [self._luck.uniform(*RESTART_RANGE) for _ in q]
             return self._start_from(at_shares(shares, *self._box))
         if action == EXPLORE_ANEW:
             return self._explore_anew(q, goal, measurements)
@@ -214,10 +214,10 @@ class Servo(object):
         if self.using is None:
             return
         step = apart(q, q_before)
-        if wrong[self.using] > DISAGREES:
-            self._region = max(LEAST_STEP, SHRINKS * step)
-        elif wrong[self.using] < AGREES:
-            self._region = min(MOST_STEP, max(self._region, GROWS * step))
+        if wrong[self.using] > SHRINK_ABOVE:
+            self._region = max(MIN_STEP, SHRINKAGE * step)
+        elif wrong[self.using] < GROW_BELOW:
+            self._region = min(MAX_STEP, max(self._region, GROWTH * step))
 
     def _choose_cameras(self, q, cameras):
         known = self._selection.look(cameras)
@@ -229,7 +229,9 @@ class Servo(object):
     def _marker_moved(self, q):
         """Whether exploring has shown that any joint moves the marker."""
         columns = zip(*self.models.together(self.models.local, self._selection).jacobian(q))
-        return max(map(length, columns)) * EXPLORE > UNSEEN * self.estimator.sigma
+        return (
+            max(map(length, columns)) * EXPLORING_STEP > MIN_EXPLORED_SIGMAS * self.estimator.sigma
+        )
 
     def _sees_flat(self):
         """Whether several cameras see all but the same, and leave the depth untold.
@@ -247,7 +249,7 @@ class Servo(object):
         k, explored = self._selection.next_joint()
         to = list(q)
         low, high = self._box
-        to[k] += math.copysign(EXPLORE, (low[k] + high[k]) / 2 - q[k])
+        to[k] += math.copysign(EXPLORING_STEP, (low[k] + high[k]) / 2 - q[k])
         name = self.models.local
         if any(explored) and name != "broyden":
             # (Plain Broyden would lay what the new joint does to the charge of all that moved.)
@@ -259,7 +261,7 @@ class Servo(object):
             for row in penalty:
                 row[k] = 0.0
             image = self.models.together(name, self._selection)
-            to, _ = best_pose(image, goal, to, low, high, to, penalty, STRAIGHT)
+            to, _ = best_pose(image, goal, to, low, high, to, penalty, LINEAR_ITERATIONS)
         return self._go("explore", to)
 
     def _explore_anew(self, q, goal, measurements):
@@ -317,7 +319,7 @@ class Servo(object):
             nearer = min(1.0, WAYPOINT_DISTANCE / off)
             here = self._selection.together(self._looked[1])
             waypoint = [y + nearer * (g - y) for y, g in zip(here, goal)]
-            to, _ = best_pose(image, waypoint, q, low, high, q, penalty, STRAIGHT)
+            to, _ = best_pose(image, waypoint, q, low, high, q, penalty, LINEAR_ITERATIONS)
         gain = self._progress.gain
         return self._go("move", [a + gain * (b - a) for a, b in zip(q, to)])
 
@@ -389,12 +391,14 @@ class Servo(object):
         """
         return self._selection.moving(sights, t)
 
-    def caution(self, q):
+    def uncertainty_penalty(self, q):
         """What is not known of J where the joints stand, at q (rad): a penalty for `nearing`."""
         penalty = self.models.penalty(self._in_use(), self._selection, len(q))
-        return [[CAUTION * value for value in row] for row in penalty]
+        return [[CHASE_UNCERTAINTY_SHARE * value for value in row] for row in penalty]
 
-    def nearing(self, image, goal, start, q, caution):
+    def nearing(self, image, goal, start, q, uncertainty_penalty):
         """The steps from `start` to where joints that are at `q` should be (rad): see `descent`."""
-        sharp = (AIMED * self.tolerance) ** 2
-        return descent(image, goal, start, *self._box, here=q, penalty=caution, sharp=sharp)
+        sharp = (AIM_TOLERANCE_SHARE * self.tolerance) ** 2
+        return descent(
+            image, goal, start, *self._box, here=q, penalty=uncertainty_penalty, sharp=sharp
+        )

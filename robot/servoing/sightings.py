@@ -5,10 +5,10 @@ from robot.servoing.joint_history import JointHistory
 from shared.messages import EFFECTOR, GOAL, LEAST_CONFIDENCE
 from shared.record import record
 
-LOST = 0.3
+SIGHT_TIMEOUT = 0.3
 """What was not seen for so long is lost, s: nothing moves on old data."""
 
-SMOOTHED = 0.5
+SMOOTHING_TIME = 0.5
 """Over so long the error is smoothed when a moving goal is followed, s."""
 
 MarkerFrame = record("MarkerFrame", "camera t q s goal")
@@ -70,14 +70,16 @@ class Sightings(object):
         """Take in how far off it is, for `behind`."""
         e = tuple([a - b for a, b in zip(frame.s, frame.goal)])
         camera = frame.camera
-        share = min((frame.t - self._smoothed_at.get(camera, frame.t)) / SMOOTHED, 1.0)
+        share = min((frame.t - self._smoothed_at.get(camera, frame.t)) / SMOOTHING_TIME, 1.0)
         self._smoothed_at[camera] = frame.t
         before = self.behind.get(camera, e)
         self.behind[camera] = tuple([b + share * (x - b) for b, x in zip(before, e)])
 
     def seeing(self, now):
         """The cameras that have lately seen what is to be seen."""
-        return [camera for camera in sorted(self.seen_by) if now - self.seen_by[camera] <= LOST]
+        return [
+            camera for camera in sorted(self.seen_by) if now - self.seen_by[camera] <= SIGHT_TIMEOUT
+        ]
 
     def goal_moves(self, now):
         """Whether it does, as far as known."""

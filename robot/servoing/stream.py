@@ -9,7 +9,7 @@ from robot.servoing.linear_algebra import apart, dot, length, median
 from robot.servoing.pose_search import CLEARLY_BETTER, NEARLY_THERE
 from shared.record import record
 
-STANDS = 0.0, 0.0
+STANDING = 0.0, 0.0
 """The velocity of a goal that stands, px/s."""
 
 _Sight = record("_Sight", "t shape offset goal speed")
@@ -44,7 +44,7 @@ class Stream(object):
         """Begin with the first aim, rad; if it leads to another posture, that is `bound`."""
         self._aim, self._drift, self._aimed_at = tuple(q), None, None
         self._better = bound or self._aim  # so far; on the way it may be found to be another
-        self._caution = self._servo.caution(q)
+        self._uncertainty_penalty = self._servo.uncertainty_penalty(q)
         self._recent = {}  # camera: the last frames, [(q, s, shape, what the shape missed, px)]
         self._seen = {}  # camera: (t, goal, its speed) in the last one
         self._news_at = None  # time of the newest frame that has not been aimed by
@@ -60,7 +60,7 @@ class Stream(object):
         recent = self._recent.setdefault(camera, [])
         recent.append((q, s, None, None))
         del recent[: -self.MOST]
-        speed = STANDS
+        speed = STANDING
         if goal is not None:
             where, speed = goal.at(t), goal.velocity
         self._seen[camera] = t, where, speed
@@ -111,7 +111,7 @@ class Stream(object):
 
     def _nearing(self, image, wanted, start, q):
         """Go through the steps of Servo.nearing, each in a slice of its own; the last one."""
-        for found in self._servo.nearing(image, wanted, start, q, self._caution):
+        for found in self._servo.nearing(image, wanted, start, q, self._uncertainty_penalty):
             yield found
         return found
 

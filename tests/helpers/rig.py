@@ -120,7 +120,7 @@ class Rig:
         state = self.its(Zero)(self.arm.name, self.folder)
         robot = self.its(RobotArm)(arm or self.arm, clock or self.program.clock, state, **options)
         if awake:
-            robot.wake()
+            robot.load_zero()
         return robot
 
     def driver(self, awake=True, **options):

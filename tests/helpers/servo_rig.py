@@ -17,7 +17,7 @@ from laptop.simulator.host.clocks import UPTIME
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.virtual_tracker import HOST, VirtualTracker
 from robot.motion import kinematics
-from robot.tracking_client import Memory, Tracker
+from robot.tracking_client import Memory, ServerAddress
 
 PROGRAM = str(ROBOT / "visual_servoing.py")
 
@@ -122,7 +122,7 @@ class Watched(Rig):
         self.tracker = VirtualTracker(
             self.world, self._see, cameras=tuple(self.cameras), **(tracker or {})
         )
-        Memory(str(folder)).save(Tracker(HOST, self.tracker.port, self.tracker.code))
+        Memory(str(folder)).save(ServerAddress(HOST, self.tracker.port, self.tracker.code))
         monkeypatch.setenv("BRICKSERVO_STATE", str(folder))
         monkeypatch.setenv("BRICKSERVO_ARM", self.arm.file)
         monkeypatch.setenv("SSH_CLIENT", f"{HOST} 0 22")

@@ -163,7 +163,7 @@ def test_an_arm_in_space_is_measured_off_the_table_and_never_let_go(bench):
     for k in (1, 2):
         joint = run.arm.joints[k]
         angles = [sample.q[k] for sample in run.record]
-        lower = joint.lower if joint.rest is None else min(joint.rest, joint.lower)
+        lower = joint.lower if joint.park_angle is None else min(joint.park_angle, joint.lower)
         assert lower - 0.05 < min(angles)
         assert max(angles) < joint.upper + 0.05
     assert "it takes both stops" in run.out

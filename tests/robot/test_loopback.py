@@ -34,7 +34,7 @@ while client.lost_since is None or began is None and clock.now() < deadline:
     if pausing:
         time.sleep(0.5)
     round_trip = client.round_trip or 0.0
-    for seen in client.look(0.0 if pausing else 0.2).values():
+    for seen in client.poll(0.0 if pausing else 0.2).values():
         began = began or clock.now()
         round_trip = max(round_trip, client.round_trip or 0.0)
         row = [seen.camera, pausing, round_trip, seen.seq, seen.t, clock.now(), seen.markers]

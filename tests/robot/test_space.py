@@ -116,7 +116,7 @@ clock = Clock()
 client = TrackingClient(*find_tracker(), clock=clock)
 seen = {{}}
 while len(seen) < {count}:
-    seen.update(client.look(0.1))
+    seen.update(client.poll(0.1))
 for name in sorted(seen):
     u, v, confidence = seen[name].markers["effector"]
     print("camera {{}}: {{:.2f}} {{:.2f}} {{:.2f}}".format(name, u, v, confidence))

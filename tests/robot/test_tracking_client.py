@@ -17,11 +17,18 @@ from waiting import PATIENCE
 from robot import program, tracking, tracking_client, tracking_commands
 from robot.clock import Clock
 from robot.tracker_address import NotPaired
-from robot.tracking import CONNECT_LIMIT, LONGEST_PAUSE
-from robot.tracking_client import Memory, Tracker, TrackingClient, find_tracker, main, read_place
+from robot.tracking import CONNECT_TIMEOUT, MAX_PAUSE
+from robot.tracking_client import (
+    Memory,
+    ServerAddress,
+    TrackingClient,
+    find_tracker,
+    main,
+    read_place,
+)
 from shared import pairing
 from shared.arm_description import ArmError
-from shared.link import SILENCE, Link
+from shared.link import SILENCE_TIMEOUT, Link
 from shared.message_fields import MAX_TEXT
 from shared.messages import (
     BRICK,
@@ -148,7 +155,7 @@ def make(clock, memory, said):
 def until(condition, client, tracker=None):
     """Let both go on until something is so; the last observations."""
     for _ in range(ROUNDS):
-        seen = client.look(0.002)
+        seen = client.poll(0.002)
         if tracker is not None:
             tracker.step()
         if condition():
@@ -180,14 +187,14 @@ def test_it_pairs_and_hands_over_observations_in_the_bricks_time(make, clock):
     tracker.link.send(Observation(1, "A", tracker.now() - 0.04, {"goal": (1.0, 2.0, 0.9)}))
     seen = {}
     for _ in range(ROUNDS):
-        seen = client.look(0.002)
+        seen = client.poll(0.002)
         if seen:
             break
     assert seen["A"].t == pytest.approx(clock.t - 0.04, abs=0.01)
     assert client.age("A") == pytest.approx(0.04, abs=0.01)
     clock.t += 0.5
     assert client.age("A") == pytest.approx(0.54, abs=0.01)
-    assert client.look() == {}
+    assert client.poll() == {}
 
 
 def test_reports_go_out_five_times_a_second_and_a_verdict_at_once(make, clock):
@@ -256,7 +263,7 @@ def test_it_waits_only_as_it_is_told_to(make, clock):
     client = make(TrackingClient, tracker.port, select=wait)
     until(lambda: client.linked and client.round_trip is not None, client, tracker)
     del waits[:]
-    client.look(0.003)
+    client.poll(0.003)
     assert waits == [0.003]
 
 
@@ -279,9 +286,9 @@ def test_orders_that_nobody_takes_are_bounded(make):
     client, tracker = linked(make)
     for number in range(100):
         tracker.link.send(Stop(str(number)))
-        client.look()
+        client.poll()
     until(lambda: client._commands[-1].reason == "99", client)
-    assert len(client._commands) == tracking.MOST_COMMANDS
+    assert len(client._commands) == tracking.MAX_COMMANDS
 
 
 def test_a_lost_link_is_told_and_dated(make, clock, said):
@@ -298,7 +305,7 @@ def test_a_tracker_that_falls_silent_is_lost_after_two_seconds(make, clock):
     begin = clock.t
     while client.linked:
         clock.t += 0.1
-        client.look()
+        client.poll()
     assert 2.0 < client.lost_since - begin < 2.3
     assert "nothing heard" in client.why
 
@@ -315,7 +322,7 @@ def test_a_restart_of_the_tracker_is_survived(make, clock, said):
     until(lambda: client.linked and client.round_trip is not None, client, again)
     again.link.send(Observation(1, "A", again.now(), {"goal": None}))  # it counts from the start
     for _ in range(ROUNDS):
-        seen = client.look(0.002)
+        seen = client.poll(0.002)
         if seen:
             break
     assert seen["A"].seq == 1
@@ -337,7 +344,7 @@ def test_an_address_of_a_kind_that_the_system_has_not_is_passed_over(make, monke
 
     monkeypatch.setattr(tracking.socket, "socket", make_socket)
     client._addresses.insert(0, (unknown, ("::1", tracker.port, 0, 0)))
-    client.look()
+    client.poll()
     assert "not supported" in client.why
     until(lambda: client.linked, client, tracker)
 
@@ -349,7 +356,7 @@ def test_no_observation_is_older_than_the_one_before_it_though_the_offset_was_co
     times = [10.0, 10.05, 10.02, 10.06, 3.0]  # the last after a jump of the brick's clock
     waiting = [{"A": Observation(k, "A", t, {})} for k, t in enumerate(times)]
     monkeypatch.setattr(Link, "newest", lambda link: waiting.pop(0) if waiting else {})
-    got = [seen.t for _ in times for seen in client.look().values()]
+    got = [seen.t for _ in times for seen in client.poll().values()]
     assert got == [10.0, 10.05, 10.06, 3.0]
 
 
@@ -359,13 +366,13 @@ def test_nothing_listening_is_said_once_and_tried_ever_more_slowly(make, clock, 
     original = client._connect
     client._connect = lambda: (tries.append(clock.t), original())
     while clock.t < 115.0:
-        client.look(0.1)
+        client.poll(0.1)
     assert len(said) == 1
     assert "refused" in said[0]
     assert said[0].endswith("python -m laptop track, or check the port that it prints")
     pauses = [late - early for early, late in zip(tries, tries[1:])]
     assert pauses[:3] == pytest.approx([0.25, 0.5, 1.0], abs=0.15)
-    assert all(pause <= LONGEST_PAUSE + 0.15 for pause in pauses)
+    assert all(pause <= MAX_PAUSE + 0.15 for pause in pauses)
     assert not client.refused
 
 
@@ -375,7 +382,7 @@ def test_after_a_success_it_tries_quickly_again(make, clock):
     tracker.close()
     client = make(TrackingClient, port)
     while clock.t < 110.0:
-        client.look(0.1)
+        client.poll(0.1)
     tracker = make(FakeTracker, port)
     until(lambda: client.linked, client, tracker)
     tracker.vanish()
@@ -398,10 +405,10 @@ def test_a_machine_that_does_not_answer_costs_no_waiting(make, clock, said):
         crowd[-1].connect_ex(("127.0.0.1", port))
     try:
         client = make(TrackingClient, port)
-        client.look()
+        client.poll()
         assert client._connecting is not None
-        clock.t += CONNECT_LIMIT + 0.1
-        client.look()
+        clock.t += CONNECT_TIMEOUT + 0.1
+        client.poll()
         assert client.why.startswith(f"no answer from 127.0.0.1:{port}")
     finally:
         for sock in crowd + [listener]:
@@ -415,7 +422,7 @@ def test_a_wrong_code_ends_the_trying(make, clock):
     assert "this is not the pairing code" in client.why
     for _ in range(50):
         clock.t += 10.0
-        client.look(0.1)
+        client.poll(0.1)
         tracker.step()
     assert tracker.calls == 1
 
@@ -443,7 +450,7 @@ def test_a_wait_is_waited_for(make, clock):
     begin = clock.t
     until(lambda: tracker.calls == 1 and "wait 30 s" in client.why, client, tracker)
     while tracker.calls == 1:
-        client.look(0.1)
+        client.poll(0.1)
         tracker.step()
     assert 30.0 <= clock.t - begin < 31.0
 
@@ -490,8 +497,8 @@ def test_one_that_listens_but_says_nothing_is_left_after_a_while(make, clock):
         begin = clock.t
         while client._link is not None:
             clock.t += 0.1
-            client.look()
-        assert clock.t - begin < SILENCE + 0.3
+            client.poll()
+        assert clock.t - begin < SILENCE_TIMEOUT + 0.3
         assert "nothing heard" in client.why
 
 
@@ -501,7 +508,7 @@ def test_observations_from_before_the_proof_are_not_handed_over(make):
     client = make(TrackingClient, tracker.port)
     seen = []
     for _ in range(50):
-        seen += client.look(0.002).values()
+        seen += client.poll(0.002).values()
         tracker.step()
         if tracker.link is not None and tracker.link.proven:
             tracker.link.send(Observation(1, "A", tracker.now(), {}))
@@ -514,7 +521,7 @@ def test_host_and_code_are_remembered_once_they_have_proven_right(make, memory):
     client = make(TrackingClient, tracker.port)
     assert memory.load() is None
     until(lambda: client.linked, client, tracker)
-    assert memory.load() == Tracker("127.0.0.1", tracker.port, CODE)
+    assert memory.load() == ServerAddress("127.0.0.1", tracker.port, CODE)
     assert stat.S_IMODE(os.stat(memory.file).st_mode) == 0o600
     assert os.listdir(os.path.dirname(memory.file)) == ["tracker"]
 
@@ -591,26 +598,28 @@ def test_a_place_that_is_none_is_refused_in_one_line(text):
 
 def test_the_default_is_where_ssh_came_from(memory):
     ssh = {"SSH_CLIENT": "192.168.0.5 50000 22"}
-    assert find_tracker("", "abcd-efgh", ssh, memory) == Tracker("192.168.0.5", PORT, CODE)
+    assert find_tracker("", "abcd-efgh", ssh, memory) == ServerAddress("192.168.0.5", PORT, CODE)
     ssh = {"SSH_CONNECTION": "fe80::1%usb0 50000 fe80::2%usb0 22"}
-    assert find_tracker(":7800", "abcd-efgh", ssh, memory) == Tracker("fe80::1%usb0", 7800, CODE)
+    assert find_tracker(":7800", "abcd-efgh", ssh, memory) == ServerAddress(
+        "fe80::1%usb0", 7800, CODE
+    )
     assert find_tracker("10.0.0.1", "abcd-efgh", ssh, memory).host == "10.0.0.1"
 
 
 def test_what_is_not_said_is_remembered(memory):
-    memory.save(Tracker("192.168.0.5", 7800, CODE))
-    assert find_tracker("", None, {}, memory) == Tracker("192.168.0.5", 7800, CODE)
+    memory.save(ServerAddress("192.168.0.5", 7800, CODE))
+    assert find_tracker("", None, {}, memory) == ServerAddress("192.168.0.5", 7800, CODE)
     ssh = {"SSH_CLIENT": "192.168.0.5 50000 22"}
-    assert find_tracker("", None, ssh, memory) == Tracker("192.168.0.5", 7800, CODE)
+    assert find_tracker("", None, ssh, memory) == ServerAddress("192.168.0.5", 7800, CODE)
     # The same laptop may have another address today; its code is the same, its port the usual.
     ssh = {"SSH_CLIENT": "192.168.0.6 50000 22"}
-    assert find_tracker("", None, ssh, memory) == Tracker("192.168.0.6", PORT, CODE)
+    assert find_tracker("", None, ssh, memory) == ServerAddress("192.168.0.6", PORT, CODE)
     assert find_tracker("", "JKMN-PQRS", {}, memory).code == "JKMNPQRS"
 
 
 def test_a_host_may_be_called_like_a_code(memory):
     assert find_tracker("mark-desk", "abcd-efgh", {}, memory).host == "mark-desk"
-    memory.save(Tracker("mark-desk", PORT, CODE))
+    memory.save(ServerAddress("mark-desk", PORT, CODE))
     assert find_tracker("mark-desk", None, {}, memory).host == "mark-desk"
     with pytest.raises(NotPaired, match="write --code MARK-DECK"):
         find_tracker("mark-deck", None, {}, memory)
@@ -654,7 +663,7 @@ def test_an_old_draft_that_others_may_read_is_not_written_into(memory):
     os.makedirs(os.path.dirname(memory.file))
     with open(memory.file + ".new", "w") as file:
         os.chmod(memory.file + ".new", 0o644)
-        memory.save(Tracker("a", 1, CODE))
+        memory.save(ServerAddress("a", 1, CODE))
         assert file.tell() == 0
     assert stat.S_IMODE(os.stat(memory.file).st_mode) == 0o600
 
@@ -714,7 +723,7 @@ def test_the_command_shows_what_the_camera_sees_until_it_is_stopped(tmp_path):
         assert re.match(pattern, line), line
     assert err == "tracking_client.py: stopped by SIGTERM\n"
     assert process.returncode == 128 + signal.SIGTERM
-    assert Memory(str(tmp_path / "state")).load() == Tracker("127.0.0.1", tracker.port, CODE)
+    assert Memory(str(tmp_path / "state")).load() == ServerAddress("127.0.0.1", tracker.port, CODE)
 
 
 def test_the_command_is_refused_in_one_line(tmp_path):
@@ -789,7 +798,7 @@ def test_after_the_link_is_lost_nothing_older_is_printed(monkeypatch, capsys):
         def __init__(self, *tracker, clock, say):
             self.clock, self.say = clock, say
 
-        def look(self, timeout):
+        def poll(self, timeout):
             self.looks += 1
             if self.looks == 1:
                 return {"A": Observation(0, "A", self.clock.now(), {"effector": None})}

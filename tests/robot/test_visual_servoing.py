@@ -13,7 +13,7 @@ from servo_rig import PROGRAM, Camera, Watched, circling
 
 from laptop.tracking.server import ServerState
 from robot.motion import kinematics
-from robot.servoing.loop import LONGEST_CHASE
+from robot.servoing.loop import CHASE_TIMEOUT
 from shared.messages import Start, Stop
 
 PIXEL = 230.0, 185.0
@@ -216,7 +216,7 @@ def test_a_chase_of_a_standing_goal_does_not_go_on_for_ever(watched):
     shown = w.run("--mode", "stream", "--budget", "14")
     steps = [line["t"] for line in shown.log if line["kind"] == "step"]
     # (To come to rest takes a coarse loop longer.)
-    assert max(b - a for a, b in zip(steps, [*steps[1:], 14.0])) < LONGEST_CHASE + 2.5
+    assert max(b - a for a, b in zip(steps, [*steps[1:], 14.0])) < CHASE_TIMEOUT + 2.5
 
 
 # Following

@@ -406,17 +406,19 @@ def spatial(tmp_path, *edits):
 
 def test_the_arm_in_space_says_what_it_weighs_and_where_it_rests():
     base, shoulder, elbow = read_arm(find_arm("spatial")).joints
-    assert (base.mass, base.centre, base.friction, base.rest) == (0, 0, 0, None)
+    assert (base.mass, base.centre, base.friction, base.park_angle) == (0, 0, 0, None)
     assert (shoulder.mass, shoulder.centre, shoulder.friction) == pytest.approx((0.106, 5.5, 0.01))
     assert (elbow.mass, elbow.centre, elbow.friction) == pytest.approx((0.056, 5.3, 0.01))
-    assert [math.degrees(joint.rest) for joint in (shoulder, elbow)] == pytest.approx([-15, -30])
+    assert [math.degrees(joint.park_angle) for joint in (shoulder, elbow)] == pytest.approx(
+        [-15, -30]
+    )
 
 
 def test_without_any_of_it_the_arm_weighs_nothing_and_rests_nowhere(tmp_path):
     with open(find_arm("spatial"), encoding="utf-8") as file:
         text = re.sub(r"(?m)^(mass|centre|friction|rest) = .*\n", "", file.read())
     for joint in read_arm(written(tmp_path, text)).joints:
-        assert (joint.mass, joint.centre, joint.friction, joint.rest) == (0, 0, 0, None)
+        assert (joint.mass, joint.centre, joint.friction, joint.park_angle) == (0, 0, 0, None)
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from shared.link import (
     MAX_AGE,
     MAX_BAD_LINES,
     MAX_QUEUE,
-    SILENCE,
+    SILENCE_TIMEOUT,
     Link,
 )
 from shared.messages import (
@@ -44,7 +44,7 @@ from shared.messages import (
     decode,
     encode,
 )
-from shared.peer_clock import DRIFT, SAMPLES, SLOW_PING, PeerClock
+from shared.peer_clock import MAX_DRIFT, MAX_SAMPLES, SLOW_PING, PeerClock
 
 AHEAD = 5000.0
 """By which the laptop's clock is ahead of the brick's, s."""
@@ -401,13 +401,13 @@ def test_a_half_open_connection_ends_after_two_seconds(wire):
 
 
 def test_two_that_are_idle_stay_linked(wire):
-    wire.pass_time(10 * SILENCE, step=0.25)
+    wire.pass_time(10 * SILENCE_TIMEOUT, step=0.25)
     assert not wire.laptop.closed
     assert not wire.brick.closed
 
 
 def test_a_program_that_did_not_look_for_long_reads_before_it_judges(wire):
-    wire.turn(10 * SILENCE)
+    wire.turn(10 * SILENCE_TIMEOUT)
     wire.laptop.send(Start())
     wire.poll()
     assert not wire.brick.closed
@@ -422,7 +422,7 @@ def test_pings_are_fast_at_first_and_slow_later(raw):
             clock.t += 0.01
             say(other, link, Start())
             link.receive()
-            assert link.held["pings"] <= SAMPLES  # nobody answers
+            assert link.held["pings"] <= MAX_SAMPLES  # nobody answers
             count += other.recv(65536).count(b"ping") if select.select([other], [], [], 0)[0] else 0
         counts.append(count)
     assert 28 <= counts[0] <= 32  # 20 in 5 s, 10 in 5 s
@@ -573,14 +573,14 @@ def test_the_offset_is_that_of_the_quickest_answer():
     assert clock.offset == pytest.approx(AHEAD, abs=1e-6)
     assert clock.round_trip == pytest.approx(0.002)
     assert clock.uncertainty(1.003) == pytest.approx(0.001)
-    assert clock.uncertainty(11.003) == pytest.approx(0.001 + 10 * DRIFT)
+    assert clock.uncertainty(11.003) == pytest.approx(0.001 + 10 * MAX_DRIFT)
     assert clock.jumps == 0
 
 
 def test_a_quick_answer_is_forgotten_when_the_window_has_passed():
     clock = PeerClock()
     clock.add(0.0, AHEAD, AHEAD, 0.001)
-    for number in range(1, SAMPLES + 1):
+    for number in range(1, MAX_SAMPLES + 1):
         clock.add(number, AHEAD + number, AHEAD + number, number + 0.010)
     assert clock.round_trip == pytest.approx(0.010)
     assert clock.jumps == 0
@@ -865,5 +865,5 @@ def test_on_the_emulated_brick_it_waits_in_the_bricks_time(tmp_path, capsys):
 
 
 def test_the_numbers_of_the_module_fit_together():
-    assert 2 * SLOW_PING < SILENCE
+    assert 2 * SLOW_PING < SILENCE_TIMEOUT
     assert link_module.READ_SIZE > MAX_LINE

@@ -13,7 +13,7 @@ from laptop.page.interface import RunCalls
 from laptop.page.run_records import RunSummary
 from laptop.page.snapshots import DEFAULTS, PageState, points
 from shared.messages import BUDGET, GOAL, TOLERANCE
-from shared.orders import METHODS, MODES, ROWS
+from shared.run_options import METHODS, MODES, ROWS
 from shared.verdicts import CONVERGED, READY, STOPPED, VERDICT_TEXTS
 
 RECONNECT_GUARD = 1.0

@@ -19,8 +19,8 @@ from laptop.simulator.host.world import World
 from robot.motion import kinematics
 from robot.servoing import loop
 from robot.servoing.rows import Rows
-from robot.servoing.telling import Verdict
-from shared.orders import ROWS
+from robot.servoing.run_reporter import Verdict
+from shared.run_options import ROWS
 
 SEED = 77
 NOMINAL = SCENARIOS["nominal"][0][1]

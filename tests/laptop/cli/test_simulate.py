@@ -569,7 +569,7 @@ def test_the_other_run_is_waited_for(tmp_path, monkeypatch):
 def test_a_run_of_nothing_or_of_another_arm_is_refused(tmp_path, rows):
     leave_a_run(tmp_path / "first", *rows)
     refused = r"there is no trace of this arm; give the --out"
-    with pytest.raises(session.InvalidRunOption, match=refused):
+    with pytest.raises(session.InvalidSimulationOption, match=refused):
         session.read_start(f"after:{tmp_path / 'first'}", read_arm(find_arm("planar")))
 
 

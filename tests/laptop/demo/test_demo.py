@@ -632,7 +632,7 @@ clock = Clock()
 client = TrackingClient(*find_tracker(), clock=clock)
 seen = {{}}
 while not seen:
-    seen = client.look(0.1)
+    seen = client.poll(0.1)
 u, v, _ = seen["A"].markers["effector"]
 print("{{:.1f}} {{:.1f}} {{:.2f}} s ago".format(u, v, clock.now() - seen["A"].t))
 client.close()

@@ -18,9 +18,9 @@ from laptop.simulator.host.world import World
 from laptop.simulator.virtual_tracker import HOST, LINK_TIMEOUT, VirtualTracker
 from laptop.tracking.server import TrackingServer
 from robot import tracking_client
-from robot.tracking import FIRST_PAUSE, LONGEST_PAUSE
+from robot.tracking import FIRST_PAUSE, MAX_PAUSE
 from shared.arm_description import find_arm, read_arm
-from shared.link import SILENCE
+from shared.link import SILENCE_TIMEOUT
 from shared.peer_clock import FAST_PING
 
 ARM = read_arm(find_arm("planar"))
@@ -33,7 +33,7 @@ clock = Clock()
 client = TrackingClient(os.environ["HOST"], int(os.environ["PORT"]), os.environ["CODE"], clock)
 end = clock.now() + 3.0
 while clock.now() < end:
-    for seen in client.look(0.5).values():
+    for seen in client.poll(0.5).values():
         print(seen.seq, seen.t, clock.now())
     clock.sleep(0.02)
 client.close()
@@ -58,7 +58,7 @@ class Watched:
         seen = []
         end = self.world.now() + seconds
         while self.world.now() < end:
-            seen += [(one, self.world.now()) for one in client.look(timeout).values()]
+            seen += [(one, self.world.now()) for one in client.poll(timeout).values()]
         return seen
 
 
@@ -80,7 +80,7 @@ def until(condition, client, world, limit):
     start = world.now()
     while not condition():
         assert world.now() < start + limit, f"not within {limit} s: {client.why}"
-        client.look(0.01)
+        client.poll(0.01)
     return world.now() - start
 
 
@@ -159,7 +159,7 @@ def test_who_looks_without_waiting_gets_the_newest_and_the_link_lasts(watched):
     ages = []
     while world.world.now() < 5.0:
         world.world.sleep(0.012)
-        ages += [world.world.now() - one.t for one in client.look().values()]
+        ages += [world.world.now() - one.t for one in client.poll().values()]
     assert client.linked
     assert len(ages) > 140
     assert max(ages) <= 0.06 + 0.015
@@ -246,7 +246,7 @@ def test_a_cut_link_is_noticed_at_once_and_comes_back(watched):
     world.world.sleep(0.02)  # nothing is on its way to the tracker
     world.tracker.cut()
     cut = world.world.now()
-    assert client.look(1.0) == {}
+    assert client.poll(1.0) == {}
     assert not client.linked
     assert world.world.now() - cut < 0.001
     assert "reset" in said[-1]
@@ -263,10 +263,10 @@ def test_a_silent_tracker_is_given_up_after_two_seconds_and_comes_back(watched):
     world.tracker.silence(4.0)
     start = world.world.now()
     silent = until(lambda: not client.linked, client, world.world, 3.0)
-    assert SILENCE - 0.5 <= silent <= SILENCE + 0.1
+    assert SILENCE_TIMEOUT - 0.5 <= silent <= SILENCE_TIMEOUT + 0.1
     assert "nothing heard for 2.0 s" in client.why
     assert world.look(client, start + 3.99 - world.world.now()) == []
-    until(lambda: client.linked, client, world.world, SILENCE + LONGEST_PAUSE)
+    until(lambda: client.linked, client, world.world, SILENCE_TIMEOUT + MAX_PAUSE)
     seen = world.look(client, 0.5)
     assert len(seen) >= 12
     assert min(one.t for one, _ in seen) > start + 4.0 - 0.06
@@ -307,7 +307,7 @@ def test_a_tracker_that_is_restarted_is_found_again(watched):
     world.look(client, 1.0)
     assert "cannot reach" in client.why
     back = until(lambda: client.linked, client, world.world, 5.0)
-    assert back < 0.5 + LONGEST_PAUSE
+    assert back < 0.5 + MAX_PAUSE
     assert world.tracker.server is not before
     assert len(world.look(client, 0.5)) >= 12
 
@@ -335,7 +335,7 @@ def test_closing_leaves_no_socket_open(watched):
         assert len(descriptors()) > len(before)
         if fault == "restart":
             world.tracker.restart(1.0)
-            clients[0].look(0.01)
+            clients[0].poll(0.01)
         elif fault != "none":
             getattr(world.tracker, fault)()
         world.tracker.close()

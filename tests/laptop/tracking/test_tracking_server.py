@@ -30,7 +30,7 @@ from robot import tracking_client
 from robot.tracking_client import Memory, TrackingClient
 from shared import pairing
 from shared.arm_description import ArmError
-from shared.link import SILENCE
+from shared.link import SILENCE_TIMEOUT
 from shared.messages import (
     BRICK,
     LAPTOP,
@@ -150,7 +150,7 @@ def until(condition, *clients):
 
     def look():
         for client in clients:
-            client.look()
+            client.poll()
         time.sleep(0.001)
 
     waiting.until(condition, "what the other thread does", look)
@@ -170,7 +170,7 @@ def received(client):
     seen = {}
 
     def look():
-        seen.update(client.look())
+        seen.update(client.poll())
         return seen
 
     until(look)
@@ -201,12 +201,12 @@ def test_without_a_thread_the_sockets_run_only_in_its_turns(clock, tmp_path):
             "127.0.0.1", server.port, CODE, clock, Memory(str(tmp_path)), say=lambda line: None
         )
         for _ in range(5):
-            client.look(0.01)
+            client.poll(0.01)
         assert not client.linked
         assert server.has_work(5.0)
         for _ in range(5):
             server.serve_once()
-            client.look(0.01)
+            client.poll(0.01)
         assert client.linked
         observe(server, clock, 1)  # at once, whoever's turn it is
         assert received(client)["A"].seq == 1
@@ -246,7 +246,7 @@ def test_newest_wins_where_the_brick_sleeps(server, brick, clock):
     until(lambda: not server._served.link.blocked)
     assert [seen["A"].seq for seen in [received(client)]] == [30]
     assert client.counters["skipped"] == 29
-    assert client.look() == {}
+    assert client.poll() == {}
 
 
 def test_a_brick_that_never_reads_costs_no_memory_and_is_cut_off(server, call, clock):
@@ -464,8 +464,8 @@ def test_callers_that_say_nothing_block_nobody_and_are_sent_away(server, call, b
     silent = [call() for _ in range(3 * MAX_CALLERS)]
     client = linked(brick())
     assert len(server._callers) <= MAX_CALLERS
-    clock.t += SILENCE + 0.1
-    client.look()
+    clock.t += SILENCE_TIMEOUT + 0.1
+    client.poll()
     until(lambda: not server._callers, client)
     assert all(caller.hear() is None for caller in silent)
 

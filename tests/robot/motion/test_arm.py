@@ -43,7 +43,7 @@ def test_at_most_six_accesses_and_fifty_ticks_a_second(tmp_path, name, line):
         clock = CountingClock(rig)
         robot = rig.robot(clock=clock)
         motions = plan(rig.arm, polyline(line), rig.arm.speed)
-        robot.approach(motions[0])
+        robot.pre_approach(motions[0])
         clock.start()
         robot.follow(motions)
     assert max(accesses for _, accesses in clock.ticks) <= 6
@@ -78,7 +78,7 @@ def test_after_a_move_the_side_of_the_play_is_known_and_allowed_for(tmp_path, na
         robot = rig.robot()
         for q, sides in (((40, -40), (1, -1)), ((20, -20), (-1, 1))):
             robot.go_to(degrees(*q))
-            assert robot.sides == sides
+            assert robot.backlash_sides == sides
             assert far(robot.angles(), rig.q) < 2.4, "not the 3 deg that half the play is"
 
 
@@ -105,7 +105,7 @@ def test_the_limits_are_kept_where_the_play_is_taken_up(tmp_path):
         for corner in ((170, 150), (-90, -150), (170, -150)):
             start = degrees(*corner)
             end = degrees(*(0.8 * angle for angle in corner))
-            robot.approach(JointMove(start, end, degrees(90, 90)))
+            robot.pre_approach(JointMove(start, end, degrees(90, 90)))
             robot.follow([JointMove(start, end, degrees(90, 90))])
     for k, joint in enumerate(rig.arm.joints):
         angles = [sample.q[k] for sample in rig.brick.record]
@@ -144,7 +144,7 @@ def test_watching_tells_in_every_tick_where_the_links_are(tmp_path, name):
         robot.go_to(degrees(40, 60))
         clock.start()
         seen = []
-        robot.go_to(degrees(20, 80), watch=lambda t, q: seen.append((t, q, rig.q)))
+        robot.go_to(degrees(20, 80), on_tick=lambda t, q: seen.append((t, q, rig.q)))
     sleeps = [t for t, _ in clock.ticks]
     ticks = [
         sum(earlier < t <= later for t, _, _ in seen) for earlier, later in zip(sleeps, sleeps[1:])
@@ -170,14 +170,16 @@ def test_what_a_watcher_raises_ends_the_motion_with_every_motor_held(tmp_path, w
                 raise HereAndNow
 
         with pytest.raises(HereAndNow):
-            robot.go_to(degrees(60, 60), watch=watch)
+            robot.go_to(degrees(60, 60), on_tick=watch)
         assert rig.world.now() - begin < when + 0.05
         assert rig.brick.driven() == []
         assert {rig.brick.motors[port].mode for port in "AB"} == {"hold"}
         if when == 0.6:
-            assert robot.sides == (0, 0), "its links run on: where the play lies is not known"
+            assert robot.backlash_sides == (0, 0), (
+                "its links run on: where the play lies is not known"
+            )
         else:
-            assert all(0 < side < 1 for side in robot.sides)
+            assert all(0 < side < 1 for side in robot.backlash_sides)
         rig.world.sleep(0.5)
         assert far(robot.angles(), rig.q) < 2.0
         robot.go_to(degrees(60, 60))
@@ -193,8 +195,8 @@ def test_stopped_at_rest_the_side_of_the_play_is_known_still(tmp_path):
             raise HereAndNow
 
         with pytest.raises(HereAndNow):
-            robot.go_to(degrees(60, -60), watch=watch)
-        assert robot.sides == (1, -1)
+            robot.go_to(degrees(60, -60), on_tick=watch)
+        assert robot.backlash_sides == (1, -1)
 
 
 # Chasing
@@ -239,7 +241,7 @@ def test_an_aim_that_stands_is_reached_and_not_passed(tmp_path, name, goal):
         assert there < 1.05
         assert far(rig.q, degrees(*goal)) < 0.3 + 0.6 * count
         assert far(robot.angles(), rig.q) < 0.3 + 0.6 * count
-        assert robot.sides == tuple(math.copysign(1, g - 40) for g in goal)
+        assert robot.backlash_sides == tuple(math.copysign(1, g - 40) for g in goal)
         late = [true for t, _, true, _ in rows if t > 1.25]
         assert far(late[0], late[-1]) < 0.05, "it does not hunt"
         late = [q for t, q, _, _ in rows if t > 1.25]
@@ -376,7 +378,7 @@ def test_reaching_takes_each_joint_there_by_itself(tmp_path, name):
     with switched_on(tmp_path, slow(name)) as rig:
         robot = rig.robot()
         seen = []
-        robot.reach(degrees(10, 60), watch=lambda t, q: seen.append((t, rig.q)))
+        robot.reach(degrees(10, 60), on_tick=lambda t, q: seen.append((t, rig.q)))
         assert far(rig.q, degrees(10, 60)) < 0.2 + 0.6 / rig.arm.joints[0].gear
         assert rig.world.now() < 2.1
         assert rig.brick.driven() == []
@@ -390,7 +392,7 @@ def test_reaching_goes_however_little_and_is_soon_done(tmp_path, name):
         robot = rig.robot()
         for q in ((41, 41), (40.2, 41)):
             robot.reach(degrees(*q))
-        assert robot.sides[0] == -1, "the play was crossed for less than a count"
+        assert robot.backlash_sides[0] == -1, "the play was crossed for less than a count"
         begin = rig.world.now()
         robot.reach(robot.angles())
         assert rig.world.now() - begin < 0.15

@@ -57,14 +57,14 @@ def test_by_hand():
     ids=str,
 )
 def test_a_link_lies_on_its_motor_on_the_side_to_which_it_is_pulled(pose, sides):
-    assert Gravity(ARM).pressed(degrees(*pose)) == sides
-    assert Gravity(ARM, presses=False).pressed(degrees(*pose)) == (0, 0, 0)
+    assert Gravity(ARM).preload_sides(degrees(*pose)) == sides
+    assert Gravity(ARM, preloads=False).preload_sides(degrees(*pose)) == (0, 0, 0)
 
 
 def test_it_lets_go_where_friction_takes_over():
     """The forearm's 0.0291 Nm turn to 0.01 Nm at 20.1 degrees from hanging straight."""
     for off, side in ((19.5, 0), (20.5, 1)):
-        assert Gravity(ARM).pressed(degrees(0, 0, -90 + off))[2] == side
+        assert Gravity(ARM).preload_sides(degrees(0, 0, -90 + off))[2] == side
 
 
 def test_where_gravity_does_not_press_the_play_lies_as_it_was_left():
@@ -81,9 +81,9 @@ def test_what_weighs_nothing_is_not_pulled(arm):
     q = (0.3,) * len(arm.joints)
     assert not gravity.loaded
     assert gravity.torques(q) == [0] * len(q)
-    assert gravity.pressed(q) == (0,) * len(q)
+    assert gravity.preload_sides(q) == (0,) * len(q)
 
 
 def test_a_weight_may_be_kept_from_the_torques():
     assert Gravity(ARM, known=False).torques((0, 0, 0)) == [0, 0, 0]
-    assert Gravity(ARM, known=False).pressed((0, 0, 0)) == (0, 1, 1)
+    assert Gravity(ARM, known=False).preload_sides((0, 0, 0)) == (0, 1, 1)

@@ -50,16 +50,16 @@ def test_gravity_says_where_the_play_lies(tmp_path, move, way, sides):
             getattr(robot, move)(degrees(*q))
             assert far(rig.q, degrees(*q)) < 0.8, "half the play is 2 deg"
             assert far(robot.angles(), rig.q) < 0.5
-        assert robot.sides[1:] == sides[1:]
-        assert robot.sides[0] in (sides[0], 0)
+        assert robot.backlash_sides[1:] == sides[1:]
+        assert robot.backlash_sides[0] in (sides[0], 0)
 
 
 def test_a_driver_that_does_not_count_on_it_is_off_by_the_play(tmp_path):
     with switched_on(tmp_path, described("spatial", 4)) as rig:
-        robot = rig.robot(gravity=rig.its(Gravity)(rig.arm, presses=False))
+        robot = rig.robot(gravity=rig.its(Gravity)(rig.arm, preloads=False))
         robot.go_to(degrees(0, 60, -40))
         robot.go_to(degrees(0, 20, -40))
-        assert robot.sides[1] == -1
+        assert robot.backlash_sides[1] == -1
         assert far(rig.q[1:2], degrees(20)) > 3
 
 
@@ -124,7 +124,7 @@ def test_stopped_in_mid_motion_it_is_held(tmp_path):
                 raise Enough
 
         with pytest.raises(Enough):
-            robot.go_to(degrees(60, 0, 0), watch=watch)
+            robot.go_to(degrees(60, 0, 0), on_tick=watch)
         rig.world.sleep(0.3)
         assert held(rig)
         before = rig.q
@@ -181,7 +181,7 @@ def test_a_way_that_would_touch_the_table_leads_over_the_home_pose(tmp_path):
 def test_where_no_way_is_free_it_is_held_where_it_is(tmp_path):
     arm = described("spatial")
     base, shoulder, elbow = arm.joints
-    deep = arm._replace(joints=(base, shoulder, elbow._replace(rest=math.radians(-60))))
+    deep = arm._replace(joints=(base, shoulder, elbow._replace(park_angle=math.radians(-60))))
     with switched_on(tmp_path, deep) as rig:
         robot = rig.robot()
         robot.go_to(degrees(0, 50, -60))

@@ -5,7 +5,7 @@ import math
 import pytest
 from rig import degrees, described, switched_on, zero_of
 
-from robot.motion.homing import AGREE, Blocked
+from robot.motion.homing import MAX_TOUCH_SPREAD, Blocked
 from robot.motion.zero import NotHomed
 
 
@@ -42,8 +42,8 @@ def test_from_both_stops_the_play_cancels_even_if_it_is_not_the_described(
         found = rig.robot(awake=False).home(say=quiet)
         assert max(off(found, rig, start).values()) < 1.0
         for f in found:
-            assert math.degrees(f.play) == pytest.approx(play, abs=1.0)
-            assert f.spread <= AGREE
+            assert math.degrees(f.backlash) == pytest.approx(play, abs=1.0)
+            assert f.spread <= MAX_TOUCH_SPREAD
 
 
 @pytest.mark.short("planar-lower", "geared-upper")
@@ -56,7 +56,7 @@ def test_from_one_stop_the_described_play_is_allowed_for(tmp_path, name, side):
         said = []
         found = rig.robot(awake=False).home(say=said.append)
         assert max(off(found, rig, start).values()) < 1.3
-        assert [f.play for f in found] == [None, None]
+        assert [f.backlash for f in found] == [None, None]
         assert all(side in line for line in said)
 
 

@@ -49,7 +49,7 @@ class Motor:
         return n * COUNT, (n + 1) * COUNT
 
 
-def follow(motor, path, seconds, gear=1.0, watch=lambda t, controller: None):
+def follow(motor, path, seconds, gear=1.0, on_tick=lambda t, controller: None):
     """Control at 50 Hz as the arm does; the true errors, deg, tick by tick."""
     unit = math.radians(1) / gear
     controller = JointController(gear, GAINS["large"])
@@ -57,7 +57,7 @@ def follow(motor, path, seconds, gear=1.0, watch=lambda t, controller: None):
     for k in range(int(seconds / TICK)):
         t = k * TICK
         controller.observe(t, *[angle * unit for angle in motor.bounds()])
-        watch(t, controller)
+        on_tick(t, controller)
         here = path(t)
         ahead, sooner = path(t + LEAD), path(t + LEAD - TICK)
         error = here[0] * unit - controller.angle
@@ -127,12 +127,12 @@ def test_what_it_observes_is_what_the_encoder_allows(friction):
     motor = Motor(friction)
     seen = []
 
-    def watch(t, controller):
+    def on_tick(t, controller):
         low, high = (math.radians(angle) for angle in motor.bounds())
         assert low - 1e-12 <= controller.angle <= high + 1e-12
         seen.append(math.degrees(controller.angle) - motor.angle)
 
-    follow(motor, swing(20, 2.0), 6.0, watch=watch)
+    follow(motor, swing(20, 2.0), 6.0, on_tick=on_tick)
     late = seen[150:]
     rms = math.sqrt(sum(e * e for e in late) / len(late))
     assert rms < 0.4 * COUNT
@@ -141,7 +141,7 @@ def test_what_it_observes_is_what_the_encoder_allows(friction):
 def test_between_two_counts_it_goes_on_with_the_motor():
     """At 10 deg/s a count lasts 0.1 s; the observed angle moves meanwhile."""
     seen = []
-    follow(Motor(), steady(10), 3.0, watch=lambda t, f: seen.append(math.degrees(f.angle)))
+    follow(Motor(), steady(10), 3.0, on_tick=lambda t, f: seen.append(math.degrees(f.angle)))
     late = [b - a for a, b in zip(seen[-100:], seen[-99:])]
     assert sum(step > 0.05 for step in late) > 60
 
@@ -172,7 +172,7 @@ def test_after_a_rest_it_starts_anew_wherever_the_joint_is():
         controller.observe(k * TICK, 0.1 * k, 0.1 * k + 0.017)
         controller.command(0.0, 5.0, 0.0)
     assert controller.speed > 1
-    controller.rest()
+    controller.reset()
     controller.observe(20 * TICK, 7.0, 7.1)
     assert controller.angle == pytest.approx(7.05)
     assert controller.speed == 0.0

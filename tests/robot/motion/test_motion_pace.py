@@ -7,9 +7,16 @@ import pytest
 from rig import degrees, switched_on
 
 from laptop.simulator.host.world import World
-from robot.motion.control_loop import IDLE, SPARE, STARTING, ControlLoop, Stalled, TooSlow
+from robot.motion.control_loop import (
+    IDLE_SHARE,
+    SPARE_TIME,
+    START_TIME,
+    ControlLoop,
+    Stalled,
+    TooSlow,
+)
 from robot.motion.online_trajectory import STOP
-from robot.motion.pace import DOZEN, LONGEST, SHORTEST, Pace
+from robot.motion.pace import AVERAGED_TICKS, MAX_PERIOD, MIN_PERIOD, Pace
 
 
 def paced(*computing):
@@ -18,7 +25,7 @@ def paced(*computing):
     pace = Pace(said.append)
     t = 0.0
     for seconds in computing:
-        for _ in range(DOZEN):
+        for _ in range(AVERAGED_TICKS):
             since = max(pace.period, seconds)
             t += since
             pace.note(t, since, seconds)
@@ -42,8 +49,8 @@ def test_a_later_command_is_fed_forward_earlier_and_by_a_softer_hand():
 
 def test_where_no_period_will_do_the_plan_goes_slower_than_the_clock_and_not_by_a_jerk():
     pace, _ = paced(0.08, 0.08, 0.08)
-    assert pace.period == LONGEST
-    assert pace.rate == pytest.approx(LONGEST / 0.1)
+    assert pace.period == MAX_PERIOD
+    assert pace.rate == pytest.approx(MAX_PERIOD / 0.1)
     pace, _ = paced(0.005, 0.08)
     before = pace.rate
     pace.note(99.0, 0.08, 0.08)
@@ -72,7 +79,7 @@ def test_a_late_tick_is_late_for_a_while():
     assert pace.was_late(1.2)
     assert pace.latest == 0.09
     assert not pace.was_late(1.5)
-    assert pace.period == SHORTEST
+    assert pace.period == MIN_PERIOD
 
 
 @pytest.mark.parametrize("plant", ["", "access=0.005", "cpu=0,access=0.012", "cpu=4"])
@@ -105,7 +112,7 @@ def test_no_garbage_is_collected_in_a_motion(tmp_path):
     with switched_on(tmp_path) as rig:
         robot = rig.robot()
         seen = []
-        robot.go_to(degrees(10, 10), watch=lambda t, q: seen.append(gc.isenabled()))
+        robot.go_to(degrees(10, 10), on_tick=lambda t, q: seen.append(gc.isenabled()))
     assert len(seen) > 10
     assert not any(seen)
     assert gc.isenabled()
@@ -176,10 +183,10 @@ def test_a_joint_that_turns_is_not_called_blocked_because_ticks_are_long(
 
     if blocked:
         with pytest.raises(Stalled):
-            loop.run([joint], Even(), astray=math.radians(3), watch=watch)
+            loop.run([joint], Even(), max_error=math.radians(3), on_tick=watch)
         assert ticks[-1] < 3.3 * period / 0.02 if stops == math.inf else 7.6 + math.degrees(0.2)
     else:
-        assert not loop.run([joint], Even(), astray=math.radians(3), watch=watch)
+        assert not loop.run([joint], Even(), max_error=math.radians(3), on_tick=watch)
 
 
 def test_what_is_fed_forward_goes_at_the_plan_s_rate_from_the_first_tick_on():
@@ -187,7 +194,7 @@ def test_what_is_fed_forward_goes_at_the_plan_s_rate_from_the_first_tick_on():
     world, ahead = World(), []
     joint = Lagging(world, 0.0)
     loop = ControlLoop(world, {joint: joint}, lambda: None, lambda line: None)
-    for n in range(2 * DOZEN):
+    for n in range(2 * AVERAGED_TICKS):
         loop.pace.note(0.07 * n, 0.07, 0.07)
     loop.pace.note = lambda *args: None
 
@@ -197,11 +204,11 @@ def test_what_is_fed_forward_goes_at_the_plan_s_rate_from_the_first_tick_on():
 
     plan = Even()
     plan.speeds = lambda t: ahead.append(t) or [1.0]
-    assert not loop.run([joint], plan, astray=9.0, watch=watch)
+    assert not loop.run([joint], plan, max_error=9.0, on_tick=watch)
     rate = loop.pace.rate
-    assert rate == pytest.approx(LONGEST / (0.07 * 1.25))
+    assert rate == pytest.approx(MAX_PERIOD / (0.07 * 1.25))
     steps = [after - before for before, after in zip(ahead, ahead[1:])]
-    assert steps == pytest.approx([rate * 0.004] + [rate * LONGEST] * (len(steps) - 1))
+    assert steps == pytest.approx([rate * 0.004] + [rate * MAX_PERIOD] * (len(steps) - 1))
 
 
 @pytest.mark.parametrize("period", [0.02, 0.05])
@@ -221,23 +228,23 @@ def test_spare_time_is_what_is_left_of_a_tick_when_its_motors_are_driven(period)
     def spare(until):
         told.append(("spare", world.now(), until))
 
-    assert not loop.run([joint], Even(), watch=watch, spare=spare)
+    assert not loop.run([joint], Even(), on_tick=watch, spare=spare)
     for (_, read, *_), (name, *times), (_, next_one, *_) in zip(told, told[1:], told[2:]):
         if name == "spare":
-            assert times == pytest.approx([read + 0.004, read + period * (1 - IDLE)])
+            assert times == pytest.approx([read + 0.004, read + period * (1 - IDLE_SHARE)])
             assert next_one == pytest.approx(read + period)
-    assert min(entry[1] for entry in told if entry[0] == "spare") > STARTING
+    assert min(entry[1] for entry in told if entry[0] == "spare") > START_TIME
 
 
 def test_who_needs_more_than_the_spare_time_makes_the_period_longer():
     noted = []
-    for needs, since, computing in ((0.0, 0.02, SPARE), (0.03, 0.03, SPARE + 0.03)):
+    for needs, since, computing in ((0.0, 0.02, SPARE_TIME), (0.03, 0.03, SPARE_TIME + 0.03)):
         world = World()
         joint = Lagging(world, 0.0)
         loop = ControlLoop(world, {joint: joint}, lambda: None, lambda line: None)
         loop.pace.note = lambda t, since, computing: noted.append((since, computing))
         loop.run(
-            [joint], Even(), watch=lambda t, now, angles: STOP if t > 1 else None,
+            [joint], Even(), on_tick=lambda t, now, angles: STOP if t > 1 else None,
             spare=lambda until, world=world, needs=needs: world.sleep(needs),
         )  # fmt: skip
         assert noted[-1] == pytest.approx((since, computing), abs=1e-9)

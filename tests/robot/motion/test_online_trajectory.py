@@ -6,9 +6,14 @@ import random
 import pytest
 from rig import described
 
-from robot.motion.backlash import TAKE_UP
+from robot.motion.backlash import CROSSING_TIME
 from robot.motion.joint_controller import LEAD
-from robot.motion.online_trajectory import PRESS_AGAIN, Moving, OnlineTrajectory, way
+from robot.motion.online_trajectory import (
+    PRELOAD_PERIOD,
+    Moving,
+    OnlineTrajectory,
+    time_optimal_profile,
+)
 
 TICK = 0.02
 
@@ -59,7 +64,7 @@ def test_a_way_is_within_its_limits_never_backwards_and_ends_with_the_aim(seed):
     v, u = luck.uniform(0, 1), luck.choice([0.0, luck.uniform(0, 0.9)])
     e = luck.uniform(-2, 3)
     x, speed, t = 0.0, v, 0.0
-    for duration, a in way(e, v, u, 1.0, up, down):
+    for duration, a in time_optimal_profile(e, v, u, 1.0, up, down):
         assert duration >= 0
         assert -down - 1e-9 <= a <= up + 1e-9
         x += speed * duration + a * duration * duration / 2
@@ -83,7 +88,7 @@ def test_a_step_is_taken_in_the_least_time_and_never_passed(size):
     peak = min(60.0, math.sqrt(abs(size) / (0.5 / up + 0.5 / down)))
     least = peak / up + peak / down
     least += (abs(size) - peak * peak * (0.5 / up + 0.5 / down)) / peak
-    crossing = TAKE_UP if size < 0 else 0.0
+    crossing = CROSSING_TIME if size < 0 else 0.0
     assert LEAD + crossing + least - 1e-9 < there < LEAD + crossing + least + 2 * TICK
 
 
@@ -229,7 +234,7 @@ def test_told_to_end_at_a_limit_that_its_aim_went_beyond_it_says_when():
 def test_the_last_aim_is_gone_to_however_near():
     chase, joints = pursuit()
     chase.steer(0.0, [0.2 * DEG, -0.2 * DEG], last=True)
-    assert TAKE_UP < chase.duration < 0.4
+    assert CROSSING_TIME < chase.duration < 0.4
     assert links(chase, joints, chase.duration) == pytest.approx([0.2, -0.2])
 
 
@@ -263,7 +268,7 @@ def test_a_joint_that_gravity_presses_turns_round_without_a_pause():
             ("usual", pressed_run(lambda t: -10, 2.0, lambda q: 0)[0]),
         )
     }
-    assert there["usual"] - there["pressed"] == pytest.approx(TAKE_UP, abs=1.1 * TICK)
+    assert there["usual"] - there["pressed"] == pytest.approx(CROSSING_TIME, abs=1.1 * TICK)
     rows, _ = pressed_run(lambda t: -10, 2.0, lambda q: 1)
     assert {side for _, _, side in rows} == {1}
 
@@ -292,7 +297,7 @@ def test_a_joint_at_rest_whose_play_is_pressed_elsewhere_is_not_over_before_it_i
     _, chase = pressed_run(lambda t: 0, 1.0, lambda q: -1 if turned else 1)
     assert rested(chase, 1.0)[0] > 0.5
     turned.append(True)
-    t = 1.0 + PRESS_AGAIN
+    t = 1.0 + PRELOAD_PERIOD
     chase.steer(t, [0.0, 0.0])
-    assert rested(chase, t)[0] == pytest.approx(-LEAD - TAKE_UP)
-    assert chase.sides_at(t + LEAD + TAKE_UP)[0] == pytest.approx(-1)
+    assert rested(chase, t)[0] == pytest.approx(-LEAD - CROSSING_TIME)
+    assert chase.sides_at(t + LEAD + CROSSING_TIME)[0] == pytest.approx(-1)

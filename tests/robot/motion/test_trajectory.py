@@ -433,7 +433,7 @@ def test_the_shaft_crosses_the_play_gently(arm):
         abs(speeds_of(plan, t)[0] - speeds_of(there_and_back(), t)[0]) * gear
         for t in (k / 1000.0 for k in range(-600, 4500))
     ]
-    assert max(own) <= 1.5 * backlash.TAKE_UP_SPEED * 1.001
+    assert max(own) <= 1.5 * backlash.CROSSING_SPEED * 1.001
     assert max(own) > 0
     assert play > 0
 

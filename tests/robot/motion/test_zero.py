@@ -7,7 +7,7 @@ import pytest
 from refusals import refused
 
 import robot.motion.zero
-from robot.motion.zero import AGREES, NotHomed, StateNotSaved, Zero
+from robot.motion.zero import MAX_PARKED_DRIFT, NotHomed, StateNotSaved, Zero
 
 ZERO = {"A": -12.5, "B": 100.25}
 PARKED = {"A": 40, "B": -7}
@@ -28,8 +28,8 @@ def test_what_was_saved_is_confirmed_where_it_was_parked(zero):
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_motor_may_settle_by_a_few_counts_and_no_more(zero, port, sign):
     zero.save(ZERO, PARKED)
-    assert zero.confirmed(dict(PARKED, **{port: PARKED[port] + sign * AGREES})) == ZERO
-    turned = PARKED[port] + sign * (AGREES + 1)
+    assert zero.confirmed(dict(PARKED, **{port: PARKED[port] + sign * MAX_PARKED_DRIFT})) == ZERO
+    turned = PARKED[port] + sign * (MAX_PARKED_DRIFT + 1)
     with pytest.raises(NotHomed) as error:
         zero.confirmed(dict(PARKED, **{port: turned}))
     assert refused(error, "motor " + port, str(turned), str(PARKED[port]), "driver.py home")

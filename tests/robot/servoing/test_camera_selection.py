@@ -3,7 +3,7 @@
 import pytest
 
 from robot.servoing.camera_selection import CameraSelection
-from robot.servoing.measurement import LEAST_SIGMA
+from robot.servoing.measurement import MIN_SIGMA
 from robot.servoing.rows import Rows
 
 NOISE = {"A": 1.0, "B": 4.0, "C": 0.01}
@@ -50,7 +50,7 @@ def test_it_tells_when_none_of_the_cameras_was_in_use():
 def test_each_camera_counts_by_its_noise_as_far_as_that_is_believed():
     chosen = selection(2, {"A": 3, "B": 3, "C": 3})
     chosen.choose(list("ABC"), list("ABC"), NOISE.get)
-    assert chosen.weights == pytest.approx({"A": LEAST_SIGMA, "B": LEAST_SIGMA / 4, "C": 1.0})
+    assert chosen.weights == pytest.approx({"A": MIN_SIGMA, "B": MIN_SIGMA / 4, "C": 1.0})
     assert chosen.together({"A": (10.0, 20.0), "C": (1.0, 2.0)}) == pytest.approx([2, 4, 1, 2])
 
 

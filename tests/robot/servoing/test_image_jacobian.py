@@ -13,8 +13,8 @@ from operator import mul
 import pytest
 
 from robot.motion import kinematics
-from robot.servoing.chain_model import ROUND, ChainModel
-from robot.servoing.local_jacobian import LEAST_DOUBT, LocalJacobian
+from robot.servoing.chain_model import REWEIGH_PERIOD, ChainModel
+from robot.servoing.local_jacobian import MIN_SIGMA, LocalJacobian
 from shared.arm_description import find_arm, read_arm
 
 LINKS = (11.3, 9.5)
@@ -213,7 +213,7 @@ def test_the_covariance_stays_symmetric_positive_and_bounded(noise_aware):
         P = [list(row) for row in model.covariance()]
         assert is_positive(P)
         for i in range(3):
-            assert 0.99 * LEAST_DOUBT**2 <= P[i][i] <= 1.001 * unknown
+            assert 0.99 * MIN_SIGMA**2 <= P[i][i] <= 1.001 * unknown
 
 
 def test_the_filter_never_freezes():
@@ -418,7 +418,7 @@ def test_a_false_key_frame_loses_its_weight():
     model.observe(q, [y + 250 for y in affine(q)], 0.05)
     here, there = (0.0, 0.0), (1.2, 1.0)
     off = []
-    for _ in range(5 * ROUND):
+    for _ in range(5 * REWEIGH_PERIOD):
         picture = model.seen_from(here, affine(here))
         off.append(distance(picture.predict(there), affine(there)))
     assert off[0] > 10
@@ -440,7 +440,7 @@ def test_a_model_that_is_wrong_about_most_of_what_it_sees_is_not_locked_in():
     for q in scattered(14, seed=12):
         model.observe(q, moved(q), 0.05)
         model.seen_from(q, moved(q))
-    for _ in range(2 * ROUND):
+    for _ in range(2 * REWEIGH_PERIOD):
         picture = model.seen_from(here, moved(here))
     assert distance(picture.predict(there), moved(there)) < 4
 

@@ -4,17 +4,17 @@ import pytest
 
 from robot.servoing import progress
 from robot.servoing.progress import (
-    DIVERGING,
+    DIVERGED_ERROR,
+    DIVERGING_MOVES,
     EXPLORE_ANEW,
     GIVE_UP,
     GO_ON,
-    HOPELESS,
-    IMPROVED,
-    MOST_RESTARTS,
-    STAGNANT,
-    STAGNANT_NEAR,
+    IMPROVED_SHARE,
+    MAX_RESTARTS,
+    MAX_STALLS,
+    STAGNANT_MOVES,
+    STAGNANT_MOVES_NEAR,
     START_ELSEWHERE,
-    SURPRISE,
     TRY_POSTURE,
     Progress,
 )
@@ -23,14 +23,14 @@ TOLERANCE = 5.0
 
 ERRORS = [
     ("it gets nearer", [100, 80, 60, 40, 20], GO_ON),
-    ("nearer by just too little", [100] + [91] * (STAGNANT - 1), GO_ON),
-    ("for so long", [100] + [91] * STAGNANT, START_ELSEWHERE),
-    ("nearer by just enough", [100] + [100 * 0.899] + [89] * (STAGNANT - 1), GO_ON),
-    ("near the goal it may take longer", [14] + [14] * (STAGNANT_NEAR - 1), GO_ON),
-    ("but not for ever", [14] + [14] * STAGNANT_NEAR, START_ELSEWHERE),
-    ("near is within three tolerances", [15.1] + [15.1] * STAGNANT, START_ELSEWHERE),
-    ("farther off, but not by much", [50] + [89.9] * DIVERGING, GO_ON),
-    ("farther and farther off", [50] + [90.1] * DIVERGING, EXPLORE_ANEW),
+    ("nearer by just too little", [100] + [91] * (STAGNANT_MOVES - 1), GO_ON),
+    ("for so long", [100] + [91] * STAGNANT_MOVES, START_ELSEWHERE),
+    ("nearer by just enough", [100] + [100 * 0.899] + [89] * (STAGNANT_MOVES - 1), GO_ON),
+    ("near the goal it may take longer", [14] + [14] * (STAGNANT_MOVES_NEAR - 1), GO_ON),
+    ("but not for ever", [14] + [14] * STAGNANT_MOVES_NEAR, START_ELSEWHERE),
+    ("near is within three tolerances", [15.1] + [15.1] * STAGNANT_MOVES, START_ELSEWHERE),
+    ("farther off, but not by much", [50] + [89.9] * DIVERGING_MOVES, GO_ON),
+    ("farther and farther off", [50] + [90.1] * DIVERGING_MOVES, EXPLORE_ANEW),
     ("not so often in a row", [50, 90.1, 90.1, 60], GO_ON),
 ]
 
@@ -47,12 +47,14 @@ def test_what_is_done_by_the_errors_of_a_course(errors, action):
 
 def test_who_knows_the_image_has_nothing_to_explore_anew():
     course = Progress(TOLERANCE, known=True)
-    assert [course.note(off) for off in [50] + [90.1] * DIVERGING] == [GO_ON] * (1 + DIVERGING)
+    assert [course.note(off) for off in [50] + [90.1] * DIVERGING_MOVES] == [GO_ON] * (
+        1 + DIVERGING_MOVES
+    )
 
 
 def stuck(course, off):
     """The action when a start has ended so far off, px."""
-    for _ in range(STAGNANT):
+    for _ in range(STAGNANT_MOVES):
         assert course.note(off) == GO_ON
     action = course.note(off)
     course.begin_elsewhere()
@@ -66,7 +68,7 @@ def stuck(course, off):
         ([100, 120, 144], [START_ELSEWHERE] * 3),  # not alike
         ([29.9] * 4, [START_ELSEWHERE] * 4),  # not far
         ([30.1] * 3, [START_ELSEWHERE, START_ELSEWHERE, GIVE_UP]),
-        ([100, 150, 225, 340, 510], [START_ELSEWHERE] * MOST_RESTARTS + [GIVE_UP]),
+        ([100, 150, 225, 340, 510], [START_ELSEWHERE] * MAX_RESTARTS + [GIVE_UP]),
     ],
 )
 def test_when_starts_from_elsewhere_end(ends, actions):
@@ -77,15 +79,15 @@ def test_when_starts_from_elsewhere_end(ends, actions):
 
 def test_a_course_that_stalls_is_checked_by_exploring_before_another_posture_is_tried():
     course = Progress(TOLERANCE)
-    actions = [course.note_stalled(40.0, 0.1) for _ in range(HOPELESS + 2)]
-    assert actions == [GO_ON] * HOPELESS + [EXPLORE_ANEW, TRY_POSTURE]
+    actions = [course.note_stalled(40.0, 0.1) for _ in range(MAX_STALLS + 2)]
+    assert actions == [GO_ON] * MAX_STALLS + [EXPLORE_ANEW, TRY_POSTURE]
     course.begin_elsewhere()
     assert course.note_stalled(40.0, 0.1) == GO_ON
     known = Progress(TOLERANCE, known=True)
-    assert [known.note_stalled(40.0, 0.1) for _ in range(HOPELESS + 1)][-1] == TRY_POSTURE
+    assert [known.note_stalled(40.0, 0.1) for _ in range(MAX_STALLS + 1)][-1] == TRY_POSTURE
 
 
-@pytest.mark.parametrize(("left", "wrong"), [(TOLERANCE, 0.1), (40.0, progress.RIGHT)])
+@pytest.mark.parametrize(("left", "wrong"), [(TOLERANCE, 0.1), (40.0, progress.RIGHT_SHARE)])
 def test_no_course_is_given_up_by_a_model_that_was_wrong_or_that_comes_near_enough(left, wrong):
     course = Progress(TOLERANCE)
     assert {course.note_stalled(left, wrong) for _ in range(20)} == {GO_ON}
@@ -114,12 +116,12 @@ def test_near_the_goal_steps_get_shorter_if_they_lead_nowhere():
 
 def test_a_detour_and_exploring_begin_the_count_anew():
     course = Progress(TOLERANCE)
-    for off in [50] + [90.1] * (DIVERGING - 1):
+    for off in [50] + [90.1] * (DIVERGING_MOVES - 1):
         course.note(off)
     course.detour()
     assert course.note(300.0) == GO_ON
     course.bound = (1.0, 2.0)
     course.begin_exploring()
     assert course.bound is None
-    assert course.note(500.0 + SURPRISE) == GO_ON
-    assert IMPROVED < 1
+    assert course.note(500.0 + DIVERGED_ERROR) == GO_ON
+    assert IMPROVED_SHARE < 1

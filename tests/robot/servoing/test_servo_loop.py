@@ -50,7 +50,7 @@ class World:
 
     # The tracker
 
-    def look(self, timeout):
+    def poll(self, timeout):
         """Each camera's frame, taken just now, if one is due; else it waits for it."""
         due = self._sent + FRAMES
         if due > self.t + timeout:

@@ -24,7 +24,7 @@ def test_the_filter_is_the_textbooks():
     m, n = 2, 3
     true = luck.normal(0, 300, (m, n))
     model = LocalJacobian(m, n)
-    x, P = np.zeros(m * n), np.eye(m * n) * local_jacobian.UNKNOWN**2
+    x, P = np.zeros(m * n), np.eye(m * n) * local_jacobian.FIRST_SIGMA**2
     q = np.zeros(n)
     s, variance = true @ q, 1.0
     model.observe(q.tolist(), s.tolist(), variance)
@@ -36,16 +36,16 @@ def test_the_filter_is_the_textbooks():
         q, s = q + dq, s + ds
         model.observe(q.tolist(), s.tolist(), new_variance)
 
-        bent = local_jacobian.BENDING**2 * (dq @ dq) * (x @ x) / m
+        bent = local_jacobian.CHANGE_PER_RADIAN**2 * (dq @ dq) * (x @ x) / m
         P = P + bent * np.eye(m * n)
-        cap = local_jacobian.UNKNOWN**2
+        cap = local_jacobian.FIRST_SIGMA**2
         P[np.diag_indices(m * n)] = np.minimum(np.diag(P), cap)
         H = np.kron(np.eye(m), dq)
         S = H @ P @ H.T + (variance + new_variance) * np.eye(m)
         K = P @ H.T @ np.linalg.inv(S)
         x = x + K @ (ds - H @ x)
         P = (np.eye(m * n) - K @ H) @ P
-        least = local_jacobian.LEAST_DOUBT**2
+        least = local_jacobian.MIN_SIGMA**2
         P[np.diag_indices(m * n)] = np.maximum(np.diag(P), least)
         variance = new_variance
 
@@ -75,17 +75,19 @@ def test_the_chains_fit_is_numpys_weighted_ridge():
     for q, s, variance in zip(poses, seen, variances, strict=True):
         model.observe(q.tolist(), s.tolist(), float(variance))
     here, s_here = luck.uniform(-1, 1, n), luck.normal(0, 100, m)
-    for _ in range(chain_model.ROUND + 1):
+    for _ in range(chain_model.REWEIGH_PERIOD + 1):
         picture = model.seen_from(here.tolist(), s_here.tolist())
 
     u = np.array(links) / np.linalg.norm(links)
     spread = np.zeros((2 * n + 1, 2 * n + 1))
-    spread[0, 0] = chain_model.OFFSET**2
-    of_links = chain_model.SEEN**2 * np.outer(u, u) + chain_model.ODD**2 * np.eye(n)
+    spread[0, 0] = chain_model.BASE_SIGMA**2
+    of_links = chain_model.LINK_SIGMA**2 * np.outer(
+        u, u
+    ) + chain_model.LINK_ERROR_SIGMA**2 * np.eye(n)
     spread[1:, 1:] = np.kron(of_links, np.eye(2))
     whiten = np.linalg.cholesky(np.linalg.inv(spread)).T
     apart = ((poses - here) ** 2).sum(axis=1)
-    sd = np.sqrt(variances + chain_model.FAR**2 * apart)
+    sd = np.sqrt(variances + chain_model.DISTANCE_DOUBT**2 * apart)
     A = np.vstack([np.array([planar_terms(q) for q in poses]) / sd[:, None], whiten])
     b = np.vstack([seen / sd[:, None], np.zeros((2 * n + 1, m))])
     W = np.linalg.lstsq(A, b, rcond=None)[0].T

@@ -158,7 +158,7 @@ def test_it_stays_at_the_goal_unless_told_to_go_low(space, low):
     w = space()
     shown = w.run(*["--low"] * low)
     assert shown.status == 0
-    rest = [joint.rest for joint in w.arm.joints]
+    rest = [joint.park_angle for joint in w.arm.joints]
     off = max(abs(a - b) for a, b in zip(w.q[1:], rest[1:], strict=True))
     assert (off < math.radians(2)) == low
     assert (miss(w) < FAR) == (not low)

@@ -18,7 +18,7 @@ moves, measurements, frames, seconds   what it took
 """
 
 
-class Teller(object):
+class RunReporter(object):
     """Tells of one run.
 
     Args:
@@ -91,7 +91,7 @@ class Teller(object):
         )  # fmt: skip
 
 
-def in_words(verdict):
+def verdict_text(verdict):
     """A Verdict as one line."""
     text = verdict.word
     if verdict.error is not None:

@@ -9,7 +9,7 @@ ROWS = ("stereo", "xyz")
 """Of the cameras' u and v."""
 
 
-class BadOrders(ArmError):
+class InvalidRunOptions(ArmError):
     """What is ordered does not go together."""
 
 
@@ -17,32 +17,32 @@ class TooFewPixels(ArmError):
     """The goals leave joints undetermined."""
 
 
-def check(orders, joints):
+def check_options(options, joints):
     """Refuse what no run can be made of.
 
     Args:
-        orders: shared.messages.Start.
+        options: shared.messages.Start.
         joints: how many the arm has; 0 if that is not known.
 
     Raises:
-        BadOrders, TooFewPixels: saying in one line, wherever that is read, what is wrong and what
-            to do.
+        InvalidRunOptions, TooFewPixels: saying in one line, wherever that is read, what is wrong
+            and what to do.
     """
     for what, known in (("method", METHODS), ("mode", MODES), ("rows", ROWS)):
-        if getattr(orders, what) not in known:
-            raise BadOrders(
+        if getattr(options, what) not in known:
+            raise InvalidRunOptions(
                 "'{}' is no {}; take one of {}".format(
-                    getattr(orders, what), what, ", ".join(known)
+                    getattr(options, what), what, ", ".join(known)
                 )
             )
-    if orders.goals and 2 * len(orders.goals) < joints:
+    if options.goals and 2 * len(options.goals) < joints:
         raise TooFewPixels(
             "one pixel does not say where {} joints are to go; give one of each of two cameras,"
             " such as A:400,200 and B:310,150".format(joints)
         )
-    if orders.method == "report" and orders.mode == "stream":
-        raise BadOrders("the report's method looks, then moves; take the mode look with it")
-    if orders.follow and orders.mode != "stream":
-        raise BadOrders("a goal that moves is followed in the mode stream only; take that")
-    if orders.follow and orders.goals:
-        raise BadOrders("only a goal marker can be followed; aim at it, not at a pixel")
+    if options.method == "report" and options.mode == "stream":
+        raise InvalidRunOptions("the report's method looks, then moves; take the mode look with it")
+    if options.follow and options.mode != "stream":
+        raise InvalidRunOptions("a goal that moves is followed in the mode stream only; take that")
+    if options.follow and options.goals:
+        raise InvalidRunOptions("only a goal marker can be followed; aim at it, not at a pixel")
