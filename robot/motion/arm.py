@@ -9,11 +9,11 @@ import math
 
 from robot.motion import kinematics
 from robot.motion.arm_motors import ArmMotors
-from robot.motion.backlash import BacklashCompensation
+from robot.motion.backlash import BacklashCompensation, pose_behind
 from robot.motion.control_loop import (
-    COARSE_TOLERANCE,
-    FINE_TOLERANCE,
-    LONG_SETTLING_TIME,
+    COARSE_COUNTS,
+    FINE_COUNTS,
+    LONG_SETTLING,
     MAX_ERROR,
     SETTLING_TIME,
     Stalled,
@@ -24,11 +24,8 @@ from robot.motion.online_trajectory import STOP, OnlineTrajectory
 from robot.motion.trajectory import JOINT_ACCELERATION, JointMove
 from robot.motion.zero import Zero
 
-APPROACH_MARGIN, APPROACH_SPEED = math.radians(2), 0.3
-"""A start is approached from the backlash and so much more (rad), at this share of full speed."""
-
-APPROACH_ACCELERATION = math.radians(15)
-"""Acceleration at which links do not leave the side of the backlash they are pushed by, rad/s^2."""
+APPROACH_SPEED, APPROACH_ACCELERATION = 0.3, math.radians(15)
+"""Share of full speed, and rad/s^2, at which links stay on the side that they are pushed by."""
 
 COASTING_SPEED = math.radians(10)
 """A motor stopped at more than this speed leaves its link running on into the backlash, rad/s."""
@@ -75,7 +72,7 @@ class RobotArm(object):
         self.backlash_sides = (0,) * len(self.joints)
         self._gravity = gravity or Gravity(description)
         loaded = self._gravity.loaded
-        self._preload_sides = self._gravity.preload_sides if loaded else None
+        self._preload = self._gravity.preload_sides if loaded else None
         self._weigh = self._gravity.torques if loaded else None
         self._engaged = False
         self._standing = True
@@ -130,19 +127,11 @@ class RobotArm(object):
         """
         kinematics.check_limits(self.description.joints, q)
         fastest = [speed * joint.max_speed for joint in self.description.joints]
-        self.follow(
-            [JointMove(self.angles(), q, fastest, acceleration)], LONG_SETTLING_TIME, on_tick
-        )
+        self.follow([JointMove(self.angles(), q, fastest, acceleration)], LONG_SETTLING, on_tick)
 
     def pre_approach(self, motion):
         """Go to the start of `motion` from behind, so that all backlash is taken up its way."""
-        behind = []
-        for joint, start, direction in zip(
-            self.description.joints, motion.start, motion.directions
-        ):
-            back = start - direction * (joint.backlash + APPROACH_MARGIN)
-            behind.append(min(max(back, joint.lower), joint.upper))
-        self.go_to(behind)
+        self.go_to(pose_behind(self.description.joints, motion))
         self.go_to(motion.start, APPROACH_SPEED, APPROACH_ACCELERATION)
 
     def follow(self, motions, settle=SETTLING_TIME, on_tick=None):
@@ -166,9 +155,7 @@ class RobotArm(object):
             for motion in motions:
                 sides = self._gravity.sides(motion.start, sides)
                 plans.append(
-                    BacklashCompensation(
-                        self.description.joints, motion, sides, self._preload_sides
-                    )
+                    BacklashCompensation(self.description.joints, motion, sides, self._preload)
                 )
                 sides = plans[-1].sides
             for self._plan in plans:
@@ -182,14 +169,9 @@ class RobotArm(object):
             self.motors.hold(self.joints)
 
     def reach(
-        self,
-        q,
-        speed=1.0,
-        acceleration=JOINT_ACCELERATION,
-        on_tick=None,
-        within=FINE_TOLERANCE,
-        spare=None,
-    ):
+        self, q, speed=1.0, acceleration=JOINT_ACCELERATION, on_tick=None, within=FINE_COUNTS,
+        spare=None
+    ):  # fmt: skip
         """Move to `q` (rad), each joint by itself, as fast as a chase and landing as softly.
 
         On a long way sooner there than `go_to`, and the links end nearer to where they should; but
@@ -206,13 +188,13 @@ class RobotArm(object):
         """
         kinematics.check_limits(self.description.joints, q)
 
-        def tell(t, links):
+        def aim(t, links):
             return STOP if on_tick and on_tick(t, links) is STOP else q
 
-        self._pursue(tell, speed, acceleration, within, True, spare)
+        self._pursue(aim, speed, acceleration, within, True, spare)
 
     def chase(
-        self, aim, speed=1.0, acceleration=JOINT_ACCELERATION, within=FINE_TOLERANCE, spare=None
+        self, aim, speed=1.0, acceleration=JOINT_ACCELERATION, within=FINE_COUNTS, spare=None
     ):
         """Let the links follow an aim that may move as it likes; end at rest, held.
 
@@ -239,24 +221,17 @@ class RobotArm(object):
             joints = self.description.joints
             q = self.angles()
             pursuit = OnlineTrajectory(
-                joints, q, self.backlash_sides, speed, acceleration, self._preload_sides
+                joints, q, self.backlash_sides, speed, acceleration, self._preload
             )
 
             def steer(t, now, angles):
                 self.backlash_sides = pursuit.sides_at(t)
                 return pursuit.take(t, aim(now, self._links(angles)), once)
 
-            whole = self.motors.loop.run(
-                self.joints,
-                pursuit,
-                LONG_SETTLING_TIME,
-                within,
-                MAX_CHASE_ERROR,
-                steer,
-                self._weigh,
-                spare,
-            )
-            if not whole:
+            if not self.motors.loop.run(
+                self.joints, pursuit, LONG_SETTLING, within, MAX_CHASE_ERROR, steer, self._weigh,
+                spare
+            ):  # fmt: skip
                 self._note_braked()
             self.motors.hold(self.joints)
 
@@ -300,11 +275,7 @@ class RobotArm(object):
         )
 
     def move_pen(self, angle):
-        """Turn the pen's motor to `angle`, rad.
-
-        Raises:
-            Stalled: it does not get there.
-        """
+        """Turn the pen's motor to `angle`, rad; raises Stalled if it does not get there."""
         self._engage()
         move = JointMove([self.pen.angle()], [angle], [PEN_SPEED], PEN_ACCELERATION)
         self.move_motor(self.pen, move, MAX_PEN_ERROR)
@@ -313,7 +284,7 @@ class RobotArm(object):
         """Let one motor alone follow a JointMove of one angle, without limits; then hold it."""
         self._engage()
         with self._stopping_on_error():
-            self.motors.loop.run([motor], move, SETTLING_TIME, COARSE_TOLERANCE, max_error)
+            self.motors.loop.run([motor], move, SETTLING_TIME, COARSE_COUNTS, max_error)
             self.motors.hold([motor])
 
     @contextlib.contextmanager
@@ -412,7 +383,7 @@ class RobotArm(object):
     def park(self, low=False):
         """Stop for good, and put on record where; nothing if nothing was moved.
 
-        With `low` it goes low first if it can, see `go_low`.
+        low: whether it goes low first if it can, see `go_low`.
         """
         if not self._engaged:
             return

@@ -8,6 +8,9 @@ CROSSING_TIME = 0.14
 CROSSING_SPEED = math.radians(109)
 """Mean speed of a motor's shaft on its way across, rad/s: faster, it would knock the link away."""
 
+APPROACH_MARGIN = math.radians(2)
+"""A start is approached from the backlash and so much more, rad."""
+
 PRELOAD_STEP, PRELOAD_RESOLUTION = 0.12, 0.01
 """How often along a motion it is asked where gravity presses; where that changes is then found to
 so much, s."""
@@ -116,6 +119,15 @@ def _wanted_sides(motion, preload_sides):
             turned = sum([turn <= t for turn in turns])
             wanted.append((t, side or first * (-1) ** turned))
     return out
+
+
+def pose_behind(joints, motion):
+    """Joint angles, rad, from which all backlash is taken up on the way to the motion's start."""
+    behind = []
+    for joint, start, direction in zip(joints, motion.start, motion.directions):
+        back = start - direction * (joint.backlash + APPROACH_MARGIN)
+        behind.append(min(max(back, joint.lower), joint.upper))
+    return behind
 
 
 def crossing_time(joint):

@@ -23,10 +23,10 @@ MAX_ERROR, MAX_ERROR_COUNTS = math.radians(3), 5
 STALL_TIMEOUT = 0.5
 """So is one that is driven with its full hand for so long without a count, s."""
 
-SETTLING_TIME, LONG_SETTLING_TIME = 0.2, 0.8
+SETTLING_TIME, LONG_SETTLING = 0.2, 0.8
 """Longest correction after the end of a path with the pen down, of a move with the pen up, s."""
 
-FINE_TOLERANCE, COARSE_TOLERANCE = 0.4, 6.0
+FINE_COUNTS, COARSE_COUNTS = 0.4, 6.0
 """A motor has settled within so many counts, where they matter and where not."""
 
 START_TIME = 0.1
@@ -107,7 +107,7 @@ class ControlLoop(object):
             self._controllers[motor].reset()
 
     def run(
-        self, motors, plan, settle=SETTLING_TIME, tolerance=FINE_TOLERANCE, max_error=MAX_ERROR,
+        self, motors, plan, settle=SETTLING_TIME, tolerance=FINE_COUNTS, max_error=MAX_ERROR,
         on_tick=None, weigh=None, spare=None
     ):  # fmt: skip
         """Let `motors` follow `plan` to its end; they are driven still when this returns.
@@ -135,7 +135,7 @@ class ControlLoop(object):
         Raises:
             Stalled, TooSlow, MotorNotFound: with the motors driven still, for DEAD_MAN at most.
         """
-        longest = max(settle, min(LONG_SETTLING_TIME, settle * self.pace.period / MIN_PERIOD))
+        longest = max(settle, min(LONG_SETTLING, settle * self.pace.period / MIN_PERIOD))
         axes = [
             _Axis(motor, self._controllers[motor], longest, tolerance, max_error)
             for motor in motors

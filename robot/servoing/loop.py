@@ -44,14 +44,12 @@ CHASE_TIMEOUT = 6.0
 POLL_TIMEOUT = 0.1
 """For observations while nothing is to be done, s at a time."""
 
-RECEIVE_RATIO, MIN_RECEIVE_PERIOD, MAX_RECEIVE_PERIOD = 4, 0.03, SIGHT_TIMEOUT / 2
+RECEIVE_RATIO, MIN_PAUSE, MAX_PAUSE = 4, 0.03, SIGHT_TIMEOUT / 2
 """In motion messages are received after so many times what that took last, but no sooner and no
-later, s: most of the time is for aiming and learning.  Where nothing was seen it is looked again
-soon."""
+later, s: most of the time is for aiming and learning.  Where nothing was seen: soon."""
 
 LANDING_COUNTS = 1.5
 """A motion may end so many counts off: it is then looked from where it is."""
-
 MAX_JOINT_SPEED, BLIND_SPEED_SHARE = math.radians(60), 0.5
 """Of any joint, rad/s; and the share of it when a camera has lost sight of the marker."""
 
@@ -97,7 +95,7 @@ class VisualServoing(object):
         self._error, self._e, self._condition = None, {}, None
         self._chased, self._chase_began = [], None
         self._chasing_now = False
-        self._pause = MIN_RECEIVE_PERIOD  # between two times of listening, s
+        self._pause = MIN_PAUSE  # between two times of listening, s
         self._learning = LearningInMotion(servo, stream, clock)
         self._reported_at = -math.inf
         self._enough = {}  # cameras: whether what they see determines where the joints go
@@ -150,9 +148,7 @@ class VisualServoing(object):
                 return Halt(decision.verdict, decision.reason)
             if self._moves == self._most_moves:
                 return Halt(BUDGET_SPENT, "{} moves".format(self._moves))
-            if (
-                self._clock.now() - self._heard_at > MAX_RECEIVE_PERIOD
-            ):  # much has piled up meanwhile
+            if self._clock.now() - self._heard_at > MAX_PAUSE:  # much has piled up meanwhile
                 _, end = self._receive(0.0)
                 if end:
                     return end
@@ -285,9 +281,8 @@ class VisualServoing(object):
         q = self._arm.angles()
         now = self._clock.now()
         self._sightings.history.add(now, q)
-        since = (
-            self._sightings.history.still_since(STANDSTILL_ANGLE) if seen else now
-        ) + SETTLING_DELAY
+        since = self._sightings.history.still_since(STANDSTILL_ANGLE) if seen else now
+        since += SETTLING_DELAY
         frames, heard, count = {}, {}, 0
         preparing, done = None, False
         while True:
@@ -370,11 +365,8 @@ class VisualServoing(object):
         if now - self._heard_at >= self._pause:
             frames, self._halt = self._listen()
             took = self._clock.now() - now
-            self._pause = (
-                min(max(MIN_RECEIVE_PERIOD, RECEIVE_RATIO * took), MAX_RECEIVE_PERIOD)
-                if frames
-                else MIN_RECEIVE_PERIOD
-            )
+            pause = RECEIVE_RATIO * took if frames else 0.0
+            self._pause = min(max(MIN_PAUSE, pause), MAX_PAUSE)
             if self._chasing_now:
                 self._chased += frames
                 del self._chased[:-MAX_CHASE_FRAMES]

@@ -77,7 +77,6 @@ AIM_TOLERANCE_SHARE = 0.3
 
 RESTART_RANGE = 0.25, 0.75
 """Where in their ranges joints start anew."""
-
 Decision = record("Decision", "action q verdict reason")
 Decision.__doc__ = """What to do.
 
@@ -229,9 +228,8 @@ class Servo(object):
     def _marker_moved(self, q):
         """Whether exploring has shown that any joint moves the marker."""
         columns = zip(*self.models.together(self.models.local, self._selection).jacobian(q))
-        return (
-            max(map(length, columns)) * EXPLORING_STEP > MIN_EXPLORED_SIGMAS * self.estimator.sigma
-        )
+        moved = max(map(length, columns)) * EXPLORING_STEP
+        return moved > MIN_EXPLORED_SIGMAS * self.estimator.sigma
 
     def _sees_flat(self):
         """Whether several cameras see all but the same, and leave the depth untold.
@@ -396,9 +394,7 @@ class Servo(object):
         penalty = self.models.penalty(self._in_use(), self._selection, len(q))
         return [[CHASE_UNCERTAINTY_SHARE * value for value in row] for row in penalty]
 
-    def nearing(self, image, goal, start, q, uncertainty_penalty):
+    def nearing(self, image, goal, start, q, penalty):
         """The steps from `start` to where joints that are at `q` should be (rad): see `descent`."""
         sharp = (AIM_TOLERANCE_SHARE * self.tolerance) ** 2
-        return descent(
-            image, goal, start, *self._box, here=q, penalty=uncertainty_penalty, sharp=sharp
-        )
+        return descent(image, goal, start, *self._box, here=q, penalty=penalty, sharp=sharp)
