@@ -16,13 +16,17 @@ import sys
 import time
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 from places import ROOT, SCRIPTS
 from waiting import PATIENCE, until
 
 from laptop.cli.main import laptop
+from laptop.page import run_states
+from laptop.tracking import announcements
 from robot import api
+from shared import state
 
 MAIN = ROOT / "README.md"
 READMES = [
@@ -35,23 +39,26 @@ READMES = [
 ]
 
 SKIPPED = {
-    "python3 -m pip install": "it loads uv from the network",
-    "python3 -m venv": "the same, where there is no pip",
+    "python3 -m": "it loads uv from the network",
+    ".uv/bin/pip": "the same, where there is no pip",
     "scp": "it needs a brick",
     ".ci/": "it runs all tests, on several Pythons; constrain.py loads from the network",
     "bench page": "it needs a browser and minutes; tests/laptop/bench/test_bench_page.py has it",
+    "--group cluster": "it needs a cluster; tests/laptop/bench/test_workers.py has one",
 }
 """What is not run, by how it begins, and why."""
 
 REDUCED = (
     (r"KS82-DNHF|\bCODE\b", "{code}"),  # the code of the tracker at hand
     (r"--camera \d", "--camera synthetic"),  # no webcam
-    (r" --open\b", ""),  # no browser
+    (r" --open\b", " --page"),  # no browser
     (r"--seeds (\d+):\d+", lambda seeds: f"--seeds {seeds[1]}:{int(seeds[1]) + 1}"),
     (r"--seconds \d+", "--seconds 1"),
     (r"(tracking_client\.py(?!.*--seconds).*)", r"\1 --seconds 1"),  # else until Ctrl-C
     (r"\bpytest\b.*", "pytest --collect-only --quiet -n 0 tests/shared/test_ini.py"),
     (r"(bench_brick\.py)(?! planar| spatial)", r"\1 planar"),  # one arm
+    (r"(--realtime robot/driver\.py) .*", r"\1 where"),  # no drawing in real time
+    (r"((--realtime|--arm spatial) .*visual_servoing\.py.*)", r"\1 --tolerance 100"),  # soon there
 )
 """What becomes of a command before it runs: pattern and replacement, one after the other."""
 
@@ -65,11 +72,14 @@ UNTIL = {
 STATUS = {"--fault unplug": 1, "--wait": 130}
 """Exit statuses other than 0, by what stands in the command."""
 
+EXAMPLE = re.compile(r"demo$|bench (draw|limits|track)$|bench servo --seeds")
+"""Of `demo` and `bench` these are begun; of the others the options are parsed, no more."""
+
 SHORTHAND = ("demo", "track", "simulate", "markers", "bench")
 """In a table, what begins so has `.uv/bin/uv run python -m laptop` in front."""
 
 BRICK = re.compile(r"(?:robot/)?(\w+\.py)\b")
-INLINE = re.compile(r"\.uv/bin/uv run |python3 -m |robot/\w+\.py -")
+INLINE = re.compile(r"\.uv/bin/uv run (?!python -m laptop$)|python3 -m |robot/\w+\.py -")
 PREPARES = re.compile(r"cp |.*\blaptop track ")
 """With such a command a block is one story; else each line stands for itself."""
 
@@ -190,8 +200,14 @@ class Shell:
         assert words[1] == "-m", part
         if words[2] != "laptop":
             self._process(words[1:], 0, cwd=ROOT)
-        elif words[3] in UNTIL and words[4:] != ["brick"]:
-            self._until(words[3:], UNTIL[words[3]])
+        elif words[3] in ("demo", "bench") and words[4:] != ["brick"]:
+            if EXAMPLE.match(part.partition(" laptop ")[2]):
+                self._until(words[3:], UNTIL[words[3]])
+            else:
+                parse(words[3:])
+        elif words[3] == "track":
+            self.close()
+            self._until(words[3:], UNTIL["track"])
         else:
             self._end_to_end(words[3:], part)
 
@@ -220,7 +236,8 @@ class Shell:
         """Start it, and wait until it has said this."""
         if words[0] == "track":
             words += ["--port", "0", "--no-brick"]
-        if words[0] in ("track", "demo"):
+            words += [] if "--page" in words else ["--no-page"]
+        if words[0] == "demo" or "--page" in words:
             words += ["--page-port", "0"]
         self.count += 1
         file = self.folder / f"said-{self.count}.txt"
@@ -239,7 +256,7 @@ class Shell:
             )
             assert found is not True, file.read_text("utf-8")
             if words[0] == "track":
-                self.tracker, self.code = process, found.group(1)
+                self.tracker, self.code = (process, file), found.group(1)
                 self.port = re.search(r"visual_servoing\.py :(\d+)", found.string).group(1)
             else:
                 end(process, file)
@@ -251,7 +268,17 @@ class Shell:
     def close(self):
         """End the tracker."""
         if self.tracker:
-            end(self.tracker, self.folder / "said-1.txt")
+            tracker, self.tracker = self.tracker, None
+            end(*tracker)
+
+
+def parse(words):
+    """Parse a command's options; fails unless it would take them."""
+    command, name = laptop, "laptop"
+    context = click.Context(command)
+    while isinstance(command, click.Group):
+        name, command, words = command.resolve_command(context, words)
+    command.make_context(name, list(words))
 
 
 def end(process, file):
@@ -331,7 +358,7 @@ def test_a_snippet_imports_from_the_api_alone(snippet):
 
 
 def test_few_commands_are_skipped_and_each_for_a_reason():
-    assert len(SKIPPED) <= 5
+    assert len(SKIPPED) <= 6
     shown = [" && ".join(story) for path in READMES for story in stories(path.read_text("utf-8"))]
     for start in SKIPPED:
         assert any(start in plain(text) for text in shown), f"no README shows {start} any more"
@@ -463,6 +490,46 @@ def test_the_first_readme_is_short_and_holds_the_command_that_ci_looks_for():
     assert len(lines) <= 200
     command = next(line for line in lines if re.fullmatch(r"\.uv/bin/uv run .*pytest", line))
     assert command == ".uv/bin/uv run --group test pytest"
+
+
+def test_the_readme_of_the_page_shows_the_states_of_a_run_as_they_are():
+    text = (ROOT / "laptop" / "page" / "README.md").read_text("utf-8")
+    assert f"\n\n{run_states.transition_table()}\n" in text + "\n"
+    for word in (*run_states.RunState, *run_states.RunEvent):
+        assert f"\n| {word.name} | {word.value} |\n" in text
+
+
+def test_events_and_files_between_programs_are_told():
+    text = (ROOT / "laptop" / "README.md").read_text("utf-8")
+    for event in (value for name, value in vars(announcements).items() if name.isupper()):
+        assert f"\n| `{event}` |" in text
+    for name in (value for name, value in vars(state).items() if name.isupper()):
+        assert re.search(rf"^\| `{re.escape(name)}/?` \|", text, re.MULTILINE), name
+
+
+@pytest.mark.parametrize("room", ["laptop", "laptop/simulator"])
+def test_every_file_of_a_room_stands_in_its_table(room):
+    text = (ROOT / room / "README.md").read_text("utf-8").partition("\n## Rooms\n")[2]
+    named, here = set(), ""
+    for row in re.findall(r"^\| (.*) \|$", text, re.MULTILINE)[1:]:
+        where, _, files = row.split("|")
+        here = next(iter(re.findall(r"`([\w./]+)`", where)), here)
+        named |= {ROOT / room / here / f"{name}.py" for name in re.findall(r"`(\w+)`", files)}
+    there = {path for path in (ROOT / room).rglob("*.py") if not path.name.startswith("__")}
+    if room == "laptop":
+        there = {path for path in there if "simulator" not in path.parts}
+    assert named == there
+
+
+def test_the_glossary_has_fifty_words_and_says_where_each_is_found():
+    text = (ROOT / "robot" / "README.md").read_text("utf-8").partition("\n## Glossary\n")[2]
+    rows = re.findall(r"^\| (.+) \| .+ \| \[(\w+\.py)\]\((\S+)\) \|$", text, re.MULTILINE)
+    words = [word for word, _, _ in rows]
+    assert len(words) == 50 == text.count("\n|") - 2
+    assert words == sorted(set(words), key=str.lower)
+    for _, name, target in rows:
+        assert target.endswith("/" + name)
+        assert not is_broken(target, ROOT / "robot" / "README.md")
 
 
 @pytest.mark.parametrize("name", ["driver", "visual_servoing", "tracking_client", "bench_brick"])
