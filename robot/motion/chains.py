@@ -179,9 +179,11 @@ def _spatial_scale(arm, q):
 # A chain: positions(arm, q), jacobian(arm, q), pull(q, moments), solutions(arm, p, near) as
 # _solutions, singularity(arm, q), scale(arm, q), the number of coordinates of p, how many
 # joints are below the shoulder, and the sign of the elbow's angle in the branch "up".
-Chain = record("Chain", "positions jacobian pull solutions singularity scale coordinates below up")
+KinematicChain = record(
+    "KinematicChain", "positions jacobian pull solutions singularity scale coordinates below up"
+)
 CHAINS = {
-    "planar": Chain(
+    "planar": KinematicChain(
         _planar_positions,
         _planar_jacobian,
         _planar_pull,
@@ -192,7 +194,7 @@ CHAINS = {
         below=0,
         up=1,
     ),
-    "spatial": Chain(
+    "spatial": KinematicChain(
         _spatial_positions,
         _spatial_jacobian,
         _spatial_pull,
