@@ -141,7 +141,7 @@ def nearest(arm, p, q):
 
 
 def chain_of(arm):
-    """Return the arm's Chain; raises ArmError for one that is not known."""
+    """Return the arm's KinematicChain; raises ArmError for one that is not known."""
     try:
         return CHAINS[arm.chain]
     except KeyError:

@@ -112,7 +112,7 @@ def evdev_module(sysfs, panel, waiting_line):
 
         def _hear(self, event):
             self._events.append(event)
-            self._waiting.load_zero()
+            self._waiting.wake()
 
         def read_one(self):
             """The next event, or None."""

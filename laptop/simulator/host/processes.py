@@ -147,7 +147,7 @@ class Processes(object):
                 if self.poll() is None:
                     self._end = world.now()
                     self._status = -sig
-                    while self._waiting.load_zero():
+                    while self._waiting.wake():
                         pass
 
             def terminate(self):

@@ -53,7 +53,7 @@ class Signals(object):
 
     def _call(self, number):
         self.pending.discard(number)
-        self._pausing.load_zero()
+        self._pausing.wake()
         handler = self._handlers.get(number)
         if callable(handler):
             handler(number, sys._getframe(1))

@@ -84,7 +84,7 @@ class Lock(object):
         self._clock.step(0.0)
         if not self._taken:
             raise RuntimeError("release unlocked lock")
-        if not self._line.load_zero():
+        if not self._line.wake():
             self._taken = False
 
     def locked(self):
@@ -222,7 +222,7 @@ class _Thread(object):
             if self._threads.world.exit is None:
                 own.ended = True
                 self._threads.known.pop(own.thread, None)
-                while own.waiting.load_zero():
+                while own.waiting.wake():
                     pass
 
     def join(self, timeout=None):

@@ -36,7 +36,7 @@ class WaitingLine(object):
             if not ticket.called:
                 self._line.remove(ticket)
 
-    def load_zero(self):
+    def wake(self):
         """Wake the first in line; False when the line is empty."""
         if not self._line:
             return False

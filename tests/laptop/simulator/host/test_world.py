@@ -140,11 +140,11 @@ def test_waiting_line_is_first_come_first_served(world):
 
     def main(say):
         world.sleep(1)
-        assert line.load_zero()
+        assert line.wake()
         world.sleep(1)
-        assert line.load_zero()
+        assert line.wake()
         world.sleep(1)
-        assert not line.load_zero()
+        assert not line.wake()
 
     def waiter(name, delay):
         def program(say):
@@ -162,7 +162,7 @@ def test_waiting_line_times_out_at_its_time(world):
 
     def main(say):
         say(line.wait(0.25))
-        assert not line.load_zero()
+        assert not line.wake()
 
     _, log = play(world, main)
     assert log == [(0.25, False)]
@@ -303,7 +303,7 @@ def test_an_interrupt_that_raises_ends_the_wait(world):
         with pytest.raises(KeyError):
             line.wait()
         say("out")
-        assert not line.load_zero()
+        assert not line.wake()
 
     _, log = play(world, main)
     assert log == [(1, "out")]
