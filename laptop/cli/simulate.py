@@ -324,7 +324,7 @@ def _summary(
 
 
 def _report(summary: dict, took: float) -> str:
-    """A short summary for people."""
+    """Return a short summary for people."""
     pace = summary["pace"]
     speed = f"{summary['seconds'] / took:.0f}" if pace is None else f"{pace:.2f}"
     brick = f"cpu={summary['cpu']:g}"

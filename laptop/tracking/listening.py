@@ -21,7 +21,7 @@ class CannotListen(ArmError, OSError):
 
 
 def own_addresses() -> list[str]:
-    """The addresses at which others may reach this machine, loopback left out."""
+    """Return the addresses at which others may reach this machine, loopback left out."""
     found = []
     if sys.platform == "linux":
         import fcntl

@@ -168,8 +168,11 @@ def _open_cameras(
     """Open all cameras; return them, and SPEC by name of the markers that are rendered.
 
     Args:
+        options: as typed.
         size: (width, height), px, for webcams, or None.
         live: see open_camera.
+        open_synthetic: opens a synthetic camera.
+        stack: closes the cameras at its end.
     """
     webcams = _webcams(options)
     cameras: list[FrameSource] = []

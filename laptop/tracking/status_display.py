@@ -42,7 +42,7 @@ class StatusDisplay:
         self._next_line_at = 0.0
 
     def lines(self) -> list[str]:
-        """A line for each camera, and one for the link."""
+        """Return a line for each camera, and one for the link."""
         lines = [pipeline_status(pipeline) for pipeline in self._pipelines]
         if len(lines) > 1:
             lines = [f"{p.name}: {line}" for p, line in zip(self._pipelines, lines, strict=True)]

@@ -20,7 +20,7 @@ def line_printer(console: Console) -> Callable[[str], None]:
 
 
 def pipeline_status(pipeline: CameraPipeline) -> str:
-    """A camera's rate, markers and trouble in one line."""
+    """Put a camera's rate, markers and trouble in one line."""
     if pipeline.ended:
         return f"{pipeline.trouble or 'ended'}, {pipeline.frames} frames"
     parts = [f"{pipeline.rate():.0f} fps"]
@@ -41,7 +41,7 @@ def pipeline_status(pipeline: CameraPipeline) -> str:
 
 
 def link_status(state: ServerState) -> str:
-    """The connected brick, how far away and how it is doing; or why there is none."""
+    """Tell of the connected brick, how far away and how it is doing; or why there is none."""
     if state.client is None:
         why = state.lost and f" (last: {state.lost})"
         refused = state.refusal and f" (refused {state.refusal})"
@@ -79,6 +79,7 @@ def camera_lines(pipelines: Sequence[CameraPipeline], sources: Sequence[str]) ->
     """Lines that say which cameras are about to be tracked.
 
     Args:
+        pipelines: of the cameras.
         sources: of the cameras as typed, in the same order.
     """
     lines = []
@@ -101,6 +102,7 @@ def marker_lines(
     """Lines that say which markers are about to be looked for, and where they come from.
 
     Args:
+        markers: all of them.
         learned: by name, those of this run's picks; they are kept in the file.
         known: by name, those that were in the file before.
         file: of the markers.
@@ -122,6 +124,7 @@ def fixed_goal_lines(
     """Lines that say where a fixed goal is.
 
     Args:
+        pipelines: of the cameras.
         points: (u, v), px, or None, per camera.
     """
     return [
