@@ -43,7 +43,7 @@ RECEIVE_BUFFER = 16384
 
 
 class TrackingClient(object):
-    """A link to the tracker that comes back by itself. Call `look` often; nothing runs beside it.
+    """A link to the tracker that comes back by itself. Call `poll` often; nothing runs beside it.
 
     Host and code are remembered once the tracker has proven that it knows the code. A name is
     looked up here, at once; later nothing waits for longer than it is told to, but for the
@@ -177,7 +177,7 @@ class TrackingClient(object):
         return dict(self._link.counters) if self._link else {}
 
     def close(self, reason=""):
-        """Say bye and end; `look` would connect again."""
+        """Say bye and end; `poll` would connect again."""
         if self._connecting is not None:
             self._connecting.close()
             self._connecting = None

@@ -179,7 +179,7 @@ class RobotArm(object):
 
         Args:
             speed, acceleration, within: as for `chase`.
-            watch: as for `follow`.
+            on_tick: as for `follow`.
             spare: as for ControlLoop.run.
 
         Raises:

@@ -121,7 +121,7 @@ class ControlLoop(object):
             settle: longest correction after the end, s.
             tolerance: counts within which a motor has settled.
             max_error: greatest error on the way, rad.
-            watch: called in every tick with the plan's time (s), the clock's (s) and the motors'
+            on_tick: called in every tick with the plan's time (s), the clock's (s) and the motors'
                 angles as just observed (rad); if it returns STOP, the motion is over, and what it
                 raises goes on.
             weigh: from the motors' angles (rad) to the torques of the weights that they carry, Nm;
