@@ -103,7 +103,7 @@ class Page:
             return
         key = event.key.name.lower()
         if key in [str(number) for number in range(1, len(TOOLS) + 1)]:
-            self._colours.choose_tool(int(key) - 1)
+            self._colours.choose_tool(list(TOOLS)[int(key) - 1])
         elif key == "s":
             await self._drive.start()
         elif key == "h":

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from nicegui import events, ui
 
 from laptop.page.cards.card import card, heading
@@ -35,13 +37,13 @@ class ColourCard:
                 ui.checkbox("Windows", value=True, on_change=self._on_windows).props("dense")
 
     def _add_tools(self) -> None:
-        self._tool = (
-            ui.toggle({key: tool.name for key, tool in TOOLS.items()}, value=AIM)
-            .props("no-caps unelevated spread toggle-color=primary")
-            .classes("tools")
-            .on_value_change(self._on_tool)
-        )
-        self._explanation = ui.label(TOOLS[AIM].explanation).classes("quiet")
+        # (A toggle takes no click on what was chosen before its last click has been answered.)
+        with ui.button_group().props("unelevated").classes("tools"):
+            self._tools = {
+                key: ui.button(tool.name, on_click=partial(self.choose_tool, key), color=None)
+                for key, tool in TOOLS.items()
+            }
+        self._explanation = ui.label().classes("quiet")
         self._marker_row = ui.row().classes("w-full gap-2 no-wrap items-end")
         with self._marker_row:
             self._marker = (
@@ -53,7 +55,7 @@ class ColourCard:
             self._rename = ui.button("Rename", icon="edit", on_click=self._open_dialog).props(
                 "flat dense no-caps"
             )
-        self._marker_row.set_visibility(False)
+        self.choose_tool(AIM)
 
     def _add_rename_dialog(self) -> None:
         with ui.dialog() as self._dialog, ui.element("div").classes("card naming"):
@@ -75,9 +77,13 @@ class ColourCard:
         if self._marker.options != names:
             self._marker.set_options(names)
 
-    def choose_tool(self, number: int) -> None:
-        """Choose a tool by its number, from 0 on."""
-        self._tool.set_value(list(TOOLS)[number])
+    def choose_tool(self, chosen: str) -> None:
+        """Choose a tool by its key in TOOLS."""
+        self._session.tool = chosen
+        for key, button in self._tools.items():
+            button.props(f"aria-pressed={'true' if key == chosen else 'false'}")
+        self._explanation.set_text(TOOLS[chosen].explanation)
+        self._marker_row.set_visibility(chosen != AIM)
 
     def toggle_pause(self) -> None:
         """Let the images stand still, or go on."""
@@ -121,11 +127,6 @@ class ColourCard:
     def _offer(self, marker: str) -> None:
         """Choose a marker, which need not be among those on offer."""
         self._marker.set_options([*dict.fromkeys([*self._marker.options, marker])], value=marker)
-
-    def _on_tool(self, event: events.ValueChangeEventArguments) -> None:
-        self._session.tool = event.value
-        self._explanation.set_text(TOOLS[event.value].explanation)
-        self._marker_row.set_visibility(event.value != AIM)
 
     def _on_marker(self, event: events.ValueChangeEventArguments) -> None:
         self._session.marker = str(event.value or EFFECTOR)

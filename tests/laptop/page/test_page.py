@@ -304,6 +304,13 @@ def browser():
         yield browser
 
 
+def press_tool(page, name):
+    """Choose what a click in an image does, and wait until the page says so."""
+    tool = page.locator(".tools").get_by_role("button", name=name, exact=True)
+    tool.click()
+    tool.and_(page.locator("[aria-pressed=true]")).wait_for()
+
+
 class Surfer:
     """Somebody before a browser, to which pictures may come `late` (s); and the true arm."""
 
@@ -343,7 +350,7 @@ class Surfer:
         return self.page.get_by_role("button", name=name)
 
     def tool(self, name):
-        self.page.locator(".tools").get_by_role("button", name=name, exact=True).click()
+        press_tool(self.page, name)
 
     def start(self):
         self.page.wait_for_function(
@@ -438,6 +445,21 @@ def test_a_colour_is_picked_by_a_click_undone_and_kept_in_the_file(surfer):
 
 def test_what_cannot_be_picked_says_why(surfer):
     surfer.tool("Pick")
+    surfer.click(5, 5)
+    surfer.reads("pick the middle of a")
+
+
+def test_of_tools_that_are_pressed_faster_than_the_page_answers_the_last_is_taken(surfer):
+    surfer.tool("Pick")
+    surfer.page.evaluate("""() => {
+        const named = name => [...document.querySelectorAll(".tools button")].find(
+            button => button.innerText === name);
+        named("Aim").click();
+        named("Pick").click();
+        named("Add").click();
+        named("Aim").click();
+        named("Pick").click();
+    }""")
     surfer.click(5, 5)
     surfer.reads("pick the middle of a")
 
@@ -654,7 +676,7 @@ def test_a_name_that_is_typed_at_once_is_taken(browser, film, tmp_path):
         page = browser.new_page()
         page.set_default_timeout(1000 * PATIENCE)
         page.goto(tracker.address)
-        page.locator(".tools").get_by_role("button", name="Pick", exact=True).click()
+        press_tool(page, "Pick")
         page.evaluate("""new MutationObserver((changes, observer) => {
             const field = document.querySelector("[aria-label='effector is from now on']");
             if (!field) return;
@@ -704,7 +726,7 @@ def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, fi
         index = before + 3
         page.get_by_text(f"frame {index} of").wait_for()
 
-        page.locator(".tools").get_by_role("button", name="Pick", exact=True).click()
+        press_tool(page, "Pick")
         place = page.locator(".picture img").bounding_box()
         u, v = 80 + 4 * index, 240
         page.mouse.click(
@@ -803,7 +825,7 @@ def test_a_lost_marker_has_its_reason_a_pick_mends_it_and_ctrl_c_ends_it_all(bro
         page = context.new_page()
         page.goto(tracker.address)
         page.get_by_text("effector lost: nothing of this colour. Bring it into").wait_for()
-        page.locator(".tools").get_by_role("button", name="Pick", exact=True).click()
+        press_tool(page, "Pick")
         box = page.locator(".picture img").bounding_box()
         u, v = Scene(read_arm(find_arm("planar")), read_scene("")).truth((0.0, 0.0))["effector"]
         page.mouse.click(box["x"] + u * box["width"] / 640, box["y"] + v * box["height"] / 480)
