@@ -10,10 +10,12 @@ import tempfile
 import time
 from collections.abc import Callable
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from laptop.cli.options import ON_THE_BRICK
 from laptop.simulator import measured_brick, session
@@ -132,6 +134,7 @@ def simulate(
 
     try:
         arm = read_arm(find_arm(arm_file))
+        _check_arm_of_script(arm_file, script, args)
         read_plant(plant_text)
         measured = (
             None if constants_file is None else measured_brick.read_constants(constants_file, arm)
@@ -177,6 +180,25 @@ def simulate(
         why = "" if to_see else "; the arm has not moved, so there is no picture"
         click.echo(f"{out}/trace.csv, summary.json{why}")
     sys.exit(run.outcome.status)
+
+
+def _check_arm_of_script(arm_file: str, script: str, args: tuple[str, ...]) -> None:
+    """Refuse an arm told to the script alone: it would find no zero of that arm on the brick."""
+    source = click.get_current_context().get_parameter_source("arm_file")
+    apart = [following for word, following in pairwise(args) if word == "--arm"]
+    told = apart + [word[len("--arm=") :] for word in args if word.startswith("--arm=")]
+    if source is ParameterSource.COMMANDLINE or not told:
+        return
+    other = told[-1]
+    try:
+        same = find_arm(other) == find_arm(arm_file)
+    except ArmError:
+        return  # the script's own affair
+    if not same:
+        raise session.InvalidSimulationOption(
+            f"--arm {other} stands after {script} and tells that script alone, but the emulated "
+            f"brick carries {arm_file}: put --arm {other} before {script}"
+        )
 
 
 def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:

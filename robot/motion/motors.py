@@ -71,7 +71,8 @@ class JointMotor(object):
                     name,
                     "found {}: check the cable or the arm file".format(", ".join(found))
                     if found
-                    else "no motor found at all: check the cables, or run this on the brick",
+                    else "no motor found at all: check the cables, or run this on the brick or, "
+                    "emulated, by python -m laptop simulate",
                 )
             ) from None
         self._per_radian = direction * gear * self._motor.count_per_rot / (2 * math.pi)

@@ -63,7 +63,7 @@ class Zero(object):
                 raise ValueError("not a number of counts")
         except FileNotFoundError:
             raise NotHomed(
-                "the {} arm has not been homed, so its zero is unknown{}".format(self.name, advice)
+                "the arm {} has not been homed, so its zero is unknown{}".format(self.name, advice)
             ) from None
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             raise NotHomed(

@@ -422,6 +422,22 @@ def test_a_bad_order_is_refused_in_one_line(simulate, script, words, says):
     assert not result.out.exists() or os.listdir(result.out) == []
 
 
+@pytest.mark.parametrize("words", [["--arm", "{}"], ["--arm={}"]], ids=["apart", "in one"])
+def test_an_arm_told_to_the_script_alone_is_not_the_one_on_the_brick(
+    simulate, script, tmp_path, words
+):
+    mine = tmp_path / "my own.ini"
+    mine.write_text((ROOT / "shared/arms/geared.ini").read_text())
+    words = [word.format(mine) for word in words]
+    refused = simulate(script("print('it ran')"), *words)
+    assert refused.exit_code == 1
+    assert "it ran" not in refused.output
+    assert in_one_line(refused.output, "carries planar", f"--arm {mine} before")
+    assert simulate("--arm", "planar", script("print('it ran')"), *words).exit_code == 0
+    assert simulate(script("print('it ran')"), "--arm", "planar").exit_code == 0
+    assert simulate(script("print('it ran')"), "--arm", "left").exit_code == 0, "none of ours"
+
+
 def test_a_fault_at_a_port_without_a_motor(simulate, script, tmp_path):
     arm = tmp_path / "penless.ini"
     text = (ROOT / "shared/arms/planar.ini").read_text()
