@@ -113,8 +113,8 @@ class ModelMotor(JointMotor):
                 push -= math.copysign(friction, self._turns)
             else:
                 push = math.copysign(max(0.0, abs(push) - friction), push)
-            lag = min(1.0, seconds / 10 / follower._lag)
-            self._turns += (follower._share * push - self._turns) * lag
+            lag = min(1.0, seconds / 10 / follower.model.lag)
+            self._turns += (follower.model.share * push - self._turns) * lag
             self.counted += self.in_counts(self._turns * seconds / 10)
 
 

@@ -34,7 +34,7 @@ class ArmMotors(object):
         self.pen = kind("pen", pen.port, pen.motor, 1.0, 1) if pen else None
         self._all = self.joints + ([self.pen] if pen else [])
         self.controllers = {
-            motor: JointController(joint.gear, gains[joint.motor])
+            motor: JointController(joint.gear, gains[joint.motor], joint.backlash)
             for motor, joint in zip(self.joints, description.joints)
         }
         if pen:

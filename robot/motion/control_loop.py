@@ -7,7 +7,8 @@ runs it does, and the motors' own dead-man.
 import gc
 import math
 
-from robot.motion.joint_controller import ALONG_WEIGHT, STIFFNESS
+from robot.motion.joint_controller import ALONG_WEIGHT
+from robot.motion.motor_model import STIFFNESS
 from robot.motion.motors import DEAD_MAN
 from robot.motion.online_trajectory import STOP
 from robot.motion.pace import HOPELESS_TICKS, MIN_PERIOD, Pace
@@ -167,6 +168,8 @@ class ControlLoop(object):
                 axis.controller.observe(read_at, low, high)
                 if low != axis.seen:
                     axis.seen, axis.stands_since = low, read_at
+                elif axis.controller.stall.stalled:
+                    raise self._astray(axis, axis.controller.stall.missing, read_at)
             before, now = now, read_at
             if delay != pace.delay:
                 delay = pace.delay

@@ -27,6 +27,9 @@ STOP_TIMEOUT = 60.0
 STANDSTILL_TIME = 0.16
 """A pushed joint that has not moved for this time stands at its stop, s."""
 
+MIN_STANDSTILL_TIME, STANDSTILL_COUNTS = 0.08, 6
+"""One that turned fast does so sooner: after the time of so many counts, but no less than this, s."""
+
 MAX_TOUCH_SPREAD = 3
 """Counts within which the touches of one stop must lie."""
 
@@ -138,15 +141,17 @@ def push(arm, motor, joint, sign, force):
     motor.disengage()
     motor.engage(PUSH_STIFFNESS)
     last, since = motor.bounds(), clock.now()
-    start, begun = last, since
+    start, begun, standstill = last, since, STANDSTILL_TIME
     while True:
         arm.motors.check_plugged_in()
         motor.drive(speed)
         clock.sleep(DEAD_MAN / 10)
         here, now = motor.bounds(), clock.now()
         if here != last:
-            last, since = here, now
-        elif now - since > STANDSTILL_TIME:
+            per_count = (now - since) * motor.resolution / abs(here[0] - last[0])
+            standstill = max(MIN_STANDSTILL_TIME, STANDSTILL_COUNTS * per_count)
+            last, since, standstill = here, now, min(standstill, STANDSTILL_TIME)
+        elif now - since > standstill:
             motor.hold()
             motor.disengage()
             return motor.zero + motor.in_counts(sum(here) / 2)

@@ -15,10 +15,8 @@ joint.
 
 import math
 
+from robot.motion.motor_model import MotorModel, StallDetector
 from shared.record import record
-
-STIFFNESS = 0.1
-"""The push with which the motor's driver answers a difference of speeds, % per deg/s."""
 
 LEAD = 0.035
 """Speed and acceleration are fed forward so much early, s."""
@@ -34,7 +32,7 @@ Gains = record(
     "Gains",
     "speed_per_duty lag torque_per_duty friction position velocity "
     "observe_position observe_velocity learn_push learn_friction deadband "
-    "turning moving most_error",
+    "turning moving most_error most_missing",
 )
 """Tuned on emulated plants (see README: which seeds); motor's degrees and percent of duty.
 
@@ -50,6 +48,7 @@ learn_friction      % per deg s: the same for the friction
 deadband            deg: surprise below this corrects nothing
 turning, moving     deg/s: below these speeds, wanted and seen, friction fades with speed
 most_error          deg: the feedback acts on no larger error, so that a blind joint does not race
+most_missing        deg: what should have turned so much further, at least, is blocked or blind
 """
 
 _LARGE = Gains(
@@ -67,6 +66,7 @@ _LARGE = Gains(
     turning=1.3,
     moving=3.7,
     most_error=1.8,
+    most_missing=2.0,
 )
 
 GAINS = {
@@ -79,6 +79,7 @@ GAINS = {
         position=8.0,
         velocity=0.1,
         most_error=5.0,
+        most_missing=10.0,
     ),
 }
 """By kind of motor.  The medium one moves the pen, is faster, and so takes only a softer hand."""
@@ -88,6 +89,10 @@ FRICTION_FORGETTING = 0.145
 
 FRICTION_BOUNDS, MAX_PUSH = (3.0, 20.0), 8.0
 """Bounds of what is learned, % of duty: in steady motion the two cannot be told apart."""
+
+SILENT_RESERVE = 2.0
+"""While no counts come a joint is pushed by so much more than it may need, % of duty, and no more:
+where its encoder is dead, nothing else keeps it from racing."""
 
 MAX_LEARNING_INTERVAL = 0.06
 """After a longer time without a reading no more is learned from the next one than after this, s."""
@@ -99,29 +104,26 @@ class JointController(object):
     Args:
         gear: motor turns per joint turn; the gains count at the motor.
         gains: Gains of its kind of motor.
+        backlash: rad.
 
     Attributes:
         angle, speed: as observed, rad and rad/s; None until the first reading.
         full_error: from an error of so much on the hand is as firm as it gets, rad: the softer it
             is, the later.
+        model, stall: MotorModel and StallDetector.
         delay: s; from a reading to the middle of the time for which the command acts that it leads
             to.  The later that is, the softer the hand, and the more does speed count.
     """
 
-    def __init__(self, gear, gains):
-        loop = STIFFNESS * gains.speed_per_duty
-        self._share = loop / (1 + loop)
-        self._lag = gains.lag / (1 + loop)
+    def __init__(self, gear, gains, backlash=0.0):
+        self.model = model = MotorModel(gear, gains)
+        degree, per_duty = model.degree, model.per_duty
         # From the motor's degrees and percent of duty to rad and rad/s of set-point at the joint.
-        degree = math.radians(1) / gear
-        per_duty = degree / STIFFNESS
         per_degree = per_duty / degree
-        self._degree = degree
         self._turning_at = gains.turning * degree
         self._gains = gains.position * per_degree, gains.velocity * per_degree
         self._hand = gains.most_error * degree * gains.position * per_degree
         self._friction = gains.friction * per_duty
-        self._model = self._share, self._lag, degree, gains.moving * degree
         self._observer = (
             gains.deadband * degree,
             gains.observe_position,
@@ -134,6 +136,8 @@ class JointController(object):
         self._least, self._most = (duty * per_duty for duty in FRICTION_BOUNDS)
         self._per_newton_metre = per_duty / gains.torque_per_duty / gear
         self._push = self._weight = self._turning = self._w = 0.0
+        self.stall = StallDetector(model, self._friction, backlash, gains.most_missing * degree)
+        self._reserve = SILENT_RESERVE * per_duty
         self._t = None
         self.angle = None
         self.speed = 0.0
@@ -159,39 +163,13 @@ class JointController(object):
         middle = 0.5 * (low + high)
         if self._t is None:
             self._t, self.angle, self.speed, self._push = t, middle, 0.0, 0.0
+            self.stall.begin(low, middle)
             return
         dt = t - self._t
         self._t = t
-        friction, speed = self._friction, self.speed
-        # Predict.
-        share, lag, crawling, moving = self._model
+        friction = self._friction
         push = self._w - self._push - self._weight
-        if -crawling <= speed <= crawling:
-            against = push if -friction < push < friction else math.copysign(friction, push)
-        elif -moving < speed < moving:
-            against = friction * speed / moving
-        else:
-            against = math.copysign(friction, speed)
-        final = share * (push - against)
-        left = math.exp(-dt / lag)
-        angle = self.angle
-        then = final + (speed - final) * left
-        if then * speed < 0.0:
-            # It comes to rest on the way; from there on friction acts the other way round.
-            stops = lag * math.log((speed - final) / -final)
-            angle += final * stops + speed * lag
-            speed = 0.0
-            dt_left = dt - stops
-            left = math.exp(-dt_left / lag)
-            over = (
-                push - friction if push > friction else push + friction if push < -friction else 0.0
-            )
-            final = share * over
-            then = final * (1.0 - left)
-            angle += final * dt_left - then * lag
-        else:
-            angle += final * dt + (speed - then) * lag
-        speed = then
+        angle, speed = self.model.after(dt, self.angle, self.speed, push, friction)
         # Correct.
         if dt > MAX_LEARNING_INTERVAL:
             dt = MAX_LEARNING_INTERVAL
@@ -216,6 +194,7 @@ class JointController(object):
             friction = self._least
         elif friction > self._most:
             friction = self._most
+        self.stall.take(dt, low, high, angle, speed, push, friction)
         self._friction = friction
         self.speed = speed
         self.angle = low if angle < low else high if angle > high else angle
@@ -249,12 +228,18 @@ class JointController(object):
             error = most
         elif error < -most:
             error = -most
-        self._w = w = (
-            (speed + acceleration * self._lag) / self._share
-            + self._friction * turning
-            + self._push
-            + self._weight
+        model, stall = self.model, self.stall
+        push = (
+            (speed + acceleration * model.lag) / model.share
             + self._position * error
             + self._velocity * (speed - self.speed)
         )
+        if stall.silent:
+            # The driver sees no speed: what keeps the motor at `speed` is a smaller push.
+            most = (speed if speed > 0.0 else -speed) / model.loop + stall.doubt + self._reserve
+            if push > most:
+                push = most
+            elif push < -most:
+                push = -most
+        self._w = w = push + self._friction * turning + self._push + self._weight
         return w

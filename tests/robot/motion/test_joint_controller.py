@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from robot.motion.joint_controller import GAINS, LEAD, STIFFNESS, JointController
+from robot.motion.joint_controller import GAINS, LEAD, JointController
+from robot.motion.motor_model import STIFFNESS
 
 TICK = 0.02
 SPEED_PER_DUTY, LAG = 9.1, 0.096  # deg/s per %, s: an EV3 large motor at 8 V, roughly
@@ -220,9 +221,9 @@ def test_a_weight_is_carried_through_the_gear(gear):
 
 
 def test_a_softer_hand_is_as_firm_as_it_gets_from_a_greater_error_on():
-    one = JointController(1.0, GAINS["large"])
     firm = []
     for delay in (0.01, 0.05):
+        one = JointController(1.0, GAINS["large"])
         one.delay = delay
         one.observe(0.0, 0.0, 0.0)
         firm.append(one.full_error)

@@ -15,6 +15,8 @@ from robot.motion.control_loop import (
     Stalled,
     TooSlow,
 )
+from robot.motion.joint_controller import GAINS
+from robot.motion.motor_model import MotorModel, StallDetector
 from robot.motion.online_trajectory import STOP
 from robot.motion.pace import AVERAGED_TICKS, MAX_PERIOD, MIN_PERIOD, Pace
 
@@ -123,6 +125,7 @@ class Lagging:
 
     name, port, resolution, angle, speed, full_error = "elbow", "B", 0.001, 0.0, 0.0, 1.0
     weight = 0.0
+    stall = StallDetector(MotorModel(1.0, GAINS["large"]), 1.0, 0.0, math.inf)
 
     def __init__(self, clock, behind, stops=math.inf):
         self._clock, self._behind, self._stops = clock, behind, stops
