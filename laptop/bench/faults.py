@@ -12,20 +12,20 @@ import contextlib
 import io
 import math
 import random
-import statistics
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from laptop.bench import workers
 from laptop.bench.draw import random_line
-from laptop.bench.servo_setups import PinholeCameras, PinholeCamera, apart
+from laptop.bench.servo_setups import PinholeCamera, PinholeCameras, apart
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.plant_constants import CPU, read_plant
 from laptop.simulator.scene.scene_constants import read_scene
-from laptop.simulator.session import Fault, run as run_session
+from laptop.simulator.session import Fault
+from laptop.simulator.session import run as run_session
 from laptop.simulator.virtual_tracker import VirtualTracker
 from robot import driver, visual_servoing
 from robot.motion import kinematics, paths, trajectory
@@ -122,7 +122,7 @@ class Motion:
     """What truly happened in one run: angles and speeds of links every 5 ms, counts at ports."""
 
     def __init__(self) -> None:
-        self.counted: dict[str, list[float]] = defaultdict(list)
+        self.counted: dict[str, list[tuple[float, int]]] = defaultdict(list)
         self.brick: EmulatedBrick | None = None
         self._before: dict[str, int] = {}
 
@@ -130,6 +130,7 @@ class Motion:
         """Note when each encoder counts from now on."""
         self.brick = brick
         self._before = {port: motor.position for port, motor in brick.motors.items()}
+        self.counted.update({port: [(0.0, counts)] for port, counts in self._before.items()})
         brick.world.bodies.append(self._note)
 
     def _note(self, t: float) -> None:
@@ -137,7 +138,7 @@ class Motion:
         for port, motor in self.brick.motors.items():
             if motor.position != self._before[port]:
                 self._before[port] = motor.position
-                self.counted[port].append(t)
+                self.counted[port].append((t, motor.position))
 
     def finish(self) -> None:
         """Work out angles (deg) and speeds (deg/s) from the brick's record."""
@@ -157,6 +158,13 @@ class Motion:
         """Samples between two times, at least one."""
         first = min(bisect.bisect_left(self.t, begin), len(self.t) - 1)
         return slice(first, max(bisect.bisect_right(self.t, end), first + 1))
+
+    def counts_twice(self, port: str, t: float) -> float | None:
+        """When the encoder at a port has counted twice from time `t` on, s; None if never."""
+        counted = self.counted[port]
+        now = bisect.bisect_right(counted, (t, math.inf))
+        before = counted[now - 1][1]
+        return next((then for then, counts in counted[now:] if abs(counts - before) >= 2), None)
 
     def rests_from(self) -> float:
         """Time of the last motion."""
@@ -286,9 +294,7 @@ def judge(
 ) -> FaultResult:
     """Compare a disturbed run with the undisturbed one."""
     arm = read_arm(find_arm(it.arm))
-    counts = healthy.counted[fault.what]
-    second = bisect.bisect_right(counts, fault.t) + 1
-    due = counts[second] if second < len(counts) else None
+    due = healthy.counts_twice(fault.what, fault.t)
     rest = motion.rests_from()
     planned = healthy.between(fault.t - PLAN_TIME, max(rest, fault.t) + PLAN_TIME)
     after = motion.between(fault.t, math.inf)

@@ -28,7 +28,7 @@ STANDSTILL_TIME = 0.16
 """A pushed joint that has not moved for this time stands at its stop, s."""
 
 MIN_STANDSTILL_TIME, STANDSTILL_COUNTS = 0.08, 6
-"""One that turned fast does so sooner: after the time of so many counts, but no less than this, s."""
+"""One that turned fast does so sooner: after the time of so many counts, no less than this, s."""
 
 MAX_TOUCH_SPREAD = 3
 """Counts within which the touches of one stop must lie."""

@@ -90,7 +90,7 @@ FRICTION_FORGETTING = 0.145
 FRICTION_BOUNDS, MAX_PUSH = (3.0, 20.0), 8.0
 """Bounds of what is learned, % of duty: in steady motion the two cannot be told apart."""
 
-SILENT_RESERVE = 2.0
+SILENT_RESERVE = 4.0
 """While no counts come a joint is pushed by so much more than it may need, % of duty, and no more:
 where its encoder is dead, nothing else keeps it from racing."""
 
@@ -163,13 +163,13 @@ class JointController(object):
         middle = 0.5 * (low + high)
         if self._t is None:
             self._t, self.angle, self.speed, self._push = t, middle, 0.0, 0.0
-            self.stall.begin(low, middle)
+            self.stall.begin(low, middle, self._friction)
             return
         dt = t - self._t
         self._t = t
         friction = self._friction
-        push = self._w - self._push - self._weight
-        angle, speed = self.model.after(dt, self.angle, self.speed, push, friction)
+        push = self._w - self._weight
+        angle, speed = self.model.after(dt, self.angle, self.speed, push - self._push, friction)
         # Correct.
         if dt > MAX_LEARNING_INTERVAL:
             dt = MAX_LEARNING_INTERVAL
@@ -194,7 +194,7 @@ class JointController(object):
             friction = self._least
         elif friction > self._most:
             friction = self._most
-        self.stall.take(dt, low, high, angle, speed, push, friction)
+        self.stall.take(dt, low, high, angle, speed, push, friction, self._push)
         self._friction = friction
         self.speed = speed
         self.angle = low if angle < low else high if angle > high else angle
@@ -233,13 +233,15 @@ class JointController(object):
             (speed + acceleration * model.lag) / model.share
             + self._position * error
             + self._velocity * (speed - self.speed)
+            + self._friction * turning
+            + self._push
         )
         if stall.silent:
             # The driver sees no speed: what keeps the motor at `speed` is a smaller push.
-            most = (speed if speed > 0.0 else -speed) / model.loop + stall.doubt + self._reserve
-            if push > most:
-                push = most
-            elif push < -most:
-                push = -most
-        self._w = w = push + self._friction * turning + self._push + self._weight
+            most = (speed if speed > 0.0 else -speed) / model.loop + stall.friction + self._reserve
+            if push > stall.load + most:
+                push = stall.load + most
+            elif push < stall.load - most:
+                push = stall.load - most
+        self._w = w = push + self._weight
         return w

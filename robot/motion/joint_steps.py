@@ -7,6 +7,9 @@ from robot.motion.control_loop import Stalled
 STEP_SPEED, STEP_TICK = math.radians(100), 0.02
 """The speed of the report's joint steps, rad/s; and how often they are looked at, s."""
 
+STANDSTILL_TIME = 0.12
+"""A joint that is short of its target without a count for so long is blocked, or blind, s."""
+
 SETTLED_FOR, SETTLE_DEADLINE = 0.06, 0.4
 """A step has settled when it has been within a count for so long; it has so long for that, s."""
 
@@ -26,15 +29,25 @@ def go_and_settle(motors, q, q_before, clock, check):
     longest = max(abs(a - b) for a, b in zip(q, q_before)) / STEP_SPEED
     targets = [motor.go(angle, STEP_SPEED) for motor, angle in zip(motors, q)]
     deadline = clock.now() + longest + SETTLE_DEADLINE
-    settled = None
+    settled, before = None, [None] * len(motors)
+    counted_at = [0.0] * len(motors)
     check()
     while settled is None or clock.now() - settled < SETTLED_FOR:
         off = [motor.counts() - target for motor, target in zip(motors, targets)]
+        for k, counts in enumerate(off):
+            if counts != before[k]:
+                before[k], counted_at[k] = counts, clock.now()
+            elif abs(counts) > 1 and clock.now() - counted_at[k] > STANDSTILL_TIME:
+                raise _stalled(motors[k], counts)
         if all(abs(counts) <= 1 for counts in off):
             settled = clock.now() if settled is None else settled
         else:
             settled = None
             if clock.now() > deadline:
                 worst = max(range(len(off)), key=lambda k: abs(off[k]))
-                raise Stalled(motors[worst], "{:.0f} counts are missing".format(abs(off[worst])))
+                raise _stalled(motors[worst], off[worst])
         clock.sleep(STEP_TICK)
+
+
+def _stalled(motor, counts):
+    return Stalled(motor, "{:.0f} counts are missing".format(abs(counts)))

@@ -84,7 +84,8 @@ class StallDetector(object):
         stalled: whether that is so.
         missing: how far past what the encoder admits it should be, rad.
         silent: whether the last reading brought no count.
-        doubt: how much more friction there may be than is known, rad/s of set-point.
+        friction: how great it may be, rad/s of set-point; `load`: what else was known to push then.
+            Of what the observer learns while no counts come, neither takes anything in.
     """
 
     def __init__(self, model, friction, backlash, most_missing):
@@ -92,24 +93,31 @@ class StallDetector(object):
         self._doubts = FRICTION_DOUBT * friction, STANDING_DOUBT * friction
         self._taken_up = TAKEN_UP_COUNTS * model.degree + TAKEN_UP_SHARE * backlash
         self._most = most_missing
-        self.begin(0.0, 0.0)
+        self.begin(0.0, 0.0, friction)
 
-    def begin(self, low, angle):
-        """The joint stands at `angle`, of which the encoder tells that it is above `low`, rad."""
+    def begin(self, low, angle, friction):
+        """Begin with a joint that stands.
+
+        Args:
+            low: angle that it is above by its encoder, rad.
+            angle: where it is taken to be, rad.
+            friction: as known, rad/s of set-point.
+        """
         self._low, self._angle, self._speed = low, angle, 0.0
         self._way, self._turned_at, self._slack = 0.0, low, 0.0
-        self.doubt = self._doubts[1]
+        self.friction, self.load = friction + self._doubts[1], 0.0
         self.missing = 0.0
         self.silent = self.stalled = False
 
-    def take(self, dt, low, high, angle, speed, push, friction):
+    def take(self, dt, low, high, angle, speed, push, friction, load):
         """Take in a reading.
 
         Args:
             dt: since the last one, s.
             low, high: between which angles the joint is by it, rad.
             angle, speed: as observed, rad and rad/s.
-            push, friction: since the last reading, rad/s of set-point.
+            push: since the last reading, the weight aside, rad/s of set-point.
+            friction, load: as now known, rad/s of set-point.
         """
         before = self._low
         if low != before:
@@ -117,14 +125,14 @@ class StallDetector(object):
                 self._way, self._turned_at = low - before, before
             self._low, self._angle, self._speed = low, angle, speed
             self._slack = STOPPING_TIME * (speed if speed > 0.0 else -speed)
-            self.doubt = self._doubts[-self._taken_up < low - self._turned_at < self._taken_up]
+            doubt = self._doubts[-self._taken_up < low - self._turned_at < self._taken_up]
+            self.friction, self.load = friction + doubt, load
             self.silent = self.stalled = False
             return
         self.silent = True
-        angle, self._speed = self._model.after(
-            dt, self._angle, self._speed, push, friction + self.doubt
+        self._angle, self._speed = angle, _ = self._model.after(
+            dt, self._angle, self._speed, push - self.load, self.friction
         )
-        self._angle = angle
         past = angle - high if angle > high else low - angle
         self.missing = missing = past - self._slack
         self.stalled = missing > self._most
