@@ -4,7 +4,8 @@
 a header in JSON, then a line `t q1 q2 ... pen` (s of the world, rad, 0 or 1) per 5 ms in which
 something moved, and at least two a second.  It only grows, so that a camera that comes late gets
 all the ink; the ink of runs that it has seen stays on its paper.  The writer keeps it locked: that
-is how others know that it lives.
+is how others know that it lives.  Of two runs cameras see the one that drove its motors last; one
+that only looks, or is refused because the other may move, leaves the other in sight.
 """
 
 import bisect
@@ -132,6 +133,7 @@ class PoseWriter(object):
         self._taken = 0
         self._last = None
         self._skipped = None
+        self._next_look = -math.inf
 
     def advance(self, t):
         """Write what the brick's record has gained by world time t, s."""
@@ -139,6 +141,8 @@ class PoseWriter(object):
             return
         try:
             if self._file is None:
+                if not self._is_to_be_seen(t):
+                    return
                 self._open()
             lines = self._news()
             if lines:
@@ -154,6 +158,19 @@ class PoseWriter(object):
     def close(self):
         """End the file: cameras that follow know it, later ones find nothing."""
         self._drop()
+
+    def _is_to_be_seen(self, t):
+        """Return True if it drives a motor, or the cameras see no other run that lives."""
+        if self._brick.driven():
+            return True
+        if t < self._next_look:
+            return False
+        self._next_look = t + HEARTBEAT_PERIOD
+        try:
+            with open(self.path, "rb") as other:
+                return not _is_locked(other)
+        except FileNotFoundError:
+            return True
 
     def _open(self):
         world = self._brick.world

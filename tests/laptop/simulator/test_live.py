@@ -193,6 +193,7 @@ def test_the_paper_stays_from_run_to_run_but_not_for_another_arm(run, tmp_path):
     follower = run.follower()
     drawn = follower.at(run.zero + 1e6).ink
     assert length(drawn) > 10
+    run.publisher.close()
     for arm, paper in (("planar", drawn), ("geared", [])):
         newer = Run(tmp_path, arm + ".py", arm)
         follower.poll()
@@ -205,12 +206,27 @@ def test_a_newer_run_is_followed_and_the_older_one_leaves_it_alone(run, tmp_path
     run.draw((10, 0), (5, 10))
     follower = run.follower()
     newer = Run(tmp_path, "newer.py")
+    newer.draw((10, 0), (5, 10))
     follower.poll()
     assert follower.header["script"] == "newer.py"
     run.publisher.close()
     follower.poll()
     assert follower.alive
     assert os.path.exists(newer.publisher.path)
+    newer.publisher.close()
+
+
+def test_a_newer_run_that_only_looks_leaves_the_older_one_in_sight(run, tmp_path):
+    run.draw((10, 0), (5, 10))
+    follower = run.follower()
+    newer = Run(tmp_path, "looks.py")
+    newer.rig.world.sleep(2.0)
+    follower.poll()
+    assert (follower.header["script"], follower.alive) == ("drawing.py", True)
+    run.publisher.close()
+    newer.rig.world.sleep(1.0)
+    follower.poll()
+    assert follower.header["script"] == "looks.py", "nobody else is there any more"
     newer.publisher.close()
 
 
