@@ -268,7 +268,7 @@ def park_on_file(arm, q, folder):
     turns = {j.port: -a * j.gear * j.direction for j, a in zip(arm.joints, q)}
     if arm.pen:
         turns[arm.pen.port] = -arm.pen.up
-    state = Zero(arm.name, folder)
+    state = Zero(arm, folder)
     state.save({p: math.degrees(turn) for p, turn in turns.items()}, dict.fromkeys(turns, 0))
     return state
 

@@ -65,7 +65,7 @@ class RobotArm(object):
     ):  # fmt: skip
         self.description = description
         self.clock = clock
-        self.zero = zero or Zero(description.name)
+        self.zero = zero or Zero(description)
         self.motors = motors or ArmMotors(description, clock, gains, say)
         self.joints, self.pen = self.motors.joints, self.motors.pen
         self._plan = None

@@ -61,7 +61,7 @@ class ArmMotors(object):
             zero: robot.motion.zero.Zero.
 
         Raises:
-            NotHomed: there are none, or the encoders contradict them.
+            NotHomed: there are none, or the encoders or the arm contradict them.
             BrickInUse: so it is because another program is moving the motors.
         """
         try:
@@ -71,6 +71,8 @@ class ArmMotors(object):
             raise
         for motor in self._all:
             motor.zero = zeros[motor.port]
+        pen = self.pen and self.pen.angle()
+        zero.check_angles([motor.angle() for motor in self.joints], pen)
 
     def speeds(self):
         """The joints' speeds as observed, rad/s."""
