@@ -13,14 +13,14 @@ MAX_SIZE = 65536
 """Greatest size of such a file, bytes; they have some hundred."""
 
 KINDS = (
-    (stat.S_ISDIR, "it is a folder"),
-    (stat.S_ISFIFO, "it is a pipe"),
-    (stat.S_ISSOCK, "it is a socket"),
+    (stat.S_ISDIR, "is a folder"),
+    (stat.S_ISFIFO, "is a pipe"),
+    (stat.S_ISSOCK, "is a socket"),
 )
 
 
 class SpoiltFile(ValueError):
-    """The file is not what it should be; the message has the words after its name."""
+    """The file is not what it should be; the message says it, to stand behind its name."""
 
 
 def open_file(path):
@@ -40,24 +40,27 @@ def open_file(path):
     return descriptor
 
 
-def open_to_write(path):
-    """Make a file, or empty the one that is there, never waiting; its descriptor.
+def open_to_write(path, how=os.O_TRUNC):
+    """Make a file, or take the one that is there, never waiting; its descriptor.
+
+    Args:
+        how: os.O_TRUNC empties it, os.O_APPEND keeps what it has.
 
     Raises:
         OSError: it cannot be written, or it is a pipe that nobody reads.
     """
-    flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_NONBLOCK", 0)
+    flags = os.O_WRONLY | os.O_CREAT | how | getattr(os, "O_NONBLOCK", 0)
     return os.open(path, flags, 0o666)
 
 
 def _check_regular(found):
     if not stat.S_ISREG(found.st_mode):
         words = [words for is_kind, words in KINDS if is_kind(found.st_mode)]
-        raise SpoiltFile("{}, not a file".format((words or ["it is a device"])[0]))
+        raise SpoiltFile("{}, not a file".format((words or ["is a device"])[0]))
 
 
 def read_text(path, most=MAX_SIZE, encoding="utf-8"):
-    """The text in a file.
+    """The text in a file, its lines ended by a newline.
 
     Args:
         most: bytes; a longer one is none of ours.
@@ -68,11 +71,11 @@ def read_text(path, most=MAX_SIZE, encoding="utf-8"):
     with open(open_file(path), "rb") as file:
         data = file.read(most + 1)
     if len(data) > most:
-        raise SpoiltFile("it has more than {} bytes".format(most))
+        raise SpoiltFile("has more than {} bytes".format(most))
     try:
-        return data.decode(encoding)
+        return data.decode(encoding).replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError:
-        raise SpoiltFile("it is not a text") from None
+        raise SpoiltFile("is not a text file (UTF-8)") from None
 
 
 def read_json(path):
@@ -95,9 +98,9 @@ def parse_json(text):
     try:
         value = json.loads(text, parse_constant=_refuse)
     except (ValueError, RecursionError):
-        raise SpoiltFile("it is no JSON") from None
+        raise SpoiltFile("is no JSON") from None
     if not isinstance(value, dict):
-        raise SpoiltFile("it holds no JSON object")
+        raise SpoiltFile("holds no JSON object")
     return value
 
 
@@ -116,5 +119,5 @@ def number(value):
     except OverflowError:  # of hundreds of digits
         result = math.nan
     if not math.isfinite(result):
-        raise SpoiltFile("something in it is not a number that can be")
+        raise SpoiltFile("has something else where a number should be")
     return result

@@ -28,6 +28,9 @@
                                                                             the arm; empty
     emulated-brick/   track: its own brick         people                   what that brick said
 
+Those that are read are read by shared.small_files: a regular file of a sensible size, and any error
+in it is a sentence.
+
 Between two processes that one starts, standard output and exit status do the rest: see
 laptop.tracking.announcements.
 """

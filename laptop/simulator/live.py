@@ -19,6 +19,7 @@ from collections import namedtuple
 
 from robot.motion import kinematics
 from shared.arm_description import ArmError, read_arm
+from shared.small_files import SpoiltFile, number, open_file, parse_json
 from shared.state import LIVE_FILE as FILE
 from shared.state import state_folder
 
@@ -167,9 +168,9 @@ class PoseWriter(object):
             return False
         self._next_look = t + HEARTBEAT_PERIOD
         try:
-            with open(self.path, "rb") as other:
+            with open(open_file(self.path), "rb") as other:
                 return not _is_locked(other)
-        except FileNotFoundError:
+        except (FileNotFoundError, SpoiltFile):
             return True
 
     def _open(self):
@@ -297,8 +298,11 @@ class PoseReader(object):
             identity = there.st_dev, there.st_ino, there.st_mtime
             if identity == self._refused:
                 return
-            file = open(self.path, "rb", buffering=0)  # noqa: SIM115 (it is read on and on)
+            file = open(open_file(self.path), "rb", buffering=0)  # noqa: SIM115 (read on and on)
         except FileNotFoundError:
+            return
+        except SpoiltFile as error:
+            self.refused = "{} is not followed: {}".format(self.path, error)
             return
         except OSError as error:
             self.refused = "{}: {}".format(self.path, error.strerror)
@@ -341,17 +345,15 @@ def _start(file):
     if not _is_locked(file):
         raise ValueError("its program is gone")
     line, _, rest = file.read().partition(b"\n")
-    header = json.loads(line.decode("utf-8"))
+    header = parse_json(line.decode("utf-8"))
     if header["version"] != VERSION:
         raise ValueError("it is of version {}, not {}".format(header["version"], VERSION))
     header = {
         "arm": str(header["arm"]),
-        "pid": int(header["pid"]),
+        "pid": int(number(header["pid"])),
         "script": str(header["script"]),
-        "zero": float(header["zero"]),
+        "zero": number(header["zero"]),
     }
-    if not math.isfinite(header["zero"]):
-        raise ValueError("its clock is wrong")
     return header, read_arm(header["arm"]), rest
 
 

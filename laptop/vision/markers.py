@@ -19,6 +19,7 @@ import cv2
 import numpy as np
 
 from shared.arm_description import ArmError
+from shared.small_files import SpoiltFile, open_to_write, read_text
 
 KINDS = ("disc", "ball", "aruco")
 ARUCO_IDS = 50
@@ -168,13 +169,17 @@ def read_markers(file: str | Path) -> dict[str, Marker]:
     """
     parser = _parser()
     try:
-        parser.read_string(Path(file).read_text(encoding="utf-8"))
+        parser.read_string(read_text(file))
     except (configparser.DuplicateSectionError, configparser.DuplicateOptionError) as error:
         what = textwrap.shorten(" ".join([f"[{error.args[0]}]", *error.args[1:-2]]), 60)
         raise BadMarker(
             f"{file}: {what} is there twice (line {error.lineno}); correct or remove it"
         ) from None
-    except (configparser.Error, UnicodeError) as error:
+    except SpoiltFile as error:
+        raise BadMarker(
+            f"{file}: this is not a markers file ({error}); correct or remove it"
+        ) from None
+    except configparser.Error as error:
         line = f" (see line {error.lineno})" if hasattr(error, "lineno") else ""
         raise BadMarker(f"{file}: this is not a markers file{line}; correct or remove it") from None
     except OSError as error:
@@ -250,7 +255,7 @@ def write_markers(file: str | Path, markers: Mapping[str, Marker]) -> None:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         try:
-            with draft.open("w", encoding="utf-8") as out:
+            with open(open_to_write(draft), "w", encoding="utf-8") as out:
                 out.write(_FILE_HEADER)
                 parser.write(out)
             draft.replace(target)

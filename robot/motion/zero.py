@@ -96,7 +96,7 @@ class Zero(object):
                 for values in (state["zero"], state["parked"])
             )
             if not zero:
-                raise SpoiltFile("it has no zero")
+                raise SpoiltFile("has no zero")
         except FileNotFoundError:
             raise NotHomed(
                 "the arm {} has not been homed, so its zero is unknown{}".format(
@@ -104,11 +104,11 @@ class Zero(object):
                 )
             ) from None
         except OSError as error:
-            raise self._not_read(error.strerror) from None
+            raise self._not_read("cannot be read ({})".format(error.strerror)) from None
         except SpoiltFile as error:
             raise self._not_read(error) from None
         except (KeyError, TypeError):
-            raise self._not_read("something in it is missing") from None
+            raise self._not_read("lacks something") from None
         if not parked:
             raise NotHomed(
                 "the last program ended without parking the arm, its zero is in doubt" + ADVICE
@@ -139,9 +139,9 @@ class Zero(object):
         then, now = state["arm"], meaning(self._arm)
         plain = (str, int, float, type(None))
         if not isinstance(then, dict) or any(type(value) not in plain for value in then.values()):
-            raise SpoiltFile("the arm's numbers in it are none")
+            raise SpoiltFile("has something else where the arm's numbers should be")
         if not isinstance(state["file"], str):
-            raise SpoiltFile("the arm's file in it is no name")
+            raise SpoiltFile("has something else where the arm's file should be")
         for key in sorted(set(then) | set(now)):
             if then.get(key) != now.get(key):
                 told = [ascii(key)[1:-1][:40], _shown(then.get(key)), _shown(now.get(key))]
@@ -157,9 +157,7 @@ class Zero(object):
                 )
 
     def _not_read(self, why):
-        return NotHomed(
-            "{} cannot be used ({}), so the zero is unknown{}".format(self.file, why, ADVICE)
-        )
+        return NotHomed("{} {}, so the zero is unknown{}".format(self.file, why, ADVICE))
 
     def check_angles(self, angles, pen=None):
         """Refuse a zero by which a joint stands where it cannot.

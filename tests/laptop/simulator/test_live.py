@@ -9,6 +9,7 @@ import sys
 import time
 
 import pytest
+from odd_files import ODD
 from rig import DRIVER, Rig
 from waiting import PATIENCE
 
@@ -291,9 +292,11 @@ def test_time_does_not_go_back(run):
     [
         ({"version": 99}, "version 99"),
         ({"arm": "/nowhere/at/all.ini"}, "no such arm file"),
-        ({"zero": float("nan")}, "clock"),
-        ({"zero": "soon"}, "soon"),
-        ({"pid": None}, "int"),
+        ({"zero": float("nan")}, "JSON"),
+        ({"zero": "soon"}, "number"),
+        ({"pid": None}, "number"),
+        ({"pid": True}, "number"),
+        ({"zero": 10**400}, "number"),
     ],
 )
 def test_a_header_that_is_wrong_is_refused_with_a_reason(run, change, word):
@@ -322,6 +325,23 @@ def test_a_file_that_is_something_else_is_refused(run, content):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
+@pytest.mark.parametrize("kind", sorted(ODD))
+def test_whatever_has_become_of_the_file_is_said_and_a_run_takes_its_place(tmp_path, kind):
+    path = str(tmp_path / FILE)
+    ODD[kind][0](path)
+    follower = PoseReader(str(tmp_path))
+    follower.poll()
+    assert follower.header is None
+    assert FILE in follower.refused
+    if kind == "folder":
+        return  # nothing can take its place
+    new = Run(tmp_path)
+    follower.poll()
+    assert (follower.header["script"], follower.refused) == ("drawing.py", "")
+    new.close()
+    follower.close()
+
+
 def test_a_full_disk_costs_the_live_picture_not_the_run(run, capsys):
     run.publisher._file.close()
     run.publisher._file = os.fdopen(os.open("/dev/full", os.O_WRONLY), "wb", 0)

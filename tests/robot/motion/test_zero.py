@@ -126,7 +126,7 @@ def test_a_file_that_makes_no_sense_is_not_believed(zero, changes):
     change(zero, **{key: lambda _, value=value: value for key, value in changes.items()})
     with pytest.raises(NotHomed) as error:
         zero.confirmed(PARKED)
-    assert refused(error, zero.file, "cannot be used", "driver.py home")
+    assert refused(error, zero.file, "so the zero is unknown", "driver.py home")
 
 
 @pytest.mark.parametrize(
@@ -163,7 +163,7 @@ def test_what_is_no_number_is_not_believed(zero, key, word):
         file.write(text)
     with pytest.raises(NotHomed) as error:
         zero.confirmed(PARKED)
-    assert refused(error, "cannot be used")
+    assert refused(error, zero.file)
 
 
 # Whose zero it is
