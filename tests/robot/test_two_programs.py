@@ -82,8 +82,7 @@ def test_an_order_that_makes_no_sense_takes_nothing_over(shell, other):
     assert other.poll() is None
 
 
-def test_the_death_of_a_program_frees_its_motors(tmp_path, monkeypatch, capsys):
-    shell = Shell(tmp_path, monkeypatch, capsys)
+def test_the_death_of_a_program_frees_its_motors(shell):
     killed = shell.run("line", "10,0", "5,10", kill_at=3.0)
     assert killed.status == 137
     assert shell.motion(0) > 5
@@ -99,17 +98,21 @@ from robot.api import Clock, RobotArm, find_arm, read_arm
 arm = RobotArm(read_arm(find_arm("planar")), Clock())
 arm.load_zero()
 try:
-    arm.go_to([0.5, 0.5])
+    {moves}
 finally:
     arm.park()
     print("the end")
 """
 
 
-def test_a_script_of_ones_own_need_not_know(shell, other, tmp_path, capsys):
+@pytest.mark.parametrize(
+    "moves",
+    ["arm.go_to([0.5, 0.5])", "arm.home(here=True)", "arm.step_to([0.1, 0.1])", "arm.move_pen(0.5)"],
+)
+def test_a_script_of_ones_own_need_not_know(shell, other, tmp_path, capsys, moves):
     before = shell.on_file()
     script = tmp_path / "own.py"
-    script.write_text(OWN.format(root=str(ROOT)))
+    script.write_text(OWN.format(root=str(ROOT), moves=moves))
     assert run_script(shell.brick, str(script)).status == 1
     out, err = capsys.readouterr()
     assert out == "the end\n"
