@@ -3,12 +3,6 @@
 The other program is a real process; what is refused runs as a whole program on an emulated brick.
 """
 
-import json
-import os
-import signal
-import subprocess
-import sys
-
 import pytest
 from lock_holder import NAME, LockHolders
 from places import ROBOT, ROOT
@@ -107,7 +101,12 @@ finally:
 
 @pytest.mark.parametrize(
     "moves",
-    ["arm.go_to([0.5, 0.5])", "arm.home(here=True)", "arm.step_to([0.1, 0.1])", "arm.move_pen(0.5)"],
+    [
+        "arm.go_to([0.5, 0.5])",
+        "arm.home(here=True)",
+        "arm.step_to([0.1, 0.1])",
+        "arm.move_pen(0.5)",
+    ],
 )
 def test_a_script_of_ones_own_need_not_know(shell, other, tmp_path, capsys, moves):
     before = shell.on_file()
@@ -134,60 +133,3 @@ def test_bench_and_servo_are_refused_likewise(shell, other, tmp_path, capsys):
         err = capsys.readouterr().err
         assert in_one_line(err, script + ": " + NAME, str(other.pid), "--take")
     assert stood(shell, before)
-
-
-# Two emulated programs in real time, which want the arm that the cameras see
-
-
-def simulated(out, *words):
-    return [sys.executable, "-m", "laptop", "simulate", "--realtime", "--no-picture", "--out",
-            str(out), str(ROBOT / "driver.py"), *words]  # fmt: skip
-
-
-LONG_LINE = ("--speed", "0.5", "line", "10,0", "5,10")
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("end", ["taken over", "killed"])
-def test_in_real_time_two_programs_share_one_brick(tmp_path, end):
-    environment = {**os.environ, "BRICKSERVO_STATE": str(tmp_path), "PYTHONUNBUFFERED": "1"}
-
-    def run(*words):
-        return subprocess.run(  # noqa: UP022 - `capture_output` came with 3.7
-            simulated(tmp_path / "second", *words),
-            cwd=str(ROOT),
-            env=environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            universal_newlines=True,  # noqa: UP021 - `text` came with 3.7
-            timeout=PATIENCE,
-        )
-
-    first = subprocess.Popen(
-        simulated(tmp_path / "first", *LONG_LINE), cwd=str(ROOT), env=environment,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
-    )  # fmt: skip
-    try:
-        assert first.stdout.readline().startswith("drawing 1 of 1")
-        refused = run("home")
-        assert refused.returncode == 1
-        assert in_one_line(refused.stderr, f"driver.py: driver.py (process {first.pid},", "--take")
-        assert run("where").returncode == 0
-        assert first.poll() is None
-        if end == "killed":
-            first.kill()
-            first.wait(PATIENCE)
-            taken = run("move", "12,6")
-        else:
-            taken = run("--take", "move", "12,6")
-        assert taken.returncode == 0, taken.stderr
-        out, err = first.communicate(timeout=PATIENCE)
-    finally:
-        first.kill()
-        first.communicate(timeout=PATIENCE)
-    if end == "taken over":
-        assert f"asking driver.py (process {first.pid}," in taken.stdout
-        assert first.returncode == 128 + signal.SIGTERM
-        assert "stopped by SIGTERM" in err
-        summary = json.loads((tmp_path / "first" / "summary.json").read_text())
-        assert not any(motor["driven"] for motor in summary["motors"].values())
