@@ -392,7 +392,7 @@ class RobotArm(object):
                 self.go_low()
         if not self._standing:
             self.stop()
-        self._engaged = False
         if self._homed:
             self.clock.sleep(0.1)
             self.zero.save(self.motors.zeros(), self.counts())
+        self._engaged = False  # only now: whoever is stopped meanwhile parks again
