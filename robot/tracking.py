@@ -5,7 +5,7 @@ import os
 import select
 import socket
 
-from robot.tracker_address import Memory, NotPaired, ServerAddress, shortened
+from robot.tracker_address import Memory, NotPaired, ServerAddress, remembered, shortened
 from shared import pairing
 from shared.link import FOREIGN, MAX_AGE, Link
 from shared.message_fields import one_line
@@ -290,7 +290,7 @@ class TrackingClient(object):
         self.lost_since = None
         self._pause = FIRST_PAUSE
         self._tell("linked to {}".format(self._place))
-        if self._memory.load() != self._tracker:
+        if remembered(self._memory) != self._tracker:
             try:
                 self._memory.save(self._tracker)
             except OSError as error:

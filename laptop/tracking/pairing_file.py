@@ -9,6 +9,7 @@ from pathlib import Path
 
 from shared import pairing
 from shared.arm_description import ArmError
+from shared.small_files import SpoiltFile, read_text
 from shared.state import PAIRING_FILE, state_folder
 
 
@@ -28,7 +29,7 @@ def pairing_code(folder: Path | None = None) -> str:
     file = (folder or Path(state_folder())) / PAIRING_FILE
     try:
         with contextlib.suppress(FileNotFoundError):
-            code = pairing.read_code(file.read_text(encoding="ascii"))
+            code = pairing.read_code(read_text(file))
             if file.stat().st_mode & 0o077:
                 file.chmod(0o600)
             return code
@@ -42,8 +43,12 @@ def pairing_code(folder: Path | None = None) -> str:
         except OSError:
             os.unlink(draft)
             raise
-    except (pairing.BadCode, UnicodeDecodeError):
+    except pairing.BadCode:
         raise BadPairing(f"{file} holds no pairing code; remove it for a new one") from None
+    except SpoiltFile as error:
+        raise BadPairing(
+            f"{file} holds no pairing code ({error}); remove it for a new one"
+        ) from None
     except OSError as error:
         raise BadPairing(
             f"cannot use {file}: {error.strerror}; "

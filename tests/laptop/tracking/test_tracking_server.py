@@ -13,6 +13,7 @@ import time
 import pytest
 import waiting
 from clocks import FakeClock
+from odd_files import ODD
 from waiting import PATIENCE
 
 from laptop.tracking import server as tracking_server
@@ -341,6 +342,23 @@ def test_a_second_brick_is_refused_and_told_who_is_served(server, brick, call, c
     assert received(client)["A"].seq == 1
 
 
+def test_all_that_is_ordered_goes_to_the_one_that_is_served(server, brick):
+    first, second = linked(brick()), brick()
+    until(lambda: "another program is connected" in second.why, second)
+    assert server.send(Start(budget=7.0))
+    assert server.send(Stop("enough"))
+    ordered = []
+
+    def all_came():
+        ordered.extend(first.commands())
+        return len(ordered) == 2
+
+    until(all_came, first)
+    assert ordered == [Start(budget=7.0), Stop("enough")]
+    second.poll(0.05)
+    assert second.commands() == []
+
+
 def test_one_that_has_not_proven_itself_is_not_told_who_is_served(server, brick, call):
     linked(brick())
     answer = call().prove(WRONG)
@@ -595,9 +613,17 @@ def test_a_code_that_others_may_read_is_closed_to_them(tmp_path):
 @pytest.mark.parametrize("text", ["", "ABCD", "\u00c4BCD-EFGH", "\x00" * 9])
 def test_a_file_that_holds_no_code_is_named(tmp_path, text):
     (tmp_path / "pairing").write_text(text, encoding="latin-1")
-    with pytest.raises(BadPairing, match="holds no pairing code; remove it") as error:
+    with pytest.raises(BadPairing, match=r"holds no pairing code.*; remove it") as error:
         pairing_code(tmp_path)
     assert isinstance(error.value, ArmError)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("kind", sorted(ODD))
+def test_whatever_has_become_of_the_file_is_said_at_once(tmp_path, kind):
+    ODD[kind][0](str(tmp_path / "pairing"))
+    with pytest.raises(BadPairing, match=r"pairing holds no pairing code.*; remove it") as error:
+        pairing_code(tmp_path)
     assert "\n" not in str(error.value)
 
 
