@@ -1,10 +1,12 @@
 """Where the tracker on the laptop is, and with which code the brick pairs: said or remembered."""
 
+import binascii
 import contextlib
 import json
 import os
 import re
 
+from shared import message_fields as fields
 from shared import pairing
 from shared.arm_description import ArmError
 from shared.messages import PORT
@@ -20,6 +22,9 @@ class Refusal(ArmError):
     """The tracker will not serve this client however often it tries."""
 
 
+SaltedKey = record("SaltedKey", "salt key")
+SaltedKey.__doc__ = """The key of the pairing code, and the laptop's salt that it was made with."""
+
 ServerAddress = record("ServerAddress", "host port code")
 ServerAddress.__doc__ = (
     """Where the tracker is, and the code that it printed (as pairing.read_code)."""
@@ -27,7 +32,7 @@ ServerAddress.__doc__ = (
 
 
 class Memory(object):
-    """The tracker on file, so that it need be told once.
+    """The tracker on file, so that it need be told once; and the key, which takes long to work out.
 
     Args:
         folder: None takes $BRICKSERVO_STATE, or ~/.brickservo.
@@ -37,24 +42,44 @@ class Memory(object):
         self.file = os.path.join(folder or state_folder(), TRACKER_FILE)
 
     def load(self):
-        """The ServerAddress; None if none is remembered, or the file is of no use."""
+        """The ServerAddress; None if none is remembered, or the file is of no use.
+
+        Raises:
+            pairing.OldCode: its code is one of an earlier version.
+        """
         try:
-            with open(self.file) as file:
-                kept = json.loads(file.read())
+            kept = self._kept()
             host, port = read_place(kept["host"], int(kept["port"]))
             return host and ServerAddress(host, port, pairing.read_code(kept["code"]))
+        except pairing.OldCode:
+            raise
         except (ArmError, OSError, ValueError, LookupError, TypeError, AttributeError):
             return None
         except (OverflowError, RecursionError):
             return None
 
-    def save(self, tracker):
-        """Remember it, for this user's eyes only.
+    def load_key(self, code):
+        """The SaltedKey of a code; None if none is remembered."""
+        try:
+            kept = self._kept()
+            key = binascii.unhexlify(fields.PROOF(kept["key"]))
+            return SaltedKey(fields.NONCE(kept["salt"]), key) if kept["code"] == code else None
+        except (OSError, ValueError, LookupError, TypeError, RecursionError, fields.WrongValue):
+            return None
+
+    def _kept(self):
+        with open(self.file) as file:
+            return json.loads(file.read())
+
+    def save(self, tracker, key):
+        """Remember a ServerAddress and the SaltedKey of its code, for this user's eyes only.
 
         Raises:
             OSError: it cannot be written.
         """
-        text = json.dumps(dict(tracker._asdict()), sort_keys=True) + "\n"
+        kept = dict(tracker._asdict())
+        kept.update(salt=key.salt, key=binascii.hexlify(key.key).decode("ascii"))
+        text = json.dumps(kept, sort_keys=True) + "\n"
         draft = self.file + ".new"
         os.makedirs(os.path.dirname(self.file), exist_ok=True)
         with contextlib.suppress(FileNotFoundError):
@@ -105,8 +130,15 @@ def find_tracker(place="", code=None, environ=None, memory=None):
         NotPaired, pairing.BadCode: something is missing or wrong; it says what to type.
     """
     environ = os.environ if environ is None else environ
-    known = (memory or Memory()).load()
     host, port = read_place(place)
+    try:
+        known = (memory or Memory()).load()
+    except pairing.OldCode as problem:
+        if code is None:
+            raise NotPaired(
+                "this brick remembers one that is too short: {}".format(problem)
+            ) from None
+        known = None
     if code is None and not (known and known.host == host):
         check_is_no_code(place)
     code = pairing.read_code(code) if code is not None else known and known.code

@@ -182,7 +182,7 @@ def run(
         extra: port -> motor kind, motors beside the arm's.
         realtime, timeout: see World and run_script.
         watched: `watched(brick)` gives a context manager for a tracker's `port` on this machine
-            and its `code`; the script finds it as one that it remembers.
+            its `code` and `key`; the script finds it as one that it remembers.
 
     Returns:
         SimulationResult.
@@ -305,7 +305,7 @@ def _home_folder(brick, q, homed, tracker):
         if homed:
             park_on_file(arm, q, folder)
         if tracker:
-            Memory(folder).save(ServerAddress(LAPTOP, tracker.port, tracker.code))
+            Memory(folder).save(ServerAddress(LAPTOP, tracker.port, tracker.code), tracker.key)
         os.environ.update(environment)
         yield folder
     finally:
