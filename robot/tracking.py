@@ -298,7 +298,7 @@ class TrackingClient(object):
         else:
             self._is_key_checked = True
             self._lose("pairing", self._clock.now(), quietly=True)  # it is not kept waiting
-            self._tell("pairing with {}: some seconds, this once".format(self._place))
+            self._tell("pairing with {}: a moment, this once".format(self._place))
             self._key = SaltedKey(salt, pairing.key_of(self._tracker.code, salt))
             self._next_try = self._clock.now()
         return self._link is not None

@@ -332,11 +332,14 @@ class TrackingServer:
     def _check_proof(self, caller: _Caller, message: Proof, brick_nonce: str) -> None:
         now = self._now()
         nonces = brick_nonce, caller.laptop_nonce
+        is_right = pairing.is_proof(message.proof, self._key, BRICK, *nonces)
         wait = self._guesses.wait(caller.sender, now)
-        if wait:  # whatever it says: else ten connections at once would be ten guesses
+        # Who knows the code need not wait: another program at its address may go on guessing for
+        # ever. Of codes of 59 bits ten thousand guesses a second find one in a million years.
+        if not is_right and wait:
             reason = f"a wrong code came from this address; wait {math.ceil(wait)} s"
             self._refuse(caller, "wait", reason, wait)
-        elif not pairing.is_proof(message.proof, self._key, BRICK, *nonces):
+        elif not is_right:
             wait = self._guesses.add(caller.sender, now)
             reason = (
                 "this is not the pairing code; type the command that the tracker prints "

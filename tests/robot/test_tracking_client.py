@@ -1,6 +1,7 @@
 """The brick's end of the link, against a tracker that the tests play, over loopback TCP."""
 
 import errno
+import json
 import os
 import re
 import select
@@ -536,6 +537,126 @@ def test_host_and_code_are_remembered_once_they_have_proven_right(make, memory):
     assert os.listdir(os.path.dirname(memory.file)) == ["tracker"]
 
 
+def test_the_key_is_worked_out_once_per_pairing_and_kept(make, memory, monkeypatch, said):
+    worked_out = []
+
+    def key_of(code, salt):
+        worked_out.append((code, salt))
+        return KEY
+
+    monkeypatch.setattr(pairing, "key_of", key_of)
+    tracker = make(FakeTracker)
+    first = make(TrackingClient, tracker.port)
+    until(lambda: first.linked, first, tracker)
+    assert worked_out == [(CODE, SALT)]
+    assert said[0].startswith("pairing with 127.0.0.1:")
+    first.close()
+    tracker.vanish()
+    second = make(TrackingClient, tracker.port)  # as another program on the brick, later
+    until(lambda: second.linked, second, tracker)
+    assert len(worked_out) == 1
+    assert memory.load_key(CODE) == SALTED
+    assert memory.load_key("NMKJHGFEDCBA") is None
+
+
+def test_a_laptop_that_is_kept_waiting_by_the_key_is_not_needed_meanwhile(make, clock, monkeypatch):
+    """On the brick that takes longer than a laptop waits for a stranger to go on."""
+    calls = []
+
+    def key_of(code, salt):
+        calls.append(tracker.calls)
+        tracker.step()
+        assert tracker.link is None  # it has been told that this call is over
+        clock.t += 2 * SILENCE_TIMEOUT
+        return KEY
+
+    monkeypatch.setattr(pairing, "key_of", key_of)
+    tracker = make(FakeTracker)
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.linked, client, tracker)
+    assert calls == [1]
+    assert tracker.calls == 2
+
+
+@pytest.mark.parametrize("paired", [True, False], ids=["paired before", "new"])
+def test_a_salt_that_changes_later_is_worth_no_waiting_arm(make, memory, monkeypatch, paired):
+    """Who sends other salts again and again would keep the arm from being stopped."""
+    if paired:
+        memory.save(ServerAddress("127.0.0.1", 1, CODE), SALTED)
+    tracker = make(FakeTracker)
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.linked, client, tracker)
+    monkeypatch.setattr(pairing, "key_of", None)
+    tracker.answer = Challenge("1" * 32, "b" * 32)
+    tracker.vanish()
+    until(lambda: client.refused, client, tracker)
+    assert client.why.endswith("has another pairing code now; type the command that it prints")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda kept: kept.pop("key"),
+        lambda kept: kept.update(key=7),
+        lambda kept: kept.update(key="ab"),
+        lambda kept: kept.update(salt="x" * 32),
+        lambda kept: kept.update(salt=None),
+    ],
+)
+def test_a_key_that_cannot_be_is_worked_out_again(make, memory, change):
+    memory.save(ServerAddress("127.0.0.1", 1, CODE), SALTED)
+    with open(memory.file) as file:
+        kept = json.load(file)
+    change(kept)
+    with open(memory.file, "w") as file:
+        json.dump(kept, file)
+    assert memory.load_key(CODE) is None
+    tracker = make(FakeTracker)
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.linked, client, tracker)
+    assert memory.load_key(CODE) == SALTED
+
+
+def test_a_remembered_code_of_an_earlier_version_is_told_and_a_new_one_replaces_it(memory):
+    os.makedirs(os.path.dirname(memory.file))
+    with open(memory.file, "w") as file:
+        file.write('{"host": "192.168.0.5", "port": 7711, "code": "KS82DNHF"}')
+    with pytest.raises(NotPaired) as error:
+        find_tracker("", None, {}, memory)
+    assert "of an earlier version; codes have 12 characters now: type the command" in str(
+        error.value
+    )
+    found = find_tracker("192.168.0.5", "abcd-efgh-jkmn", {}, memory)
+    assert found == ServerAddress("192.168.0.5", PORT, CODE)
+    memory.save(found, SALTED)
+    assert memory.load() == found
+
+
+def test_an_old_tracker_says_what_to_update(make):
+    """Its own words, of version 2; the brick shows them and tries no more."""
+    reason = (
+        "the brick's program speaks version 3, the laptop's 2; "
+        "bring the laptop's checkout up to date"
+    )
+    tracker = make(FakeTracker, answer=Refused("version", reason, 0.0))
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.refused, client, tracker)
+    assert client.why.endswith(reason)
+
+
+def test_a_line_that_was_changed_on_the_way_is_told_on_both_sides(make, clock):
+    client, tracker = linked(make)
+    link = tracker.link
+    link._sock.send(encode(Stop("now")))  # unsigned
+    until(lambda: not client.linked, client)
+    assert client.commands() == []
+    assert client.why.endswith(": a message was changed or repeated on the way")
+    until(lambda: link.closed, client, tracker)
+    assert link.reason == "the other side said: a message was changed or repeated on the way"
+    clock.t += 1.0
+    until(lambda: client.linked, client, tracker)
+
+
 def test_a_full_disk_costs_the_memory_but_not_the_link(make, said, tmp_path):
     (tmp_path / "file").write_text("")
     tracker = make(FakeTracker)
@@ -729,7 +850,7 @@ def test_the_command_shows_what_the_camera_sees_until_it_is_stopped(tmp_path):
     out, err = process.communicate(timeout=PATIENCE)
     tracker.step()
     tracker.close()
-    assert printed.pop(0) == f"pairing with {place}: some seconds, this once\n"
+    assert printed.pop(0) == f"pairing with {place}: a moment, this once\n"
     assert printed[0] == f"linked to {place}\n"
     pattern = r"camera A: +\d+ ms ago, effector 320\.50,240\.25 px \(0\.98\), goal not seen\n\Z"
     for line in printed[1:]:

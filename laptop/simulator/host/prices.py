@@ -86,7 +86,7 @@ CALLS = {
     "os.path.dirname": 9500, "os.path.realpath": 50000, "os.environ.get": 14500,
     "gc.collect": 5000000, "collections.namedtuple": 1874000,
     "shared.record.record": 170000, "contextlib.suppress": 5000, "super": 1700,
-    "collections.deque": 900, "hashlib.pbkdf2_hmac": 101500000, "hashlib.sha256": 5000,
+    "collections.deque": 900, "hashlib.pbkdf2_hmac": 40600000, "hashlib.sha256": 5000,
     "hmac.new": 38000,
 }  # fmt: skip
 """Price of a call of these beside `call`, instructions."""

@@ -377,7 +377,7 @@ def test_a_wrong_code_costs_its_sender_a_growing_delay(server, call, clock):
         answer = call().prove(WRONG)
         assert (answer.cause, answer.wait) == ("code", delay)
         clock.t += delay - 0.5
-        answer = call().prove()  # even the right one
+        answer = call().prove(WRONG)
         assert (answer.cause, answer.wait) == ("wait", 0.5)
         assert answer.reason == "a wrong code came from this address; wait 1 s"
         clock.t += 0.6
@@ -388,6 +388,20 @@ def test_a_wrong_code_costs_its_sender_a_growing_delay(server, call, clock):
     caller.close()
     until(lambda: server.state().client is None)
     assert call().prove(WRONG).wait == 1  # forgiven
+
+
+def test_the_right_code_never_waits_for_who_guesses_wrongly_at_its_address(server, call, clock):
+    """As behind one router, or beside a forgotten program that tries an old code for ever."""
+    for _ in range(8):
+        while call().prove(WRONG).cause == "wait":
+            clock.t += 5.0
+    caller = call()
+    assert isinstance(caller.prove(), Welcome)
+    assert call().prove(WRONG).cause == "code"  # while it is served
+    caller.close()
+    until(lambda: server.state().client is None)
+    assert call().prove(WRONG).cause == "wait"
+    assert isinstance(call().prove(), Welcome)
 
 
 def test_a_wrong_code_costs_nobody_else(server, brick, call, clock):
