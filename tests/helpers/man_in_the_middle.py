@@ -236,7 +236,7 @@ def attacks(count, seed=1):
         try:
             for number in range(count):
                 kind = list(ATTACKS)[number % len(ATTACKS)]
-                yield stage.attack(kind, random.Random("{}/{}".format(seed, number)))
+                yield stage.attack(kind, random.Random(f"{seed}/{number}"))
         finally:
             stage.close()
 
@@ -257,7 +257,7 @@ def _main(count):
         )  # fmt: skip
     taken = sum(bool(result.taken) for result in results)
     noticed = sum(result.seconds < LIMIT for result in results)
-    print("{} attacks: {} taken, {} noticed on both sides".format(len(results), taken, noticed))
+    print(f"{len(results)} attacks: {taken} taken, {noticed} noticed on both sides")
 
 
 if __name__ == "__main__":
