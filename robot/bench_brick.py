@@ -67,6 +67,7 @@ def main(argv=None):
         choices=tuple("ABCD"),
         help="turn the motor there, which moves nothing, at full speed; several times if needed",
     )
+    program.add_take(parser)
     args = parser.parse_args(argv)
     for name in args.arms:
         if name not in ARMS:

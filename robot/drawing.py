@@ -5,6 +5,7 @@ import os
 
 from robot.motion import classic_steps, kinematics, paths, trajectory
 from shared.arm_description import ArmError
+from shared.small_files import open_to_write
 from shared.state import PLAN
 
 METHODS = ("smooth", "steps")
@@ -178,7 +179,7 @@ def announce(strokes):
         import json  # not above: few are watched
 
         try:
-            with open(file, "a") as out:
+            with open(open_to_write(file, os.O_APPEND), "a") as out:
                 out.write(json.dumps({"path": points}) + "\n")
         except OSError as error:
             raise NotAnnounced(

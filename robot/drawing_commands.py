@@ -67,6 +67,7 @@ def _parser():
         action="store_true",
         help="stay where it ends; else an arm with a resting place goes there, except after move",
     )
+    program.add_take(parser)
     parser.add_argument("--elbow", choices=("up", "down"), help="(default: the arm's, if it can)")
     add = parser.add_command
     add("where", "where the tip is")
@@ -161,7 +162,8 @@ def _run(parser, args):
         return
     drawings = _strokes(parser, args, description)
     plans = [trajectory.plan(description, s, args.speed, args.elbow) for s in drawings]
-    arm = program.connect(description, Clock())
+    take = None if args.command == "where" else args.take
+    arm = program.connect(description, Clock(), take)
     driver = Driver(arm, args.speed, args.elbow)
     with program.parking(arm):
         if args.command == "home":

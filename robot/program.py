@@ -56,12 +56,28 @@ def _raise_stopped(number, frame):
     raise Stopped(number)
 
 
-def connect(description, clock):
+TAKE = "--take"
+"""The option of every script that may move motors: it takes over from another program."""
+
+
+def add_take(parser):
+    """Give a command line that option."""
+    parser.add_argument(
+        TAKE, action="store_true",
+        help="ask another program that may be moving the motors to stop, and go on when it has",
+    )  # fmt: skip
+
+
+def connect(description, clock, take=None):
     """The RobotArm of a description; only here python-ev3dev2 is needed, and slow to import.
+
+    Args:
+        take: None for a program that moves nothing; else see `claim`.
 
     Raises:
         ArmError: this is not the brick, nor an emulated one.
         MotorNotFound: see RobotArm.
+        BrickInUse: see `claim`.
     """
     try:
         from robot.motion.arm import RobotArm
@@ -74,7 +90,26 @@ def connect(description, clock):
             "there is no python-ev3dev2 here; run this on the brick, or emulated: "
             "python -m laptop simulate {} ...".format(sys.argv[0])
         ) from None
-    return RobotArm(description, clock)
+    arm = RobotArm(description, clock)
+    if take is not None:
+        claim(arm.motors.lock, clock, take)
+    return arm
+
+
+def claim(lock, clock, take):
+    """Make sure that no other program moves the motors until this one has ended.
+
+    Args:
+        lock: robot.motion.brick_lock.BrickLock.
+        take: whether one that may is asked to stop.
+
+    Raises:
+        BrickInUse: another one may, and has not been asked or does not stop.
+    """
+    if take:
+        lock.take_over(clock)
+    else:
+        lock.acquire("; or take over with " + TAKE)
 
 
 @contextlib.contextmanager

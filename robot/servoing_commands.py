@@ -95,6 +95,7 @@ def _parser():
         help="until ended by a signal, do a run whenever the laptop says so, as it orders, and hold"
         " the arm between them",
     )  # fmt: skip
+    program.add_take(parser)
     parser.add_argument(
         "--arm", default=default_arm(), metavar="FILE",
         help="arm file (default: $BRICKSERVO_ARM, else planar)",
@@ -124,7 +125,7 @@ def _run(parser, args):
     if args.wait and (options != DEFAULTS or args.low):
         parser.error(
             "with --wait the laptop orders each run, and the arm is held at its goal; leave all but"
-            " HOST, --code, --arm, --third and --log out"
+            " HOST, --code, --arm, --take, --third and --log out"
         )
     if args.low and all(joint.park_angle is None for joint in description.joints):
         parser.error("--low: {} does not say where it rests; leave it out".format(description.name))
@@ -134,7 +135,7 @@ def _run(parser, args):
         parser.error(str(error))
     tracker = find_tracker(args.place, args.code)
     clock = Clock()
-    arm = program.connect(description, clock)
+    arm = program.connect(description, clock, args.take)
     arm.load_zero()
     from robot.tracking import TrackingClient  # only now: the arm knows where it is
 

@@ -11,11 +11,16 @@ from shared import pairing
 from shared.arm_description import ArmError
 from shared.messages import PORT
 from shared.record import record
+from shared.small_files import SpoiltFile, number, read_json
 from shared.state import TRACKER_FILE, state_folder
 
 
 class NotPaired(ArmError):
     """It is not known where the tracker is, or with which code."""
+
+
+class SpoiltMemory(NotPaired):
+    """The file in which the tracker is remembered is there, and of no use."""
 
 
 class Refusal(ArmError):
@@ -42,34 +47,44 @@ class Memory(object):
         self.file = os.path.join(folder or state_folder(), TRACKER_FILE)
 
     def load(self):
-        """The ServerAddress; None if none is remembered, or the file is of no use.
+        """The ServerAddress; None if none is remembered.
 
         Raises:
-            pairing.OldCode: its code is one of an earlier version.
+            SpoiltMemory: the file is there, and of no use.
         """
         try:
-            kept = self._kept()
-            host, port = read_place(kept["host"], int(kept["port"]))
-            return host and ServerAddress(host, port, pairing.read_code(kept["code"]))
-        except pairing.OldCode:
-            raise
-        except (ArmError, OSError, ValueError, LookupError, TypeError, AttributeError):
+            kept = read_json(self.file)
+            host, port, code = (kept[key] for key in ("host", "port", "code"))
+            if not isinstance(host, str) or not isinstance(code, str) or number(port) % 1:
+                raise SpoiltFile("has something of another kind")
+            host, port = read_place(host, int(port))
+            if not host:
+                raise SpoiltFile("names no host")
+            return ServerAddress(host, port, pairing.read_code(code))
+        except FileNotFoundError:
             return None
-        except (OverflowError, RecursionError):
-            return None
+        except OSError as error:
+            problem = "cannot be read ({})".format(error.strerror)
+        except KeyError:
+            problem = "lacks something"
+        except SpoiltFile as error:
+            problem = error
+        except ArmError as error:
+            problem = "cannot be used ({})".format(error)
+        raise SpoiltMemory(
+            "{} {}; give the tracker's address and code again, HOST --code CODE".format(
+                self.file, problem
+            )
+        )
 
     def load_key(self, code):
         """The SaltedKey of a code; None if none is remembered."""
         try:
-            kept = self._kept()
+            kept = read_json(self.file)
             key = binascii.unhexlify(fields.PROOF(kept["key"]))
             return SaltedKey(fields.NONCE(kept["salt"]), key) if kept["code"] == code else None
-        except (OSError, ValueError, LookupError, TypeError, RecursionError, fields.WrongValue):
+        except (SpoiltFile, OSError, KeyError, fields.WrongValue):
             return None
-
-    def _kept(self):
-        with open(self.file) as file:
-            return json.loads(file.read())
 
     def save(self, tracker, key):
         """Remember a ServerAddress and the SaltedKey of its code, for this user's eyes only.
@@ -131,20 +146,19 @@ def find_tracker(place="", code=None, environ=None, memory=None):
     """
     environ = os.environ if environ is None else environ
     host, port = read_place(place)
+    known = spoilt = None
     try:
         known = (memory or Memory()).load()
-    except pairing.OldCode as problem:
-        if code is None:
-            raise NotPaired(
-                "this brick remembers one that is too short: {}".format(problem)
-            ) from None
-        known = None
+    except SpoiltMemory as problem:
+        spoilt = problem  # told where something of it is needed; else it is written anew
     if code is None and not (known and known.host == host):
         check_is_no_code(place)
     code = pairing.read_code(code) if code is not None else known and known.code
     if not host:
         ssh = (environ.get("SSH_CLIENT") or environ.get("SSH_CONNECTION") or "").split()
         host = ssh[0] if ssh else known and known.host
+    if spoilt and not (host and code):
+        raise spoilt
     if not host:
         raise NotPaired(
             "where is the tracker? give its address, HOST --code CODE, "
@@ -158,6 +172,12 @@ def find_tracker(place="", code=None, environ=None, memory=None):
     if port is None:
         port = known.port if known and known.host == host else PORT
     return ServerAddress(host, port, code)
+
+
+def remembered(memory):
+    """The ServerAddress on file; None if there is none, or the file is of no use."""
+    with contextlib.suppress(SpoiltMemory):
+        return memory.load()
 
 
 def check_is_no_code(word):

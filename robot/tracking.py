@@ -5,7 +5,14 @@ import os
 import select
 import socket
 
-from robot.tracker_address import Memory, NotPaired, SaltedKey, ServerAddress, shortened
+from robot.tracker_address import (
+    Memory,
+    NotPaired,
+    SaltedKey,
+    ServerAddress,
+    remembered,
+    shortened,
+)
 from shared import pairing
 from shared.link import FOREIGN, MAX_AGE, Link
 from shared.message_fields import one_line
@@ -310,7 +317,8 @@ class TrackingClient(object):
         self.lost_since = None
         self._pause = FIRST_PAUSE
         self._tell("linked to {}".format(self._place))
-        if not self._is_remembered():
+        known = remembered(self._memory), self._memory.load_key(self._tracker.code)
+        if known != (self._tracker, self._key):
             try:
                 self._memory.save(self._tracker, self._key)
             except OSError as error:
@@ -320,13 +328,6 @@ class TrackingClient(object):
                     )
                 )
         self._link.poll()  # the first ping
-
-    def _is_remembered(self):
-        try:
-            known = self._memory.load(), self._memory.load_key(self._tracker.code)
-        except pairing.OldCode:
-            return False
-        return known == (self._tracker, self._key)
 
     def _give_up(self, why):
         self.refused = True

@@ -11,6 +11,7 @@ import os
 
 from shared.ini import BadIni, read_ini
 from shared.record import record
+from shared.small_files import SpoiltFile, read_text
 
 ARMS_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "arms")
 
@@ -212,12 +213,11 @@ PEN_KEYS = (
 def _parse(path):
     """The file's values by section and key."""
     try:
-        with open(path, encoding="utf-8-sig") as file:
-            return read_ini(file)
+        return read_ini(read_text(path, encoding="utf-8-sig").split("\n"))
     except FileNotFoundError:
         raise _no_such_file(path) from None
-    except UnicodeDecodeError:
-        raise _bad(path, None, None, "is not a text file (UTF-8)") from None
+    except SpoiltFile as error:
+        raise _bad(path, None, None, str(error)) from None
     except OSError as error:
         raise BadArmFile(
             "{}: cannot be read ({}); give the path of an arm file".format(

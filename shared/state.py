@@ -9,6 +9,9 @@
     BRICKSERVO_PLAN   simulate                     driver, other scripts    file to append the
                                                                             wanted paths to;
                                                                             if unset nobody watches
+    BRICKSERVO_LOCK   simulate --realtime          whatever may move        file whose lock is the
+                                                   motors                   right to move them; if
+                                                                            unset, their own folder
     SSH_CLIENT,       sshd, simulate               visual_servoing,         where the laptop is
     SSH_CONNECTION                                 tracking_client
 
@@ -21,7 +24,12 @@
     live.txt          simulate --realtime          synthetic cameras        pose of the arm, ink
     clock             whoever comes first of       the same, demo           time of the emulated
                       simulate and cameras                                  world
+    emulated-motors   simulate --realtime          the same                 locked by who may move
+                                                                            the arm; empty
     emulated-brick/   track: its own brick         people                   what that brick said
+
+Those that are read are read by shared.small_files: a regular file of a sensible size, and any error
+in it is a sentence.
 
 Between two processes that one starts, standard output and exit status do the rest: see
 laptop.tracking.announcements.
@@ -30,9 +38,11 @@ laptop.tracking.announcements.
 import os
 
 STATE, ARM, PLAN = "BRICKSERVO_STATE", "BRICKSERVO_ARM", "BRICKSERVO_PLAN"
+LOCK = "BRICKSERVO_LOCK"
 """Environment variables."""
 PAIRING_FILE, MARKERS_FILE, TRACKER_FILE = "pairing", "markers.ini", "tracker"
 LIVE_FILE, CLOCK_FILE, BRICK_FOLDER = "live.txt", "clock", "emulated-brick"
+MOTORS_FILE = "emulated-motors"
 """Names in the state folder."""
 
 

@@ -230,7 +230,7 @@ def _drawn(case: DrawCase) -> tuple[EmulatedBrick, int, str]:
     with tempfile.TemporaryDirectory() as folder, programs.on(brick) as program:
         clock = _CountingClock(brick, program.clock)
         park_on_file(arm, [joint.home for joint in arm.joints], folder)
-        zero = program["robot.motion.zero"].Zero(arm.name, folder)
+        zero = program["robot.motion.zero"].Zero(arm, folder)
         gravity = weight.known(program["robot.motion.gravity"].Gravity, arm, plant)
         robot = program["robot.motion.arm"].RobotArm(
             arm, clock, zero, gravity=gravity, say=lambda line: None

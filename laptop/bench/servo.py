@@ -204,7 +204,7 @@ def run_one(case: ServoCase, method: str, log: Any = None, say: Any = None) -> S
         ) as tracker,
     ):
         park_on_file(setting.configured, setting.start, folder)
-        state = program["robot.motion.zero"].Zero(setting.configured.name, folder)
+        state = program["robot.motion.zero"].Zero(setting.configured, folder)
         arm = program["robot.motion.arm"].RobotArm(
             setting.configured, program.clock, state, say=lambda line: None
         )

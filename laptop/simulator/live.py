@@ -4,7 +4,8 @@
 a header in JSON, then a line `t q1 q2 ... pen` (s of the world, rad, 0 or 1) per 5 ms in which
 something moved, and at least two a second.  It only grows, so that a camera that comes late gets
 all the ink; the ink of runs that it has seen stays on its paper.  The writer keeps it locked: that
-is how others know that it lives.
+is how others know that it lives.  Of two runs cameras see the one that drove its motors last; one
+that only looks, or is refused because the other may move, leaves the other in sight.
 """
 
 import bisect
@@ -18,6 +19,7 @@ from collections import namedtuple
 
 from robot.motion import kinematics
 from shared.arm_description import ArmError, read_arm
+from shared.small_files import SpoiltFile, number, open_file, parse_json
 from shared.state import LIVE_FILE as FILE
 from shared.state import state_folder
 
@@ -132,6 +134,7 @@ class PoseWriter(object):
         self._taken = 0
         self._last = None
         self._skipped = None
+        self._next_look = -math.inf
 
     def advance(self, t):
         """Write what the brick's record has gained by world time t, s."""
@@ -139,6 +142,8 @@ class PoseWriter(object):
             return
         try:
             if self._file is None:
+                if not self._is_to_be_seen(t):
+                    return
                 self._open()
             lines = self._news()
             if lines:
@@ -154,6 +159,19 @@ class PoseWriter(object):
     def close(self):
         """End the file: cameras that follow know it, later ones find nothing."""
         self._drop()
+
+    def _is_to_be_seen(self, t):
+        """Return True if it drives a motor, or the cameras see no other run that lives."""
+        if self._brick.driven():
+            return True
+        if t < self._next_look:
+            return False
+        self._next_look = t + HEARTBEAT_PERIOD
+        try:
+            with open(open_file(self.path), "rb") as other:
+                return not _is_locked(other)
+        except (FileNotFoundError, SpoiltFile):
+            return True
 
     def _open(self):
         world = self._brick.world
@@ -280,8 +298,11 @@ class PoseReader(object):
             identity = there.st_dev, there.st_ino, there.st_mtime
             if identity == self._refused:
                 return
-            file = open(self.path, "rb", buffering=0)  # noqa: SIM115 (it is read on and on)
+            file = open(open_file(self.path), "rb", buffering=0)  # noqa: SIM115 (read on and on)
         except FileNotFoundError:
+            return
+        except SpoiltFile as error:
+            self.refused = "{} is not followed: {}".format(self.path, error)
             return
         except OSError as error:
             self.refused = "{}: {}".format(self.path, error.strerror)
@@ -324,17 +345,15 @@ def _start(file):
     if not _is_locked(file):
         raise ValueError("its program is gone")
     line, _, rest = file.read().partition(b"\n")
-    header = json.loads(line.decode("utf-8"))
+    header = parse_json(line.decode("utf-8"))
     if header["version"] != VERSION:
         raise ValueError("it is of version {}, not {}".format(header["version"], VERSION))
     header = {
         "arm": str(header["arm"]),
-        "pid": int(header["pid"]),
+        "pid": int(number(header["pid"])),
         "script": str(header["script"]),
-        "zero": float(header["zero"]),
+        "zero": number(header["zero"]),
     }
-    if not math.isfinite(header["zero"]):
-        raise ValueError("its clock is wrong")
     return header, read_arm(header["arm"]), rest
 
 

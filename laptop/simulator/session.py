@@ -27,7 +27,7 @@ from robot.motion import kinematics
 from robot.motion.zero import Zero
 from robot.tracking_client import Memory, ServerAddress
 from shared.arm_description import ArmError
-from shared.state import ARM, PLAN, STATE
+from shared.state import ARM, LOCK, MOTORS_FILE, PLAN, STATE, state_folder
 
 Fault = namedtuple("Fault", "kind what t")
 """Something that goes wrong: its kind, a port or value (or None), and when (s)."""
@@ -268,7 +268,7 @@ def park_on_file(arm, q, folder):
     turns = {j.port: -a * j.gear * j.direction for j, a in zip(arm.joints, q)}
     if arm.pen:
         turns[arm.pen.port] = -arm.pen.up
-    state = Zero(arm.name, folder)
+    state = Zero(arm, folder)
     state.save({p: math.degrees(turn) for p, turn in turns.items()}, dict.fromkeys(turns, 0))
     return state
 
@@ -300,6 +300,9 @@ def _home_folder(brick, q, homed, tracker):
     if tracker:
         # Ahead of what is remembered goes where ssh came from: the laptop, that is.
         environment["SSH_CLIENT"] = "{} 0 22".format(LAPTOP)
+    if brick.world.realtime:
+        # All programs that run in real time want the one arm that the cameras see.
+        environment[LOCK] = os.path.join(os.path.abspath(state_folder()), MOTORS_FILE)
     before = {key: os.environ.get(key) for key in environment}
     try:
         if homed:

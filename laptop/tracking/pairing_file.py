@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from shared import message_fields, pairing
 from shared.arm_description import ArmError
+from shared.small_files import SpoiltFile, read_text
 from shared.state import PAIRING_FILE, state_folder
 
 
@@ -47,7 +48,7 @@ def read_pairing(
     file = (folder or Path(state_folder())) / PAIRING_FILE
     try:
         with contextlib.suppress(FileNotFoundError):
-            code, _, salt = file.read_text(encoding="ascii").partition("\n")
+            code, _, salt = read_text(file).partition("\n")
             try:
                 found = Pairing(pairing.read_code(code), message_fields.NONCE(salt.strip()))
                 if file.stat().st_mode & 0o077:
@@ -68,8 +69,12 @@ def read_pairing(
         except OSError:
             os.unlink(draft)
             raise
-    except (pairing.BadCode, message_fields.WrongValue, UnicodeDecodeError):
+    except (pairing.BadCode, message_fields.WrongValue):
         raise BadPairing(f"{file} holds no pairing code; remove it for a new one") from None
+    except SpoiltFile as error:
+        raise BadPairing(
+            f"{file} holds no pairing code ({error}); remove it for a new one"
+        ) from None
     except OSError as error:
         raise BadPairing(
             f"cannot use {file}: {error.strerror}; "

@@ -10,7 +10,6 @@ from __future__ import annotations
 import configparser
 import math
 import os
-import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,6 +18,8 @@ import cv2
 import numpy as np
 
 from shared.arm_description import ArmError
+from shared.message_fields import one_line
+from shared.small_files import SpoiltFile, open_to_write, read_text
 
 KINDS = ("disc", "ball", "aruco")
 ARUCO_IDS = 50
@@ -168,13 +169,17 @@ def read_markers(file: str | Path) -> dict[str, Marker]:
     """
     parser = _parser()
     try:
-        parser.read_string(Path(file).read_text(encoding="utf-8"))
+        parser.read_string(read_text(file))
     except (configparser.DuplicateSectionError, configparser.DuplicateOptionError) as error:
-        what = textwrap.shorten(" ".join([f"[{error.args[0]}]", *error.args[1:-2]]), 60)
+        what = _shown(" ".join([f"[{error.args[0]}]", *error.args[1:-2]]))
         raise BadMarker(
             f"{file}: {what} is there twice (line {error.lineno}); correct or remove it"
         ) from None
-    except (configparser.Error, UnicodeError) as error:
+    except SpoiltFile as error:
+        raise BadMarker(
+            f"{file}: this is not a markers file ({error}); correct or remove it"
+        ) from None
+    except configparser.Error as error:
         line = f" (see line {error.lineno})" if hasattr(error, "lineno") else ""
         raise BadMarker(f"{file}: this is not a markers file{line}; correct or remove it") from None
     except OSError as error:
@@ -186,10 +191,16 @@ def _parser() -> configparser.ConfigParser:
     return configparser.ConfigParser(interpolation=None, default_section="")
 
 
+def _shown(text: str) -> str:
+    """Some text of a file, short and without what would steer a terminal."""
+    text = " ".join(one_line(text).split())
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
 def _read_section(file: str | Path, name: str, section: Mapping[str, str]) -> Marker:
     def complain(key: str, allowed: str) -> BadMarker:
-        given = f"'{' '.join(section[key].split())}' is not" if key in section else "missing;"
-        return BadMarker(f"{file}: [{name}] {key}: {given} {allowed}")
+        given = f"'{_shown(section[key])}' is not" if key in section else "missing;"
+        return BadMarker(f"{file}: [{_shown(name)}] {key}: {given} {allowed}")
 
     def number(key: str) -> float:
         low, high = _LIMITS[key]
@@ -201,16 +212,18 @@ def _read_section(file: str | Path, name: str, section: Mapping[str, str]) -> Ma
             raise complain(key, f"a number from {low:g} to {high:g}")
         return value
 
+    if _shown(name) != name:
+        raise BadMarker(f"{file}: [{_shown(name)}] is no name for a marker; give it a short one")
     if unknown := set(section) - {"kind", "id", "scene", *_LIMITS}:
         key = sorted(unknown)[0]
-        raise BadMarker(f"{file}: [{name}] {key}: no such key; there are kind, id, scene, "
-                        f"{', '.join(_LIMITS)}")  # fmt: skip
+        raise BadMarker(f"{file}: [{_shown(name)}] {_shown(key)}: no such key; there are kind, id, "
+                        f"scene, {', '.join(_LIMITS)}")  # fmt: skip
     kind = section.get("kind", "disc")
     if kind not in KINDS:
         raise complain("kind", f"one of {', '.join(KINDS)}")
     if kind == "aruco":
         given = section.get("id", "")
-        if not given.isdecimal() or int(given) >= ARUCO_IDS:
+        if not given.isdecimal() or len(given) > 9 or int(given) >= ARUCO_IDS:
             raise complain("id", f"a whole number from 0 to {ARUCO_IDS - 1}")
         return Marker(name, kind, id=int(given))
     scene = None
@@ -250,7 +263,7 @@ def write_markers(file: str | Path, markers: Mapping[str, Marker]) -> None:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         try:
-            with draft.open("w", encoding="utf-8") as out:
+            with open(open_to_write(draft), "w", encoding="utf-8") as out:
                 out.write(_FILE_HEADER)
                 parser.write(out)
             draft.replace(target)

@@ -126,6 +126,9 @@ class _KnownZero(object):
     def confirmed(self, counts):
         return dict.fromkeys(counts, 0.0)
 
+    def check_angles(self, angles, pen=None):
+        """Nothing is wrong."""
+
     def save(self, zero, parked):
         """Nothing is kept."""
 

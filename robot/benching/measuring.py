@@ -163,6 +163,8 @@ def _volts():
 def _move(args, description, clock):
     """Turn what is to be turned; dict, port -> figures."""
     from robot.benching import moving, system
+    from robot.motion.brick_lock import BrickLock
+    from robot.motion.motors import motors_folder
 
     bench = moving.Bench(clock, _volts())
     bare = []
@@ -171,6 +173,7 @@ def _move(args, description, clock):
         if port not in kinds:
             raise CannotMeasure("no EV3 motor at port {}: check the cable, or --bare".format(port))
         bare.append((port, kinds[port]))
+    program.claim(BrickLock(motors_folder()), clock, args.take)
     arm = None
     if args.move:
         arm = program.connect(description, clock)

@@ -65,7 +65,7 @@ class RobotArm(object):
     ):  # fmt: skip
         self.description = description
         self.clock = clock
-        self.zero = zero or Zero(description.name)
+        self.zero = zero or Zero(description)
         self.motors = motors or ArmMotors(description, clock, gains, say)
         self.joints, self.pen = self.motors.joints, self.motors.pen
         self._plan = None
@@ -91,9 +91,9 @@ class RobotArm(object):
         """Believe the remembered zero.
 
         Raises:
-            NotHomed: there is none, or the encoders contradict it.
+            NotHomed, BrickInUse: see ArmMotors.load_zeros.
         """
-        self.motors.set_zeros(self.zero.confirmed(self.counts()))
+        self.motors.load_zeros(self.zero)
         self._homed = True
 
     def angles(self):
@@ -109,12 +109,11 @@ class RobotArm(object):
     # Motion
 
     def _engage(self):
-        """The arm is about to move, which goes on record."""
-        self._standing = False
-        if self._engaged:
-            return
-        self._engaged = True
-        if self._homed:
+        """The arm is about to move, which goes on record; BrickInUse if another program may."""
+        if not self._engaged:
+            self.motors.lock.acquire()
+        engaged, self._engaged, self._standing = self._engaged, True, False
+        if self._homed and not engaged:
             self.zero.save(self.motors.zeros(), None)
 
     def go_to(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, on_tick=None):
@@ -310,6 +309,7 @@ class RobotArm(object):
         """
         from robot.motion import homing  # not above: most programs find the zero remembered
 
+        self.motors.lock.acquire()
         self._homed = False
         self.zero.forget()
         if self.pen:

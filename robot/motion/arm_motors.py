@@ -1,8 +1,10 @@
 """The motors of one arm, each with its controller, and the loop that drives them."""
 
+from robot.motion.brick_lock import BrickLock
 from robot.motion.control_loop import ControlLoop
 from robot.motion.joint_controller import JointController
-from robot.motion.motors import JointMotor
+from robot.motion.motors import JointMotor, motors_folder
+from robot.motion.zero import NotHomed
 
 
 class ArmMotors(object):
@@ -20,6 +22,7 @@ class ArmMotors(object):
         pen: JointMotor; None where the arm has none.
         loop: ControlLoop of them all.
         controllers: motor -> JointController.
+        lock: BrickLock, the right to move them; who moves them takes it.
 
     Raises:
         MotorNotFound: a motor of the description is not there.
@@ -40,6 +43,7 @@ class ArmMotors(object):
         if pen:
             self.controllers[self.pen] = JointController(1.0, gains[pen.motor])
         self._checked = 0
+        self.lock = BrickLock(motors_folder())
         self.loop = ControlLoop(clock, self.controllers, self._check_next, say)
 
     def counts(self):
@@ -50,10 +54,25 @@ class ArmMotors(object):
         """Counts at joint angle zero by port."""
         return {motor.port: motor.zero for motor in self._all}
 
-    def set_zeros(self, zeros):
-        """Take counts at joint angle zero, by port."""
+    def load_zeros(self, zero):
+        """Take the counts at joint angle zero that are remembered.
+
+        Args:
+            zero: robot.motion.zero.Zero.
+
+        Raises:
+            NotHomed: there are none, or the encoders or the arm contradict them.
+            BrickInUse: so it is because another program is moving the motors.
+        """
+        try:
+            zeros = zero.confirmed(self.counts())
+        except NotHomed:
+            self.lock.check_free()
+            raise
         for motor in self._all:
             motor.zero = zeros[motor.port]
+        pen = self.pen and self.pen.angle()
+        zero.check_angles([motor.angle() for motor in self.joints], pen)
 
     def speeds(self):
         """The joints' speeds as observed, rad/s."""

@@ -26,10 +26,14 @@ class MotorNotFound(ArmError, OSError):
     """A motor that is not there, or no longer."""
 
 
+def motors_folder():
+    """The folder in which the system shows the motors."""
+    return os.path.join(ev3dev2.motor.Device.DEVICE_ROOT_PATH, "tacho-motor")
+
+
 def plugged_in():
     """The motors that are there: sorted pairs of address ("outA") and driver's name."""
-    folder = os.path.join(ev3dev2.motor.Device.DEVICE_ROOT_PATH, "tacho-motor")
-    found = []
+    folder, found = motors_folder(), []
     for name in ev3dev2.motor.list_device_names(folder, "*"):
         words = []
         for attribute in ("address", "driver_name"):

@@ -1,19 +1,31 @@
-"""Where the joints' zero is: remembered in a small file, believed only while the encoders agree.
+"""Where the joints' zero is: remembered in a small file, believed only where all agrees with it.
 
 The encoders forget when the brick is switched off, and are reset after the Back button.  So the
 file holds, beside the counts at joint angle zero, the counts at which the arm was parked, and since
 which start of the brick; while it moves, it is on record as not parked.
+
+And it holds the arm's numbers by which counts mean angles, see `meaning`: of another arm of that
+name, or one whose file was edited since, the same counts are other angles.
 """
 
 import math
 import os
 
 from shared.arm_description import ArmError
+from shared.small_files import SpoiltFile, number, open_to_write, read_json
 from shared.state import state_folder
+
+VERSION = 2
+"""Of the file; it rises when something in it changes its meaning."""
 
 MAX_PARKED_DRIFT = 2
 """Counts by which a parked motor may have settled since."""
 
+MAX_BEYOND = math.radians(10)
+"""A joint whose play is taken up may stand so far beyond its stop, rad: it was found to 5 degrees,
+and links bend. A pen, whose motor was stopped anywhere, beyond its ends."""
+
+ADVICE = "; lift the pen and home it first: driver.py home (or home --here)"
 
 BOOT_ID = "/proc/sys/kernel/random/boot_id"
 """Another text after every start of the system."""
@@ -27,17 +39,44 @@ class StateNotSaved(ArmError, OSError):
     """The state file cannot be written."""
 
 
+def meaning(arm):
+    """The numbers of an arm by which encoder counts mean joint angles, by "part.key".
+
+    Port, motor, gear and direction turn counts into angles; by the stops, the home pose, the play
+    and the pen's upper end the zero was found. A name, a speed, a link's length or weight changes
+    nothing about it, and where the limits lie within the stops neither.
+
+    Args:
+        arm: shared.arm_description.Arm.
+    """
+    numbers = {}
+    for joint in arm.joints:
+        for key in ("port", "motor", "gear", "direction"):
+            numbers[joint.name + "." + key] = getattr(joint, key)
+        for key in ("stop_lower", "stop_upper", "home", "backlash"):
+            numbers[joint.name + "." + key] = _degrees(getattr(joint, key))
+    if arm.pen:
+        numbers["pen.port"], numbers["pen.motor"] = arm.pen.port, arm.pen.motor
+        numbers["pen.up"] = _degrees(arm.pen.up)
+    return numbers
+
+
+def _degrees(angle):
+    """As an arm's file has it; None stays."""
+    return angle if angle is None else round(math.degrees(angle), 6)
+
+
 class Zero(object):
     """The zero of one arm on file.
 
     Args:
-        name: of the arm; each has its own file.
+        arm: shared.arm_description.Arm; each name has its own file.
         folder: None takes $BRICKSERVO_STATE, or ~/.brickservo.
     """
 
-    def __init__(self, name, folder=None):
-        self.name = name
-        self.file = os.path.join(folder or state_folder(), name + ".json")
+    def __init__(self, arm, folder=None):
+        self.file = os.path.join(folder or state_folder(), arm.name + ".json")
+        self._arm = arm
 
     def confirmed(self, counts):
         """Counts at joint angle zero, by port.
@@ -46,45 +85,115 @@ class Zero(object):
             counts: what the encoders read now, by port.
 
         Raises:
-            NotHomed: the arm was never homed, was not parked, or the encoders say otherwise.
+            NotHomed: the arm was never homed, was not parked, is another one by its numbers, or the
+                encoders say otherwise.
         """
-        import json  # not above: a program that finds no motors does without
-
-        advice = "; lift the pen and home it first: driver.py home (or home --here)"
         try:
-            with open(self.file) as file:
-                state = json.loads(file.read())
-            zero = {port: float(state["zero"][port]) for port in counts}
-            parked = state["parked"]
-            parked = parked and {port: float(parked[port]) for port in counts}
-            if not all(
-                math.isfinite(n) for n in list(zero.values()) + list((parked or {}).values())
-            ):
-                raise ValueError("not a number of counts")
+            state = read_json(self.file)
+            self._check_meaning(state)
+            zero, parked = (
+                values and {port: number(values[port]) for port in counts}
+                for values in (state["zero"], state["parked"])
+            )
+            if not zero:
+                raise SpoiltFile("has no zero")
         except FileNotFoundError:
             raise NotHomed(
-                "the arm {} has not been homed, so its zero is unknown{}".format(self.name, advice)
+                "the arm {} has not been homed, so its zero is unknown{}".format(
+                    self._arm.name, ADVICE
+                )
             ) from None
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
-            raise NotHomed(
-                "{} cannot be read, so the zero is unknown{}".format(self.file, advice)
-            ) from None
+        except OSError as error:
+            raise self._not_read("cannot be read ({})".format(error.strerror)) from None
+        except SpoiltFile as error:
+            raise self._not_read(error) from None
+        except (KeyError, TypeError):
+            raise self._not_read("lacks something") from None
         if not parked:
             raise NotHomed(
-                "the last program ended without parking the arm, its zero is in doubt" + advice
+                "the last program ended without parking the arm, its zero is in doubt" + ADVICE
             )
         if state.get("boot") != _boot():
             raise NotHomed(
                 "the brick was switched off since the arm was parked, it may have been moved"
-                + advice
+                + ADVICE
             )
         for port in sorted(counts):
             if abs(counts[port] - parked[port]) > MAX_PARKED_DRIFT:
                 raise NotHomed(
                     "motor {} reads {:.0f} but was parked at {:.0f}: switched off or turned "
-                    "since{}".format(port, counts[port], parked[port], advice)
+                    "since{}".format(port, counts[port], parked[port], ADVICE)
                 )
         return zero
+
+    def _check_meaning(self, state):
+        """Refuse a zero that was written for other numbers than this arm's, or in another way."""
+        version = state.get("version", 1)
+        if version != VERSION:
+            number(version)
+            raise NotHomed(
+                "{} is of {} version of these programs, so the zero is unknown{}".format(
+                    self.file, "a later" if version > VERSION else "an earlier", ADVICE
+                )
+            )
+        then, now = state["arm"], meaning(self._arm)
+        plain = (str, int, float, type(None))
+        if not isinstance(then, dict) or any(type(value) not in plain for value in then.values()):
+            raise SpoiltFile("has something else where the arm's numbers should be")
+        if not isinstance(state["file"], str):
+            raise SpoiltFile("has something else where the arm's file should be")
+        for key in sorted(set(then) | set(now)):
+            if then.get(key) != now.get(key):
+                told = [ascii(key)[1:-1][:40], _shown(then.get(key)), _shown(now.get(key))]
+                if state["file"] == _path(self._arm):
+                    problem = "from before its file was edited: its {} was {} and is {}"
+                else:
+                    problem = "that of another arm, {}: its {} is {} there and {} here"
+                    told = [ascii(state["file"])[1:-1][:100]] + told
+                raise NotHomed(
+                    "the zero of {} on file is {}{}".format(
+                        self._arm.name, problem.format(*told), ADVICE
+                    )
+                )
+
+    def _not_read(self, why):
+        return NotHomed("{} {}, so the zero is unknown{}".format(self.file, why, ADVICE))
+
+    def check_angles(self, angles, pen=None):
+        """Refuse a zero by which a joint stands where it cannot.
+
+        A joint without a stop on one side is taken to stop at its limit: no program leaves it
+        beyond.
+
+        Args:
+            angles: of the joints, rad; pen: of the pen's motor.
+
+        Raises:
+            NotHomed: naming the joint, its angle and the stop.
+        """
+        parts = [
+            (
+                joint.name,
+                angle,
+                joint.lower if joint.stop_lower is None else joint.stop_lower,
+                joint.upper if joint.stop_upper is None else joint.stop_upper,
+                joint.backlash,
+            )
+            for joint, angle in zip(self._arm.joints, angles)
+        ]
+        if self._arm.pen and pen is not None:
+            ends = sorted((self._arm.pen.up, self._arm.pen.down))
+            parts.append(("pen", pen, ends[0], ends[1], 0.0))
+        for name, angle, lower, upper, play in parts:
+            if not lower - play - MAX_BEYOND <= angle <= upper + play + MAX_BEYOND:
+                raise NotHomed(
+                    "by the zero in {} the {} stands at {:.1f} deg, but it cannot leave {:.0f} to "
+                    "{:.0f}{}".format(
+                        self.file,
+                        name,
+                        *[math.degrees(a) for a in (angle, lower, upper)] + [ADVICE],
+                    )
+                )
 
     def forget(self):
         """Remember no zero: it is about to be found anew.
@@ -107,11 +216,15 @@ class Zero(object):
         """
         import json
 
-        text = json.dumps({"boot": _boot(), "parked": parked, "zero": zero}, sort_keys=True)
+        state = {
+            "version": VERSION, "arm": meaning(self._arm), "file": _path(self._arm),
+            "boot": _boot(), "parked": parked, "zero": zero,
+        }  # fmt: skip
+        text = json.dumps(state, sort_keys=True)
         draft = self.file + ".new"
         try:
             os.makedirs(os.path.dirname(self.file), exist_ok=True)
-            with open(draft, "w") as file:
+            with open(open_to_write(draft), "w") as file:
                 file.write(text + "\n")
             os.rename(draft, self.file)
         except OSError as error:
@@ -123,6 +236,19 @@ class Zero(object):
                 self.file, error.strerror
             )
         )
+
+
+def _path(arm):
+    """Where the arm's file is, for people to tell two arms apart."""
+    return os.path.abspath(arm.file)
+
+
+def _shown(value):
+    """A number or word of an arm's file; what may be anything else, too."""
+    if value is None:
+        return "not there"
+    shown = "{:g}".format(value) if isinstance(value, float) else ascii(value)
+    return shown.strip("'")[:40]
 
 
 def _boot():

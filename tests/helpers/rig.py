@@ -84,7 +84,7 @@ class Rig:
         self.world = World()
         self.brick = EmulatedBrick(self.world, self.arm, read_plant(plant), start)
         self.folder = str(folder)
-        self.state = Zero(self.arm.name, self.folder)
+        self.state = Zero(self.arm, self.folder)
         self.program = None
         self.writes = []
         for motor in self.brick.motors.values():
@@ -117,7 +117,7 @@ class Rig:
 
     def robot(self, awake=True, arm=None, clock=None, **options):
         """A RobotArm of a program that starts now."""
-        state = self.its(Zero)(self.arm.name, self.folder)
+        state = self.its(Zero)(self.arm, self.folder)
         robot = self.its(RobotArm)(arm or self.arm, clock or self.program.clock, state, **options)
         if awake:
             robot.load_zero()

@@ -13,6 +13,7 @@ import sys
 
 import pytest
 from clocks import FakeClock
+from refusals import refused
 from waiting import PATIENCE
 
 from robot import program, tracking, tracking_client, tracking_commands
@@ -781,15 +782,35 @@ def test_what_is_missing_is_asked_for(memory):
         '{"host": "a", "port": 1e999, "code": "ABCDEFGHJKMN"}',
         '{"host": "a", "port": 7711, "code": "1"}',
         '{"host": "a", "port": 7711, "code": 7}',
+        '{"host": "a", "port": true, "code": "ABCDEFGHJKMN"}',
+        '{"host": "a", "port": 77.5, "code": "ABCDEFGHJKMN"}',
+        '{"host": "a", "port": 1' + 400 * "0" + ', "code": "ABCDEFGHJKMN"}',
+        '{"host": ["a"], "port": 7711, "code": "ABCDEFGHJKMN"}',
+        '{"host": "a", "port": NaN, "code": "ABCDEFGHJKMN"}',
         "\udcff",
     ],
     ids=ascii,
 )
-def test_a_spoilt_memory_is_no_memory(memory, text):
+def test_a_spoilt_memory_is_told_where_it_is_needed(memory, text):
     os.makedirs(os.path.dirname(memory.file))
     with open(memory.file, "wb") as file:
         file.write(text.encode("utf-8", "surrogateescape"))
-    assert memory.load() is None
+    ssh = {"SSH_CLIENT": "192.168.0.6 50000 22"}
+    for place, code, environ in (("", None, {}), ("here", None, {}), ("", None, ssh)):
+        with pytest.raises(NotPaired) as error:
+            find_tracker(place, code, environ, memory)
+        assert refused(error, memory.file, "HOST --code CODE")
+    assert find_tracker("here", CODE, {}, memory).host == "here"
+    assert find_tracker("", CODE, ssh, memory).host == "192.168.0.6"
+
+
+def test_a_spoilt_memory_is_written_anew(make, memory):
+    os.makedirs(os.path.dirname(memory.file))
+    os.mkfifo(memory.file)
+    tracker = make(FakeTracker)
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.linked, client, tracker)
+    assert memory.load() == ServerAddress("127.0.0.1", tracker.port, CODE)
 
 
 def test_an_old_draft_that_others_may_read_is_not_written_into(memory):

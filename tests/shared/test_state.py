@@ -11,9 +11,9 @@ from shared import state
 @pytest.mark.parametrize(
     "name",
     [
-        *(state.STATE, state.ARM, state.PLAN),
+        *(state.STATE, state.ARM, state.PLAN, state.LOCK),
         *(state.PAIRING_FILE, state.MARKERS_FILE, state.TRACKER_FILE),
-        *(state.LIVE_FILE, state.CLOCK_FILE, state.BRICK_FOLDER),
+        *(state.LIVE_FILE, state.CLOCK_FILE, state.BRICK_FOLDER, state.MOTORS_FILE),
     ],
 )
 def test_every_channel_is_in_the_table(name):

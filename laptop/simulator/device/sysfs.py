@@ -176,6 +176,10 @@ class Sysfs(object):
                 )
             yield self
         finally:
+            # The program has ended, or is killed: what it has locked is free.
+            lock = sys.modules.get("robot.motion.brick_lock")
+            if lock:
+                lock.release()
             device.DEVICE_ROOT_PATH, device._attribute_file_open = before
             ev3dev2.motor.select, ev3dev2.motor.time = before_motor
             shutil.rmtree(self._root, ignore_errors=True)

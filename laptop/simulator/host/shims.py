@@ -4,8 +4,9 @@ For the length of a run the standard library's modules of time, threads, signals
 replaced, and everything that had bound their names is imported afresh; afterwards all is as before.
 So a script runs unmodified, and so does python-ev3dev2 under it.
 
-Rule: nothing gets out of the emulation.  No process is started, forked or signalled, and no signal
-handler of the host is changed.
+Rule: nothing gets out of the emulation.  No process is started or forked, none is signalled but the
+other program that may move the same emulated motors in real time, and no signal handler of the host
+is changed.
 
 Left as they are: sockets (a blocking call blocks the wall clock, and the valve lets other threads
 run), standard input, and the random generator, but that starts from the same seed in every run.
@@ -44,6 +45,8 @@ from laptop.simulator.host.program_code import PROGRAM, code_of, top_of
 from laptop.simulator.host.signals import Signals
 from laptop.simulator.host.threads import Threads, thread_module
 from laptop.simulator.host.waiting_line import WaitingLine
+from robot.motion.brick_lock import BrickLock
+from shared.state import LOCK
 
 PRINT_COST = 0.5e-3
 """Virtual time of a `print`, s."""
@@ -216,8 +219,11 @@ class Shims(object):
             world.touch(0.0)
 
         def kill(pid, sig):
-            """Signal the program itself; there is nobody else."""
+            """Signal the program itself; nobody else is there but who may move the motors."""
             if pid not in (os.getpid(), 0):
+                if LOCK in os.environ and pid == getattr(BrickLock("").holder(), "pid", None):
+                    real_kill(pid, sig)
+                    return
                 raise ProcessLookupError("no process {} on the emulated brick".format(pid))
             if sig:
                 self.signals.post(sig)
@@ -240,7 +246,7 @@ class Shims(object):
             self._screens.discard(fd)
             real_close(fd)
 
-        real_listdir, real_open, real_close = os.listdir, os.open, os.close
+        real_listdir, real_open, real_close, real_kill = os.listdir, os.open, os.close, os.kill
         os.listdir, os.open, os.close = listdir, open_descriptor, close
         os.system = processes.system
         os._exit = leave

@@ -9,6 +9,7 @@ import sys
 import time
 
 import pytest
+from odd_files import ODD
 from rig import DRIVER, Rig
 from waiting import PATIENCE
 
@@ -193,6 +194,7 @@ def test_the_paper_stays_from_run_to_run_but_not_for_another_arm(run, tmp_path):
     follower = run.follower()
     drawn = follower.at(run.zero + 1e6).ink
     assert length(drawn) > 10
+    run.publisher.close()
     for arm, paper in (("planar", drawn), ("geared", [])):
         newer = Run(tmp_path, arm + ".py", arm)
         follower.poll()
@@ -205,12 +207,27 @@ def test_a_newer_run_is_followed_and_the_older_one_leaves_it_alone(run, tmp_path
     run.draw((10, 0), (5, 10))
     follower = run.follower()
     newer = Run(tmp_path, "newer.py")
+    newer.draw((10, 0), (5, 10))
     follower.poll()
     assert follower.header["script"] == "newer.py"
     run.publisher.close()
     follower.poll()
     assert follower.alive
     assert os.path.exists(newer.publisher.path)
+    newer.publisher.close()
+
+
+def test_a_newer_run_that_only_looks_leaves_the_older_one_in_sight(run, tmp_path):
+    run.draw((10, 0), (5, 10))
+    follower = run.follower()
+    newer = Run(tmp_path, "looks.py")
+    newer.rig.world.sleep(2.0)
+    follower.poll()
+    assert (follower.header["script"], follower.alive) == ("drawing.py", True)
+    run.publisher.close()
+    newer.rig.world.sleep(1.0)
+    follower.poll()
+    assert follower.header["script"] == "looks.py", "nobody else is there any more"
     newer.publisher.close()
 
 
@@ -275,9 +292,11 @@ def test_time_does_not_go_back(run):
     [
         ({"version": 99}, "version 99"),
         ({"arm": "/nowhere/at/all.ini"}, "no such arm file"),
-        ({"zero": float("nan")}, "clock"),
-        ({"zero": "soon"}, "soon"),
-        ({"pid": None}, "int"),
+        ({"zero": float("nan")}, "JSON"),
+        ({"zero": "soon"}, "number"),
+        ({"pid": None}, "number"),
+        ({"pid": True}, "number"),
+        ({"zero": 10**400}, "number"),
     ],
 )
 def test_a_header_that_is_wrong_is_refused_with_a_reason(run, change, word):
@@ -306,6 +325,23 @@ def test_a_file_that_is_something_else_is_refused(run, content):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
+@pytest.mark.parametrize("kind", sorted(ODD))
+def test_whatever_has_become_of_the_file_is_said_and_a_run_takes_its_place(tmp_path, kind):
+    path = str(tmp_path / FILE)
+    ODD[kind][0](path)
+    follower = PoseReader(str(tmp_path))
+    follower.poll()
+    assert follower.header is None
+    assert FILE in follower.refused
+    if kind == "folder":
+        return  # nothing can take its place
+    new = Run(tmp_path)
+    follower.poll()
+    assert (follower.header["script"], follower.refused) == ("drawing.py", "")
+    new.close()
+    follower.close()
+
+
 def test_a_full_disk_costs_the_live_picture_not_the_run(run, capsys):
     run.publisher._file.close()
     run.publisher._file = os.fdopen(os.open("/dev/full", os.O_WRONLY), "wb", 0)

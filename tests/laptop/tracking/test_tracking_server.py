@@ -14,6 +14,7 @@ import time
 import pytest
 import waiting
 from clocks import FakeClock
+from odd_files import ODD
 from waiting import PATIENCE
 
 from laptop.tracking import server as tracking_server
@@ -642,9 +643,17 @@ def test_a_code_of_an_earlier_version_is_replaced_and_it_is_said(tmp_path):
 )
 def test_a_file_that_holds_no_code_is_named(tmp_path, text):
     (tmp_path / "pairing").write_text(text, encoding="latin-1")
-    with pytest.raises(BadPairing, match="holds no pairing code; remove it") as error:
+    with pytest.raises(BadPairing, match=r"holds no pairing code.*; remove it") as error:
         read_pairing(tmp_path)
     assert isinstance(error.value, ArmError)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("kind", sorted(ODD))
+def test_whatever_has_become_of_the_file_is_said_at_once(tmp_path, kind):
+    ODD[kind][0](str(tmp_path / "pairing"))
+    with pytest.raises(BadPairing, match=r"pairing holds no pairing code.*; remove it") as error:
+        read_pairing(tmp_path)
     assert "\n" not in str(error.value)
 
 

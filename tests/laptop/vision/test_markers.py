@@ -6,6 +6,7 @@ import itertools
 import cv2
 import numpy as np
 import pytest
+from odd_files import ODD
 
 from laptop.vision.markers import (
     ARUCO_IDS,
@@ -310,6 +311,32 @@ def test_what_is_no_markers_file_is_refused(tmp_path, content, why):
     assert text.startswith(f"{path}: ")
     assert why in text
     assert text.endswith("correct or remove it")
+
+
+@pytest.mark.parametrize("kind", sorted(set(ODD) - {"empty", "list"}))
+def test_whatever_has_become_of_the_file_is_said_at_once(tmp_path, kind):
+    ODD[kind][0](str(tmp_path / "markers.ini"))
+    text = refusal(read_markers, tmp_path / "markers.ini")
+    assert "markers.ini: this is not a markers file" in text
+    assert "\n" not in text
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "[eff\x1b[31mector]\nhue = 1\n",
+        "[" + "e" * 9000 + "]\nhue = 1\n",
+        "[effector]\nkind = \x1b[2Jball\n",
+        "[effector]\nhue = " + "1 " * 9000 + "\n",
+        "[effector]\nkind = aruco\nid = " + "9" * 5000 + "\n",
+        "[effector]\n" + "h" * 9000 + " = 1\n",
+    ],
+)
+def test_a_refusal_is_short_and_steers_no_terminal(tmp_path, content):
+    (tmp_path / "markers.ini").write_text(content)
+    text = refusal(read_markers, tmp_path / "markers.ini")
+    assert text.isprintable()
+    assert len(text) < len(str(tmp_path)) + 250
 
 
 def test_what_cannot_be_read_is_refused(tmp_path):

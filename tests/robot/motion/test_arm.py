@@ -156,7 +156,8 @@ def test_watching_tells_in_every_tick_where_the_links_are(tmp_path, name):
     off = [far(q, true) for _, q, true in seen]
     count = 1.0 / rig.arm.joints[0].gear
     assert sorted(off)[len(off) // 2] < 0.3 + 0.2 * count, "half the play would be 1 deg"
-    assert max(off) < 1.5
+    # Where it turns round the link may lie anywhere in its play: how far, is luck of a millisecond.
+    assert max(off) < max(math.degrees(joint.backlash) for joint in rig.arm.joints) + 0.5
 
 
 @pytest.mark.parametrize("when", [0.1, 0.6], ids=["crossing the play", "on the way"])

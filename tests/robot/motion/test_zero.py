@@ -1,27 +1,43 @@
 """The zero on file: believed while the encoders agree, refused in one line otherwise."""
 
 import json
+import math
 import os
 
 import pytest
-from refusals import refused
+from refusals import in_one_line, refused
+from rig import Shell
 
 import robot.motion.zero
-from robot.motion.zero import MAX_PARKED_DRIFT, NotHomed, StateNotSaved, Zero
+from robot.motion.zero import MAX_PARKED_DRIFT, VERSION, NotHomed, StateNotSaved, Zero, meaning
+from shared.arm_description import find_arm, read_arm
 
+ARM = read_arm(find_arm("planar"))
 ZERO = {"A": -12.5, "B": 100.25}
 PARKED = {"A": 40, "B": -7}
 
 
 @pytest.fixture
 def zero(tmp_path):
-    return Zero("planar", str(tmp_path / "state"))
+    return Zero(ARM, str(tmp_path / "state"))
+
+
+def change(its, **changes):
+    """Change the file of a Zero; a value is a function of what was there."""
+    with open(its.file) as file:
+        state = json.loads(file.read())
+    for key, changed in changes.items():
+        state[key] = changed(state.get(key))
+        if state[key] is None:
+            del state[key]
+    with open(its.file, "w") as file:
+        file.write(json.dumps(state))
 
 
 def test_what_was_saved_is_confirmed_where_it_was_parked(zero):
     zero.save(ZERO, PARKED)
     assert zero.confirmed(PARKED) == ZERO
-    assert Zero("planar", os.path.dirname(zero.file)).confirmed(PARKED) == ZERO
+    assert Zero(ARM, os.path.dirname(zero.file)).confirmed(PARKED) == ZERO
 
 
 @pytest.mark.parametrize("port", ["A", "B"])
@@ -63,7 +79,7 @@ def test_an_arm_that_may_have_been_moved_while_the_brick_was_off(zero, monkeypat
 def test_each_arm_has_its_own(zero):
     zero.save(ZERO, PARKED)
     with pytest.raises(NotHomed):
-        Zero("geared", os.path.dirname(zero.file)).confirmed(PARKED)
+        Zero(read_arm(find_arm("geared")), os.path.dirname(zero.file)).confirmed(PARKED)
 
 
 def test_a_motor_that_the_file_does_not_know(zero):
@@ -79,6 +95,41 @@ def test_only_the_motors_there_are_count(zero):
 
 
 @pytest.mark.parametrize(
+    "changes",
+    [
+        {"zero": 3},
+        {"zero": None},
+        {"zero": {"A": "1", "B": 2}},
+        {"zero": {"A": 1}},
+        {"zero": {"A": True, "B": 2}},
+        {"zero": {"A": 10**400, "B": 2}},
+        {"zero": {}},
+        {"zero": [1, 2]},
+        {"parked": True},
+        {"parked": [40, -7]},
+        {"parked": {"A": None, "B": -7}},
+        {"parked": {"A": False, "B": -7}},
+        {"parked": "no"},
+        {"version": True},
+        {"version": "2"},
+        {"version": [2]},
+        {"arm": None},
+        {"arm": []},
+        {"arm": {"shoulder.gear": {}}},
+        {"arm": {"shoulder.gear": True}},
+        {"arm": {}, "file": 7},
+    ],
+    ids=str,
+)
+def test_a_file_that_makes_no_sense_is_not_believed(zero, changes):
+    zero.save(ZERO, PARKED)
+    change(zero, **{key: lambda _, value=value: value for key, value in changes.items()})
+    with pytest.raises(NotHomed) as error:
+        zero.confirmed(PARKED)
+    assert refused(error, zero.file, "so the zero is unknown", "driver.py home")
+
+
+@pytest.mark.parametrize(
     "garbage",
     [
         b"",
@@ -87,25 +138,150 @@ def test_only_the_motors_there_are_count(zero):
         b"[]",
         b"7",
         b"null",
-        b'{"zero": {"A": 1, "B": 2}}',
-        b'{"parked": {"A": 40, "B": -7}}',
-        b'{"zero": null, "parked": {"A": 40, "B": -7}}',
-        b'{"zero": {"A": "x", "B": 2}, "parked": {"A": 40, "B": -7}}',
-        b'{"zero": {"A": 1, "B": 2}, "parked": true}',
-        b'{"zero": {"A": 1, "B": 2}, "parked": [40, -7]}',
-        b'{"zero": {"A": 1, "B": 2}, "parked": {"A": null, "B": -7}}',
-        b'{"zero": {"A": NaN, "B": 2}, "parked": {"A": 40, "B": -7}}',
-        b'{"zero": {"A": Infinity, "B": 2}, "parked": {"A": 40, "B": -7}}',
-        b'{"zero": {"A": 1, "B": 2}, "parked": {"A": NaN, "B": -7}}',
+        b"[" * 9000,
+        b'{"a":' * 9000,
+        b"9" * 5000,
     ],
 )
-def test_a_file_that_makes_no_sense_is_not_believed(zero, garbage):
+def test_what_is_none_of_ours_is_not_believed(zero, garbage):
     os.makedirs(os.path.dirname(zero.file))
     with open(zero.file, "wb") as file:
         file.write(garbage)
     with pytest.raises(NotHomed) as error:
         zero.confirmed(PARKED)
-    assert refused(error, "driver.py home")
+    assert refused(error, zero.file, "driver.py home")
+
+
+@pytest.mark.parametrize("word", ["NaN", "Infinity", "-Infinity"])
+@pytest.mark.parametrize("key", ["zero", "parked"])
+def test_what_is_no_number_is_not_believed(zero, key, word):
+    zero.save(ZERO, PARKED)
+    change(zero, **{key: lambda there: dict(there, A=1234567)})
+    with open(zero.file) as file:
+        text = file.read().replace("1234567", word)
+    with open(zero.file, "w") as file:
+        file.write(text)
+    with pytest.raises(NotHomed) as error:
+        zero.confirmed(PARKED)
+    assert refused(error, zero.file)
+
+
+# Whose zero it is
+
+
+def test_a_file_of_an_earlier_version_says_nothing_of_the_arm(zero):
+    zero.save(ZERO, PARKED)
+    change(zero, version=lambda _: None, arm=lambda _: None, file=lambda _: None)
+    with pytest.raises(NotHomed) as error:
+        zero.confirmed(PARKED)
+    assert refused(error, zero.file, "an earlier version", "driver.py home")
+
+
+def test_a_file_of_a_later_version_is_not_guessed_at(zero):
+    zero.save(ZERO, PARKED)
+    change(zero, version=lambda now: now + 1, arm=lambda _: None)
+    with pytest.raises(NotHomed) as error:
+        zero.confirmed(PARKED)
+    assert refused(error, zero.file, "a later version", "driver.py home")
+
+
+EDITS = {
+    "port": "D", "motor": "medium", "gear": 3.0, "direction": -1, "stop_lower": -2.0,
+    "stop_upper": 2.9, "home": 0.1, "backlash": 0.1,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", sorted(EDITS))
+def test_an_arm_that_was_edited_after_homing_is_told_so(zero, key):
+    zero.save(ZERO, PARKED)
+    joints = (ARM.joints[0]._replace(**{key: EDITS[key]}),) + ARM.joints[1:]
+    edited = Zero(ARM._replace(joints=joints), os.path.dirname(zero.file))
+    with pytest.raises(NotHomed) as error:
+        edited.confirmed(PARKED)
+    assert refused(error, "planar", "edited: its shoulder." + key + " was", "driver.py home")
+    edited.save(ZERO, PARKED)
+    assert edited.confirmed(PARKED) == ZERO
+    with pytest.raises(NotHomed):
+        zero.confirmed(PARKED)
+
+
+def test_another_arm_of_the_same_name_is_told_by_its_file(zero):
+    zero.save(ZERO, PARKED)
+    geared = read_arm(find_arm("geared"))._replace(name="planar", file="/other/planar.ini")
+    with pytest.raises(NotHomed) as error:
+        Zero(geared, os.path.dirname(zero.file)).confirmed(PARKED)
+    assert refused(error, "another arm, " + ARM.file, "elbow.direction is 1 there and -1 here")
+
+
+def test_what_does_not_change_what_counts_mean_may_be_edited(zero):
+    zero.save(ZERO, PARKED)
+    joints = tuple(
+        joint._replace(link=9.0, max_speed=0.5, lower=-0.5, upper=1.0, find_home="here", mass=0.1)
+        for joint in ARM.joints
+    )
+    other = ARM._replace(joints=joints, speed=1.0, elbow="down", file="/moved/planar.ini")
+    assert Zero(other, os.path.dirname(zero.file)).confirmed(PARKED) == ZERO
+
+
+def test_the_pen_counts_where_there_is_one(zero):
+    zero.save(ZERO, PARKED)
+    for pen, word in (
+        (ARM.pen._replace(up=ARM.pen.up + 0.1), "pen.up was"),
+        (ARM.pen._replace(port="D"), "pen.port was C and is D"),
+        (None, "pen.motor was medium and is not there"),
+    ):
+        with pytest.raises(NotHomed) as error:
+            Zero(ARM._replace(pen=pen), os.path.dirname(zero.file)).confirmed(PARKED)
+        assert refused(error, word)
+
+
+@pytest.mark.parametrize("name", ["planar", "geared", "spatial"])
+def test_the_numbers_of_an_arm_survive_the_file(name, tmp_path):
+    arm = read_arm(find_arm(name))
+    assert json.loads(json.dumps(meaning(arm))) == meaning(arm)
+    Zero(arm, str(tmp_path)).save(ZERO, PARKED)
+    assert Zero(read_arm(find_arm(name)), str(tmp_path)).confirmed(PARKED) == ZERO
+
+
+# Where an arm cannot stand
+
+
+def test_an_angle_beyond_a_stop_is_refused(zero):
+    home = [joint.home for joint in ARM.joints]
+    zero.check_angles(home, ARM.pen.up)
+    slack = math.radians(1)
+    for k, joint in enumerate(ARM.joints):
+        for stop, sign in ((joint.stop_lower, -1), (joint.stop_upper, 1)):
+            angles = list(home)
+            angles[k] = stop + sign * (joint.backlash + slack)
+            zero.check_angles(angles, ARM.pen.down)
+            angles[k] = stop + sign * (joint.backlash + math.radians(10) + slack)
+            with pytest.raises(NotHomed) as error:
+                zero.check_angles(angles)
+            told = "{} stands at {:.1f} deg".format(joint.name, math.degrees(angles[k]))  # noqa: UP032
+            assert refused(error, told, zero.file, "driver.py home")
+    with pytest.raises(NotHomed) as error:
+        zero.check_angles(home, ARM.pen.up + math.radians(100) * (1 if ARM.pen.up else -1))
+    assert refused(error, "pen stands at")
+
+
+def test_where_there_is_no_stop_the_limit_counts(tmp_path):
+    joints = tuple(joint._replace(stop_lower=None, stop_upper=None) for joint in ARM.joints)
+    zero = Zero(ARM._replace(joints=joints), str(tmp_path))
+    zero.check_angles([joint.upper + joint.backlash for joint in joints])
+    with pytest.raises(NotHomed):
+        zero.check_angles([joint.upper + 0.4 for joint in joints])
+
+
+def test_no_zero_of_millions_of_degrees_is_said_or_driven_by(tmp_path, monkeypatch, capsys):
+    shell = Shell(tmp_path, monkeypatch, capsys)
+    far = dict(shell.on_file()["zero"], A=1e6)
+    shell.state.save(far, dict.fromkeys(far, 0))
+    for words in (("where",), ("move", "12,6")):
+        shown = shell.run(*words)
+        assert shown.status == 1
+        assert in_one_line(shown.err, "shoulder stands at -1000000", "driver.py home")
+    assert not shell.busy
 
 
 def test_a_folder_where_the_file_should_be(zero):
@@ -119,7 +295,7 @@ def test_a_folder_where_the_file_should_be(zero):
 
 def test_a_folder_that_cannot_be_made(tmp_path):
     (tmp_path / "state").write_text("in the way")
-    zero = Zero("planar", str(tmp_path / "state"))
+    zero = Zero(ARM, str(tmp_path / "state"))
     with pytest.raises(StateNotSaved) as error:
         zero.save(ZERO, PARKED)
     assert refused(error, zero.file, "BRICKSERVO_STATE")
@@ -165,10 +341,10 @@ def test_a_write_cut_short_leaves_the_old_file(zero):
 
 def test_where_the_file_is(monkeypatch, tmp_path):
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "there"))
-    assert Zero("planar").file == str(tmp_path / "there" / "planar.json")
+    assert Zero(ARM).file == str(tmp_path / "there" / "planar.json")
     monkeypatch.delenv("BRICKSERVO_STATE")
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert Zero("planar").file == str(tmp_path / ".brickservo" / "planar.json")
+    assert Zero(ARM).file == str(tmp_path / ".brickservo" / "planar.json")
 
 
 def test_the_file_is_plain_json(zero):
@@ -176,4 +352,5 @@ def test_the_file_is_plain_json(zero):
     with open(zero.file) as file:
         state = json.loads(file.read())
     assert state.pop("boot") == robot.motion.zero._boot()
-    assert state == {"zero": ZERO, "parked": PARKED}
+    assert state.pop("arm") == meaning(ARM)
+    assert state == {"version": VERSION, "file": ARM.file, "zero": ZERO, "parked": PARKED}

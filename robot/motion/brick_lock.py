@@ -1,0 +1,245 @@
+"""One program at a time may move a brick's motors: a lock that the system keeps for the motors.
+
+It lies on the very folder in which the system shows the motors, so that there is one for a brick,
+whoever runs the programs and wherever they keep their state. Nothing is written: the kernel knows
+who holds it, and frees it when that program ends, however it ends. So an emulated brick has its own
+by having motors of its own; only in real time, where several programs may want the arm that all
+cameras see, a file in the state folder stands for it ($BRICKSERVO_LOCK).
+
+A system without such locks (no `fcntl`) shows no motors either; there everybody may move.
+"""
+
+import os
+
+from shared.arm_description import ArmError
+from shared.record import record
+from shared.state import LOCK
+
+TAKE_TIMEOUT = 15.0
+"""Who is asked to stop has so long to do it, s: stop, go on record, end Python on a busy brick."""
+
+POLL_PERIOD = 0.05
+"""Period of looks at whether it has, s."""
+
+_held = {}  # type: dict  # path -> descriptor, which keeps the lock until this program ends
+
+
+class BrickInUse(ArmError):
+    """Another program may be moving the motors; nothing of ours has moved."""
+
+
+Holder = record("Holder", "name pid age begun")
+Holder.__doc__ = """The program that may move the motors.
+
+name   of its script
+pid    number of the process
+age    how long it has been running, s
+begun  a mark of its start, by which it is told from a later process of the same number
+"""
+
+
+class BrickLock(object):
+    """The right to move the motors, for all of this program, until it ends.
+
+    Args:
+        path: the folder of the motors.
+    """
+
+    def __init__(self, path):
+        stand_in = os.environ.get(LOCK)
+        self._path = stand_in or path
+        self._flags = os.O_RDWR | os.O_CREAT if stand_in else os.O_RDONLY
+
+    def acquire(self, advice=""):
+        """Take it, unless this program has it.
+
+        Args:
+            advice: what else may be done if it is not free, for people.
+
+        Raises:
+            BrickInUse: another program has it; the message says which.
+        """
+        if self._path in _held or self._taken():
+            return
+        raise BrickInUse(_in_use(self.holder()) + advice)
+
+    def check_free(self):
+        """Raise BrickInUse if it is known that another program has it."""
+        holder = self.holder()
+        if holder:
+            raise BrickInUse(_in_use(holder))
+
+    def take_over(self, clock, say=print):
+        """Take it; if another program has it, ask that to stop, as `kill PID` does, and wait.
+
+        Args:
+            clock: has `now()` and `sleep(seconds)`.
+            say: called with a line for people while it waits.
+
+        Raises:
+            BrickInUse: that program cannot be asked, or has not ended in TAKE_TIMEOUT.
+        """
+        asked, end = None, clock.now() + TAKE_TIMEOUT
+        while self._path not in _held and not self._taken():
+            holder = self.holder()  # None: it has just ended, or the system does not tell
+            if holder and asked is None:
+                asked = holder
+                self._ask(holder, say)
+            elif holder and holder.pid != asked.pid:
+                self.check_free()  # another one was faster
+            if clock.now() >= end:
+                if asked is None:
+                    raise BrickInUse(_in_use(None))
+                raise BrickInUse(
+                    "{} was asked to stop and has not in {:.0f} s; "
+                    "hold the arm, and end it: kill -9 {}".format(
+                        _described(asked), TAKE_TIMEOUT, asked.pid
+                    )
+                )
+            clock.sleep(POLL_PERIOD)
+
+    def _ask(self, holder, say):
+        """Ask a program to stop that still holds it."""
+        say("asking {} to stop".format(_described(holder)))
+        number = _orderly_signal(holder.pid)
+        still = self.holder()
+        if still is None or (still.pid, still.begun) != (holder.pid, holder.begun):
+            return  # it has ended by itself
+        try:
+            os.kill(holder.pid, number)
+        except ProcessLookupError:
+            pass  # likewise
+        except PermissionError:
+            raise BrickInUse(
+                "{} is another user's: end it as that user, or as root: kill {}".format(
+                    _described(holder), holder.pid
+                )
+            ) from None
+
+    def holder(self):
+        """The Holder that is another program; None if there is none or the system does not tell."""
+        if self._path in _held:
+            return None
+        try:
+            there = os.stat(self._path)
+            with open("/proc/locks") as locks:
+                lines = locks.read().split("\n")
+        except OSError:
+            return None
+        for line in lines:
+            # "1: FLOCK  ADVISORY  WRITE 812 00:0f:1234 0 EOF"; one that waits has "->" before it.
+            words = line.split()
+            if words[1:2] == ["FLOCK"] and words[3] == "WRITE":
+                pid, device = int(words[4]), words[5].rsplit(":", 1)
+                if device[1] == str(there.st_ino) and _holds(pid, there, device[0]):
+                    return _holder(pid)
+        return None
+
+    def _taken(self):
+        """Whether it was free, and is ours now."""
+        try:
+            import fcntl  # not above: not every system has it
+        except ImportError:
+            return True
+        descriptor = os.open(self._path, self._flags, 0o600)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(descriptor)
+            return False
+        _held[self._path] = descriptor
+        return True
+
+
+def release():
+    """Give it back, as the end of the program does: for who runs programs inside another."""
+    while _held:
+        os.close(_held.popitem()[1])
+
+
+def _in_use(holder):
+    """Words for people about who has it."""
+    if holder is None:
+        return (
+            "another program may be moving the motors, and the system does not tell which; "
+            "wait until it has ended, or end it"
+        )
+    return "{} may be moving the motors; wait until it has ended, or end it: kill {}".format(
+        _described(holder), holder.pid
+    )
+
+
+def _described(holder):
+    """Words for people; a clock on the wall may be wrong on a brick, how long is right."""
+    return "{} (process {}, running for {})".format(holder.name, holder.pid, _span(holder.age))
+
+
+def _span(seconds):
+    for unit, size in (("h", 3600), ("min", 60)):
+        if seconds >= 2 * size:
+            return "{:.0f} {}".format(seconds // size, unit)
+    return "{:.0f} s".format(seconds)
+
+
+# What Linux tells of a process
+
+
+def _holds(pid, there, device):
+    """Whether a process has the file open; for another user's, whether the device is the file's."""
+    folder = "/proc/{}/fd".format(pid)
+    try:
+        descriptors = os.listdir(folder)
+    except PermissionError:
+        # Not so on all file systems, hence the way above; but where the motors are shown.
+        return device == "{:02x}:{:02x}".format(os.major(there.st_dev), os.minor(there.st_dev))
+    except OSError:
+        return False
+    for name in descriptors:
+        try:
+            if os.path.samestat(os.stat(os.path.join(folder, name)), there):
+                return True
+        except OSError:
+            continue  # closed meanwhile
+    return False
+
+
+def _holder(pid):
+    """The Holder with that number; None if it has just ended."""
+    try:
+        with open("/proc/{}/cmdline".format(pid)) as file:
+            words = file.read().split("\0")
+        with open("/proc/{}/stat".format(pid)) as file:
+            begun = int(file.read().rsplit(")", 1)[1].split()[19])  # starttime, see proc(5)
+        with open("/proc/uptime") as file:
+            uptime = float(file.read().split()[0])
+    except (OSError, IndexError):
+        return None
+    age = max(0.0, uptime - begun / float(os.sysconf("SC_CLK_TCK")))
+    return Holder(_script(words), pid, age, begun)
+
+
+def _script(words):
+    """The name of the script in a command line; of a module that is run, or of the program."""
+    for word in words:
+        if word.endswith(".py"):
+            return os.path.basename(word)
+    if "-m" in words[:-1]:
+        return words[words.index("-m") + 1]
+    return os.path.basename(words[0])
+
+
+def _orderly_signal(pid):
+    """The signal at which a process ends in its own way: SIGTERM; or Ctrl-C's, if only that.
+
+    Python ends at SIGTERM without a `finally` unless a script sees to it, but not at Ctrl-C.
+    """
+    import _signal as signal  # type: ignore[import-not-found] # not above, see robot.program
+
+    try:
+        with open("/proc/{}/status".format(pid)) as file:
+            caught = [line.split()[1] for line in file if line.startswith("SigCgt:")]
+        caught = int(caught[0], 16)
+    except (OSError, IndexError, ValueError):
+        return signal.SIGTERM
+    catches = [bool(caught >> (number - 1) & 1) for number in (signal.SIGTERM, signal.SIGINT)]
+    return signal.SIGINT if catches == [False, True] else signal.SIGTERM

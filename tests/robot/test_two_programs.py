@@ -1,0 +1,190 @@
+"""Two programs that want the same motors: the second is refused, and nothing of it moves.
+
+The other program is a real process; what is refused runs as a whole program on an emulated brick.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+from lock_holder import NAME, LockHolders
+from places import ROBOT, ROOT
+from refusals import in_one_line
+from rig import Shell
+from waiting import PATIENCE
+
+from laptop.simulator.host.runner import run_script
+
+MOVING = [
+    ("line", "10,0", "5,10"),
+    ("move", "12,6"),
+    ("home",),
+    ("home", "--here"),
+    (),
+]
+
+
+@pytest.fixture
+def shell(tmp_path, monkeypatch, capsys):
+    (tmp_path / "state").mkdir()
+    monkeypatch.setenv("BRICKSERVO_LOCK", str(tmp_path / "motors"))
+    return Shell(tmp_path / "state", monkeypatch, capsys)
+
+
+@pytest.fixture
+def other(tmp_path, shell):
+    """Another program, which may move the shell's motors."""
+    with LockHolders(tmp_path, tmp_path / "motors") as holders:
+        yield holders.begin()
+
+
+def stood(shell, before):
+    """Whether nothing has moved, and what is on file is as before."""
+    return not shell.busy and shell.writes == [] and shell.on_file() == before
+
+
+@pytest.mark.parametrize("words", MOVING, ids=lambda words: " ".join(words) or "nothing")
+def test_the_second_says_who_may_move_and_moves_nothing(shell, other, words):
+    before = shell.on_file()
+    shown = shell.run(*words)
+    assert shown.status == 1
+    assert in_one_line(shown.err, "driver.py: " + NAME, str(other.pid), "running for", "--take")
+    assert stood(shell, before)
+    other.kill()
+    other.wait(PATIENCE)
+    assert shell.run(*words).status == 0
+
+
+def test_what_moves_nothing_is_free_to_look(shell, other):
+    before = shell.on_file()
+    assert shell.run("where").status == 0
+    assert shell.run("inverse", "10,0").status == 0
+    assert stood(shell, before)
+
+
+def test_where_an_arm_stands_that_another_program_moves_is_said_to_be_its(shell, other):
+    """By the file alone, the last program would have ended without parking."""
+    shell.state.save({"A": 0, "B": 0, "C": 0}, None)
+    shown = shell.run("where")
+    assert shown.status == 1
+    assert in_one_line(shown.err, NAME, str(other.pid), "may be moving the motors")
+    other.kill()
+    other.wait(PATIENCE)
+    assert in_one_line(shell.run("where").err, "without parking")
+
+
+def test_an_order_that_makes_no_sense_takes_nothing_over(shell, other):
+    for words in (("--take", "line", "10,0", "99,0"), ("--take", "fly"), ("--take", "where")):
+        shell.run(*words)
+    assert other.poll() is None
+
+
+def test_the_death_of_a_program_frees_its_motors(tmp_path, monkeypatch, capsys):
+    shell = Shell(tmp_path, monkeypatch, capsys)
+    killed = shell.run("line", "10,0", "5,10", kill_at=3.0)
+    assert killed.status == 137
+    assert shell.motion(0) > 5
+    shown = shell.run("home", "--here")
+    assert (shown.status, shown.err) == (0, "")
+
+
+OWN = """
+import sys
+sys.path.insert(0, {root!r})
+from robot.api import Clock, RobotArm, find_arm, read_arm
+
+arm = RobotArm(read_arm(find_arm("planar")), Clock())
+arm.load_zero()
+try:
+    arm.go_to([0.5, 0.5])
+finally:
+    arm.park()
+    print("the end")
+"""
+
+
+def test_a_script_of_ones_own_need_not_know(shell, other, tmp_path, capsys):
+    before = shell.on_file()
+    script = tmp_path / "own.py"
+    script.write_text(OWN.format(root=str(ROOT)))
+    assert run_script(shell.brick, str(script)).status == 1
+    out, err = capsys.readouterr()
+    assert out == "the end\n"
+    assert err.splitlines()[-1].startswith("robot.motion.brick_lock.BrickInUse: " + NAME)
+    assert stood(shell, before)
+    other.kill()
+    other.wait(PATIENCE)
+    assert run_script(shell.brick, str(script)).status == 0
+
+
+def test_bench_and_servo_are_refused_likewise(shell, other, tmp_path, capsys):
+    before = shell.on_file()
+    for script, words in (
+        ("bench_brick.py", ["planar", "--move", "--json", str(tmp_path / "brick.json")]),
+        ("visual_servoing.py", ["127.0.0.1:9", "--code", "ABCDEFGH"]),
+        ("visual_servoing.py", ["127.0.0.1:9", "--code", "ABCDEFGH", "--wait"]),
+    ):
+        assert run_script(shell.brick, str(ROBOT / script), words).status == 1
+        err = capsys.readouterr().err
+        assert in_one_line(err, script + ": " + NAME, str(other.pid), "--take")
+    assert stood(shell, before)
+
+
+# Two emulated programs in real time, which want the arm that the cameras see
+
+
+def simulated(out, *words):
+    return [sys.executable, "-m", "laptop", "simulate", "--realtime", "--no-picture", "--out",
+            str(out), str(ROBOT / "driver.py"), *words]  # fmt: skip
+
+
+LONG_LINE = ("--speed", "0.5", "line", "10,0", "5,10")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("end", ["taken over", "killed"])
+def test_in_real_time_two_programs_share_one_brick(tmp_path, end):
+    environment = {**os.environ, "BRICKSERVO_STATE": str(tmp_path), "PYTHONUNBUFFERED": "1"}
+
+    def run(*words):
+        return subprocess.run(  # noqa: UP022 - `capture_output` came with 3.7
+            simulated(tmp_path / "second", *words),
+            cwd=str(ROOT),
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            universal_newlines=True,  # noqa: UP021 - `text` came with 3.7
+            timeout=PATIENCE,
+        )
+
+    first = subprocess.Popen(
+        simulated(tmp_path / "first", *LONG_LINE), cwd=str(ROOT), env=environment,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
+    )  # fmt: skip
+    try:
+        assert first.stdout.readline().startswith("drawing 1 of 1")
+        refused = run("home")
+        assert refused.returncode == 1
+        assert in_one_line(refused.stderr, f"driver.py: driver.py (process {first.pid},", "--take")
+        assert run("where").returncode == 0
+        assert first.poll() is None
+        if end == "killed":
+            first.kill()
+            first.wait(PATIENCE)
+            taken = run("move", "12,6")
+        else:
+            taken = run("--take", "move", "12,6")
+        assert taken.returncode == 0, taken.stderr
+        out, err = first.communicate(timeout=PATIENCE)
+    finally:
+        first.kill()
+        first.communicate(timeout=PATIENCE)
+    if end == "taken over":
+        assert f"asking driver.py (process {first.pid}," in taken.stdout
+        assert first.returncode == 128 + signal.SIGTERM
+        assert "stopped by SIGTERM" in err
+        summary = json.loads((tmp_path / "first" / "summary.json").read_text())
+        assert not any(motor["driven"] for motor in summary["motors"].values())

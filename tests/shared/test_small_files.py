@@ -1,0 +1,175 @@
+"""Small files, whatever has become of them: read at once, or refused in words."""
+
+import json
+import os
+import random
+
+import pytest
+from odd_files import ODD, put
+
+from robot.motion.zero import NotHomed, Zero
+from robot.tracker_address import Memory, SaltedKey, ServerAddress, SpoiltMemory
+from shared.arm_description import ArmError, BadArmFile, find_arm, read_arm
+from shared.small_files import (
+    MAX_SIZE,
+    SpoiltFile,
+    number,
+    open_to_write,
+    parse_json,
+    read_json,
+    read_text,
+)
+
+
+@pytest.mark.parametrize("kind", sorted(ODD))
+def test_what_is_no_such_file_is_refused_at_once(tmp_path, kind):
+    make, words = ODD[kind]
+    path = str(tmp_path / "file")
+    make(path)
+    with pytest.raises(SpoiltFile) as error:
+        read_json(path)
+    assert words in str(error.value)
+
+
+def test_what_is_not_there_is_not_spoilt(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        read_text(str(tmp_path / "none"))
+
+
+def test_a_link_to_a_file_is_one_and_lines_end_as_they_should(tmp_path):
+    put(str(tmp_path / "file"), "\u00e4\r\nb\rc\n".encode())
+    os.symlink(str(tmp_path / "file"), str(tmp_path / "link"))
+    assert read_text(str(tmp_path / "link")) == "\u00e4\nb\nc\n"
+    put(str(tmp_path / "file"), b"x" * MAX_SIZE)
+    assert len(read_text(str(tmp_path / "file"))) == MAX_SIZE
+
+
+def test_no_descriptor_is_left_open(tmp_path):
+    before = os.listdir("/proc/self/fd")
+    for kind, (make, _) in ODD.items():
+        make(str(tmp_path / kind))
+        with pytest.raises(SpoiltFile):
+            read_json(str(tmp_path / kind))
+    assert len(os.listdir("/proc/self/fd")) == len(before)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [True, False, None, "1", [], {}, 10**400, -(10**400), float("nan"), float("inf")],
+    ids=str,
+)
+def test_what_is_no_number(value):
+    with pytest.raises(SpoiltFile):
+        number(value)
+
+
+@pytest.mark.parametrize("value", [0, -3, 2.5, 10**20])
+def test_what_is_one(value):
+    assert number(value) == value
+
+
+def test_of_an_integer_of_thousands_of_digits_nothing_is_made():
+    with pytest.raises(SpoiltFile):
+        number(parse_json('{"a": 1' + "0" * 400 + "}")["a"])
+    with pytest.raises(SpoiltFile):
+        number(parse_json('{"a": 1' + "0" * 9000 + "}")["a"])
+
+
+def test_a_pipe_that_nobody_reads_is_not_waited_for(tmp_path):
+    os.mkfifo(str(tmp_path / "pipe"))
+    with pytest.raises(OSError, match="No such device"):
+        open_to_write(str(tmp_path / "pipe"))
+    descriptor = open_to_write(str(tmp_path / "file"))
+    os.write(descriptor, b"a")
+    os.close(descriptor)
+    descriptor = open_to_write(str(tmp_path / "file"), os.O_APPEND)
+    os.write(descriptor, b"b")
+    os.close(descriptor)
+    assert read_text(str(tmp_path / "file")) == "ab"
+
+
+# All who keep such files
+
+
+ARM = read_arm(find_arm("planar"))
+COUNTS = {"A": 0, "B": 0, "C": 0}
+
+
+def zero_in(folder):
+    Zero(ARM, folder).save(dict.fromkeys(COUNTS, 1.5), COUNTS)
+    zero = Zero(ARM, folder)
+    return zero.file, lambda: zero.confirmed(COUNTS), NotHomed
+
+
+def memory_in(folder):
+    memory = Memory(folder)
+    memory.save(ServerAddress("here", 7711, "ABCDEFGHJKMN"), SaltedKey("5a" * 16, b"k" * 32))
+    return memory.file, memory.load, SpoiltMemory
+
+
+def arm_in(folder):
+    path = os.path.join(folder, "my.ini")
+    with open(ARM.file, "rb") as file:
+        put(path, file.read())
+    return path, lambda: read_arm(path), BadArmFile
+
+
+KEPT = [zero_in, memory_in, arm_in]
+
+
+@pytest.mark.parametrize("keep", KEPT, ids=lambda keep: keep.__name__[:-3])
+@pytest.mark.parametrize("kind", sorted(ODD))
+def test_whoever_keeps_one_says_in_a_sentence_what_is_wrong(tmp_path, keep, kind):
+    file, read, error_class = keep(str(tmp_path))
+    read()
+    os.remove(file)
+    ODD[kind][0](file)
+    with pytest.raises(error_class) as error:
+        read()
+    text = str(error.value)
+    assert os.path.basename(file) in text
+    assert "\n" not in text
+    assert len(text) < 400
+
+
+PIECES = [
+    b"", b"{", b"}", b"[", b'"', b":", b",", b"0", b"-", b"e", b"true", b"null", b"NaN", b"\xff",
+    b"\x00", b"\n", b"1e999", b"1" + b"0" * 400, b"9" * 5000, b"[" * 3000, b'{"a":' * 3000,
+    b"\\u0000", b"\\ud800", b"version", b"0.5", b" ",
+]  # fmt: skip
+
+
+def mutated(data, dice):
+    """Some bytes of it replaced, removed, doubled or exchanged."""
+    for _ in range(dice.randint(1, 4)):
+        a, b = sorted(dice.randint(0, len(data)) for _ in range(2))
+        b = min(b, a + dice.choice((1, 2, 8, 40)))
+        middle = dice.choice((dice.choice(PIECES), data[a:b] * 2, b"", data[a:b][::-1]))
+        data = data[:a] + middle + data[b:]
+    return data
+
+
+@pytest.mark.parametrize("keep", KEPT, ids=lambda keep: keep.__name__[:-3])
+def test_no_mutation_gets_past_them(tmp_path, keep):
+    """A thousand of each; 10^6 were tried once."""
+    file, read, error_class = keep(str(tmp_path))
+    with open(file, "rb") as there:
+        good = there.read()
+    refused = read_after_all = 0
+    for seed in range(1000):
+        put(file, mutated(good, random.Random(seed)))
+        try:
+            read()
+        except error_class as error:
+            refused += isinstance(error, ArmError) and "\n" not in str(error)
+        else:
+            read_after_all += 1
+    assert refused + read_after_all == 1000
+    assert refused > 400
+
+
+def test_the_good_ones_are_read(tmp_path):
+    for keep in KEPT:
+        (tmp_path / keep.__name__).mkdir()
+        keep(str(tmp_path / keep.__name__))[1]()
+    assert json.loads(read_text(zero_in(str(tmp_path))[0]))["version"] == 2
