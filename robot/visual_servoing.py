@@ -11,8 +11,12 @@
 The joints' zero must be known (driver.py home), because of their limits.
 """
 
+import _signal  # type: ignore[import-not-found]
 import os
 import sys
+
+if __name__ == "__main__":  # first of all: until then Ctrl-C is a traceback
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 

@@ -17,6 +17,7 @@ import time
 from collections import namedtuple
 
 from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.device.buttons import LATEST
 from laptop.simulator.device.peripherals import Peripherals
 from laptop.simulator.device.sysfs import folder_in_memory
 from laptop.simulator.host.pace import PacedClock
@@ -27,6 +28,7 @@ from robot.motion import kinematics
 from robot.motion.zero import Zero
 from robot.tracking_client import Memory, ServerAddress
 from shared.arm_description import ArmError
+from shared.message_fields import one_line
 from shared.state import ARM, LOCK, MOTORS_FILE, PLAN, STATE, state_folder
 
 Fault = namedtuple("Fault", "kind what t")
@@ -60,6 +62,9 @@ pace      emulated seconds per second of this computer's clock; None in virtual 
 """
 
 
+LONGEST_ACCESS = 10.0
+"""Greatest cost of a sysfs access, s."""
+
 AFTER = "after:"
 """Prefix of a start that another run leaves."""
 
@@ -80,7 +85,7 @@ def read_fault(text):
     if not match or match.group(1) not in FAULTS:
         raise InvalidSimulationOption(
             "'{}' is not a fault; write one of {} with a time, like unplug:A@1.5".format(
-                text,
+                one_line(text),
                 ", ".join(
                     kind + (":" + FAULTS[kind] if FAULTS[kind] else "") for kind in sorted(FAULTS)
                 ),
@@ -91,16 +96,26 @@ def read_fault(text):
         t = float(match.group(3))
         if FAULTS[kind] == "SECONDS":
             what = float(what)
+            if not 0 <= what <= LONGEST_ACCESS:
+                raise ValueError(what)
         elif what not in (tuple("ABCD") if FAULTS[kind] == "PORT" else (None,)):
             raise ValueError(what)
     except (TypeError, ValueError):
         raise InvalidSimulationOption(
             "fault '{}': {} takes {}, then @SECONDS".format(
-                text,
+                one_line(text),
                 kind,
-                {"PORT": "a port from A to D", None: "nothing"}.get(FAULTS[kind], "SECONDS"),
+                {"PORT": "a port from A to D", None: "nothing"}.get(
+                    FAULTS[kind], "SECONDS from 0 to {:g}".format(LONGEST_ACCESS)
+                ),
             )
         ) from None
+    if t > LATEST:
+        raise InvalidSimulationOption(
+            "fault '{}': it would come at {:g} s; give a time up to {:g} s".format(
+                one_line(text), t, LATEST
+            )
+        )
     return Fault(kind, what, t)
 
 
