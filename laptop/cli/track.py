@@ -232,7 +232,11 @@ def start_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
     def why_ended() -> str:
         if process.poll() is None:
             return ""
-        return f"the emulated brick has ended; what it said is in {home / 'lines.txt'}"
+        from laptop.tracking.process_signals import killed_by
+
+        signal_name = killed_by(process.returncode)
+        what = f"was killed ({signal_name})" if signal_name else "has ended"
+        return f"the emulated brick {what}; what it said is in {home / 'lines.txt'}"
 
     try:
         yield why_ended

@@ -10,16 +10,15 @@ import math
 import os
 import random
 import re
-import shutil
 import signal
 import sys
 import time
 from collections import namedtuple
 
+from laptop.simulator import temporary_folders
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.buttons import LATEST
 from laptop.simulator.device.peripherals import Peripherals
-from laptop.simulator.device.sysfs import folder_in_memory
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
@@ -305,7 +304,7 @@ def _published(brick, script):
 @contextlib.contextmanager
 def _home_folder(brick, q, homed, tracker):
     """The brick's home for one run: its state, its arm, and room for the wanted paths."""
-    folder = folder_in_memory("emulated-home-")
+    folder = temporary_folders.make("home")
     arm = brick.arm
     environment = {
         STATE: folder,
@@ -332,7 +331,7 @@ def _home_folder(brick, q, homed, tracker):
                 os.environ.pop(key, None)
             else:
                 os.environ[key] = value
-        shutil.rmtree(folder, ignore_errors=True)
+        temporary_folders.remove(folder)
 
 
 def _wanted(file):
