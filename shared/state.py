@@ -20,7 +20,8 @@
     markers.ini       track and its page           track                    learned markers
     tracker           visual_servoing,             the same                 the laptop's address
                       tracking_client                                       and code, and its key
-    ARM.json          driver, visual_servoing      the same                 zero of an arm
+    ARM.json          driver, visual_servoing      the same                 zero of an arm, and the
+                                                                            numbers that it is of
     live.txt          simulate --realtime          synthetic cameras        pose of the arm, ink
     clock             whoever comes first of       the same, demo           time of the emulated
                       simulate and cameras                                  world

@@ -478,6 +478,16 @@ def test_a_full_disk_for_the_announcement_of_the_path(shell, monkeypatch):
     assert all(not motor.driven for motor in sh.brick.motors.values())
 
 
+def test_a_pipe_for_the_announcement_of_the_path_is_not_waited_for(shell, monkeypatch, tmp_path):
+    os.mkfifo(str(tmp_path / "nobody-reads"))
+    sh = shell()
+    monkeypatch.setenv("BRICKSERVO_PLAN", str(tmp_path / "nobody-reads"))
+    shown = sh.run(*LINE)
+    assert shown.status != 0
+    assert in_one_line(shown.err, "nobody-reads", "BRICKSERVO_PLAN")
+    assert all(not motor.driven for motor in sh.brick.motors.values())
+
+
 # The same faults as people order them
 
 

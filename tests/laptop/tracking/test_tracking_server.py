@@ -351,6 +351,23 @@ def test_a_second_brick_is_refused_and_told_who_is_served(server, brick, call, c
     assert received(client)["A"].seq == 1
 
 
+def test_all_that_is_ordered_goes_to_the_one_that_is_served(server, brick):
+    first, second = linked(brick()), brick()
+    until(lambda: "another program is connected" in second.why, second)
+    assert server.send(Start(budget=7.0))
+    assert server.send(Stop("enough"))
+    ordered = []
+
+    def all_came():
+        ordered.extend(first.commands())
+        return len(ordered) == 2
+
+    until(all_came, first)
+    assert ordered == [Start(budget=7.0), Stop("enough")]
+    second.poll(0.05)
+    assert second.commands() == []
+
+
 def test_one_that_has_not_proven_itself_is_not_told_who_is_served(server, brick, call):
     linked(brick())
     answer = call().prove(WRONG)

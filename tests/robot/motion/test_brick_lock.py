@@ -101,12 +101,14 @@ def reaping(process):
 
 
 @pytest.mark.parametrize(
-    ("before", "status"), [(STOPS_ITSELF, 143), ("", -signal.SIGINT)], ids=["SIGTERM", "Ctrl-C"]
+    ("before", "statuses"),
+    [(STOPS_ITSELF, [143]), ("", [-signal.SIGINT, 1])],  # 1 before Python 3.8
+    ids=["SIGTERM", "Ctrl-C"],
 )
-def test_who_is_asked_stops_in_its_own_way(folder, other, before, status):
+def test_who_is_asked_stops_in_its_own_way(folder, other, before, statuses):
     first, lines = other(before), []
     BrickLock(folder).take_over(reaping(first), lines.append)
-    assert first.wait(PATIENCE) == status
+    assert first.wait(PATIENCE) in statuses
     assert first.stdout.read() == "parked\n"
     assert lines == [f"asking other.py (process {first.pid}, running for 0 s) to stop"]
     BrickLock(folder).acquire()

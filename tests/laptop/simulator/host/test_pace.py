@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+from odd_files import ODD
 from places import ROOT
 
 from laptop.simulator.host import pace
@@ -48,6 +49,16 @@ def test_with_nobody_to_wait_for_it_goes_as_the_wall_does(clock, wall):
     assert clock.now() - start == pytest.approx(3.0)
     clock.sleep_until(start + 4.0)
     assert wall.t == pytest.approx(1004.0)
+
+
+@pytest.mark.parametrize("kind", sorted(ODD))
+def test_whatever_has_become_of_its_file_there_is_a_clock(tmp_path, wall, kind):
+    ODD[kind][0](str(tmp_path / pace.FILE))
+    clock = PacedClock(str(tmp_path))
+    start = clock.now()
+    wall.t += 3.0
+    assert clock.now() - start == pytest.approx(3.0)
+    clock.close()
 
 
 def test_no_promise_is_overtaken_and_a_short_delay_is_caught_up_with(clock, wall):
