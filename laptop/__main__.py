@@ -1,10 +1,11 @@
 """The laptop's commands: `python -m laptop demo`, `track ...`, `simulate ...`, `bench ...`."""
 
-import signal
+import _signal  # type: ignore[import-not-found]  # `signal` takes a while to import
 import sys
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # while importing there is nothing to end in order
+    # While importing there is nothing to end in order.
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
     try:
         from laptop.cli.main import main
 

@@ -10,8 +10,12 @@
 `python -m laptop simulate --constants FILE ...` then emulates this brick.
 """
 
+import _signal  # type: ignore[import-not-found]
 import os
 import sys
+
+if __name__ == "__main__":  # first of all: until then Ctrl-C is a traceback
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 

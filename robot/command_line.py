@@ -135,7 +135,9 @@ class Parser(object):
 
     def error(self, message):
         """End the program with one line: nothing has been done."""
-        sys.stderr.write("{0}: {1}; see {0} --help\n".format(self.prog, message))
+        from shared.message_fields import printable  # of what was typed, anything may be told
+
+        sys.stderr.write("{0}: {1}; see {0} --help\n".format(self.prog, printable(message)))
         sys.exit(2)
 
     def parse_args(self, argv=None):

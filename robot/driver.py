@@ -9,8 +9,12 @@
 From Brickman start it by its name; from a shell also as `python3 -m robot.driver`.
 """
 
+import _signal  # type: ignore[import-not-found]
 import os
 import sys
+
+if __name__ == "__main__":  # first of all: until then Ctrl-C is a traceback
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 

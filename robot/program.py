@@ -146,6 +146,8 @@ def run(name, command):
         print("{}: the reader of the output has gone".format(name), file=sys.stderr)
         return 1
     except (ArmError, OSError, Stopped) as error:
-        print("{}: {}".format(name, error), file=sys.stderr)
+        from shared.message_fields import printable  # names of files and what is in them are told
+
+        print("{}: {}".format(name, printable(str(error))), file=sys.stderr)
         return getattr(error, "status", 1)
     return 0

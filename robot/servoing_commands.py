@@ -25,7 +25,7 @@ DEFAULTS = Start()
 """What is done unless something else is ordered."""
 
 EXAMPLES = """\
-  visual_servoing.py --code KS82-DNHF
+  visual_servoing.py --code KS82-DNHF-7WQM
   visual_servoing.py --goal 400,200"""
 """Of the help."""
 

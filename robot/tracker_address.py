@@ -1,10 +1,12 @@
 """Where the tracker on the laptop is, and with which code the brick pairs: said or remembered."""
 
+import binascii
 import contextlib
 import json
 import os
 import re
 
+from shared import message_fields as fields
 from shared import pairing
 from shared.arm_description import ArmError
 from shared.messages import PORT
@@ -25,6 +27,9 @@ class Refusal(ArmError):
     """The tracker will not serve this client however often it tries."""
 
 
+SaltedKey = record("SaltedKey", "salt key")
+SaltedKey.__doc__ = """The key of the pairing code, and the laptop's salt that it was made with."""
+
 ServerAddress = record("ServerAddress", "host port code")
 ServerAddress.__doc__ = (
     """Where the tracker is, and the code that it printed (as pairing.read_code)."""
@@ -32,7 +37,7 @@ ServerAddress.__doc__ = (
 
 
 class Memory(object):
-    """The tracker on file, so that it need be told once.
+    """The tracker on file, so that it need be told once; and the key, which takes long to work out.
 
     Args:
         folder: None takes $BRICKSERVO_STATE, or ~/.brickservo.
@@ -72,13 +77,24 @@ class Memory(object):
             )
         )
 
-    def save(self, tracker):
-        """Remember it, for this user's eyes only.
+    def load_key(self, code):
+        """The SaltedKey of a code; None if none is remembered."""
+        try:
+            kept = read_json(self.file)
+            key = binascii.unhexlify(fields.PROOF(kept["key"]))
+            return SaltedKey(fields.NONCE(kept["salt"]), key) if kept["code"] == code else None
+        except (SpoiltFile, OSError, KeyError, fields.WrongValue):
+            return None
+
+    def save(self, tracker, key):
+        """Remember a ServerAddress and the SaltedKey of its code, for this user's eyes only.
 
         Raises:
             OSError: it cannot be written.
         """
-        text = json.dumps(dict(tracker._asdict()), sort_keys=True) + "\n"
+        kept = dict(tracker._asdict())
+        kept.update(salt=key.salt, key=binascii.hexlify(key.key).decode("ascii"))
+        text = json.dumps(kept, sort_keys=True) + "\n"
         draft = self.file + ".new"
         os.makedirs(os.path.dirname(self.file), exist_ok=True)
         with contextlib.suppress(FileNotFoundError):

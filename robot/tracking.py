@@ -5,7 +5,14 @@ import os
 import select
 import socket
 
-from robot.tracker_address import Memory, NotPaired, ServerAddress, remembered, shortened
+from robot.tracker_address import (
+    Memory,
+    NotPaired,
+    SaltedKey,
+    ServerAddress,
+    remembered,
+    shortened,
+)
 from shared import pairing
 from shared.link import FOREIGN, MAX_AGE, Link
 from shared.message_fields import one_line
@@ -80,9 +87,10 @@ class TrackingClient(object):
         self._tracker = ServerAddress(host, port, code)
         self._place = ("[{}]:{}" if ":" in host else "{}:{}").format(host, port)
         self._addresses = _addresses(host, port)
-        self._key = pairing.key_of(code)
         self._clock = clock
         self._memory = memory or Memory()
+        self._key = self._memory.load_key(code)  # a SaltedKey
+        self._is_key_checked = False  # against the salt that the tracker has today
         self._say = say
         self._said = None
         self._select = select
@@ -210,9 +218,7 @@ class TrackingClient(object):
                 self._not_connected(number)
                 return
             self._connecting = None
-            self._link = Link(
-                sock, self._clock.now, proven=False, patience=PATIENCE, select=self._select
-            )
+            self._link = Link(sock, self._clock.now, patience=PATIENCE, select=self._select)
             self._nonces = [pairing.new_nonce(), None]
             self._link.send(Hello(VERSION, BRICK, self._nonces[0]))
         elif self._clock.now() > self._limit:
@@ -263,10 +269,11 @@ class TrackingClient(object):
 
     def _shake_hands(self, message):
         if isinstance(message, Challenge) and self._nonces[1] is None:
-            self._nonces[1] = message.nonce
-            self._link.send(Proof(pairing.proof(self._key, BRICK, *self._nonces)))
+            if self._has_key(message.salt):
+                self._nonces[1] = message.nonce
+                self._link.send(Proof(pairing.proof(self._key.key, BRICK, *self._nonces)))
         elif isinstance(message, Welcome) and self._nonces[1] is not None:
-            if pairing.is_proof(message.proof, self._key, LAPTOP, *self._nonces):
+            if pairing.is_proof(message.proof, self._key.key, LAPTOP, *self._nonces):
                 self._welcome()
             else:
                 self._give_up(
@@ -283,16 +290,37 @@ class TrackingClient(object):
         else:
             self._lose("{} does not keep to the handshake".format(self._place), self._clock.now())
 
+    def _has_key(self, salt):
+        """Whether the key is at hand; if not, it is worked out now, and the connection is over.
+
+        That happens once per program at most: an arm that moves is never kept waiting by it.
+        """
+        if self._key is not None and self._key.salt == salt:
+            self._is_key_checked = True
+        elif self._is_key_checked:
+            self._give_up(
+                "the tracker at {} has another pairing code now; "
+                "type the command that it prints".format(self._place)
+            )
+        else:
+            self._is_key_checked = True
+            self._lose("pairing", self._clock.now(), quietly=True)  # it is not kept waiting
+            self._tell("pairing with {}: a moment, this once".format(self._place))
+            self._key = SaltedKey(salt, pairing.key_of(self._tracker.code, salt))
+            self._next_try = self._clock.now()
+        return self._link is not None
+
     def _welcome(self):
-        self._link.trust()
+        self._link.trust(*pairing.session_keys(self._key.key, *self._nonces))
         self.linked = True
         self.why = ""
         self.lost_since = None
         self._pause = FIRST_PAUSE
         self._tell("linked to {}".format(self._place))
-        if remembered(self._memory) != self._tracker:
+        known = remembered(self._memory), self._memory.load_key(self._tracker.code)
+        if known != (self._tracker, self._key):
             try:
-                self._memory.save(self._tracker)
+                self._memory.save(self._tracker, self._key)
             except OSError as error:
                 self._tell(
                     "{} cannot be written ({}), so host and code must be told again".format(

@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
 """The brick's end of the link to the tracker: where the camera sees the markers, newest only.
 
-    tracking_client.py --code ABCD-EFGH      pair with the tracker, and show what it sees
-    tracking_client.py                       the same later: host and code are remembered
-    tracking_client.py 192.168.0.5 ...       another laptop than the one that ssh came from
+    tracking_client.py --code ABCD-EFGH-JKMN   pair with the tracker, and show what it sees
+    tracking_client.py                         the same later: host and code are remembered
+    tracking_client.py 192.168.0.5 ...         another laptop than the one that ssh came from
 
 Started by itself it moves nothing: it shows whether the brick sees.
 """
 
+import _signal  # type: ignore[import-not-found]
 import os
 import sys
+
+if __name__ == "__main__":  # first of all: until then Ctrl-C is a traceback
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 

@@ -10,7 +10,7 @@ LINE_PERIOD = 0.1
 """Between two looks that are printed, s: a person reads no faster, and printing costs the brick."""
 
 EXAMPLES = """\
-  tracking_client.py --code KS82-DNHF
+  tracking_client.py --code KS82-DNHF-7WQM
   tracking_client.py 192.168.0.5 --seconds 10"""
 """Of the help."""
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Bring the tip where the camera sees the goal: nothing between image and joints is calibrated.
 
-    visual_servoing.py --code ABCD-EFGH      to the goal marker that the laptop's tracker sees
+    visual_servoing.py --code ABCD-EFGH-JKMN      to the goal marker that the laptop's tracker sees
     visual_servoing.py                       the same later: host and code are remembered
     visual_servoing.py --goal 400,200        to a pixel
     visual_servoing.py --arm spatial --goal A:400,200 --goal B:310,150     in space, by two cameras
@@ -11,8 +11,12 @@
 The joints' zero must be known (driver.py home), because of their limits.
 """
 
+import _signal  # type: ignore[import-not-found]
 import os
 import sys
+
+if __name__ == "__main__":  # first of all: until then Ctrl-C is a traceback
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 

@@ -6,7 +6,10 @@ Neither side lets the other fill its memory: both ends here are bounded.
 import collections
 
 MAX_LINE = 2048
-"""Bytes of a line, without its newline."""
+"""Bytes of a message, without its newline."""
+
+TAG_LENGTH = 16
+"""Bytes of the signature that follows a message on its line (shared.signing)."""
 
 MAX_QUEUE = 16
 """Messages, other than observations, that wait to be sent or taken."""
@@ -16,7 +19,7 @@ class LineBuffer(object):
     """Cuts a stream of bytes into lines, and never holds more than one unfinished line.
 
     Attributes:
-        overlong: lines that were longer than MAX_LINE, left out.
+        overlong: lines that were longer than a message and its signature, left out.
     """
 
     def __init__(self):
@@ -38,11 +41,11 @@ class LineBuffer(object):
             self._skipping = False
         if self._skipping:
             self._rest = b""
-        elif len(self._rest) > MAX_LINE:
+        elif len(self._rest) > MAX_LINE + TAG_LENGTH:
             self.overlong += 1
             self._rest = b""
             self._skipping = True
-        whole = [line for line in lines if len(line) <= MAX_LINE]
+        whole = [line for line in lines if len(line) <= MAX_LINE + TAG_LENGTH]
         self.overlong += len(lines) - len(whole)
         return whole
 
@@ -56,6 +59,7 @@ class SendQueue(object):
 
     def __init__(self, sock):
         self._sock = sock
+        self._sign = bytes  # as it is
         self._unsent = b""  # the rest of a line that has begun to go out
         self._queue = collections.deque()
         self._newest = collections.OrderedDict()  # camera: line
@@ -71,6 +75,12 @@ class SendQueue(object):
         """Bytes that wait."""
         lines = list(self._queue) + list(self._newest.values())
         return len(self._unsent) + sum([len(line) for line in lines])
+
+    def sign_with(self, sign):
+        """Have all lines go through `sign` when they begin to go out, but for those that wait."""
+        self._unsent += b"".join(self._queue)
+        self._queue.clear()
+        self._sign = sign
 
     def put(self, line):
         """Append a line; False if there are too many already."""
@@ -96,7 +106,8 @@ class SendQueue(object):
         """
         while self.waits:
             if not self._unsent:
-                self._unsent = (
+                # Signed no sooner: what was replaced meanwhile must leave no gap in the count.
+                self._unsent = self._sign(
                     self._queue.popleft() if self._queue else self._newest.popitem(last=False)[1]
                 )
             try:

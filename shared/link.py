@@ -13,7 +13,6 @@ from shared.framing import MAX_QUEUE, LineBuffer, SendQueue
 from shared.message_fields import compile_patterns
 from shared.messages import (
     MAX_LINE,
-    OBSERVATION_BEGINS,
     BadMessage,
     Bye,
     Challenge,
@@ -26,10 +25,10 @@ from shared.messages import (
     Welcome,
     decode,
     encode,
-    seq_of,
 )
-from shared.newest_observations import NewestObservations
+from shared.newest_observations import NewestObservations, by_camera
 from shared.peer_clock import Pings
+from shared.signing import LineSigner
 
 SILENCE_TIMEOUT = 2.0
 """A side that says nothing, or takes nothing, for so long is gone, s."""
@@ -38,10 +37,13 @@ MAX_AGE = 1.0
 """Older observations are stale, s."""
 
 MAX_BAD_LINES = 20
-"""So many in a row end the connection."""
+"""So many in a row end the connection, though they are signed."""
 
 FOREIGN = "it does not speak our language"
 """Why a link has ended whose first words were no handshake."""
+
+FORGED = "a message was changed or repeated on the way"
+"""Why a link has ended on which a line came that the other side did not sign as the next one."""
 
 READ_SIZE = 16384
 MAX_READS = 4
@@ -67,11 +69,14 @@ _HANDSHAKE = (Hello, Challenge, Proof, Welcome, Refused)
 class Link(object):
     """One connection; it ends by itself when the other side falls silent or talks nonsense.
 
+    As long as it is not known who is there only the handshake passes, message by message, and one
+    bad line ends it. `trust` opens it; from then on every line is signed, and the first one that
+    was changed, repeated, left out or put in on the way ends it.
+
     Args:
         sock: a connected stream socket; the link closes it.
         now: gives the time, s.
-        proven: whether it is known who is there. If not, only the handshake passes, message by
-            message, and one bad line ends it; `trust` opens it.
+        keys: as for `trust`, where it is known already who is there.
         patience: s that `poll` waits for the answer to a ping of ours, whatever its timeout (and
             UNDATED_PATIENCE times that where nothing can be dated yet): a pong that was found lying
             there does not tell when it came.
@@ -80,18 +85,20 @@ class Link(object):
 
     Attributes:
         reason: why it is closed; "" while it is open.
+        proven: whether it is known who is there.
         counters: by name (COUNTERS): lines that were `bad`; observations that were `skipped`, not
             even parsed (a newer one came with them), `out_of_sequence`, `stale`, from the `future`,
             or `undated` (the clock offset was not known); observations of ours that were `replaced`
             by newer ones before they could go out; messages that nobody took, and were `dropped`.
     """
 
-    def __init__(self, sock, now, proven=True, patience=0.0, max_age=MAX_AGE, select=select.select):
+    def __init__(self, sock, now, keys=None, patience=0.0, max_age=MAX_AGE, select=select.select):
         self.reason = ""
         self.counters = dict.fromkeys(COUNTERS, 0)
         self._sock = sock
         self._now = now
-        self._proven = proven
+        self.proven = False
+        self._theirs = None  # LineSigner of what comes in, once it is proven
         self._patience = patience
         self._max_age = max_age
         self._select = select
@@ -113,6 +120,8 @@ class Link(object):
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             except OSError as error:  # it has gone already
                 self._fail(error.strerror)
+        if keys is not None:
+            self.trust(*keys)
 
     @property
     def clock(self):
@@ -130,11 +139,6 @@ class Link(object):
         return self._outgoing.waits
 
     @property
-    def proven(self):
-        """Whether it is known who is there."""
-        return self._proven
-
-    @property
     def held(self):
         """What is kept in memory, by name; all of it is bounded, whatever the other side sends."""
         return {
@@ -148,10 +152,16 @@ class Link(object):
         """The socket's number, for `select`; -1 once it is closed."""
         return self._sock.fileno()
 
-    def trust(self):
-        """The other side has proven who it is: from here on everything passes, and pings go out."""
+    def trust(self, own_key, their_key):
+        """The other side has proven who it is: from here on everything passes, and pings go out.
+
+        Args:
+            own_key, their_key: bytes, by which our lines are signed from here on, and theirs.
+        """
         compile_patterns()
-        self._proven = True
+        self._outgoing.sign_with(LineSigner(own_key).sign)
+        self._theirs = LineSigner(their_key)
+        self.proven = True
         self._heard = self._pings.next_at = self._now()
 
     # Sending
@@ -191,12 +201,12 @@ class Link(object):
         if self._is_open and not self.closed:
             self._check_own_clock()
             if timeout > 0 and not self._lines:
-                if self._proven and not self.blocked:
+                if self.proven and not self.blocked:
                     timeout = min(timeout, max(0.0, self._pings.next_at - self._now()))
                 self._wait(timeout)
             self._read()
             self._write()
-            if self._proven and not self.closed:
+            if self.proven and not self.closed:
                 self._ping()
             self._notice_silence()
         if self.closed:
@@ -221,9 +231,9 @@ class Link(object):
     def _read(self):
         if self._lines:
             return  # a stranger is heard one message at a time
-        for _ in range(MAX_READS if self._proven else 1):
+        for _ in range(MAX_READS if self.proven else 1):
             try:
-                data = self._sock.recv(READ_SIZE if self._proven else MAX_LINE)
+                data = self._sock.recv(READ_SIZE if self.proven else MAX_LINE)
             except (BlockingIOError, InterruptedError):
                 break
             except OSError as error:
@@ -236,33 +246,32 @@ class Link(object):
             t = self._now()
             overlong = self._buffer.overlong
             self._lines.extend((line, t) for line in self._buffer.feed(data))
-            for _ in range(self._buffer.overlong - overlong):
-                self._count_bad()
+            if self._buffer.overlong > overlong:
+                self._digest()
+                self._refuse_line()
         self._digest()
 
     def _digest(self):
         """Look at the lines that came in; at a stranger's, one message at a time."""
-        if not self._proven:
+        if not self.proven:
             while self._lines and not self._inbox and not self.closed:
                 self._take(*self._lines.popleft())
             return
-        if len(self._lines) == 1:  # nothing newer has come with it
-            self._take(*self._lines.popleft())
-            return
-        cameras = {}
-        while self._lines:
-            entry = self._lines.popleft()
-            line = entry[0]
-            if line.startswith(OBSERVATION_BEGINS):
-                camera = line[: line.find(b'"', len(OBSERVATION_BEGINS))]
-                cameras.setdefault(camera, []).append(entry)
-            else:
-                self._take(*entry)
-        for entries in cameras.values():
-            if len(entries) > 1:
-                entries.sort(
-                    key=lambda entry: seq_of(entry[0])
-                )  # in order already, but for a sender out of its mind
+        lines = self._theirs.checked(self._lines)
+        if len(lines) == 1:  # nothing newer has come with it
+            self._take(*lines[0])
+        elif lines:
+            self._take_newest(lines)
+        if self._lines:  # all that came before was as it should be
+            self._lines.clear()
+            self._refuse_line()
+
+    def _take_newest(self, lines):
+        """Act on lines that came together; of each camera's observations on the newest good one."""
+        others, cameras = by_camera(lines)
+        for entry in others:
+            self._take(*entry)
+        for entries in cameras:
             refused = 0
             while entries and refused < MAX_TRIES:
                 taken = self._take(*entries.pop())
@@ -281,14 +290,12 @@ class Link(object):
             return False
         try:
             message = decode(line, self._newest.names)
-            if type(message) is Observation and self._proven:  # most often by far
+            if type(message) is Observation and self.proven:  # most often by far
                 kept = self._newest.take(message, t)
                 self._bad_in_a_row, self._heard = 0, t
                 return kept
-            if not self._proven and not isinstance(message, _HANDSHAKE + (Bye,)):
-                raise BadMessage("not before the handshake")
-            if self._proven and isinstance(message, _HANDSHAKE):
-                raise BadMessage("not after the handshake")
+            if isinstance(message, _HANDSHAKE) == self.proven and not isinstance(message, Bye):
+                raise BadMessage("the handshake comes first, and once")
             kept = self._act(message, t)
         except BadMessage:
             self._count_bad()
@@ -349,12 +356,21 @@ class Link(object):
         elif self._outgoing.blocked_for(t) > SILENCE_TIMEOUT:
             self._fail("the other side takes no data")
 
+    def _refuse_line(self):
+        """End the connection: this line is not what the other side has sent."""
+        if self.closed:
+            return
+        self.counters["bad"] += 1
+        if self.proven:
+            self.send(Bye(FORGED))
+        self._fail(FORGED if self.proven else FOREIGN)
+
     def _count_bad(self):
+        if not self.proven:
+            return self._refuse_line()
         self.counters["bad"] += 1
         self._bad_in_a_row += 1
-        if not self._proven:
-            self._fail(FOREIGN)
-        elif self._bad_in_a_row >= MAX_BAD_LINES:
+        if self._bad_in_a_row >= MAX_BAD_LINES:
             self._fail("{} bad lines in a row".format(self._bad_in_a_row))
 
     def _fail(self, reason):
@@ -365,7 +381,7 @@ class Link(object):
     def close(self, reason=""):
         """Say bye, if the other side has proven itself, and close the socket."""
         if not self.closed:
-            if self._proven:
+            if self.proven:
                 self.send(Bye(reason))
             self._fail(reason or "closed")
         self.abort()

@@ -69,9 +69,14 @@ def matching(pattern, allowed):
     return check
 
 
+def printable(text):
+    """A text that may be anything, without line ends and all else that would steer a terminal."""
+    return "".join([letter if letter.isprintable() else " " for letter in text])
+
+
 def one_line(text):
     """A text that may be anything, as one that a message takes: printable, and cut to MAX_TEXT."""
-    text = "".join(letter if letter.isprintable() else " " for letter in text)
+    text = printable(text)
     return text if len(text) <= MAX_TEXT else text[: MAX_TEXT - 3] + "..."
 
 

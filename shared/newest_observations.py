@@ -1,12 +1,41 @@
 """Of each camera the newest observation, told in our own time.  Pure."""
 
-from shared.messages import MAX_CAMERAS, BadMessage, Observation
+from shared.messages import (
+    MAX_CAMERAS,
+    OBSERVATION_BEGINS,
+    BadMessage,
+    Observation,
+    seq_of,
+)
 
 FUTURE_SLACK = 0.01
 """How far from the future an observation may seem to come, beyond what the clocks explain, s."""
 
 MAX_NAMES = 64
 """Names of cameras and markers that are kept in mind."""
+
+
+def by_camera(lines):
+    """Sort lines that came together, without parsing them.
+
+    Args:
+        lines: list of (line, time it came in).
+
+    Returns:
+        Those that are no observations, in order; and of each camera's a list, the newest last.
+    """
+    others, cameras = [], {}
+    for entry in lines:
+        line = entry[0]
+        if line.startswith(OBSERVATION_BEGINS):
+            camera = line[: line.find(b'"', len(OBSERVATION_BEGINS))]
+            cameras.setdefault(camera, []).append(entry)
+        else:
+            others.append(entry)
+    for entries in cameras.values():
+        if len(entries) > 1:
+            entries.sort(key=lambda entry: seq_of(entry[0]))  # but for a mad sender, it is already
+    return others, cameras.values()
 
 
 class NewestObservations(object):

@@ -16,10 +16,10 @@
     SSH_CONNECTION                                 tracking_client
 
     file              written by                   read by                  meaning
-    pairing           track                        track                    this laptop's code
+    pairing           track                        track                    this laptop's code, salt
     markers.ini       track and its page           track                    learned markers
     tracker           visual_servoing,             the same                 the laptop's address
-                      tracking_client                                       and code
+                      tracking_client                                       and code, and its key
     ARM.json          driver, visual_servoing      the same                 zero of an arm, and the
                                                                             numbers that it is of
     live.txt          simulate --realtime          synthetic cameras        pose of the arm, ink

@@ -49,7 +49,7 @@ SKIPPED = {
 """What is not run, by how it begins, and why."""
 
 REDUCED = (
-    (r"KS82-DNHF|\bCODE\b", "{code}"),  # the code of the tracker at hand
+    (r"KS82-DNHF-7WQM|\bCODE\b", "{code}"),  # the code of the tracker at hand
     (r"--camera \d", "--camera synthetic"),  # no webcam
     (r" --open\b", " --page"),  # no browser
     (r"--seeds (\d+):\d+", lambda seeds: f"--seeds {seeds[1]}:{int(seeds[1]) + 1}"),
@@ -175,7 +175,7 @@ class Shell:
 
     def __init__(self, folder):
         self.folder = folder
-        self.code, self.port = "ABCD-EFGH", None  # of the one in virtual time
+        self.code, self.port = "ABCD-EFGH-JKMN", None  # of the one in virtual time
         self.tracker = None
         self.count = 0
 

@@ -22,7 +22,7 @@ from shared.arm_description import find_arm, read_arm
 ROBOT = os.path.join(os.path.dirname(__file__), "..", "..", "robot")
 
 COUNTED: dict[str, tuple[float, float]] = {
-    "decode an observation": (177, 177),
+    "check and decode an observation": (105, 105),
     "planar: planning a line": (7978, 7978),
     "planar: inverse": (140, 140),
     "planar: tick, moving": (261, 959),

@@ -11,6 +11,7 @@ from dataclasses import asdict
 
 import click
 
+from laptop.cli.options import FiniteRange, importing
 from laptop.simulator.device.plant_constants import CPU
 from shared.arm_description import ArmError
 
@@ -43,7 +44,7 @@ class _Seeds(click.ParamType):
 
 _cpu = click.option(
     "--cpu",
-    type=click.FloatRange(0, 20),
+    type=FiniteRange(0, 20),
     default=CPU,
     show_default=True,
     help="How slowly the brick computes: 1 as it truly does, 2 half as fast, 0 in no time.",
@@ -64,7 +65,8 @@ def _executor(cluster: str | None) -> Iterator[Executor | None]:
     if cluster is None:
         yield None
         return
-    from laptop.bench import workers
+    with importing():
+        from laptop.bench import workers
 
     try:
         with workers.cluster(cluster) as executor:
@@ -96,7 +98,8 @@ def _executor(cluster: str | None) -> Iterator[Executor | None]:
 @click.option("--json", "as_json", is_flag=True, help="Every line's figures instead of the table.")
 def bench_draw(seeds: range, arm: str, cpu: float, cluster: str | None, as_json: bool) -> None:
     """Straightness of lines: smooth, steps and timed steps, beside the encoders' floor."""
-    from laptop.bench import draw, show  # what else a command needs is slow to import
+    with importing():
+        from laptop.bench import draw, show  # what else a command needs is slow to import
 
     in_space = arm == "spatial"
     drawings = draw.space_cases(seeds) if in_space else list(draw.cases(seeds))
@@ -138,7 +141,8 @@ def bench_draw(seeds: range, arm: str, cpu: float, cluster: str | None, as_json:
 @click.option("--json", "as_json", is_flag=True, help="All figures instead of the tables.")
 def bench_track(seeds: range, cluster: str | None, as_json: bool) -> None:
     """The tracker's precision, hold under changing light, and cost, beside the usual recipes."""
-    from laptop.bench import show, track, track_cost, track_table
+    with importing():
+        from laptop.bench import show, track, track_cost, track_table
 
     todo = track.cases(seeds)
     with _executor(cluster) as executor:
@@ -222,7 +226,8 @@ def bench_servo(
     as_json: bool,
 ) -> None:
     """Servoing from random starts to random goals, beside the report's method and an oracle."""
-    from laptop.bench import servo, servo_cost, servo_setups, servo_table, show
+    with importing():
+        from laptop.bench import servo, servo_cost, servo_setups, servo_table, show
 
     if scene == "moving" and "spatial" in arms:
         raise click.ClickException(
@@ -259,7 +264,8 @@ def bench_servo(
 @click.option("--json", "as_json", is_flag=True, help="All figures instead of the table.")
 def bench_page(seeds: range, as_json: bool) -> None:
     """What it matters how many look at the page: tracking, servoing, and how late they see."""
-    from laptop.bench import page, show
+    with importing():
+        from laptop.bench import page, show
 
     try:
         todo = len(seeds) * len(page.CASES)
@@ -286,7 +292,8 @@ def bench_page(seeds: range, as_json: bool) -> None:
 @_cluster
 def bench_limits(cpu: float, cluster: str | None) -> None:
     """Where straightness ends: the planar arm's three lines on plants farther and farther off."""
-    from laptop.bench import draw, show
+    with importing():
+        from laptop.bench import draw, show
 
     drawings = draw.limit_cases()
     with _executor(cluster) as executor:
@@ -299,7 +306,8 @@ def bench_limits(cpu: float, cluster: str | None) -> None:
 @bench.command("brick", epilog=_examples("brick", "brick > brick.txt"))
 def bench_brick() -> None:
     """What the brick's computing costs: counted on its Python, and as the emulator charges it."""
-    from laptop.bench import brick, show
+    with importing():
+        from laptop.bench import brick, show
 
     rows = list(show.progress(brick.run(), brick.count(), "computing"))
     title = "thousand instructions of CPython 3.5.3 on an ARM926; ms at 300 MHz and CPI 6.8"

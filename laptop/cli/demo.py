@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from laptop.cli.options import ON_THE_BRICK, on_the_page
+from laptop.cli.options import ON_THE_BRICK, importing, on_the_page
 from laptop.simulator.host.process_exit import BUSY
 from shared.arm_description import ArmError
 
@@ -49,9 +49,10 @@ def demo(arm_file: str, **options: Any) -> None:
     whatever the brick says.  On a busy computer all of it goes slower, and says so; the status is
     75 where not even that can go on.
     """
-    from rich.console import Console
+    with importing():  # OpenCV and matplotlib
+        from rich.console import Console
 
-    from laptop.demo import course, processes  # OpenCV and matplotlib are slow to import
+        from laptop.demo import course, processes
 
     try:
         status, report = course.run(course.DemoOptions(arm=arm_file, **options), Console())

@@ -13,6 +13,7 @@ from laptop.cli.demo import demo
 from laptop.cli.markers import markers
 from laptop.cli.simulate import simulate
 from laptop.cli.track import track
+from shared.message_fields import printable
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -35,19 +36,24 @@ def main() -> int:
         return error.exit_code
     except click.UsageError as error:
         where = error.ctx.command_path if error.ctx else "python -m laptop"
-        click.echo(f"laptop: {error.format_message()} See {where} --help.", err=True)
+        _tell(f"{error.format_message()} See {where} --help.")
         return error.exit_code
     except click.ClickException as error:
-        click.echo(f"laptop: {error.format_message()}", err=True)
+        _tell(error.format_message())
         return error.exit_code
     except BrokenPipeError:
         # Whoever read along has seen enough; the interpreter must not try to flush the rest.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
     except OSError as error:
-        click.echo(f"laptop: {error.strerror}: {error.filename or 'the output'}", err=True)
+        _tell(f"{error.strerror}: {error.filename or 'the output'}")
         return 1
     except click.Abort:
-        click.echo("laptop: stopped", err=True)
+        _tell("stopped")
         return 130
     return 0
+
+
+def _tell(problem: str) -> None:
+    """Say it in one line; what files, peers and people wrote must not steer the terminal."""
+    click.echo(f"laptop: {printable(problem)}", err=True)

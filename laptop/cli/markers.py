@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from laptop.cli.options import importing
 from shared.arm_description import ArmError
 
 
@@ -14,7 +15,8 @@ from shared.arm_description import ArmError
 @click.argument("file", default="markers.pdf", type=click.Path(dir_okay=False, path_type=Path))
 def markers(size: float, file: Path) -> None:
     """Make a page of markers to print: FILE is .pdf (markers.pdf if not said), .svg or .png."""
-    from laptop.vision.marker_sheet import write_sheet
+    with importing():  # OpenCV
+        from laptop.vision.marker_sheet import write_sheet
 
     try:
         write_sheet(file, size)

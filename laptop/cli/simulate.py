@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
+import fcntl
 import json
 import os
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -17,9 +19,9 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from laptop.cli.options import ON_THE_BRICK
+from laptop.cli.options import ON_THE_BRICK, FiniteRange, importing
 from laptop.simulator import measured_brick, session
-from laptop.simulator.device.buttons import read_press
+from laptop.simulator.device.buttons import LATEST, read_press
 from laptop.simulator.device.plant_constants import TABLE, read_plant
 from laptop.simulator.host.pace import BUSY
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
@@ -29,6 +31,9 @@ if TYPE_CHECKING:
 
 FREE_MOTOR = ("D=large",)
 """The motor beside the arm if nothing is said, where the arm leaves the port free."""
+
+NEVER_CAME = 3
+"""Exit status of a run that succeeds before all that was ordered has come."""
 
 EXAMPLES = """
 
@@ -93,7 +98,13 @@ PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
     show_default=True,
     help="A motor (large or medium) that moves nothing; at the pen's port it replaces the pen.",
 )
-@click.option("--timeout", default=600.0, show_default=True, help="Virtual seconds allowed.")
+@click.option(
+    "--timeout",
+    type=FiniteRange(0, LATEST, min_open=True),
+    default=600.0,
+    show_default=True,
+    help="Virtual seconds allowed.",
+)
 @click.option(
     "--scene",
     metavar="KEY=VALUE,...",
@@ -128,9 +139,11 @@ def simulate(
 
     Leaves trace.csv, picture.png and summary.json in the folder given by --out.  Options go before
     SCRIPT.  Every run is a brick of its own: what one run homes, the next does not know.  It
-    computes as slowly as a real one; with --plant cpu=0 in no time.
+    computes as slowly as a real one; with --plant cpu=0 in no time.  The status is 3 where the
+    script succeeds before a fault or a press has come.
     """
-    from laptop.reporting import line_accuracy  # numpy is slow to import, and --help does without
+    with importing():  # numpy; --help does without
+        from laptop.reporting import line_accuracy
 
     try:
         arm = read_arm(find_arm(arm_file))
@@ -152,7 +165,19 @@ def simulate(
             "timeout": timeout,
             "watched": None if scene is None else _watched(scene, arm, realtime),
         }
+        ordered = [
+            *(
+                (f"--fault {text}", fault.t)
+                for text, fault in zip(faults, options["faults"], strict=True)
+            ),
+            *(
+                (f"--press {text}", press.t)
+                for text, press in zip(presses, options["presses"], strict=True)
+            ),
+        ]
+        _check_in_time(ordered, timeout)
         _check_room(out)
+        click.get_current_context().with_resource(_alone_in(out))
         began = time.perf_counter()
         run = session.run(arm, script, args, **options)
         took = time.perf_counter() - began
@@ -169,6 +194,8 @@ def simulate(
     summary["cpu"] = plant["cpu"]
     summary["constants"] = constants_file
     summary["measured"] = measured
+    late = [words for words, t in ordered if t > run.outcome.t]
+    summary["never_came"] = late
     click.echo(_report(summary, took))
     try:
         _write(out, arm, run, wanted, measures, summary, drawn)
@@ -179,7 +206,44 @@ def simulate(
     else:
         why = "" if to_see else "; the arm has not moved, so there is no picture"
         click.echo(f"{out}/trace.csv, summary.json{why}")
-    sys.exit(run.outcome.status)
+    if late:
+        click.echo(
+            f"laptop: never came: {', '.join(late)}; {Path(script).name} ended at "
+            f"{run.outcome.t:.2f} s: give earlier times, or a longer script",
+            err=True,
+        )
+    sys.exit(run.outcome.status or (NEVER_CAME if late else 0))
+
+
+def _check_in_time(ordered: list[tuple[str, float]], timeout: float) -> None:
+    """Refuse what could only come after the end."""
+    for words, t in ordered:
+        if t > timeout:
+            raise session.InvalidSimulationOption(
+                f"{words} comes after the end: the run is stopped at --timeout {timeout:g} s; "
+                "give an earlier time or a longer --timeout"
+            )
+
+
+@contextlib.contextmanager
+def _alone_in(out: Path) -> Iterator[None]:
+    """Keep the folder to this run; the system frees it when the process ends, however it does.
+
+    Raises:
+        InvalidSimulationOption: another run has it.
+    """
+    descriptor = os.open(out, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise session.InvalidSimulationOption(
+                f"another simulate is at work for {out}; "
+                "wait for its end, or choose another folder with --out"
+            ) from None
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def _check_arm_of_script(arm_file: str, script: str, args: tuple[str, ...]) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from laptop.cli.options import on_the_page
+from laptop.cli.options import FiniteRange, importing, on_the_page
 from shared import state
 from shared.arm_description import ArmError
 
@@ -106,7 +106,7 @@ Examples:
 )
 @click.option(
     "--fps",
-    type=click.FloatRange(0.1, 1000),
+    type=FiniteRange(0.1, 1000),
     metavar="F",
     help="Asked of a webcam; the pace of files instead of their own.",
 )
@@ -149,10 +149,11 @@ def track(
 
     Ends with the last video, once nobody has the page open, or by Ctrl-C.
     """
-    from rich.console import Console
+    with importing():  # OpenCV
+        from rich.console import Console
 
-    from laptop.tracking import announcements, track  # OpenCV is slow to import
-    from laptop.tracking.options import TrackOptions
+        from laptop.tracking import announcements, track
+        from laptop.tracking.options import TrackOptions
 
     shown = options["serve"] if page is None else page
     # The page brings an emulated brick along; its arm is there from the beginning.
@@ -231,7 +232,11 @@ def start_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
     def why_ended() -> str:
         if process.poll() is None:
             return ""
-        return f"the emulated brick has ended; what it said is in {home / 'lines.txt'}"
+        from laptop.tracking.process_signals import killed_by
+
+        signal_name = killed_by(process.returncode)
+        what = f"was killed ({signal_name})" if signal_name else "has ended"
+        return f"the emulated brick {what}; what it said is in {home / 'lines.txt'}"
 
     try:
         yield why_ended

@@ -45,6 +45,7 @@ from laptop.demo.processes import (
 )
 from laptop.demo.progress import ProgressDisplay
 from laptop.demo.truth import SUMMARY, ink_in_space, read_trace, record_goal_run
+from laptop.simulator import temporary_folders
 from laptop.simulator.host.pace import PacedClock, PaceMeter
 from laptop.simulator.live import PoseReader
 from laptop.simulator.session import AFTER
@@ -95,7 +96,9 @@ def run(options: DemoOptions, console: Console) -> tuple[int, Path]:
         console, [TRACKER, DRAWING, *(f"goal {k + 1}" for k in range(GOALS)), BASELINE, REPORT]
     )
     with ExitStack() as stack:
-        state = stack.enter_context(tempfile.TemporaryDirectory(prefix="brickservo-demo-"))
+        stack.callback(temporary_folders.sweep)  # of programs that it had to kill
+        temporary_folders.sweep()  # of an earlier demo that was killed
+        state = stack.enter_context(temporary_folders.made("demo", tempfile.gettempdir()))
         clock = PacedClock(state)
         stack.callback(clock.close)
         # The cameras show this arm from the start, before it moves.

@@ -22,7 +22,7 @@ from typing import IO, Any
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.process_exit import BUSY as TOO_BUSY
 from laptop.tracking import announcements
-from laptop.tracking.process_signals import signals_ignored
+from laptop.tracking.process_signals import killed_by, signals_ignored
 from shared.arm_description import ArmError
 
 LAPTOP = (sys.executable, "-m", "laptop")
@@ -129,6 +129,9 @@ class ChildProcess:
 
     def failure(self) -> DemoFailed:
         """Return the error of a process that has failed, with its own last words."""
+        signal_name = killed_by(self._process.poll())
+        if signal_name:
+            return DemoFailed(f"{self.name} was killed ({signal_name}); see {self.log}")
         last = self._last_error or (self.lines[-1] if self.lines else "it said nothing")
         kind = TooBusy if self._process.poll() == TOO_BUSY else DemoFailed
         return kind(f"{self.name} failed: {last.removeprefix('laptop: ')}; see {self.log}")

@@ -10,15 +10,15 @@ import math
 import os
 import random
 import re
-import shutil
 import signal
 import sys
 import time
 from collections import namedtuple
 
+from laptop.simulator import temporary_folders
 from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.device.buttons import LATEST
 from laptop.simulator.device.peripherals import Peripherals
-from laptop.simulator.device.sysfs import folder_in_memory
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
@@ -27,6 +27,7 @@ from robot.motion import kinematics
 from robot.motion.zero import Zero
 from robot.tracking_client import Memory, ServerAddress
 from shared.arm_description import ArmError
+from shared.message_fields import one_line
 from shared.state import ARM, LOCK, MOTORS_FILE, PLAN, STATE, state_folder
 
 Fault = namedtuple("Fault", "kind what t")
@@ -60,6 +61,9 @@ pace      emulated seconds per second of this computer's clock; None in virtual 
 """
 
 
+LONGEST_ACCESS = 10.0
+"""Greatest cost of a sysfs access, s."""
+
 AFTER = "after:"
 """Prefix of a start that another run leaves."""
 
@@ -80,7 +84,7 @@ def read_fault(text):
     if not match or match.group(1) not in FAULTS:
         raise InvalidSimulationOption(
             "'{}' is not a fault; write one of {} with a time, like unplug:A@1.5".format(
-                text,
+                one_line(text),
                 ", ".join(
                     kind + (":" + FAULTS[kind] if FAULTS[kind] else "") for kind in sorted(FAULTS)
                 ),
@@ -91,16 +95,26 @@ def read_fault(text):
         t = float(match.group(3))
         if FAULTS[kind] == "SECONDS":
             what = float(what)
+            if not 0 <= what <= LONGEST_ACCESS:
+                raise ValueError(what)
         elif what not in (tuple("ABCD") if FAULTS[kind] == "PORT" else (None,)):
             raise ValueError(what)
     except (TypeError, ValueError):
         raise InvalidSimulationOption(
             "fault '{}': {} takes {}, then @SECONDS".format(
-                text,
+                one_line(text),
                 kind,
-                {"PORT": "a port from A to D", None: "nothing"}.get(FAULTS[kind], "SECONDS"),
+                {"PORT": "a port from A to D", None: "nothing"}.get(
+                    FAULTS[kind], "SECONDS from 0 to {:g}".format(LONGEST_ACCESS)
+                ),
             )
         ) from None
+    if t > LATEST:
+        raise InvalidSimulationOption(
+            "fault '{}': it would come at {:g} s; give a time up to {:g} s".format(
+                one_line(text), t, LATEST
+            )
+        )
     return Fault(kind, what, t)
 
 
@@ -182,7 +196,7 @@ def run(
         extra: port -> motor kind, motors beside the arm's.
         realtime, timeout: see World and run_script.
         watched: `watched(brick)` gives a context manager for a tracker's `port` on this machine
-            and its `code`; the script finds it as one that it remembers.
+            its `code` and `key`; the script finds it as one that it remembers.
 
     Returns:
         SimulationResult.
@@ -290,7 +304,7 @@ def _published(brick, script):
 @contextlib.contextmanager
 def _home_folder(brick, q, homed, tracker):
     """The brick's home for one run: its state, its arm, and room for the wanted paths."""
-    folder = folder_in_memory("emulated-home-")
+    folder = temporary_folders.make("home")
     arm = brick.arm
     environment = {
         STATE: folder,
@@ -308,7 +322,7 @@ def _home_folder(brick, q, homed, tracker):
         if homed:
             park_on_file(arm, q, folder)
         if tracker:
-            Memory(folder).save(ServerAddress(LAPTOP, tracker.port, tracker.code))
+            Memory(folder).save(ServerAddress(LAPTOP, tracker.port, tracker.code), tracker.key)
         os.environ.update(environment)
         yield folder
     finally:
@@ -317,7 +331,7 @@ def _home_folder(brick, q, homed, tracker):
                 os.environ.pop(key, None)
             else:
                 os.environ[key] = value
-        shutil.rmtree(folder, ignore_errors=True)
+        temporary_folders.remove(folder)
 
 
 def _wanted(file):

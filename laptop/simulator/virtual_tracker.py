@@ -45,14 +45,17 @@ from typing import Any
 
 from laptop.simulator.host.world import World
 from laptop.tracking.server import TrackingServer
+from robot.tracker_address import SaltedKey
 from robot.tracking_client import ServerAddress, TrackingClient
+from shared import pairing
 from shared.messages import Observation
 
 Markers = Mapping[str, "tuple[float, float, float] | None"]
 See = Callable[[str, int, float], "Markers | None"]
 
 HOST = "127.0.0.1"
-CODE = "ABCDEFGH"
+CODE = "ABCDEFGHJKMN"
+SALT = "5a" * 16
 
 LAPTOP_CLOCK_LEAD = 5000.0
 """Lead of the laptop's clock over the world's, s."""
@@ -104,6 +107,7 @@ class VirtualTracker:
     Attributes:
         port: where the server listens, at HOST.
         code: its pairing code.
+        key: SaltedKey of the code, for bricks that have paired before.
         server: the TrackingServer; after `restart` another one.
         frames: per camera, how many were taken.
     """
@@ -128,6 +132,7 @@ class VirtualTracker:
         self.jitter = jitter
         self.drops = drops
         self.code = CODE
+        self.key = SaltedKey(SALT, pairing.key_of(CODE, SALT))
         self.frames = dict.fromkeys(cameras, 0)
         self._clients: list[TrackingClient] = []
         self._due: list[float] = []  # when something of ours happens; a heap
@@ -168,7 +173,8 @@ class VirtualTracker:
             make: TrackingClient, or that of a Program.
         """
         clock = clock or self.world
-        client = make(HOST, self.port, self.code, clock, _Memory(), say=say, select=self.select)
+        memory = _Memory(self.key)
+        client = make(HOST, self.port, self.code, clock, memory, say=say, select=self.select)
         self._clients.append(client)
         end = clock.now() + LINK_TIMEOUT
         while not client.linked and clock.now() < end:
@@ -230,7 +236,7 @@ class VirtualTracker:
         self._silent_until = self.world.now() + seconds
 
     def flood(self, rate: float) -> None:
-        """Say `rate` lines/s of garbage to the served brick; 0 ends it."""
+        """Put `rate` lines/s of garbage between what is said to the served brick; 0 ends it."""
         self._flood = rate
         self._garbage = 0.0
 
@@ -279,7 +285,12 @@ class VirtualTracker:
 
     def _serve(self, port: int) -> TrackingServer:
         return TrackingServer(
-            HOST, port, self.code, lambda: self.world.t + LAPTOP_CLOCK_LEAD, threaded=False
+            HOST,
+            port,
+            self.code,
+            lambda: self.world.t + LAPTOP_CLOCK_LEAD,
+            threaded=False,
+            salt=self.key.salt,
         )
 
     def _at(self, t: float, action: Callable[[], None]) -> None:
@@ -331,15 +342,20 @@ class VirtualTracker:
 
 
 class _Memory:
-    """A client's memory, without a file."""
+    """A client's memory, without a file; it has paired before."""
 
-    def __init__(self) -> None:
+    def __init__(self, key: SaltedKey) -> None:
         self._tracker: ServerAddress | None = None
+        self._key = key
 
     def load(self) -> ServerAddress | None:
         """Return what was saved last."""
         return self._tracker
 
-    def save(self, tracker: ServerAddress) -> None:
-        """Keep it until the program ends."""
-        self._tracker = tracker
+    def load_key(self, code: str) -> SaltedKey:
+        """Return the key of the only code that there is."""
+        return self._key
+
+    def save(self, tracker: ServerAddress, key: SaltedKey) -> None:
+        """Keep them until the program ends."""
+        self._tracker, self._key = tracker, key

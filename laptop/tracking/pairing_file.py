@@ -1,13 +1,15 @@
-"""The file that holds this laptop's pairing code."""
+"""The file that holds this laptop's pairing code and its salt, one line each."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
-from shared import pairing
+from shared import message_fields, pairing
 from shared.arm_description import ArmError
 from shared.small_files import SpoiltFile, read_text
 from shared.state import PAIRING_FILE, state_folder
@@ -17,11 +19,28 @@ class BadPairing(ArmError, OSError):
     """The file with the pairing code cannot be read, written or understood."""
 
 
-def pairing_code(folder: Path | None = None) -> str:
-    """Read this laptop's pairing code; make it when it is first asked for.
+class Pairing(NamedTuple):
+    """What bricks pair with.
+
+    Attributes:
+        code: as shared.pairing.read_code returns it.
+        salt: 32 hex digits, made with the code.
+    """
+
+    code: str
+    salt: str
+
+
+def read_pairing(
+    folder: Path | None = None, say: Callable[[str], None] = lambda line: None
+) -> Pairing:
+    """Read this laptop's pairing code and salt; make them when they are first asked for.
+
+    A code of an earlier version is replaced.
 
     Args:
         folder: None takes $BRICKSERVO_STATE, or ~/.brickservo.
+        say: called with a line if a code was replaced.
 
     Raises:
         BadPairing: naming the file and what to do.
@@ -29,21 +48,28 @@ def pairing_code(folder: Path | None = None) -> str:
     file = (folder or Path(state_folder())) / PAIRING_FILE
     try:
         with contextlib.suppress(FileNotFoundError):
-            code = pairing.read_code(read_text(file))
-            if file.stat().st_mode & 0o077:
-                file.chmod(0o600)
-            return code
-        code = pairing.new_code()
+            code, _, salt = read_text(file).partition("\n")
+            try:
+                found = Pairing(pairing.read_code(code), message_fields.NONCE(salt.strip()))
+                if file.stat().st_mode & 0o077:
+                    file.chmod(0o600)
+                return found
+            except pairing.OldCode:
+                say(
+                    "the pairing code was one of an earlier version, too short, and is replaced; "
+                    "type the command with the new one on the brick, once"
+                )
+        made = Pairing(pairing.new_code(), pairing.new_nonce())
         file.parent.mkdir(parents=True, exist_ok=True)
         descriptor, draft = tempfile.mkstemp(dir=file.parent)  # for this user's eyes only
         try:
             with open(descriptor, "w", encoding="ascii") as out:
-                out.write(pairing.show_code(code) + "\n")
+                out.write(f"{pairing.show_code(made.code)}\n{made.salt}\n")
             os.replace(draft, file)
         except OSError:
             os.unlink(draft)
             raise
-    except pairing.BadCode:
+    except (pairing.BadCode, message_fields.WrongValue):
         raise BadPairing(f"{file} holds no pairing code; remove it for a new one") from None
     except SpoiltFile as error:
         raise BadPairing(
@@ -54,4 +80,4 @@ def pairing_code(folder: Path | None = None) -> str:
             f"cannot use {file}: {error.strerror}; "
             "set BRICKSERVO_STATE to a folder that can be written"
         ) from None
-    return code
+    return made

@@ -12,6 +12,20 @@ EXIT_STATUS = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129}
 """Exit status after a signal, as in a shell."""
 
 
+def killed_by(status: int | None) -> str:
+    """Return the name of the signal that has ended a child; "" for one that ended by itself.
+
+    Args:
+        status: as subprocess.Popen has it.
+    """
+    if status is None or status >= 0:
+        return ""
+    try:
+        return signal.Signals(-status).name
+    except ValueError:  # one without a name
+        return f"signal {-status}"
+
+
 @contextmanager
 def signals_ignored() -> Iterator[None]:
     """Ignore signals while the block runs: what ends in order does so in any case."""

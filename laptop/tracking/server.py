@@ -81,7 +81,7 @@ class _Caller:
 
     def __init__(self, sock: socket.socket, address: str, now: Callable[[], float]) -> None:
         self.sock = sock
-        self.link = Link(sock, now, proven=False)
+        self.link = Link(sock, now)
         self.address = address
         self.sender = sender_of(address)
         self.since = now()
@@ -100,9 +100,11 @@ class TrackingServer:
         now: the clock of the observations, s.
         threaded: True lets the sockets run in a thread of their own; else they run only in
             `serve_once`, to be called every SERVICE_PERIOD s or sooner, and whenever it `has_work`.
+        salt: of the code, 32 hex digits; None makes one up, so that bricks have to pair anew.
 
     Attributes:
         host, port: where it listens; host "" is everywhere.
+        code: the pairing code.
 
     Raises:
         CannotListen: in one line with the next step.
@@ -115,13 +117,15 @@ class TrackingServer:
         code: str,
         now: Callable[[], float] = time.monotonic,
         threaded: bool = True,
+        salt: str | None = None,
     ) -> None:
         host = "" if host in ("0.0.0.0", "::") else host  # no address to type on the brick
         self._listener = listen(host, port)
         self.host = host
         self.port: int = self._listener.getsockname()[1]
-        self._code = code
-        self._key = pairing.key_of(code)
+        self.code = code
+        self._salt = pairing.new_nonce() if salt is None else salt
+        self._key = pairing.key_of(code, self._salt)
         self._now = now
         # Guards what follows; never held while waiting.
         self._lock = threading.Lock()
@@ -161,7 +165,7 @@ class TrackingServer:
 
     def commands(self) -> list[str]:
         """Commands to type on the brick: one for ssh from here, then some that always work."""
-        code = pairing.show_code(self._code)
+        code = pairing.show_code(self.code)
         usual = self.port == PORT
         places = [host if usual else _place(host, self.port) for host in self._hosts()]
         return [
@@ -319,7 +323,7 @@ class TrackingServer:
                 caller.link.close()
             else:
                 caller.brick_nonce = message.nonce
-                caller.link.send(Challenge(caller.laptop_nonce))
+                caller.link.send(Challenge(caller.laptop_nonce, self._salt))
         elif isinstance(message, Proof) and caller.brick_nonce is not None:
             self._check_proof(caller, message, caller.brick_nonce)
         elif not isinstance(message, Bye):
@@ -328,11 +332,14 @@ class TrackingServer:
     def _check_proof(self, caller: _Caller, message: Proof, brick_nonce: str) -> None:
         now = self._now()
         nonces = brick_nonce, caller.laptop_nonce
+        is_right = pairing.is_proof(message.proof, self._key, BRICK, *nonces)
         wait = self._guesses.wait(caller.sender, now)
-        if wait:  # whatever it says: else ten connections at once would be ten guesses
+        # Who knows the code need not wait: another program at its address may go on guessing for
+        # ever. Of codes of 59 bits ten thousand guesses a second find one in a million years.
+        if not is_right and wait:
             reason = f"a wrong code came from this address; wait {math.ceil(wait)} s"
             self._refuse(caller, "wait", reason, wait)
-        elif not pairing.is_proof(message.proof, self._key, BRICK, *nonces):
+        elif not is_right:
             wait = self._guesses.add(caller.sender, now)
             reason = (
                 "this is not the pairing code; type the command that the tracker prints "
@@ -350,7 +357,8 @@ class TrackingServer:
                 self._refuse(caller, "busy", reason)
                 return
             caller.link.send(Welcome(pairing.proof(self._key, LAPTOP, *nonces)))
-            caller.link.trust()
+            brick_key, laptop_key = pairing.session_keys(self._key, *nonces)
+            caller.link.trust(laptop_key, brick_key)
             self._callers.remove(caller)
             self._served = caller
             self._status = None

@@ -19,7 +19,7 @@ from laptop.tracking import announcements
 from laptop.tracking.announcements import Announce
 from laptop.tracking.observation_csv import ObservationCsv, TrackingInterrupted
 from laptop.tracking.options import CAMERA_NAMES, TrackOptions
-from laptop.tracking.pairing_file import pairing_code
+from laptop.tracking.pairing_file import read_pairing
 from laptop.tracking.pipeline import CameraPipeline, FrameSource
 from laptop.tracking.process_signals import signals_ignored
 from laptop.tracking.server import TrackingServer
@@ -137,7 +137,7 @@ def _track(
         stack.enter_context(quiet_decoders())
         setup = prepare(options, open_synthetic, stack)
         now = _clock_of(setup.cameras)
-        server = _serve(options, stack, now) if options.serve else None
+        server = _serve(options, stack, now, print_line) if options.serve else None
         serve_page = open_page(stack) if open_page else None
         if setup.learned:
             write_markers(setup.file, {**setup.known, **setup.learned})
@@ -189,9 +189,15 @@ def _clock_of(cameras: Sequence[FrameSource]) -> Callable[[], float]:
     return time.monotonic if time.monotonic in clocks else clocks[0]
 
 
-def _serve(options: TrackOptions, stack: ExitStack, now: Callable[[], float]) -> TrackingServer:
+def _serve(
+    options: TrackOptions,
+    stack: ExitStack,
+    now: Callable[[], float],
+    print_line: Callable[[str], None],
+) -> TrackingServer:
     port = messages.PORT if options.port is None else options.port
-    server = TrackingServer(options.host, port, pairing_code(), now)
+    code, salt = read_pairing(say=print_line)
+    server = TrackingServer(options.host, port, code, now, salt=salt)
     stack.callback(server.close)
     return server
 
@@ -200,7 +206,7 @@ def _start_brick(
     stack: ExitStack, start_brick: StartBrick, server: TrackingServer
 ) -> Callable[[], str]:
     """Start an emulated brick, see StartBrick; the stack ends it."""
-    return stack.enter_context(start_brick(server.place, pairing_code()))
+    return stack.enter_context(start_brick(server.place, server.code))
 
 
 def _introduce(
@@ -244,7 +250,7 @@ def _invite(
         announcements.SERVING,
         host=host.strip("[]"),
         port=server.port,
-        code=pairing.show_code(pairing_code()),
+        code=pairing.show_code(server.code),
         addresses=server.addresses(),
     )
     for line in brick_instructions(server.commands(), cameras, page):

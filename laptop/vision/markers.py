@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 
 from shared.arm_description import ArmError
-from shared.message_fields import one_line
+from shared.message_fields import one_line, printable
 from shared.small_files import SpoiltFile, open_to_write, read_text
 
 KINDS = ("disc", "ball", "aruco")
@@ -122,8 +122,10 @@ def read_spec(name: str, text: str) -> Marker:
     if not colon or kind not in KINDS:
         kind, what = "disc", text
     if kind == "aruco":
-        if not what.isdecimal() or int(what) >= ARUCO_IDS:
-            raise BadMarker(f"{name} '{text}': an ArUco id is a number from 0 to {ARUCO_IDS - 1}")
+        if not what.isdecimal() or len(what) > 9 or int(what) >= ARUCO_IDS:
+            raise BadMarker(
+                f"{name} '{one_line(text)}': an ArUco id is a number from 0 to {ARUCO_IDS - 1}"
+            )
         return Marker(name, kind, id=int(what))
     if what in NAMED_COLORS:
         return Marker(name, kind, NAMED_COLORS[what])
@@ -131,7 +133,9 @@ def read_spec(name: str, text: str) -> Marker:
         markers = read_markers(what)
         if name not in markers:
             held = ", ".join(markers) or "nothing"
-            raise BadMarker(f"{what} has no marker [{name}], only {held}; pick it with --pick")
+            raise BadMarker(
+                f"{printable(what)} has no marker [{name}], only {held}; pick it with --pick"
+            )
         if colon and markers[name].color is None:
             raise BadMarker(
                 f"{name} '{text}': [{name}] is {markers[name]} there; leave out '{kind}:' "
@@ -139,9 +143,12 @@ def read_spec(name: str, text: str) -> Marker:
             )
         return replace(markers[name], kind=kind) if colon else markers[name]
     if "." in what or "/" in what:
-        raise BadMarker(f"{name} '{text}': there is no file {what}; make it with --pick")
+        raise BadMarker(
+            f"{name} '{one_line(text)}': there is no file {printable(what)}; make it with --pick"
+        )
     raise BadMarker(
-        f"{name} '{text}': write disc:COLOUR or ball:COLOUR with one of {', '.join(NAMED_COLORS)}, "
+        f"{name} '{one_line(text)}': write disc:COLOUR or ball:COLOUR with one of "
+        f"{', '.join(NAMED_COLORS)}, "
         f"aruco:ID, or a markers file{', or a point U,V such as 400,200' * (name == 'goal')}"
     )
 

@@ -4,6 +4,7 @@ The code is the same that draws and servoes.  But its motors are files in a temp
 model of a motor behind; its cameras are worked out; and its clock jumps over all waiting.
 """
 
+import collections
 import contextlib
 import gc
 import math
@@ -24,6 +25,7 @@ from robot.servoing.runs import make_servo
 from shared.arm_description import find_arm, read_arm
 from shared.messages import decode
 from shared.record import record
+from shared.signing import LineSigner
 
 ARMS = ("planar", "spatial")
 
@@ -41,7 +43,7 @@ NOISE = 0.5
 
 OBSERVATION = (
     b'{"kind":"observation","camera":"A","seq":1234,"t":1234.567891,'
-    b'"markers":{"effector":[320.123,240.456,0.98],"goal":[400.123,200.456,0.97]}}\n'
+    b'"markers":{"effector":[320.123,240.456,0.98],"goal":[400.123,200.456,0.97]}}'
 )
 
 Seen = record("Seen", "camera seq t markers")
@@ -283,10 +285,21 @@ def measure_servoing(description, mode, laps, pieces):
         raise AssertionError("{}: {}".format(name, verdict))
 
 
+def measure_link(laps):
+    """What each observation takes before anything is done by it, its names being known."""
+    laptop, brick = LineSigner(b"key"), LineSigner(b"key")
+
+    def hear():
+        return [decode(line, ("A", "effector", "goal")) for line, _ in brick.checked(lines)]
+
+    for _ in range(5):
+        lines = collections.deque([(laptop.sign(OBSERVATION + b"\n")[:-1], 0.0)])
+        laps.timed("check and decode an observation", hear)()
+
+
 def measure(names, laps):
     """All of it, on the arms of these names."""
-    for _ in range(5):
-        laps.timed("decode an observation", decode)(OBSERVATION)
+    measure_link(laps)
     for name in names:
         description = read_arm(find_arm(name))._replace(pen=None)
         with folder_of_motors(description.joints):

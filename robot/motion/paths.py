@@ -18,6 +18,10 @@ LONGEST_ARC = 200.0
 """Between two points, cm."""
 
 
+FARTHEST = 1000.0
+"""Greatest coordinate of a point, cm: no arm reaches so far, and its square is a number."""
+
+
 class BadPath(ArmError, ValueError):
     """A path that is not a path: too few points, points that coincide, numbers that are none."""
 
@@ -32,6 +36,11 @@ def _checked(points, fewest, what):
                 "{} has the point ({}), which is not a place; give finite numbers in cm".format(
                     what, ", ".join(map(str, point))
                 )
+            )
+        if max(map(abs, point)) > FARTHEST:
+            raise BadPath(
+                "{} has the point ({}), farther than {:g} cm away; give a place that the arm can "
+                "reach, in cm".format(what, _numbers(point), FARTHEST)
             )
     for a, b in zip(points, points[1:]):
         if kinematics.distance(a, b) < 1e-6:
@@ -86,8 +95,12 @@ def rectangle(corner, opposite):
 
 def circle(centre, radius):
     """The stroke once round `centre`, counter-clockwise, from the point nearest to the base."""
-    if not (radius > 0 and math.isfinite(radius)):
-        raise BadPath("a circle of radius {:g} cm is none; give more than 0".format(radius))
+    if not 0 < radius <= FARTHEST:
+        raise BadPath(
+            "a circle of radius {:g} cm is none; give more than 0 and at most {:g}".format(
+                radius, FARTHEST
+            )
+        )
     _checked([centre], 1, "a circle")
     start = math.atan2(-centre[1], -centre[0])
     n = max(24, int(math.ceil(2 * math.pi * radius / SPACING)))

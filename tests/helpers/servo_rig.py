@@ -122,7 +122,8 @@ class Watched(Rig):
         self.tracker = VirtualTracker(
             self.world, self._see, cameras=tuple(self.cameras), **(tracker or {})
         )
-        Memory(str(folder)).save(ServerAddress(HOST, self.tracker.port, self.tracker.code))
+        address = ServerAddress(HOST, self.tracker.port, self.tracker.code)
+        Memory(str(folder)).save(address, self.tracker.key)
         monkeypatch.setenv("BRICKSERVO_STATE", str(folder))
         monkeypatch.setenv("BRICKSERVO_ARM", self.arm.file)
         monkeypatch.setenv("SSH_CLIENT", f"{HOST} 0 22")

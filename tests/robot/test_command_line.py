@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from robot import command_line
+from robot import command_line, program
 from robot.command_line import BadArgument, Parser, number_in
+from shared.arm_description import ArmError
 
 ROBOT = Path(command_line.__file__).parent
 SCRIPTS = sorted(
@@ -177,6 +178,18 @@ def test_an_argument_that_it_could_not_read_is_refused_at_once(flags, options):
     parser.add_argument("first", metavar="FIRST")
     with pytest.raises(ValueError, match=flags[0]):
         parser.add_argument(*flags, **options)
+
+
+def test_nothing_that_is_told_of_a_failure_steers_the_terminal(capsys, monkeypatch):
+    def fail():
+        raise ArmError("no \x1b[31mfile 'a\x9b\nb'")
+
+    monkeypatch.setattr(program, "raise_on_signals", lambda: None)
+    assert program.run("a.py", fail) == 1
+    assert capsys.readouterr().err == "a.py: no  [31mfile 'a  b'\n"
+    with pytest.raises(SystemExit):
+        Parser("a.py", "", "").error("'\x1b[2J' is none")
+    assert capsys.readouterr().err == "a.py: ' [2J' is none; see a.py --help\n"
 
 
 def test_numbers_have_limits():

@@ -363,6 +363,9 @@ BAD = [
     ("line nan,0 5,10", "finite"),
     ("line 5,10 inf,0", "finite"),
     ("line 5,10 -inf,0", "finite"),
+    ("line 10,0 1e308,0", "farther than 1000 cm"),
+    ("arc 10,0 5,10 1e308,0", "farther than 1000 cm"),
+    ("arc 10,0 5,10 -1e308,0", "farther than 1000 cm"),
     ("line 10,0 10,0", "twice"),
     ("polyline 10,0", "2 points"),
     ("polyline 10,0 12,3 12,3", "twice"),
@@ -629,7 +632,7 @@ def test_a_line_shorter_than_its_set_points_are_apart(shell, words):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("line", "10,0", "1e8,0"), "out of reach"),
+        (("line", "10,0", "999,0"), "out of reach"),
         (("arc", "10,0", "12,0.000001", "11,0"), "points in order"),
     ],
     ids=["to the moon", "an arc all but straight, the wrong way round"],

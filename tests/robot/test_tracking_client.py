@@ -1,6 +1,7 @@
 """The brick's end of the link, against a tracker that the tests play, over loopback TCP."""
 
 import errno
+import json
 import os
 import re
 import select
@@ -17,7 +18,7 @@ from waiting import PATIENCE
 
 from robot import program, tracking, tracking_client, tracking_commands
 from robot.clock import Clock
-from robot.tracker_address import NotPaired
+from robot.tracker_address import NotPaired, SaltedKey
 from robot.tracking import CONNECT_TIMEOUT, MAX_PAUSE
 from robot.tracking_client import (
     Memory,
@@ -48,8 +49,11 @@ from shared.messages import (
     encode,
 )
 
-CODE = "ABCDEFGH"
-KEY = pairing.key_of(CODE)
+CODE = "ABCDEFGHJKMN"
+SALT = "5a" * 16
+KEY = pairing.key_of(CODE, SALT)
+SALTED = SaltedKey(SALT, KEY)
+WRONG = pairing.key_of("NMKJHGFEDCBA", SALT)
 AHEAD = 5000.0
 SCRIPT = tracking_client.__file__
 ROUNDS = 2000
@@ -84,18 +88,21 @@ class FakeTracker:
             except BlockingIOError:
                 return
             self.calls += 1
-            self.link = Link(sock, self.now, proven=False)
+            self.link = Link(sock, self.now)
             self.nonces = []
         self.link.poll()
         message = self.link.receive()
         while message is not None:
             if isinstance(message, Hello):
                 self.nonces = [message.nonce, pairing.new_nonce()]
-                self.link.send(Challenge(self.nonces[1]) if self.answer is None else self.answer)
+                self.link.send(
+                    Challenge(self.nonces[1], SALT) if self.answer is None else self.answer
+                )
             elif isinstance(message, Proof):
                 assert pairing.is_proof(message.proof, KEY, BRICK, *self.nonces)
                 self.link.send(Welcome(pairing.proof(self.key, LAPTOP, *self.nonces)))
-                self.link.trust()
+                brick_key, laptop_key = pairing.session_keys(self.key, *self.nonces)
+                self.link.trust(laptop_key, brick_key)
             else:
                 self.heard.append(message)
             message = self.link.receive()
@@ -327,8 +334,12 @@ def test_a_restart_of_the_tracker_is_survived(make, clock, said):
         if seen:
             break
     assert seen["A"].seq == 1
-    assert [line.split(":")[0] for line in said] == ["linked to 127.0.0.1"] + ["not linked"] * 2 + [
-        "linked to 127.0.0.1"
+    assert [line.split(":")[0] for line in said] == [
+        "pairing with 127.0.0.1",
+        "linked to 127.0.0.1",
+        "not linked",
+        "not linked",
+        "linked to 127.0.0.1",
     ]
 
 
@@ -457,7 +468,7 @@ def test_a_wait_is_waited_for(make, clock):
 
 
 def test_a_tracker_that_does_not_know_the_code_is_refused(make, clock, memory):
-    tracker = make(FakeTracker, key=pairing.key_of("HGFEDCBA"))
+    tracker = make(FakeTracker, key=WRONG)
     client = make(TrackingClient, tracker.port)
     until(lambda: client.refused, client, tracker)
     assert "not your tracker" in client.why
@@ -505,7 +516,7 @@ def test_one_that_listens_but_says_nothing_is_left_after_a_while(make, clock):
 
 def test_observations_from_before_the_proof_are_not_handed_over(make):
     """Neither lost nor believed: a stranger's words after the welcome wait for the proof."""
-    tracker = make(FakeTracker, key=pairing.key_of("HGFEDCBA"))
+    tracker = make(FakeTracker, key=WRONG)
     client = make(TrackingClient, tracker.port)
     seen = []
     for _ in range(50):
@@ -525,6 +536,126 @@ def test_host_and_code_are_remembered_once_they_have_proven_right(make, memory):
     assert memory.load() == ServerAddress("127.0.0.1", tracker.port, CODE)
     assert stat.S_IMODE(os.stat(memory.file).st_mode) == 0o600
     assert os.listdir(os.path.dirname(memory.file)) == ["tracker"]
+
+
+def test_the_key_is_worked_out_once_per_pairing_and_kept(make, memory, monkeypatch, said):
+    worked_out = []
+
+    def key_of(code, salt):
+        worked_out.append((code, salt))
+        return KEY
+
+    monkeypatch.setattr(pairing, "key_of", key_of)
+    tracker = make(FakeTracker)
+    first = make(TrackingClient, tracker.port)
+    until(lambda: first.linked, first, tracker)
+    assert worked_out == [(CODE, SALT)]
+    assert said[0].startswith("pairing with 127.0.0.1:")
+    first.close()
+    tracker.vanish()
+    second = make(TrackingClient, tracker.port)  # as another program on the brick, later
+    until(lambda: second.linked, second, tracker)
+    assert len(worked_out) == 1
+    assert memory.load_key(CODE) == SALTED
+    assert memory.load_key("NMKJHGFEDCBA") is None
+
+
+def test_a_laptop_that_is_kept_waiting_by_the_key_is_not_needed_meanwhile(make, clock, monkeypatch):
+    """On the brick that takes longer than a laptop waits for a stranger to go on."""
+    calls = []
+
+    def key_of(code, salt):
+        calls.append(tracker.calls)
+        tracker.step()
+        assert tracker.link is None  # it has been told that this call is over
+        clock.t += 2 * SILENCE_TIMEOUT
+        return KEY
+
+    monkeypatch.setattr(pairing, "key_of", key_of)
+    tracker = make(FakeTracker)
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.linked, client, tracker)
+    assert calls == [1]
+    assert tracker.calls == 2
+
+
+@pytest.mark.parametrize("paired", [True, False], ids=["paired before", "new"])
+def test_a_salt_that_changes_later_is_worth_no_waiting_arm(make, memory, monkeypatch, paired):
+    """Who sends other salts again and again would keep the arm from being stopped."""
+    if paired:
+        memory.save(ServerAddress("127.0.0.1", 1, CODE), SALTED)
+    tracker = make(FakeTracker)
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.linked, client, tracker)
+    monkeypatch.setattr(pairing, "key_of", None)
+    tracker.answer = Challenge("1" * 32, "b" * 32)
+    tracker.vanish()
+    until(lambda: client.refused, client, tracker)
+    assert client.why.endswith("has another pairing code now; type the command that it prints")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda kept: kept.pop("key"),
+        lambda kept: kept.update(key=7),
+        lambda kept: kept.update(key="ab"),
+        lambda kept: kept.update(salt="x" * 32),
+        lambda kept: kept.update(salt=None),
+    ],
+)
+def test_a_key_that_cannot_be_is_worked_out_again(make, memory, change):
+    memory.save(ServerAddress("127.0.0.1", 1, CODE), SALTED)
+    with open(memory.file) as file:
+        kept = json.load(file)
+    change(kept)
+    with open(memory.file, "w") as file:
+        json.dump(kept, file)
+    assert memory.load_key(CODE) is None
+    tracker = make(FakeTracker)
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.linked, client, tracker)
+    assert memory.load_key(CODE) == SALTED
+
+
+def test_a_remembered_code_of_an_earlier_version_is_told_and_a_new_one_replaces_it(memory):
+    os.makedirs(os.path.dirname(memory.file))
+    with open(memory.file, "w") as file:
+        file.write('{"host": "192.168.0.5", "port": 7711, "code": "KS82DNHF"}')
+    with pytest.raises(NotPaired) as error:
+        find_tracker("", None, {}, memory)
+    assert "of an earlier version; codes have 12 characters now: type the command" in str(
+        error.value
+    )
+    found = find_tracker("192.168.0.5", "abcd-efgh-jkmn", {}, memory)
+    assert found == ServerAddress("192.168.0.5", PORT, CODE)
+    memory.save(found, SALTED)
+    assert memory.load() == found
+
+
+def test_an_old_tracker_says_what_to_update(make):
+    """Its own words, of version 2; the brick shows them and tries no more."""
+    reason = (
+        "the brick's program speaks version 3, the laptop's 2; "
+        "bring the laptop's checkout up to date"
+    )
+    tracker = make(FakeTracker, answer=Refused("version", reason, 0.0))
+    client = make(TrackingClient, tracker.port)
+    until(lambda: client.refused, client, tracker)
+    assert client.why.endswith(reason)
+
+
+def test_a_line_that_was_changed_on_the_way_is_told_on_both_sides(make, clock):
+    client, tracker = linked(make)
+    link = tracker.link
+    link._sock.send(encode(Stop("now")))  # unsigned
+    until(lambda: not client.linked, client)
+    assert client.commands() == []
+    assert client.why.endswith(": a message was changed or repeated on the way")
+    until(lambda: link.closed, client, tracker)
+    assert link.reason == "the other side said: a message was changed or repeated on the way"
+    clock.t += 1.0
+    until(lambda: client.linked, client, tracker)
 
 
 def test_a_full_disk_costs_the_memory_but_not_the_link(make, said, tmp_path):
@@ -599,36 +730,38 @@ def test_a_place_that_is_none_is_refused_in_one_line(text):
 
 def test_the_default_is_where_ssh_came_from(memory):
     ssh = {"SSH_CLIENT": "192.168.0.5 50000 22"}
-    assert find_tracker("", "abcd-efgh", ssh, memory) == ServerAddress("192.168.0.5", PORT, CODE)
+    assert find_tracker("", "abcd-efgh-jkmn", ssh, memory) == ServerAddress(
+        "192.168.0.5", PORT, CODE
+    )
     ssh = {"SSH_CONNECTION": "fe80::1%usb0 50000 fe80::2%usb0 22"}
-    assert find_tracker(":7800", "abcd-efgh", ssh, memory) == ServerAddress(
+    assert find_tracker(":7800", "abcd-efgh-jkmn", ssh, memory) == ServerAddress(
         "fe80::1%usb0", 7800, CODE
     )
-    assert find_tracker("10.0.0.1", "abcd-efgh", ssh, memory).host == "10.0.0.1"
+    assert find_tracker("10.0.0.1", "abcd-efgh-jkmn", ssh, memory).host == "10.0.0.1"
 
 
 def test_what_is_not_said_is_remembered(memory):
-    memory.save(ServerAddress("192.168.0.5", 7800, CODE))
+    memory.save(ServerAddress("192.168.0.5", 7800, CODE), SALTED)
     assert find_tracker("", None, {}, memory) == ServerAddress("192.168.0.5", 7800, CODE)
     ssh = {"SSH_CLIENT": "192.168.0.5 50000 22"}
     assert find_tracker("", None, ssh, memory) == ServerAddress("192.168.0.5", 7800, CODE)
     # The same laptop may have another address today; its code is the same, its port the usual.
     ssh = {"SSH_CLIENT": "192.168.0.6 50000 22"}
     assert find_tracker("", None, ssh, memory) == ServerAddress("192.168.0.6", PORT, CODE)
-    assert find_tracker("", "JKMN-PQRS", {}, memory).code == "JKMNPQRS"
+    assert find_tracker("", "JKMN-PQRS-TUVW", {}, memory).code == "JKMNPQRSTUVW"
 
 
 def test_a_host_may_be_called_like_a_code(memory):
-    assert find_tracker("mark-desk", "abcd-efgh", {}, memory).host == "mark-desk"
-    memory.save(ServerAddress("mark-desk", PORT, CODE))
+    assert find_tracker("mark-desk", "abcd-efgh-jkmn", {}, memory).host == "mark-desk"
+    memory.save(ServerAddress("mark-desk", PORT, CODE), SALTED)
     assert find_tracker("mark-desk", None, {}, memory).host == "mark-desk"
-    with pytest.raises(NotPaired, match="write --code MARK-DECK"):
-        find_tracker("mark-deck", None, {}, memory)
+    with pytest.raises(NotPaired, match="write --code MARK-DECK-DESK"):
+        find_tracker("mark-deck-desk", None, {}, memory)
 
 
 def test_what_is_missing_is_asked_for(memory):
     with pytest.raises(NotPaired, match="where is the tracker"):
-        find_tracker("", "abcd-efgh", {}, memory)
+        find_tracker("", "abcd-efgh-jkmn", {}, memory)
     with pytest.raises(NotPaired, match="--code CODE"):
         find_tracker("192.168.0.5", None, {}, memory)
     with pytest.raises(pairing.BadCode):
@@ -643,17 +776,17 @@ def test_what_is_missing_is_asked_for(memory):
         "[]",
         "[" * 5000,
         "{}",
-        '{"host": null, "port": 7711, "code": "ABCDEFGH"}',
-        '{"host": "", "port": 7711, "code": "ABCDEFGH"}',
-        '{"host": "a", "port": 0, "code": "ABCDEFGH"}',
-        '{"host": "a", "port": 1e999, "code": "ABCDEFGH"}',
+        '{"host": null, "port": 7711, "code": "ABCDEFGHJKMN"}',
+        '{"host": "", "port": 7711, "code": "ABCDEFGHJKMN"}',
+        '{"host": "a", "port": 0, "code": "ABCDEFGHJKMN"}',
+        '{"host": "a", "port": 1e999, "code": "ABCDEFGHJKMN"}',
         '{"host": "a", "port": 7711, "code": "1"}',
         '{"host": "a", "port": 7711, "code": 7}',
-        '{"host": "a", "port": true, "code": "ABCDEFGH"}',
-        '{"host": "a", "port": 77.5, "code": "ABCDEFGH"}',
-        '{"host": "a", "port": 1' + 400 * "0" + ', "code": "ABCDEFGH"}',
-        '{"host": ["a"], "port": 7711, "code": "ABCDEFGH"}',
-        '{"host": "a", "port": NaN, "code": "ABCDEFGH"}',
+        '{"host": "a", "port": true, "code": "ABCDEFGHJKMN"}',
+        '{"host": "a", "port": 77.5, "code": "ABCDEFGHJKMN"}',
+        '{"host": "a", "port": 1' + 400 * "0" + ', "code": "ABCDEFGHJKMN"}',
+        '{"host": ["a"], "port": 7711, "code": "ABCDEFGHJKMN"}',
+        '{"host": "a", "port": NaN, "code": "ABCDEFGHJKMN"}',
         "\udcff",
     ],
     ids=ascii,
@@ -684,7 +817,7 @@ def test_an_old_draft_that_others_may_read_is_not_written_into(memory):
     os.makedirs(os.path.dirname(memory.file))
     with open(memory.file + ".new", "w") as file:
         os.chmod(memory.file + ".new", 0o644)
-        memory.save(ServerAddress("a", 1, CODE))
+        memory.save(ServerAddress("a", 1, CODE), SALTED)
         assert file.tell() == 0
     assert stat.S_IMODE(os.stat(memory.file).st_mode) == 0o600
 
@@ -732,12 +865,13 @@ def serve(process, tracker, lines):
 def test_the_command_shows_what_the_camera_sees_until_it_is_stopped(tmp_path):
     tracker = FakeTracker(RealClock())
     place = f"127.0.0.1:{tracker.port}"
-    process = start(tmp_path, place, "--code", "abcd-efgh")
-    printed = serve(process, tracker, 4)
+    process = start(tmp_path, place, "--code", "abcd-efgh-jkmn")
+    printed = serve(process, tracker, 5)
     process.send_signal(signal.SIGTERM)
     out, err = process.communicate(timeout=PATIENCE)
     tracker.step()
     tracker.close()
+    assert printed.pop(0) == f"pairing with {place}: a moment, this once\n"
     assert printed[0] == f"linked to {place}\n"
     pattern = r"camera A: +\d+ ms ago, effector 320\.50,240\.25 px \(0\.98\), goal not seen\n\Z"
     for line in printed[1:]:
@@ -749,7 +883,7 @@ def test_the_command_shows_what_the_camera_sees_until_it_is_stopped(tmp_path):
 
 def test_the_command_is_refused_in_one_line(tmp_path):
     tracker = FakeTracker(RealClock(), answer=Refused("code", "this is not the pairing code", 1.0))
-    process = start(tmp_path, f"127.0.0.1:{tracker.port}", "--code", "ABCDEFGH")
+    process = start(tmp_path, f"127.0.0.1:{tracker.port}", "--code", "ABCDEFGHJKMN")
     assert serve(process, tracker, 1) in ([], [""])
     out, err = process.communicate(timeout=PATIENCE)
     tracker.close()
@@ -761,7 +895,7 @@ def test_the_command_is_refused_in_one_line(tmp_path):
 def test_the_command_says_once_that_nothing_listens_and_gives_up_in_time(monkeypatch, capsys):
     monkeypatch.setattr(program.signal, "signal", lambda number, handler: None)
     place = f"127.0.0.1:{free_port()}"
-    assert main([place, "--code", "ABCDEFGH", "--seconds", "0.6"]) == 1
+    assert main([place, "--code", "ABCDEFGHJKMN", "--seconds", "0.6"]) == 1
     out, err = capsys.readouterr()
     assert out.count("\n") == 1
     assert out.startswith("not linked: cannot reach " + place)
@@ -772,16 +906,25 @@ def test_the_command_says_once_that_nothing_listens_and_gives_up_in_time(monkeyp
 @pytest.mark.parametrize(
     ("argv", "words"),
     [
-        (["127.0.0.1:99999", "--code", "ABCDEFGH"], "has no port from 1 to 65535"),
+        (["127.0.0.1:99999", "--code", "ABCDEFGHJKMN"], "has no port from 1 to 65535"),
         (["127.0.0.1", "--code", "ABCD"], "is no pairing code"),
         (["127.0.0.1", "--seconds", "nan"], "'nan' must be a number from 0.1 to 86400 s"),
         (["127.0.0.1", "--seconds", "0"], "'0' must be a number from 0.1 to 86400 s"),
         (["127.0.0.1"], "not paired yet"),
         ([], "where is the tracker"),
         (["a", "b"], "unrecognized arguments: b"),
-        (["a", "--code", "ABCDEFGH", "92GS-M64M"], "unrecognized arguments: 92GS-M64M"),
-        (["a", "92gsm64m"], "'92gsm64m' reads as a pairing code; write --code 92GS-M64M"),
-        (["92GS-M64M"], "'92GS-M64M' reads as a pairing code; write --code 92GS-M64M"),
+        (
+            ["a", "--code", "ABCDEFGHJKMN", "92GS-M64M-XYZ2"],
+            "unrecognized arguments: 92GS-M64M-XYZ2",
+        ),
+        (
+            ["a", "92gsm64mxyz2"],
+            "'92gsm64mxyz2' reads as a pairing code; write --code 92GS-M64M-XYZ2",
+        ),
+        (
+            ["92GS-M64M-XYZ2"],
+            "'92GS-M64M-XYZ2' reads as a pairing code; write --code 92GS-M64M-XYZ2",
+        ),
     ],
 )
 def test_a_wrong_command_is_answered_in_one_line(argv, words, monkeypatch, capsys, tmp_path):

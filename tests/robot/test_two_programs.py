@@ -126,8 +126,8 @@ def test_bench_and_servo_are_refused_likewise(shell, other, tmp_path, capsys):
     before = shell.on_file()
     for script, words in (
         ("bench_brick.py", ["planar", "--move", "--json", str(tmp_path / "brick.json")]),
-        ("visual_servoing.py", ["127.0.0.1:9", "--code", "ABCDEFGH"]),
-        ("visual_servoing.py", ["127.0.0.1:9", "--code", "ABCDEFGH", "--wait"]),
+        ("visual_servoing.py", ["127.0.0.1:9", "--code", "ABCDEFGHJKMN"]),
+        ("visual_servoing.py", ["127.0.0.1:9", "--code", "ABCDEFGHJKMN", "--wait"]),
     ):
         assert run_script(shell.brick, str(ROBOT / script), words).status == 1
         err = capsys.readouterr().err

@@ -9,6 +9,7 @@ import pytest
 from clocks import FakeClock
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from signed import KEYS, SignedSocket
 
 from shared.framing import MAX_QUEUE
 from shared.link import COUNTERS, MAX_AGE, Link
@@ -39,7 +40,7 @@ VALID = [
     encode(message)[:-1]
     for message in (
         Hello(VERSION, BRICK, "0" * 32),
-        Challenge("f" * 32),
+        Challenge("f" * 32, "5" * 32),
         Proof("a" * 64),
         Welcome("b" * 64),
         Refused("busy", "the tracker serves 192.168.0.7", 1.5),
@@ -133,8 +134,9 @@ def fuzzed_link(proven, batches):
     def new_link():
         sock, other = socket.socketpair()
         other.setblocking(False)
-        links.append((Link(sock, clock.now, proven=proven), other))
-        link = links[-1][0]
+        link = Link(sock, clock.now, KEYS if proven else None)
+        links.append((link, SignedSocket(other) if proven else other))
+        link, other = links[-1]
         link.poll()
         if proven:
             other.send(encode(Pong(1, clock.t + AHEAD, clock.t + AHEAD)))
@@ -162,7 +164,7 @@ def fuzzed_link(proven, batches):
         assert link.held["unsent bytes"] <= (MAX_QUEUE + MAX_CAMERAS + 1) * MAX_LINE
         assert set(link.counters) == set(COUNTERS)
         try:
-            while other.recv(65536):
+            while getattr(other, "sock", other).recv(65536):
                 pass
         except BlockingIOError:
             pass

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from shared.arm_description import ArmError
-from shared.framing import LineBuffer
+from shared.framing import TAG_LENGTH, LineBuffer
 from shared.message_fields import MAX_JOINTS, MAX_TEXT, one_line
 from shared.messages import (
     BRICK,
@@ -33,7 +33,7 @@ from shared.messages import (
 SEEN = Observation(7, "A", 12.5, {"effector": (320.125, 240.5, 0.98), "goal": None})
 MESSAGES = [
     Hello(VERSION, BRICK, "0" * 32),
-    Challenge("f" * 32),
+    Challenge("f" * 32, "5" * 32),
     Proof("a" * 64),
     Welcome("b" * 64),
     Refused("busy", "the tracker serves 192.168.0.7", 1.5),
@@ -337,7 +337,7 @@ def test_unknown_keys_are_ignored():
 def test_a_hello_of_another_version_is_understood_whatever_else_it_says():
     assert decode(b'{"kind":"hello","version":0}').version == 0
     assert decode(b'{"kind":"hello","version":9,"role":7,"nonce":[]}').version == 9
-    assert "nonce is missing" in refused(b'{"kind":"hello","version":2,"role":"brick"}')
+    assert "nonce is missing" in refused(b'{"kind":"hello","version":3,"role":"brick"}')
     assert "version is True" in refused(b'{"kind":"hello","version":true}')
 
 
@@ -387,6 +387,7 @@ def test_a_line_without_end_is_counted_once_and_skipped():
 
 def test_a_long_line_that_comes_at_once_is_counted_and_skipped():
     buffer = LineBuffer()
-    assert buffer.feed(b"a\n" + b"x" * (MAX_LINE + 1) + b"\nb\n") == [b"a", b"b"]
-    assert buffer.feed(b"x" * MAX_LINE + b"\n") == [b"x" * MAX_LINE]
+    most = MAX_LINE + TAG_LENGTH
+    assert buffer.feed(b"a\n" + b"x" * (most + 1) + b"\nb\n") == [b"a", b"b"]
+    assert buffer.feed(b"x" * most + b"\n") == [b"x" * most]
     assert buffer.overlong == 1

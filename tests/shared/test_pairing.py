@@ -6,6 +6,19 @@ from shared import pairing
 from shared.arm_description import ArmError
 from shared.messages import BRICK, LAPTOP
 
+CODE = "ABCDEFGHJKMN"
+SALT = "5a" * 16
+
+
+def test_a_code_is_worth_fifty_bits_and_has_a_form_that_people_read():
+    assert len(pairing.ALPHABET) ** pairing.CODE_LENGTH >= 2**50
+    assert pairing.show_code(CODE) == "ABCD-EFGH-JKMN"
+
+
+def test_a_code_of_an_earlier_version_is_told_apart():
+    with pytest.raises(pairing.OldCode, match="of an earlier version; codes have 12 characters"):
+        pairing.read_code("KS82-DNHF")
+
 
 def test_a_new_code_is_one_that_can_be_typed():
     codes = {pairing.new_code() for _ in range(200)}
@@ -15,28 +28,31 @@ def test_a_new_code_is_one_that_can_be_typed():
     assert set("".join(codes)) == set(pairing.ALPHABET)
 
 
-@pytest.mark.parametrize("text", ["ABCD-EFGH", "abcdefgh", " ab-cd ef-gh\n", "a-b-c-d-e-f-g-h"])
+@pytest.mark.parametrize(
+    "text", [CODE, "ABCD-EFGH-JKMN", "abcdefghjkmn", " ab-cd ef-gh jk mn\n", "a-b-c-d-e-f-g-h-jkmn"]
+)
 def test_case_dashes_and_blanks_do_not_matter(text):
-    assert pairing.read_code(text) == "ABCDEFGH"
+    assert pairing.read_code(text) == CODE
 
 
 @pytest.mark.parametrize(
-    "text", ["", "ABCD", "ABCD-EFGH-J", "ABCD-EFG0", "\u0391BCDEFGH", "\ud800"]
+    "text", ["", "ABCD", "ABCD-EFGH-J", "ABCD-EFGH-JKM0", "\u0391BCDEFGHJKMN", "\ud800"]
 )
 def test_a_text_that_is_no_code_is_refused_in_one_line(text):
     with pytest.raises(pairing.BadCode) as error:
         pairing.read_code(text)
     assert isinstance(error.value, ArmError)
-    assert "8 of the characters 23456789ABC" in str(error.value)
+    assert "12 of the characters 23456789ABC" in str(error.value)
     assert str(error.value).isprintable()
 
 
 def test_a_proof_holds_for_its_key_role_and_nonces_only():
-    key = pairing.key_of("ABCDEFGH")
+    key = pairing.key_of(CODE, SALT)
     given = (BRICK, "1" * 32, "2" * 32)
     right = pairing.proof(key, *given)
     assert pairing.is_proof(right, key, *given)
-    assert not pairing.is_proof(right, pairing.key_of("ABCDEFGJ"), *given)
+    assert not pairing.is_proof(right, pairing.key_of("ABCDEFGHJKMP", SALT), *given)
+    assert not pairing.is_proof(right, pairing.key_of(CODE, "5b" * 16), *given)
     assert not pairing.is_proof(right, key, LAPTOP, *given[1:])
     assert not pairing.is_proof(right, key, BRICK, "2" * 32, "1" * 32)
     assert not pairing.is_proof(right, key, BRICK, "1" * 32, "3" * 32)
@@ -45,9 +61,16 @@ def test_a_proof_holds_for_its_key_role_and_nonces_only():
 
 def test_the_proof_is_hmac_sha256_as_openssl_has_it():
     """Worked out with the openssl command: kdf PBKDF2, then dgst -sha256 -mac HMAC."""
-    key = pairing.key_of("ABCDEFGH")
-    assert key.hex() == "ed483fce58a1f0d7fa0b0a72884c237aa9f5aa577d71843887a7ab25825d63a0"
+    key = pairing.key_of(CODE, SALT)
+    assert key.hex() == "b859ae0f7bb6823c533813a9e8c6a5040d9ea8b993d67b2a32395e8b23e4e753"
     assert (
         pairing.proof(key, BRICK, "1" * 32, "2" * 32)
-        == "be4584161c0c08370dd5f17a8293349d3f77c5aaa563ec67a200229dc5750121"
+        == "dcbdf2e4c524f3fa87f28b9a81fb46550329627e445cc97cfdd06dfae0876141"
     )
+
+
+def test_the_keys_of_a_connection_are_hmac_sha256_as_openssl_has_it():
+    key = pairing.key_of(CODE, SALT)
+    brick, laptop = pairing.session_keys(key, "1" * 32, "2" * 32)
+    assert laptop.hex() == "b399df4965b31eea4e93e5d5219c3681d9be95f8c27df0f8b394c590c7a0dbb4"
+    assert len({brick, laptop, *pairing.session_keys(key, "1" * 32, "3" * 32)}) == 4

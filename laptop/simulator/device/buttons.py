@@ -6,6 +6,7 @@ import re
 import types
 
 from shared.arm_description import ArmError
+from shared.message_fields import one_line
 
 BUTTONS = {"up": 103, "down": 108, "left": 105, "right": 106, "enter": 28, "backspace": 14}
 """Key codes of the brick's buttons, by the names python-ev3dev2 gives them."""
@@ -13,6 +14,9 @@ BUTTONS = {"up": 103, "down": 108, "left": 105, "right": 106, "enter": 28, "back
 TOUCH_PORTS = ("in1", "in2", "in3", "in4")
 
 EV_SYN, EV_KEY = 0, 1
+
+LATEST = 1e6
+"""Latest time that may be ordered, s."""
 
 
 class BadPress(ArmError, ValueError):
@@ -33,11 +37,17 @@ def read_press(text):
     match = re.match(r"^([\w:]+)@(\d+(?:\.\d*)?|\.\d+)(?:\+(\d+(?:\.\d*)?|\.\d+))?$", text)
     if not match or match.group(1) not in names:
         raise BadPress(
-            "press {!r}: not BUTTON@SECONDS or BUTTON@SECONDS+SECONDS_HELD; "
-            "the buttons are {}".format(text, ", ".join(names))
+            "press '{}': not BUTTON@SECONDS or BUTTON@SECONDS+SECONDS_HELD; "
+            "the buttons are {}".format(one_line(text), ", ".join(names))
         )
-    button, t, duration = match.groups()
-    return Press("backspace" if button == "back" else button, float(t), float(duration or 0.2))
+    button, t, duration = match.group(1), float(match.group(2)), float(match.group(3) or 0.2)
+    if max(t, duration) > LATEST:
+        raise BadPress(
+            "press '{}': give times up to {:g} s, not {:g} s".format(
+                one_line(text), LATEST, max(t, duration)
+            )
+        )
+    return Press("backspace" if button == "back" else button, t, duration)
 
 
 class InputEvent(collections.namedtuple("InputEvent", "sec usec type code value")):

@@ -10,17 +10,10 @@ import os
 import select as real_select
 import shutil
 import sys
-import tempfile
 import time as real_time
 import types
 
-
-def folder_in_memory(prefix):
-    """A new temporary folder; on Linux not on disk, which takes 50 ms to be rid of one of ours."""
-    try:
-        return tempfile.mkdtemp(prefix=prefix, dir="/dev/shm")
-    except OSError:
-        return tempfile.mkdtemp(prefix=prefix)
+from laptop.simulator import temporary_folders
 
 
 class Attribute(object):
@@ -160,7 +153,7 @@ class Sysfs(object):
         device = ev3dev2.Device
         before = (device.DEVICE_ROOT_PATH, device._attribute_file_open)
         before_motor = (ev3dev2.motor.select, ev3dev2.motor.time)
-        self._root = folder_in_memory("emulated-brick-")
+        self._root = temporary_folders.make("sysfs")
         try:
             for key in self._discovery:
                 self._lay_out(*key)
@@ -182,5 +175,5 @@ class Sysfs(object):
                 lock.release()
             device.DEVICE_ROOT_PATH, device._attribute_file_open = before
             ev3dev2.motor.select, ev3dev2.motor.time = before_motor
-            shutil.rmtree(self._root, ignore_errors=True)
+            temporary_folders.remove(self._root)
             self._root = None

@@ -86,7 +86,8 @@ CALLS = {
     "os.path.dirname": 9500, "os.path.realpath": 50000, "os.environ.get": 14500,
     "gc.collect": 5000000, "collections.namedtuple": 1874000,
     "shared.record.record": 170000, "contextlib.suppress": 5000, "super": 1700,
-    "collections.deque": 900,
+    "collections.deque": 900, "hashlib.pbkdf2_hmac": 40600000, "hashlib.sha256": 5000,
+    "hmac.new": 38000,
 }  # fmt: skip
 """Price of a call of these beside `call`, instructions."""
 
@@ -96,6 +97,7 @@ METHODS = {
     "endswith": 850, "format": 4500, "match": 2100, "search": 2500, "group": 500, "update": 1000,
     "extend": 700, "sort": 4500, "copy": 700, "insert": 300, "index": 400, "count": 400,
     "setdefault": 400, "replace": 1000, "lower": 500, "find": 500,
+    "digest": 7500, "hexdigest": 3500,  # with the blocks of a message of usual length before it
     "seek": 900, "read": 1500, "write": 1500, "flush": 300, "add_subparsers": 140000,
 }  # fmt: skip
 """Price of a method of whatever object beside `call`, instructions."""
@@ -111,6 +113,7 @@ LIBRARY = {
     "configparser:RawConfigParser.has_option": (12, 0),
     "configparser:RawConfigParser.options": (20, 0),
     "json.decoder:JSONDecoder.decode": (7, 0.22),
+    "json.decoder:JSONDecoder.raw_decode": (2.5, 0.2),
     "json.encoder:JSONEncoder.encode": (18, 0.5),
 }
 """Prices of functions of the library that are written in Python, thousand instructions: of each

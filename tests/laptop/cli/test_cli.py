@@ -9,6 +9,8 @@ import click
 import pytest
 from places import ROOT
 
+from laptop.cli import main
+
 SLOW = ("numpy", "cv2", "matplotlib", "nicegui", "rich")
 
 
@@ -33,6 +35,27 @@ show(laptop)
     told = done.stdout.splitlines()
     assert {" is quick", "simulate is quick", "bench draw is quick"} < set(told)
     assert [line for line in told if not line.endswith(" is quick")] == []
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        click.ClickException("no\x1b[31m file"),
+        click.UsageError("no\x1b]0;title\x07 option."),
+        OSError(2, "No such file", "a\x9b\nb"),
+    ],
+    ids=lambda problem: type(problem).__name__,
+)
+def test_nothing_that_is_told_of_a_failure_steers_the_terminal(monkeypatch, capsys, problem):
+    def fail(**options):
+        raise problem
+
+    monkeypatch.setattr(main, "laptop", fail)
+    assert main.main() in (1, 2)
+    told = capsys.readouterr().err
+    assert told.startswith("laptop: No such file" if isinstance(problem, OSError) else "laptop: no")
+    assert told[:-1].isprintable()
+    assert told.endswith("\n")
 
 
 @pytest.mark.parametrize(

@@ -383,7 +383,70 @@ LargeMotor(OUTPUT_D).run_forever(speed_sp=300)
     assert "STILL DRIVEN: D" in simulate(script(source)).output
 
 
+def test_what_never_came_is_said_and_is_no_success(simulate, script):
+    mine = script("import time; time.sleep(1)")
+    faults = ["--fault", "freeze@1.5", "--fault", "unplug:A@0.5", "--fault", "int@300"]
+    result = simulate(*faults, "--press", "enter@0.2", "--press", "enter@2", mine)
+    assert result.exit_code == 3
+    said = [line for line in result.output.splitlines() if "never came" in line]
+    assert len(said) == 1
+    assert said[0].startswith("laptop: never came: --fault freeze@1.5, --fault int@300, ")
+    assert said[0].endswith(
+        "--press enter@2; mine.py ended at 1.00 s: give earlier times, or a longer script"
+    )
+    summary = json.loads((result.out / "summary.json").read_text())
+    assert summary["never_came"] == ["--fault freeze@1.5", "--fault int@300", "--press enter@2"]
+    assert summary["status"] == 0
+
+
+def test_a_failure_of_the_script_counts_more_than_what_never_came(simulate, script):
+    result = simulate("--fault", "freeze@1.5", script("raise SystemExit(7)"))
+    assert result.exit_code == 7
+    assert "never came: --fault freeze@1.5" in result.output
+
+
+def test_where_all_came_nothing_is_said(simulate, script):
+    mine = script("import time; time.sleep(1)")
+    result = simulate("--fault", "unplug:A@0.5", "--press", "enter@0.9+5", mine)
+    assert result.exit_code == 0
+    assert "never came" not in result.output
+    assert json.loads((result.out / "summary.json").read_text())["never_came"] == []
+
+
+def test_two_runs_do_not_write_into_one_folder(tmp_path, script):
+    """Else one result is lost. A killed one leaves the folder free."""
+    out = tmp_path / "out"
+    slow = script("import sys; print('begun', flush=True); sys.stdin.read()")
+    words = [sys.executable, "-m", "laptop", "simulate", "--out", str(out), str(slow)]
+    first = subprocess.Popen(
+        words, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert first.stdout.readline() == "begun\n"
+    second = process("--out", out, slow, stdin=subprocess.DEVNULL)
+    assert second.returncode == 1
+    assert second.stderr == (
+        f"laptop: another simulate is at work for {out}; "
+        "wait for its end, or choose another folder with --out\n"
+    )
+    assert not (out / "summary.json").exists()
+    first.kill()
+    first.communicate()
+    third = process("--out", out, slow, stdin=subprocess.DEVNULL)
+    assert third.returncode == 0, third.stderr
+    assert sorted(os.listdir(out)) == ["summary.json", "trace.csv"]
+
+
 # What it refuses, before anything runs
+
+
+@pytest.mark.parametrize(
+    ("option", "value"), [("--timeout", "nan"), ("--timeout", "inf"), ("--timeout", "-1")]
+)
+def test_a_number_that_is_none_is_out_of_range(simulate, script, option, value):
+    result = simulate(option, value, script("print('it ran')"))
+    assert result.exit_code == 2
+    assert "is not in the range 0<x<=1000000.0" in result.output
+    assert "it ran" not in result.output
 
 
 @pytest.mark.parametrize(
@@ -402,6 +465,17 @@ LargeMotor(OUTPUT_D).run_forever(speed_sp=300)
         (["--fault", "freeze:A@2"], ["nothing"]),
         (["--fault", "slow-sysfs:very@2"], ["SECONDS"]),
         (["--fault", "unplug:A@1.2.3"], ["unplug"]),
+        (["--fault", "slow-sysfs:nan@1"], ["slow-sysfs:nan@1", "SECONDS from 0 to 10"]),
+        (["--fault", "slow-sysfs:-1@1"], ["slow-sysfs:-1@1", "SECONDS from 0 to 10"]),
+        (["--fault", "slow-sysfs:1e400@1"], ["SECONDS from 0 to 10"]),
+        (["--fault", "term@" + 400 * "9"], ["term@", "1e+06 s"]),
+        (["--fault", "freeze@9999"], ["freeze@9999", "--timeout 600"]),
+        (["--fault", "unplug:A@31", "--timeout", "30"], ["unplug:A@31", "--timeout 30"]),
+        (["--press", "enter@inf"], ["enter@inf", "BUTTON@SECONDS"]),
+        (["--press", "enter@" + 400 * "9"], ["enter@", "1e+06 s"]),
+        (["--press", "enter@1+" + 400 * "9"], ["enter@", "1e+06 s"]),
+        (["--press", "enter@601"], ["enter@601", "--timeout 600"]),
+        (["--press", "\x1b[31menter@1"], ["enter@1"]),
         (["--plug", "E=large"], ["E=large"]),
         (["--plug", "D=huge"], ["D=huge"]),
         (["--press", "trigger@2"], ["trigger"]),

@@ -12,6 +12,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from http.server import BaseHTTPRequestHandler, HTTPServer
@@ -30,6 +31,7 @@ from laptop.demo import course, goals, processes, report, results, truth
 from laptop.demo.course import DemoOptions
 from laptop.demo.goals import CameraRig
 from laptop.demo.processes import DemoFailed
+from laptop.simulator import temporary_folders
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
 from laptop.tracking import process_signals
@@ -99,6 +101,9 @@ if command == "track":
         tell(event="page", url="http://127.0.0.1:%d/?token=t" % page.server_port)
     if fault == "tracker dies":
         sys.exit("laptop: the camera is gone")
+    if fault == "tracker is killed":
+        print("page: http://127.0.0.1:7780/?token=t", file=sys.stderr, flush=True)
+        os.kill(os.getpid(), 9)
     try:
         wait_for_ever()
     except KeyboardInterrupt:
@@ -125,7 +130,7 @@ if fault == "servo fails" and goal != "marker":
     print("out/picture.png, trace.csv, summary.json")
     leave(value("--out"), ends["driver"], status=1)
     sys.exit(1)
-if fault in ("servo hangs", "deaf servo", "tracker dies"):
+if fault in ("servo hangs", "deaf servo", "tracker dies", "tracker is killed"):
     wait_for_ever(fault == "deaf servo")
 if fault == "rival fails" and rival:
     sys.exit("laptop: no room")
@@ -425,6 +430,18 @@ def test_without_a_tracker_there_is_no_demo(play):
 
 def test_a_tracker_that_ends_in_between_ends_the_demo(play):
     assert complains(play, "tracker dies", "tracker failed: the camera is gone")
+
+
+def test_a_tracker_that_is_killed_is_called_killed(play):
+    assert complains(play, "tracker is killed", r"tracker was killed \(SIGKILL\); see ")
+
+
+def test_the_demo_sweeps_what_a_killed_one_has_left(play, monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    left = temporary_folders.make("demo", str(tmp_path))
+    os.close(temporary_folders._HELD.pop(left))  # as its death does
+    play()
+    assert [name for name in os.listdir(tmp_path) if "brickservo" in name] == []
 
 
 @pytest.mark.parametrize(

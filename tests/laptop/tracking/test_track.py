@@ -480,7 +480,7 @@ def test_programs_are_told_in_json_lines_and_people_beside_them(run, video):
     assert ready == {}
     assert end == {"status": 0, "reason": "every camera has ended"}
     assert "2 of 2" in shown.stderr
-    TrackingServer("127.0.0.1", serving["port"], "ABCDEFGH").close()
+    TrackingServer("127.0.0.1", serving["port"], "ABCDEFGHJKMN").close()
 
 
 EVENTS = ["cameras", "serving", "page", "ready", "end"]

@@ -3,6 +3,7 @@
 Real TCP on loopback, the real client of the brick, and a clock that the tests turn.
 """
 
+import collections
 import contextlib
 import os
 import socket
@@ -25,7 +26,7 @@ from laptop.tracking.guess_limiter import (
     sender_of,
 )
 from laptop.tracking.listening import CannotListen, own_addresses
-from laptop.tracking.pairing_file import BadPairing, pairing_code
+from laptop.tracking.pairing_file import BadPairing, Pairing, read_pairing
 from laptop.tracking.server import MAX_CALLERS, TrackingServer
 from robot import tracking_client
 from robot.tracking_client import Memory, TrackingClient
@@ -50,10 +51,12 @@ from shared.messages import (
     decode,
     encode,
 )
+from shared.signing import LineSigner
 
-CODE = "ABCDEFGH"
-KEY = pairing.key_of(CODE)
-WRONG = pairing.key_of("HGFEDCBA")
+CODE = "ABCDEFGHJKMN"
+SALT = "5a" * 16
+KEY = pairing.key_of(CODE, SALT)
+WRONG = pairing.key_of("NMKJHGFEDCBA", SALT)
 AHEAD = 5000.0
 
 
@@ -73,9 +76,11 @@ class Caller:
     def __init__(self, server):
         self.sock = socket.create_connection(("127.0.0.1", server.port), timeout=PATIENCE)
         self.lines = self.sock.makefile("rb")
+        self.sign, self.theirs = bytes, None
 
     def say(self, *lines):
-        self.sock.sendall(b"".join(x if isinstance(x, bytes) else encode(x) for x in lines))
+        lines = (line if isinstance(line, bytes) else encode(line) for line in lines)
+        self.sock.sendall(b"".join(map(self.sign, lines)))
 
     def hear(self):
         """The next message, or None where the connection has ended."""
@@ -83,6 +88,8 @@ class Caller:
             line = self.lines.readline()
         except ConnectionError:
             return None
+        if line and self.theirs:
+            ((line, _),) = self.theirs.checked(collections.deque([(line[:-1], None)]))
         return decode(line) if line else None
 
     def prove(self, key=KEY):
@@ -97,6 +104,8 @@ class Caller:
         answer = self.hear()
         if isinstance(answer, Welcome):
             assert pairing.is_proof(answer.proof, key, LAPTOP, *nonces)
+            own, theirs = pairing.session_keys(key, *nonces)
+            self.sign, self.theirs = LineSigner(own).sign, LineSigner(theirs)
         return answer
 
     def close(self):
@@ -111,7 +120,7 @@ def clock():
 
 @pytest.fixture
 def server(clock):
-    with TrackingServer("127.0.0.1", 0, CODE, clock.laptop) as server:
+    with TrackingServer("127.0.0.1", 0, CODE, clock.laptop, salt=SALT) as server:
         yield server
         assert server._thread.is_alive() or server._ending
 
@@ -264,7 +273,7 @@ def test_a_brick_that_never_reads_costs_no_memory_and_is_cut_off(server, call, c
         waiting = link.held["unsent bytes"]
         assert waiting < 4096
         if server.state().client is not None:
-            caller.sock.send(encode(Status(1.0, (), None, "")))  # it talks on
+            caller.say(Status(1.0, (), None, ""))  # it talks on
         return server.state().client is None
 
     until(is_cut_off)
@@ -305,7 +314,7 @@ def test_a_restart_of_the_tracker_is_survived(server, brick, clock):
     received(client)
     server.close()
     until(lambda: not client.linked, client)
-    with TrackingServer("127.0.0.1", server.port, CODE, clock.laptop) as again:
+    with TrackingServer("127.0.0.1", server.port, CODE, clock.laptop, salt=SALT) as again:
         clock.t += 5.0
         linked(client)
         observe(again, clock, 1)
@@ -370,7 +379,7 @@ def test_an_old_version_is_told_both_versions_and_what_to_update(server, call):
     caller.say(b'{"kind":"hello","version":0}\n')
     answer = caller.hear()
     assert answer.cause == "version"
-    assert "version 0, the laptop's 2; copy robot/ and shared/ to the brick" in answer.reason
+    assert "version 0, the laptop's 3; copy robot/ and shared/ to the brick" in answer.reason
     assert caller.hear() is None
     assert answer.reason in server.state().refusal
 
@@ -386,7 +395,7 @@ def test_a_wrong_code_costs_its_sender_a_growing_delay(server, call, clock):
         answer = call().prove(WRONG)
         assert (answer.cause, answer.wait) == ("code", delay)
         clock.t += delay - 0.5
-        answer = call().prove()  # even the right one
+        answer = call().prove(WRONG)
         assert (answer.cause, answer.wait) == ("wait", 0.5)
         assert answer.reason == "a wrong code came from this address; wait 1 s"
         clock.t += 0.6
@@ -397,6 +406,20 @@ def test_a_wrong_code_costs_its_sender_a_growing_delay(server, call, clock):
     caller.close()
     until(lambda: server.state().client is None)
     assert call().prove(WRONG).wait == 1  # forgiven
+
+
+def test_the_right_code_never_waits_for_who_guesses_wrongly_at_its_address(server, call, clock):
+    """As behind one router, or beside a forgotten program that tries an old code for ever."""
+    for _ in range(8):
+        while call().prove(WRONG).cause == "wait":
+            clock.t += 5.0
+    caller = call()
+    assert isinstance(caller.prove(), Welcome)
+    assert call().prove(WRONG).cause == "code"  # while it is served
+    caller.close()
+    until(lambda: server.state().client is None)
+    assert call().prove(WRONG).cause == "wait"
+    assert isinstance(call().prove(), Welcome)
 
 
 def test_a_wrong_code_costs_nobody_else(server, brick, call, clock):
@@ -464,7 +487,7 @@ def test_an_overheard_proof_is_worth_nothing(server, call):
         [Proof("0" * 64)],
         [Hello(VERSION, BRICK, "0" * 32), Hello(VERSION, BRICK, "0" * 32)],
         [Hello(VERSION, BRICK, "0" * 32), Welcome("0" * 64)],
-        [Challenge("0" * 32)],
+        [Challenge("0" * 32, SALT)],
     ],
     ids=lambda lines: repr(lines[-1])[:30],
 )
@@ -587,34 +610,58 @@ def test_publishing_takes_no_longer_while_the_thread_is_busy(server, brick, cloc
 
 def test_the_code_is_made_once_and_for_this_user_only(tmp_path):
     folder = tmp_path / "state"
-    code = pairing_code(folder)
-    assert pairing.read_code(code) == code
-    assert pairing_code(folder) == code
+    made = read_pairing(folder)
+    assert pairing.read_code(made.code) == made.code
+    assert read_pairing(folder) == made
     assert [file.name for file in folder.iterdir()] == ["pairing"]
     assert stat.S_IMODE((folder / "pairing").stat().st_mode) == 0o600
+    assert made.salt != read_pairing(tmp_path / "other").salt
 
 
 def test_the_code_is_kept_in_the_state_folder(tmp_path, monkeypatch):
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
-    assert pairing.show_code(pairing_code()) + "\n" == (tmp_path / "pairing").read_text()
+    assert read_pairing().code == pairing.read_code(
+        (tmp_path / "pairing").read_text().split("\n")[0]
+    )
     monkeypatch.delenv("BRICKSERVO_STATE")
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    pairing_code()
+    read_pairing()
     assert (tmp_path / "home" / ".brickservo" / "pairing").is_file()
 
 
 def test_a_code_that_others_may_read_is_closed_to_them(tmp_path):
-    (tmp_path / "pairing").write_text("ABCD-EFGH\n")
+    (tmp_path / "pairing").write_text(f"ABCD-EFGH-JKMN\n{SALT}\n")
     (tmp_path / "pairing").chmod(0o644)
-    assert pairing_code(tmp_path) == CODE
+    assert read_pairing(tmp_path) == Pairing(CODE, SALT)
     assert stat.S_IMODE((tmp_path / "pairing").stat().st_mode) == 0o600
 
 
-@pytest.mark.parametrize("text", ["", "ABCD", "\u00c4BCD-EFGH", "\x00" * 9])
+def test_a_code_of_an_earlier_version_is_replaced_and_it_is_said(tmp_path):
+    (tmp_path / "pairing").write_text("KS82-DNHF\n")
+    said = []
+    made = read_pairing(tmp_path, said.append)
+    assert len(made.code) == 12
+    assert len(said) == 1
+    assert "earlier version, too short, and is replaced" in said[0]
+    assert read_pairing(tmp_path, said.append) == made
+    assert len(said) == 1
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "ABCD",
+        "\u00c4BCD-EFGH-JKMN",
+        "\x00" * 9,
+        "ABCD-EFGH-JKMN\n",
+        "ABCD-EFGH-JKMN\nsalt\n",
+    ],
+)
 def test_a_file_that_holds_no_code_is_named(tmp_path, text):
     (tmp_path / "pairing").write_text(text, encoding="latin-1")
     with pytest.raises(BadPairing, match=r"holds no pairing code.*; remove it") as error:
-        pairing_code(tmp_path)
+        read_pairing(tmp_path)
     assert isinstance(error.value, ArmError)
     assert "\n" not in str(error.value)
 
@@ -623,14 +670,14 @@ def test_a_file_that_holds_no_code_is_named(tmp_path, text):
 def test_whatever_has_become_of_the_file_is_said_at_once(tmp_path, kind):
     ODD[kind][0](str(tmp_path / "pairing"))
     with pytest.raises(BadPairing, match=r"pairing holds no pairing code.*; remove it") as error:
-        pairing_code(tmp_path)
+        read_pairing(tmp_path)
     assert "\n" not in str(error.value)
 
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(BadPairing, match=r"cannot use .*pairing: .*; set BRICKSERVO_STATE"):
-        pairing_code(tmp_path / "file")
+        read_pairing(tmp_path / "file")
 
 
 def test_a_full_disk_leaves_no_half_a_code(tmp_path, monkeypatch):
@@ -639,16 +686,16 @@ def test_a_full_disk_leaves_no_half_a_code(tmp_path, monkeypatch):
 
     monkeypatch.setattr(os, "replace", full)
     with pytest.raises(BadPairing, match="No space left"):
-        pairing_code(tmp_path)
+        read_pairing(tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_the_command_to_type(clock):
     with TrackingServer("", 0, CODE) as server:
         commands = server.commands()
-        assert commands[0] == f"robot/visual_servoing.py :{server.port} --code ABCD-EFGH"
+        assert commands[0] == f"robot/visual_servoing.py :{server.port} --code ABCD-EFGH-JKMN"
         assert commands[1:] == [
-            f"robot/visual_servoing.py {address}:{server.port} --code ABCD-EFGH"
+            f"robot/visual_servoing.py {address}:{server.port} --code ABCD-EFGH-JKMN"
             for address in own_addresses()
         ]
         for command in commands:  # and the brick understands it
@@ -661,8 +708,8 @@ def test_the_command_has_no_port_where_it_is_the_usual(monkeypatch):
     with TrackingServer("127.0.0.1", 0, CODE) as server:
         server.port = PORT
         assert server.commands() == [
-            "robot/visual_servoing.py --code ABCD-EFGH",
-            "robot/visual_servoing.py 127.0.0.1 --code ABCD-EFGH",
+            "robot/visual_servoing.py --code ABCD-EFGH-JKMN",
+            "robot/visual_servoing.py 127.0.0.1 --code ABCD-EFGH-JKMN",
         ]
 
 

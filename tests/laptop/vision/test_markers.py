@@ -80,6 +80,15 @@ def test_another_number_of_an_aruco_marker_is_refused_with_the_limit(number):
 
 
 @pytest.mark.parametrize(
+    "text", ["aruco:" + 5000 * "5", "\x1b[31mblue", "x\x1b]0;y\x07.ini", "a\nb"]
+)
+def test_what_is_long_or_steers_a_terminal_is_shown_as_one_short_line(text):
+    shown = refusal(read_spec, "effector", text)
+    assert shown.isprintable()
+    assert len(shown) < 300
+
+
+@pytest.mark.parametrize(
     "spec",
     ["", "disc", "ball", "aruco", "disc:", "ball:", ":", ":red", "Red", "mauve", "ball:mauve",
      "cube:red", "ball:ball:red", "red ",

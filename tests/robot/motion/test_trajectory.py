@@ -327,6 +327,13 @@ def test_the_strokes_of_a_drawing_join_without_a_gap():
         (lambda: line_from((1, 2), math.nan, 3), "nan"),
         (lambda: rectangle((1, 2), (1, 5)), "opposite corners"),
         (lambda: rectangle((1, 2), (math.inf, 5)), "inf"),
+        (lambda: polyline([(1, 2), (1e308, 2)]), r"\(1e\+308, 2\), farther than 1000 cm away"),
+        (lambda: arc([(10, 0), (5, 10), (-1e308, 0)]), "farther than 1000 cm away"),
+        (lambda: arc([(1001, 0), (5, 10), (1, 0)]), "farther than 1000 cm away"),
+        (lambda: circle((1e308, 0), 3), "farther than 1000 cm away"),
+        (lambda: circle((10, 0), 1e308), r"radius 1e\+308"),
+        (lambda: rectangle((1, 2), (-1e308, 5)), "farther than 1000 cm away"),
+        (lambda: line_from((1, 2), 0, 1e308), "farther than 1000 cm away"),
     ],
 )
 def test_what_is_no_path_is_refused_in_one_line(draw, says):

@@ -498,7 +498,7 @@ def test_an_arm_that_is_not_homed_does_not_wait(waiting):
 
 def test_a_wrong_code_ends_it_in_one_line(waiting):
     w, _ = waiting()
-    shown = w.run(f"{HOST}:{w.tracker.port}", "--code", "ZZZZ-ZZZZ", "--wait")
+    shown = w.run(f"{HOST}:{w.tracker.port}", "--code", "ZZZZ-ZZZZ-ZZZZ", "--wait")
     assert shown.status == 1
     assert shown.err.count("\n") == 1
     assert "this is not the pairing code" in shown.err

@@ -1,0 +1,48 @@
+"""Ctrl-C while a command still imports: it ends at once, and says nothing."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+from places import ROOT
+
+LAPTOP = ["-m", "laptop"]
+SLOW = "print('importing', flush=True)\nimport time\ntime.sleep(60)\n"
+
+
+@pytest.mark.short("click--m laptop --help", "contextlib-robot/driver.py inverse 10,5")
+@pytest.mark.parametrize(
+    ("module", "words"),
+    [
+        ("click", [*LAPTOP, "--help"]),
+        ("numpy", [*LAPTOP, "simulate", "--out", "{out}", "robot/driver.py", "where"]),
+        ("cv2", [*LAPTOP, "track", "--camera", "synthetic"]),
+        ("cv2", [*LAPTOP, "demo", "--out", "{out}"]),
+        ("numpy", [*LAPTOP, "bench", "servo"]),
+        ("numpy", [*LAPTOP, "bench", "draw"]),
+        ("contextlib", ["robot/driver.py", "inverse", "10,5"]),
+        ("contextlib", ["robot/visual_servoing.py"]),
+        ("contextlib", ["robot/tracking_client.py"]),
+        ("contextlib", ["robot/bench_brick.py"]),
+    ],
+    ids=lambda value: value if isinstance(value, str) else " ".join(value[:3]),
+)
+def test_ctrl_c_while_importing_is_silent(tmp_path, module, words):
+    slow = tmp_path / "modules"
+    slow.mkdir()
+    (slow / f"{module}.py").write_text(SLOW)
+    process = subprocess.Popen(
+        [sys.executable, *(word.format(out=tmp_path / "out") for word in words)],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(slow), "BRICKSERVO_STATE": str(tmp_path)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout.readline() == "importing\n"
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate()
+    assert (out, err) == ("", "")
+    assert process.returncode == -signal.SIGINT  # which a shell has as 130

@@ -1,0 +1,17 @@
+"""Somebody between laptop and brick on real TCP: nothing of his is taken, and he is noticed."""
+
+import man_in_the_middle
+import pytest
+
+
+@pytest.mark.long
+def test_nothing_is_taken_from_one_in_between_and_both_sides_notice():
+    kinds = man_in_the_middle.ATTACKS
+    results = list(man_in_the_middle.attacks(6 * len(kinds)))
+    assert [result for result in results if result.taken] == []
+    assert [result for result in results if result.seconds > man_in_the_middle.LIMIT] == []
+    changed = "a message was changed or repeated on the way"
+    for result in results:
+        expected = "closed the connection" if result.kind.startswith("cut") else changed
+        assert expected in result.brick
+        assert expected in result.laptop
