@@ -186,8 +186,37 @@ def test_what_it_decides_on_was_seen_of_an_arm_that_stood(watched):
 def test_it_never_moves_on_observations_that_are_too_old(watched):
     w = watched(tracker={"latency": 1.3})
     shown = w.run()
-    assert shown.log[-1]["verdict"] == "marker lost"
+    assert shown.log[-1]["verdict"] == "camera late"
+    assert "the pictures of camera A come 1.3 s late, and at most 1 s is allowed" in shown.err
+    assert "camera late: held" in [line["text"] for line in shown.log if line["kind"] == "note"]
     assert not w.moved()
+
+
+@pytest.mark.short("2.0-look")
+@pytest.mark.parametrize("mode", ["look", "stream"])
+@pytest.mark.parametrize("fps", [1.0, 2.0, 3.0])
+def test_a_camera_of_a_few_pictures_a_second_is_named_soon(watched, fps, mode):
+    w = watched(tracker={"fps": fps})
+    shown = w.run("--mode", mode)
+    assert shown.log[-1]["verdict"] == "camera slow"
+    assert f"camera A gives only {fps:.0f} pictures a second; 7 are needed" in shown.err
+    assert shown.t - shown.began < 5
+    assert not w.moved()
+
+
+def test_pictures_that_get_lost_on_the_way_are_not_the_cameras_fault(watched):
+    w = watched()
+    see = w.tracker.see
+    w.tracker.see = lambda name, index, t: see(name, index, t) if index % 15 == 0 else None
+    shown = w.run()
+    assert shown.log[-1]["verdict"] == "camera slow"
+    assert "of the 30 pictures a second of camera A only 2 come here" in shown.err
+    assert not w.moved()
+
+
+def test_a_camera_of_five_pictures_a_second_leads_to_the_goal(watched):
+    w = watched(tracker={"fps": 5.0})
+    assert converged(w, w.run("--budget", "120"))
 
 
 def test_sightings_of_little_confidence_are_not_believed(watched):

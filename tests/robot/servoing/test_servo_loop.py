@@ -28,8 +28,10 @@ class World:
 
     def __init__(self, way, cameras="A"):
         self.t, self.way, self.cameras, self.q = 100.0, way, cameras, START
-        self.description = SimpleNamespace(joints=[SimpleNamespace(max_speed=1.0)] * 2)
-        self.linked, self.refused = True, False
+        self.description = SimpleNamespace(
+            joints=[SimpleNamespace(max_speed=1.0, backlash=0.0)] * 2
+        )
+        self.linked, self.refused, self.late = True, False, {}
         self._sent = self.t
 
     def now(self):
