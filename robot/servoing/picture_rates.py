@@ -15,6 +15,7 @@ class PictureRates(object):
 
     def __init__(self, gap):
         self._gap = gap
+        self._most = int(WINDOW / gap) + 2  # more, and some of them are nearer than the gap
         self._came = {}  # camera: (when each came, s; its number)
         self._began = {}  # camera: when the first came, s
 
@@ -22,11 +23,9 @@ class PictureRates(object):
         """Take in that an Observation came."""
         came = self._came.get(seen.camera)
         if came is None:
-            came = self._came[seen.camera] = deque()
+            came = self._came[seen.camera] = deque(maxlen=self._most)
             self._began[seen.camera] = now
         came.append((now, seen.seq))
-        while came[0][0] < now - WINDOW:
-            came.popleft()
 
     def slow(self, now):
         """The cameras whose pictures are too few: {camera: (pictures that come, it gives, 1/s)}."""

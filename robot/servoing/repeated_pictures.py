@@ -34,6 +34,7 @@ camera shows one picture for so long, and this one is frozen."""
 FROZEN_SCORE, FROZEN_TIME, NEW_WEIGHT = 2, 0.06, 2
 """So it is where repeated pictures come to such a score over so long a time, s, each new one taking
 away so many.  A picture that is shown two or three times each does not come so far."""
+MAX_SCORE = 6
 
 THAW_TIME, THAW_PICTURES = 0.3, 3
 """Its picture changes again after so long without a repeated one, s, and so many new ones: of a
@@ -80,51 +81,55 @@ class RepeatedPictures(object):
         tip, goal = seen.markers.get(EFFECTOR), seen.markers.get(GOAL)
         if tip is None or q is None:
             return True
-        places = (tip[:2], goal and goal[:2])
+        places = tip[:2], goal and goal[:2]
         camera = self._cameras.get(seen.camera)
         if camera is None:
             camera = self._cameras[seen.camera] = _Camera()
-        moved = self._moved(camera, places, q)
-        if moved:
-            if not camera.score:
-                camera.since = seen.t
-            camera.score = min(camera.score + 1, 2 * FROZEN_SCORE)
-            camera.new, camera.repeated_at = 0, seen.t
-            camera.turn = max(camera.turn, moved)
-        else:
-            camera.score = max(camera.score - NEW_WEIGHT, 0)
-            camera.new += 1
+        if q == camera.last_q and not camera.score:  # as it is told of an arm that stands
+            self._note_noise(camera, places)
+        camera.last, camera.last_q = places, q
+        before = camera.pictures.get(places)
+        if before is None:
+            camera.pictures[places] = q
+            if len(camera.pictures) > MAX_PICTURES:
+                camera.pictures.popitem(last=False)
+        moved = 0.0 if before is None else self._moved(camera, places, q, before)
+        if not (moved or camera.score):  # most often by far
+            return True
         self._judge(seen.camera, camera, seen.t, moved)
         return not (moved or camera.frozen)
 
-    def _moved(self, camera, places, q):
-        """By how much the joints have turned since this picture was new, rad; 0 for a new one."""
-        if not camera.score and camera.last is not None and apart(q, camera.last_q) <= MIN_TURN:
-            if places == camera.last:
-                camera.same += 1
-            else:
-                camera.different += 1
-            if camera.same + camera.different > MAX_PAIRS:
-                camera.same //= 2
-                camera.different //= 2
-        camera.last, camera.last_q = places, q
-        pictures = camera.pictures
-        before = pictures.get(places)
-        if before is None:
-            pictures[places] = q
-            if len(pictures) > MAX_PICTURES:
-                pictures.popitem(last=False)
-            return 0.0
-        pictures.move_to_end(places)
+    def _note_noise(self, camera, places):
+        """Take in two pictures of a still arm, in turn."""
+        if places == camera.last:
+            camera.same += 1
+        else:
+            camera.different += 1
+        if camera.same + camera.different > MAX_PAIRS:
+            camera.same //= 2
+            camera.different //= 2
+
+    def _moved(self, camera, places, q, before):
+        """By how much the joints have turned since they were `before`, rad; 0 if that is none."""
+        camera.pictures.move_to_end(places)
         quiet = camera.same >= QUIET_RATIO * camera.different
         turn = apart(q, before)
         return turn if turn > (self._quiet_turn if quiet else MIN_TURN) else 0.0
 
     def _judge(self, name, camera, t, moved):
         """Whether it is frozen, by its picture of the time t, since which joints have `moved`."""
+        if moved:
+            if not camera.score:
+                camera.since = t
+            camera.score = min(camera.score + 1, MAX_SCORE)
+            camera.new, camera.repeated_at = 0, t
+            camera.turn = max(camera.turn, moved)
+        else:
+            camera.new += 1
+            if not camera.frozen:
+                camera.score = max(camera.score - NEW_WEIGHT, 0)
         if camera.frozen:
-            thawed = t - camera.repeated_at > THAW_TIME and camera.new >= THAW_PICTURES
-            if thawed:
+            if t - camera.repeated_at > THAW_TIME and camera.new >= THAW_PICTURES:
                 camera.frozen, camera.score, camera.turn = False, 0, 0.0
                 self.frozen -= {name}
         elif moved > FROZEN_TURN or (
