@@ -40,6 +40,11 @@ class PictureFaults(object):
                 faults.clear()
             faults.pop(camera, None)
 
+    @property
+    def frozen(self):
+        """Whether any camera shows what it has shown before."""
+        return bool(self._loops)
+
     def shown(self, camera, take):
         """The picture that a camera gives now.
 

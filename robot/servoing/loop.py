@@ -142,7 +142,8 @@ class VisualServoing(object):
                 return end
             seen = ()
             began = self._clock.now()
-            decision = self._servo.decide(q, measurements)
+            decision = self._servo.decide(q, measurements, self._chased)
+            self._chased = []
             self._enough = {}
             measurements = [m for m in measurements if m.camera in self._servo.cameras]
             self._error = length(error_of(measurements, self._servo.rows))

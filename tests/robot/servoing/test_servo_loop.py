@@ -100,7 +100,7 @@ class NotingServo:
         self.measured.append(dict(frames))
         return [Measurement(c, f[-1][1], f[-1][2], 1.0, len(f)) for c, f in frames.items()]
 
-    def decide(self, q, measurements):
+    def decide(self, q, measurements, chase):
         if len(self.measured) > 1:
             return Decision("end", None, "converged", "")
         return Decision("move", THERE, None, "")
