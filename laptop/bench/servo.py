@@ -213,7 +213,7 @@ def run_one(case: ServoCase, method: str, log: Any = None, say: Any = None) -> S
             follow=scene.tolerance if scene.speed else None,
             log=log,
             say=say or (lambda line: None),
-        ) as (loop, servo, arm),
+        ) as (loop, servo, arm, _),
     ):
         began = world.now()
         try:
@@ -262,8 +262,8 @@ def servo_loop(
     tracker: VirtualTracker,
     brick: EmulatedBrick,
     **options: Any,
-) -> Iterator[tuple[Any, Any, Any]]:
-    """Provide (VisualServoing, its servo, its arm) on an emulated brick before a tracker.
+) -> Iterator[tuple[Any, Any, Any, Program]]:
+    """Provide (VisualServoing, its servo, its arm, their Program) on a brick before a tracker.
 
     Args:
         options: of VisualServoing.
@@ -280,7 +280,7 @@ def servo_loop(
         loop = program["robot.servoing.loop"].VisualServoing(
             arm, client, program.clock, servo, stream=stream, **options
         )
-        yield loop, servo, arm
+        yield loop, servo, arm, program
 
 
 def _servo(

@@ -39,7 +39,6 @@ from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.plant_constants import CPU, read_plant
 from laptop.simulator.host.world import World
 from laptop.simulator.virtual_tracker import Markers, See, VirtualTracker
-from shared.arm_description import ArmError
 from shared.messages import Stop
 
 MODES = ("look", "stream")
@@ -283,14 +282,14 @@ def run_case(case: DisturbedCase, log: Any = None) -> DisturbedResult:
             most_moves=MAX_MOVES,
             log=log,
             say=lambda line: None,
-        ) as (loop, servo, arm),
+        ) as (loop, servo, arm, program),
     ):
         began = world.t
         _strike_in_motion(stage, truth, began, DISTURBANCES[case.name])
         try:
             verdict = loop.run()
             word, reason, moves = verdict.word, verdict.reason, verdict.moves
-            with suppress(ArmError):  # the first trouble is told
+            with suppress(program["shared.arm_description"].ArmError):  # the first trouble is told
                 arm.park()
         except Exception as problem:  # a crash is a result here, and must not end the bench
             word, reason, moves = type(problem).__name__, str(problem), 0
