@@ -308,6 +308,9 @@ class VisualServoing(object):
             measurements = None
             if self._suffice(frames):
                 measurements = self._servo.estimator.measurements(frames)
+            refusal = not self._moves and measurements and self._loss.refusal()
+            if refusal:
+                return Halt(*refusal), q, None, 0
             if measurements:
                 self._learning.finish()
                 self._measurements += 1

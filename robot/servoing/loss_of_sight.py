@@ -9,6 +9,7 @@ from shared.verdicts import (
     LINK_LOST,
     MARKER_LOST,
     PICTURE_FROZEN,
+    REFUSED,
 )
 
 SIGHT_PATIENCE, LINK_PATIENCE = 10.0, 20.0
@@ -71,6 +72,18 @@ class LossOfSight(object):
         if word == CAMERA_LATE:
             return CAMERA_LATE, self._why_late()
         return MARKER_LOST, self._sightings.what_is_missing(now, self._joints, SIGHT_PATIENCE)
+
+    def refusal(self):
+        """(word, reason) if nothing may begin, since a camera shows where no goal is; None."""
+        cameras = self._sightings.without_goal
+        if not cameras:
+            return None
+        return REFUSED, (
+            "camera {0} watches, too, and no goal is given in its picture; give a pixel of each "
+            "camera, such as --goal A:400,200 --goal {1}:300,150, or do without camera {0}".format(
+                " and ".join(cameras), cameras[0]
+            )
+        )
 
     def too_few(self, rate):
         """What is added to a reason where so few pictures (1/s) had the marker in them."""

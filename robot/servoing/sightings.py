@@ -111,6 +111,11 @@ class Sightings(object):
         return lost, found
 
     @property
+    def without_goal(self):
+        """The cameras that send although a pixel is the goal of others only."""
+        return sorted(self._heard_of - set(self._fixed_goals)) if self._fixed_goals else []
+
+    @property
     def any_blind(self):
         """Whether some camera has lost sight of the marker."""
         return bool(self._blind)

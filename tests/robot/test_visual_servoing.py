@@ -173,6 +173,22 @@ def test_no_joint_is_ever_past_its_limit(watched):
     assert max(m.q[0] for m in w.moments) > w.arm.joints[0].upper - math.radians(20)
 
 
+def test_before_two_cameras_nothing_starts_with_a_goal_in_one(watched):
+    one = watched().cameras["A"]
+    w = watched(cameras={"A": one, "B": type(one)(roll=-0.4)})
+    goals = {name: camera.pixel((-6.0, 10.0)) for name, camera in w.cameras.items()}
+    words = ["{}:{:.1f},{:.1f}".format(name, *pixel) for name, pixel in goals.items()]
+    shown = w.run("--goal", words[0])
+    assert shown.log[-1]["verdict"] == "refused"
+    assert "camera B watches, too, and no goal is given in its picture" in shown.err
+    assert not w.moved()
+    w.tracker.close()
+    w = watched(cameras=w.cameras)
+    shown = w.run("--goal", words[0], "--goal", words[1])
+    assert shown.log[-1]["verdict"] == "converged"
+    assert math.dist(w.tip, (-6.0, 10.0)) < 1
+
+
 def test_what_it_decides_on_was_seen_of_an_arm_that_stood(watched):
     """Pictures that were taken in motion come in for long after it."""
     w = watched(noise=0.0, tracker={"latency": 0.4})
