@@ -21,12 +21,10 @@ MIN_PAIRS, MAX_PAIRS = 16, 150
 """Pairs of tip positions from which something is learned, and that are kept."""
 PAIR_SPACING = 6.0
 """Distance of a pair from all others, in one picture or the other, px."""
-MIN_WIDTH = 12.0
+MIN_WIDTH = 8.0
 """The positions have so much width across their longest extent, rms, px; else they are a line."""
-PLANE_ERROR = 3.0
-"""A plane explains the pairs to so much, root median square, px; more is depth."""
-LINE_ERROR = 3.0
-"""So does a fundamental matrix; worse, the pairs do not belong together."""
+PLANE_ERROR, LINE_ERROR, TRUE_SHARE = 3.0, 3.0, 0.85
+"""What they teach explains so many of them to so many px: as places of a plane, or by lines."""
 MAX_DISAGREEMENT = 15.0
 """The lines that each half of the pairs teaches are apart by no more, px."""
 
@@ -90,22 +88,26 @@ def _taught(pairs: np.ndarray) -> tuple[np.ndarray | None, list[np.ndarray]]:
     plane, _ = cv2.findHomography(one, other, cv2.LMEDS)
     if plane is not None:
         off = np.linalg.norm(_through(plane, one) - other, axis=1)
-        if math.sqrt(np.median(off**2)) < PLANE_ERROR:
+        if np.quantile(off, TRUE_SHARE) < PLANE_ERROR:
             return plane, []
     found = [_fundamental(pairs), _fundamental(pairs[::2]), _fundamental(pairs[1::2])]
     matrices = [matrix for matrix in found if matrix is not None]
     if len(matrices) < len(found):
         return None, []
     off = np.array([_from_line(_line(matrices[0], a), b) for a, b in zip(one, other, strict=True)])
-    if math.sqrt(np.median(off**2)) > LINE_ERROR:
+    if np.quantile(off, TRUE_SHARE) > LINE_ERROR:
         return None, []
     return None, matrices
 
 
 def _fundamental(pairs: np.ndarray) -> np.ndarray | None:
-    """The fundamental matrix, 3 x 3, by least median of squares; None if there is not one."""
-    matrix, _ = cv2.findFundamentalMat(pairs[:, :2], pairs[:, 2:], cv2.FM_LMEDS)
-    # Of seven pairs several may come, one below the other.
+    """The fundamental matrix, 3 x 3, by all pairs but false ones; None if there is not one."""
+    _, kept = cv2.findFundamentalMat(pairs[:, :2], pairs[:, 2:], cv2.FM_LMEDS)
+    if kept is None or np.count_nonzero(kept) < MIN_PAIRS // 2:
+        return None
+    # The least median is that of a few pairs; all that belong to it tell more.
+    pairs = pairs[kept.ravel() == 1]
+    matrix, _ = cv2.findFundamentalMat(pairs[:, :2], pairs[:, 2:], cv2.FM_8POINT)
     return matrix if matrix is not None and matrix.shape == (3, 3) else None
 
 
