@@ -122,10 +122,13 @@ class Doubts(object):
             return True
         if not led:
             return not self._answered
-        if not chase:
-            return self.missed > self._limit
+        if self.missed <= self._limit:
+            return False
+        if not chase:  # what was learned in a chase may know better than what was known before it
+            return True
         size = math.sqrt(sum(x * x for row in J for x in row))
         q, seen = before
+        still = []
         for measurement in measurements:
             camera = measurement.camera
             frames = [
@@ -138,6 +141,7 @@ class Doubts(object):
                 frames.insert(0, (frames[0][0], q, seen[camera]))
                 for k in range(1, 1 + STANDING_FRAMES):
                     frames.append((t + 0.03 * k, here, measurement.s))
-                if jumped(frames, size) or stayed(frames):
+                if jumped(frames, size):
                     return True
-        return False
+                still.append(stayed(frames))  # along the line of sight of one, any tip does
+        return bool(still) and all(still)
