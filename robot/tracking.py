@@ -175,6 +175,11 @@ class TrackingClient(object):
                 )
 
     @property
+    def late(self):
+        """{camera: age, s} of the cameras whose last observation came too late to be used."""
+        return self._link.late if self.linked else {}
+
+    @property
     def round_trip(self):
         """Of the ping that the clock offset rests on, s; None while there is none."""
         return self._link.clock.round_trip if self.linked else None

@@ -139,6 +139,11 @@ class Link(object):
         return self._outgoing.waits
 
     @property
+    def late(self):
+        """{camera: age, s} of the cameras whose last observation was too old to be handed over."""
+        return self._newest.late
+
+    @property
     def held(self):
         """What is kept in memory, by name; all of it is bounded, whatever the other side sends."""
         return {
@@ -223,7 +228,7 @@ class Link(object):
 
         Their t is on our clock.
         """
-        return self._newest.hand_over(self._now() - self._max_age)
+        return self._newest.hand_over(self._now(), self._max_age)
 
     def _wait(self, seconds):
         self._select([self._sock], [self._sock] if self.blocked else [], [], seconds)

@@ -47,13 +47,14 @@ class NewestObservations(object):
 
     Attributes:
         names: of cameras and markers that have been found right; a set.
+        late: {camera: age, s} of those whose last observation was too old to be handed over.
     """
 
     def __init__(self, pings, counters):
         self._pings, self._counters = pings, counters
         self._latest = {}  # camera: (seq, t on their clock) of the newest observation accepted
         self._slots = {}  # camera: the observation to hand over
-        self.names = set()
+        self.names, self.late = set(), {}
 
     def __len__(self):
         return len(self._latest)
@@ -63,9 +64,14 @@ class NewestObservations(object):
         self._slots.clear()
         self._latest = {camera: (seq, 0.0) for camera, (seq, _) in self._latest.items()}
 
-    def hand_over(self, oldest):
-        """{camera: Observation} of those since the time `oldest` (s), each once."""
-        fresh = {camera: seen for camera, seen in self._slots.items() if seen.t >= oldest}
+    def hand_over(self, now, max_age):
+        """{camera: Observation} of those that are at most so old (s) at the time `now`, once."""
+        fresh = {camera: seen for camera, seen in self._slots.items() if now - seen.t <= max_age}
+        for camera, seen in self._slots.items():
+            if camera not in fresh:
+                self.late[camera] = now - seen.t
+            elif self.late:
+                self.late.pop(camera, None)
         self._counters["stale"] += len(self._slots) - len(fresh)
         self._slots.clear()
         return fresh

@@ -9,6 +9,9 @@ UNREACHABLE = "unreachable"
 LIMIT = "limit"
 SINGULAR = "singular"
 MARKER_LOST = "marker lost"
+PICTURE_FROZEN = "picture frozen"
+CAMERA_SLOW = "camera slow"
+CAMERA_LATE = "camera late"
 LINK_LOST = "link lost"
 STALLED = "stalled"
 TOO_SLOW = "too slow"
@@ -21,6 +24,11 @@ VERDICT_TEXTS = {
     CONVERGED: "Arrived: the tip is at the goal.",
     UNREACHABLE: "Out of reach: the arm cannot get there. Aim nearer to its base.",
     MARKER_LOST: "The marker is lost. Uncover it, or pick its colour anew; then start again.",
+    PICTURE_FROZEN: "The picture does not change while the arm moves. Start the camera anew; then "
+    "start again.",
+    CAMERA_SLOW: "Too few pictures a second. Give the camera more light, or take a smaller "
+    "picture; then start again.",
+    CAMERA_LATE: "The pictures come too late. End what keeps the laptop busy; then start again.",
     SINGULAR: "The joints cannot move the tip that way from here. Aim elsewhere, or start from "
     "another posture.",
     LIMIT: "A joint is at its limit. Aim elsewhere.",

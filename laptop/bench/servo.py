@@ -13,6 +13,7 @@ import random
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -197,31 +198,23 @@ def run_one(case: ServoCase, method: str, log: Any = None, say: Any = None) -> S
     see = rendered(shown, brick) if shown else points(cameras, brick, goal, scene, case.seed)
     verdict, rms = None, None
     with (
-        tempfile.TemporaryDirectory() as folder,
-        programs.on(brick) as program,
         VirtualTracker(
             world, see, 30.0, scene.latency, scene.jitter, scene.drops, tuple(cameras), case.seed
         ) as tracker,
-    ):
-        park_on_file(setting.configured, setting.start, folder)
-        state = program["robot.motion.zero"].Zero(setting.configured, folder)
-        arm = program["robot.motion.arm"].RobotArm(
-            setting.configured, program.clock, state, say=lambda line: None
-        )
-        arm.load_zero()
-        servo, stream = _servo(program, method, setting, cameras, brick, case)
-        loop = program["robot.servoing.loop"].VisualServoing(
-            arm,
-            tracker.client(program.clock, make=program["robot.tracking_client"].TrackingClient),
-            program.clock,
-            servo,
-            stream=stream,
+        servo_loop(
+            case,
+            method,
+            setting,
+            cameras,
+            tracker,
+            brick,
             budget=FOLLOW_WINDOW[1] if scene.speed else TIME_BUDGET,
             most_moves=None if scene.speed else MAX_MOVES,
             follow=scene.tolerance if scene.speed else None,
             log=log,
             say=say or (lambda line: None),
-        )
+        ) as (loop, servo, arm, _),
+    ):
         began = world.now()
         try:
             verdict = loop.run()
@@ -258,6 +251,36 @@ def run_one(case: ServoCase, method: str, log: Any = None, say: Any = None) -> S
         None if scene.speed else miss,
         rms,
     )
+
+
+@contextmanager
+def servo_loop(
+    case: ServoCase,
+    method: str,
+    setting: SetUp,
+    cameras: PinholeCameras,
+    tracker: VirtualTracker,
+    brick: EmulatedBrick,
+    **options: Any,
+) -> Iterator[tuple[Any, Any, Any, Program]]:
+    """Provide (VisualServoing, its servo, its arm, their Program) on a brick before a tracker.
+
+    Args:
+        options: of VisualServoing.
+    """
+    with tempfile.TemporaryDirectory() as folder, programs.on(brick) as program:
+        park_on_file(setting.configured, setting.start, folder)
+        state = program["robot.motion.zero"].Zero(setting.configured, folder)
+        arm = program["robot.motion.arm"].RobotArm(
+            setting.configured, program.clock, state, say=lambda line: None
+        )
+        arm.load_zero()
+        servo, stream = _servo(program, method, setting, cameras, brick, case)
+        client = tracker.client(program.clock, make=program["robot.tracking_client"].TrackingClient)
+        loop = program["robot.servoing.loop"].VisualServoing(
+            arm, client, program.clock, servo, stream=stream, **options
+        )
+        yield loop, servo, arm, program
 
 
 def _servo(

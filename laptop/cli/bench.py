@@ -255,6 +255,49 @@ def bench_servo(
 
 
 @bench.command(
+    "disturbances",
+    epilog=_examples("disturbances", "disturbances --seeds 1000:1001 --arm geared --json"),
+)
+@click.option(
+    "--seeds",
+    type=_Seeds(),
+    default="1000:1003",
+    show_default=True,
+    help="Random arms, cameras, starts, goals and moments.",
+)
+@click.option(
+    "--arm",
+    "arms",
+    multiple=True,
+    type=click.Choice(("planar", "geared", "spatial")),
+    help="Several times for several.  [default: planar]",
+)
+@_cpu
+@_cluster
+@click.option("--json", "as_json", is_flag=True, help="Every run instead of the table.")
+def bench_disturbances(
+    seeds: range, arms: tuple[str, ...], cpu: float, cluster: str | None, as_json: bool
+) -> None:
+    """Servoing while something goes wrong: false claims, blind motion, limits passed."""
+    from laptop.bench import servo_disturbances, show
+
+    todo = servo_disturbances.cases(seeds, arms or ("planar",), cpu)
+    with _executor(cluster) as executor:
+        results = list(
+            show.progress(servo_disturbances.run(todo, executor), len(todo), "disturbing")
+        )
+    if as_json:
+        click.echo(json.dumps([asdict(result) for result in results], indent=1))
+        return
+    title = (
+        f"seeds {seeds.start}:{seeds.stop}, cpu={cpu:g}, figures from the emulator; "
+        f"{servo_disturbances.LEGEND}"
+    )
+    show.table(title, servo_disturbances.HEADINGS, servo_disturbances.table(results), sections=1)
+    click.echo(servo_disturbances.summary(results))
+
+
+@bench.command(
     "page",
     epilog=_examples("page", "page --seeds 1000:1001 --json"),
 )

@@ -271,6 +271,7 @@ def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
         raise session.InvalidSimulationOption(
             "a scene is for virtual time; with --realtime, run track --camera synthetic beside it"
         )
+    from laptop.simulator.picture_faults import PictureFaults
     from laptop.simulator.scene.rendered_tracker import rendered
     from laptop.simulator.scene.scene import Scene  # OpenCV is slow to import
     from laptop.simulator.scene.scene_constants import read_scene
@@ -291,8 +292,11 @@ def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
     latency = chain.pop("delay")
 
     def watch(brick: Any) -> Any:
-        see = rendered(scenes, brick)
-        return VirtualTracker(brick.world, see, latency=latency, cameras=list(scenes), **chain)
+        pictures = PictureFaults()
+        see = rendered(scenes, brick, pictures)
+        return VirtualTracker(
+            brick.world, see, latency=latency, cameras=list(scenes), pictures=pictures, **chain
+        )
 
     return watch
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from laptop.page.camera_feed import HEARTBEAT_PERIOD, CameraFeed, MarkerTracker
 from laptop.page.colour_edits import ColourEdits
 from laptop.page.frames import Frames
+from laptop.page.goal_hints import GoalHints
 from laptop.page.run_control import RunControl, Server
 from laptop.page.run_records import RunGroup, RunRecorder
 from laptop.page.snapshots import (
@@ -73,7 +74,8 @@ class PageController:
         self._last_question = -math.inf  # s
         self.colours = ColourEdits(self._cameras, file)
         self.runs = RunControl(self._cameras, self.colours, server, now)
-        self.frames = Frames(self._cameras, self.runs, now)
+        self._hints = GoalHints(self._cameras)
+        self.frames = Frames(self._cameras, self.runs, self._hints, now)
         self._last_linked = now()  # s
         self._recorder = RunRecorder()
         self._history: deque[PlotSample] = deque(maxlen=round(HISTORY_DURATION / SAMPLE_PERIOD))
@@ -153,6 +155,7 @@ class PageController:
         """Take in once what goes on; to be called every HEARTBEAT_PERIOD."""
         for feed in self._cameras.values():
             feed.extend_trail()
+        self._hints.learn()
         now = self._now()
         if not self._history or now - self._history[-1].t >= SAMPLE_PERIOD - HEARTBEAT_PERIOD / 2:
             self._history.append(self._sample(now))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from laptop.page.camera_feed import CameraFeed, FrameGone, marks, mask
+from laptop.page.goal_hints import GoalHints
 from laptop.page.run_control import RunControl
 from laptop.page.snapshots import HISTORY_DURATION, FrameSnapshot
 from laptop.vision.tracker import Tracker
@@ -18,13 +19,18 @@ class Frames:
     Args:
         cameras: feeds by camera name.
         runs: has the goals and the path.
+        hints: tells where a goal must be in the other pictures.
         now: clock of the frames, s.
     """
 
     def __init__(
-        self, cameras: Mapping[str, CameraFeed], runs: RunControl, now: Callable[[], float]
+        self,
+        cameras: Mapping[str, CameraFeed],
+        runs: RunControl,
+        hints: GoalHints,
+        now: Callable[[], float],
     ) -> None:
-        self._cameras, self._runs, self._now = cameras, runs, now
+        self._cameras, self._runs, self._hints, self._now = cameras, runs, hints, now
 
     def view(
         self, camera: str, newer_than: int = -1, masks: Sequence[str] = (), within: float = 0.0
@@ -104,4 +110,5 @@ class Frames:
                 for marker in feed.tracker.markers
                 if marker.name in masks and marker.color
             },
+            self._hints.of(camera, dict(self._runs.aims), (width, height)),
         )

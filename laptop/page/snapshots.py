@@ -51,6 +51,7 @@ class FrameSnapshot(NamedTuple):
     ahead          the points of a path that come next, (u, v) px
     trail          where the tip has been lately, (u, v) px
     masks          per marker that was asked for: a PNG, opaque where its colour is
+    hint           where the goal must be by another camera's aim: two ends of a line or a place, px
     """
 
     camera: str
@@ -65,6 +66,7 @@ class FrameSnapshot(NamedTuple):
     ahead: tuple[Point, ...]
     trail: tuple[Point, ...]
     masks: Mapping[str, bytes]
+    hint: tuple[Point, ...] = ()
 
 
 class CameraStatus(NamedTuple):

@@ -33,18 +33,22 @@ from shared.state import ARM, LOCK, MOTORS_FILE, PLAN, STATE, state_folder
 Fault = namedtuple("Fault", "kind what t")
 """Something that goes wrong: its kind, a port or value (or None), and when (s)."""
 
+CAMERA_NAMES = "ABCDEFGH"
+"""Names that a camera may have."""
+
 FAULTS = {
     "unplug": "PORT",
     "stall": "PORT",
     "dead-encoder": "PORT",
     "slow-sysfs": "SECONDS",
+    "frozen-picture": "CAMERA",
     "freeze": None,
     "kill": None,
     "int": None,
     "term": None,
     "hup": None,
 }
-"""Kind of a fault -> placeholder of what stands behind its colon."""
+"""Kind of a fault -> placeholder of what stands behind its colon; CAMERA may be left out."""
 
 SimulationResult = namedtuple(
     "SimulationResult", "outcome record wanted motors skeleton reach pace"
@@ -97,6 +101,9 @@ def read_fault(text):
             what = float(what)
             if not 0 <= what <= LONGEST_ACCESS:
                 raise ValueError(what)
+        elif FAULTS[kind] == "CAMERA":
+            if what not in (None,) + tuple(CAMERA_NAMES):
+                raise ValueError(what)
         elif what not in (tuple("ABCD") if FAULTS[kind] == "PORT" else (None,)):
             raise ValueError(what)
     except (TypeError, ValueError):
@@ -104,9 +111,11 @@ def read_fault(text):
             "fault '{}': {} takes {}, then @SECONDS".format(
                 one_line(text),
                 kind,
-                {"PORT": "a port from A to D", None: "nothing"}.get(
-                    FAULTS[kind], "SECONDS from 0 to {:g}".format(LONGEST_ACCESS)
-                ),
+                {
+                    "PORT": "a port from A to D",
+                    "CAMERA": "a camera from A to H, or nothing for all of them",
+                    None: "nothing",
+                }.get(FAULTS[kind], "SECONDS from 0 to {:g}".format(LONGEST_ACCESS)),
             )
         ) from None
     if t > LATEST:
@@ -196,7 +205,8 @@ def run(
         extra: port -> motor kind, motors beside the arm's.
         realtime, timeout: see World and run_script.
         watched: `watched(brick)` gives a context manager for a tracker's `port` on this machine
-            its `code` and `key`; the script finds it as one that it remembers.
+            its `code` and `key`, and its `pictures` (PictureFaults) by camera in `frames`; the
+            script finds it as one that it remembers.
 
     Returns:
         SimulationResult.
@@ -217,6 +227,7 @@ def run(
         ordered = _schedule_faults(brick, faults)
         stack.enter_context(_published(brick, script))
         tracker = stack.enter_context(watched(brick)) if watched else None
+        _schedule_pictures(world, tracker, faults)
         folder = stack.enter_context(_home_folder(brick, q, homed, tracker))
         outcome = run_script(
             brick,
@@ -247,6 +258,8 @@ def _schedule_faults(brick, faults):
     """Let the faults happen on the brick; those of the program are returned, for run_script."""
     ordered = {"signals": []}
     for fault in faults:
+        if FAULTS[fault.kind] == "CAMERA":
+            continue
         if FAULTS[fault.kind] == "PORT" and fault.what not in brick.motors:
             raise InvalidSimulationOption(
                 "fault {}: no motor at port {}; there are {}".format(
@@ -271,6 +284,25 @@ def _schedule(brick, fault, ordered):
         ordered[fault.kind + "_at"] = fault.t
     else:
         ordered["signals"].append((fault.t, getattr(signal, "SIG" + fault.kind.upper())))
+
+
+def _schedule_pictures(world, tracker, faults):
+    """Let the faults happen that are the cameras'."""
+    for fault in faults:
+        if FAULTS[fault.kind] != "CAMERA":
+            continue
+        cameras = sorted(tracker.frames) if tracker else []
+        if not cameras:
+            raise InvalidSimulationOption(
+                "fault {}: no camera watches; give --scene, too".format(fault.kind)
+            )
+        if fault.what not in [None] + cameras:
+            raise InvalidSimulationOption(
+                "fault {}: no camera {}; there are {}".format(
+                    fault.kind, fault.what, ", ".join(cameras)
+                )
+            )
+        world.at(fault.t, lambda camera=fault.what: tracker.pictures.freeze(camera))
 
 
 def park_on_file(arm, q, folder):

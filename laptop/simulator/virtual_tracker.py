@@ -44,6 +44,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from laptop.simulator.host.world import World
+from laptop.simulator.picture_faults import PictureFaults
 from laptop.tracking.server import TrackingServer
 from robot.tracker_address import SaltedKey
 from robot.tracking_client import ServerAddress, TrackingClient
@@ -103,8 +104,11 @@ class VirtualTracker:
         drops: share of the frames that get lost, 0..1.
         cameras: names.
         seed: draws phases, jitter and drops.
+        pictures: where `see` asks for its pictures, see `rendered`; None: what it shows is a
+            picture by itself.
 
     Attributes:
+        pictures: PictureFaults: freezes them, or lets them come again.
         port: where the server listens, at HOST.
         code: its pairing code.
         key: SaltedKey of the code, for bricks that have paired before.
@@ -122,8 +126,11 @@ class VirtualTracker:
         drops: float = 0.0,
         cameras: Sequence[str] = ("A",),
         seed: int = 0,
+        pictures: PictureFaults | None = None,
     ) -> None:
         self.world = world
+        self.pictures = pictures or PictureFaults()
+        self._whole = pictures is None  # the picture is what `see` gives
         self.see = see
         self.fps = fps
         self.latency = (
@@ -266,7 +273,7 @@ class VirtualTracker:
             if self._closed:
                 return
             self.frames[camera] = index + 1
-            markers = self.see(camera, index, t)
+            markers = self._seen(camera, index, t)
             lost = luck.random() < self.drops
             late = self.jitter * min(luck.expovariate(1.0), MAX_JITTER_MEANS)
             when = max(arrival, t + self.latency[camera] + late)
@@ -276,6 +283,11 @@ class VirtualTracker:
                 self._at(when, lambda: self._publish(observation))
 
         self.world.at(t, take)
+
+    def _seen(self, camera: str, index: int, t: float) -> Markers | None:
+        if not self._whole:
+            return self.see(camera, index, t)
+        return self.pictures.shown(camera, lambda: self.see(camera, index, t))
 
     def _publish(self, observation: Observation) -> None:
         if self._hears():

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import cv2
 
+from laptop.vision.containers import frame_numbers
 from laptop.vision.frames import MakeCapture, NoCamera
 from laptop.vision.live_cameras import LiveCamera, NetworkStream
 from laptop.vision.recordings import Recording, open_files
@@ -49,7 +51,10 @@ def open_camera(
         if capture.get(cv2.CAP_PROP_FRAME_COUNT) > 0:  # a file that lies on a server
             return Recording(source, capture, fps, live, now, sleep)
         return LiveCamera(source, stream, now, capture)
-    return Recording(source, open_files(source, make), fps, live, now, sleep)
+    capture = open_files(source, make)
+    gapless = Path(source).suffix.lower() == ".avi"  # it has no times but those of its frames
+    numbers = frame_numbers(Path(source)) if gapless else None
+    return Recording(source, capture, fps, live, now, sleep, numbers, not gapless)
 
 
 def name_of(source: str) -> str:

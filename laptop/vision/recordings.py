@@ -17,6 +17,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from laptop.vision.containers import why_unreadable
 from laptop.vision.frames import Capture, Frame, MakeCapture, NoCamera, bgr, size_of
 
 PICTURE_FPS = 30.0
@@ -37,6 +38,8 @@ class Recording:
             its capture time; those that are late are left out.  Otherwise t is seconds into the
             recording.
         now, sleep: the clock to play by, s.
+        numbers: of the frames that a damaged file still holds; None: not known, or all of them.
+        stamps: False: a frame that is lost leaves no gap in the recording's own time stamps.
 
     Attributes:
         count: frames that the recording says it has, or None.
@@ -55,6 +58,8 @@ class Recording:
         live: bool = False,
         now: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
+        numbers: Sequence[int] | None = None,
+        stamps: bool = True,
     ) -> None:
         own = capture.get(cv2.CAP_PROP_FPS)
         own = own if math.isfinite(own) and 0.01 <= own <= 1000 else PICTURE_FPS
@@ -63,14 +68,19 @@ class Recording:
         self.fps: float = fps or own
         self.count = int(count) if 0 < count < 1e9 else None
         self.size = size_of(capture)
-        self.unread = 0
+        if self.count is None or (numbers and numbers[-1] >= self.count):
+            numbers = None
+        self._numbers = numbers
+        self._taken = 0  # frames that were stepped to
+        self.unread = self.count - len(numbers) if numbers and self.count else 0
         self.ended = False
         self._capture = capture
-        self._stamped = fps is None and not live
+        self._stamped = fps is None and not live and stamps
+        self._gapless = not stamps
         self._live = live
         self._now, self._sleep = now, sleep
         self._start: float | None = None  # of playing it live
-        self._next = 0
+        self._next = numbers[0] if numbers else 0
         self._failed = 0  # in a row
         self._t = -math.inf
         self._lock = threading.Lock()  # to release a capture that is being read would end it all
@@ -80,7 +90,13 @@ class Recording:
         """Remarks for people: frames that could not be read."""
         if not self.unread:
             return []
-        return [f"{self.unread} of {self._promised()}frames could not be read"]
+        note = f"{self.unread} of {self._promised()}frames could not be read"
+        if self._gapless and self._failed and self.ended and self._numbers is None:
+            note += (
+                f"; the file does not tell which, so numbers and times may be too small, by up to "
+                f"{self._failed} frames or {self._failed / self.fps:.2f} s"
+            )
+        return [note]
 
     def _promised(self) -> str:
         return f"{self.count} " if self.count else "its "
@@ -122,10 +138,10 @@ class Recording:
     def _grab(self) -> bool:
         """Step to the next frame without making a picture of it."""
         if self._capture.grab():
-            self._next += 1
+            self._step()
             return True
         if self.count is not None and self._next < self.count:
-            self._next += 1
+            self._step()
             self._miss()
             if self._failed >= MAX_UNREAD_IN_A_ROW:
                 self.unread += self.count - self._next
@@ -133,6 +149,16 @@ class Recording:
         else:
             self.ended = True
         return False
+
+    def _step(self) -> None:
+        """The next frame is the one after, or the next one that the file still holds."""
+        self._taken += 1
+        if self._numbers is None:
+            self._next += 1
+        elif self._taken < len(self._numbers):
+            self._next = self._numbers[self._taken]
+        else:
+            self._next = max(self._next + 1, self.count or 0)
 
     def _retrieve(self) -> np.ndarray | None:
         done, image = self._capture.retrieve()
@@ -256,5 +282,4 @@ def open_files(source: str, make: MakeCapture) -> Capture:
     if video.isOpened():
         return video
     video.release()
-    what = "is empty" if path.stat().st_size == 0 else "cannot be read as a video"
-    raise NoCamera(f"{path} {what}; check that another player shows it, or convert it to mp4")
+    raise NoCamera(f"{path} {why_unreadable(path)}")

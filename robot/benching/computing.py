@@ -138,7 +138,7 @@ class _KnownZero(object):
 class MadeUpCameras(object):
     """What a tracking client would have heard: A looks down, in space B looks from the side."""
 
-    linked, refused, why = True, False, ""
+    linked, refused, why, late = True, False, "", ()
 
     def __init__(self, arm, clock, goal):
         self._arm, self._clock, self._goal = arm, clock, goal

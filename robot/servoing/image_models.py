@@ -5,7 +5,7 @@ from operator import mul, sub
 
 from robot.servoing.chain_model import ChainModel
 from robot.servoing.image_model import stacked
-from robot.servoing.linear_algebra import length
+from robot.servoing.linear_algebra import condition, length
 from robot.servoing.local_jacobian import LocalJacobian
 
 MOTION_SIGMA = 2.0
@@ -26,6 +26,10 @@ UNCERTAINTY_WEIGHT = 0.1
 
 NEWEST_STEP_WEIGHT, MAX_STEP_ERROR = 0.6, 2.0
 """Weight of the newest step in how wrong a model was lately, and the most that a step counts."""
+
+MAX_STEREO_CONDITION = 6.0
+"""Cameras see the same if the condition of the image by space (greatest over least singular value)
+is more: two less than 15 degrees apart, most often, and none that are 30 degrees apart."""
 
 WORLD_CHANGE_ERROR = 25.0
 """A step predicted by all models so wrongly, px, and by more than half: the world has changed."""
@@ -181,6 +185,16 @@ class ImageModels(object):
         """One image model of all that counts."""
         cameras = {c: self._images[name, c] for c in selection.used}
         return stacked(selection.parts(cameras))
+
+    def see_flat(self, cameras, rows):
+        """Whether several cameras see all but the same, and leave the depth untold.
+
+        Only the chain knows more than its last few steps have told.
+        """
+        if len(cameras) == 1 or "chain" not in self:
+            return False
+        by_space = {camera: self.of("chain", camera).by_space() for camera in cameras}
+        return condition(rows.values(by_space)) > MAX_STEREO_CONDITION
 
     def penalty(self, name, selection, n):
         """What is not known of J, as a penalty on the way: n x n, px^2/rad^2."""

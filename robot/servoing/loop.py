@@ -13,17 +13,16 @@ import math
 
 from robot.motion.online_trajectory import STOP
 from robot.servoing.linear_algebra import apart, length
+from robot.servoing.loss_of_sight import LossOfSight
 from robot.servoing.measurement import error_of
 from robot.servoing.motion_learning import LearningInMotion
+from robot.servoing.repeated_pictures import RepeatedPictures
 from robot.servoing.run_reporter import RunReporter, Verdict, word_for
 from robot.servoing.sightings import SIGHT_TIMEOUT, Sightings
 from shared.arm_description import ArmError
 from shared.messages import STATUS_PERIOD, Stop
 from shared.record import record
-from shared.verdicts import BUDGET_SPENT, CONVERGED, LINK_LOST, MARKER_LOST, STOPPED
-
-MARKER_PATIENCE, LINK_PATIENCE = 10.0, 20.0
-"""The run is given up when marker or link have not come back for so long, s."""
+from shared.verdicts import BUDGET_SPENT, CONVERGED, LINK_LOST, STOPPED
 
 MAX_CHASE_FRAMES = 200
 """Frames of a chase that are kept: some may have been seen at rest."""
@@ -76,11 +75,13 @@ class VisualServoing(object):
         log: called with a dict per line of the log; None for none.
         say: called with each line of progress.
         number: of the run, for the laptop.
+        pictures: RepeatedPictures of earlier runs before the same cameras; None for none.
     """
 
     def __init__(
         self, arm, client, clock, servo, goals=None, stream=None, budget=60.0,
-        most_moves=None, follow=None, log=None, say=print, number=1
+        most_moves=None, follow=None, log=None, say=print, number=1,
+        pictures=None
     ):  # fmt: skip
         self._arm, self._client, self._clock, self._servo = arm, client, clock, servo
         self._stream = stream
@@ -88,7 +89,11 @@ class VisualServoing(object):
         self._reporter = RunReporter(log, say)
         self._number = number
         self._speed = min(1.0, MAX_JOINT_SPEED / max(j.max_speed for j in arm.description.joints))
-        self._sightings = Sightings(goals or {}, stream is not None)
+        joints = arm.description.joints
+        self._sightings = Sightings(
+            goals or {}, stream is not None, pictures or RepeatedPictures(joints)
+        )
+        self._loss = LossOfSight(client, self._sightings, len(joints))
         self._began = self._seen_at = self._unlinked_at = self._heard_at = clock.now()
         self._held_for = None
         self._halt = None  # why the motion is over
@@ -137,7 +142,8 @@ class VisualServoing(object):
                 return end
             seen = ()
             began = self._clock.now()
-            decision = self._servo.decide(q, measurements)
+            decision = self._servo.decide(q, measurements, self._chased)
+            self._chased = []
             self._enough = {}
             measurements = [m for m in measurements if m.camera in self._servo.cameras]
             self._error = length(error_of(measurements, self._servo.rows))
@@ -195,7 +201,7 @@ class VisualServoing(object):
         if frames and self._sees_enough(now):
             self._note_changes(now)
             if self._held_for is not None:
-                self._note("{} again".format("seen" if self._held_for == MARKER_LOST else "linked"))
+                self._note("{} again".format(self._loss.what_came_back(self._held_for)))
                 self._held_for = None
         return frames, end
 
@@ -213,7 +219,9 @@ class VisualServoing(object):
         if self._client.refused:
             return Halt(LINK_LOST, self._client.why)
         if now - self._began > self._budget:
-            return self._end_from_outside(BUDGET_SPENT, self._why_so_long(now))
+            rate = self._heard / (now - self._began) / max(1, len(self._sightings.seen_by))
+            why = "{:g} s{}".format(self._budget, self._loss.too_few(rate))
+            return self._end_from_outside(BUDGET_SPENT, why)
         if not self._client.linked:
             self._unlinked_at = now
         return None
@@ -240,7 +248,8 @@ class VisualServoing(object):
         lost, found = self._sightings.changes(now)
         seeing = " and ".join(self._sightings.seeing(now)) if lost else ""
         for camera in lost:
-            self._note("camera {}: marker lost; on with {}".format(camera, seeing))
+            why = self._loss.word_of(camera)
+            self._note("camera {}: {}; on with {}".format(camera, why, seeing))
         for camera in found:
             self._note("camera {}: marker seen again".format(camera))
 
@@ -254,15 +263,6 @@ class VisualServoing(object):
             if self._error < self._follow:
                 word = CONVERGED
         return Halt(word, reason)
-
-    def _why_so_long(self, now):
-        rate = self._heard / (now - self._began) / max(1, len(self._sightings.seen_by))
-        reason = "{:g} s".format(self._budget)
-        if rate < 2 / SIGHT_TIMEOUT:
-            reason += "; {:.1f} pictures a second with the marker in them, {:g} are needed".format(
-                rate, math.ceil(2 / SIGHT_TIMEOUT)
-            )
-        return reason
 
     def _where(self):
         """The joints' angles when last seen, rad; None before."""
@@ -308,6 +308,9 @@ class VisualServoing(object):
             measurements = None
             if self._suffice(frames):
                 measurements = self._servo.estimator.measurements(frames)
+            refusal = not self._moves and measurements and self._loss.refusal()
+            if refusal:
+                return Halt(*refusal), q, None, 0
             if measurements:
                 self._learning.finish()
                 self._measurements += 1
@@ -317,15 +320,12 @@ class VisualServoing(object):
             if now - self._seen_at > SIGHT_TIMEOUT:
                 self._note_lost()
                 frames, count = {}, 0
-                if now - max(self._seen_at, self._unlinked_at) > MARKER_PATIENCE:
-                    joints = len(self._arm.description.joints)
-                    why = self._sightings.what_is_missing(now, joints, MARKER_PATIENCE)
-                    return Halt(MARKER_LOST, why), q, None, 0
-                if not self._client.linked and now - self._seen_at > LINK_PATIENCE:
-                    return Halt(LINK_LOST, self._client.why), q, None, 0
+                end = self._loss.end(now, self._seen_at, self._unlinked_at)
+                if end:
+                    return Halt(*end), q, None, 0
 
     def _note_lost(self):
-        why = MARKER_LOST if self._client.linked else LINK_LOST
+        why = self._loss.word(self._clock.now())
         if self._held_for != why:
             self._held_for = why
             self._note("{}: held".format(why))

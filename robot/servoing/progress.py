@@ -36,6 +36,20 @@ RIGHT_SHARE = 0.6
 """A model was right lately if so much of its steps, and no more, was predicted wrongly."""
 
 
+def drawing(seed):
+    """Random(seed).uniform; random is imported only where it is needed."""
+    luck = []
+
+    def uniform(low, high):
+        if not luck:
+            import random
+
+            luck.append(random.Random(seed))
+        return luck[0].uniform(low, high)
+
+    return uniform
+
+
 class Progress(object):
     """The progress on the way to one goal.
 

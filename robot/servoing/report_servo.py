@@ -57,8 +57,8 @@ class ReportServo(object):
         """As Servo.prepare; there is nothing to prepare."""
         return iter(())
 
-    def decide(self, q, measurements):
-        """As Servo.decide."""
+    def decide(self, q, measurements, chase=()):
+        """As Servo.decide; the report has no chases."""
         if self.cameras is None:
             self.cameras = [measurement.camera for measurement in measurements]
         measurements = [m for m in measurements if m.camera in self.cameras]

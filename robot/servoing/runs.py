@@ -6,6 +6,7 @@ from collections import OrderedDict
 
 from robot.servoing.image_models import models_of
 from robot.servoing.loop import POLL_TIMEOUT, VisualServoing
+from robot.servoing.repeated_pictures import RepeatedPictures
 from robot.servoing.rows import Rows
 from robot.servoing.run_reporter import verdict_text
 from robot.servoing.servo import Servo
@@ -92,6 +93,7 @@ class Runs(object):
     def __init__(self, arm, client, clock, log=None, third=None):
         self._arm, self._client, self._clock = arm, client, clock
         self._log, self._third = log, third
+        self._pictures = RepeatedPictures(arm.description.joints)  # a frozen one stays so
         self._told = {"error": None, "verdict": READY, "run": 0}
         self._learned = None  # options and servo of a run that was a success
 
@@ -111,7 +113,7 @@ class Runs(object):
         loop = VisualServoing(
             self._arm, self._client, self._clock, servo, options.goals, stream, options.budget,
             follow=options.tolerance if options.follow else None, log=log, say=say,
-            number=number,
+            number=number, pictures=self._pictures,
         )  # fmt: skip
         log(
             OrderedDict(

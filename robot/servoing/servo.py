@@ -14,8 +14,9 @@ from operator import sub
 
 from robot.motion import kinematics
 from robot.servoing.camera_selection import CameraSelection
+from robot.servoing.doubts import Doubts
 from robot.servoing.image_models import ImageModels
-from robot.servoing.linear_algebra import apart, condition, length
+from robot.servoing.linear_algebra import apart, length
 from robot.servoing.measurement import MedianEstimator, error_of
 from robot.servoing.pose_search import (
     NEARLY_THERE,
@@ -30,8 +31,10 @@ from robot.servoing.progress import (
     START_ELSEWHERE,
     TRY_POSTURE,
     Progress,
+    drawing,
 )
 from robot.servoing.rows import Rows
+from robot.servoing.trust_region import FIRST_STEP, next_region
 from shared.record import record
 from shared.verdicts import CONVERGED, LIMIT, SINGULAR, UNREACHABLE
 
@@ -44,18 +47,8 @@ EXPLORING_STEP = math.radians(8)
 MIN_EXPLORED_SIGMAS = 3.0
 """An exploring step that moves the marker by fewer standard deviations shows nothing."""
 
-MAX_STEREO_CONDITION = 6.0
-"""Cameras see the same if the condition of the image by space (greatest over least singular value)
-is more: two less than 15 degrees apart, most often, and none that are 30 degrees apart."""
-
+DOES_NOT_MOVE = "the marker does not move when the joints do"
 FLAT_VIEW = "seen by {}, the tip may be off along the line of sight; look from another side, too"
-
-FIRST_STEP, MIN_STEP, MAX_STEP = (math.radians(x) for x in (35, 3, 60))
-"""Trust region: the greatest step of a joint, rad."""
-
-GROW_BELOW, SHRINK_ABOVE, GROWTH, SHRINKAGE = 0.3, 0.6, 2.0, 0.5
-"""Share of a step that was predicted wrongly, below and above which the region grows or shrinks, to
-so many times the step."""
 
 WAYPOINT_DISTANCE = 150.0
 """With J of one place alone, a goal farther off is gone for by way-points, px."""
@@ -121,8 +114,9 @@ class Servo(object):
         )
         self._selection = CameraSelection(self.rows, len(arm.joints), known)
         self._progress = Progress(tolerance, known)
+        self._doubts = Doubts(tolerance)
         self._region = FIRST_STEP
-        self._seed, self._luck = seed, None  # random is imported only where it is needed
+        self._uniform = drawing(seed)
         self._looked = None  # (q, {camera: s}) of the last measurement
 
     @property
@@ -155,15 +149,18 @@ class Servo(object):
         measurements = self.estimator.glance(frames)
         return measurements and self.models.prepare(q, measurements)
 
-    def decide(self, q, measurements):
+    def decide(self, q, measurements, chase=()):
         """What to do now that the arm stands at q (rad) and [Measurement] is what is seen.
+
+        Args:
+            chase: MarkerFrames of the chase that led here, if one did.
 
         Returns:
             Decision
         """
         q = list(q)
         seen = {measurement.camera: measurement.s for measurement in measurements}
-        begins = self._looked is None
+        before, begins = self._looked, self._looked is None
         if not begins and self._selection.explored:
             self._judge(q, seen)
         self.models.update(q, measurements)
@@ -175,15 +172,19 @@ class Servo(object):
         off = length(error_of(used, self.rows))
         progress = self._progress
         if off < self.tolerance * (1 if progress.refined else STOP_MARGIN):
-            if not unknown and self._sees_flat():
+            if not unknown and self.models.see_flat(self.cameras, self.rows):
                 if progress.flat:
                     return _end(SINGULAR, FLAT_VIEW.format(" and ".join(self.cameras)))
                 progress.flat = True  # false sightings may say so, too: look again
                 return self._explore_anew(q, goal, measurements)
+            led = self.using is not None or self._known  # by a model
+            if not begins and self._doubts.arise(used, chase, led, before, self.J):
+                return self._ask(q, goal, measurements)
             self._progress = Progress(self.tolerance, self._known)  # should the goal move on
             return _end(CONVERGED)
+        self._doubts.note_elsewhere()
         if not unknown and self.using is None and not self._marker_moved(q):
-            return _end(SINGULAR, "the marker does not move when the joints do")
+            return _end(SINGULAR, DOES_NOT_MOVE)
         progress.refined = progress.refined or off < self.tolerance
         if not self._selection.explored:
             return self._explore(q, goal)
@@ -191,11 +192,7 @@ class Servo(object):
         if action == GIVE_UP:
             return _end(UNREACHABLE, "no nearer than {:.1f} px".format(progress.nearest))
         if action == START_ELSEWHERE:
-            if self._luck is None:
-                import random
-
-                self._luck = random.Random(self._seed)
-            shares = [self._luck.uniform(*RESTART_RANGE) for _ in q]
+            shares = [self._uniform(*RESTART_RANGE) for _ in q]
             return self._start_from(at_shares(shares, *self._box))
         if action == EXPLORE_ANEW:
             return self._explore_anew(q, goal, measurements)
@@ -204,6 +201,7 @@ class Servo(object):
     def _judge(self, q, seen):
         """Fit the trust region to how well the step that led here was predicted."""
         q_before, seen_before = self._looked
+        self._doubts.missed = 0.0
         both = [c for c in self.cameras if c in seen_before and c in seen]
         before, now = ({c: s[c] for c in both} for s in (seen_before, seen))
         moved = length([x for c in both for x in map(sub, now[c], before[c])])
@@ -212,11 +210,8 @@ class Servo(object):
         wrong = self.models.judge(q, before, now)
         if self.using is None:
             return
-        step = apart(q, q_before)
-        if wrong[self.using] > SHRINK_ABOVE:
-            self._region = max(MIN_STEP, SHRINKAGE * step)
-        elif wrong[self.using] < GROW_BELOW:
-            self._region = min(MAX_STEP, max(self._region, GROWTH * step))
+        self._doubts.missed = moved * min(wrong.values())
+        self._region = next_region(self._region, apart(q, q_before), wrong[self.using])
 
     def _choose_cameras(self, q, cameras):
         known = self._selection.look(cameras)
@@ -230,16 +225,6 @@ class Servo(object):
         columns = zip(*self.models.together(self.models.local, self._selection).jacobian(q))
         moved = max(map(length, columns)) * EXPLORING_STEP
         return moved > MIN_EXPLORED_SIGMAS * self.estimator.sigma
-
-    def _sees_flat(self):
-        """Whether several cameras see all but the same, and leave the depth untold.
-
-        Only the chain knows more than its last few steps have told.
-        """
-        if len(self.cameras) == 1 or "chain" not in self.models:
-            return False
-        by_space = {c: self.models.of("chain", c).by_space() for c in self.cameras}
-        return condition(self.rows.values(by_space)) > MAX_STEREO_CONDITION
 
     def _explore(self, q, goal):
         """Move a joint of which nothing is known; those that are known go on meanwhile."""
@@ -261,6 +246,14 @@ class Servo(object):
             image = self.models.together(name, self._selection)
             to, _ = best_pose(image, goal, to, low, high, to, penalty, LINEAR_ITERATIONS)
         return self._go("explore", to)
+
+    def _ask(self, q, goal, measurements):
+        """What seems to be the tip is at the goal: does it leave it with the joints?"""
+        if self._doubts.begin_asking():
+            return self._explore_anew(q, goal, measurements)
+        if not self._selection.explored:
+            return self._explore(q, goal)
+        return _end(SINGULAR, DOES_NOT_MOVE)
 
     def _explore_anew(self, q, goal, measurements):
         """What is known of the image does not lead to the goal: it may have moved."""

@@ -1,7 +1,10 @@
 """What the cameras have shown of tip and goal, and when.  Pure."""
 
+import math
+
 from robot.servoing.goal_estimate import GoalEstimate
 from robot.servoing.joint_history import JointHistory
+from robot.servoing.picture_rates import PictureRates
 from shared.messages import EFFECTOR, GOAL, LEAST_CONFIDENCE
 from shared.record import record
 
@@ -21,16 +24,20 @@ class Sightings(object):
     Args:
         fixed_goals: {camera: (u, v)}, px; none for the marker.
         streaming: whether the arm is steered by them while it moves.
+        pictures: RepeatedPictures.
 
     Attributes:
         history: JointHistory.
+        pictures: as given.
+        rates: PictureRates.
         goals: {camera: GoalEstimate}.
         seen_by: {camera: when both tip and goal were last heard of, s}.
         behind: {camera: e, smoothed, px}.
     """
 
-    def __init__(self, fixed_goals, streaming):
-        self.history = JointHistory()
+    def __init__(self, fixed_goals, streaming, pictures):
+        self.history, self.pictures = JointHistory(), pictures
+        self.rates = PictureRates(SIGHT_TIMEOUT)
         self.goals, self.seen_by, self.behind = {}, {}, {}
         self._fixed_goals, self._streaming = fixed_goals, streaming
         self._heard_of = set()  # cameras that send, whatever they see
@@ -40,6 +47,8 @@ class Sightings(object):
     def frame(self, seen, now, moving, tell=None):
         """The MarkerFrame of an Observation; None unless the tip is seen and the goal known.
 
+        None, too, of a picture that has come before, with the joints elsewhere.
+
         Args:
             now: s.
             moving: whether the arm moves.
@@ -47,6 +56,12 @@ class Sightings(object):
         """
         camera = seen.camera
         self._heard_of.add(camera)
+        self.rates.add(seen, now)
+        q = self.history.at(seen.t)
+        if not self.pictures.is_new(seen, q):
+            if camera in self.pictures.frozen and camera in self.seen_by:
+                self.seen_by[camera] = -math.inf
+            return None
         tip, goal = seen.markers.get(EFFECTOR), seen.markers.get(GOAL)
         s = tip[:2] if tip and tip[2] >= LEAST_CONFIDENCE else None
         if s and goal and goal[2] >= LEAST_CONFIDENCE and not self._fixed_goals:
@@ -58,7 +73,7 @@ class Sightings(object):
             estimate = self.goals[camera]
             # In motion nothing is made of where it is, unless it is steered for.
             where = estimate.latest if moving and not self._streaming else estimate.at(seen.t)
-        frame = MarkerFrame(camera, seen.t, self.history.at(seen.t), s, where)
+        frame = MarkerFrame(camera, seen.t, q, s, where)
         if tell:
             tell(frame)
         if s is None or where is None:
@@ -94,6 +109,11 @@ class Sightings(object):
         lost, found = sorted(blind - self._blind), sorted(self._blind - blind)
         self._blind = blind
         return lost, found
+
+    @property
+    def without_goal(self):
+        """The cameras that send although a pixel is the goal of others only."""
+        return sorted(self._heard_of - set(self._fixed_goals)) if self._fixed_goals else []
 
     @property
     def any_blind(self):

@@ -173,6 +173,22 @@ def test_no_joint_is_ever_past_its_limit(watched):
     assert max(m.q[0] for m in w.moments) > w.arm.joints[0].upper - math.radians(20)
 
 
+def test_before_two_cameras_nothing_starts_with_a_goal_in_one(watched):
+    one = watched().cameras["A"]
+    w = watched(cameras={"A": one, "B": type(one)(roll=-0.4)})
+    goals = {name: camera.pixel((-6.0, 10.0)) for name, camera in w.cameras.items()}
+    words = ["{}:{:.1f},{:.1f}".format(name, *pixel) for name, pixel in goals.items()]
+    shown = w.run("--goal", words[0])
+    assert shown.log[-1]["verdict"] == "refused"
+    assert "camera B watches, too, and no goal is given in its picture" in shown.err
+    assert not w.moved()
+    w.tracker.close()
+    w = watched(cameras=w.cameras)
+    shown = w.run("--goal", words[0], "--goal", words[1])
+    assert shown.log[-1]["verdict"] == "converged"
+    assert math.dist(w.tip, (-6.0, 10.0)) < 1
+
+
 def test_what_it_decides_on_was_seen_of_an_arm_that_stood(watched):
     """Pictures that were taken in motion come in for long after it."""
     w = watched(noise=0.0, tracker={"latency": 0.4})
@@ -186,8 +202,37 @@ def test_what_it_decides_on_was_seen_of_an_arm_that_stood(watched):
 def test_it_never_moves_on_observations_that_are_too_old(watched):
     w = watched(tracker={"latency": 1.3})
     shown = w.run()
-    assert shown.log[-1]["verdict"] == "marker lost"
+    assert shown.log[-1]["verdict"] == "camera late"
+    assert "the pictures of camera A come 1.3 s late, and at most 1 s is allowed" in shown.err
+    assert "camera late: held" in [line["text"] for line in shown.log if line["kind"] == "note"]
     assert not w.moved()
+
+
+@pytest.mark.short("2.0-look")
+@pytest.mark.parametrize("mode", ["look", "stream"])
+@pytest.mark.parametrize("fps", [1.0, 2.0, 3.0])
+def test_a_camera_of_a_few_pictures_a_second_is_named_soon(watched, fps, mode):
+    w = watched(tracker={"fps": fps})
+    shown = w.run("--mode", mode)
+    assert shown.log[-1]["verdict"] == "camera slow"
+    assert f"camera A gives only {fps:.0f} pictures a second; 7 are needed" in shown.err
+    assert shown.t - shown.began < 5
+    assert not w.moved()
+
+
+def test_pictures_that_get_lost_on_the_way_are_not_the_cameras_fault(watched):
+    w = watched()
+    see = w.tracker.see
+    w.tracker.see = lambda name, index, t: see(name, index, t) if index % 15 == 0 else None
+    shown = w.run()
+    assert shown.log[-1]["verdict"] == "camera slow"
+    assert "of the 30 pictures a second of camera A only 2 come here" in shown.err
+    assert not w.moved()
+
+
+def test_a_camera_of_five_pictures_a_second_leads_to_the_goal(watched):
+    w = watched(tracker={"fps": 5.0})
+    assert converged(w, w.run("--budget", "120"))
 
 
 def test_sightings_of_little_confidence_are_not_believed(watched):
@@ -277,8 +322,13 @@ def test_a_camera_that_goes_blind_in_mid_measurement_does_not_hang_it(watched):
 
 
 @pytest.mark.long
-def test_a_camera_that_is_too_slow_is_blamed_when_the_budget_is_spent(watched):
-    w = watched(tracker={"fps": 3.0})
+def test_a_marker_in_too_few_pictures_is_blamed_when_the_budget_is_spent(watched):
+    """The camera gives enough of them."""
+    w = watched()
+    see = w.tracker.see
+    w.tracker.see = lambda name, index, t: dict(
+        see(name, index, t), **({"effector": None} if index % 10 else {})
+    )
     shown = w.run("--budget", "20")
     assert shown.log[-1]["verdict"] == "budget spent"
     assert "20 s; 3.0 pictures a second with the marker in them, 7 are needed" in shown.err

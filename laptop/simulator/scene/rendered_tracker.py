@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from laptop.simulator.picture_faults import PictureFaults
 from laptop.simulator.scene.marker_items import ARUCO_IDS, shown_markers
 from laptop.simulator.scene.poses import ScriptedPoses
 from laptop.simulator.scene.scene import Scene
@@ -24,13 +25,17 @@ def marker_specs(constants: dict[str, Any]) -> dict[str, str]:
     return {name: f"{kind}:{looks[name]}" for name in shown_markers(constants)}
 
 
-def rendered(scenes: Mapping[str, Scene], brick: EmulatedBrick) -> See:
+def rendered(
+    scenes: Mapping[str, Scene], brick: EmulatedBrick, pictures: PictureFaults | None = None
+) -> See:
     """Return a VirtualTracker's `see`: every frame is rendered as the brick stands, and tracked.
 
     Args:
         scenes: what each camera sees, by its name.
         brick: the arm is its.
+        pictures: shows other pictures than the rendered ones; to be given to the VirtualTracker.
     """
+    pictures = pictures or PictureFaults()
     trackers = {
         name: Tracker([read_spec(*look) for look in marker_specs(scene.constants).items()])
         for name, scene in scenes.items()
@@ -43,7 +48,8 @@ def rendered(scenes: Mapping[str, Scene], brick: EmulatedBrick) -> See:
             poses = ScriptedPoses(scene.arm, lambda t: brick.plant.q)
             start = t - index / scene.constants["fps"]
             cameras[name] = SyntheticCamera(scene, poses, brick.world.now, start=start)
-        found = trackers[name].find(cameras[name].capture(index).image, t).items()
+        image = pictures.shown(name, lambda: cameras[name].capture(index).image)
+        found = trackers[name].find(image, t).items()
         return {name: seen and (seen.u, seen.v, seen.confidence) for name, seen in found}
 
     return see

@@ -375,6 +375,15 @@ def test_a_fault_to_order(simulate, fault, status, says):
     assert not any(motor["driven"] for motor in summary["motors"].values())
 
 
+def test_a_frozen_picture_holds_the_arm(simulate):
+    """It is a rendered one, and the tracker finds the same in it as before."""
+    servo = str(ROOT / "robot/visual_servoing.py")
+    result = simulate("--scene", "tilt=20", "--fault", "frozen-picture@4", servo)
+    assert result.exit_code == 1, result.output
+    assert "picture frozen: held" in result.output
+    assert "the picture of camera A does not change" in result.output
+
+
 def test_what_is_still_driven_is_said(simulate, script):
     source = """
 from ev3dev2.motor import LargeMotor, OUTPUT_D
@@ -464,6 +473,9 @@ def test_a_number_that_is_none_is_out_of_range(simulate, script, option, value):
         (["--fault", "unplug:E@2"], ["a port from A to D"]),
         (["--fault", "freeze:A@2"], ["nothing"]),
         (["--fault", "slow-sysfs:very@2"], ["SECONDS"]),
+        (["--fault", "frozen-picture:Z@2"], ["a camera from A to H"]),
+        (["--fault", "frozen-picture@2"], ["no camera watches", "--scene"]),
+        (["--scene", "", "--fault", "frozen-picture:B@2"], ["no camera B", "there are A"]),
         (["--fault", "unplug:A@1.2.3"], ["unplug"]),
         (["--fault", "slow-sysfs:nan@1"], ["slow-sysfs:nan@1", "SECONDS from 0 to 10"]),
         (["--fault", "slow-sysfs:-1@1"], ["slow-sysfs:-1@1", "SECONDS from 0 to 10"]),

@@ -25,9 +25,10 @@ def video(tmp_path):
         (lambda path: None, ["no camera, file or folder", "webcam's number", "synthetic"]),
         (lambda path: path.mkdir(), ["has no pictures", "png and jpg"]),
         (lambda path: path.write_bytes(b""), ["is empty"]),
-        (lambda path: path.write_bytes(b"hello" * 999), ["cannot be read as a video", "mp4"]),
+        (lambda path: path.write_bytes(b"hello" * 999), ["cannot be read as a video", "a text"]),
+        (lambda path: path.write_bytes(bytes(range(256))), ["cannot be read as a video", "player"]),
     ],
-    ids=["nothing there", "an empty folder", "an empty file", "no video"],
+    ids=["nothing there", "an empty folder", "an empty file", "a text", "no video"],
 )
 def test_what_is_no_camera_is_said_in_one_line(tmp_path, capfd, make, says):
     path = tmp_path / "source"

@@ -42,6 +42,17 @@ def spoil(path, which):
     path.write_bytes(bytes(data))
 
 
+def lose(path, which, index=True):
+    """Overwrite some frames in a row, with their headers; or take the index away, too."""
+    data = bytearray(path.read_bytes())
+    places = chunks(bytes(data))
+    begin, end = places[which[0]][0] - 8, places[which[-1]][1]
+    data[begin:end] = bytes(end - begin)
+    if not index:
+        del data[data.rindex(b"idx1") :]
+    path.write_bytes(bytes(data))
+
+
 # A video file, as fast as wanted
 
 
@@ -54,6 +65,77 @@ def test_a_video_gives_every_frame_in_order(video):
     assert frames[0].image.shape == (48, 64, 3)
     assert frames[0].image.dtype == np.uint8
     assert (source.count, source.fps, source.size, source.notes) == (10, FPS, (64, 48), [])
+
+
+@pytest.mark.parametrize("live", [False, True])
+def test_frames_that_are_lost_leave_a_gap_in_numbers_and_times(video, live):
+    """A decoder passes over them without a word."""
+    path, clock = video(), FakeClock(50.0)
+    lose(path, range(3, 6))
+    with open_camera(str(path), live=live, now=clock.now, sleep=clock.sleep) as source:
+        frames = everything(source)
+    there = [0, 1, 2, 6, 7, 8, 9]
+    assert [number_of(frame.image) for frame in frames] == there
+    assert [frame.index for frame in frames] == there
+    began = 50.0 if live else 0.0
+    assert [frame.t - began for frame in frames] == pytest.approx([k / FPS for k in there])
+    assert source.notes == ["3 of 10 frames could not be read"]
+
+
+def test_where_the_file_does_not_tell_which_are_lost_it_is_said(video):
+    path = video()
+    lose(path, range(3, 6), index=False)
+    with open_camera(str(path)) as source:
+        frames = everything(source)
+    assert [number_of(frame.image) for frame in frames] == [0, 1, 2, 6, 7, 8, 9]
+    (note,) = source.notes
+    assert note.startswith("3 of 10 frames could not be read; the file does not tell which")
+    assert note.endswith("may be too small, by up to 3 frames or 0.15 s")
+
+
+def test_frames_that_are_lost_at_the_end_are_counted(video):
+    path = video()
+    lose(path, range(7, 10))
+    with open_camera(str(path)) as source:
+        assert [frame.index for frame in everything(source)] == list(range(7))
+        assert source.notes == ["3 of 10 frames could not be read"]
+
+
+def test_an_index_that_is_wrong_itself_is_not_gone_by(video):
+    path = video()
+    data = bytearray(path.read_bytes())
+    for entry in range(4):  # the offsets of the first entries but one
+        at = data.rindex(b"idx1") + 8 + 16 * (1 + 2 * entry) + 8
+        data[at : at + 4] = b"\0\0\0\0"
+    data[at + 32 : at + 36] = b"\0\0\0\0"
+    path.write_bytes(bytes(data))
+    with open_camera(str(path)) as source:
+        assert [frame.index for frame in everything(source)] == list(range(10))
+        assert source.notes == []
+
+
+def test_half_an_mp4_is_called_cut_off(tmp_path):
+    path = tmp_path / "film.mp4"
+    out = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), FPS, (64, 48))
+    for number in range(10):
+        out.write(picture(number))
+    out.release()
+    whole = path.read_bytes()
+    with open_camera(str(path)) as source:
+        assert len(everything(source)) == 10
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(NoCamera, match=r"film.mp4 is cut off \(it ends after \d+ of at least \d+"):
+        open_camera(str(path))
+    path.write_bytes(whole[: whole.index(b"moov") - 4])
+    with pytest.raises(NoCamera, match="film.mp4 is cut off: its table of frames"):
+        open_camera(str(path))
+
+
+def test_a_text_that_is_called_a_film_is_called_a_text(tmp_path):
+    path = tmp_path / "film.mp4"
+    path.write_text("no film\n" * 1000)
+    with pytest.raises(NoCamera, match="film.mp4 cannot be read as a video: it is a text"):
+        open_camera(str(path))
 
 
 def test_another_pace_may_be_said(video):

@@ -28,8 +28,10 @@ class World:
 
     def __init__(self, way, cameras="A"):
         self.t, self.way, self.cameras, self.q = 100.0, way, cameras, START
-        self.description = SimpleNamespace(joints=[SimpleNamespace(max_speed=1.0)] * 2)
-        self.linked, self.refused = True, False
+        self.description = SimpleNamespace(
+            joints=[SimpleNamespace(max_speed=1.0, backlash=0.0)] * 2
+        )
+        self.linked, self.refused, self.late = True, False, {}
         self._sent = self.t
 
     def now(self):
@@ -98,7 +100,7 @@ class NotingServo:
         self.measured.append(dict(frames))
         return [Measurement(c, f[-1][1], f[-1][2], 1.0, len(f)) for c, f in frames.items()]
 
-    def decide(self, q, measurements):
+    def decide(self, q, measurements, chase):
         if len(self.measured) > 1:
             return Decision("end", None, "converged", "")
         return Decision("move", THERE, None, "")

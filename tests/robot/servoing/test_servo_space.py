@@ -240,6 +240,17 @@ def test_a_covered_camera(space, name, mode):
         assert not w.moved()
 
 
+@pytest.mark.short("B-look")
+@pytest.mark.parametrize("mode", ["look", "stream"])
+@pytest.mark.parametrize("frozen", ["A", "B"])
+def test_one_frozen_camera_of_two_holds_an_arm_in_space(space, frozen, mode):
+    w = space({camera: PLACES[camera] for camera in TWO})
+    w.in_motion(MIDST, lambda: w.tracker.pictures.freeze(frozen))
+    shown = w.run("--mode", mode)
+    assert judge(w, shown, "picture frozen", f"the picture of camera {frozen} does not change")
+    assert w.stands(w.struck + 0.7)
+
+
 @pytest.mark.long
 def test_a_planar_arm_goes_on_with_the_camera_that_is_left(watched):
     """Slower, and it says so."""

@@ -13,7 +13,7 @@ from servo_rig import SpaceCamera
 
 from laptop.simulator.device.peripherals import Peripherals
 from laptop.simulator.virtual_tracker import HOST
-from robot.servoing.loop import LINK_PATIENCE, MARKER_PATIENCE
+from robot.servoing.loss_of_sight import LINK_PATIENCE, SIGHT_PATIENCE
 from shared.messages import Start, Stop
 
 SIGNALS = signal.SIGTERM, signal.SIGINT, signal.SIGHUP
@@ -363,7 +363,7 @@ def test_a_marker_that_is_lost_is_told_and_nothing_moves_when_it_is_back(waiting
     assert laptop.verdicts() == [(0, "ready"), (1, "marker lost"), (2, "converged")]
     assert laptop.told(1).reason.startswith("the effector has not been seen for 10 s")
     held = [status for status in w.statuses if status.run == 1 and status.reason == "marker lost"]
-    assert len(held) > 4 * MARKER_PATIENCE
+    assert len(held) > 4 * SIGHT_PATIENCE
     assert {status.verdict for status in held} == {""}
     assert w.stands(w.struck + 0.5, laptop.sent[-1])
     assert w.error() < 7

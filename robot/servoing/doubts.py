@@ -1,0 +1,147 @@
+"""Whether what is taken for the tip is the tip: asked before anything is claimed.  Pure.
+
+Something else of its colour may lie at the goal.  Then the tip seems to get there by a jump: to
+where the models did not have it, or, seen in motion, away from its own track.  To turn the joints
+tells: the tip follows them.
+"""
+
+import math
+
+from robot.servoing.linear_algebra import apart
+
+SURPRISE_TOLERANCES, MIN_SURPRISE = 1.5, 6.0
+"""So many tolerances, and no less (px), from where all models had it at last: a surprise."""
+
+MIN_JUMP, JUMP_SHARE = 20.0, 0.5
+"""A jump leads so far from the track, px, and by so much of what that went meanwhile more."""
+
+MAX_LEAP = 2.0
+"""And farther than the joints may bring the tip, by so many times what all of them do by the
+Jacobian of the chase's beginning; where there is a track, half as far."""
+
+STILL_DISTANCE, STILL_TURN = 5.0, math.radians(6)
+"""What stays within so much of its place, px, while a joint turns by more, rad, may be no tip."""
+
+CONFIRMED_BY, TRACK_FRAMES, STANDING_FRAMES = 3, 4, 3
+"""So many frames in a row, near each other, confirm a jump; the track is that of so many frames.
+What was measured at rest counts as so many frames."""
+
+
+def jumped(frames, size):
+    """Whether the tip has left its track for good.
+
+    Args:
+        frames: [(t, q, s)], s, rad and px, in order of time, of one camera; the first one is of
+            the arm as it stood, and right.
+        size: of the image Jacobian, px/rad.
+    """
+    track, away = [frames[0]], []
+    for frame in frames[1:]:
+        if not _leaves(track, frame, size):
+            track.append(frame)
+            del track[:-TRACK_FRAMES]
+            away = []
+            continue
+        if away and _distance(frame[2], away[-1][2]) > MIN_JUMP:
+            away = []  # here, there: false sightings
+        away.append(frame)
+        if len(away) >= CONFIRMED_BY:
+            return True
+    return False
+
+
+def stayed(frames):
+    """Whether what is taken for the tip has stood at its end while the joints still turned.
+
+    Args:
+        frames: as for `jumped`.
+    """
+    _, q, end = frames[-1]
+    turned = 0.0
+    for _, there, s in reversed(frames):
+        if _distance(s, end) > STILL_DISTANCE:
+            break
+        turned = max(turned, apart(there, q))
+    return turned > STILL_TURN
+
+
+def _distance(a, b):
+    return math.hypot(a[0] - b[0], a[1] - b[1])
+
+
+def _leaves(track, frame, size):
+    """Whether a frame cannot be the next one of a track."""
+    t, q, s = frame
+    last_t, last_q, last_s = track[-1]
+    gone, brought = _distance(s, last_s) - MIN_JUMP, size * apart(q, last_q)
+    if len(track) < TRACK_FRAMES:
+        return gone > MAX_LEAP * brought
+    if gone <= 0.5 * MAX_LEAP * brought:
+        return False
+    first_t, _, first_s = track[0]
+    share = (t - last_t) / max(last_t - first_t, 1e-3)
+    way = [share * (b - a) for a, b in zip(first_s, last_s)]
+    off = _distance(s, [a + b for a, b in zip(last_s, way)])
+    return off > MIN_JUMP + JUMP_SHARE * math.hypot(*way)
+
+
+class Doubts(object):
+    """What a servo has to ask before it says that the tip is at the goal.
+
+    Args:
+        tolerance: px.
+
+    Attributes:
+        missed: by how much all models missed the last measurement, px.
+    """
+
+    def __init__(self, tolerance):
+        self.missed = 0.0
+        self._asked = self._answered = False
+        self._limit = max(SURPRISE_TOLERANCES * tolerance, MIN_SURPRISE)
+
+    def begin_asking(self):
+        """The joints are about to be turned; whether they were not yet."""
+        first, self._asked = not self._asked, True
+        return first
+
+    def note_elsewhere(self):
+        """The tip, or what is taken for it, is not at the goal."""
+        self._answered = self._answered or self._asked
+        self._asked = False
+
+    def arise(self, measurements, chase, led, before, J):
+        """Whether to ask if what is at the goal is the tip, or to go on asking.
+
+        Args:
+            chase: MarkerFrames of the chase that led here; none if the joints went to a pose.
+            led: whether a model led here.  Who comes by exploring is believed if he was asked once.
+            before: (q, {camera: s}) of the last measurement.  J: by which it was gone on, px/rad.
+        """
+        if self._asked:
+            return True
+        if not led:
+            return not self._answered
+        if self.missed <= self._limit:
+            return False
+        if not chase:  # what was learned in a chase may know better than what was known before it
+            return True
+        size = math.sqrt(sum(x * x for row in J for x in row))
+        q, seen = before
+        still = []
+        for measurement in measurements:
+            camera = measurement.camera
+            frames = [
+                (frame.t, frame.q, frame.s)
+                for frame in chase
+                if frame.camera == camera and frame.q is not None
+            ]
+            if frames and camera in seen:
+                t, here, _ = frames[-1]
+                frames.insert(0, (frames[0][0], q, seen[camera]))
+                for k in range(1, 1 + STANDING_FRAMES):
+                    frames.append((t + 0.03 * k, here, measurement.s))
+                if jumped(frames, size):
+                    return True
+                still.append(stayed(frames))  # along the line of sight of one, any tip does
+        return bool(still) and all(still)

@@ -1,0 +1,128 @@
+"""Why the arm is held when too little is seen, and when that has lasted too long."""
+
+import math
+
+from robot.servoing.sightings import SIGHT_TIMEOUT
+from shared.verdicts import (
+    CAMERA_LATE,
+    CAMERA_SLOW,
+    LINK_LOST,
+    MARKER_LOST,
+    PICTURE_FROZEN,
+    REFUSED,
+)
+
+SIGHT_PATIENCE, LINK_PATIENCE = 10.0, 20.0
+"""The run is given up when what is to be seen, or the link, has not come back for so long, s."""
+
+NEEDED_RATE = math.ceil(2 / SIGHT_TIMEOUT)
+"""Pictures a second of which one may be lost."""
+
+COMES_BACK = {LINK_LOST: "linked", PICTURE_FROZEN: "the picture changes"}
+"""What is told once it is no more; "seen" of all others."""
+
+
+class LossOfSight(object):
+    """Tells causes apart.
+
+    Args:
+        client: as for VisualServoing.
+        sightings: Sightings of the run.
+        joints: how many.
+    """
+
+    def __init__(self, client, sightings, joints):
+        self._client, self._sightings, self._joints = client, sightings, joints
+
+    def word(self, now):
+        """The verdict's word that this comes to if it stays."""
+        if not self._client.linked:
+            return LINK_LOST
+        if self._sightings.pictures.frozen:
+            return PICTURE_FROZEN
+        if self._client.late:
+            return CAMERA_LATE
+        return CAMERA_SLOW if self._sightings.rates.slow(now) else MARKER_LOST
+
+    def word_of(self, camera):
+        """The same of one camera, while the others go on."""
+        return PICTURE_FROZEN if camera in self._sightings.pictures.frozen else MARKER_LOST
+
+    def what_came_back(self, word):
+        """What is told when it is over."""
+        return COMES_BACK.get(word, "seen")
+
+    def end(self, now, seen_at, unlinked_at):
+        """(word, reason) if it has lasted too long, or will; None.
+
+        Args:
+            seen_at: when enough was last seen, s.
+            unlinked_at: when the client was last found without a link, s.
+        """
+        word = self.word(now)
+        if word == LINK_LOST:
+            gone = now - seen_at > LINK_PATIENCE
+            return (LINK_LOST, self._client.why) if gone else None
+        if word == CAMERA_SLOW:  # it has been looked at for long enough
+            return CAMERA_SLOW, self._why_slow(now)
+        if now - max(seen_at, unlinked_at) <= SIGHT_PATIENCE:
+            return None
+        if word == PICTURE_FROZEN:
+            return PICTURE_FROZEN, self._why_frozen()
+        if word == CAMERA_LATE:
+            return CAMERA_LATE, self._why_late()
+        return MARKER_LOST, self._sightings.what_is_missing(now, self._joints, SIGHT_PATIENCE)
+
+    def refusal(self):
+        """(word, reason) if nothing may begin, since a camera shows where no goal is; None."""
+        cameras = self._sightings.without_goal
+        if not cameras:
+            return None
+        return REFUSED, (
+            "camera {0} watches, too, and no goal is given in its picture; give a pixel of each "
+            "camera, such as --goal A:400,200 --goal {1}:300,150, or do without camera {0}".format(
+                " and ".join(cameras), cameras[0]
+            )
+        )
+
+    def too_few(self, rate):
+        """What is added to a reason where so few pictures (1/s) had the marker in them."""
+        if rate >= 2 / SIGHT_TIMEOUT:
+            return ""
+        return "; {:.1f} pictures a second with the marker in them, {:g} are needed".format(
+            rate, NEEDED_RATE
+        )
+
+    def _why_frozen(self):
+        pictures = self._sightings.pictures
+        cameras = sorted(pictures.frozen)
+        turn = max([pictures.turn(camera) for camera in cameras])
+        return (
+            "the picture of camera {} does not change, though a joint has turned by {:.0f} deg; "
+            "start the camera anew, and check that the marker is on the arm".format(
+                " and ".join(cameras), math.degrees(turn)
+            )
+        )
+
+    def _why_late(self):
+        return "; ".join(
+            [
+                "the pictures of camera {} come {:.1f} s late, and at most 1 s is allowed; end "
+                "what keeps the laptop busy, or take a smaller picture".format(camera, late)
+                for camera, late in sorted(self._client.late.items())
+            ]
+        )
+
+    def _why_slow(self, now):
+        camera, (came, given) = min(self._sightings.rates.slow(now).items())
+        if given < NEEDED_RATE:
+            return (
+                "camera {} gives only {:.0f} pictures a second; {} are needed: give it more light, "
+                "or a smaller picture".format(camera, given, NEEDED_RATE)
+            )
+        return (
+            "of the {:.0f} pictures a second of camera {} only {:.0f} come here; {} are needed: "
+            "end other programs on the laptop, or use a cable".format(
+                given, camera, came, NEEDED_RATE
+            )
+        )

@@ -1,0 +1,41 @@
+"""How many pictures of each camera come.  Pure."""
+
+from collections import deque
+
+WINDOW, MIN_PICTURES = 3.2, 3
+"""Pictures are counted over so long, s; of fewer nothing is said."""
+
+
+class PictureRates(object):
+    """The last pictures of each camera, whatever is seen in them.
+
+    Args:
+        gap: pictures farther apart are too few, s.
+    """
+
+    def __init__(self, gap):
+        self._gap = gap
+        self._most = int(WINDOW / gap) + 2  # more, and some of them are nearer than the gap
+        self._came = {}  # camera: (when each came, s; its number)
+        self._began = {}  # camera: when the first came, s
+
+    def add(self, seen, now):
+        """Take in that an Observation came."""
+        came = self._came.get(seen.camera)
+        if came is None:
+            came = self._came[seen.camera] = deque(maxlen=self._most)
+            self._began[seen.camera] = now
+        came.append((now, seen.seq))
+
+    def slow(self, now):
+        """The cameras whose pictures are too few: {camera: (pictures that come, it gives, 1/s)}."""
+        found = {}
+        for camera, came in self._came.items():
+            lately = [entry for entry in came if entry[0] >= now - WINDOW]
+            if len(lately) < MIN_PICTURES or now - self._began[camera] < WINDOW:
+                continue
+            times = [t for t, _ in lately]
+            if min([b - a for a, b in zip(times, times[1:])]) > self._gap:
+                took = times[-1] - times[0]
+                found[camera] = (len(lately) - 1) / took, (lately[-1][1] - lately[0][1]) / took
+        return found
