@@ -98,11 +98,11 @@ def fit_limb(
         )
         full = np.minimum(height, _FULL_STEP_HEIGHT) * visible
         weight = full
-        for _ in range(4):
+        for _ in range(3):
             normal = (weight @ _PRODUCTS).reshape(3, 3)
             shift = np.linalg.solve(normal + _RIDGE, (weight * (rho - 1)) @ _DESIGN)
             off = np.abs(rho - 1 - _DESIGN @ shift)
-            spread = max(0.5 / radius, 0.02, 1.2 * float(np.median(off)))
+            spread = max(0.5 / radius, 0.02, 1.2 * float(np.partition(off, _RAYS // 2)[_RAYS // 2]))
             weight = full * np.maximum(0, 1 - (off / (2.5 * spread)) ** 2) ** 2
         du, dv, dr = shift.tolist()
         if math.hypot(du, dv) > 0.5 or abs(dr) > 0.5:
@@ -123,7 +123,7 @@ def fit_limb(
     outer = rays[1:-1, 25:33].mean(axis=1)
     apart = np.sqrt(((inner - outer) ** 2).sum(axis=1))
     width = apart * (2 * half * _STEP) / np.maximum(1, slopes[_EVERY, along])
-    blur = float(np.median(width[on_rim]))
+    blur = float(np.sort(width[on_rim])[count // 2])
     gap = 1 - count / max(1, int(np.count_nonzero(visible)))
     misfit = dilution * (residual + _BLUR_COST * blur * blur + _GAP_COST * gap)
     return Limb(u, v, radius, misfit, _contrast(rays[1:-1], along + half, on_rim, color))
