@@ -169,6 +169,48 @@ def bench_track(seeds: range, cluster: str | None, as_json: bool) -> None:
 
 
 @bench.command(
+    "confidence",
+    epilog=_examples("confidence", "confidence --films FOLDER --plot confidence.png"),
+)
+@click.option(
+    "--seeds",
+    type=_Seeds(),
+    default="7000:7004",
+    show_default=True,
+    help="Markers, grounds, lamps and what hides them.",
+)
+@click.option("--films", metavar="FOLDER", help="Films, and truth.json with circles in them.")
+@click.option("--plot", metavar="FILE.png", help="Draw error against confidence, all positions.")
+@_cluster
+@click.option("--json", "as_json", is_flag=True, help="Every position instead of the tables.")
+def bench_confidence(
+    seeds: range, films: str | None, plot: str | None, cluster: str | None, as_json: bool
+) -> None:
+    """What confidence says of the error, where a marker is hidden, blurred or gone."""
+    from laptop.bench import show, track_confidence, track_confidence_table, track_films
+
+    try:
+        todo: list[track_confidence.RenderCase | track_films.FilmCase] = [
+            *track_confidence.render_cases(seeds),
+            *(track_films.film_cases(films, seeds) if films else ()),
+        ]
+        with _executor(cluster) as executor:
+            parts = show.progress(track_confidence.run(todo, executor), len(todo), "tracking")
+            claims = [claim for part in parts for claim in part]
+        if plot:
+            track_confidence_table.plot(claims, plot)
+    except ArmError as error:
+        raise click.ClickException(str(error)) from None
+    if as_json:
+        click.echo(json.dumps(track_confidence_table.figures(claims), indent=1))
+        return
+    title = f"seeds {seeds.start}:{seeds.stop}; {track_confidence_table.LEGEND}"
+    rows, lies = track_confidence_table.table(claims), track_confidence_table.lies(claims)
+    show.table(f"Confidence against error; {title}", track_confidence_table.HEADINGS, rows, 1)
+    show.table("Lies by confidence", track_confidence_table.LIES_HEADINGS, lies, 1)
+
+
+@bench.command(
     "servo",
     epilog=_examples(
         "servo --seeds 1000:1010 --method chain",

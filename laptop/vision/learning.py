@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from laptop.vision.circles import Circle, ellipse_of, find_circle
+from laptop.vision.limb import fit_limb, rim_width, scaled_misfit
 from laptop.vision.markers import (
     SATURATION_FLOOR,
     VALUE_FLOOR,
@@ -27,6 +28,10 @@ _HUE_MARGIN = 6.0
 """Hue that is added on either side of a pixel's own, degrees."""
 _MAX_AREA_SHARE = 0.4
 """Part of the picture that a marker may fill; what is larger is a table."""
+_MAX_RIM_WIDTH, _MAX_MISFIT = 0.35, 0.055
+"""Width of the rim, in radii, and misfit of the limb, beyond which neither colour nor size can be
+learned: a marker that is out of focus looks pale, and up to 1.6 times as large.  (One that is only
+shaded has a limb that fits.)"""
 _MIN_ROUNDNESS = 0.25
 """Roundness of what may be a marker, though fingers hide half of it; a whole disc has 0.9."""
 
@@ -60,6 +65,7 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
         )
     hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
     scene = scene_of(image)
+    edges = -0.5, -0.5, width - 0.5, height - 0.5
     best, color, region, found = 0.0, Color(*seed, scene=scene), None, None
     for tolerance in _TOLERANCES:
         tried = Color(*seed, tolerance=tolerance, scene=scene)
@@ -71,7 +77,6 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
             tried = _typical(hsv[blob > 0], tried)
         if blob is None:
             continue
-        edges = -0.5, -0.5, width - 0.5, height - 0.5
         circle = find_circle(blob.copy(), edges)
         if circle is None:
             continue
@@ -93,6 +98,14 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
             f"{name}: nothing round of one colour at {where} (roundness {best:.2f}, at least "
             f"{_MIN_ROUNDNESS:g}); pick the middle of a disc or ball"
         )
+    width_of_rim = rim_width(image, found.u, found.v, found.radius)
+    if width_of_rim > _MAX_RIM_WIDTH:
+        limb = fit_limb(image, found.u, found.v, found.radius, edges, color)
+        if limb is None or scaled_misfit(limb) > _MAX_MISFIT:
+            raise BadMarker(
+                f"{name}: the marker at {where} is blurred, its rim {width_of_rim:.1f} radii wide "
+                f"(at most {_MAX_RIM_WIDTH:g}); pick it in a frame where it is at rest and in focus"
+            )
     color = replace(color, tolerance=min(color.tolerance, _room(hsv, region, color)))
     return Marker(name, kind or _kind(hsv, region), color, radius=found.radius)
 

@@ -6,8 +6,10 @@ Pure.  Pixel centres lie at integer coordinates.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
+
+import numpy as np
 
 from laptop.vision.discriminant import DiscriminantModel
 from laptop.vision.markers import Color
@@ -23,6 +25,21 @@ MISSES_TO_FORGET = 3
 """Frames in a row without the marker, after which its size, speed and colour are forgotten."""
 MAX_PREDICTION_TIME = 0.2
 """Time, s, over which a speed is extrapolated: it says little about a longer one."""
+MAX_SURPRISE_SPEED = 10.0
+"""Speed, radii/s, that a marker may have taken up at once."""
+MIN_SIZE_RATIO = 0.65
+"""Ratio of two radii of one marker, before and after it was hidden, at least."""
+MAX_REACH_TIME = 2.0
+"""Time, s, for which a marker that is not seen may have gone on as fast as before."""
+SPEED_MEMORY = 0.97
+"""Share of the greatest speed that is remembered from frame to frame."""
+CONFIRM_FRAMES, CONFIRM_TIME = 3, 0.15
+"""Frames in a row, and time (s), for which something is seen at another place before it is taken
+for the marker."""
+MAX_CONFIRM_FRAMES = 10
+"""Frames in a row that are enough, though the clock stands."""
+KNOWN_OTHER_TIME = 10.0
+"""Time, s, after which something that was seen beside the marker is taken for it all the same."""
 VELOCITY_BLEND = 0.5
 """Share of the newest speed in the filtered one."""
 
@@ -34,6 +51,35 @@ class Sighting(NamedTuple):
     v: float
     confidence: float
     radius: float
+
+
+class Suspect(NamedTuple):
+    """Something that may be the marker, but is not where that can be.
+
+    u, v, radius  where it is, px
+    since, t      when it was seen there for the first and for the last time, s
+    frames        in which it was, one after the other
+    """
+
+    u: float
+    v: float
+    radius: float
+    since: float
+    t: float
+    frames: int
+
+    def is_sure(self, known: bool) -> bool:
+        """True once it has been there for so long that it is taken for the marker.
+
+        Args:
+            known: it was there while the marker was seen elsewhere.
+        """
+        time = self.t - self.since
+        if known:
+            return time >= KNOWN_OTHER_TIME
+        return self.frames >= CONFIRM_FRAMES and (
+            time >= CONFIRM_TIME or self.frames >= MAX_CONFIRM_FRAMES
+        )
 
 
 @dataclass(frozen=True)
@@ -52,6 +98,11 @@ class Track:
     discriminant     computes a disc's share in a pixel; None until it was seen whole
     last_whole       when a disc was last seen whole, s
     ellipse_quality  how well its outline followed an ellipse when it was found, 0 to 1
+    home             the last sighting that was surely it, at home_t (s); kept when it is forgotten
+    speed            the greatest one of late, px/s; kept, too
+    picture          the frame of that sighting, BGR; None once others were looked for in it
+    others           places of the same colour at that time, elsewhere: they are not it
+    suspect          what may be it, but is not where it can be; None: nothing
     """
 
     sighting: Sighting | None = None
@@ -67,6 +118,12 @@ class Track:
     discriminant: DiscriminantModel | None = None
     last_whole: float = -math.inf
     ellipse_quality: float = 1.0
+    home: Sighting | None = None
+    home_t: float = 0.0
+    speed: float = 0.0
+    picture: np.ndarray | None = field(default=None, repr=False, compare=False)
+    others: tuple[Place, ...] = ()
+    suspect: Suspect | None = None
 
     def predict(self, t: float) -> Place | None:
         """The place of the marker expected at time t (s); None when it is forgotten."""
@@ -90,7 +147,10 @@ class Track:
         new = measured.seen
         assert new is not None
         whole = self.last_whole if math.isinf(measured.last_whole) else t
-        measured = replace(measured, t=t, misses=0, last_whole=whole)
+        measured = replace(
+            measured, t=t, misses=0, last_whole=whole, home=self.home, home_t=self.home_t,
+            speed=self.speed, picture=self.picture, others=self.others,
+        )  # fmt: skip
         dt = t - self.t
         if self.seen is None or self.misses or dt <= 0:
             return measured
@@ -108,8 +168,31 @@ class Track:
             why: it was not seen.
         """
         misses = self.misses + 1
-        kept = self if misses < MISSES_TO_FORGET else Track(color=color)
+        kept = self if misses < MISSES_TO_FORGET else self.forgotten(color)
         return replace(kept, sighting=None, misses=misses, why=why)
+
+    def forgotten(self, color: Color | None) -> Track:
+        """The track without what changes from frame to frame, but with where it was.
+
+        Args:
+            color: as it was learned.
+        """
+        return Track(
+            color=color, home=self.home, home_t=self.home_t, speed=self.speed,
+            picture=self.picture, others=self.others, suspect=self.suspect,
+        )  # fmt: skip
+
+    def fits(self, seen: Sighting, t: float) -> bool:
+        """True if the marker can have come there by time t (s), and may be as large."""
+        home = self.home
+        if home is None:
+            return True
+        if min(home.radius / seen.radius, seen.radius / home.radius) < MIN_SIZE_RATIO:
+            return False
+        dt = max(t - self.home_t, 0.0)
+        reach = half_window(home.radius) + self.speed * min(dt, MAX_REACH_TIME)
+        reach += MAX_SURPRISE_SPEED * home.radius * min(dt, MAX_PREDICTION_TIME)
+        return math.hypot(seen.u - home.u, seen.v - home.v) < reach
 
 
 def half_window(radius: float) -> float:

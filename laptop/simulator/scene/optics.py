@@ -394,6 +394,7 @@ def marker_light(
     background: np.ndarray,
     motion: tuple[float, float] = (0.0, 0.0),
     number: int = 0,
+    lamp: np.ndarray | None = None,
 ) -> np.ndarray:
     """One marker alone, seen straight on, on a background.
 
@@ -405,10 +406,13 @@ def marker_light(
         background: light (height, width, 3).
         motion: px that it moves during the exposure, (u, v).
         number: of the ArUco.
+        lamp: of a ball, the unit vector towards it (u, v, away from the camera); None: the scene's.
 
     Returns:
         light (height, width, 3)
     """
+    # The lamp of the scene as a camera sees it that looks straight down.
+    lamp = LAMP * (1, -1, -1) if lamp is None else lamp
     image = np.array(background, np.float32)
     frame = Box(0, 0, image.shape[1], image.shape[0])
     count = max(1, math.ceil(4 * math.hypot(*motion)))
@@ -431,7 +435,9 @@ def marker_light(
             ]
             layers = [*layers, (bits, white)]
         elif kind == "ball":
-            layers = [([place + circle(radius, 256)], _ball_straight_on(place, radius, light, box))]
+            layers = [
+                ([place + circle(radius, 256)], _ball_straight_on(place, radius, light, box, lamp))
+            ]
         else:
             layers = [([place + circle(radius, 256)], np.asarray(light))]
         painted = pixels.astype(float)
@@ -442,11 +448,12 @@ def marker_light(
     return image
 
 
-def _ball_straight_on(place: np.ndarray, radius: float, light: Any, box: Box) -> np.ndarray:
+def _ball_straight_on(
+    place: np.ndarray, radius: float, light: Any, box: Box, lamp: np.ndarray
+) -> np.ndarray:
     x = (np.arange(box.left, box.right) - place[0]) / radius
     y = (np.arange(box.top, box.bottom) - place[1]) / radius
     x, y = np.meshgrid(x, y)
     normals = np.dstack([x, y, -np.sqrt(np.maximum(1 - x**2 - y**2, 0))])
     to_eye = np.broadcast_to([0.0, 0.0, -1.0], normals.shape)
-    # The lamp of the scene as a camera sees it that looks straight down.
-    return ball_light(light, normals, to_eye, LAMP * (1, -1, -1))
+    return ball_light(light, normals, to_eye, lamp)

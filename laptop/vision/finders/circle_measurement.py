@@ -9,8 +9,16 @@ import cv2
 import numpy as np
 
 from laptop.vision.circles import find_circle
-from laptop.vision.finders.confidence import color_likeness, isolation, ramp, size_likeness
+from laptop.vision.finders.confidence import (
+    MAX_USED_MISFIT,
+    color_likeness,
+    isolation,
+    limb_confidence,
+    ramp,
+    size_likeness,
+)
 from laptop.vision.finders.illumination import adapt_color, relight
+from laptop.vision.limb import fit_limb, scaled_misfit
 from laptop.vision.markers import Marker, hsv_mask, hsv_of
 from laptop.vision.tracks import Place, Sighting, Track, half_window
 
@@ -96,7 +104,10 @@ def measure_circle(
         * size_likeness(circle.radius, radius, marker.radius)
         * (ramp(circle.radius, 4, 9) if strict else 1)
     )
-    score = min(score, max_confidence)
+    limb = fit_limb(window.relit, circle.u, circle.v, circle.radius, window.edges, color)
+    score = min(score, max_confidence, limb_confidence(limb, track.seen is not None))
+    if limb is not None and scaled_misfit(limb) < MAX_USED_MISFIT:
+        circle = circle._replace(u=limb.u, v=limb.v, radius=limb.radius)
     new = Sighting(circle.u + window.left, circle.v + window.top, score, circle.radius)
     # Where confidences are equal, the rounder one is the better.
     score *= 1 + 0.1 * circle.arc * circle.fill

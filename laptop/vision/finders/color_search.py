@@ -15,7 +15,14 @@ import numpy as np
 from laptop.vision.finders.confidence import MAX_AMBIGUOUS_CONFIDENCE, MIN_REPORTED_CONFIDENCE
 from laptop.vision.finders.illumination import light_gains, relight
 from laptop.vision.markers import Marker, hsv_mask, scene_of
-from laptop.vision.tracks import Place, Sighting, Track
+from laptop.vision.tracks import (
+    SPEED_MEMORY,
+    Place,
+    Sighting,
+    Suspect,
+    Track,
+    half_window,
+)
 from shared.messages import LEAST_CONFIDENCE
 
 Measure = Callable[[np.ndarray, float, Place, Marker, Track], "Track | None"]
@@ -28,6 +35,8 @@ MIN_FOLLOWED_SCORE = 0.4
 """Score in the window below which the marker is searched for in the whole frame."""
 MIN_SCENE_BRIGHTNESS = 20.0
 """Mean of a picture's brightest channel, 0 to 255, below which it is too dark to see anything."""
+ELSEWHERE = "not where it was; soon sure"
+OTHER = "only another one of its colour"
 MAX_BLOBS_MEASURED = 12
 """Blobs of one colour, in one picture, that are looked at more closely."""
 
@@ -48,24 +57,56 @@ def find_by_color(
     if place is not None:
         measured = measure(image, t, place, marker, track)
         if measured is not None and measured.score >= MIN_FOLLOWED_SCORE:
-            return track.update(measured, t)
-    return _search(image, t, marker, track, measure)
+            return _taken(measured, image, t, track)
+    return _search(image, t, marker, _with_others(track, marker), measure)
+
+
+def _taken(measured: Track, image: np.ndarray, t: float, track: Track) -> Track:
+    """The track with what is surely the marker."""
+    new = track.update(measured, t)
+    if measured.score < LEAST_CONFIDENCE:
+        return new
+    speed = max(SPEED_MEMORY * track.speed, math.hypot(new.du, new.dv))
+    return replace(
+        new, home=new.seen, home_t=t, speed=speed, picture=image, others=(), suspect=None
+    )
+
+
+def _with_others(track: Track, marker: Marker) -> Track:
+    """The track with the places of its colour beside it, when it was seen for the last time."""
+    home, image = track.home, track.picture
+    if home is None or image is None:
+        return track
+    color = marker.color
+    assert color is not None
+    others = []
+    for gains in dict.fromkeys((None, track.gains)):
+        small = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_NEAREST)
+        hsv = cv2.cvtColor(relight(small, gains), cv2.COLOR_BGR2HSV)
+        for shade in dict.fromkeys((color, track.color or color)):
+            for u, v, radius in _blobs(hsv_mask(hsv, shade), 2, marker.radius):
+                if math.hypot(u - home.u, v - home.v) > home.radius + 0.5 * radius:
+                    others.append((u, v, radius))
+    return replace(track, others=tuple(others), picture=None)
 
 
 def _search(image: np.ndarray, t: float, marker: Marker, track: Track, measure: Measure) -> Track:
     candidates = _candidates(image, t, marker, track, measure)
+    fitting = [
+        candidate
+        for candidate in candidates
+        if candidate.seen and track.fits(candidate.seen, t) and not _is_other(candidate.seen, track)
+    ]
+    if fitting:
+        best = max(fitting, key=lambda candidate: candidate.score)
+        if _has_rival(best, fitting):
+            return _doubted(best, track, "several alike")
+        if best.score >= LEAST_CONFIDENCE:
+            return _taken(best, image, t, track)
     if candidates:
         best = max(candidates, key=lambda candidate: candidate.score)
-        if _has_rival(best, candidates):
-            return replace(
-                track,
-                sighting=best.sighting
-                and best.sighting._replace(confidence=MAX_AMBIGUOUS_CONFIDENCE),
-                seen=None,
-                why="several alike",
-            )
         if best.score >= LEAST_CONFIDENCE:
-            return track.update(best, t)
+            return _suspected(best, candidates, image, t, track)
         if best.score >= MIN_REPORTED_CONFIDENCE:  # said, but not held on to
             return replace(track.update(best, t), seen=None)
         why = "nothing of this colour is a " + marker.kind
@@ -73,7 +114,55 @@ def _search(image: np.ndarray, t: float, marker: Marker, track: Track, measure: 
         why = "too dark"
     else:
         why = "nothing of this colour"
-    return track.miss(marker.color, why)
+    return replace(track.miss(marker.color, why), suspect=None)
+
+
+def _suspected(
+    best: Track, candidates: list[Track], image: np.ndarray, t: float, track: Track
+) -> Track:
+    """What is not where the marker can be: doubted until it has been there for some frames."""
+    unknown = [
+        candidate
+        for candidate in candidates
+        if candidate.seen
+        and candidate.score >= LEAST_CONFIDENCE
+        and not _is_other(candidate.seen, track)
+    ]
+    known = not unknown
+    best = best if known else max(unknown, key=lambda candidate: candidate.score)
+    if _has_rival(best, candidates if known else unknown):
+        return _doubted(best, track, "several alike")
+    seen, before = best.seen, track.suspect
+    assert seen is not None
+    suspect = Suspect(seen.u, seen.v, seen.radius, t, t, 1)
+    if before and math.hypot(seen.u - before.u, seen.v - before.v) < half_window(before.radius):
+        suspect = suspect._replace(since=before.since, frames=before.frames + 1)
+    if suspect.is_sure(known):
+        return _taken(best, image, t, track.forgotten(track.color))
+    others = track.others
+    if known:  # it may move
+        others = (*(o for o in others if not _is_at(seen, o)), (seen.u, seen.v, seen.radius))
+    why = OTHER if known else ELSEWHERE
+    return replace(_doubted(best, track, why), suspect=suspect, others=others)
+
+
+def _doubted(best: Track, track: Track, why: str) -> Track:
+    """The track after a frame in which something is seen that may not be the marker."""
+    sighting = best.sighting
+    assert sighting is not None
+    confidence = min(sighting.confidence, MAX_AMBIGUOUS_CONFIDENCE)
+    kept = track.miss(best.color, why)
+    return replace(kept, sighting=sighting._replace(confidence=confidence))
+
+
+def _is_other(seen: Sighting, track: Track) -> bool:
+    """True if it was there while the marker was seen elsewhere."""
+    return any(_is_at(seen, other) for other in track.others)
+
+
+def _is_at(seen: Sighting, place: Place) -> bool:
+    u, v, radius = place
+    return math.hypot(seen.u - u, seen.v - v) < 0.5 * (seen.radius + radius)
 
 
 def _candidates(

@@ -8,7 +8,9 @@ import cv2
 import numpy as np
 
 from laptop.vision.circles import Circle
+from laptop.vision.limb import Limb, scaled_misfit
 from laptop.vision.markers import Color, hsv_mask, hue_distance
+from shared.messages import LEAST_CONFIDENCE
 
 MIN_REPORTED_CONFIDENCE = 0.2
 """Confidence below which nothing is claimed at all."""
@@ -55,10 +57,33 @@ def isolation(hsv: np.ndarray, circle: Circle, color: Color) -> float:
     return 1 - ramp(same / max(1, total), 0.3, 0.6)
 
 
-def size_likeness(radius: float, *before: float | None) -> float:
-    """Agreement of a radius with those seen before, px; None: not known."""
+def size_likeness(radius: float, seen: float | None, picked: float | None) -> float:
+    """Agreement of a radius with those seen in the frame before and picked, px; None: not known."""
     fit = ramp(radius, 2, 4)
-    for expected in before:
+    for expected, low, high in ((seen, 0.45, 0.7), (picked, 0.3, 0.45)):
         if expected:
-            fit *= ramp(min(radius / expected, expected / radius), 0.3, 0.45)
+            fit *= ramp(min(radius / expected, expected / radius), low, high)
     return fit
+
+
+MAX_USED_MISFIT = 0.2
+"""Misfit, as a part of a tenth of the radius and 1 px, up to which the limb tells where a ball is,
+and not the mask."""
+_MISFITS = (0.02, 0.05, 0.3, 0.6)
+"""Misfits of a limb, so scaled, ..."""
+_TRUSTS = (1.0, 0.9, 0.5, 0.2)
+"""... and the confidences that they mean."""
+
+
+def limb_confidence(limb: Limb | None, followed: bool) -> float:
+    """Confidence in a circle by the limb around it.
+
+    Args:
+        limb: None if there is hardly any.
+        followed: it is where the marker was expected: a blurred one is no less the marker then.
+    """
+    least = LEAST_CONFIDENCE if followed else MIN_REPORTED_CONFIDENCE
+    if limb is None:
+        return max(least, MAX_AMBIGUOUS_CONFIDENCE)
+    trust = float(np.interp(scaled_misfit(limb), _MISFITS, _TRUSTS))
+    return max(least, min(trust, 0.4 + 0.6 * ramp(limb.contrast, 0, 0.4)))

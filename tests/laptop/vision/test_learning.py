@@ -280,3 +280,24 @@ def test_learning_is_pure():
     assert isinstance(first.color, Color)
     assert learn("goal", image, (64, 60)) == first
     assert (image == before).all()
+
+
+# What is blurred
+
+
+@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("radius", [10, 14, 20])
+@pytest.mark.parametrize("colour", ["red", "green"])
+def test_a_marker_out_of_focus_is_refused_with_what_to_do(kind, radius, colour):
+    """It would be learned half as large again, and pale."""
+    text = refusal(picture(kind, radius, colour, blur=0.9 * radius), (64, 60), kind)
+    assert "is blurred" in text
+    assert "pick it in a frame where it is at rest and in focus" in text
+
+
+@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize("radius", [8, 14, 24])
+def test_a_little_blur_and_a_little_motion_are_no_trouble(kind, radius):
+    for options in ({"blur": 1.5}, {"motion": (0.4 * radius, 0)}, {"gain": 3.0}):
+        marker = learn("effector", picture(kind, radius, **options), (64, 60), kind)
+        assert marker.radius == pytest.approx(radius, rel=0.2)

@@ -1,0 +1,203 @@
+"""The limb of a ball: its outline in the picture itself, where a mask loses what is dark or shines.
+
+Pure.  Along rays from about the centre, the strongest step of colour is looked for.  The circle
+through most of these steps is the limb; how well they fit it, and on how much of it there are any,
+tells how far off its centre may be.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from laptop.vision.markers import Color, hsv_mask
+
+
+class Limb(NamedTuple):
+    """A circle fitted to steps of colour, and how far to trust it.
+
+    u, v, radius  px
+    misfit        expected error of the centre, as a share of the radius
+    contrast      part of the limb that has the colour within and another without: 0 to 1
+    """
+
+    u: float
+    v: float
+    radius: float
+    misfit: float
+    contrast: float
+
+
+_RAYS = 48
+_SAMPLES = 40
+_NEAREST, _FARTHEST = 0.6, 1.4
+"""Where a ray begins and ends, in radii."""
+_STEP = (_FARTHEST - _NEAREST) / (_SAMPLES - 1)
+_RHO = np.linspace(_NEAREST, _FARTHEST, _SAMPLES, dtype=np.float32)
+# One more ray on either side, for the change from ray to ray.
+_ANGLES = np.arange(-1, _RAYS + 1) * (2 * math.pi / _RAYS)
+_GRID_U = (np.cos(_ANGLES)[:, None] * _RHO).astype(np.float32)
+_GRID_V = (np.sin(_ANGLES)[:, None] * _RHO).astype(np.float32)
+_DESIGN = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.ones(_RAYS + 2)])[1:-1]
+_PRODUCTS = (_DESIGN[:, :, None] * _DESIGN[:, None, :]).reshape(_RAYS, 9)
+_EVERY = np.arange(_RAYS)
+_RIDGE = 1e-6 * np.eye(3)
+
+_FIRST_REACH, _SECOND_REACH = 0.2, 0.12
+"""Sigma of the distance from the expected rim at which a step counts, in radii."""
+_MIN_MOVE = 0.04
+"""Part of the radius by which a circle must have moved to be worth a second look."""
+_MIN_STEP_HEIGHT = 8.0
+"""Change of colour along a ray, DN, that is no noise."""
+_FULL_STEP_HEIGHT = 40.0
+"""Change of colour along a ray, DN, beyond which it counts no more."""
+_ROUGHNESS = 0.06
+"""Part of the radius (at least 1 px) within which a step lies on the rim."""
+_DARK = 0.5
+"""Part of the marker's brightness below which what is beside it has no colour to speak of."""
+_BLUR_COST, _GAP_COST = 0.2, 0.025
+"""What a blurred rim (width squared) and a missing one add to the residual, in radii."""
+
+
+def fit_limb(
+    image: np.ndarray,
+    u: float,
+    v: float,
+    radius: float,
+    picture: tuple[float, float, float, float],
+    color: Color,
+) -> Limb | None:
+    """Fit a circle to the steps of colour around one that is about right.
+
+    Args:
+        image: BGR, uint8, shape (h, w, 3).
+        u, v, radius: of the circle to begin with, px.
+        picture: left, top, right, bottom of the whole picture, px of the image.
+        color: of the marker.
+
+    Returns:
+        None if there are hardly any steps.
+    """
+    rough = radius
+    moved = True
+    for reach in (_FIRST_REACH, _SECOND_REACH):
+        if not moved:
+            break
+        rays, half = _rays(image, u, v, radius)
+        steps, slopes, along = _steps(rays, half, reach)
+        rho = _RHO[half:-half][along] + _between(steps, along) * _STEP
+        height = steps[_EVERY, along]
+        rim_u, rim_v = u + radius * rho * _DESIGN[:, 0], v + radius * rho * _DESIGN[:, 1]
+        left, top, right, bottom = picture
+        visible = (
+            (rim_u > left + 1) & (rim_u < right - 1) & (rim_v > top + 1) & (rim_v < bottom - 1)
+        )
+        full = np.minimum(height, _FULL_STEP_HEIGHT) * visible
+        weight = full
+        for _ in range(3):
+            normal = (weight @ _PRODUCTS).reshape(3, 3)
+            shift = np.linalg.solve(normal + _RIDGE, (weight * (rho - 1)) @ _DESIGN)
+            off = np.abs(rho - 1 - _DESIGN @ shift)
+            spread = max(0.5 / radius, 0.02, 1.2 * float(np.partition(off, _RAYS // 2)[_RAYS // 2]))
+            weight = full * np.maximum(0, 1 - (off / (2.5 * spread)) ** 2) ** 2
+        du, dv, dr = shift.tolist()
+        if math.hypot(du, dv) > 0.5 or abs(dr) > 0.5:
+            return None
+        u, v, radius = u + radius * du, v + radius * dv, radius * (1 + dr)
+        moved = max(math.hypot(du, dv), abs(dr)) > _MIN_MOVE
+    if not 0.5 < radius / rough < 2:
+        return None
+    on_rim = visible & (off < max(1 / radius, _ROUGHNESS)) & (height > _MIN_STEP_HEIGHT)
+    count = int(np.count_nonzero(on_rim))
+    if count < 6:
+        return None
+    residual = math.sqrt(float((off[on_rim] ** 2).mean()))
+    # The centre's covariance in units of the residual's: 1 if the whole rim is seen.
+    inverse = np.linalg.inv((on_rim @ _PRODUCTS).reshape(3, 3) + 1e-3 * np.eye(3))
+    dilution = math.sqrt(inverse[0, 0] + inverse[1, 1]) * math.sqrt(_RAYS) / 2
+    inner = rays[1:-1, 7:15].mean(axis=1)
+    outer = rays[1:-1, 25:33].mean(axis=1)
+    apart = np.sqrt(((inner - outer) ** 2).sum(axis=1))
+    width = apart * (2 * half * _STEP) / np.maximum(1, slopes[_EVERY, along])
+    blur = float(np.sort(width[on_rim])[count // 2])
+    gap = 1 - count / max(1, int(np.count_nonzero(visible)))
+    misfit = dilution * (residual + _BLUR_COST * blur * blur + _GAP_COST * gap)
+    return Limb(u, v, radius, misfit, _contrast(rays[1:-1], along + half, on_rim, color))
+
+
+def scaled_misfit(limb: Limb) -> float:
+    """A limb's misfit, in parts of what counts as precise: a tenth of the radius and 1 px."""
+    return limb.misfit / (1 + 10 / limb.radius)
+
+
+def rim_width(image: np.ndarray, u: float, v: float, radius: float) -> float:
+    """How wide the rim around a circle is, in radii: 0.1 of a sharp one, 0.7 of one all blurred.
+
+    The way from three quarters of the colour within to a quarter, in the middle of all directions.
+
+    Args:
+        image: BGR, uint8, shape (h, w, 3).
+        u, v, radius: px.
+    """
+    rho = np.linspace(0, 2.5, 61)
+    angles = _ANGLES[1:-1, None]
+    rays = cv2.remap(
+        image, (u + radius * rho * np.cos(angles)).astype(np.float32),
+        (v + radius * rho * np.sin(angles)).astype(np.float32), cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_REPLICATE,
+    ).astype(np.float32)  # fmt: skip
+    within, around = (np.median(part.reshape(-1, 3), 0) for part in (rays[:, :8], rays[:, -8:]))
+    contrast = within - around
+    shares = np.median((rays - around) @ contrast / max(1.0, float(contrast @ contrast)), axis=0)
+    inner, outer = (int(np.argmax(shares < share)) or len(rho) - 1 for share in (0.75, 0.25))
+    return float(rho[outer] - rho[inner])
+
+
+def _rays(image: np.ndarray, u: float, v: float, radius: float) -> tuple[np.ndarray, int]:
+    """Colours along rays, shape (rays + 2, samples, 3), and the number of samples in a px."""
+    at_u, at_v = _GRID_U * np.float32(radius), _GRID_V * np.float32(radius)
+    at_u += np.float32(u)
+    at_v += np.float32(v)
+    rays = cv2.remap(image, at_u, at_v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return rays, min(8, max(2, round(1 / (_STEP * radius))))
+
+
+def _steps(rays: np.ndarray, half: int, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Steps of colour along rays, less what changes from ray to ray; all; where the best one is."""
+    colors = rays.astype(np.float32)
+    change = colors[1:-1, 2 * half :] - colors[1:-1, : -2 * half]
+    slopes = np.sqrt(np.einsum("ijk,ijk->ij", change, change))
+    # What lies across rays, like the edge of something that hides a part, is no limb.
+    beside = colors[2:, half:-half] - colors[:-2, half:-half]
+    rho = _RHO[half:-half]
+    beside_slopes = np.sqrt(np.einsum("ijk,ijk->ij", beside, beside))
+    beside_slopes *= half * _STEP * _RAYS / (2 * math.pi) / rho
+    steps = np.maximum(0, slopes - beside_slopes) * np.exp(-0.5 * ((rho - 1) / reach) ** 2)
+    return steps, slopes, np.clip(steps.argmax(axis=1), 1, steps.shape[1] - 2)
+
+
+def _between(steps: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """The summit of the parabola through a highest sample and its neighbours, -1 to 1 samples."""
+    before, top, after = (steps[_EVERY, along + k] for k in (-1, 0, 1))
+    bend = np.minimum(before - 2 * top + after, -1e-6)
+    return np.clip(0.5 * (before - after) / bend, -1, 1)
+
+
+def _contrast(rays: np.ndarray, along: np.ndarray, on_rim: np.ndarray, color: Color) -> float:
+    """Part of the rim that has the colour within and not without."""
+    wide = replace(
+        color,
+        tolerance=min(90.0, 1.3 * color.tolerance),
+        saturation=0.6 * color.saturation,
+        value=0.6 * color.value,
+    )
+    inner = rays[_EVERY, np.maximum(along - 4, 0)]
+    outer = rays[_EVERY, np.minimum(along + 5, _SAMPLES - 1)]
+    both = cv2.cvtColor(np.stack([inner, outer]), cv2.COLOR_BGR2HSV)
+    within, without = hsv_mask(both, wide) > 0
+    without &= outer.max(axis=1) > _DARK * inner.max(axis=1)  # noise on black has colours, too
+    return float(within[on_rim].mean() - without[on_rim].mean())
