@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 
 from nicegui import ui
@@ -16,9 +15,6 @@ from shared.messages import BUDGET, GOAL, TOLERANCE
 from shared.run_options import METHODS, MODES, ROWS
 from shared.verdicts import CONVERGED, READY, STOPPED, VERDICT_TEXTS
 
-RECONNECT_GUARD = 1.0
-"""A Start that arrives so soon after the browser has reconnected, s, was pressed before."""
-
 
 class DriveCard:
     """The card that drives the arm.
@@ -31,9 +27,6 @@ class DriveCard:
     def __init__(self, session: BrowserSession, several: bool) -> None:
         self._session = session
         self._runs: tuple[RunSummary, ...] = ()  # that the menu of reports has
-        self._connections = 0
-        self._reconnected = -math.inf  # when, s
-        ui.context.client.on_connect(self._on_connect)
         with card("Drive"):
             heading("Drive")
             self._add_progress()
@@ -130,20 +123,9 @@ class DriveCard:
                     f"href=/report/{run.number} target=_blank"
                 )
 
-    def _on_connect(self) -> None:
-        self._connections += 1
-        if self._connections > 1:
-            self._reconnected = time.monotonic()
-
     async def start(self) -> None:
-        """Start a run.
-
-        Browsers send on what was pressed while they were cut off.  That is right for a STOP.
-        """
+        """Start a run."""
         session = self._session
-        if time.monotonic() - self._reconnected < RECONNECT_GUARD:
-            session.warn("the page was cut off when Start was pressed; look, then press it again")
-            return
         numbers = []
         for what, field, (_, _, unit) in (
             ("tolerance", self._tolerance, TOLERANCE),
@@ -156,14 +138,14 @@ class DriveCard:
         tolerance, budget = numbers
         how = self._method.value, self._mode.value, self._rows.value
         order = *how, tolerance, budget, bool(self._follow.value)
-        session.warn(await session.controller.call(RunCalls.start, *order))
+        await session.order(RunCalls.start, *order)
 
     async def hold(self) -> None:
         """Halt the arm."""
-        self._session.warn(await self._session.controller.call(RunCalls.hold))
+        await self._session.order(RunCalls.hold, self._session.title)
 
     async def _aim_at_marker(self) -> None:
-        self._session.warn(await self._session.controller.call(RunCalls.aim_at_marker))
+        await self._session.order(RunCalls.aim_at_marker)
 
 
 def _add_tooltip_above(element: ui.element, text: str) -> None:
