@@ -21,7 +21,7 @@ from laptop.page.cards.header import Header
 from laptop.page.cards.plots import PlotsCard
 from laptop.page.cards.session import TOOLS, BrowserSession
 from laptop.page.cards.state import StateCard
-from laptop.page.interface import StatusCalls, SteeringCalls
+from laptop.page.interface import StatusCalls
 from laptop.page.snapshots import SAMPLE_PERIOD, PageState
 
 STYLE = Path(cards.__file__).with_name("style.css")
@@ -45,16 +45,13 @@ class Page:
 
     async def build(self) -> None:
         """Add everything."""
-        session = self._session
-        # Who comes first steers.
-        await self._controller.call(SteeringCalls.claim, session.browser, session.name)
         await self._controller.call(StatusCalls.opened)
         state = await self._controller.poll()
         ui.add_css(STYLE)
         CameraView.add_script()
         ui.colors(primary="#1c62ad", positive="#23814a", negative="#c8101c")
         several = len(state.cameras) > 1
-        self._header = Header(session, self._gate_port)
+        self._header = Header(self._session, self._gate_port)
         with ui.element("main").classes("desk"):
             with ui.element("div").classes("side"):
                 with ui.element("div").classes("pictures" if several else "pictures one"):

@@ -82,11 +82,10 @@ def serve(
         return Response(text, media_type="text/html", headers=named)
 
     @ui.page("/", response_timeout=BUILD_TIMEOUT)
-    async def root(request: Request) -> None:
-        page = ui.context.client.id
-        name = browser_name(request.headers.get("user-agent", ""))
+    async def root() -> None:
+        client = ui.context.client
         session = BrowserSession(
-            controller, request.scope[BROWSER], name, age=lambda: pulse.age(page)
+            controller, _browser(client), _name(client), age=lambda: pulse.age(client.id)
         )
         async with turn:
             await Page(session, gate_port).build()
@@ -95,9 +94,11 @@ def serve(
     async def unknown(request: Request, error: Exception) -> Response:
         return Response("There is nothing at this address.", 404, media_type="text/plain")
 
-    def on_connect(client: Client) -> None:
+    async def on_connect(client: Client) -> None:
         controller.pages.add(client.id)
         pulse.join(client.id, _browser(client))
+        # Who comes first steers.
+        await controller.call(SteeringCalls.claim, _browser(client), _name(client))
 
     def on_disconnect(client: Client) -> None:
         if not client.has_socket_connection:  # it may have come back meanwhile
@@ -164,6 +165,11 @@ def serve(
 def _browser(client: Client) -> int:
     """Return the number of the browser that has a page open."""
     return client.request.scope[BROWSER]
+
+
+def _name(client: Client) -> str:
+    """Return what a browser is, for people."""
+    return browser_name(client.request.headers.get("user-agent", ""))
 
 
 def _clients(sid: str) -> list[Client]:

@@ -4,6 +4,7 @@ import base64
 import csv
 import http.client
 import io
+import json
 import math
 import os
 import re
@@ -65,10 +66,30 @@ class Tracker:
         self.lines = []
         self.reader = threading.Thread(target=lambda: self.lines.extend(self.process.stderr))
         self.reader.start()
-        self.address = wait_for_event(self.process.stdout, "page")["url"]
-        parts = urllib.parse.urlsplit(self.address)
+        self.addresses = [wait_for_event(self.process.stdout, "page")["url"]]
+        self.listener = threading.Thread(target=self._listen)
+        self.listener.start()
+        parts = urllib.parse.urlsplit(self.addresses[0])
         self.host, self.port = parts.netloc, parts.port
-        (self.token,) = urllib.parse.parse_qs(parts.query)["token"]
+        self.gate = f"127.0.0.1:{self.port + 1}"  # unless that port is taken
+        self.used = 0
+        self._cookie = ""
+
+    def _listen(self):
+        for line in self.process.stdout:
+            told = json.loads(line)
+            if told["event"] == "page":
+                self.addresses.append(told["url"])
+
+    def new_address(self):
+        """An address that nobody has used; whoever takes it uses it."""
+        until(lambda: len(self.addresses) > self.used, "a new address")
+        self.used += 1
+        return self.addresses[self.used - 1]
+
+    def new_token(self):
+        (token,) = urllib.parse.parse_qs(urllib.parse.urlsplit(self.new_address()).query)["token"]
+        return token
 
     def __enter__(self):
         return self
@@ -79,11 +100,16 @@ class Tracker:
 
     @property
     def cookie(self):
-        return f"brickservo-{self.port}={self.token}"
+        if not self._cookie:
+            _, headers, _ = self.get(f"/?token={self.new_token()}", Cookie=None)
+            self._cookie = headers["set-cookie"].partition(";")[0]
+        return self._cookie
 
     def get(self, path="/", method="GET", **headers):
         """Status, headers and body of an answer; Host and Cookie are the right ones if not said."""
-        headers = {"Host": self.host, "Cookie": self.cookie, **headers}
+        headers = {"Host": self.host, **headers}
+        if "Cookie" not in headers:
+            headers["Cookie"] = self.cookie
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
         connection.putrequest(method, path, skip_host=True)
         for name, value in headers.items():
@@ -123,6 +149,7 @@ class Tracker:
         self.process.send_signal(number)  # to none that has ended
         self.process.wait(PATIENCE)
         self.reader.join(PATIENCE)
+        self.listener.join(PATIENCE)
         self.process.stdout.close()
         self.process.stderr.close()
 
@@ -137,11 +164,14 @@ def tracker(tmp_path_factory):
 
 
 def test_the_printed_address_lets_one_in_and_is_left_at_once(tracker):
-    status, headers, _ = tracker.get(f"/?token={tracker.token}", Cookie=None)
+    token = tracker.new_token()
+    status, headers, _ = tracker.get(f"/?token={token}", Cookie=None)
     assert (status, headers["location"]) == (303, "/")
-    assert headers["set-cookie"].startswith(tracker.cookie + ";")
-    assert "HttpOnly" in headers["set-cookie"]
-    assert "SameSite" in headers["set-cookie"]
+    cookie, *attributes = headers["set-cookie"].split("; ")
+    assert cookie.startswith(f"brickservo-{tracker.port}=")
+    assert attributes == ["Path=/", "HttpOnly", "SameSite=Strict"]
+    assert token not in headers["set-cookie"], "who reads the cookie along lets nobody else in"
+    assert tracker.get(Cookie=cookie)[0] == 200
     status, headers, body = tracker.get()
     assert (status, "BrickServo" in body) == (200, True)
     assert headers["x-frame-options"] == "DENY"
@@ -151,7 +181,9 @@ def test_the_printed_address_lets_one_in_and_is_left_at_once(tracker):
 OTHER = {
     "no token": {"Cookie": None},
     "a wrong token": {"Cookie": "brickservo-{port}=guess"},
-    "another page's cookie": {"Cookie": "brickservo-1={token}"},
+    "another page's cookie": {"Cookie": "brickservo-1={session}"},
+    "a token for a cookie": {"Cookie": "brickservo-{port}={token}"},
+    "another browser's number": {"Cookie": "brickservo-{port}=9{session}"},
     "a foreign Origin": {"Origin": "http://evil.example"},
     "an Origin of another port": {"Origin": "http://127.0.0.1:1"},
     "an Origin of nowhere": {"Origin": "null"},
@@ -162,8 +194,10 @@ OTHER = {
 
 
 def filled(tracker, headers):
+    session = tracker.cookie.partition("=")[2]
+    token = tracker.addresses[-1].partition("=")[2]
     return {
-        name: value and value.format(port=tracker.port, token=tracker.token)
+        name: value and value.format(port=tracker.port, token=token, session=session)
         for name, value in headers.items()
     }
 
@@ -173,7 +207,8 @@ def test_over_http_nobody_else_is_let_in(tracker, headers):
     for path in ("/", "/view/A/1.jpg", "/history.csv", "/report", "/_nicegui_ws/socket.io/"):
         status, answered, body = tracker.get(path, **filled(tracker, headers))
         assert status in (400, 403), path
-        assert tracker.token not in body + str(answered)
+        assert "set-cookie" not in answered
+        assert tracker.addresses[-1].partition("=")[2] not in body + str(answered)
 
 
 @pytest.mark.parametrize("headers", OTHER.values(), ids=OTHER)
@@ -196,6 +231,18 @@ def test_over_the_websocket_only_browsers_are_let_in_and_ours_are(tracker):
     sock, answer = tracker.upgrade()
     sock.close()
     assert " 101 " in answer
+
+
+def test_a_printed_address_lets_one_browser_in_and_then_a_new_one_is_printed(tracker):
+    used = tracker.new_token()
+    assert tracker.get(f"/?token={used}", Cookie=None)[0] == 303
+    status, headers, body = tracker.get(f"/?token={used}", Cookie=None)
+    assert (status, "set-cookie" in headers) == (403, False)
+    assert "lets one browser in" in body
+    # Who is in already may come by any address that was printed, and uses up none.
+    status, headers, _ = tracker.get(f"/?token={used}")
+    assert (status, headers["location"], "set-cookie" in headers) == (303, "/", False)
+    assert tracker.get(f"/?token={tracker.new_token()}", Cookie=None)[0] == 303
 
 
 @pytest.mark.parametrize("token", ["", "guess", "%00", "%C3%A4"])
@@ -324,11 +371,19 @@ class Surfer:
         self.page.on("request", lambda request: self.addresses.append(request.url))
         if late:
             self.page.route("**/view/**", lambda route: (time.sleep(late), route.continue_()))
-        self.page.goto(tracker.address)
+        self.page.goto(tracker.new_address())
         self.page.wait_for_selector("[data-marker=effector]", state="attached")
         self.scene = Scene(read_arm(find_arm("planar")), read_scene(""))
         self.clock = PacedClock(str(tracker.state))
         self.follower = PoseReader(str(tracker.state))
+        self.steer()
+
+    def steer(self):
+        """Give the orders from now on, if it is not so already."""
+        take = self.page.get_by_role("button", name="Take over")
+        if take.is_visible():
+            take.click()
+        self.reads("You steer")
 
     def at(self, u, v):
         """Where a pixel of the picture is on the page."""
@@ -399,6 +454,7 @@ def surfer(open_page):
     """The one page of most tests, as it is at the beginning but for where the arm is."""
     open_page.page.set_viewport_size(WINDOW)
     open_page.page.bring_to_front()
+    open_page.steer()
     open_page.tool("Aim")
     yield open_page
     open_page.page.keyboard.press("Escape")
@@ -543,6 +599,7 @@ def test_a_start_while_a_run_is_on_is_refused(surfer):
 def test_what_was_pressed_while_cut_off_may_stop_but_not_start_the_arm(surfer):
     def press_while_cut_off(button):
         button.evaluate("button => { window.socket.io.engine.close(); button.click(); }")
+        surfer.page.wait_for_function("window.socket.connected && !isCutOff()")
 
     surfer.click(*surfer.scene.truth((-0.4, 0.9))["effector"])
     surfer.start()
@@ -550,8 +607,9 @@ def test_what_was_pressed_while_cut_off_may_stop_but_not_start_the_arm(surfer):
     press_while_cut_off(surfer.page.locator(".stop"))
     surfer.verdict("Stopped")
     press_while_cut_off(surfer.button("Start"))
-    surfer.reads("cut off when Start was pressed")
+    surfer.page.wait_for_timeout(300)  # what had been sent on would have come before the pulse
     surfer.verdict("Stopped")
+    assert surfer.page.get_by_text("On its way").count() == 0
 
 
 @pytest.mark.long
@@ -597,7 +655,7 @@ def test_the_history_comes_as_csv(surfer):
 
 
 def test_nothing_comes_from_anywhere_else(surfer):
-    own = f"http://{surfer.tracker.host}/", "data:", "blob:"
+    own = f"http://{surfer.tracker.host}/", f"http://{surfer.tracker.gate}/", "data:", "blob:"
     assert [url for url in surfer.addresses if not url.startswith(own)] == []
 
 
@@ -657,7 +715,9 @@ def test_what_is_asked_of_a_still_comes_though_it_was_asked_early_or_refused(
         page.set_default_timeout(1000 * PATIENCE)
         until(lambda: any("all is tracked" in line for line in tracker.lines), "the end")
         page.route("**/view/**", lambda route: held.append(route))
-        page.goto(tracker.address, wait_until="domcontentloaded")  # held pictures hold up a "load"
+        page.goto(
+            tracker.new_address(), wait_until="domcontentloaded"
+        )  # held pictures hold up a "load"
         until(lambda: held, "a picture", lambda: page.wait_for_timeout(20))
         page.get_by_role("checkbox", name="Mask").click()  # no picture is there
         page.unroute("**/view/**")  # and what is held goes on
@@ -675,7 +735,7 @@ def test_a_name_that_is_typed_at_once_is_taken(browser, film, tmp_path):
     with Tracker(tmp_path, "--camera", film, "--open") as tracker:
         page = browser.new_page()
         page.set_default_timeout(1000 * PATIENCE)
-        page.goto(tracker.address)
+        page.goto(tracker.new_address())
         press_tool(page, "Pick")
         page.evaluate("""new MutationObserver((changes, observer) => {
             const field = document.querySelector("[aria-label='effector is from now on']");
@@ -701,7 +761,7 @@ def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, fi
     with Tracker(tmp_path, "--camera", film, "--open") as tracker:
         page = browser.new_page()
         page.set_default_timeout(1000 * PATIENCE)
-        page.goto(tracker.address)
+        page.goto(tracker.new_address())
         page.get_by_text("effector lost: nothing of this colour").wait_for()
         slider = page.locator(".scrub .q-slider")
         slider.wait_for()  # it stands where it has ended
@@ -823,7 +883,7 @@ def test_a_lost_marker_has_its_reason_a_pick_mends_it_and_ctrl_c_ends_it_all(bro
         context = browser.new_context(viewport=WINDOW)
         context.set_default_timeout(1000 * PATIENCE)
         page = context.new_page()
-        page.goto(tracker.address)
+        page.goto(tracker.new_address())
         page.get_by_text("effector lost: nothing of this colour. Bring it into").wait_for()
         press_tool(page, "Pick")
         box = page.locator(".picture img").bounding_box()
