@@ -105,8 +105,9 @@ class DriveCard:
         )
         self._goal.set_text("Goal: " + goal_text(state))
         self._to_marker.set_visibility(bool(state.aims) and GOAL in state.markers)
-        self._start.set_enabled(state.brick is not None and not state.running)
-        self._hold.set_enabled(state.running)
+        steers = self._session.steers
+        self._start.set_enabled(state.brick is not None and not state.running and steers)
+        self._hold.set_enabled(state.running and steers)
         self._show_reports(state.runs)
 
     def _show_reports(self, runs: tuple[RunSummary, ...]) -> None:

@@ -5,8 +5,17 @@ import time
 import pytest
 from page_scene import PageScene, connected
 
-from laptop.page.interface import EXPOSED_METHODS, FrameCalls, RunCalls, StatusCalls, exposed_method
+from laptop.page.interface import (
+    EXPOSED_METHODS,
+    ORDER_LIFETIME,
+    ColourCalls,
+    FrameCalls,
+    RunCalls,
+    StatusCalls,
+    exposed_method,
+)
 from laptop.page.rpc import RpcError
+from shared.messages import Stop
 
 
 @pytest.fixture
@@ -61,3 +70,17 @@ def test_a_call_that_fails_does_no_harm(scene, client):
     with pytest.raises(RpcError, match="KeyError"):
         client.call(FrameCalls.view, "Z")
     assert client.call(StatusCalls.state) == scene.controller.state()
+
+
+def test_an_order_that_has_waited_is_refused_but_for_a_stop(scene, client):
+    scene.show()
+    assert client.call(RunCalls.aim, "A", 5.0, 6.0) == ""
+    for order in (RunCalls.start, RunCalls.hold, RunCalls.aim_at_marker, ColourCalls.undo):
+        late = order.__qualname__, (), {}, time.monotonic() - ORDER_LIFETIME - 1
+        client._pipe.send(late)
+        answer, trouble = client._pipe.recv()
+        assert (answer.startswith("the tracker stood still for"), trouble) == (True, ""), order
+    assert scene.server.sent == []
+    client._pipe.send(("RunCalls.stop", (), {}, time.monotonic() - 3600))
+    assert client._pipe.recv() == ("", "")
+    assert scene.server.sent == [Stop("stopped from the page")]
