@@ -40,7 +40,7 @@ SETTLING_TIME = 1.5
 PATIENCE = 60.0
 """What has not come after so long, s, never does."""
 MOTION_TIMEOUT = 15.0
-"""An arm that has not begun to move by then, s, is ordered anew: a busy page refuses late orders."""
+"""An arm that does not move by then, s, is ordered anew: a busy page refuses late orders."""
 GOALS = ((0.9, 0.5), (-0.7, -0.6))
 """Postures whose tips are the goals, in turn, rad: far from each other."""
 

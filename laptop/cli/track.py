@@ -222,7 +222,7 @@ def start_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
         code: to pair with it.
     """
     home = Path(state.state_folder()) / state.BRICK_FOLDER
-    home.mkdir(parents=True, exist_ok=True)
+    home.mkdir(mode=0o700, parents=True, exist_ok=True)
     words = ["simulate", "--realtime", "--timeout", f"{BRICK_TIMEOUT:g}", "--arm", arm]
     words += ["--out", str(home), str(SERVO), place, "--code", code, "--arm", arm, "--wait"]
     with open(home / "lines.txt", "wb") as lines:

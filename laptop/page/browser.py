@@ -52,7 +52,7 @@ class Page:
         ui.colors(primary="#1c62ad", positive="#23814a", negative="#c8101c")
         several = len(state.cameras) > 1
         self._header = Header(self._session, self._gate_port)
-        with ui.element("main").classes("desk"):
+        with ui.element("div").classes("desk"):
             with ui.element("div").classes("side"):
                 with ui.element("div").classes("pictures" if several else "pictures one"):
                     self._views = [

@@ -33,7 +33,7 @@ def pairing_code(folder: Path | None = None) -> str:
                 file.chmod(0o600)
             return code
         code = pairing.new_code()
-        file.parent.mkdir(parents=True, exist_ok=True)
+        file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         descriptor, draft = tempfile.mkstemp(dir=file.parent)  # for this user's eyes only
         try:
             with open(descriptor, "w", encoding="ascii") as out:

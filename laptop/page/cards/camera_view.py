@@ -76,7 +76,6 @@ class CameraView:
             self._image.classes("aiming w-full").on_mouse(self._on_pointer)
             self._image.on("loaded", self._on_loaded, js_handler=ON_LOAD.format(id=self._image.id))
             self._image.on("error.capture", self._on_refused, js_handler=ON_ERROR)
-            self._image.props(f'alt="camera {self.camera}"')
             with ui.element("div").classes("caption"):
                 self._caption = ui.label()
                 ui.label().classes("age")  # the script fills it: of what is on the screen

@@ -37,7 +37,7 @@ class DriveCard:
     def _add_progress(self) -> None:
         with ui.element("div").props("role=status aria-live=polite"):
             self._verdict = ui.label().classes("verdict").mark("verdict")
-            self._reason = ui.label().classes("quiet")
+            self._reason = ui.label().classes("quiet reason")
         with ui.row().classes("items-end gap-3"):
             self._error = ui.label().classes("error").mark("error")
             self._run = ui.label().classes("quiet")
@@ -45,16 +45,17 @@ class DriveCard:
 
     def _add_buttons(self) -> None:
         with ui.row().classes("w-full gap-2 no-wrap"):
+            # (A tooltip would hide what is beside them.)
             self._start = (
                 ui.button("Start", icon="play_arrow", on_click=self.start)
-                .props("color=positive unelevated")
+                .props("color=positive unelevated aria-keyshortcuts=S")
                 .classes("go")
             )
-            _add_tooltip_above(self._start, "to the goal (S)")
             self._hold = (
-                ui.button("Hold", icon="pause", on_click=self.hold).props("outline").classes("go")
+                ui.button("Hold", icon="pause", on_click=self.hold)
+                .props("outline aria-keyshortcuts=H")
+                .classes("go")
             )
-            _add_tooltip_above(self._hold, "halt here; Start goes on (H)")
         self._to_marker = ui.button("Aim at the goal marker", on_click=self._aim_at_marker).props(
             "flat dense no-caps icon=my_location"
         )
@@ -90,6 +91,7 @@ class DriveCard:
             ui.label(
                 "in the mode stream, until the budget is spent or Hold or STOP ends it"
             ).classes("quiet")
+            ui.label("Keys: S starts, H holds, Escape stops.").classes("quiet")
 
     def show(self, state: PageState) -> None:
         """Show how the run goes, and let be pressed what can be done."""
@@ -147,12 +149,6 @@ class DriveCard:
 
     async def _aim_at_marker(self) -> None:
         await self._session.order(RunCalls.aim_at_marker)
-
-
-def _add_tooltip_above(element: ui.element, text: str) -> None:
-    """Add a tooltip that covers nothing below the element."""
-    with element:
-        ui.tooltip(text).props('anchor="top middle" self="bottom middle"')
 
 
 def verdict_text(state: PageState) -> tuple[str, str]:

@@ -30,7 +30,7 @@ class Header:
         script = SCRIPT.read_text(encoding="utf-8")
         ui.add_head_html(f"<script>{script} beginPulse({gate_port});</script>")
         with ui.header(), ui.element("div").classes("bar"):
-            ui.label("BrickServo").classes("word")
+            ui.html("BrickServo", sanitize=False, tag="h1").classes("word")
             self._brick = ui.label().classes("pill").mark("brick")
             self._driver = ui.label().classes("pill driver")
             self._take = ui.button("Take over", on_click=session.take_over).props(

@@ -87,7 +87,7 @@ class Plot:
                           "textStyle": {"color": "#8a94a0", "fontSize": 14}},
                 "legend": {"right": 0, "top": 0, "textStyle": quiet, "itemWidth": 14,
                            "itemHeight": 8},
-                "grid": {"left": 44, "right": 8, "top": 30, "bottom": 22},
+                "grid": {"left": 44, "right": 8, "top": 24, "bottom": 20},
                 "xAxis": {"type": "value", "min": -HISTORY_DURATION, "max": 0, "axisLabel":
                           {**quiet, ":formatter": "v => v + ' s'"}, "splitLine": grid},
                 "yAxis": {"type": "value", "scale": True, "axisLabel": quiet,

@@ -28,7 +28,8 @@ function beginPulse(gatePort) {
   addEventListener("click", (event) => pressed(event) && event.detail === 0 && stopArm(gate), true);
   addEventListener("keydown", (event) => {
     if (event.key === "Escape" && !event.repeat) stopArm(gate);
-    else if (isCutOff() && event.key !== "Tab" && !pressed(event)) event.stopImmediatePropagation();
+    else if (isCutOff() && event.key !== "Tab" && !(pressed(event) && " Enter".includes(event.key)))
+      event.stopImmediatePropagation();
   }, true);
 }
 
@@ -58,14 +59,16 @@ function look() {
   const body = document.body;
   body.classList.toggle("cut-off", off);
   body.classList.toggle("stop-dead", off && now - pulse.gate > CUT_OFF);
-  for (const element of document.querySelectorAll("main, .bar > :not(.stop)")) element.inert = off;
+  for (const element of document.querySelectorAll(".desk, .bar > :not(.stop)")) element.inert = off;
   const alarm = document.querySelector(".alarm");
   if (off && alarm) {
     const old = Math.round((now - pulse.beat) / 1000);
-    alarm.textContent = `Cut off: what is shown is ${old} s old. Nothing but STOP is sent.`;
+    const stop = now - pulse.gate > CUT_OFF ? "Nothing is sent." : "Nothing but STOP is sent.";
+    alarm.textContent = `Cut off: what is shown is ${old} s old. ${stop}`;
   }
   const clock = Math.min(...pulse.clocks);
   for (const picture of document.querySelectorAll(".picture")) {
+    picture.querySelector("img").alt = ""; // the frame has its name
     const taken = parseFloat(picture.dataset.taken);
     const age = now - clock - 1000 * taken;
     const label = picture.querySelector(".age");
