@@ -434,6 +434,74 @@ def test_a_dragged_path_is_followed(surfer):
     assert math.dist(surfer.tip(), way[-1]) < 8
 
 
+def boxes(page, selector):
+    """(text, left, top, width, height) of all that is to be seen."""
+    return page.evaluate(
+        """selector => [...document.querySelectorAll(selector)]
+            .filter(e => e.offsetParent && getComputedStyle(e).visibility !== "hidden")
+            .map(e => {
+                const { left, top, width, height } = e.getBoundingClientRect();
+                return [e.innerText || e.ariaLabel || e.tagName, left, top, width, height];
+            })""",
+        selector,
+    )
+
+
+def test_a_start_moves_nothing_and_hides_nothing(surfer):
+    surfer.click(*surfer.scene.truth((0.6, -0.8))["effector"])
+    surfer.page.locator("[data-aim]").wait_for(state="attached")
+    pressed = ".side button, .side a, .side .q-checkbox, .picture, .side h2, .stop"
+    before = boxes(surfer.page, pressed)
+    surfer.start()
+    surfer.verdict("On its way")
+    surfer.page.get_by_text("1 moves").wait_for()
+    assert boxes(surfer.page, pressed) == before
+    assert surfer.page.locator(".q-tooltip").count() == 0
+
+
+def test_the_plots_are_in_sight_on_a_small_screen(surfer):
+    surfer.page.set_viewport_size({"width": 1280, "height": 720})
+    surfer.page.evaluate("scrollTo(0, 0)")
+    surfer.page.wait_for_function("document.querySelector('.plot').clientHeight < 100")
+    plots = boxes(surfer.page, ".plot")
+    assert len(plots) == 6
+    assert max(top + height for _, _, top, _, height in plots) <= 720
+    picture = surfer.page.locator(".picture").bounding_box()
+    assert picture["y"] + picture["height"] <= 720
+
+
+def test_on_a_phone_all_that_is_pressed_is_large_enough_for_a_thumb(surfer):
+    surfer.page.set_viewport_size({"width": 390, "height": 844})
+    surfer.tool("Pick")
+    pressed = "button, a, .q-checkbox, .q-toggle, .q-item, .q-slider, .q-field"
+    found = boxes(surfer.page, pressed)
+    assert len(found) > 12
+    assert [box for box in found if min(box[3:]) < 44] == []
+
+
+def test_one_aims_by_the_keyboard_alone(surfer):
+    surfer.page.locator(".picture").focus()
+    for key in ("ArrowLeft", "ArrowLeft", "ArrowUp", "Shift+ArrowDown", "Enter"):
+        surfer.page.keyboard.press(key)
+    surfer.page.locator("[data-aim='304.0,233.0']").wait_for(state="attached")
+    name = surfer.page.locator(".picture").get_attribute("aria-label")
+    assert name == "picture of camera A: arrow keys move a cross, Enter clicks there"
+
+
+def test_the_age_is_that_of_the_picture_on_the_screen(surfer):
+    age = surfer.page.locator(".age")
+    surfer.page.wait_for_function("/^\\d+ ms old$/.test(document.querySelector('.age').innerText)")
+    held = []
+    surfer.page.route("**/view/**", lambda route: held.append(route))  # none is shown from now on
+    surfer.page.wait_for_function(
+        "parseFloat(document.querySelector('.age').innerText) > 1.5 "
+        "&& document.querySelector('.age').innerText.endsWith(' s old')"
+    )
+    assert "stale" in age.get_attribute("class")
+    surfer.page.unroute("**/view/**")
+    surfer.page.wait_for_function("document.querySelector('.age').innerText.endsWith(' ms old')")
+
+
 def test_the_history_comes_as_csv(surfer):
     with surfer.page.expect_download() as download:
         surfer.button("CSV").click()
