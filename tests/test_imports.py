@@ -37,6 +37,8 @@ RULES = {
             ("browser", ("nicegui",)),
             ("cards", ("nicegui", "laptop.reporting.document")),
             ("server", ("nicegui", "fastapi", "uvicorn")),
+            ("http_limits", ("uvicorn",)),
+            ("stop_gate", ("uvicorn",)),
         )
     },
     "laptop.simulator": ("laptop.simulator", "robot", "shared", "ev3dev2"),

@@ -44,6 +44,7 @@ SKIPPED = {
     "scp": "it needs a brick",
     ".ci/": "it runs all tests, on several Pythons; constrain.py loads from the network",
     "bench page": "it needs a browser and minutes; tests/laptop/bench/test_bench_page.py has it",
+    "bench stop": "the same; tests/laptop/bench/test_bench_page_stop.py has it",
     "--group cluster": "it needs a cluster; tests/laptop/bench/test_workers.py has one",
 }
 """What is not run, by how it begins, and why."""

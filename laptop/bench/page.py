@@ -196,9 +196,11 @@ def _measure(made: Any, seed: int, looking: Viewers) -> PageResult:
 
 
 def _open(made: Any, address: str, count: int, stack: ExitStack) -> list[Any]:
-    pages = []
+    pages: list[Any] = []
     for _ in range(count):
-        context = made.new_context(viewport=SIZE)
+        # The address lets one browser in; the others come by its cookie.
+        known = pages[0].context.storage_state() if pages else None
+        context = made.new_context(viewport=SIZE, storage_state=known)
         stack.callback(context.close)
         page = context.new_page()
         page.goto(address)

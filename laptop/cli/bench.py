@@ -370,6 +370,48 @@ def bench_page(seeds: range, as_json: bool) -> None:
 
 
 @bench.command(
+    "stop",
+    epilog=_examples("stop", "stop --count 20 --busy 0,8"),
+)
+@click.option(
+    "--count",
+    type=click.IntRange(1, 10_000),
+    default=100,
+    show_default=True,
+    help="Presses with each load.",
+)
+@click.option(
+    "--busy",
+    default="0,8",
+    show_default=True,
+    metavar="N,...",
+    help="Number of busy processes beside them.",
+)
+@click.option("--json", "as_json", is_flag=True, help="All figures instead of the table.")
+def bench_stop(count: int, busy: str, as_json: bool) -> None:
+    """STOP on the page: from the press in a browser until the true arm stands still."""
+    from laptop.bench import page_stop, show
+
+    try:
+        loads = [int(text) for text in busy.split(",")]
+    except ValueError:
+        raise click.UsageError(f"busy '{busy}': write whole numbers, e.g. 0,8") from None
+    try:
+        presses = (one for load in loads for one in page_stop.run(count, load))
+        results = list(show.progress(presses, count * len(loads), "stopping"))
+    except ArmError as error:
+        raise click.ClickException(str(error)) from None
+    if as_json:
+        click.echo(json.dumps([asdict(result) for result in results], indent=1))
+        return
+    title = (
+        f"STOP on the page; camera, brick and browser on one machine, {os.cpu_count()} cores; "
+        "figures from the emulator, in real time"
+    )
+    show.table(title, page_stop.HEADINGS, page_stop.table(results), sections=0)
+
+
+@bench.command(
     "limits",
     epilog=_examples("limits", "limits --cpu 2"),
 )

@@ -327,7 +327,7 @@ def _plugged(arm: Arm, plugs: tuple[str, ...]) -> dict[str, str]:
 def _check_room(out: Path) -> None:
     """Refuse a folder that cannot take the results before anything runs."""
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        out.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=out) as file:
             file.write(bytes(1 << 20))
             file.flush()

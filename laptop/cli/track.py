@@ -125,6 +125,11 @@ Examples:
 )
 @on_the_page
 @click.option(
+    "--page-hold/--no-page-hold",
+    default=True,
+    help="Hold a run that was started on the page when no page is heard for 2 s (default).",
+)
+@click.option(
     "--brick/--no-brick",
     default=True,
     help="Before a synthetic camera, an emulated brick comes when the page is first opened and "
@@ -141,6 +146,7 @@ def track(
     page: bool | None,
     page_host: str,
     page_port: int | None,
+    page_hold: bool,
     brick: bool,
     announce: bool,
     **options: Any,
@@ -167,7 +173,7 @@ def track(
             partial(_open_synthetic, arm),
             Console(stderr=announce),
             start_brick=partial(start_brick, arm) if brick else None,
-            open_page=partial(_open_page, page_host, page_port) if shown else None,
+            open_page=partial(_open_page, page_host, page_port, page_hold) if shown else None,
             announce=announcements.json_lines(sys.stdout) if announce else announcements.silence,
         )
     except ArmError as error:
@@ -176,7 +182,7 @@ def track(
 
 
 def _open_page(
-    host: str, port: int | None, stack: contextlib.ExitStack
+    host: str, port: int | None, hold_unheard: bool, stack: contextlib.ExitStack
 ) -> Callable[[PageInputs], ServedPage]:
     """Take the page's port; gives a function that serves the page there, see OpenPage."""
     from laptop.page import process
@@ -194,8 +200,9 @@ def _open_page(
             inputs.file,
             inputs.start_brick,
             inputs.now,
+            hold_unheard,
         )
-        page = process.PageProcess(controller, listener, host)
+        page = process.PageProcess(controller, listener, host, inputs.say, inputs.invite)
         stack.callback(page.close)
         return ServedPage(
             page.address, page.warning, lambda: controller.has_viewers, controller.expect_viewer
@@ -216,7 +223,7 @@ def start_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
         code: to pair with it.
     """
     home = Path(state.state_folder()) / state.BRICK_FOLDER
-    home.mkdir(parents=True, exist_ok=True)
+    home.mkdir(mode=0o700, parents=True, exist_ok=True)
     words = ["simulate", "--realtime", "--timeout", f"{BRICK_TIMEOUT:g}", "--arm", arm]
     words += ["--out", str(home), str(SERVO), place, "--code", code, "--arm", arm, "--wait"]
     with open(home / "lines.txt", "wb") as lines:

@@ -273,7 +273,13 @@ class DemoRun:
             + ["--scene", self.results["scene"], "--host", "127.0.0.1", "--port", "0"]
             + ["--csv", str(self._folder / "track.csv")]
             + ["--picture", str(self._folder / "camera.png")],
+            self._pass_on,
         )
+
+    def _pass_on(self, line: str) -> None:
+        """Tell what the tracker says of its page: an address for one more browser, a new start."""
+        if line.startswith(("page, ", "page: its process")):
+            self._progress.say(line)
 
     def _invitation(self) -> tuple[str, str]:
         """Address and code of the tracker; one that fails to start is started again."""
@@ -429,7 +435,7 @@ def _new_folder(out: Path) -> Path:
             folder = (out / (name if attempt == 1 else f"{name}-{attempt}")).resolve()
             with suppress(FileExistsError):
                 folder.parent.mkdir(parents=True, exist_ok=True)
-                folder.mkdir()
+                folder.mkdir(mode=0o700)  # what a camera saw is its owner's alone
                 return folder
     except OSError as error:
         raise DemoFailed(

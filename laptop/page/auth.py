@@ -1,42 +1,63 @@
-"""Authentication of the page's browsers by a token, and only from pages of its own.
+"""Authentication of the page's browsers by their cookies, and only from pages of its own.
 
 What another page makes a browser send here is refused.
 """
 
 from __future__ import annotations
 
-import hmac
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Any
 from urllib.parse import parse_qs
 
+from laptop.page.sessions import SessionKey
+
 MAX_MESSAGE = 64 * 1024
 """Bytes of a message from a browser; the page's own need a few hundred."""
+BROWSER = "brickservo.browser"
+"""Key of an ASGI scope: number of the browser that asks."""
 
-Scope = Mapping[str, Any]
+Scope = dict[str, Any]
 Receive = Callable[[], Awaitable[Any]]
 Send = Callable[[Any], Awaitable[None]]
+Redeem = Callable[[str], Awaitable[str]]
+"""From a token to a cookie, or ""; see laptop.page.sessions.Admission."""
 
 
 class AuthMiddleware:
-    """ASGI middleware that lets nobody in without the token, nor from elsewhere.
+    """ASGI middleware that lets nobody in without a cookie, nor from elsewhere.
 
     The address with the token gives a cookie, and is left at once; from then on the cookie is
     asked for, with everything.
 
     Args:
-        app: the ASGI application behind it.
-        token: the secret.
+        app: the ASGI application behind it; in its scopes the browser's number is under BROWSER.
+        key: of the sessions.
         hosts: HOST:PORT by which browsers may call it.
+        pages: HOST:PORT of the pages that may do so.
+        methods: of HTTP that it takes.
+        redeem: makes a cookie of a token; None: nobody gets one here.
+        gate_port: of laptop.page.stop_gate, which pages may call, too; None: they may not.
     """
 
-    def __init__(self, app: Any, token: str, hosts: Sequence[str]) -> None:
+    def __init__(
+        self,
+        app: Any,
+        key: SessionKey,
+        hosts: Sequence[str],
+        pages: Sequence[str],
+        methods: Sequence[str] = ("GET", "HEAD"),
+        redeem: Redeem | None = None,
+        gate_port: int | None = None,
+    ) -> None:
         self._app = app
-        self._token = token
+        self._key = key
         self._hosts = frozenset(hosts)
-        self._origins = frozenset(f"http://{host}" for host in hosts)
+        self._origins = frozenset(f"http://{host}" for host in pages)
+        self._methods = methods
+        self._redeem = redeem
+        self._gate_port = gate_port
         # Cookies know no ports: two pages on one machine would take each other's away.
-        self._cookie = f"brickservo-{hosts[0].rpartition(':')[2]}"
+        self._cookie = f"brickservo-{pages[0].rpartition(':')[2]}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle one request or connection, see ASGI."""
@@ -47,18 +68,22 @@ class AuthMiddleware:
             key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]
         }
         why = self._refusal(scope, headers)
-        if why is None and scope["type"] == "http" and self._has_token(scope):
-            await self._send_cookie(send)
-        elif why is None and self._has_cookie(headers):
-            await self._app(
-                scope, receive, send if scope["type"] != "http" else _with_headers(send)
-            )
-        elif scope["type"] == "websocket":
+        browser = 0 if why else self._browser(headers)
+        is_http = scope["type"] == "http"
+        token = _token(scope) if is_http and self._redeem and not why else ""
+        # A browser that is in already uses up no token by coming in again.
+        cookie = await self._redeem(token) if token and self._redeem and not browser else ""
+        if token and (browser or cookie):
+            await self._lead_in(send, cookie)
+        elif browser:
+            scope = {**scope, BROWSER: browser}
+            await self._app(scope, receive, self._with_headers(send, headers) if is_http else send)
+        elif not is_http:
             await receive()
             await send({"type": "websocket.close", "code": 1008})
         else:
             # What may follow the head is not even thrown away.
-            await _send_text(send, 403, why or NO_TOKEN, connection="close")
+            await send_text(send, 403, why or NO_TOKEN, connection="close")
 
     def _refusal(self, scope: Scope, headers: Mapping[str, str]) -> str | None:
         """Return why a request is refused whoever sends it, or None."""
@@ -69,42 +94,57 @@ class AuthMiddleware:
             return "No browser connects like that."
         if origin is not None and origin.lower() not in self._origins:
             return "Another page has no business here."
-        if scope["type"] == "http" and scope["method"] not in ("GET", "HEAD"):
+        if scope["type"] == "http" and scope["method"] not in self._methods:
             return "There is nothing to be sent here."
         return None
 
-    def _has_token(self, scope: Scope) -> bool:
-        """Return True if the token is in the address."""
-        given = parse_qs(scope["query_string"].decode("latin-1")).get("token", [])
-        return any(self._is_token(token) for token in given)
-
-    def _has_cookie(self, headers: Mapping[str, str]) -> bool:
-        """Return True if the cookie with the token came along."""
+    def _browser(self, headers: Mapping[str, str]) -> int:
+        """Return the number of the browser whose cookie came along, or 0."""
         # By hand: a parser gives up at cookies of other programs that are none.
         cookies = (part.strip().partition("=") for part in headers.get("cookie", "").split(";"))
-        return any(name == self._cookie and self._is_token(value) for name, _, value in cookies)
+        numbers = [self._key.browser(value) for name, _, value in cookies if name == self._cookie]
+        return max(numbers, default=0)
 
-    def _is_token(self, text: str) -> bool:
-        return hmac.compare_digest(text.encode("utf-8", "replace"), self._token.encode())
+    async def _lead_in(self, send: Send, cookie: str) -> None:
+        """Lead to the page, with a cookie if there is a new one."""
+        given = f"{self._cookie}={cookie}; Path=/; HttpOnly; SameSite=Strict"
+        await send_text(send, 303, "", location="/", **({"set_cookie": given} if cookie else {}))
 
-    async def _send_cookie(self, send: Send) -> None:
-        cookie = f"{self._cookie}={self._token}; Path=/; HttpOnly; SameSite=Lax"
-        await _send_text(send, 303, "", location="/", set_cookie=cookie)
+    def _with_headers(self, send: Send, headers: Mapping[str, str]) -> Send:
+        """Add to every answer the headers that keep other pages out."""
+        policy = SECURITY_HEADERS["content-security-policy"]
+        if self._gate_port:
+            name = headers["host"].rpartition(":")[0]
+            policy += f"; connect-src 'self' http://{name}:{self._gate_port}"
+
+        async def send_with_headers(message: Any) -> None:
+            if message["type"] == "http.response.start":
+                more = _headers({"content-security-policy": policy})
+                message = {**message, "headers": [*message["headers"], *more]}
+            await send(message)
+
+        return send_with_headers
 
 
 NO_TOKEN = (
     "Open the address that the tracker prints: it holds a token, without which nobody gets in. "
-    "Each start of the tracker has a new one."
+    "Each lets one browser in; then the tracker prints a new one."
 )
 
 SECURITY_HEADERS = {
     # Nothing comes from elsewhere, nothing goes there, and no other page shows this one in itself.
+    # (NiceGUI makes functions of text, which is 'unsafe-eval'.)
     "content-security-policy": "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; "
     "frame-ancestors 'none'; base-uri 'self'; form-action 'none'",
     "x-frame-options": "DENY",
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
 }
+
+
+def _token(scope: Scope) -> str:
+    """Return the token in an address, or ""."""
+    return parse_qs(scope["query_string"].decode("latin-1")).get("token", [""])[-1]
 
 
 def _headers(more: Mapping[str, str]) -> list[tuple[bytes, bytes]]:
@@ -115,18 +155,8 @@ def _headers(more: Mapping[str, str]) -> list[tuple[bytes, bytes]]:
     ]
 
 
-async def _send_text(send: Send, status: int, text: str, **headers: str) -> None:
+async def send_text(send: Send, status: int, text: str, **headers: str) -> None:
+    """Answer a request with a line of text, and these headers beside the usual ones."""
     headers.update(content_type="text/plain; charset=utf-8", cache_control="no-store")
     await send({"type": "http.response.start", "status": status, "headers": _headers(headers)})
     await send({"type": "http.response.body", "body": text.encode()})
-
-
-def _with_headers(send: Send) -> Send:
-    """Add to every answer the headers that keep other pages out."""
-
-    async def send_with_headers(message: Any) -> None:
-        if message["type"] == "http.response.start":
-            message = {**message, "headers": [*message["headers"], *_headers({})]}
-        await send(message)
-
-    return send_with_headers

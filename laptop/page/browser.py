@@ -13,7 +13,7 @@ from pathlib import Path
 from nicegui import events, ui
 
 from laptop.page import cards
-from laptop.page.async_controller import MAX_FRAME_RATE, AsyncController
+from laptop.page.async_controller import MAX_FRAME_RATE
 from laptop.page.cards.camera_view import CameraView
 from laptop.page.cards.colours import ColourCard
 from laptop.page.cards.drive import DriveCard
@@ -33,24 +33,26 @@ class Page:
     """One browser's page.
 
     Args:
-        controller: the tracker's.
+        session: its choices, and its way to the tracker.
+        gate_port: of laptop.page.stop_gate.
     """
 
-    def __init__(self, controller: AsyncController) -> None:
-        self._controller = controller
-        self._session = BrowserSession(controller)
+    def __init__(self, session: BrowserSession, gate_port: int) -> None:
+        self._controller = session.controller
+        self._session = session
+        self._gate_port = gate_port
         self._state_due = self._facts_due = -math.inf  # s
 
     async def build(self) -> None:
         """Add everything."""
-        state = await self._controller.poll()
         await self._controller.call(StatusCalls.opened)
+        state = await self._controller.poll()
         ui.add_css(STYLE)
         CameraView.add_script()
         ui.colors(primary="#1c62ad", positive="#23814a", negative="#c8101c")
         several = len(state.cameras) > 1
-        self._header = Header(self._session)
-        with ui.element("main").classes("desk"):
+        self._header = Header(self._session, self._gate_port)
+        with ui.element("div").classes("desk"):
             with ui.element("div").classes("side"):
                 with ui.element("div").classes("pictures" if several else "pictures one"):
                     self._views = [
@@ -61,7 +63,6 @@ class Page:
                 self._drive = DriveCard(self._session, several)
                 self._colours = ColourCard(self._session)
                 self._state = StateCard()
-        ui.keyboard(self._on_escape, ignore=[], repeating=False)
         ui.keyboard(self._on_key, ignore=["input", "select", "textarea"], repeating=False)
         ui.keyboard(self._on_arrow, ignore=["input", "select", "textarea"])
         ui.timer(1 / MAX_FRAME_RATE, self._refresh_stills)
@@ -87,10 +88,6 @@ class Page:
             for view in self._views:
                 view.describe(state)
             self._state.show_facts(state)
-
-    async def _on_escape(self, event: events.KeyEventArguments) -> None:
-        if event.action.keydown and event.key.escape:
-            await self._header.stop()
 
     def _on_arrow(self, event: events.KeyEventArguments) -> None:
         if event.action.keydown and (event.key.arrow_left or event.key.arrow_right):

@@ -15,6 +15,7 @@ from laptop.page.frames import Frames
 from laptop.page.goal_hints import GoalHints
 from laptop.page.run_control import RunControl, Server
 from laptop.page.run_records import RunGroup, RunRecorder
+from laptop.page.sessions import Admission
 from laptop.page.snapshots import (
     HISTORY_DURATION,
     SAMPLE_PERIOD,
@@ -22,6 +23,7 @@ from laptop.page.snapshots import (
     PageState,
     PlotSample,
 )
+from laptop.page.steering import UNHEARD_TIMEOUT, Steering
 from laptop.tracking.pipeline import CameraPipeline
 from laptop.tracking.server import ServerState as LinkState
 
@@ -47,9 +49,11 @@ class PageController:
         bring: starts an emulated brick when somebody opens the page and none is there; it returns
             a function that tells why that one has ended, "" as long as it has not.  Or None.
         now: clock of the frames, s.
+        hold_unheard: a run that was ordered from a page is held when none is heard any more.
+        clock: of people and pages, s; the frames' may stand still.
 
     Attributes:
-        frames, colours, runs: the groups of calls of PageInterface.
+        frames, colours, runs, steering, admission: the groups of calls of PageInterface.
     """
 
     def __init__(
@@ -61,6 +65,8 @@ class PageController:
         file: Path,
         bring: Callable[[], Callable[[], str]] | None = None,
         now: Callable[[], float] = time.monotonic,
+        hold_unheard: bool = True,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._cameras = {
             watcher.name: CameraFeed(watcher, tracker, source)
@@ -76,6 +82,9 @@ class PageController:
         self.runs = RunControl(self._cameras, self.colours, server, now)
         self._hints = GoalHints(self._cameras)
         self.frames = Frames(self._cameras, self.runs, self._hints, now)
+        self.steering = Steering(clock)
+        self.admission = Admission()
+        self._hold_unheard = hold_unheard
         self._last_linked = now()  # s
         self._recorder = RunRecorder()
         self._history: deque[PlotSample] = deque(maxlen=round(HISTORY_DURATION / SAMPLE_PERIOD))
@@ -138,6 +147,8 @@ class PageController:
             own=self._why_emulated_ended is not None,
             fixed=self.runs.is_fixed,
             runs=records,
+            driver=self.steering.driver,
+            driver_name=self.steering.name(self.steering.driver),
         )
 
     def history(self, after: float = -math.inf) -> list[PlotSample]:
@@ -162,6 +173,9 @@ class PageController:
         with self._lock:
             self._record()
             self.runs.poll()
+            silence = self.steering.silence
+            if self._hold_unheard and silence > UNHEARD_TIMEOUT:
+                self.runs.hold_unheard(silence)
             self._check_emulated_brick()
 
     def _link(self) -> LinkState:

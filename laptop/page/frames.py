@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 
 from laptop.page.camera_feed import CameraFeed, FrameGone, marks, mask
@@ -93,11 +94,13 @@ class Frames:
         camera, frame = feed.watcher.name, view.frame
         height, width = frame.image.shape[:2]
         trail_from = frame.t - HISTORY_DURATION
+        age = self._now() - frame.t
         return FrameSnapshot(
             camera,
             frame.index,
             frame.t,
-            self._now() - frame.t,
+            age,
+            time.monotonic() - age,
             width,
             height,
             feed.jpeg(view),

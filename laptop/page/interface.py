@@ -9,7 +9,7 @@ reason why not.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol, TypeVar
 
 from laptop.page.run_records import RunGroup
@@ -63,12 +63,27 @@ class RunCalls(Protocol):
         budget: float = DEFAULTS.budget,
         follow: bool = DEFAULTS.follow,
     ) -> str: ...
-    def hold(self) -> str: ...
-    def stop(self) -> str: ...
+    def hold(self, by: str = "") -> str: ...
+    def stop(self, by: str = "") -> str: ...
+
+
+class SteeringCalls(Protocol):
+    """Who steers; implemented by `laptop.page.steering.Steering`."""
+
+    def hear(self, browsers: Mapping[int, float]) -> None: ...
+    def claim(self, browser: int, name: str) -> str: ...
+    def take(self, browser: int, name: str) -> None: ...
+    def name(self, browser: int) -> str: ...
+
+
+class AdmissionCalls(Protocol):
+    """Who is let in; implemented by `laptop.page.sessions.Admission`."""
+
+    def redeem(self, token: str) -> str: ...
 
 
 class PageInterface(StatusCalls, Protocol):
-    """Everything that the page may call, in four groups."""
+    """Everything that the page may call, in six groups."""
 
     @property
     def frames(self) -> FrameCalls: ...
@@ -76,9 +91,15 @@ class PageInterface(StatusCalls, Protocol):
     def colours(self) -> ColourCalls: ...
     @property
     def runs(self) -> RunCalls: ...
+    @property
+    def steering(self) -> SteeringCalls: ...
+    @property
+    def admission(self) -> AdmissionCalls: ...
 
 
-Calls = TypeVar("Calls", StatusCalls, FrameCalls, ColourCalls, RunCalls)
+Calls = TypeVar(
+    "Calls", StatusCalls, FrameCalls, ColourCalls, RunCalls, SteeringCalls, AdmissionCalls
+)
 """Group of calls to which an exposed method belongs."""
 
 _GROUPS: dict[type, Callable[[PageInterface], Any]] = {
@@ -86,6 +107,8 @@ _GROUPS: dict[type, Callable[[PageInterface], Any]] = {
     FrameCalls: lambda controller: controller.frames,
     ColourCalls: lambda controller: controller.colours,
     RunCalls: lambda controller: controller.runs,
+    SteeringCalls: lambda controller: controller.steering,
+    AdmissionCalls: lambda controller: controller.admission,
 }
 
 EXPOSED_METHODS = {
@@ -95,6 +118,16 @@ EXPOSED_METHODS = {
     if not name.startswith("_")
 }
 """Exposed methods by the name under which they are called, e.g. "RunCalls.aim"."""
+
+PERISHABLE = {
+    f"{group.__name__}.{name}"
+    for group in (RunCalls, ColourCalls)
+    for name in vars(group)
+    if not name.startswith("_")
+} - {"RunCalls.stop"}
+"""Orders that are refused when they come late; a stop never is."""
+ORDER_LIFETIME = 1.5
+"""Time, s, after which an order is late: much may have happened that who gave it has not seen."""
 
 
 def exposed_method(controller: PageInterface, name: str) -> Callable[..., Any]:

@@ -1,6 +1,7 @@
 """The page's process: made to listen, started and ended by the tracker, and never waited for.
 
-What the page needs to look nice is slow to import, so that only its own process does.
+What the page needs to look nice is slow to import, so that only its own process does.  One that
+dies or stands still is replaced: the tracker keeps its port, its sessions and STOP.
 """
 
 from __future__ import annotations
@@ -10,16 +11,18 @@ import importlib.util
 import ipaddress
 import multiprocessing
 import os
-import secrets
 import signal
 import socket
 import threading
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 
 from laptop.page.controller import PageController, keep_heartbeat
 from laptop.page.rpc import serve_requests
+from laptop.page.sessions import SessionKey
+from laptop.page.stop_gate import StopGate
 from laptop.tracking.listening import own_addresses
 from shared.arm_description import ArmError
 
@@ -29,6 +32,14 @@ EXIT_TIMEOUT = 2.0
 """Time, s, that the page's process has to end after it was told; then it is killed."""
 PAGE_NICENESS = 5
 """Increment of the page's niceness: tracker and brick come first."""
+WATCH_PERIOD = 0.25
+"""Between two looks at whether the page's process lives, s."""
+FROZEN_TIMEOUT, STARTING_TIMEOUT = 15.0, 60.0
+"""Time, s, without a word of the page's process, after which it is replaced; at its start.  It is
+long, for a busy machine is no reason: the run is held by then, and STOP does not need the page."""
+RESTART_PAUSE = 1.0
+"""Time to wait, s, before one that did not live for RESTART_PERIOD, s, is replaced."""
+RESTART_PERIOD = 10.0
 DUAL_STACK = socket.has_dualstack_ipv6()
 ANY_HOST = ("0.0.0.0", "::", "")
 """Hosts that stand for every address of this machine."""
@@ -70,6 +81,18 @@ def listen(host: str, port: int | None) -> socket.socket:
     raise AssertionError("there is always a port to try")
 
 
+def listen_for_stop(host: str, port: int) -> socket.socket:
+    """Return a socket for the gate of STOP: at the port after the page's, or else at any.
+
+    Args:
+        host, port: where the page listens.
+    """
+    try:
+        return listen(host, port + 1 if port < 65535 else 0)
+    except NoPage:
+        return listen(host, 0)
+
+
 def hosts(host: str, port: int) -> list[str]:
     """Return the names HOST:PORT by which browsers may call the page.
 
@@ -95,76 +118,166 @@ def _is_loopback(host: str) -> bool:
 
 
 class PageProcess:
-    """Page of a controller, in a process of its own.
+    """Page of a controller, in a process of its own, and the gate of STOP in this one.
 
     Args:
         controller: of what it shows.
         listener: see `listen`; the page takes it over.
         host: where that listens.
+        say: tells people a line.
+        invite: is given each new address.
 
     Attributes:
         address: to type into a browser; holds the token that lets one in.
         warning: danger that people must know, or "".
+        process: the present one, or None before the first.
     """
 
-    def __init__(self, controller: PageController, listener: socket.socket, host: str) -> None:
+    def __init__(
+        self,
+        controller: PageController,
+        listener: socket.socket,
+        host: str,
+        say: Callable[[str], None] = lambda line: None,
+        invite: Callable[[str], None] = lambda address: None,
+    ) -> None:
         port = listener.getsockname()[1]
-        names = hosts(host, port)
-        token = secrets.token_urlsafe(24)
-        shown = names[0] if host in ANY_HOST else names[-1]
+        self._names = hosts(host, port)
+        self._shown = self._names[0] if host in ANY_HOST else self._names[-1]
         if host in ANY_HOST and own_addresses():
-            shown = f"{own_addresses()[0]}:{port}"
-        self.address = f"http://{shown}/?token={token}"
+            self._shown = f"{own_addresses()[0]}:{port}"
         self.warning = (
             ""
             if _is_loopback(host)
             else f"page: others in its network can reach it at {host}, unencrypted; who reads "
             "the address along can move the arm"
         )
+        self._controller, self._listener, self._say = controller, listener, say
+        admission = controller.admission
+        admission.on_renewal = lambda: invite(self.address)
+        gate = listen_for_stop(host, port)
+        self._gate_port = gate.getsockname()[1]
+        self._gate = StopGate(
+            lambda browser: controller.runs.stop(controller.steering.name(browser)),
+            admission.key,
+            gate,
+            hosts(host, self._gate_port),
+            self._names,
+        )
         self._over = threading.Event()
-        # Several: a STOP waits neither for the next picture nor for a frame to be read from a disk.
-        pipes = [multiprocessing.Pipe() for _ in range(2 + len(controller.cameras))]
-        self._pipes = [ours for ours, _ in pipes]
-        quick, slow, *seeing = theirs = [pipe for _, pipe in pipes]
-        for ours in self._pipes:
-            threading.Thread(target=serve_requests, args=(controller, ours), daemon=True).start()
         threading.Thread(target=keep_heartbeat, args=(controller, self._over), daemon=True).start()
-        # A fork would share the cameras, and threads that hold locks.
-        self.process = multiprocessing.get_context("spawn").Process(
+        # Where it can be had: a process that has all imported already, and makes copies of itself.
+        known = multiprocessing.get_all_start_methods()
+        self._context = multiprocessing.get_context("forkserver" if "forkserver" in known else None)
+        self._context.set_forkserver_preload(["laptop.page.server"])
+        self.process: multiprocessing.process.BaseProcess | None = None
+        self._watcher = threading.Thread(target=self._keep, name="page watcher", daemon=True)
+        self._watcher.start()
+
+    @property
+    def address(self) -> str:
+        """To type into a browser; it holds a token that lets one in, once."""
+        return f"http://{self._shown}/?token={self._controller.admission.token}"
+
+    def close(self) -> None:
+        """End the page's process."""
+        self._over.set()
+        self._gate.close()
+        self._watcher.join(2 * EXIT_TIMEOUT)
+        self._listener.close()
+
+    def _keep(self) -> None:
+        """Have a page's process until it is over; for a thread of its own."""
+        while not self._over.is_set():
+            pipes = self._start()
+            began = time.monotonic()
+            why = self._watch()
+            self._end(pipes)
+            if why:
+                line = f"page: its process {why}; it starts anew"
+                self._say(line)
+                self._controller.runs.note = line
+                if time.monotonic() - began < RESTART_PERIOD:
+                    self._over.wait(RESTART_PAUSE)
+
+    def _start(self) -> list[Connection]:
+        """Start a process; return our ends of its pipes."""
+        # Several: a STOP waits neither for the next picture nor for a frame to be read from a disk.
+        cameras = self._controller.cameras
+        pipes = [multiprocessing.Pipe() for _ in range(3 + len(cameras))]
+        for ours, _ in pipes:
+            threading.Thread(
+                target=serve_requests, args=(self._controller, ours), daemon=True
+            ).start()
+        quick, slow, pulse, *seeing = theirs = [pipe for _, pipe in pipes]
+        # A fork of this process would share the cameras, and threads that hold locks.
+        self.process = self._context.Process(
             target=_serve_page,
             args=(
                 quick,
                 slow,
-                dict(zip(controller.cameras, seeing, strict=True)),
-                listener,
-                token,
-                names,
+                pulse,
+                dict(zip(cameras, seeing, strict=True)),
+                self._listener,
+                self._controller.admission.key,
+                self._names,
+                self._gate_port,
             ),
             daemon=True,
         )
         self.process.start()
         for pipe in theirs:
             pipe.close()
-        listener.close()
+        return [ours for ours, _ in pipes]
 
-    def close(self) -> None:
-        """End the page's process."""
-        self._over.set()
+    def _watch(self) -> str:
+        """Wait until the process has died, stands still, or it is over; return why, or ""."""
+        process, steering = self.process, self._controller.steering
+        assert process is not None
+        first = heard = steering.beats
+        silent = 0.0  # s that this thread has seen: while the tracker stood still, so did the page
+        while not self._over.is_set():
+            if wait([process.sentinel], WATCH_PERIOD):
+                process.join()
+                code = process.exitcode or 0
+                if self._over.is_set():
+                    return ""
+                return f"was ended by {_signal_name(-code)}" if code < 0 else f"ended with {code}"
+            silent = silent + WATCH_PERIOD if heard == steering.beats else 0.0
+            heard = steering.beats
+            if silent > (STARTING_TIMEOUT if heard == first else FROZEN_TIMEOUT):
+                return f"has not answered for {silent:.0f} s"
+        return ""
+
+    def _end(self, pipes: Sequence[Connection]) -> None:
+        """End the process, and all that waits for it."""
+        assert self.process is not None
         self.process.terminate()
-        self.process.join(EXIT_TIMEOUT)
+        # One that stands still does not even take that in.
+        self.process.join(EXIT_TIMEOUT if self._over.is_set() else WATCH_PERIOD)
         if self.process.is_alive():
             self.process.kill()
-        for pipe in self._pipes:
+            self.process.join(EXIT_TIMEOUT)
+        for pipe in pipes:
             pipe.close()
+
+
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
 
 
 def _serve_page(
     quick: Connection,
     slow: Connection,
+    pulse: Connection,
     seeing: Mapping[str, Connection],
     listener: socket.socket,
-    token: str,
+    key: SessionKey,
     names: Sequence[str],
+    gate_port: int,
 ) -> None:
     """Serve the page until the tracker's process is no more; the page's process does no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
@@ -175,7 +288,9 @@ def _serve_page(
 
     controller = AsyncController(quick, slow, seeing)
     threading.Thread(
-        target=server.serve, args=(controller, listener, token, names), daemon=True
+        target=server.serve,
+        args=(controller, pulse, listener, key, names, gate_port),
+        daemon=True,
     ).start()
     parent = multiprocessing.parent_process()
     assert parent is not None

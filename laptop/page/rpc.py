@@ -8,12 +8,20 @@ The caller names a method of `laptop.page.interface` and its arguments, which my
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import Connection
-from typing import Concatenate, ParamSpec, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
-from laptop.page.interface import EXPOSED_METHODS, Calls, PageInterface, exposed_method
+from laptop.page.interface import (
+    EXPOSED_METHODS,
+    ORDER_LIFETIME,
+    PERISHABLE,
+    Calls,
+    PageInterface,
+    exposed_method,
+)
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -47,7 +55,7 @@ class RpcClient:
             RpcError: the method failed, or is not exposed.
         """
         with self._lock:
-            self._pipe.send((method.__qualname__, args, kwargs))
+            self._pipe.send((method.__qualname__, args, kwargs, time.monotonic()))
             answer, trouble = self._pipe.recv()
         if trouble:
             raise RpcError(trouble)
@@ -63,11 +71,16 @@ def serve_requests(controller: PageInterface, pipe: Connection) -> None:
     """
     with suppress(EOFError, OSError):
         while True:
-            name, args, kwargs = pipe.recv()
+            name, args, kwargs, asked = pipe.recv()
+            reply: tuple[Any, str]
             try:
                 if name not in EXPOSED_METHODS:
                     raise RpcError(f"{name} is not exposed")
-                reply = exposed_method(controller, name)(*args, **kwargs), ""
+                late = time.monotonic() - asked  # of the same machine: the clock is one
+                if name in PERISHABLE and late > ORDER_LIFETIME:
+                    reply = f"the tracker stood still for {late:.0f} s; look, then do it again", ""
+                else:
+                    reply = exposed_method(controller, name)(*args, **kwargs), ""
             except Exception as error:  # it is for who called, not for this thread to end by
                 reply = None, f"{type(error).__name__}: {error}"
             pipe.send(reply)

@@ -11,6 +11,7 @@ from typing import Protocol
 from laptop.page.camera_feed import CameraFeed
 from laptop.page.colour_edits import ColourEdits
 from laptop.page.run_states import (
+    ORDERED_HERE,
     RUN_IS_ON,
     TRANSITIONS,
     RunAction,
@@ -110,6 +111,11 @@ class RunControl:
         return self._recorded is not None and self._options.follow
 
     @property
+    def is_driven(self) -> bool:
+        """Return True if a run is on that was ordered here."""
+        return self.state in ORDERED_HERE
+
+    @property
     def is_fixed(self) -> bool:
         """Return True if the command line has fixed the goal."""
         return all(
@@ -192,13 +198,28 @@ class RunControl:
             self._handle(RunEvent.START)
             return ""
 
-    def hold(self) -> str:
-        """End the run; the arm is held where it is, and a start goes on from there."""
-        return self._stop(RunEvent.HOLD, "held from the page")
+    def hold(self, by: str = "") -> str:
+        """End the run; the arm is held where it is, and a start goes on from there.
 
-    def stop(self) -> str:
-        """End the run; the arm is held, and a path is given up."""
-        return self._stop(RunEvent.STOP, "stopped from the page")
+        Args:
+            by: who holds it, for people; or "".
+        """
+        return self._stop(RunEvent.HOLD, "held from the page" + (f" by {by}" if by else ""))
+
+    def stop(self, by: str = "") -> str:
+        """End the run; the arm is held, and a path is given up.
+
+        Args:
+            by: who stops it, for people; or "".
+        """
+        return self._stop(RunEvent.STOP, "stopped from the page" + (f" by {by}" if by else ""))
+
+    def hold_unheard(self, silence: float) -> None:
+        """Hold a run that was ordered here, as no page has been heard for so long, s."""
+        with self.lock:
+            if self.is_driven:
+                self._stop(RunEvent.HOLD, f"held: no page was heard for {silence:.0f} s")
+                self.note = f"no page was heard for {silence:.0f} s: held; Start goes on"
 
     # Protocol
 

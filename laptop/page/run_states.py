@@ -93,6 +93,9 @@ TRANSITIONS: dict[tuple[RunState, RunEvent], Transition] = {
 RUN_IS_ON = {_S.ORDERED, _S.RUNNING, _S.WAYPOINT, _S.FOREIGN, _S.STOPPING}
 """States in which people are told that a run is on."""
 
+ORDERED_HERE = {_S.ORDERED, _S.RUNNING, _S.WAYPOINT}
+"""States in which a run is on that was ordered here."""
+
 
 def next_state(state: RunState, event: RunEvent) -> RunState:
     """Return the state after an event; the same one if the table has no such row."""

@@ -2,30 +2,59 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from multiprocessing.connection import Connection
 
 import uvicorn
-from fastapi import FastAPI, Response
+from fastapi import FastAPI, Request, Response
 from nicegui import Client, core, ui
 from nicegui import app as nice
 
-from laptop.page.async_controller import AsyncController, csv_of
-from laptop.page.auth import MAX_MESSAGE, AuthMiddleware
+from laptop.page.async_controller import AsyncChannel, AsyncController, csv_of
+from laptop.page.auth import BROWSER, MAX_MESSAGE, AuthMiddleware
 from laptop.page.browser import Page
+from laptop.page.cards.session import BrowserSession, browser_name
+from laptop.page.http_limits import LimitedHttp
+from laptop.page.interface import AdmissionCalls, RunCalls, SteeringCalls
+from laptop.page.pulse import Pulse
+from laptop.page.sessions import SessionKey
+
+MAX_BUILDS = 4
+"""Number of pages that are put together at the same time; others wait for their turn."""
+BUILD_TIMEOUT = 60.0
+"""Time that a page may take to be put together, its turn and all, s."""
 
 
 def serve(
-    controller: AsyncController, listener: socket.socket, token: str, hosts: Sequence[str]
+    controller: AsyncController,
+    pulse_pipe: Connection,
+    listener: socket.socket,
+    key: SessionKey,
+    hosts: Sequence[str],
+    gate_port: int,
 ) -> None:
     """Serve the page until the process ends.
 
     Args:
         controller: the tracker's.
+        pulse_pipe: to it, for the pulse alone.
         listener: bound already.
-        token: lets a browser in.
+        key: of the sessions.
         hosts: HOST:PORT by which browsers may call it.
+        gate_port: of laptop.page.stop_gate.
     """
+    channel = AsyncChannel(pulse_pipe)
+
+    async def hear(heard: Mapping[int, float]) -> None:
+        await channel.call(SteeringCalls.hear, heard)
+
+    async def beat(page: str, t: float) -> None:
+        await core.sio.emit("beat", t, room=page)
+
+    pulse = Pulse(hear, beat)
+    turn = asyncio.Semaphore(MAX_BUILDS)
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
 
     @app.get("/view/{camera}/{index}.jpg")
@@ -52,31 +81,66 @@ def serve(
         named = {"content-disposition": f"inline; filename={name}", "cache-control": "no-store"}
         return Response(text, media_type="text/html", headers=named)
 
+    @ui.page("/", response_timeout=BUILD_TIMEOUT)
     async def root() -> None:
-        await Page(controller).build()
+        client = ui.context.client
+        session = BrowserSession(
+            controller, _browser(client), _name(client), age=lambda: pulse.age(client.id)
+        )
+        async with turn:
+            await Page(session, gate_port).build()
 
-    def on_connect(client: Client) -> None:
+    @nice.exception_handler(404)
+    async def unknown(request: Request, error: Exception) -> Response:
+        return Response("There is nothing at this address.", 404, media_type="text/plain")
+
+    async def on_connect(client: Client) -> None:
         controller.pages.add(client.id)
+        pulse.join(client.id, _browser(client))
+        # Who comes first steers.
+        await controller.call(SteeringCalls.claim, _browser(client), _name(client))
 
     def on_disconnect(client: Client) -> None:
         if not client.has_socket_connection:  # it may have come back meanwhile
             controller.pages.discard(client.id)
+            pulse.leave(client.id)
 
     def on_delete(client: Client) -> None:
         controller.pages.discard(client.id)
+        pulse.leave(client.id)
         for feed in controller.feeds.values():
             feed.masks.pop(client.id, None)
 
     nice.on_connect(on_connect)
     nice.on_disconnect(on_disconnect)
     nice.on_delete(on_delete)
+
+    @core.sio.on("echo")
+    def on_echo(sid: str, t: object) -> None:
+        for client in _clients(sid):
+            pulse.take_echo(client.id, t)
+
+    @core.sio.on("stop")
+    async def on_stop(sid: str) -> str | None:
+        for client in _clients(sid):
+            name = await controller.call(SteeringCalls.name, _browser(client))
+            return await controller.call(RunCalls.stop, name)
+        return None
+
+    async def begin() -> None:
+        tasks.append(asyncio.create_task(pulse.run()))
+
+    async def redeem(token: str) -> str:
+        return await controller.call(AdmissionCalls.redeem, token)
+
+    tasks: list[asyncio.Task[None]] = []  # a task that nobody keeps may vanish
+    nice.on_startup(begin)
     # Its own socket would take every origin; and what is polled is posted, which is refused.
     core.sio.eio.cors_allowed_origins = [f"http://{host}" for host in hosts]
     core.sio.eio.transports = ["websocket"]
     nice.config.socket_io_js_transports = ["websocket"]
     ui.run_with(
         app,
-        root=root,
         title="BrickServo",
         dark=None,
         language="en-US",
@@ -86,7 +150,8 @@ def serve(
         show_welcome_message=False,
     )
     config = uvicorn.Config(
-        AuthMiddleware(app, token, hosts),
+        AuthMiddleware(app, key, hosts, hosts, redeem=redeem, gate_port=gate_port),
+        http=LimitedHttp,
         log_level="critical",  # addresses hold the token
         access_log=False,
         ws="wsproto",
@@ -95,3 +160,19 @@ def serve(
         server_header=False,
     )
     uvicorn.Server(config).run(sockets=[listener])
+
+
+def _browser(client: Client) -> int:
+    """Return the number of the browser that has a page open."""
+    return client.request.scope[BROWSER]
+
+
+def _name(client: Client) -> str:
+    """Return what a browser is, for people."""
+    return browser_name(client.request.headers.get("user-agent", ""))
+
+
+def _clients(sid: str) -> list[Client]:
+    """Return the page, if any, that a socket belongs to: its room is named after it."""
+    rooms = core.sio.rooms(sid)
+    return [Client.instances[room] for room in rooms if room in Client.instances]

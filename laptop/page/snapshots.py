@@ -44,6 +44,7 @@ class FrameSnapshot(NamedTuple):
 
     index, t       the frame's; t is its capture time, s
     age            s, when this was answered
+    taken          when that was so long ago, s of time.monotonic, which is this machine's
     width, height  px
     jpeg           the picture
     marks          per marker
@@ -58,6 +59,7 @@ class FrameSnapshot(NamedTuple):
     index: int  # type: ignore[assignment]  # hides tuple.index, which nobody needs here
     t: float
     age: float
+    taken: float
     width: int
     height: int
     jpeg: bytes
@@ -107,6 +109,8 @@ class PageState(NamedTuple):
     own       the brick is an emulated one that came with the camera
     fixed     the command line has fixed the goal
     runs      of which there can be a report, oldest first
+    driver    number of the browser that steers; 0: nobody does yet
+    driver_name  its name for people, or ""
     """
 
     cameras: tuple[CameraStatus, ...]
@@ -125,6 +129,8 @@ class PageState(NamedTuple):
     own: bool
     fixed: bool
     runs: tuple[RunSummary, ...]
+    driver: int = 0
+    driver_name: str = ""
 
 
 class PlotSample(NamedTuple):

@@ -182,7 +182,7 @@ class PoseWriter(object):
             "version": VERSION,
             "zero": world.zero,
         }
-        os.makedirs(os.path.dirname(self.path), exist_ok=True)
+        os.makedirs(os.path.dirname(self.path), mode=0o700, exist_ok=True)
         # Complete and locked before it has its name, so that nobody sees it otherwise.
         draft = "{}.{}".format(self.path, os.getpid())
         file = open(draft, "wb", buffering=0)  # noqa: SIM115 (it stays open, and locked)

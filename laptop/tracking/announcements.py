@@ -5,7 +5,7 @@ Each has an "event", and beside it:
     cameras  "cameras": a list of {"name", "source", "size" (width, height, px), "fps"}, where known
     serving  "host" and "port" at which programs on this machine reach the link, and the "code";
              "addresses": a list of HOST:PORT for everybody else
-    page     "url", which holds the token that lets one in
+    page     "url", which holds a token that lets one browser in; once it has, a new one comes
     ready    nothing: from here on frames are taken, and a signal ends it in order
     end      "status", the exit status, and "reason" in words
 """

@@ -60,7 +60,7 @@ def read_pairing(
                     "type the command with the new one on the brick, once"
                 )
         made = Pairing(pairing.new_code(), pairing.new_nonce())
-        file.parent.mkdir(parents=True, exist_ok=True)
+        file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         descriptor, draft = tempfile.mkstemp(dir=file.parent)  # for this user's eyes only
         try:
             with open(descriptor, "w", encoding="ascii") as out:

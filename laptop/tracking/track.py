@@ -57,6 +57,8 @@ class PageInputs:
     file         of learned markers
     start_brick  starts an emulated brick that connects to the server, see StartBrick; or None
     now          the clock of the frames, s
+    say          tells people a line
+    invite       is given each new address of the page, which lets one more browser in
     """
 
     pipelines: Sequence[CameraPipeline]
@@ -66,6 +68,8 @@ class PageInputs:
     file: Path
     start_brick: Callable[[], Callable[[], str]] | None
     now: Callable[[], float]
+    say: Callable[[str], None]
+    invite: Callable[[str], None]
 
 
 class ServedPage(NamedTuple):
@@ -161,9 +165,13 @@ def _track(
             brick = None
             if server and start_brick and SYNTHETIC in options.camera:
                 brick = partial(_start_brick, stack, start_brick, server)
+            invite = partial(_invite_browser, print_line, announce)
             page = serve_page(
-                PageInputs(pipelines, trackers, options.camera, server, setup.file, brick, now)
-            )
+                PageInputs(
+                    pipelines, trackers, options.camera, server, setup.file, brick, now,
+                    print_line, invite,
+                )
+            )  # fmt: skip
             _show(print_line, announce, page, options.open)
         link = (lambda: link_status(server.state())) if server else None
         has_viewers = page.has_viewers if page else (lambda: False)
@@ -268,6 +276,12 @@ def _show(
     if open_it:
         page.expect_viewer()  # a short film may be over before the browser is there
         webbrowser.open(page.address)
+
+
+def _invite_browser(print_line: Callable[[str], None], announce: Announce, address: str) -> None:
+    """Tell the address that lets one more browser in."""
+    print_line(f"page, for one more browser: {address}")
+    announce(announcements.PAGE, url=address)
 
 
 def _conclude(

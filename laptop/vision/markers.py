@@ -268,7 +268,7 @@ def write_markers(file: str | Path, markers: Mapping[str, Marker]) -> None:
     target = Path(os.path.abspath(file))
     draft = target.parent / f".{target.name}.part"
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+        target.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         try:
             with open(open_to_write(draft), "w", encoding="utf-8") as out:
                 out.write(_FILE_HEADER)

@@ -81,6 +81,7 @@ class PageScene:
             self.server,
             self.file,
             now=lambda: self.t,
+            clock=lambda: self.t,
             **options,
         )
         self.index = -1

@@ -1,10 +1,35 @@
 // Show an image's overlay, which is set already: only now is the image itself there.
 function showOverlay(event, image, emit) {
   image.querySelector(".over").innerHTML = image.dataset.over;
+  image.closest(".picture").dataset.taken = image.dataset.taken;
   emit(event.source);
 }
 
 // Tell which image cannot be had: "" for the none that an element has at first.
 function reportRefusal(event, emit) {
   emit(event.target.src || "");
+}
+
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+
+// Move a cross in the picture by the arrow keys, and click there by Enter.
+function pressKey(event, emit) {
+  const picture = event.currentTarget;
+  const { naturalWidth: width, naturalHeight: height } = picture.querySelector("img");
+  const arrow = ARROWS[event.key];
+  if (!width || !(arrow || event.key === "Enter")) return;
+  event.preventDefault();
+  event.stopPropagation(); // in a recording, arrows turn its pages elsewhere
+  let [u, v] = picture.cross ?? [Math.round(width / 2), Math.round(height / 2)];
+  if (arrow) {
+    const step = event.shiftKey ? 1 : 8; // px
+    u = Math.min(Math.max(0, u + step * arrow[0]), width - 1);
+    v = Math.min(Math.max(0, v + step * arrow[1]), height - 1);
+  }
+  picture.cross = [u, v];
+  const k = width / 640;
+  const way = `M${u - 18 * k},${v}h${12 * k}m${12 * k},0h${12 * k}M${u},${v - 18 * k}v${12 * k}m0,${12 * k}v${12 * k}`;
+  picture.querySelector(".cross").innerHTML =
+    `<path d="${way}" stroke="#000" stroke-width="${5 * k}"/><path d="${way}" stroke="#fff" stroke-width="${2 * k}"/>`;
+  if (event.key === "Enter") emit([u, v]);
 }

@@ -24,6 +24,7 @@ none comes before, for what is clicked is clicked in the image that was shown la
 SCRIPT = Path(__file__).with_name("camera_view.js")
 ON_LOAD = "event => showOverlay(event, getHtmlElement({id}), emit)"
 ON_ERROR = "event => reportRefusal(event, emit)"
+ON_KEY = "event => pressKey(event, emit)"
 
 
 class CameraView:
@@ -63,16 +64,21 @@ class CameraView:
 
     def _add_image(self) -> None:
         with ui.element("div").classes("picture empty") as self._frame:
+            self._frame.props(
+                f'tabindex=0 role=application aria-label="picture of camera {self.camera}: arrow '
+                'keys move a cross, Enter clicks there"'
+            ).on("keydown", self._on_key, js_handler=ON_KEY)
             self._image = ui.interactive_image(
-                content='<g class="over"></g>',
+                content='<g class="over"></g><g class="cross"></g>',
                 events=["pointerdown", "pointermove", "pointerup", "pointercancel"],
                 sanitize=False,
             )
             self._image.classes("aiming w-full").on_mouse(self._on_pointer)
             self._image.on("loaded", self._on_loaded, js_handler=ON_LOAD.format(id=self._image.id))
             self._image.on("error.capture", self._on_refused, js_handler=ON_ERROR)
-            self._image.props(f'alt="camera {self.camera}"')
-            self._caption = ui.label().classes("caption")
+            with ui.element("div").classes("caption"):
+                self._caption = ui.label()
+                ui.label().classes("age")  # the script fills it: of what is on the screen
             self._lost = ui.element("div").classes("lost").props("role=status aria-live=polite")
 
     def _add_scrub_bar(self) -> None:
@@ -175,8 +181,6 @@ class CameraView:
             facts.append(camera.trouble if camera.ended else "paused")
         else:
             facts.append(f"{camera.rate:.0f} fps")
-            if camera.age is not None:
-                facts.append(f"{1000 * camera.age:.0f} ms")
             if camera.trouble:
                 facts.append(camera.trouble)
         self._caption.set_text(" · ".join(facts))
@@ -201,6 +205,8 @@ class CameraView:
             self._source, self._overlay = source, over
             self._fragment += 1  # what has another one is loaded anew, if only from memory
             self._image.props["data-over"] = over
+            standing = session.paused or self._wanted is not None or self._status.ended
+            self._image.props["data-taken"] = "" if standing else f"{shown.taken:.3f}"
             self._image.set_source(f"{source}#{self._fragment}")
         self._show_warnings(shown)
         return new
@@ -250,6 +256,11 @@ class CameraView:
     def _on_slider(self, event: events.GenericEventArguments) -> None:
         if isinstance(event.args, (int, float)):
             self._wanted = min(max(0, int(event.args)), self._status.frames - 1)
+
+    async def _on_key(self, event: events.GenericEventArguments) -> None:
+        match event.args:
+            case [int(u) | float(u), int(v) | float(v)] if self._shown:
+                await self._session.apply_tool(self.camera, self._shown.index, [(u, v)])
 
     async def _on_pointer(self, event: events.MouseEventArguments) -> None:
         if self._shown is None:

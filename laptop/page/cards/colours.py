@@ -99,7 +99,7 @@ class ColourCard:
         """Take back the last change of a marker."""
         session = self._session
         before = dict(session.controller.state.markers) if session.controller.state else {}
-        session.warn(await session.controller.call_slowly(ColourCalls.undo))
+        await session.edit(ColourCalls.undo)
         now = (await session.controller.call(StatusCalls.state)).markers
         if session.marker in before and session.marker not in now:  # its name was undone
             back = next((name for name in now if name not in before), EFFECTOR)
@@ -117,9 +117,7 @@ class ColourCard:
         """Give the chosen marker the name that was typed."""
         old, new = self._session.marker, str(self._new_name.value).strip()
         if new != old:
-            why = await self._session.controller.call_slowly(ColourCalls.rename, old, new)
-            self._session.warn(why)
-            if why:
+            if not await self._session.edit(ColourCalls.rename, old, new):
                 return
             self._offer(new)
         self._dialog.close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 
 from nicegui import ui
@@ -16,9 +15,6 @@ from shared.messages import BUDGET, GOAL, TOLERANCE
 from shared.run_options import METHODS, MODES, ROWS
 from shared.verdicts import CONVERGED, READY, STOPPED, VERDICT_TEXTS
 
-RECONNECT_GUARD = 1.0
-"""A Start that arrives so soon after the browser has reconnected, s, was pressed before."""
-
 
 class DriveCard:
     """The card that drives the arm.
@@ -31,9 +27,6 @@ class DriveCard:
     def __init__(self, session: BrowserSession, several: bool) -> None:
         self._session = session
         self._runs: tuple[RunSummary, ...] = ()  # that the menu of reports has
-        self._connections = 0
-        self._reconnected = -math.inf  # when, s
-        ui.context.client.on_connect(self._on_connect)
         with card("Drive"):
             heading("Drive")
             self._add_progress()
@@ -44,7 +37,7 @@ class DriveCard:
     def _add_progress(self) -> None:
         with ui.element("div").props("role=status aria-live=polite"):
             self._verdict = ui.label().classes("verdict").mark("verdict")
-            self._reason = ui.label().classes("quiet")
+            self._reason = ui.label().classes("quiet reason")
         with ui.row().classes("items-end gap-3"):
             self._error = ui.label().classes("error").mark("error")
             self._run = ui.label().classes("quiet")
@@ -52,16 +45,17 @@ class DriveCard:
 
     def _add_buttons(self) -> None:
         with ui.row().classes("w-full gap-2 no-wrap"):
+            # (A tooltip would hide what is beside them.)
             self._start = (
                 ui.button("Start", icon="play_arrow", on_click=self.start)
-                .props("color=positive unelevated")
+                .props("color=positive unelevated aria-keyshortcuts=S")
                 .classes("go")
             )
-            _add_tooltip_above(self._start, "to the goal (S)")
             self._hold = (
-                ui.button("Hold", icon="pause", on_click=self.hold).props("outline").classes("go")
+                ui.button("Hold", icon="pause", on_click=self.hold)
+                .props("outline aria-keyshortcuts=H")
+                .classes("go")
             )
-            _add_tooltip_above(self._hold, "halt here; Start goes on (H)")
         self._to_marker = ui.button("Aim at the goal marker", on_click=self._aim_at_marker).props(
             "flat dense no-caps icon=my_location"
         )
@@ -97,6 +91,7 @@ class DriveCard:
             ui.label(
                 "in the mode stream, until the budget is spent or Hold or STOP ends it"
             ).classes("quiet")
+            ui.label("Keys: S starts, H holds, Escape stops.").classes("quiet")
 
     def show(self, state: PageState) -> None:
         """Show how the run goes, and let be pressed what can be done."""
@@ -112,8 +107,9 @@ class DriveCard:
         )
         self._goal.set_text("Goal: " + goal_text(state))
         self._to_marker.set_visibility(bool(state.aims) and GOAL in state.markers)
-        self._start.set_enabled(state.brick is not None and not state.running)
-        self._hold.set_enabled(state.running)
+        steers = self._session.steers
+        self._start.set_enabled(state.brick is not None and not state.running and steers)
+        self._hold.set_enabled(state.running and steers)
         self._show_reports(state.runs)
 
     def _show_reports(self, runs: tuple[RunSummary, ...]) -> None:
@@ -130,20 +126,9 @@ class DriveCard:
                     f"href=/report/{run.number} target=_blank"
                 )
 
-    def _on_connect(self) -> None:
-        self._connections += 1
-        if self._connections > 1:
-            self._reconnected = time.monotonic()
-
     async def start(self) -> None:
-        """Start a run.
-
-        Browsers send on what was pressed while they were cut off.  That is right for a STOP.
-        """
+        """Start a run."""
         session = self._session
-        if time.monotonic() - self._reconnected < RECONNECT_GUARD:
-            session.warn("the page was cut off when Start was pressed; look, then press it again")
-            return
         numbers = []
         for what, field, (_, _, unit) in (
             ("tolerance", self._tolerance, TOLERANCE),
@@ -156,20 +141,14 @@ class DriveCard:
         tolerance, budget = numbers
         how = self._method.value, self._mode.value, self._rows.value
         order = *how, tolerance, budget, bool(self._follow.value)
-        session.warn(await session.controller.call(RunCalls.start, *order))
+        await session.order(RunCalls.start, *order)
 
     async def hold(self) -> None:
         """Halt the arm."""
-        self._session.warn(await self._session.controller.call(RunCalls.hold))
+        await self._session.order(RunCalls.hold, self._session.title)
 
     async def _aim_at_marker(self) -> None:
-        self._session.warn(await self._session.controller.call(RunCalls.aim_at_marker))
-
-
-def _add_tooltip_above(element: ui.element, text: str) -> None:
-    """Add a tooltip that covers nothing below the element."""
-    with element:
-        ui.tooltip(text).props('anchor="top middle" self="bottom middle"')
+        await self._session.order(RunCalls.aim_at_marker)
 
 
 def verdict_text(state: PageState) -> tuple[str, str]:

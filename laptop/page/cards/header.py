@@ -1,12 +1,19 @@
-"""The bar above all cards: which brick there is, and STOP."""
+"""The bar above all cards: which brick there is, who steers, and STOP."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 from nicegui import ui
 
 from laptop.page.cards.session import BrowserSession
-from laptop.page.interface import RunCalls
 from laptop.page.snapshots import PageState
+
+SCRIPT = Path(__file__).with_name("pulse.js")
+STOP = (
+    '<span class="can">STOP<span class="unseen"> the arm (Escape)</span></span>'
+    '<span class="cannot">STOP cannot be sent: press the brick\'s Back button</span>'
+)
 
 
 class Header:
@@ -14,35 +21,42 @@ class Header:
 
     Args:
         session: the browser's choices.
+        gate_port: of laptop.page.stop_gate.
     """
 
-    def __init__(self, session: BrowserSession) -> None:
+    def __init__(self, session: BrowserSession, gate_port: int) -> None:
         self._session = session
         self._dark = ui.dark_mode(None)
+        script = SCRIPT.read_text(encoding="utf-8")
+        ui.add_head_html(f"<script>{script} beginPulse({gate_port});</script>")
         with ui.header(), ui.element("div").classes("bar"):
-            ui.label("BrickServo").classes("word")
+            ui.html("BrickServo", sanitize=False, tag="h1").classes("word")
             self._brick = ui.label().classes("pill").mark("brick")
+            self._driver = ui.label().classes("pill driver")
+            self._take = ui.button("Take over", on_click=session.take_over).props(
+                "outline dense no-caps color=white"
+            )
             ui.space()
             ui.button(icon="dark_mode", on_click=self.toggle_dark).props(
                 'flat round color=white aria-label="dark or light"'
             ).tooltip("dark or light (D)")
-            ui.button("STOP", on_click=self.stop).props(
-                'color=negative unelevated aria-label="STOP the arm (Escape)"'
-            ).classes("stop").tooltip("stop the arm (Escape)")
+            # What is pressed here is the script's: it goes by two ways, and waits for no other.
+            with ui.button(color="negative").props("unelevated").classes("stop"):
+                ui.html(STOP, sanitize=False)
+        ui.element("div").classes("alarm").props("role=alert")
 
     def show(self, state: PageState) -> None:
-        """Show which brick there is."""
+        """Show which brick there is, and who steers."""
         self._brick.set_text(brick_text(state))
         self._brick.classes(remove="ok warm", add="ok" if state.brick else "warm")
+        steers = state.driver == self._session.browser
+        self._driver.set_text("You steer" if steers else f"{state.driver_name or 'nobody'} steers")
+        self._take.set_visibility(not steers)
 
     def toggle_dark(self) -> None:
         """Change between dark and light."""
         # The first time it is as the system has it; then the other way round.
         self._dark.set_value(self._dark.value is not True)
-
-    async def stop(self) -> None:
-        """Stop the arm."""
-        self._session.warn(await self._session.controller.call(RunCalls.stop))
 
 
 def brick_text(state: PageState) -> str:

@@ -28,7 +28,7 @@ class PlotsCard:
         self._controller = session.controller
         self._due = -math.inf  # s
         with card("The last minute", later=True):
-            with ui.row().classes("w-full items-center gap-2"):
+            with ui.row().classes("w-full items-center gap-2 no-wrap"):
                 heading("The last minute")
                 ui.space()
                 self._running = ui.checkbox("Run", value=True).props("dense")
@@ -44,8 +44,8 @@ class PlotsCard:
                         lambda s: {f"q{n}": math.degrees(q) for n, q in enumerate(s.q, 1)},
                     ),
                     Plot(
-                        "steps, condition",
-                        lambda s: {"steps": float(s.moves), "condition": s.condition},
+                        "moves",
+                        lambda s: {"moves": float(s.moves), "condition": s.condition},
                     ),
                     Plot(
                         "frame age, ms",
@@ -84,10 +84,10 @@ class Plot:
             {
                 "animation": False,
                 "title": {"text": title, "left": 0, "top": 0,
-                          "textStyle": {"color": "#8a94a0", "fontSize": 14}},
-                "legend": {"right": 0, "top": 0, "textStyle": quiet, "itemWidth": 14,
+                          "textStyle": {"color": "#8a94a0", "fontSize": 13}},
+                "legend": {"right": 0, "top": 0, "textStyle": quiet, "itemWidth": 10,
                            "itemHeight": 8},
-                "grid": {"left": 44, "right": 8, "top": 30, "bottom": 22},
+                "grid": {"left": 44, "right": 8, "top": 24, "bottom": 20},
                 "xAxis": {"type": "value", "min": -HISTORY_DURATION, "max": 0, "axisLabel":
                           {**quiet, ":formatter": "v => v + ' s'"}, "splitLine": grid},
                 "yAxis": {"type": "value", "scale": True, "axisLabel": quiet,

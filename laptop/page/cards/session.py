@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Concatenate, NamedTuple, ParamSpec
 
 from nicegui import ui
 
 from laptop.page.async_controller import AsyncController
-from laptop.page.interface import ColourCalls, RunCalls
+from laptop.page.interface import ORDER_LIFETIME, ColourCalls, RunCalls, SteeringCalls
+from laptop.page.steering import browser_title
 from laptop.tracking.pipeline import Point
 from shared.messages import EFFECTOR
+
+P = ParamSpec("P")
 
 
 class Tool(NamedTuple):
@@ -38,6 +41,9 @@ class BrowserSession:
 
     Attributes:
         controller: the tracker's.
+        browser: its number.
+        name: what it is, for people.
+        age: returns how old, s, what it has seen may be.
         tool: what the pointer does in an image, a key of TOOLS.
         marker: name of the marker whose colour is learned.
         mask: name of the marker whose pixels are shown, or "".
@@ -46,6 +52,9 @@ class BrowserSession:
     """
 
     controller: AsyncController
+    browser: int = 0
+    name: str = ""
+    age: Callable[[], float] = field(default=lambda: 0.0)
     tool: str = AIM
     marker: str = EFFECTOR
     mask: str = ""
@@ -57,6 +66,58 @@ class BrowserSession:
         if why:
             ui.notify(why, type="warning", position="bottom", timeout=6000, multi_line=True)
 
+    @property
+    def title(self) -> str:
+        """This browser's number and what it is, for people."""
+        return browser_title(self.browser, self.name)
+
+    @property
+    def steers(self) -> bool:
+        """True if this browser gives the orders."""
+        state = self.controller.state
+        return state is not None and state.driver == self.browser
+
+    async def order(
+        self,
+        method: Callable[Concatenate[RunCalls, P], str],
+        *args: P.args,
+        **kwargs: P.kwargs,
+    ) -> bool:
+        """Give an order, or say why not; return True if it was carried out."""
+        why = await self._why_not() or await self.controller.call(method, *args, **kwargs)
+        self.warn(why)
+        return not why
+
+    async def edit(
+        self,
+        method: Callable[Concatenate[ColourCalls, P], str],
+        *args: P.args,
+        **kwargs: P.kwargs,
+    ) -> bool:
+        """Change a marker's colour, or say why not; return True if it was changed."""
+        why = await self._why_not() or await self.controller.call_slowly(method, *args, **kwargs)
+        self.warn(why)
+        return not why
+
+    async def take_over(self) -> None:
+        """Steer from now on."""
+        if why := self._why_late():
+            self.warn(why)
+        else:
+            await self.controller.call(SteeringCalls.take, self.browser, self.name)
+
+    async def _why_not(self) -> str:
+        """Return why this browser gives no orders just now, or ""."""
+        return self._why_late() or await self.controller.call(
+            SteeringCalls.claim, self.browser, self.name
+        )
+
+    def _why_late(self) -> str:
+        """Return why what was pressed is not done, or "": browsers send on what had to wait."""
+        if self.age() > ORDER_LIFETIME:
+            return "the page was cut off when this was pressed; look, then do it again"
+        return ""
+
     async def apply_tool(self, camera: str, index: int, points: Sequence[Point]) -> None:
         """Use the chosen tool in an image.
 
@@ -66,13 +127,26 @@ class BrowserSession:
         """
         if self.tool == AIM:
             if len(points) > 1:
-                why = await self.controller.call(RunCalls.follow, camera, list(points))
+                await self.order(RunCalls.follow, camera, list(points))
             else:
-                why = await self.controller.call(RunCalls.aim, camera, *points[0])
+                await self.order(RunCalls.aim, camera, *points[0])
         else:
             where = (*points[0], *points[-1]) if len(points) > 1 else points[0]
             edit = COLOUR_EDITS[self.tool]
-            why = await self.controller.call_slowly(edit, self.marker, camera, index, where)
-            if not why:
+            if await self.edit(edit, self.marker, camera, index, where):
                 ui.notify(f"{self.marker}: kept", type="positive", position="bottom", timeout=1500)
-        self.warn(why)
+
+
+BROWSERS = (
+    ("Edg", "Edge"), ("OPR", "Opera"), ("Firefox", "Firefox"), ("Chrome", "Chrome"),
+    ("Safari", "Safari"),
+)  # fmt: skip
+SYSTEMS = ("Android", "iPhone", "iPad", "Windows", "Mac", "Linux")
+"""Words of a User-Agent, the more special ones first: most browsers claim to be others, too."""
+
+
+def browser_name(user_agent: str) -> str:
+    """Return what a browser is, for people, by what it says of itself; "" if that is unknown."""
+    browser = next((name for word, name in BROWSERS if word in user_agent), "")
+    system = next((word for word in SYSTEMS if word in user_agent), "")
+    return " on ".join(filter(None, (browser, system)))

@@ -57,7 +57,7 @@ class _File(object):
         self._thread = threading.RLock()
         self.descriptor = None
         try:
-            os.makedirs(os.path.dirname(path), exist_ok=True)
+            os.makedirs(os.path.dirname(path), mode=0o700, exist_ok=True)
             self.descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
             with self.locked():
                 begin = os.pread(self.descriptor, len(_MAGIC), 0)

@@ -5,7 +5,8 @@ from page_scene import PATH, PageScene
 
 from laptop.page import camera_feed, snapshots
 from laptop.page import controller as controllers
-from shared.messages import EFFECTOR, GOAL
+from laptop.page.steering import UNHEARD_TIMEOUT
+from shared.messages import EFFECTOR, GOAL, Stop
 
 
 @pytest.fixture
@@ -101,3 +102,61 @@ def test_an_own_brick_comes_when_somebody_looks_and_no_other_is_there(tmp_path):
     scene.controller.opened()
     assert brought == [1, 1]
     assert scene.controller.state().own
+
+
+def go(scene, seconds):
+    """Let the time pass, heartbeat by heartbeat, in which no page is heard."""
+    for _ in range(round(seconds / camera_feed.HEARTBEAT_PERIOD)):
+        scene.show()
+
+
+def drive(scene):
+    """Let browser 1 order a run, which begins."""
+    scene.show()
+    scene.controller.steering.claim(1, "Chrome on Linux")
+    scene.controller.steering.hear({1: 0.0})
+    assert scene.controller.runs.aim("A", 40.0, 50.0) == ""
+    assert scene.controller.runs.start() == ""
+    scene.server.tell("", 1)
+    scene.show()
+    scene.server.sent.clear()
+
+
+def test_a_run_is_held_when_no_page_is_heard_any_more(scene):
+    drive(scene)
+    go(scene, UNHEARD_TIMEOUT - 0.2)
+    scene.controller.steering.hear({1: 0.1})
+    go(scene, UNHEARD_TIMEOUT - 0.2)
+    assert scene.server.sent == []
+    go(scene, 0.3)
+    assert scene.server.sent[0] == Stop("held: no page was heard for 2 s")
+    assert "no page was heard for 2 s: held; Start goes on" in scene.controller.state().note
+    scene.server.tell("stopped", 1)
+    scene.show()
+    scene.server.sent.clear()
+    go(scene, 5)
+    assert scene.server.sent == []
+
+
+def test_a_run_that_nobody_ordered_here_goes_on_whoever_is_heard(scene):
+    scene.controller.steering.claim(1, "")
+    scene.server.tell("", 1)
+    go(scene, 3 * UNHEARD_TIMEOUT)
+    assert scene.controller.state().running
+    assert scene.server.sent == []
+
+
+def test_a_run_goes_on_unheard_if_that_is_wanted(tmp_path):
+    scene = PageScene(tmp_path, hold_unheard=False)
+    drive(scene)
+    go(scene, 3 * UNHEARD_TIMEOUT)
+    assert scene.server.sent == []
+
+
+def test_the_state_tells_who_steers_and_a_stop_who_stopped(scene):
+    assert (scene.controller.state().driver, scene.controller.state().driver_name) == (0, "")
+    drive(scene)
+    state = scene.controller.state()
+    assert (state.driver, state.driver_name) == (1, "browser 1 (Chrome on Linux)")
+    assert scene.controller.runs.stop("browser 2 (Safari on iPhone)") == ""
+    assert scene.server.sent == [Stop("stopped from the page by browser 2 (Safari on iPhone)")]

@@ -1,8 +1,6 @@
 """The page, in a real browser, before the tracker on rendered frames and an emulated brick."""
 
-import base64
 import csv
-import http.client
 import io
 import math
 import os
@@ -12,9 +10,7 @@ import socket
 import struct
 import subprocess
 import sys
-import threading
 import time
-import urllib.parse
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -22,6 +18,7 @@ import cv2
 import numpy as np
 import pytest
 from announced import wait_for_event
+from page_tracker import SYNTHETIC, WINDOW, Surfer, Tracker, press_tool
 from places import ROOT
 from waiting import PATIENCE, until
 
@@ -29,102 +26,10 @@ from laptop.bench import page as bench
 from laptop.cli.track import start_brick as own_brick
 from laptop.page import process as page_process
 from laptop.page.cards.camera_view import IMAGE_TIMEOUT
-from laptop.simulator.host.pace import PacedClock
-from laptop.simulator.live import PoseReader
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
 from laptop.vision.markers import read_markers
 from shared.arm_description import find_arm, read_arm
-
-WINDOW = {"width": 1100, "height": 760}
-SYNTHETIC = "--camera", "synthetic", "--scene", "fps=10,jpeg=0,exposure=0.004"
-"""Quicker to paint: others wait for the same two cores."""
-
-
-class Tracker:
-    """`track --camera synthetic` with its page, until it is closed."""
-
-    def __init__(self, folder, *words):
-        self.state = folder / "state"
-        environment = {
-            **os.environ,
-            "BRICKSERVO_STATE": str(self.state),
-            "PYTHONPATH": str(ROOT),
-            "PYTHONUNBUFFERED": "1",
-            "BROWSER": "true",  # it opens nothing
-        }
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "laptop", "track", *words, "--host", "127.0.0.1", "--port", "0"]
-            + ["--page-port", "0", "--announce"],
-            cwd=ROOT,
-            env=environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        self.lines = []
-        self.reader = threading.Thread(target=lambda: self.lines.extend(self.process.stderr))
-        self.reader.start()
-        self.address = wait_for_event(self.process.stdout, "page")["url"]
-        parts = urllib.parse.urlsplit(self.address)
-        self.host, self.port = parts.netloc, parts.port
-        (self.token,) = urllib.parse.parse_qs(parts.query)["token"]
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        if self.process.poll() is None:
-            self.close()
-
-    @property
-    def cookie(self):
-        return f"brickservo-{self.port}={self.token}"
-
-    def get(self, path="/", method="GET", **headers):
-        """Status, headers and body of an answer; Host and Cookie are the right ones if not said."""
-        headers = {"Host": self.host, "Cookie": self.cookie, **headers}
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
-        connection.putrequest(method, path, skip_host=True)
-        for name, value in headers.items():
-            if value is not None:
-                connection.putheader(name, value)
-        connection.endheaders()
-        answer = connection.getresponse()
-        body = answer.read()
-        connection.close()
-        return answer.status, dict(answer.getheaders()), body.decode("utf-8", "replace")
-
-    def upgrade(self, **headers):
-        """A socket that has asked for the page's WebSocket, and the first line of the answer."""
-        headers = {
-            "Host": self.host,
-            "Cookie": self.cookie,
-            "Origin": f"http://{self.host}",
-            "Upgrade": "websocket",
-            "Connection": "Upgrade",
-            "Sec-WebSocket-Version": "13",
-            "Sec-WebSocket-Key": base64.b64encode(os.urandom(16)).decode(),
-            **headers,
-        }
-        sock = socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE)
-        lines = [f"{name}: {value}" for name, value in headers.items() if value is not None]
-        path = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
-        sock.sendall("\r\n".join([f"GET {path} HTTP/1.1", *lines, "", ""]).encode())
-        answer = b""
-        while b"\r\n\r\n" not in answer:
-            data = sock.recv(4096)
-            if not data:
-                break
-            answer += data
-        return sock, answer.split(b"\r\n")[0].decode()
-
-    def close(self, number=signal.SIGINT):
-        self.process.send_signal(number)  # to none that has ended
-        self.process.wait(PATIENCE)
-        self.reader.join(PATIENCE)
-        self.process.stdout.close()
-        self.process.stderr.close()
 
 
 @pytest.fixture(scope="module")
@@ -137,11 +42,14 @@ def tracker(tmp_path_factory):
 
 
 def test_the_printed_address_lets_one_in_and_is_left_at_once(tracker):
-    status, headers, _ = tracker.get(f"/?token={tracker.token}", Cookie=None)
+    token = tracker.new_token()
+    status, headers, _ = tracker.get(f"/?token={token}", Cookie=None)
     assert (status, headers["location"]) == (303, "/")
-    assert headers["set-cookie"].startswith(tracker.cookie + ";")
-    assert "HttpOnly" in headers["set-cookie"]
-    assert "SameSite" in headers["set-cookie"]
+    cookie, *attributes = headers["set-cookie"].split("; ")
+    assert cookie.startswith(f"brickservo-{tracker.port}=")
+    assert attributes == ["Path=/", "HttpOnly", "SameSite=Strict"]
+    assert token not in headers["set-cookie"], "who reads the cookie along lets nobody else in"
+    assert tracker.get(Cookie=cookie)[0] == 200
     status, headers, body = tracker.get()
     assert (status, "BrickServo" in body) == (200, True)
     assert headers["x-frame-options"] == "DENY"
@@ -151,7 +59,9 @@ def test_the_printed_address_lets_one_in_and_is_left_at_once(tracker):
 OTHER = {
     "no token": {"Cookie": None},
     "a wrong token": {"Cookie": "brickservo-{port}=guess"},
-    "another page's cookie": {"Cookie": "brickservo-1={token}"},
+    "another page's cookie": {"Cookie": "brickservo-1={session}"},
+    "a token for a cookie": {"Cookie": "brickservo-{port}={token}"},
+    "another browser's number": {"Cookie": "brickservo-{port}=9{session}"},
     "a foreign Origin": {"Origin": "http://evil.example"},
     "an Origin of another port": {"Origin": "http://127.0.0.1:1"},
     "an Origin of nowhere": {"Origin": "null"},
@@ -162,8 +72,10 @@ OTHER = {
 
 
 def filled(tracker, headers):
+    session = tracker.cookie.partition("=")[2]
+    token = tracker.addresses[-1].partition("=")[2]
     return {
-        name: value and value.format(port=tracker.port, token=tracker.token)
+        name: value and value.format(port=tracker.port, token=token, session=session)
         for name, value in headers.items()
     }
 
@@ -173,7 +85,8 @@ def test_over_http_nobody_else_is_let_in(tracker, headers):
     for path in ("/", "/view/A/1.jpg", "/history.csv", "/report", "/_nicegui_ws/socket.io/"):
         status, answered, body = tracker.get(path, **filled(tracker, headers))
         assert status in (400, 403), path
-        assert tracker.token not in body + str(answered)
+        assert "set-cookie" not in answered
+        assert tracker.addresses[-1].partition("=")[2] not in body + str(answered)
 
 
 @pytest.mark.parametrize("headers", OTHER.values(), ids=OTHER)
@@ -196,6 +109,18 @@ def test_over_the_websocket_only_browsers_are_let_in_and_ours_are(tracker):
     sock, answer = tracker.upgrade()
     sock.close()
     assert " 101 " in answer
+
+
+def test_a_printed_address_lets_one_browser_in_and_then_a_new_one_is_printed(tracker):
+    used = tracker.new_token()
+    assert tracker.get(f"/?token={used}", Cookie=None)[0] == 303
+    status, headers, body = tracker.get(f"/?token={used}", Cookie=None)
+    assert (status, "set-cookie" in headers) == (403, False)
+    assert "lets one browser in" in body
+    # Who is in already may come by any address that was printed, and uses up none.
+    status, headers, _ = tracker.get(f"/?token={used}")
+    assert (status, headers["location"], "set-cookie" in headers) == (303, "/", False)
+    assert tracker.get(f"/?token={tracker.new_token()}", Cookie=None)[0] == 303
 
 
 @pytest.mark.parametrize("token", ["", "guess", "%00", "%C3%A4"])
@@ -304,88 +229,6 @@ def browser():
         yield browser
 
 
-def press_tool(page, name):
-    """Choose what a click in an image does, and wait until the page says so."""
-    tool = page.locator(".tools").get_by_role("button", name=name, exact=True)
-    tool.click()
-    tool.and_(page.locator("[aria-pressed=true]")).wait_for()
-
-
-class Surfer:
-    """Somebody before a browser, to which pictures may come `late` (s); and the true arm."""
-
-    def __init__(self, browser, tracker, late=0.0, **options):
-        self.tracker = tracker
-        self.context = browser.new_context(viewport=WINDOW, **options)
-        self.context.set_default_timeout(1000 * PATIENCE)
-        self.page = self.context.new_page()
-        self.errors, self.addresses = [], []
-        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
-        self.page.on("request", lambda request: self.addresses.append(request.url))
-        if late:
-            self.page.route("**/view/**", lambda route: (time.sleep(late), route.continue_()))
-        self.page.goto(tracker.address)
-        self.page.wait_for_selector("[data-marker=effector]", state="attached")
-        self.scene = Scene(read_arm(find_arm("planar")), read_scene(""))
-        self.clock = PacedClock(str(tracker.state))
-        self.follower = PoseReader(str(tracker.state))
-
-    def at(self, u, v):
-        """Where a pixel of the picture is on the page."""
-        self.page.evaluate("scrollTo(0, 0)")
-        box = self.page.locator(".picture img").bounding_box()
-        return box["x"] + (u + 0.5) * box["width"] / 640, box["y"] + (v + 0.5) * box["height"] / 480
-
-    def click(self, u, v):
-        self.page.mouse.click(*self.at(u, v))
-
-    def drag(self, *points):
-        self.page.mouse.move(*self.at(*points[0]))
-        self.page.mouse.down()
-        for point in points[1:]:
-            self.page.mouse.move(*self.at(*point), steps=8)
-        self.page.mouse.up()
-
-    def button(self, name):
-        return self.page.get_by_role("button", name=name)
-
-    def tool(self, name):
-        press_tool(self.page, name)
-
-    def start(self):
-        self.page.wait_for_function(
-            "() => [...document.querySelectorAll('.go')].some(b => b.innerText.includes('START') "
-            "&& !b.disabled)"
-        )
-        self.button("Start").click()
-
-    def verdict(self, text):
-        """Wait for a verdict."""
-        self.page.locator(".verdict", has_text=text).wait_for()
-
-    def reads(self, text):
-        self.page.get_by_text(text).first.wait_for()
-
-    def joints(self):
-        """The true ones, rad; if there is no brick yet, once it has come."""
-
-        def pose():
-            self.follower.poll()
-            return self.follower.at(self.clock.now())
-
-        return until(pose, "the brick", lambda: self.page.wait_for_timeout(20)).q
-
-    def tip(self):
-        """Where the true tip is, px."""
-        return self.scene.truth(self.joints())["effector"]
-
-    def close(self):
-        self.context.close()
-        self.follower.close()
-        self.clock.close()
-        assert self.errors == []
-
-
 @pytest.fixture(scope="module")
 def open_page(browser, tracker):
     surfer = Surfer(browser, tracker)
@@ -399,6 +242,7 @@ def surfer(open_page):
     """The one page of most tests, as it is at the beginning but for where the arm is."""
     open_page.page.set_viewport_size(WINDOW)
     open_page.page.bring_to_front()
+    open_page.steer()
     open_page.tool("Aim")
     yield open_page
     open_page.page.keyboard.press("Escape")
@@ -543,6 +387,7 @@ def test_a_start_while_a_run_is_on_is_refused(surfer):
 def test_what_was_pressed_while_cut_off_may_stop_but_not_start_the_arm(surfer):
     def press_while_cut_off(button):
         button.evaluate("button => { window.socket.io.engine.close(); button.click(); }")
+        surfer.page.wait_for_function("window.socket.connected && !isCutOff()")
 
     surfer.click(*surfer.scene.truth((-0.4, 0.9))["effector"])
     surfer.start()
@@ -550,8 +395,9 @@ def test_what_was_pressed_while_cut_off_may_stop_but_not_start_the_arm(surfer):
     press_while_cut_off(surfer.page.locator(".stop"))
     surfer.verdict("Stopped")
     press_while_cut_off(surfer.button("Start"))
-    surfer.reads("cut off when Start was pressed")
+    surfer.page.wait_for_timeout(300)  # what had been sent on would have come before the pulse
     surfer.verdict("Stopped")
+    assert surfer.page.get_by_text("On its way").count() == 0
 
 
 @pytest.mark.long
@@ -588,6 +434,74 @@ def test_a_dragged_path_is_followed(surfer):
     assert math.dist(surfer.tip(), way[-1]) < 8
 
 
+def boxes(page, selector):
+    """(text, left, top, width, height) of all that is to be seen."""
+    return page.evaluate(
+        """selector => [...document.querySelectorAll(selector)]
+            .filter(e => e.offsetParent && getComputedStyle(e).visibility !== "hidden")
+            .map(e => {
+                const { left, top, width, height } = e.getBoundingClientRect();
+                return [e.innerText || e.ariaLabel || e.tagName, left, top, width, height];
+            })""",
+        selector,
+    )
+
+
+def test_a_start_moves_nothing_and_hides_nothing(surfer):
+    surfer.click(*surfer.scene.truth((0.6, -0.8))["effector"])
+    surfer.page.locator("[data-aim]").wait_for(state="attached")
+    pressed = ".side button, .side a, .side .q-checkbox, .picture, .side h2, .stop"
+    before = [box[1:] for box in boxes(surfer.page, pressed)]
+    surfer.start()
+    surfer.verdict("On its way")
+    surfer.page.get_by_text("1 moves").wait_for()
+    assert [box[1:] for box in boxes(surfer.page, pressed)] == before
+    assert surfer.page.locator(".q-tooltip").count() == 0
+
+
+def test_the_plots_are_in_sight_on_a_small_screen(surfer):
+    surfer.page.set_viewport_size({"width": 1280, "height": 720})
+    surfer.page.evaluate("scrollTo(0, 0)")
+    surfer.page.wait_for_function("document.querySelector('.plot').clientHeight < 100")
+    plots = boxes(surfer.page, ".plot")
+    assert len(plots) == 6
+    assert max(top + height for _, _, top, _, height in plots) <= 720
+    picture = surfer.page.locator(".picture").bounding_box()
+    assert picture["y"] + picture["height"] <= 720
+
+
+def test_on_a_phone_all_that_is_pressed_is_large_enough_for_a_thumb(surfer):
+    surfer.page.set_viewport_size({"width": 390, "height": 844})
+    surfer.tool("Pick")
+    pressed = "button, a, .q-checkbox, .q-toggle, .q-item, .q-slider, .q-field"
+    found = boxes(surfer.page, pressed)
+    assert len(found) > 12
+    assert [box for box in found if min(box[3:]) < 44] == []
+
+
+def test_one_aims_by_the_keyboard_alone(surfer):
+    surfer.page.locator(".picture").focus()
+    for key in ("ArrowLeft", "ArrowLeft", "ArrowUp", "Shift+ArrowDown", "Enter"):
+        surfer.page.keyboard.press(key)
+    surfer.page.locator("[data-aim='304.0,233.0']").wait_for(state="attached")
+    name = surfer.page.locator(".picture").get_attribute("aria-label")
+    assert name == "picture of camera A: arrow keys move a cross, Enter clicks there"
+
+
+def test_the_age_is_that_of_the_picture_on_the_screen(surfer):
+    age = surfer.page.locator(".age")
+    surfer.page.wait_for_function("/^\\d+ ms old$/.test(document.querySelector('.age').innerText)")
+    held = []
+    surfer.page.route("**/view/**", lambda route: held.append(route))  # none is shown from now on
+    surfer.page.wait_for_function(
+        "parseFloat(document.querySelector('.age').innerText) > 1.5 "
+        "&& document.querySelector('.age').innerText.endsWith(' s old')"
+    )
+    assert "stale" in age.get_attribute("class")
+    surfer.page.unroute("**/view/**")
+    surfer.page.wait_for_function("document.querySelector('.age').innerText.endsWith(' ms old')")
+
+
 def test_the_history_comes_as_csv(surfer):
     with surfer.page.expect_download() as download:
         surfer.button("CSV").click()
@@ -597,7 +511,7 @@ def test_the_history_comes_as_csv(surfer):
 
 
 def test_nothing_comes_from_anywhere_else(surfer):
-    own = f"http://{surfer.tracker.host}/", "data:", "blob:"
+    own = f"http://{surfer.tracker.host}/", f"http://{surfer.tracker.gate}/", "data:", "blob:"
     assert [url for url in surfer.addresses if not url.startswith(own)] == []
 
 
@@ -657,7 +571,9 @@ def test_what_is_asked_of_a_still_comes_though_it_was_asked_early_or_refused(
         page.set_default_timeout(1000 * PATIENCE)
         until(lambda: any("all is tracked" in line for line in tracker.lines), "the end")
         page.route("**/view/**", lambda route: held.append(route))
-        page.goto(tracker.address, wait_until="domcontentloaded")  # held pictures hold up a "load"
+        page.goto(
+            tracker.new_address(), wait_until="domcontentloaded"
+        )  # held pictures hold up a "load"
         until(lambda: held, "a picture", lambda: page.wait_for_timeout(20))
         page.get_by_role("checkbox", name="Mask").click()  # no picture is there
         page.unroute("**/view/**")  # and what is held goes on
@@ -675,7 +591,7 @@ def test_a_name_that_is_typed_at_once_is_taken(browser, film, tmp_path):
     with Tracker(tmp_path, "--camera", film, "--open") as tracker:
         page = browser.new_page()
         page.set_default_timeout(1000 * PATIENCE)
-        page.goto(tracker.address)
+        page.goto(tracker.new_address())
         press_tool(page, "Pick")
         page.evaluate("""new MutationObserver((changes, observer) => {
             const field = document.querySelector("[aria-label='effector is from now on']");
@@ -701,7 +617,7 @@ def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, fi
     with Tracker(tmp_path, "--camera", film, "--open") as tracker:
         page = browser.new_page()
         page.set_default_timeout(1000 * PATIENCE)
-        page.goto(tracker.address)
+        page.goto(tracker.new_address())
         page.get_by_text("effector lost: nothing of this colour").wait_for()
         slider = page.locator(".scrub .q-slider")
         slider.wait_for()  # it stands where it has ended
@@ -823,7 +739,7 @@ def test_a_lost_marker_has_its_reason_a_pick_mends_it_and_ctrl_c_ends_it_all(bro
         context = browser.new_context(viewport=WINDOW)
         context.set_default_timeout(1000 * PATIENCE)
         page = context.new_page()
-        page.goto(tracker.address)
+        page.goto(tracker.new_address())
         page.get_by_text("effector lost: nothing of this colour. Bring it into").wait_for()
         press_tool(page, "Pick")
         box = page.locator(".picture img").bounding_box()

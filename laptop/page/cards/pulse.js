@@ -1,0 +1,110 @@
+// The page's pulse: whether it is cut off, and a STOP that has two ways to the tracker.
+
+const CUT_OFF = 800; // ms without a beat, after which what is on the screen is old
+const PATIENCE = 10000; // ms for the first beat
+const CLOCK_BEATS = 40; // that tell how the clocks differ
+
+const pulse = { beat: performance.now() + PATIENCE, gate: -Infinity, clocks: [], stopping: false };
+
+// Follow the pulse; gatePort: of the gate of STOP.
+function beginPulse(gatePort) {
+  const gate = `${location.protocol}//${location.hostname}:${gatePort}`;
+  listenToGate(gate);
+  withSocket((socket) => {
+    socket.on("beat", (t) => {
+      pulse.beat = performance.now();
+      pulse.clocks = [...pulse.clocks, pulse.beat - 1000 * t].slice(-CLOCK_BEATS);
+      socket.volatile.emit("echo", t);
+      look();
+    });
+    // What was pressed while it was cut off is not sent on.
+    socket.io.on("reconnect", () => (socket.sendBuffer = []));
+  });
+  setInterval(look, 100);
+
+  const pressed = (event) => event.target.closest?.(".stop");
+  addEventListener("pointerdown", (event) => pressed(event) && event.button === 0 && stopArm(gate), true);
+  // (By keys, and by what reads pages aloud; after a pointer it is pressed already.)
+  addEventListener("click", (event) => pressed(event) && event.detail === 0 && stopArm(gate), true);
+  addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && !event.repeat) stopArm(gate);
+    else if (isCutOff() && event.key !== "Tab" && !(pressed(event) && " Enter".includes(event.key)))
+      event.stopImmediatePropagation();
+  }, true);
+}
+
+function withSocket(then) {
+  if (window.socket) then(window.socket);
+  else setTimeout(withSocket, 20, then);
+}
+
+// Hear the gate's signs of life, again and again.
+function listenToGate(gate) {
+  const source = new EventSource(`${gate}/pulse`, { withCredentials: true });
+  source.onmessage = () => (pulse.gate = performance.now());
+  source.onerror = () => {
+    source.close();
+    setTimeout(listenToGate, 500, gate);
+  };
+}
+
+function isCutOff() {
+  return performance.now() - pulse.beat > CUT_OFF;
+}
+
+// Show whether the page is cut off, and how old its pictures are.
+function look() {
+  const now = performance.now();
+  const off = isCutOff();
+  const body = document.body;
+  body.classList.toggle("cut-off", off);
+  body.classList.toggle("stop-dead", off && now - pulse.gate > CUT_OFF);
+  for (const element of document.querySelectorAll(".desk, .bar > :not(.stop)")) element.inert = off;
+  const alarm = document.querySelector(".alarm");
+  if (off && alarm) {
+    const old = Math.round((now - pulse.beat) / 1000);
+    const stop = now - pulse.gate > CUT_OFF ? "Nothing is sent." : "Nothing but STOP is sent.";
+    alarm.textContent = `Cut off: what is shown is ${old} s old. ${stop}`;
+  }
+  const clock = Math.min(...pulse.clocks);
+  for (const picture of document.querySelectorAll(".picture")) {
+    picture.querySelector("img").alt = ""; // the frame has its name
+    const taken = parseFloat(picture.dataset.taken);
+    const age = now - clock - 1000 * taken;
+    const label = picture.querySelector(".age");
+    label.textContent = isFinite(age) ? (age < 1000 ? `${age.toFixed(0)} ms old` : `${(age / 1000).toFixed(1)} s old`) : "";
+    label.classList.toggle("stale", age > 1000);
+  }
+}
+
+// Stop the arm, by whatever way gets through, and be it as soon as one does.
+async function stopArm(gate) {
+  if (pulse.stopping) return;
+  pulse.stopping = true;
+  document.body.classList.add("stopping");
+  let why = null;
+  while (why === null) {
+    try {
+      why = await Promise.any([stopByGate(gate), stopBySocket()]);
+    } catch {
+      await new Promise((done) => setTimeout(done, 200));
+    }
+  }
+  pulse.stopping = false;
+  document.body.classList.remove("stopping");
+  if (why) Quasar.Notify.create({ message: why, type: "warning", position: "bottom", timeout: 6000 });
+}
+
+async function stopByGate(gate) {
+  const how = { method: "POST", credentials: "include", signal: AbortSignal.timeout(1000) };
+  const answer = await fetch(`${gate}/stop`, how);
+  if (!answer.ok) throw new Error(answer.status);
+  return answer.text();
+}
+
+function stopBySocket() {
+  return new Promise((done, fail) => {
+    if (!window.socket?.connected) throw new Error("cut off");
+    window.socket.timeout(1000).emit("stop", (error, why) => (error ? fail(error) : done(why)));
+  });
+}

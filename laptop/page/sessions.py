@@ -1,0 +1,69 @@
+"""Sessions of browsers: a token in an address lets one in, once; from then on it has a cookie.
+
+A cookie is no token, nor the key by which it is signed: who reads one along can let nobody else in.
+Sessions outlive the page's process, for their key is the tracker's.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import secrets
+import threading
+from collections.abc import Callable
+
+
+class SessionKey:
+    """Makes cookies and knows its own again; the same in the tracker's process and the page's.
+
+    Args:
+        key: the secret.
+    """
+
+    def __init__(self, key: bytes) -> None:
+        self._key = key
+
+    def cookie(self, browser: int) -> str:
+        """Return a cookie of a browser, by its number, from 1 on."""
+        session = f"{browser}.{secrets.token_urlsafe(12)}"
+        return f"{session}.{self._signature(session)}"
+
+    def browser(self, cookie: str) -> int:
+        """Return the number of the browser whose cookie this is; 0 if it is nobody's."""
+        session, _, signature = cookie.rpartition(".")
+        is_ours = hmac.compare_digest(
+            signature.encode("utf-8", "replace"), self._signature(session).encode()
+        )
+        return int(session.partition(".")[0]) if is_ours else 0
+
+    def _signature(self, session: str) -> str:
+        return hmac.new(self._key, session.encode("utf-8", "replace"), hashlib.sha256).hexdigest()
+
+
+class Admission:
+    """Lets browsers in: each token is good for one, then there is a new one.
+
+    Attributes:
+        key: of all sessions.
+        token: for the next browser.
+        on_renewal: is called whenever there is a new token.
+    """
+
+    def __init__(self) -> None:
+        self.key = SessionKey(secrets.token_bytes(32))
+        self.token = secrets.token_urlsafe(24)
+        self.on_renewal: Callable[[], None] = lambda: None
+        self._browsers = 0
+        self._lock = threading.Lock()
+
+    def redeem(self, token: str) -> str:
+        """Return a cookie for the token, which is used up by that; "" if it is not the one."""
+        with self._lock:
+            given = token.encode("utf-8", "replace")
+            if not hmac.compare_digest(given, self.token.encode()):
+                return ""
+            self.token = secrets.token_urlsafe(24)
+            self._browsers += 1
+            cookie = self.key.cookie(self._browsers)
+        self.on_renewal()
+        return cookie

@@ -1,0 +1,240 @@
+"""A tracker with its page in processes of their own, and somebody before a browser, for tests."""
+
+import base64
+import http.client
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import urllib.parse
+
+from announced import wait_for_event
+from places import ROOT
+from waiting import PATIENCE, until
+
+from laptop.simulator.host.pace import PacedClock
+from laptop.simulator.live import PoseReader
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
+from shared.arm_description import find_arm, read_arm
+
+WINDOW = {"width": 1100, "height": 760}
+SYNTHETIC = "--camera", "synthetic", "--scene", "fps=10,jpeg=0,exposure=0.004"
+"""Quicker to paint: others wait for the same two cores."""
+
+
+class Tracker:
+    """`track --camera synthetic` with its page, until it is closed."""
+
+    def __init__(self, folder, *words):
+        self.state = folder / "state"
+        environment = {
+            **os.environ,
+            "BRICKSERVO_STATE": str(self.state),
+            "PYTHONPATH": str(ROOT),
+            "PYTHONUNBUFFERED": "1",
+            "BROWSER": "true",  # it opens nothing
+        }
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "laptop", "track", *words, "--host", "127.0.0.1", "--port", "0"]
+            + ["--page-port", "0", "--announce"],
+            cwd=ROOT,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.lines = []
+        self.reader = threading.Thread(target=lambda: self.lines.extend(self.process.stderr))
+        self.reader.start()
+        self.addresses = [wait_for_event(self.process.stdout, "page")["url"]]
+        self.listener = threading.Thread(target=self._listen)
+        self.listener.start()
+        parts = urllib.parse.urlsplit(self.addresses[0])
+        self.host, self.port = parts.netloc, parts.port
+        self.gate = f"127.0.0.1:{self.port + 1}"  # unless that port is taken
+        self.used = 0
+        self._cookie = ""
+
+    def _listen(self):
+        for line in self.process.stdout:
+            told = json.loads(line)
+            if told["event"] == "page":
+                self.addresses.append(told["url"])
+
+    def new_address(self):
+        """An address that nobody has used; whoever takes it uses it."""
+        until(lambda: len(self.addresses) > self.used, "a new address")
+        self.used += 1
+        return self.addresses[self.used - 1]
+
+    def new_token(self):
+        (token,) = urllib.parse.parse_qs(urllib.parse.urlsplit(self.new_address()).query)["token"]
+        return token
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        if self.process.poll() is None:
+            self.close()
+
+    def page_processes(self):
+        """PIDs of its pages: they are nicer than it, and have not been started by itself."""
+        rows = subprocess.run(["ps", "-eo", "pid=,ppid=,ni="], capture_output=True, text=True)
+        words = [line.split() for line in rows.stdout.splitlines()]
+        # (What is scheduled otherwise has "-" for its niceness.)
+        listed = [[int(word) for word in row] for row in words if row[2].lstrip("-").isdigit()]
+        (own,) = [nice for pid, _, nice in listed if pid == self.process.pid]
+        children = {pid for pid, parent, _ in listed if parent == self.process.pid}
+        return [pid for pid, parent, nice in listed if parent in children and nice > own]
+
+    @property
+    def cookie(self):
+        if not self._cookie:
+            _, headers, _ = self.get(f"/?token={self.new_token()}", Cookie=None)
+            self._cookie = headers["set-cookie"].partition(";")[0]
+        return self._cookie
+
+    def get(self, path="/", method="GET", **headers):
+        """Status, headers and body of an answer; Host and Cookie are the right ones if not said."""
+        headers = {"Host": self.host, **headers}
+        if "Cookie" not in headers:
+            headers["Cookie"] = self.cookie
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
+        connection.putrequest(method, path, skip_host=True)
+        for name, value in headers.items():
+            if value is not None:
+                connection.putheader(name, value)
+        connection.endheaders()
+        answer = connection.getresponse()
+        body = answer.read()
+        connection.close()
+        return answer.status, dict(answer.getheaders()), body.decode("utf-8", "replace")
+
+    def upgrade(self, **headers):
+        """A socket that has asked for the page's WebSocket, and the first line of the answer."""
+        headers = {
+            "Host": self.host,
+            "Cookie": self.cookie,
+            "Origin": f"http://{self.host}",
+            "Upgrade": "websocket",
+            "Connection": "Upgrade",
+            "Sec-WebSocket-Version": "13",
+            "Sec-WebSocket-Key": base64.b64encode(os.urandom(16)).decode(),
+            **headers,
+        }
+        sock = socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE)
+        lines = [f"{name}: {value}" for name, value in headers.items() if value is not None]
+        path = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
+        sock.sendall("\r\n".join([f"GET {path} HTTP/1.1", *lines, "", ""]).encode())
+        answer = b""
+        while b"\r\n\r\n" not in answer:
+            data = sock.recv(4096)
+            if not data:
+                break
+            answer += data
+        return sock, answer.split(b"\r\n")[0].decode()
+
+    def close(self, number=signal.SIGINT):
+        self.process.send_signal(number)  # to none that has ended
+        self.process.wait(PATIENCE)
+        self.reader.join(PATIENCE)
+        self.listener.join(PATIENCE)
+        self.process.stdout.close()
+        self.process.stderr.close()
+
+
+def press_tool(page, name):
+    """Choose what a click in an image does, and wait until the page says so."""
+    tool = page.locator(".tools").get_by_role("button", name=name, exact=True)
+    tool.click()
+    tool.and_(page.locator("[aria-pressed=true]")).wait_for()
+
+
+class Surfer:
+    """Somebody before a browser, to which pictures may come `late` (s); and the true arm."""
+
+    def __init__(self, browser, tracker, late=0.0, steers=True, **options):
+        self.tracker = tracker
+        self.context = browser.new_context(viewport=WINDOW, **options)
+        self.context.set_default_timeout(1000 * PATIENCE)
+        self.page = self.context.new_page()
+        self.errors, self.addresses = [], []
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.on("request", lambda request: self.addresses.append(request.url))
+        if late:
+            self.page.route("**/view/**", lambda route: (time.sleep(late), route.continue_()))
+        self.page.goto(tracker.new_address())
+        self.page.wait_for_selector("[data-marker=effector]", state="attached")
+        self.scene = Scene(read_arm(find_arm("planar")), read_scene(""))
+        self.clock = PacedClock(str(tracker.state))
+        self.follower = PoseReader(str(tracker.state))
+        if steers:
+            self.steer()
+
+    def steer(self):
+        """Give the orders from now on, if it is not so already."""
+        take = self.page.get_by_role("button", name="Take over")
+        if take.is_visible():
+            take.click()
+        self.reads("You steer")
+
+    def at(self, u, v):
+        """Where a pixel of the picture is on the page."""
+        self.page.evaluate("scrollTo(0, 0)")
+        box = self.page.locator(".picture img").bounding_box()
+        return box["x"] + (u + 0.5) * box["width"] / 640, box["y"] + (v + 0.5) * box["height"] / 480
+
+    def click(self, u, v):
+        self.page.mouse.click(*self.at(u, v))
+
+    def drag(self, *points):
+        self.page.mouse.move(*self.at(*points[0]))
+        self.page.mouse.down()
+        for point in points[1:]:
+            self.page.mouse.move(*self.at(*point), steps=8)
+        self.page.mouse.up()
+
+    def button(self, name):
+        return self.page.get_by_role("button", name=name)
+
+    def tool(self, name):
+        press_tool(self.page, name)
+
+    def start(self):
+        self.page.wait_for_function(
+            "() => [...document.querySelectorAll('.go')].some(b => b.innerText.includes('START') "
+            "&& !b.disabled)"
+        )
+        self.button("Start").click()
+
+    def verdict(self, text):
+        """Wait for a verdict."""
+        self.page.locator(".verdict", has_text=text).wait_for()
+
+    def reads(self, text):
+        self.page.get_by_text(text).first.wait_for()
+
+    def joints(self):
+        """The true ones, rad; if there is no brick yet, once it has come."""
+
+        def pose():
+            self.follower.poll()
+            return self.follower.at(self.clock.now())
+
+        return until(pose, "the brick", lambda: self.page.wait_for_timeout(20)).q
+
+    def tip(self):
+        """Where the true tip is, px."""
+        return self.scene.truth(self.joints())["effector"]
+
+    def close(self):
+        self.context.close()
+        self.follower.close()
+        self.clock.close()
+        assert self.errors == []

@@ -1,0 +1,191 @@
+"""A page that is cut off, its process dead or frozen, the tracker frozen; and two who look.
+
+In a real browser, before the tracker on rendered frames and an emulated brick.
+"""
+
+import math
+import os
+import signal
+from contextlib import ExitStack
+
+import pytest
+from page_tracker import SYNTHETIC, Surfer, Tracker
+from waiting import PATIENCE, until
+
+from laptop.bench import page as bench
+
+FAR = (0.9, 0.5), (-0.7, -0.6)
+"""Postures that are far from each other, rad."""
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with ExitStack() as stack:
+        try:
+            browser = stack.enter_context(bench.browser())
+        except bench.NoBrowser as why:
+            if os.environ.get("CI") == "true":
+                pytest.fail(str(why))
+            pytest.skip(str(why))
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def tracker(tmp_path_factory):
+    with Tracker(tmp_path_factory.mktemp("page"), *SYNTHETIC) as tracker:
+        yield tracker
+
+
+@pytest.fixture
+def surfer(browser, tracker):
+    surfer = Surfer(browser, tracker)
+    yield surfer
+    surfer.page.keyboard.press("Escape")
+    surfer.close()
+
+
+def run_to_the_farther_goal(surfer):
+    """Order a run, and wait until the true arm is on its way."""
+    here = surfer.tip()
+    tips = [surfer.scene.truth(posture)["effector"] for posture in FAR]
+    surfer.click(*max(tips, key=lambda tip: math.dist(tip, here)))
+    surfer.start()
+    surfer.verdict("On its way")
+    began = surfer.joints()
+    until(
+        lambda: math.dist(surfer.joints(), began) > 0.1,
+        "a motion",
+        lambda: surfer.page.wait_for_timeout(10),
+    )
+
+
+def stands(surfer):
+    """Wait until the true arm has stood still for a second of the emulated world."""
+    since, before = surfer.clock.now(), surfer.joints()
+    while surfer.clock.now() - since < 1.0:
+        surfer.page.wait_for_timeout(20)
+        now = surfer.joints()
+        if math.dist(now, before) > 0.005:
+            since, before = surfer.clock.now(), now
+
+
+def has_class(surfer, name, there=True):
+    surfer.page.wait_for_function(
+        f"document.body.classList.contains('{name}') === {str(there).lower()}"
+    )
+
+
+def told(tracker, text):
+    until(lambda: any(text in line for line in tracker.lines), text)
+
+
+def test_the_death_of_the_page_s_process_holds_the_run_and_is_told_and_mended(surfer, tracker):
+    run_to_the_farther_goal(surfer)
+    (page,) = tracker.page_processes()
+    os.kill(page, signal.SIGKILL)
+    has_class(surfer, "cut-off")
+    assert not surfer.page.locator(".verdict").is_visible()
+    assert surfer.page.locator(".stop").inner_text().startswith("STOP")
+    stands(surfer)
+    told(tracker, "page: its process was ended by SIGKILL; it starts anew")
+    has_class(surfer, "cut-off", False)
+    surfer.page.wait_for_selector("[data-marker=effector]", state="attached")
+    assert tracker.page_processes() != [page]
+    surfer.reads("You steer")
+
+
+def test_stop_gets_through_while_the_page_s_process_is_frozen(surfer, tracker):
+    run_to_the_farther_goal(surfer)
+    (page,) = tracker.page_processes()
+    os.kill(page, signal.SIGSTOP)
+    try:
+        surfer.page.locator(".stop").click()
+        stands(surfer)
+        has_class(surfer, "cut-off")
+        has_class(surfer, "stop-dead", False)
+        surfer.page.screenshot(path=tracker.state / "frozen.png")
+    finally:
+        os.kill(page, signal.SIGCONT)
+    has_class(surfer, "cut-off", False)
+    surfer.reads("stopped from the page by browser")
+
+
+def test_what_was_pressed_while_the_page_s_process_was_frozen_is_not_done_later(surfer, tracker):
+    surfer.click(*surfer.scene.truth(FAR[0])["effector"])
+    surfer.page.locator("[data-aim]").wait_for(state="attached")
+    where = surfer.joints()
+    (page,) = tracker.page_processes()
+    os.kill(page, signal.SIGSTOP)
+    try:
+        # At once: it does not show yet.  It waits in the socket until the process goes on.
+        surfer.button("Start").click(no_wait_after=True)
+        has_class(surfer, "cut-off")
+        surfer.page.wait_for_timeout(1500)
+    finally:
+        os.kill(page, signal.SIGCONT)
+    surfer.reads("cut off when this was pressed")
+    stands(surfer)
+    assert math.dist(surfer.joints(), where) < 0.01
+
+
+def test_a_tracker_that_stands_still_shows_that_no_stop_can_be_sent(surfer, tracker):
+    tracker.process.send_signal(signal.SIGSTOP)
+    try:
+        has_class(surfer, "stop-dead")
+        text = surfer.page.locator(".stop").inner_text()
+        assert text == "STOP cannot be sent: press the brick's Back button"
+    finally:
+        tracker.process.send_signal(signal.SIGCONT)
+    has_class(surfer, "cut-off", False)
+
+
+def test_a_stop_that_cannot_be_sent_is_as_soon_as_it_can_and_nothing_else_is(surfer, tracker):
+    run_to_the_farther_goal(surfer)
+    tracker.process.send_signal(signal.SIGSTOP)
+    try:
+        has_class(surfer, "stop-dead")
+        surfer.page.locator(".stop").click()
+        surfer.page.keyboard.press("m")
+    finally:
+        tracker.process.send_signal(signal.SIGCONT)
+    has_class(surfer, "cut-off", False)
+    has_class(surfer, "stopping", False)
+    surfer.verdict("Stopped")
+    assert not surfer.page.get_by_role("checkbox", name="Mask").is_checked()
+
+
+def test_one_steers_and_who_watches_may_take_over_and_stop(browser, tracker, surfer):
+    watcher = Surfer(browser, tracker, steers=False)
+    watcher.page.locator(".driver", has_text="browser").wait_for()
+    watcher.click(*watcher.scene.truth(FAR[0])["effector"])
+    watcher.reads("steers; press Take over first")
+    assert watcher.button("Start").is_disabled()
+    run_to_the_farther_goal(surfer)
+    watcher.page.locator(".stop").click()
+    surfer.verdict("Stopped")
+    surfer.page.get_by_text("stopped from the page by browser").first.wait_for()
+    watcher.steer()
+    surfer.page.get_by_role("button", name="Take over").wait_for()
+    watcher.close()
+
+
+def test_200_loads_at_once_are_all_answered(tracker):
+    import http.client
+    from concurrent.futures import ThreadPoolExecutor
+
+    def load(_):
+        connection = http.client.HTTPConnection("127.0.0.1", tracker.port, timeout=PATIENCE)
+        connection.request("GET", "/", headers={"Host": tracker.host, "Cookie": tracker.cookie})
+        answer = connection.getresponse()
+        text = answer.read()
+        connection.close()
+        return answer.status, b"BrickServo" in text
+
+    assert tracker.get()[0] == 200
+    with ThreadPoolExecutor(200) as pool:
+        assert set(pool.map(load, range(200))) == {(200, True)}
+
+
+def test_what_is_not_there_is_404(tracker):
+    for path in ("/nowhere", "/view", "/view/A/1.png", "/_nicegui/nowhere", "/stop", "/report/1/2"):
+        assert tracker.get(path)[0] == 404, path
