@@ -93,21 +93,16 @@ class Link(object):
     """
 
     def __init__(self, sock, now, keys=None, patience=0.0, max_age=MAX_AGE, select=select.select):
-        self.reason = ""
-        self.counters = dict.fromkeys(COUNTERS, 0)
-        self._sock = sock
-        self._now = now
+        self.reason, self.counters = "", dict.fromkeys(COUNTERS, 0)
+        self._sock, self._now, self._select = sock, now, select
         self.proven = False
         self._theirs = None  # LineSigner of what comes in, once it is proven
-        self._patience = patience
-        self._max_age = max_age
-        self._select = select
+        self._patience, self._max_age = patience, max_age
         self._is_open = True
 
         self._buffer = LineBuffer()
         self._lines = collections.deque()  # not looked at yet; (line, time it came in)
-        self._inbox = collections.deque(maxlen=MAX_QUEUE)
-        self._bad_in_a_row = 0
+        self._inbox, self._bad_in_a_row = collections.deque(maxlen=MAX_QUEUE), 0
         self._outgoing = SendQueue(sock)
 
         self._polled = self._heard = now()
@@ -305,8 +300,7 @@ class Link(object):
         except BadMessage:
             self._count_bad()
             return None
-        self._bad_in_a_row = 0
-        self._heard = t
+        self._bad_in_a_row, self._heard = 0, t
         return kept
 
     def _act(self, message, t):

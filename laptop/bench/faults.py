@@ -1,4 +1,4 @@
-"""Faults of the arm, measured: dead encoders, blocked links and pulled cables at random moments.
+"""Faults, measured: each kind by name, and dead encoders, stalls, pulled cables at random moments.
 
 One seed is one task on one arm: a drawing, a servo run or homing, by the brick's own scripts on a
 scattered plant.  It runs once undisturbed, then with one fault after another.  The undisturbed run
@@ -36,6 +36,34 @@ COMMANDS = ("draw", "servo", "home")
 KINDS = ("dead-encoder", "stall", "unplug")
 FAULTS_PER_SEED = 5
 
+NAMED_AT = 0.5
+"""Share of an undisturbed run's motion at which a named fault comes."""
+
+NAMED = (
+    ("unplug", "A"), ("unplug", "B"), ("stall", "A"), ("stall", "B"), ("dead-encoder", "A"),
+    ("dead-encoder", "B"), ("slow-sysfs", 0.05), ("freeze", None), ("kill", None), ("int", None),
+    ("term", None), ("hup", None),
+)  # fmt: skip
+"""Kinds and what they strike, for every command."""
+
+NAMED_OF = {
+    "draw": (("unplug", "C"), ("stall", "C"), ("dead-encoder", "C")),
+    "servo": (("frozen-picture", None),),
+    "home": (),
+}
+"""And for one of them."""
+
+HEADINGS = (
+    "arm", "command", "fault", "runs", "ended well", "at rest, s p50/max", "late",
+    "beyond the plan", "too far", "beyond a limit", "past it", "speed - allowed", "too fast",
+)  # fmt: skip
+LEGEND = (
+    "at rest: from when a healthy joint would have counted twice (late: over 0.3 s); degrees "
+    "beyond the plan (too far: over 10) and a limit (past it: over 3); deg/s above the greater of "
+    "1.2 times the planned speed and 20 above it"
+)
+NAMED_HEADINGS = ("command", "fault", "at, s", "at rest after, s", "status", "what it says")
+
 REST_GOAL = 0.3
 """Longest time until all joints rest, from when a healthy joint would have counted twice, s."""
 
@@ -57,6 +85,9 @@ PLAN_TIME = 0.2
 NOISE = 0.5
 """Of a marker's place, px."""
 
+PEN_LEAD = 0.2
+"""The pen's motor sets out so long before it touches the paper, s."""
+
 
 class Task(NamedTuple):
     """Task of one seed: an arm's name, a command, and the script with its words and start."""
@@ -76,7 +107,7 @@ class FaultResult:
     """One fault in one task: degrees, deg/s, s.
 
     Attributes:
-        noticed: whether the program ended by it.
+        noticed: whether the program ended by it; else it ended well all the same.
         rest: from when a healthy joint would have counted twice until all rest; None where it
             would not have.
         beyond: greatest angle beyond what was planned.
@@ -103,12 +134,11 @@ class FaultResult:
     @property
     def misses(self) -> tuple[str, ...]:
         """Goals that do not hold."""
-        if not self.noticed and self.rest is None:
+        if not self.noticed:
             return ()
         return tuple(
             name
             for name, missed in (
-                ("unnoticed", not self.noticed),
                 ("time", self.rest is not None and self.rest > REST_GOAL),
                 ("angle", self.beyond > TURN_GOAL),
                 ("limit", self.over > LIMIT_GOAL),
@@ -152,12 +182,16 @@ class Motion:
             for q, before in zip(self.q[n:], self.q, strict=False)
         ]
         self.speeds[:0] = [[0.0] * len(self.q[0])] * n
-        self.brick = None
+        self.record, self.brick = record, None
 
     def between(self, begin: float, end: float) -> slice:
         """Samples between two times, at least one."""
         first = min(bisect.bisect_left(self.t, begin), len(self.t) - 1)
         return slice(first, max(bisect.bisect_right(self.t, end), first + 1))
+
+    def moving(self) -> list[float]:
+        """Times at which the arm moves, s."""
+        return [t for t, q in zip(self.t, self.speeds, strict=True) if max(q) > RESTING]
 
     def counts_twice(self, port: str, t: float) -> float | None:
         """When the encoder at a port has counted twice from time `t` on, s; None if never."""
@@ -245,8 +279,8 @@ def task(seed: int, cpu: float) -> Task:
     return Task(name, command, driver.__file__, words, start, plant, {}, seed)
 
 
-def perform(it: Task, faults: Sequence[Fault] = ()) -> tuple[Motion, int, float, str]:
-    """Run a task: what happened, exit status, end (s), last line on stderr."""
+def perform(it: Task, faults: Sequence[Fault] = ()) -> tuple[Motion, int, str]:
+    """Run a task: what happened, exit status, last line on stderr."""
     arm = read_arm(find_arm(it.arm))
     motion = Motion()
 
@@ -273,16 +307,14 @@ def perform(it: Task, faults: Sequence[Fault] = ()) -> tuple[Motion, int, float,
         )
     motion.finish()
     lines = err.getvalue().strip().splitlines()
-    return motion, result.outcome.status, result.outcome.t, lines[-1] if lines else ""
+    return motion, result.outcome.status, lines[-1] if lines else ""
 
 
-def drawn_faults(it: Task, healthy: Motion, end: float) -> list[Fault]:
+def drawn_faults(it: Task, healthy: Motion) -> list[Fault]:
     """Faults of a task, at random while the arm moves."""
     draw = random.Random(f"{it.seed}/faults")
     ports = [joint.port for joint in read_arm(find_arm(it.arm)).joints]
-    moving = [
-        t for t, speeds in zip(healthy.t, healthy.speeds, strict=True) if max(speeds) > RESTING
-    ]
+    moving = healthy.moving()
     return [
         Fault(draw.choice(KINDS), draw.choice(ports), draw.uniform(0, 0.01) + draw.choice(moving))
         for _ in range(FAULTS_PER_SEED)
@@ -325,14 +357,14 @@ def judge(
 
 
 def run_case(case: tuple[int, float]) -> list[FaultResult]:
-    """Run all faults of one seed."""
+    """Run all faults of one seed; none if the undisturbed run does not end well."""
     it = task(*case)
-    healthy, status, end, text = perform(it)
+    healthy, status, _ = perform(it)
     if status:
         return []
     results = []
-    for fault in drawn_faults(it, healthy, end):
-        motion, status, _, text = perform(it, [fault])
+    for fault in drawn_faults(it, healthy):
+        motion, status, text = perform(it, [fault])
         results.append(judge(it, fault, healthy, status, motion, text))
     return results
 
@@ -342,3 +374,100 @@ def run(
 ) -> Iterator[list[FaultResult]]:
     """Yield the results of all seeds in their order."""
     return workers.map_cases(run_case, [(seed, cpu) for seed in seeds], executor=executor)
+
+
+def table(results: Sequence[FaultResult]) -> list[tuple[str, ...]]:
+    """Rows of all arms, commands and kinds, then of each."""
+    groups = defaultdict(list)
+    for result in results:
+        groups[result.arm, result.command, result.kind].append(result)
+        groups["all", "all", result.kind].append(result)
+    order = {key: n for n, key in enumerate(("all", *ARMS, *COMMANDS, *KINDS))}
+    return [
+        (*key, *_row(group))
+        for key, group in sorted(groups.items(), key=lambda item: [order[k] for k in item[0]])
+    ]
+
+
+def _row(group: Sequence[FaultResult]) -> tuple[str, ...]:
+    struck = [result for result in group if result.noticed]
+    rests = sorted(result.rest for result in struck if result.rest is not None)
+
+    def most(values: Sequence[float], unit: str = "") -> str:
+        return f"{max(values):.1f}{unit}" if values else "-"
+
+    def missing(goal: str) -> str:
+        return str(sum(goal in result.misses for result in struck))
+
+    return (
+        str(len(group)),
+        str(len(group) - len(struck)),
+        f"{rests[len(rests) // 2]:.2f}/{rests[-1]:.2f}" if rests else "-",
+        missing("time"),
+        most([result.beyond for result in struck]),
+        missing("angle"),
+        most([result.over for result in struck]),
+        missing("limit"),
+        most([result.speed - result.allowed for result in struck]),
+        missing("speed"),
+    )
+
+
+class NamedResult(NamedTuple):
+    """One named fault: when it came and after how long all joints rested, s; what was said."""
+
+    command: str
+    fault: str
+    t: float
+    rest: float
+    status: int
+    text: str
+
+
+def named_cases(cpu: float) -> list[tuple[int, str, Any, float]]:
+    """(seed of a task of the planar arm, kind, what, slowness) of all faults."""
+    return [
+        (len(ARMS) * n, kind, what, cpu)
+        for n, command in enumerate(COMMANDS)
+        for kind, what in NAMED + NAMED_OF[command]
+    ]
+
+
+def run_named(case: tuple[int, str, Any, float]) -> NamedResult:
+    """Let one fault strike in the middle of a task's motion."""
+    seed, kind, what, cpu = case
+    it = task(seed, cpu)
+    healthy, _, _ = perform(it)
+    moving = healthy.moving()
+    if what == "C":  # the pen, when it is lowered next
+        moving = [next(sample.t for sample in healthy.record if sample.pen) - PEN_LEAD]
+    fault = Fault(kind, what, moving[int(NAMED_AT * len(moving))])
+    motion, status, text = perform(it, [fault])
+    shown = kind if what is None else f"{kind}:{what}"
+    rest = max(0.0, motion.rests_from() - fault.t)
+    return NamedResult(it.command, shown, fault.t, rest, status, text)
+
+
+def run_all_named(cpu: float = CPU, executor: Executor | None = None) -> Iterator[NamedResult]:
+    """Yield the results of all named faults in their order."""
+    return workers.map_cases(run_named, named_cases(cpu), executor=executor)
+
+
+def named_table(results: Sequence[NamedResult]) -> list[tuple[str, ...]]:
+    """A row for each."""
+    return [
+        (
+            r.command,
+            r.fault,
+            f"{r.t:.2f}",
+            f"{r.rest:.2f}",
+            str(r.status),
+            r.text.split(": ", 1)[-1],
+        )
+        for r in results
+    ]
+
+
+def _reason(text: str) -> str:
+    """What is said, without the script's name."""
+    return text.split(": ", 1)[-1]

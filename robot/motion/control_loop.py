@@ -168,7 +168,7 @@ class ControlLoop(object):
                 axis.controller.observe(read_at, low, high)
                 if low != axis.seen:
                     axis.seen, axis.stands_since = low, read_at
-                elif axis.controller.stall.stalled:
+                elif axis.controller.stall.stalled and not self._may_be_late(axis, read_at):
                     raise self._astray(axis, axis.controller.stall.missing, read_at)
             before, now = now, read_at
             if delay != pace.delay:
@@ -261,10 +261,16 @@ class ControlLoop(object):
     def _astray(self, axis, error, now):
         """What is wrong with a joint that is not where it should be."""
         missing = "{:.1f} deg are missing".format(abs(math.degrees(error)))
-        # Its motor's driver needs no ticks to turn it, but ticks to turn it where it should be.
-        if self.pace.was_late(now) and now - axis.stands_since < STANDSTILL_TIME:
+        if self._may_be_late(axis, now):
             return TooSlow(self.pace.latest, ", and of the {} {}".format(axis.motor.name, missing))
         return Stalled(axis.motor, missing)
+
+    def _may_be_late(self, axis, now):
+        """Return True if late ticks may be why a joint is not where it should be.
+
+        Its motor's driver needs no ticks to turn it, but ticks to turn it where it should be.
+        """
+        return self.pace.was_late(now) and now - axis.stands_since < STANDSTILL_TIME
 
     @staticmethod
     def _weigh_along(errors, path):

@@ -42,11 +42,11 @@ class MotorModel(object):
         self.lag = gains.lag / (1 + self.loop)
         self.degree = math.radians(1) / gear
         self.per_duty = self.degree / STIFFNESS
-        self._moving = gains.moving * self.degree
+        self._constants = self.share, self.lag, self.degree, gains.moving * self.degree
 
     def after(self, dt, angle, speed, push, friction):
         """Return angle and speed (rad, rad/s) after `dt` (s) of a `push` against a `friction`."""
-        share, lag, crawling, moving = self.share, self.lag, self.degree, self._moving
+        share, lag, crawling, moving = self._constants
         if -crawling <= speed <= crawling:
             against = push if -friction < push < friction else math.copysign(friction, push)
         elif -moving < speed < moving:
@@ -130,8 +130,11 @@ class StallDetector(object):
             self.silent = self.stalled = False
             return
         self.silent = True
+        push -= self.load
+        if not self._speed and -self.friction <= push <= self.friction:
+            return  # what stands goes on standing
         self._angle, self._speed = angle, _ = self._model.after(
-            dt, self._angle, self._speed, push - self.load, self.friction
+            dt, self._angle, self._speed, push, self.friction
         )
         past = angle - high if angle > high else low - angle
         self.missing = missing = past - self._slack

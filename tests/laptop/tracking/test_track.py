@@ -197,7 +197,7 @@ def test_every_camera_is_opened_under_its_letter_and_asked_what_it_can_do(monkey
         words += ["--camera", source]
     with track_command.make_context("track", words) as context:
         assert context.params.pop("brick")
-        for handed_in in ("page", "page_host", "page_port", "announce"):
+        for handed_in in ("page", "page_host", "page_port", "page_hold", "announce"):
             del context.params[handed_in]
         assert tracking.track(TrackOptions(**context.params), synthetic) == 0
     assert opened == [
