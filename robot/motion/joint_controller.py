@@ -32,7 +32,7 @@ Gains = record(
     "Gains",
     "speed_per_duty lag torque_per_duty friction position velocity "
     "observe_position observe_velocity learn_push learn_friction deadband "
-    "turning moving most_error most_missing",
+    "turning moving most_error most_missing most_pushed",
 )
 """Tuned on emulated plants (see README: which seeds); motor's degrees and percent of duty.
 
@@ -49,6 +49,7 @@ deadband            deg: surprise below this corrects nothing
 turning, moving     deg/s: below these speeds, wanted and seen, friction fades with speed
 most_error          deg: the feedback acts on no larger error, so that a blind joint does not race
 most_missing        deg: what should have turned so much further, at least, is blocked or blind
+most_pushed         deg: so is what would have turned so much further, were friction as known
 """
 
 _LARGE = Gains(
@@ -67,6 +68,7 @@ _LARGE = Gains(
     moving=3.7,
     most_error=1.8,
     most_missing=2.0,
+    most_pushed=14.0,
 )
 
 GAINS = {
@@ -79,7 +81,8 @@ GAINS = {
         position=8.0,
         velocity=0.1,
         most_error=5.0,
-        most_missing=10.0,
+        most_missing=20.0,
+        most_pushed=100.0,
     ),
 }
 """By kind of motor.  The medium one moves the pen, is faster, and so takes only a softer hand."""
@@ -118,6 +121,7 @@ class JointController(object):
     def __init__(self, gear, gains, backlash=0.0):
         self.model = model = MotorModel(gear, gains)
         degree, per_duty = model.degree, model.per_duty
+        self._constants = model.share, model.lag, degree, model.moving
         # From the motor's degrees and percent of duty to rad and rad/s of set-point at the joint.
         per_degree = per_duty / degree
         self._turning_at = gains.turning * degree
@@ -136,7 +140,13 @@ class JointController(object):
         self._least, self._most = (duty * per_duty for duty in FRICTION_BOUNDS)
         self._per_newton_metre = per_duty / gains.torque_per_duty / gear
         self._push = self._weight = self._turning = self._w = 0.0
-        self.stall = StallDetector(model, self._friction, backlash, gains.most_missing * degree)
+        self.stall = StallDetector(
+            model,
+            self._friction,
+            backlash,
+            gains.most_missing * degree,
+            gains.most_pushed * degree,
+        )
         self._reserve = SILENT_RESERVE * per_duty
         self._t = None
         self.angle = None
@@ -167,9 +177,41 @@ class JointController(object):
             return
         dt = t - self._t
         self._t = t
-        friction = self._friction
+        friction, speed = self._friction, self.speed
+        # Predict.
+        share, lag, crawling, moving = self._constants
         push = self._w - self._weight
-        angle, speed = self.model.after(dt, self.angle, self.speed, push - self._push, friction)
+        driven = push - self._push
+        if -crawling <= speed <= crawling:
+            against = driven if -friction < driven < friction else math.copysign(friction, driven)
+        elif -moving < speed < moving:
+            against = friction * speed / moving
+        else:
+            against = math.copysign(friction, speed)
+        final = share * (driven - against)
+        left = math.exp(-dt / lag)
+        angle = self.angle
+        then = final + (speed - final) * left
+        if then * speed < 0.0:
+            # It comes to rest on the way; from there on friction acts the other way round.
+            stops = lag * math.log((speed - final) / -final)
+            angle += final * stops + speed * lag
+            speed = 0.0
+            dt_left = dt - stops
+            left = math.exp(-dt_left / lag)
+            over = (
+                driven - friction
+                if driven > friction
+                else driven + friction
+                if driven < -friction
+                else 0.0
+            )
+            final = share * over
+            then = final * (1.0 - left)
+            angle += final * dt_left - then * lag
+        else:
+            angle += final * dt + (speed - then) * lag
+        speed = then
         # Correct.
         if dt > MAX_LEARNING_INTERVAL:
             dt = MAX_LEARNING_INTERVAL

@@ -1,4 +1,4 @@
-"""What a motor under speed regulation does, and whether it does: prediction and stall detection.
+"""A motor under speed regulation, and whether it turns as it is driven.
 
 Pure.  Angles are those of the motor's side of the joint, rad at the joint; pushes and frictions are
 speed set-points, rad/s, as in joint_controller.
@@ -17,6 +17,9 @@ TAKEN_UP_COUNTS, TAKEN_UP_SHARE = 3.5, 1.5
 """Until it has turned one way by so many counts, and so many times its backlash, a motor may meet
 a link that stands."""
 
+KNOWN_DOUBT = 0.15
+"""And for what was pushed on the whole it may be greater by this share of the first guess."""
+
 STOPPING_TIME = 0.015
 """A joint may come to rest by the way of so much time earlier than predicted, s."""
 
@@ -34,6 +37,7 @@ class MotorModel(object):
         lag: s, with the regulation.
         degree: of the motor, rad at the joint.
         per_duty: set-point per % of duty, rad/s.
+        moving: speed below which friction fades, rad/s.
     """
 
     def __init__(self, gear, gains):
@@ -42,43 +46,22 @@ class MotorModel(object):
         self.lag = gains.lag / (1 + self.loop)
         self.degree = math.radians(1) / gear
         self.per_duty = self.degree / STIFFNESS
-        self._constants = self.share, self.lag, self.degree, gains.moving * self.degree
-
-    def after(self, dt, angle, speed, push, friction):
-        """Return angle and speed (rad, rad/s) after `dt` (s) of a `push` against a `friction`."""
-        share, lag, crawling, moving = self._constants
-        if -crawling <= speed <= crawling:
-            against = push if -friction < push < friction else math.copysign(friction, push)
-        elif -moving < speed < moving:
-            against = friction * speed / moving
-        else:
-            against = math.copysign(friction, speed)
-        final = share * (push - against)
-        then = final + (speed - final) * math.exp(-dt / lag)
-        if then * speed >= 0.0:
-            return angle + final * dt + (speed - then) * lag, then
-        # It comes to rest on the way; from there on friction acts the other way round.
-        stops = lag * math.log((speed - final) / -final)
-        angle += final * stops + speed * lag
-        dt -= stops
-        over = push - friction if push > friction else push + friction if push < -friction else 0.0
-        final = share * over
-        then = final * (1.0 - math.exp(-dt / lag))
-        return angle + final * dt - then * lag, then
+        self.moving = gains.moving * self.degree
 
 
 class StallDetector(object):
     """Tells by missing counts that a joint does not turn as it is driven.
 
     From its last count on it predicts how far the joint has turned at the least: with more friction
-    than is known.  Where that is well past what the encoder admits, the joint is blocked or its
-    encoder is dead; nothing that the motor tells distinguishes these two.
+    than is known.  Where that is well past what the encoder admits, or where the joint was pushed
+    for long with somewhat more than its friction as known, it is blocked or its encoder is dead;
+    nothing that the motor tells distinguishes these two.
 
     Args:
         model: MotorModel.
         friction: first guess, rad/s of set-point.
         backlash: rad.
-        most_missing: rad.
+        most_missing, most_pushed: rad.
 
     Attributes:
         stalled: whether that is so.
@@ -88,11 +71,13 @@ class StallDetector(object):
             Of what the observer learns while no counts come, neither takes anything in.
     """
 
-    def __init__(self, model, friction, backlash, most_missing):
-        self._model = model
+    def __init__(self, model, friction, backlash, most_missing, most_pushed):
+        self._share, self._lag = model.share, model.lag
         self._doubts = FRICTION_DOUBT * friction, STANDING_DOUBT * friction
         self._taken_up = TAKEN_UP_COUNTS * model.degree + TAKEN_UP_SHARE * backlash
-        self._most = most_missing
+        self._most, self._most_pushed = most_missing, most_pushed
+        self._known_doubt = KNOWN_DOUBT * friction
+        self.missing = self.friction = self.load = 0.0
         self.begin(0.0, 0.0, friction)
 
     def begin(self, low, angle, friction):
@@ -103,11 +88,18 @@ class StallDetector(object):
             angle: where it is taken to be, rad.
             friction: as known, rad/s of set-point.
         """
-        self._low, self._angle, self._speed = low, angle, 0.0
-        self._way, self._turned_at, self._slack = 0.0, low, 0.0
-        self.friction, self.load = friction + self._doubts[1], 0.0
-        self.missing = 0.0
+        self._low, self._counted = low, (angle, 0.0, friction, 0.0)
+        self._way, self._turned_at = 0.0, low
         self.silent = self.stalled = False
+
+    def _begin_silence(self):
+        """Begin the prediction with the last count."""
+        self.silent = True
+        self._angle, self._speed, friction, self.load = self._counted
+        self._slack = STOPPING_TIME * abs(self._speed)
+        turned = self._low - self._turned_at
+        self.friction = friction + self._doubts[-self._taken_up < turned < self._taken_up]
+        self._known, self._pushed = friction + self._known_doubt, 0.0
 
     def take(self, dt, low, high, angle, speed, push, friction, load):
         """Take in a reading.
@@ -123,19 +115,34 @@ class StallDetector(object):
         if low != before:
             if (low - before) * self._way <= 0.0:
                 self._way, self._turned_at = low - before, before
-            self._low, self._angle, self._speed = low, angle, speed
-            self._slack = STOPPING_TIME * (speed if speed > 0.0 else -speed)
-            doubt = self._doubts[-self._taken_up < low - self._turned_at < self._taken_up]
-            self.friction, self.load = friction + doubt, load
+            self._low, self._counted = low, (angle, speed, friction, load)
             self.silent = self.stalled = False
             return
-        self.silent = True
+        if not self.silent:
+            self._begin_silence()
         push -= self.load
-        if not self._speed and -self.friction <= push <= self.friction:
+        hard = (push if push > 0.0 else -push) - self._known
+        if hard > 0.0:
+            self._pushed += self._share * hard * dt
+            if self._pushed > self._most_pushed:
+                self.missing, self.stalled = self._pushed, True
+                return
+        # By one implicit step of the same equation: that is precise enough, and cheap.
+        friction, before = self.friction, self._speed
+        if before > 0.0 or (not before and push > friction):
+            push -= friction
+            speed = before + (self._share * push - before) * dt / (self._lag + dt)
+            if speed < 0.0:
+                speed = 0.0
+        elif before < 0.0 or push < -friction:
+            push += friction
+            speed = before + (self._share * push - before) * dt / (self._lag + dt)
+            if speed > 0.0:
+                speed = 0.0
+        else:
             return  # what stands goes on standing
-        self._angle, self._speed = angle, _ = self._model.after(
-            dt, self._angle, self._speed, push, self.friction
-        )
+        self._speed = speed
+        self._angle = angle = self._angle + 0.5 * dt * (before + speed)
         past = angle - high if angle > high else low - angle
         self.missing = missing = past - self._slack
         self.stalled = missing > self._most

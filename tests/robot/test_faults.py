@@ -168,6 +168,25 @@ def test_a_fault_while_it_runs(shell, moment, it):
     assert sh.motion(t + 1.0) < 1.0
 
 
+@pytest.mark.parametrize(
+    ("port", "t", "words", "least", "most"),
+    [
+        # The shoulder turned to -98 and the elbow by 164 deg when only the gap to the plan told.
+        ("A", 3.208, ("polyline", "8,4", "12,4", "12,8"), -55, 40),
+        ("B", 2.081, ("rectangle", "8,4", "12,8"), -20, 150),
+    ],
+)
+def test_a_dead_encoder_does_not_run_away(shell, port, t, words, least, most):
+    sh = shell(plant="cpu=0")
+    sh.world.at(t, lambda: sh.brick.kill_encoder(port))
+    shown = sh.run(*words)
+    assert shown.status == 1
+    assert in_one_line(shown.err, "its encoder is dead")
+    turned = [math.degrees(sample.q["AB".index(port)]) for sample in sh.brick.record]
+    assert least < min(turned)
+    assert max(turned) < most
+
+
 @pytest.mark.short("SIGINT", "SIGTERM", "SIGHUP", "homing")
 @pytest.mark.parametrize(
     ("name", "words", "part"),

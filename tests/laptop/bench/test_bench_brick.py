@@ -5,12 +5,12 @@ import pytest
 from laptop.bench import brick
 
 BUDGETS = {
-    "planar: tick, line": 310,
-    "spatial: tick, line": 450,
-    "planar: tick, moving": 290,
-    "spatial: tick, moving": 420,
-    "planar, look: tick": 620,
-    "spatial, look: tick": 900,
+    "planar: tick, line": 345,
+    "spatial: tick, line": 495,
+    "planar: tick, moving": 305,
+    "spatial: tick, moving": 435,
+    "planar, look: tick": 630,
+    "spatial, look: tick": 950,
     "planar, look: decision, move": 1500,
     "spatial, look: decision, move": 2500,
     "spatial, look: decision, end": 9000,

@@ -125,7 +125,7 @@ class Lagging:
 
     name, port, resolution, angle, speed, full_error = "elbow", "B", 0.001, 0.0, 0.0, 1.0
     weight = 0.0
-    stall = StallDetector(MotorModel(1.0, GAINS["large"]), 1.0, 0.0, math.inf)
+    stall = StallDetector(MotorModel(1.0, GAINS["large"]), 1.0, 0.0, math.inf, math.inf)
 
     def __init__(self, clock, behind, stops=math.inf):
         self._clock, self._behind, self._stops = clock, behind, stops
