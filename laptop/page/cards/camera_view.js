@@ -15,7 +15,10 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], Arrow
 // Move a cross in the picture by the arrow keys, and click there by Enter.
 function pressKey(event, emit) {
   const picture = event.currentTarget;
-  const { naturalWidth: width, naturalHeight: height } = picture.querySelector("img");
+  const image = picture.querySelector("img");
+  // (It has none for a moment while the next image takes its place.)
+  if (image.naturalWidth) picture.size = [image.naturalWidth, image.naturalHeight];
+  const [width, height] = picture.size ?? [0, 0];
   const arrow = ARROWS[event.key];
   if (!width || !(arrow || event.key === "Enter")) return;
   event.preventDefault();
