@@ -38,7 +38,7 @@ COUNTED: dict[str, tuple[float, float]] = {
     "planar, stream: tick": (702, 4068),
     "planar, stream: learning from a frame": (258, 341),
     "planar, stream: steering by a frame": (40, 40),
-    "a full collection": (8391, 8391),
+    "a full collection": (6355, 6355),
     "spatial: planning a line": (12143, 12143),
     "spatial: inverse": (295, 295),
     "spatial: tick, moving": (402, 2619),
