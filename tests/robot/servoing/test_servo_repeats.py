@@ -15,8 +15,8 @@ FROZEN = "picture frozen"
 WOULD_SHOW = math.radians(1.0)
 """A joint that has turned by more must be seen to have, rad."""
 NOTICED, NOTICED_LOOP = 0.35, 0.8
-"""From then on until no motor is driven, s: 0.3 and what a busy brick is late; in motion the brick looks at some pictures only, and
-must come upon one of a loop that it has looked at before."""
+"""From then on until no motor is driven, s: 0.3 and what a busy brick is late; in motion the brick
+looks at some pictures only, and must come upon one of a loop that it has looked at before."""
 COMES_TO_REST = 0.2
 """And until no link turns any more, s."""
 
