@@ -188,6 +188,7 @@ class Link(object):
             try:
                 self._outgoing.write(self._now)
             except OSError as error:
+                self._read()  # it may have said why it went
                 self._fail(error.strerror or str(error))
 
     # Receiving

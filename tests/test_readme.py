@@ -54,8 +54,8 @@ REDUCED = (
     (r"--camera \d", "--camera synthetic"),  # no webcam
     (r" --open\b", " --page"),  # no browser
     (r"--seeds (\d+):\d+", lambda seeds: f"--seeds {seeds[1]}:{int(seeds[1]) + 1}"),
-    (r"--seconds \d+", "--seconds 1"),
-    (r"(tracking_client\.py(?!.*--seconds).*)", r"\1 --seconds 1"),  # else until Ctrl-C
+    (r"--seconds \d+", "--seconds 3"),  # pairing takes one of them
+    (r"(tracking_client\.py(?!.*--seconds).*)", r"\1 --seconds 3"),  # else until Ctrl-C
     (r"\bpytest\b.*", "pytest --collect-only --quiet -n 0 tests/shared/test_ini.py"),
     (r"(bench_brick\.py)(?! planar| spatial)", r"\1 planar"),  # one arm
     (r"(--realtime robot/driver\.py) .*", r"\1 where"),  # no drawing in real time

@@ -55,9 +55,9 @@ FAST, PATIENCE = 0.6, 1.0
 WOULD_SHOW = math.radians(1)
 """A joint that has turned by more must be seen to have, rad."""
 
-NOTICED = 0.5
-"""After what no camera shows has lasted so long, s, no motor is driven: a sight is old after 0.3 s,
-and a picture takes a while to come and to be looked at."""
+NOTICED = 0.6
+"""After what no camera shows has lasted so long, s, the arm stands: a sight is old after 0.3 s, a
+picture takes a while to come and to be looked at, and a motor another to come to rest."""
 
 BEYOND = 3.0
 """A limit is passed where a joint is beyond it by more, deg: its zero is off by up to 1.5."""

@@ -50,7 +50,9 @@ class GoalEstimate(object):
         self._seen.append((t,) + tuple(g))
         if self._has_jumped(t, *g):
             self._seen, self._strays, self._refreshed_at = self._strays, [], -math.inf
-        while t - self._seen[0][0] > self.WINDOW:
+        # A busy brick looks at few pictures: it takes as many, then, from somewhat longer ago.
+        few = 3 * self.FEWEST
+        while t - self._seen[0][0] > self.WINDOW * (1 if len(self._seen) > few else 2):
             del self._seen[0]
 
     def _has_jumped(self, t, u, v):

@@ -889,6 +889,17 @@ def test_a_goal_half_hidden_by_the_tip_stays_where_it_was():
         assert goal.at(5.0) == pytest.approx((306, 205), abs=0.5)
 
 
+def test_a_goal_that_moves_is_known_to_where_few_pictures_are_looked_at():
+    """Seven a second, as by a brick that is busy: taken for standing, it would be believed when it
+    is hidden."""
+    goal = GoalEstimate()
+    for k in range(20):
+        goal.add(k / 7, (300 + 20 * k / 7, 200.0), 1.0, (0.0, 0.0))
+    assert goal.moving
+    assert goal.velocity == pytest.approx((20, 0), abs=1)
+    assert goal.at(19 / 7 + 1.0) is None
+
+
 def test_the_first_sighting_counts_even_near_the_tip():
     goal = GoalEstimate()
     goal.add(0.0, (300.0, 200.0), 0.7, (310.0, 200.0))
