@@ -10,8 +10,9 @@ def test_nothing_is_taken_from_one_in_between_and_both_sides_notice():
     results = list(man_in_the_middle.attacks(6 * len(kinds)))
     assert [result for result in results if result.taken] == []
     assert [result for result in results if result.seconds > man_in_the_middle.LIMIT] == []
-    changed = "a message was changed or repeated on the way"
+    changed = ("a message was changed or repeated on the way",)
+    cut = ("closed the connection", "Connection reset by peer", "Broken pipe")  # as it comes
     for result in results:
-        expected = "closed the connection" if result.kind.startswith("cut") else changed
-        assert expected in result.brick
-        assert expected in result.laptop
+        expected = cut if result.kind.startswith("cut") else changed
+        for said in (result.brick, result.laptop):
+            assert any(text in said for text in expected), (result.kind, said)
