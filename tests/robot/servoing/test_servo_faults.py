@@ -125,7 +125,7 @@ Staying.__new__.__defaults__ = (0.5,)
 STAYING = {
     "marker gone": Staying(hide, "marker lost", "the effector has not been seen", 11),
     "half-open for ever": Staying(
-        lambda w: w.tracker.silence(), "link lost", "nothing heard for 2.", 21
+        lambda w: w.tracker.silence(), "link lost", "nothing heard for 2.", 21, 0.6
     ),
     "shoulder stalled": Staying(lambda w: w.brick.jam("A"), "stalled", "the shoulder (port A)", 1),
     "elbow stalled": Staying(lambda w: w.brick.jam("B"), "stalled", "the elbow (port B)", 1),
