@@ -240,7 +240,7 @@ def _drawing(arm: Arm, draw: random.Random) -> tuple[str, ...]:
         return ("polyline", *_written((a, b, c)))
 
 
-def _servo(arm: Arm, draw: random.Random, seed: int) -> tuple[tuple[str, ...], str, dict[str, str]]:
+def _servo(arm: Arm, draw: random.Random) -> tuple[tuple[str, ...], str, dict[str, str]]:
     """Words, start and cameras of a servo run whose goal can be reached."""
     while True:
         texts = {"A": f"tilt={draw.uniform(0, 30):.1f},azimuth={draw.uniform(-180, 180):.1f}"}
@@ -272,7 +272,7 @@ def task(seed: int, cpu: float) -> Task:
     arm = read_arm(find_arm(name))
     plant = f"seed={seed},cpu={cpu:g}"
     if command == "servo":
-        words, start, cameras = _servo(arm, draw, seed)
+        words, start, cameras = _servo(arm, draw)
         return Task(name, command, visual_servoing.__file__, words, start, plant, cameras, seed)
     words = _drawing(arm, draw) if command == "draw" else ("home",)
     start = "lost" if command == "home" else "home"

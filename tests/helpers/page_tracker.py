@@ -11,11 +11,14 @@ import sys
 import threading
 import time
 import urllib.parse
+from contextlib import ExitStack, contextmanager
 
+import pytest
 from announced import wait_for_event
 from places import ROOT
 from waiting import PATIENCE, until
 
+from laptop.bench import page as bench
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.live import PoseReader
 from laptop.simulator.scene.scene import Scene
@@ -238,3 +241,16 @@ class Surfer:
         self.follower.close()
         self.clock.close()
         assert self.errors == []
+
+
+@contextmanager
+def a_browser():
+    """Provide a browser; skips the test where there is none, but for CI, which must have one."""
+    with ExitStack() as stack:
+        try:
+            browser = stack.enter_context(bench.browser())
+        except bench.NoBrowser as why:
+            if os.environ.get("CI") == "true":
+                pytest.fail(str(why))
+            pytest.skip(str(why))
+        yield browser

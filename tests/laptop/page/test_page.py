@@ -11,18 +11,16 @@ import struct
 import subprocess
 import sys
 import time
-from contextlib import ExitStack
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from announced import wait_for_event
-from page_tracker import SYNTHETIC, WINDOW, Surfer, Tracker, press_tool
+from page_tracker import SYNTHETIC, WINDOW, Surfer, Tracker, a_browser, press_tool
 from places import ROOT
 from waiting import PATIENCE, until
 
-from laptop.bench import page as bench
 from laptop.cli.track import start_brick as own_brick
 from laptop.page import process as page_process
 from laptop.page.cards.camera_view import IMAGE_TIMEOUT
@@ -219,13 +217,7 @@ def test_a_port_that_is_taken_is_refused_if_it_was_asked_for():
 
 @pytest.fixture(scope="module")
 def browser():
-    with ExitStack() as stack:
-        try:
-            browser = stack.enter_context(bench.browser())
-        except bench.NoBrowser as why:
-            if os.environ.get("CI") == "true":
-                pytest.fail(str(why))
-            pytest.skip(str(why))
+    with a_browser() as browser:
         yield browser
 
 

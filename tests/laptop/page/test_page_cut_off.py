@@ -6,13 +6,10 @@ In a real browser, before the tracker on rendered frames and an emulated brick.
 import math
 import os
 import signal
-from contextlib import ExitStack
 
 import pytest
-from page_tracker import SYNTHETIC, Surfer, Tracker
+from page_tracker import SYNTHETIC, Surfer, Tracker, a_browser
 from waiting import PATIENCE, until
-
-from laptop.bench import page as bench
 
 FAR = (0.9, 0.5), (-0.7, -0.6)
 """Postures that are far from each other, rad."""
@@ -20,13 +17,7 @@ FAR = (0.9, 0.5), (-0.7, -0.6)
 
 @pytest.fixture(scope="module")
 def browser():
-    with ExitStack() as stack:
-        try:
-            browser = stack.enter_context(bench.browser())
-        except bench.NoBrowser as why:
-            if os.environ.get("CI") == "true":
-                pytest.fail(str(why))
-            pytest.skip(str(why))
+    with a_browser() as browser:
         yield browser
 
 
