@@ -118,10 +118,9 @@ class Attacker:
             self._ends = {"down": (laptop, brick), "up": (brick, laptop)}
             for end in (laptop, brick):
                 end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        for direction, (source, sink) in self._ends.items():
-            if not self._pass(direction, source, sink):
-                self.close()
-                return
+        if not all(self._pass(direction, *ends) for direction, ends in self._ends.items()):
+            self._pass("up", *self._ends["up"])  # a farewell of the brick, which may have left
+            self.close()
 
     def _pass(self, direction, source, sink):
         try:
