@@ -32,7 +32,7 @@ VERDICT_TEXTS = {
     SINGULAR: "The joints cannot move the tip that way from here. Aim elsewhere, or start from "
     "another posture.",
     LIMIT: "A joint is at its limit. Aim elsewhere.",
-    STALLED: "A motor is blocked. Free the arm, then start again.",
+    STALLED: "A motor is blocked, or does not count. Free the arm, look at its cable; then home.",
     TOO_SLOW: "The brick is too slow. End other programs on it; then start again.",
     LINK_LOST: "The link was lost. Look at the cable or Wi-Fi; then start again.",
     BUDGET_SPENT: "Not there in time. Look at camera and light, or allow a greater tolerance.",

@@ -43,14 +43,26 @@ CREEP_GAIN = 4.0
 
 
 class Stalled(ArmError):
-    """A motor that does not turn as it is driven."""
+    """A motor that does not turn as it is driven.
 
-    def __init__(self, motor, missing):
+    Args:
+        motor: JointMotor.
+        missing: what shows it, for people.
+        angle: the least by which it would have turned, could it turn, rad; 0 where not known.
+
+    Attributes:
+        motor, angle: as given.
+        fact: what is certain, for people.
+    """
+
+    def __init__(self, motor, missing, angle=0.0):
+        self.motor, self.angle = motor, angle
+        self.fact = "the {} (port {}) does not turn as it is driven, {}".format(
+            motor.name, motor.port, missing
+        )
         super(Stalled, self).__init__(
-            "the {} (port {}) does not turn as it is driven, {}: it is blocked, overloaded or its "
-            "encoder is dead; free it, check the cable, then home".format(
-                motor.name, motor.port, missing
-            )
+            self.fact + ": it is blocked, overloaded or its encoder is dead; free it, check the "
+            "cable, then home"
         )
 
 
@@ -263,7 +275,7 @@ class ControlLoop(object):
         missing = "{:.1f} deg are missing".format(abs(math.degrees(error)))
         if self._may_be_late(axis, now):
             return TooSlow(self.pace.latest, ", and of the {} {}".format(axis.motor.name, missing))
-        return Stalled(axis.motor, missing)
+        return Stalled(axis.motor, missing, max(0.0, axis.controller.stall.missing))
 
     def _may_be_late(self, axis, now):
         """Return True if late ticks may be why a joint is not where it should be.

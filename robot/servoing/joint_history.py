@@ -39,8 +39,16 @@ class JointHistory(object):
 
     def still_since(self, within):
         """Since when the joints have been within so much (rad) of where they are now, s."""
-        k, here = len(self._times) - 1, self._angles[-1]
-        while k and apart(self._angles[k - 1], here) < within:
+        return self._since(lambda q: apart(q, self._angles[-1]) < within)
+
+    def joint_still_since(self, joint, within):
+        """Since when that one, by its index, has been within so much (rad) of where it is now."""
+        here = self._angles[-1][joint]
+        return self._since(lambda q: abs(q[joint] - here) < within)
+
+    def _since(self, is_here):
+        k = len(self._times) - 1
+        while k and is_here(self._angles[k - 1]):
             k -= 1
         return self._times[k]
 

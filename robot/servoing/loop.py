@@ -13,15 +13,15 @@ import math
 
 from robot.motion.online_trajectory import STOP
 from robot.servoing.linear_algebra import apart, length
-from robot.servoing.loss_of_sight import LossOfSight
+from robot.servoing.loss_of_sight import Halt, LossOfSight
 from robot.servoing.measurement import error_of
 from robot.servoing.motion_learning import LearningInMotion
 from robot.servoing.repeated_pictures import RepeatedPictures
 from robot.servoing.run_reporter import RunReporter, Verdict, word_for
 from robot.servoing.sightings import SIGHT_TIMEOUT, Sightings
+from robot.servoing.stall_witness import witnessed
 from shared.arm_description import ArmError
 from shared.messages import STATUS_PERIOD, Stop
-from shared.record import record
 from shared.verdicts import BUDGET_SPENT, CONVERGED, LINK_LOST, STOPPED
 
 MAX_CHASE_FRAMES = 200
@@ -52,10 +52,8 @@ LANDING_COUNTS = 1.5
 MAX_JOINT_SPEED, BLIND_SPEED_SHARE = math.radians(60), 0.5
 """Of any joint, rad/s; and the share of it when a camera has lost sight of the marker."""
 
-Halt = record("Halt", "word reason")
-Halt.__doc__ = "Why a motion is over: a verdict's word and its reason; HOLD: too little is seen."
-
 HOLD = Halt("", "")
+"""The Halt of a motion while too little is seen."""
 
 
 class VisualServoing(object):
@@ -118,9 +116,11 @@ class VisualServoing(object):
         self._began = self._seen_at = self._unlinked_at = self._clock.now()
         self._reporter.began = self._began
         try:
-            end = self._serve()
-        except ArmError as error:
-            end = Halt(word_for(error), str(error))
+            try:
+                end = self._serve()
+            except ArmError as error:
+                looking = self._arm, self._servo, self._sightings, self._clock.now, self._receive
+                end = Halt(word_for(error), witnessed(error, *looking))
         except BaseException as error:
             self._conclude(Halt(STOPPED, str(error)))
             raise
@@ -310,7 +310,7 @@ class VisualServoing(object):
                 measurements = self._servo.estimator.measurements(frames)
             refusal = not self._moves and measurements and self._loss.refusal()
             if refusal:
-                return Halt(*refusal), q, None, 0
+                return refusal, q, None, 0
             if measurements:
                 self._learning.finish()
                 self._measurements += 1
@@ -322,7 +322,7 @@ class VisualServoing(object):
                 frames, count = {}, 0
                 end = self._loss.end(now, self._seen_at, self._unlinked_at)
                 if end:
-                    return Halt(*end), q, None, 0
+                    return end, q, None, 0
 
     def _note_lost(self):
         why = self._loss.word(self._clock.now())

@@ -3,6 +3,7 @@
 import math
 
 from robot.servoing.sightings import SIGHT_TIMEOUT
+from shared.record import record
 from shared.verdicts import (
     CAMERA_LATE,
     CAMERA_SLOW,
@@ -17,6 +18,9 @@ SIGHT_PATIENCE, LINK_PATIENCE = 10.0, 20.0
 
 NEEDED_RATE = math.ceil(2 / SIGHT_TIMEOUT)
 """Pictures a second of which one may be lost."""
+
+Halt = record("Halt", "word reason")
+Halt.__doc__ = "Why a motion or a run is over: a verdict's word and its reason."
 
 COMES_BACK = {LINK_LOST: "linked", PICTURE_FROZEN: "the picture changes"}
 """What is told once it is no more; "seen" of all others."""
@@ -53,7 +57,7 @@ class LossOfSight(object):
         return COMES_BACK.get(word, "seen")
 
     def end(self, now, seen_at, unlinked_at):
-        """(word, reason) if it has lasted too long, or will; None.
+        """The Halt if it has lasted too long, or will; None.
 
         Args:
             seen_at: when enough was last seen, s.
@@ -62,27 +66,29 @@ class LossOfSight(object):
         word = self.word(now)
         if word == LINK_LOST:
             gone = now - seen_at > LINK_PATIENCE
-            return (LINK_LOST, self._client.why) if gone else None
+            return Halt(LINK_LOST, self._client.why) if gone else None
         if word == CAMERA_SLOW:  # it has been looked at for long enough
-            return CAMERA_SLOW, self._why_slow(now)
+            return Halt(CAMERA_SLOW, self._why_slow(now))
         if now - max(seen_at, unlinked_at) <= SIGHT_PATIENCE:
             return None
         if word == PICTURE_FROZEN:
-            return PICTURE_FROZEN, self._why_frozen()
+            return Halt(PICTURE_FROZEN, self._why_frozen())
         if word == CAMERA_LATE:
-            return CAMERA_LATE, self._why_late()
-        return MARKER_LOST, self._sightings.what_is_missing(now, self._joints, SIGHT_PATIENCE)
+            return Halt(CAMERA_LATE, self._why_late())
+        why = self._sightings.what_is_missing(now, self._joints, SIGHT_PATIENCE)
+        return Halt(MARKER_LOST, why)
 
     def refusal(self):
-        """(word, reason) if nothing may begin, since a camera shows where no goal is; None."""
+        """The Halt if nothing may begin, since a camera shows where no goal is; None."""
         cameras = self._sightings.without_goal
         if not cameras:
             return None
-        return REFUSED, (
+        return Halt(
+            REFUSED,
             "camera {0} watches, too, and no goal is given in its picture; give a pixel of each "
             "camera, such as --goal A:400,200 --goal {1}:300,150, or do without camera {0}".format(
                 " and ".join(cameras), cameras[0]
-            )
+            ),
         )
 
     def too_few(self, rate):

@@ -53,6 +53,9 @@ class ReportServo(object):
     def observe_in_motion(self, camera, q, s):
         """What is seen in motion is not used."""
 
+    def known(self, camera):
+        """As Servo.known: the report asks no camera why a joint stands."""
+
     def prepare(self, q, frames):
         """As Servo.prepare; there is nothing to prepare."""
         return iter(())

@@ -34,6 +34,7 @@ from robot.servoing.progress import (
     drawing,
 )
 from robot.servoing.rows import Rows
+from robot.servoing.stall_witness import Known
 from robot.servoing.trust_region import FIRST_STEP, next_region
 from shared.record import record
 from shared.verdicts import CONVERGED, LIMIT, SINGULAR, UNREACHABLE
@@ -357,10 +358,16 @@ class Servo(object):
         self._progress.detours = course is not straight
         return course
 
-    # For the stream
+    # For those that go by the models, too
 
     def _in_use(self):
         return "chain" if "chain" in self.models else self.using or self.models.names[0]
+
+    def known(self, camera):
+        """Known of a camera; None before the arm has stood before it."""
+        if self._looked and camera in self._looked[1]:
+            model = self.models.of(self._in_use(), camera)
+            return Known(model.shape(), model.covariance(), self.estimator.sigma_of(camera))
 
     def shape(self, camera):
         """How the image of a camera changes with the joints, as far as known: see models."""

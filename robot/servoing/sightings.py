@@ -1,6 +1,7 @@
 """What the cameras have shown of tip and goal, and when.  Pure."""
 
 import math
+from collections import deque
 
 from robot.servoing.goal_estimate import GoalEstimate
 from robot.servoing.joint_history import JointHistory
@@ -13,6 +14,9 @@ SIGHT_TIMEOUT = 0.3
 
 SMOOTHING_TIME = 0.5
 """Over so long the error is smoothed when a moving goal is followed, s."""
+
+MAX_SEEN = 128
+"""Places of the tip that are kept in mind."""
 
 MarkerFrame = record("MarkerFrame", "camera t q s goal")
 MarkerFrame.__doc__ = "One frame of one camera: when it was taken (s), where the joints were, px."
@@ -33,12 +37,14 @@ class Sightings(object):
         goals: {camera: GoalEstimate}.
         seen_by: {camera: when both tip and goal were last heard of, s}.
         behind: {camera: e, smoothed, px}.
+        seen: the last (camera, t, s, whether in motion) of the tip, also where no goal is known.
     """
 
     def __init__(self, fixed_goals, streaming, pictures):
         self.history, self.pictures = JointHistory(), pictures
         self.rates = PictureRates(SIGHT_TIMEOUT)
         self.goals, self.seen_by, self.behind = {}, {}, {}
+        self.seen = deque(maxlen=MAX_SEEN)
         self._fixed_goals, self._streaming = fixed_goals, streaming
         self._heard_of = set()  # cameras that send, whatever they see
         self._blind = set()  # those that were told of as blind
@@ -64,6 +70,8 @@ class Sightings(object):
             return None
         tip, goal = seen.markers.get(EFFECTOR), seen.markers.get(GOAL)
         s = tip[:2] if tip and tip[2] >= LEAST_CONFIDENCE else None
+        if s:
+            self.seen.append((camera, seen.t, s, moving))
         if s and goal and goal[2] >= LEAST_CONFIDENCE and not self._fixed_goals:
             if camera not in self.goals:
                 self.goals[camera] = GoalEstimate()

@@ -335,3 +335,28 @@ def test_where_the_zero_cannot_be_saved_nothing_moves(watched, tmp_path):
     shown = w.run()
     assert judge(w, shown, "stopped", "planar.json: No space left")
     assert not w.moved()
+
+
+BOTH = "it is blocked, overloaded or its encoder is dead"
+TURNS = "(port A) does not count, though camera A sees it turn by about"
+
+
+@pytest.mark.parametrize(
+    ("fault", "is_seen", "says"),
+    [("kill_encoder", True, TURNS), ("kill_encoder", False, BOTH), ("jam", True, BOTH)],
+)
+def test_the_camera_names_a_dead_encoder_and_no_other_joint_so(watched, fault, is_seen, says):
+    w = watched()
+
+    def strike():
+        getattr(w.brick, fault)("A")
+        if not is_seen:
+            hide(w)
+
+    w.in_motion(5.0, strike, 0)
+    shown = w.run("--mode", "look")
+    assert judge(w, shown, "stalled", says)
+    if says is TURNS:
+        told = float(shown.err.split("by about ")[1].split(" deg")[0])
+        struck = next(m for m in w.moments if m.t >= w.struck)
+        assert told == pytest.approx(math.degrees(abs(w.q[0] - struck.q[0])), abs=3)

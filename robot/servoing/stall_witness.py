@@ -1,0 +1,165 @@
+"""Whether a joint that does not count turns or stands: its motor cannot tell, a camera may.
+
+Of what a camera saw since the joint's last count, the counts of all joints explain a part.  Is the
+rest what this joint would do to the image, its encoder is dead; is it less than that, it is
+blocked.
+"""
+
+import math
+from operator import mul, sub
+
+from robot.servoing.linear_algebra import dot, length, median
+from shared.record import record
+
+LOOK_TIME, LOOK_PAUSE, REST_TIME, MIN_FRAMES = 0.6, 0.1, 0.15, 3
+"""So long the arm is looked at after it was stopped, pausing so long, s; what was seen after
+REST_TIME is of an arm that rests; so many frames of it are needed."""
+
+ANCHOR_FRAMES = 4
+"""Last frames from before that it is compared with."""
+
+STANDSTILL_COUNTS = 1.2
+"""Within so many counts of where it is a joint has not counted."""
+
+SIGMAS, MODEL_DOUBT, MOTION_DOUBT, BACKLASH_DOUBT = 5.0, 0.35, 4.0, 0.4
+"""What is left may be chance by so many standard deviations of a frame, such a share of what is
+explained, so many px where it is compared with frames in motion, and what such a share of the
+joints' backlash would do."""
+
+MAX_LEAST, LEAST_RATIO = math.radians(3), 2.0
+"""When it rests, a joint that turns has turned by more than so many times what its detector took
+for the least; of which no more is believed, rad."""
+
+MISFIT = 0.5
+"""Share of the turn's effect by which what is left may be another than that: a circle is bent."""
+
+TURNS = (
+    "the {} (port {}) does not count, though {} it turn by about {:.0f} deg: its "
+    "encoder is dead; check the cable, or change the motor, then home"
+)
+STANDS = "{}, and {} it stand: it is blocked or overloaded; free it, then home"
+
+Known = record("Known", "image covariance sigma")
+Known.__doc__ = """What a servo knows of a camera.
+
+image       LinearImageModel, wherever in the image
+covariance  of each row of its J, n x n, (px/rad)^2
+sigma       noise of a frame, px
+"""
+
+Rest = record("Rest", "off doubt column")
+Rest.__doc__ = """What the counts do not explain of what a camera saw, px.
+
+off     u and v;  doubt  how much of it may be chance
+column  of J, what the joint does to the image, px/rad; None where that is not known
+"""
+
+
+def unexplained(known, frames, moving, q, s, k, backlash):
+    """Rest of what was seen since `frames` when the arm rests.
+
+    Args:
+        known: Known of the camera.
+        frames: [(q, s)], rad by the counts and px.
+        moving: whether they were taken in motion.
+        q, s: at rest.
+        k: index of the joint that does not count.
+        backlash: per joint, rad.
+    """
+    image, P = known.image, known.covariance
+    there = image.predict(q)
+    offs = [list(map(sub, seen, image.predict(list(before)))) for before, seen in frames]
+    off = [a - b - median(c) for a, b, c in zip(s, there, zip(*offs))]
+    before = list(frames[-1][0])
+    turned = list(map(sub, q, before))
+    columns = list(zip(*image.jacobian(q)))
+    doubt = SIGMAS * known.sigma + MOTION_DOUBT * moving
+    doubt += MODEL_DOUBT * length(list(map(sub, there, image.predict(before))))
+    doubt += math.sqrt(max(0.0, dot(turned, [sum(map(mul, row, turned)) for row in P])))
+    doubt += BACKLASH_DOUBT * length([length(c) * b for c, b in zip(columns, backlash)])
+    is_known = length(columns[k]) > math.sqrt(P[k][k])
+    return Rest(off, doubt, columns[k] if is_known else None)
+
+
+def turn_seen(rests, least):
+    """What cameras say of a joint that does not count, if they agree.
+
+    Args:
+        rests: [Rest], one of each camera.
+        least: angle that it would have turned by, could it turn, rad.
+
+    Returns:
+        its turn, rad; 0.0: it stands; None: they do not tell
+    """
+    told = [rest for rest in rests if rest.column is not None]
+    if not told:
+        return None
+    weight = sum([dot(rest.column, rest.column) / rest.doubt**2 for rest in told])
+    turn = sum([dot(rest.off, rest.column) / rest.doubt**2 for rest in told]) / weight
+    doubt = 1 / math.sqrt(weight)
+    for rest in told:
+        misfit = length([o - turn * c for o, c in zip(rest.off, rest.column)])
+        if misfit > rest.doubt * max(1.0, MISFIT * abs(turn) / doubt):
+            return None
+    if abs(turn) > max(doubt, least):
+        return turn
+    return 0.0 if LEAST_RATIO * least - abs(turn) > doubt else None
+
+
+def witnessed(error, arm, servo, sightings, now, receive):
+    """What an ArmError says; of a joint that does not count with the cameras' word for the cause.
+
+    Args:
+        arm: robot.motion.arm.RobotArm, which has stopped.
+        servo: has `known(camera)`.
+        sightings: Sightings of the run.
+        now: gives the time, s.
+        receive: takes in what the cameras see, waiting for so many s at most.
+    """
+    # Not above: the laptop, which has no motors, is to be told so in one line.
+    from robot.motion.control_loop import Stalled
+
+    joints = arm.description.joints
+    names = [joint.name for joint in joints]
+    history, seen = sightings.history, list(sightings.seen)
+    if not (isinstance(error, Stalled) and error.motor.name in names and history.last):
+        return str(error)
+    motor, k = error.motor, names.index(error.motor.name)
+    counted_at = history.joint_still_since(k, STANDSTILL_COUNTS * motor.resolution)
+    q = list(arm.angles())
+    q[k] = history.last[1][k]  # as stopped, its side of the backlash may be told otherwise
+    stopped_at = now()
+    history.add(stopped_at, q)
+    while now() < stopped_at + LOOK_TIME:
+        receive(LOOK_PAUSE)
+    rests = {}
+    for camera in sorted({place[0] for place in seen}):
+        known = servo.known(camera)
+        ends = [s for c, t, s, _ in sightings.seen if c == camera and t > stopped_at + REST_TIME]
+        if known is None or len(ends) < MIN_FRAMES:
+            continue
+        s = [median(column) for column in zip(*ends)]
+        befores = {}  # the last frames before it moved, and the last before it did not count
+        for c, t, place, moving in seen:
+            if c == camera and (not moving or t <= counted_at) and history.at(t):
+                befores.setdefault(moving, []).append((history.at(t), place))
+        if befores:
+            rests[camera] = min(
+                [
+                    unexplained(
+                        known, frames[-ANCHOR_FRAMES:], moving, q, s, k,
+                        [joint.backlash for joint in joints],
+                    )
+                    for moving, frames in befores.items()
+                ],
+                key=lambda rest: rest.doubt,
+            )  # fmt: skip
+    turn = turn_seen(list(rests.values()), min(error.angle, MAX_LEAST))
+    if turn is None:
+        return str(error)
+    names = sorted(rests)
+    seeing = "cameras {} see" if len(names) > 1 else "camera {} sees"
+    seeing = seeing.format(" and ".join(names))
+    if turn == 0.0:
+        return STANDS.format(error.fact, seeing)
+    return TURNS.format(motor.name, motor.port, seeing, abs(math.degrees(turn)))
