@@ -348,28 +348,36 @@ def bench_disturbances(
     type=_Seeds(),
     help="Random tasks, five faults in each, beside those by name; 200 make a thousand.",
 )
+@click.option(
+    "--pairs", type=_Seeds(), help="The same with five pairs of faults in each; 60 make 300."
+)
 @_cpu
 @_cluster
 @click.option("--json", "as_json", is_flag=True, help="Every fault instead of the tables.")
-def bench_faults(seeds: range | None, cpu: float, cluster: str | None, as_json: bool) -> None:
+def bench_faults(
+    seeds: range | None, pairs: range | None, cpu: float, cluster: str | None, as_json: bool
+) -> None:
     """Faults of arm, brick and program: when the arm stands, how far it goes, what is said."""
     from laptop.bench import faults, show
 
     with _executor(cluster) as executor:
         todo = len(faults.named_cases(cpu))
         named = list(show.progress(faults.run_all_named(cpu, executor), todo, "by name"))
-        seeds = seeds or range(0)
-        parts = show.progress(faults.run(seeds, cpu, executor), len(seeds), "at random")
-        results = [result for part in parts for result in part]
+        random = {}
+        for name, drawn in (("random", seeds), ("pairs", pairs)):
+            parts = faults.run(drawn or range(0), cpu, executor, in_pairs=name == "pairs")
+            shown = show.progress(parts, len(drawn or ()), name)
+            random[name] = [result for part in shown for result in part]
     if as_json:
-        rows = [asdict(result) for result in results]
-        click.echo(json.dumps({"named": [r._asdict() for r in named], "random": rows}, indent=1))
+        rows = {name: [asdict(r) for r in results] for name, results in random.items()}
+        click.echo(json.dumps({"named": [r._asdict() for r in named], **rows}, indent=1))
         return
     title = f"planar arm, cpu={cpu:g}, in the middle of its motion; figures from the emulator"
     show.table(title, faults.NAMED_HEADINGS, faults.named_table(named), sections=1)
-    if results:
-        title = f"seeds {seeds.start}:{seeds.stop}, cpu={cpu:g}; {faults.LEGEND}"
-        show.table(title, faults.HEADINGS, faults.table(results), sections=2)
+    for drawn, results in zip((seeds, pairs), random.values(), strict=True):
+        if drawn and results:
+            title = f"seeds {drawn.start}:{drawn.stop}, cpu={cpu:g}; {faults.LEGEND}"
+            show.table(title, faults.HEADINGS, faults.table(results), sections=2)
 
 
 @bench.command(
