@@ -49,11 +49,15 @@ PAIR_TIME = 0.5
 HEADINGS = (
     "arm", "command", "fault", "runs", "ended well", "at rest, s p50/max", "late",
     "beyond the plan", "too far", "beyond a limit", "past it", "speed - allowed", "too fast",
+    "told by camera", "wrongly",
 )  # fmt: skip
+SEEN = {"dead-encoder": " it turn by ", "stall": " it stand: "}
+"""What a message says where the camera saw which of the two it is."""
+
 LEGEND = (
     "at rest: from when a healthy joint would have counted twice (late: over 0.3 s); degrees "
     "beyond the plan (too far: over 10) and a limit (past it: over 3); deg/s above the greater of "
-    "1.2 times the planned speed and 20 above it"
+    "1.2 times the planned speed and 20 above it; told by camera: whether it is blocked or blind"
 )
 NAMED_HEADINGS = ("command", "fault", "at, s", "at rest after, s", "status", "what it says")
 
@@ -106,6 +110,11 @@ class FaultResult:
     allowed: float
     status: int
     text: str
+
+    @property
+    def told(self) -> str | None:
+        """Which of the two the camera saw, a blocked joint or a blind one; None: it did not."""
+        return next((kind for kind, words in SEEN.items() if words in self.text), None)
 
     @property
     def misses(self) -> tuple[str, ...]:
@@ -254,6 +263,8 @@ def _row(group: Sequence[FaultResult]) -> tuple[str, ...]:
         missing("limit"),
         most([result.speed - result.allowed for result in struck]),
         missing("speed"),
+        str(sum(result.told is not None for result in struck)),
+        str(sum(result.told not in (None, *result.kind.split(" + ")) for result in struck)),
     )
 
 

@@ -1,7 +1,5 @@
 """What is made of a disturbed run: by motions written by hand."""
 
-import math
-
 import pytest
 
 from laptop.bench import faults
@@ -96,4 +94,14 @@ def test_the_table_counts_what_missed_by_kind():
         ("planar", "draw", "dead-encoder", "2", "0", f"{late.rest:.2f}/{late.rest:.2f}"),
     ]
     assert [row[6] for row in rows] == ["1", "1"]
-    assert math.isfinite(late.rest)
+    assert [row[-2:] for row in rows] == [("0", "0")] * 2
+
+
+def test_what_the_camera_told_is_counted_and_held_against_the_truth():
+    seen = "does not count, though camera A sees it turn by about 9 deg: its encoder is dead"
+    runs = [
+        faults.judge(DRAWING, [Fault(kind, "A", 1.0)], HEALTHY, 1, motion(30.0, 1.1), text)
+        for kind, text in (("dead-encoder", seen), ("stall", seen), ("stall", "blocked or dead"))
+    ]
+    rows = {row[2]: row[-2:] for row in faults.table(runs)}
+    assert rows == {"dead-encoder": ("1", "0"), "stall": ("1", "1")}
