@@ -242,6 +242,12 @@ def table(results: Sequence[FaultResult]) -> list[tuple[str, ...]]:
     ]
 
 
+def summary(results: Sequence[FaultResult]) -> str:
+    """How many of them miss no goal."""
+    well = sum(not result.misses for result in results)
+    return f"{well} of {len(results)} miss no goal"
+
+
 def _row(group: Sequence[FaultResult]) -> tuple[str, ...]:
     struck = [result for result in group if result.noticed]
     rests = sorted(result.rest for result in struck if result.rest is not None)

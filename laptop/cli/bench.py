@@ -378,6 +378,7 @@ def bench_faults(
         if drawn and results:
             title = f"seeds {drawn.start}:{drawn.stop}, cpu={cpu:g}; {faults.LEGEND}"
             show.table(title, faults.HEADINGS, faults.table(results), sections=2)
+            click.echo(faults.summary(results))
 
 
 @bench.command(
