@@ -9,6 +9,7 @@ import math
 from operator import mul, sub
 
 from robot.servoing.linear_algebra import dot, length, median
+from shared.arm_description import ArmError
 from shared.record import record
 
 LOOK_TIME, LOOK_PAUSE, REST_TIME, MIN_FRAMES = 0.6, 0.1, 0.15, 3
@@ -126,7 +127,10 @@ def witnessed(error, arm, servo, sightings, now, receive):
         return str(error)
     motor, k = error.motor, names.index(error.motor.name)
     counted_at = history.joint_still_since(k, STANDSTILL_COUNTS * motor.resolution)
-    q = list(arm.angles())
+    try:
+        q = list(arm.angles())
+    except ArmError:  # its cable has been pulled since
+        return str(error)
     q[k] = history.last[1][k]  # as stopped, its side of the backlash may be told otherwise
     stopped_at = now()
     history.add(stopped_at, q)

@@ -360,3 +360,20 @@ def test_the_camera_names_a_dead_encoder_and_no_other_joint_so(watched, fault, i
         told = float(shown.err.split("by about ")[1].split(" deg")[0])
         struck = next(m for m in w.moments if m.t >= w.struck)
         assert told == pytest.approx(math.degrees(abs(w.q[0] - struck.q[0])), abs=3)
+
+
+def test_a_cable_that_is_pulled_after_a_stall_does_not_hide_it(watched):
+    w = watched()
+
+    def pull_at_rest():
+        if w.stands(w.world.t - 0.02, w.world.t):
+            w.brick.unplug("A")
+        else:
+            w.world.at(w.world.t + 0.005, pull_at_rest)
+
+    def strike():
+        w.brick.jam("A")
+        w.world.at(w.world.t + 0.05, pull_at_rest)
+
+    w.in_motion(5.0, strike, 0)
+    assert judge(w, w.run("--mode", "look"), "stalled", BOTH)
