@@ -126,7 +126,7 @@ def plot(claims: Iterable[Claim], file: str | Path) -> None:
             yscale="log", ylim=(0.003, 50), xlim=(0.15, 1.02), title=part,
             xlabel="confidence", ylabel="error / (a tenth of the radius and 1 px)",
         )  # fmt: skip
-        axes.legend(loc="upper left", fontsize=7)
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=3, fontsize=7)
     try:
         figure.savefig(file, dpi=130)
     except (OSError, ValueError) as error:

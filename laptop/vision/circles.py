@@ -94,9 +94,11 @@ _POINTS = 48
 # of which most is hidden.
 _TRIPLES = np.array(
     [(i, (i + step) % _POINTS, (i + 2 * step) % _POINTS) for step in (16, 11, 7) for i in range(48)]
-)
+).T
 _SQUARE = np.ones((3, 3), np.uint8)
-_RIM = np.linspace(0, 2 * math.pi, 36, endpoint=False)
+_RIM = np.array([(math.cos(k * math.pi / 18), math.sin(k * math.pi / 18)) for k in range(36)])
+_COS_SUPPORT = math.cos(0.2)
+"""Cosine of the angle, rad, from a point of a contour up to which it supports a rim."""
 
 
 def find_circle(
@@ -145,6 +147,11 @@ def find_circle(
     return _judge(mask, rim[inside], *fitted, picture, points)
 
 
+def solve_normal(normal: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solve a least-squares fit's normal equations, shapes (n, n) and (n,); zeros if singular."""
+    return cv2.solve(normal, right[:, None], flags=cv2.DECOMP_CHOLESKY)[1][:, 0]
+
+
 def _resampled(contours: list[np.ndarray]) -> np.ndarray:
     """Points at equal steps along closed contours, shape (48, 2)."""
     path = np.vstack([np.vstack([contour, contour[:1]]) for contour in contours]).astype(float)
@@ -167,40 +174,46 @@ def _fit(
     points: np.ndarray, inside: np.ndarray, expected: float | None
 ) -> tuple[float, float, float] | None:
     """The circle (u, v, radius) on which most points lie."""
-    a, b, c = (points[_TRIPLES[:, k]] for k in range(3))
-    ab, ac = b - a, c - a
-    double = 2 * (ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0])
-    usable = (np.abs(double) > 1e-6) & inside[_TRIPLES].all(1)
-    a, ab, ac, double = a[usable], ab[usable], ac[usable], double[usable]
-    ab2, ac2 = (ab**2).sum(1), (ac**2).sum(1)
-    du = (ac[:, 1] * ab2 - ab[:, 1] * ac2) / double
-    dv = (ab[:, 0] * ac2 - ac[:, 0] * ab2) / double
-    us, vs, radii = a[:, 0] + du, a[:, 1] + dv, np.hypot(du, dv)
-    span = np.ptp(points, axis=0).max()
-    good = (radii > 0.25 * span) & (radii < 1.2 * span)
+    xs, ys = np.ascontiguousarray(points.T)
+    (ax, bx, cx), (ay, by, cy) = xs[_TRIPLES], ys[_TRIPLES]
+    bx, by, cx, cy = bx - ax, by - ay, cx - ax, cy - ay
+    double = 2 * (bx * cy - by * cx)
+    good = (np.abs(double) > 1e-6) & inside[_TRIPLES].all(0)
+    double[~good] = 1
+    ab2, ac2 = bx * bx + by * by, cx * cx + cy * cy
+    du, dv = (cy * ab2 - by * ac2) / double, (bx * ac2 - cx * ab2) / double
+    us, vs, radii = ax + du, ay + dv, np.sqrt(du * du + dv * dv)
+    span = max(xs.max() - xs.min(), ys.max() - ys.min())
+    good &= (radii > 0.25 * span) & (radii < 1.2 * span)
     if expected:
         good &= (radii > 0.6 * expected) & (radii < 1.6 * expected)
     if not good.any():
         return None
     us, vs, radii = us[good], vs[good], radii[good]
-    rim = points[inside]
-    off = np.hypot(rim[:, 0] - us[:, None], rim[:, 1] - vs[:, None]) - radii[:, None]
-    width = np.maximum(1.0, 0.06 * radii)[:, None]
+    xs, ys = xs[inside], ys[inside]
+    off = cv2.magnitude(xs - us[:, None], ys - vs[:, None])
+    off -= radii[:, None]
+    off /= np.maximum(1.0, 0.06 * radii)[:, None]
     # What is missing may be hidden; what sticks out is somebody else's.
-    votes = np.maximum(0, 1 - (off / width) ** 2).sum(1) - 0.3 * (off > 2 * width).sum(1)
+    _, sticking_out = cv2.threshold(off, 2, 0.3, cv2.THRESH_BINARY)
+    _, near = cv2.threshold(1 - off * off, 0, 0, cv2.THRESH_TOZERO)
+    votes = cv2.reduce(near - sticking_out, 1, cv2.REDUCE_SUM)
     best = int(np.argmax(votes))
     u, v, radius = us[best], vs[best], radii[best]
+    # The algebraic fit of I. Kasa (1976): x^2 + y^2 = 2 x x0 + 2 y y0 + (r^2 - x0^2 - y0^2).
+    x, y = xs - u, ys - v
+    design = np.array([2 * x, 2 * y, np.ones(len(x))])
+    squares = x * x + y * y
+    du = dv = 0.0
     for _ in range(3):
-        x, y = rim[:, 0] - u, rim[:, 1] - v
-        off = np.hypot(x, y) - radius
+        off = np.sqrt((x - du) ** 2 + (y - dv) ** 2) - radius
         weight = np.maximum(0, 1 - (off / max(1.5, 0.08 * radius)) ** 2)
         if np.count_nonzero(weight) < 6:
             break
-        # The algebraic fit of I. Kasa (1976): x^2 + y^2 = 2 x x0 + 2 y y0 + (r^2 - x0^2 - y0^2).
-        design = np.column_stack([2 * x, 2 * y, np.ones_like(x)])
-        weighted = design * weight[:, None]
-        du, dv, rest = np.linalg.lstsq(weighted.T @ design, weighted.T @ (x * x + y * y))[0]
-        u, v, radius = u + du, v + dv, math.sqrt(max(rest + du * du + dv * dv, 1e-6))
+        weighted = design * weight
+        du, dv, rest = solve_normal(weighted @ design.T, weighted @ squares).tolist()
+        radius = math.sqrt(max(rest + du * du + dv * dv, 1e-6))
+    u, v = u + du, v + dv
     return float(u), float(v), float(radius)
 
 
@@ -213,14 +226,14 @@ def _judge(
     picture: tuple[float, float, float, float],
     blobs: list[np.ndarray],
 ) -> Circle:
-    angles = np.arctan2(rim[:, 1] - v, rim[:, 0] - u)
-    off = np.abs(np.hypot(rim[:, 0] - u, rim[:, 1] - v) - radius)
-    near = angles[off < max(1.0, 0.1 * radius)]
+    x, y = rim.T - np.array([[u], [v]])
+    away = np.sqrt(x * x + y * y)
+    near = np.abs(away - radius) < max(1.0, 0.1 * radius)
     left, top, right, bottom = picture
-    ru, rv = u + radius * np.cos(_RIM), v + radius * np.sin(_RIM)
+    ru, rv = u + radius * _RIM[:, 0], v + radius * _RIM[:, 1]
     visible = (ru > left) & (ru < right) & (rv > top) & (rv < bottom)
-    gap = np.abs((_RIM[:, None] - near + math.pi) % (2 * math.pi) - math.pi)
-    supported = (gap < 0.2).any(1) & visible
+    directions = np.array([x[near], y[near]]) / away[near]
+    supported = (_RIM @ directions > _COS_SUPPORT).any(1) & visible
     own = np.zeros_like(mask)
     cv2.drawContours(own, [blob[:, None] for blob in blobs], -1, 255, -1)
     own &= mask

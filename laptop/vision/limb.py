@@ -8,12 +8,12 @@ tells how far off its centre may be.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
+from laptop.vision.circles import solve_normal
 from laptop.vision.markers import Color, hsv_mask
 
 
@@ -23,6 +23,7 @@ class Limb(NamedTuple):
     u, v, radius  px
     misfit        expected error of the centre, as a share of the radius
     contrast      part of the limb that has the colour within and another without: 0 to 1
+    gap           part of the limb, as far as it lies in the picture, on which there is no step
     """
 
     u: float
@@ -30,6 +31,7 @@ class Limb(NamedTuple):
     radius: float
     misfit: float
     contrast: float
+    gap: float
 
 
 _RAYS = 48
@@ -46,6 +48,13 @@ _DESIGN = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.ones(_RAYS + 2)]
 _PRODUCTS = (_DESIGN[:, :, None] * _DESIGN[:, None, :]).reshape(_RAYS, 9)
 _EVERY = np.arange(_RAYS)
 _RIDGE = 1e-6 * np.eye(3)
+_STABLE = 1e-3 * np.eye(3)
+_SQUARES = np.arange(256, dtype=np.float32) ** 2
+_SUM = np.ones((1, 3), np.float32)
+
+_SMOOTH = 8
+_WITHIN, _WITHOUT = slice(11, 12), slice(29, 30)
+"""Samples, and the middles of as many that tell the colours on either side of the rim."""
 
 _FIRST_REACH, _SECOND_REACH = 0.2, 0.12
 """Sigma of the distance from the expected rim at which a step counts, in radii."""
@@ -98,11 +107,14 @@ def fit_limb(
         )
         full = np.minimum(height, _FULL_STEP_HEIGHT) * visible
         weight = full
-        for _ in range(3):
+        for turn in range(3):
             normal = (weight @ _PRODUCTS).reshape(3, 3)
-            shift = np.linalg.solve(normal + _RIDGE, (weight * (rho - 1)) @ _DESIGN)
+            shift = solve_normal(normal + _RIDGE, (weight * (rho - 1)) @ _DESIGN)
             off = np.abs(rho - 1 - _DESIGN @ shift)
-            spread = max(0.5 / radius, 0.02, 1.2 * float(np.partition(off, _RAYS // 2)[_RAYS // 2]))
+            if turn == 2:
+                break
+            middle = float(np.partition(off, _RAYS // 2)[_RAYS // 2])
+            spread = max(0.5 / radius, 0.02, 1.2 * middle)
             weight = full * np.maximum(0, 1 - (off / (2.5 * spread)) ** 2) ** 2
         du, dv, dr = shift.tolist()
         if math.hypot(du, dv) > 0.5 or abs(dr) > 0.5:
@@ -117,16 +129,16 @@ def fit_limb(
         return None
     residual = math.sqrt(float((off[on_rim] ** 2).mean()))
     # The centre's covariance in units of the residual's: 1 if the whole rim is seen.
-    inverse = np.linalg.inv((on_rim @ _PRODUCTS).reshape(3, 3) + 1e-3 * np.eye(3))
+    normal = (on_rim.astype(float) @ _PRODUCTS).reshape(3, 3) + _STABLE
+    inverse = cv2.invert(normal, flags=cv2.DECOMP_CHOLESKY)[1]
     dilution = math.sqrt(inverse[0, 0] + inverse[1, 1]) * math.sqrt(_RAYS) / 2
-    inner = rays[1:-1, 7:15].mean(axis=1)
-    outer = rays[1:-1, 25:33].mean(axis=1)
-    apart = np.sqrt(((inner - outer) ** 2).sum(axis=1))
+    smooth = cv2.blur(rays, (_SMOOTH, 1))
+    apart = _distance(smooth[1:-1, _WITHIN], smooth[1:-1, _WITHOUT])[:, 0]
     width = apart * (2 * half * _STEP) / np.maximum(1, slopes[_EVERY, along])
     blur = float(np.sort(width[on_rim])[count // 2])
     gap = 1 - count / max(1, int(np.count_nonzero(visible)))
     misfit = dilution * (residual + _BLUR_COST * blur * blur + _GAP_COST * gap)
-    return Limb(u, v, radius, misfit, _contrast(rays[1:-1], along + half, on_rim, color))
+    return Limb(u, v, radius, misfit, _contrast(rays[1:-1], along + half, on_rim, color), gap)
 
 
 def scaled_misfit(limb: Limb) -> float:
@@ -168,36 +180,36 @@ def _rays(image: np.ndarray, u: float, v: float, radius: float) -> tuple[np.ndar
 
 def _steps(rays: np.ndarray, half: int, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Steps of colour along rays, less what changes from ray to ray; all; where the best one is."""
-    colors = rays.astype(np.float32)
-    change = colors[1:-1, 2 * half :] - colors[1:-1, : -2 * half]
-    slopes = np.sqrt(np.einsum("ijk,ijk->ij", change, change))
+    slopes = _distance(rays[1:-1, 2 * half :], rays[1:-1, : -2 * half])
     # What lies across rays, like the edge of something that hides a part, is no limb.
-    beside = colors[2:, half:-half] - colors[:-2, half:-half]
+    beside_slopes = _distance(rays[2:, half:-half], rays[:-2, half:-half])
     rho = _RHO[half:-half]
-    beside_slopes = np.sqrt(np.einsum("ijk,ijk->ij", beside, beside))
     beside_slopes *= half * _STEP * _RAYS / (2 * math.pi) / rho
     steps = np.maximum(0, slopes - beside_slopes) * np.exp(-0.5 * ((rho - 1) / reach) ** 2)
-    return steps, slopes, np.clip(steps.argmax(axis=1), 1, steps.shape[1] - 2)
+    return steps, slopes, np.minimum(np.maximum(steps.argmax(axis=1), 1), steps.shape[1] - 2)
+
+
+def _distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Distance of colours, DN: float32, shape (h, w), of two uint8 of shape (h, w, 3)."""
+    return cv2.sqrt(cv2.transform(cv2.LUT(cv2.absdiff(a, b), _SQUARES), _SUM))
 
 
 def _between(steps: np.ndarray, along: np.ndarray) -> np.ndarray:
     """The summit of the parabola through a highest sample and its neighbours, -1 to 1 samples."""
     before, top, after = (steps[_EVERY, along + k] for k in (-1, 0, 1))
     bend = np.minimum(before - 2 * top + after, -1e-6)
-    return np.clip(0.5 * (before - after) / bend, -1, 1)
+    return np.minimum(np.maximum(0.5 * (before - after) / bend, -1), 1)
 
 
 def _contrast(rays: np.ndarray, along: np.ndarray, on_rim: np.ndarray, color: Color) -> float:
     """Part of the rim that has the colour within and not without."""
-    wide = replace(
-        color,
-        tolerance=min(90.0, 1.3 * color.tolerance),
-        saturation=0.6 * color.saturation,
-        value=0.6 * color.value,
+    wide = Color(
+        color.hue, 0.6 * color.saturation, 0.6 * color.value, min(90.0, 1.3 * color.tolerance)
     )
     inner = rays[_EVERY, np.maximum(along - 4, 0)]
     outer = rays[_EVERY, np.minimum(along + 5, _SAMPLES - 1)]
     both = cv2.cvtColor(np.stack([inner, outer]), cv2.COLOR_BGR2HSV)
     within, without = hsv_mask(both, wide) > 0
     without &= outer.max(axis=1) > _DARK * inner.max(axis=1)  # noise on black has colours, too
-    return float(within[on_rim].mean() - without[on_rim].mean())
+    both_sides = np.count_nonzero(within & on_rim) - np.count_nonzero(without & on_rim)
+    return float(both_sides / np.count_nonzero(on_rim))

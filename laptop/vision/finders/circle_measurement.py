@@ -12,9 +12,11 @@ from laptop.vision.circles import find_circle
 from laptop.vision.finders.confidence import (
     MAX_USED_MISFIT,
     color_likeness,
+    color_step,
     isolation,
     limb_confidence,
     ramp,
+    size_doubt,
     size_likeness,
 )
 from laptop.vision.finders.illumination import adapt_color, relight
@@ -97,7 +99,7 @@ def measure_circle(
     score = (
         ramp(circle.arc, 0.4 if strict else 0.2, 0.75 if strict else 0.6)
         * ramp(circle.fill, 0.2, 0.6)
-        * (1 - ramp(circle.stray, 0.15, 0.8))
+        * (1 - ramp(circle.stray, *((0.15, 0.8) if strict else (0.06, 0.3))))
         * ramp(circle.visible, 0.2, 0.8)
         * color_likeness(shade, color if track.seen else learned, learned)
         * isolation(window.hsv, circle, learned)
@@ -105,7 +107,10 @@ def measure_circle(
         * (ramp(circle.radius, 4, 9) if strict else 1)
     )
     limb = fit_limb(window.relit, circle.u, circle.v, circle.radius, window.edges, color)
-    score = min(score, max_confidence, limb_confidence(limb, track.seen is not None))
+    score *= 1 - ramp(size_doubt(limb, marker.radius), 0.12, 0.3)
+    if track.seen is None and not strict:  # what is where nothing was expected has to look like it
+        score *= 1 - ramp(color_step(shade, color), 0.3, 0.8)
+    score = min(score, max_confidence, limb_confidence(limb, circle, track.seen is not None))
     if limb is not None and scaled_misfit(limb) < MAX_USED_MISFIT:
         circle = circle._replace(u=limb.u, v=limb.v, radius=limb.radius)
     new = Sighting(circle.u + window.left, circle.v + window.top, score, circle.radius)

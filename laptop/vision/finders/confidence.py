@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import cv2
@@ -69,21 +70,48 @@ def size_likeness(radius: float, seen: float | None, picked: float | None) -> fl
 MAX_USED_MISFIT = 0.2
 """Misfit, as a part of a tenth of the radius and 1 px, up to which the limb tells where a ball is,
 and not the mask."""
-_MISFITS = (0.02, 0.05, 0.3, 0.6)
+_DISAGREEMENT_COST = 0.15
+"""What a limb's distance (radii) from the circle of the mask adds to its misfit: where something
+hides or smears a part, each of them is drawn to another side."""
+_MISFITS = (0.02, 0.058, 0.3, 0.6)
 """Misfits of a limb, so scaled, ..."""
 _TRUSTS = (1.0, 0.9, 0.5, 0.2)
 """... and the confidences that they mean."""
 
 
-def limb_confidence(limb: Limb | None, followed: bool) -> float:
+def color_step(hsv: tuple[float, float, float], color: Color) -> float:
+    """Distance of a mean colour in hue (1 is the tolerance) and in saturation (1 is a factor e).
+
+    Args:
+        hsv: of what is measured: degrees, 0 to 1, 0 to 1.
+        color: to compare it with.
+    """
+    away = abs(hue_distance(hsv[0], color.hue)) / color.tolerance
+    return away + abs(math.log(max(hsv[1], 0.01) / color.saturation))
+
+
+def size_doubt(limb: Limb | None, picked: float | None) -> float:
+    """A radius's distance from the picked one (1 is a factor e), as far as the rim is missing.
+
+    A whole rim proves a size; of an arc, any circle can be made.
+    """
+    if limb is None or not picked:
+        return 0.0
+    return limb.gap * abs(math.log(limb.radius / picked))
+
+
+def limb_confidence(limb: Limb | None, circle: Circle, followed: bool) -> float:
     """Confidence in a circle by the limb around it.
 
     Args:
         limb: None if there is hardly any.
+        circle: of the mask, in the limb's px.
         followed: it is where the marker was expected: a blurred one is no less the marker then.
     """
     least = LEAST_CONFIDENCE if followed else MIN_REPORTED_CONFIDENCE
     if limb is None:
         return max(least, MAX_AMBIGUOUS_CONFIDENCE)
-    trust = float(np.interp(scaled_misfit(limb), _MISFITS, _TRUSTS))
+    apart = math.hypot(limb.u - circle.u, limb.v - circle.v) / limb.radius
+    misfit = scaled_misfit(limb) + _DISAGREEMENT_COST * apart
+    trust = float(np.interp(misfit, _MISFITS, _TRUSTS))
     return max(least, min(trust, 0.4 + 0.6 * ramp(limb.contrast, 0, 0.4)))

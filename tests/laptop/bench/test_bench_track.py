@@ -20,7 +20,7 @@ from laptop.bench import (
     track_precision,
     track_table,
 )
-from laptop.bench.track_confidence import EDGE, GONE, STRESSES, RenderCase
+from laptop.bench.track_confidence import EDGE, GONE, MOTION, STRESSES, RenderCase, Stress
 from laptop.bench.track_cost import Cost
 from laptop.bench.track_covers import fingers, half_plane
 from laptop.bench.track_films import FilmCase
@@ -518,6 +518,15 @@ def test_a_film_made_harder_to_see_is_less_sure(film):
         harder = FilmCase(str(film), "a_film.avi", "as it is", harm, 0).run()
         assert sum(c.confidence for c in harder) < sum(c.confidence for c in plain)
         assert not any(c.clear for c in harder)
+
+
+@pytest.mark.parametrize(
+    ("kind", "harm", "seed"), [("ball", MOTION, 103), ("ball", MOTION, 107), ("disc", GONE, 100)]
+)
+def test_what_mask_and_limb_or_size_disagree_on_is_doubted(kind, harm, seed):
+    claims = RenderCase(Stress(kind, harm), seed).run()
+    assert not [c for c in claims if c.is_off and c.confidence >= 0.9]
+    assert not [c for c in claims if c.is_wrong and c.confidence >= 0.5]
 
 
 @pytest.mark.parametrize(
