@@ -73,7 +73,7 @@ and not the mask."""
 _DISAGREEMENT_COST = 0.15
 """What a limb's distance (radii) from the circle of the mask adds to its misfit: where something
 hides or smears a part, each of them is drawn to another side."""
-_MISFITS = (0.02, 0.058, 0.3, 0.6)
+_MISFITS = (0.02, 0.066, 0.3, 0.6)
 """Misfits of a limb, so scaled, ..."""
 _TRUSTS = (1.0, 0.9, 0.5, 0.2)
 """... and the confidences that they mean."""
