@@ -1,10 +1,11 @@
 // The page's pulse: whether it is cut off, and a STOP that has two ways to the tracker.
 
 const CUT_OFF = 800; // ms without a beat, after which what is on the screen is old
+const GATE_SILENCE = 3000; // ms after which a connection to the gate is given up, though not closed
 const PATIENCE = 10000; // ms for the first beat
 const CLOCK_BEATS = 40; // that tell how the clocks differ
 
-const pulse = { beat: performance.now() + PATIENCE, gate: -Infinity, clocks: [], stopping: false };
+const pulse = { beat: performance.now() + PATIENCE, gate: -Infinity, clocks: [], stopping: false, failed: false };
 
 // Follow the pulse; gatePort: of the gate of STOP.
 function beginPulse(gatePort) {
@@ -41,11 +42,18 @@ function withSocket(then) {
 // Hear the gate's signs of life, again and again.
 function listenToGate(gate) {
   const source = new EventSource(`${gate}/pulse`, { withCredentials: true });
-  source.onmessage = () => (pulse.gate = performance.now());
-  source.onerror = () => {
+  const anew = () => {
+    clearTimeout(silence);
     source.close();
     setTimeout(listenToGate, 500, gate);
   };
+  let silence = setTimeout(anew, GATE_SILENCE);
+  source.onmessage = () => {
+    pulse.gate = performance.now();
+    clearTimeout(silence);
+    silence = setTimeout(anew, GATE_SILENCE);
+  };
+  source.onerror = anew;
 }
 
 function isCutOff() {
@@ -56,14 +64,16 @@ function isCutOff() {
 function look() {
   const now = performance.now();
   const off = isCutOff();
+  // (What the gate says may still come where nothing gets to it any more.)
+  const dead = off && (pulse.failed || now - pulse.gate > CUT_OFF);
   const body = document.body;
   body.classList.toggle("cut-off", off);
-  body.classList.toggle("stop-dead", off && now - pulse.gate > CUT_OFF);
+  body.classList.toggle("stop-dead", dead);
   for (const element of document.querySelectorAll(".desk, .bar > :not(.stop)")) element.inert = off;
   const alarm = document.querySelector(".alarm");
   if (off && alarm) {
     const old = Math.round((now - pulse.beat) / 1000);
-    const stop = now - pulse.gate > CUT_OFF ? "Nothing is sent." : "Nothing but STOP is sent.";
+    const stop = dead ? "Nothing is sent." : "Nothing but STOP is sent.";
     alarm.textContent = `Cut off: what is shown is ${old} s old. ${stop}`;
   }
   const clock = Math.min(...pulse.clocks);
@@ -87,10 +97,11 @@ async function stopArm(gate) {
     try {
       why = await Promise.any([stopByGate(gate), stopBySocket()]);
     } catch {
+      pulse.failed = true;
       await new Promise((done) => setTimeout(done, 200));
     }
   }
-  pulse.stopping = false;
+  pulse.stopping = pulse.failed = false;
   document.body.classList.remove("stopping");
   if (why) Quasar.Notify.create({ message: why, type: "warning", position: "bottom", timeout: 6000 });
 }

@@ -6,9 +6,11 @@ In a real browser, before the tracker on rendered frames and an emulated brick.
 import math
 import os
 import signal
+import threading
 
 import pytest
 from page_tracker import SYNTHETIC, Surfer, Tracker, a_browser
+from silent_network import a_network
 from waiting import PATIENCE, until
 
 FAR = (0.9, 0.5), (-0.7, -0.6)
@@ -32,6 +34,21 @@ def surfer(browser, tracker):
     surfer = Surfer(browser, tracker)
     yield surfer
     surfer.page.keyboard.press("Escape")
+    surfer.close()
+
+
+@pytest.fixture(scope="module")
+def network():
+    with a_network() as network:
+        yield network
+
+
+@pytest.fixture
+def far_surfer(browser, tracker, network):
+    """Somebody to whom a network leads that can fall silent."""
+    surfer = Surfer(browser, tracker, proxy={"server": network.url})
+    yield surfer
+    network.passes.set()
     surfer.close()
 
 
@@ -143,6 +160,57 @@ def test_a_stop_that_cannot_be_sent_is_as_soon_as_it_can_and_nothing_else_is(sur
     has_class(surfer, "stopping", False)
     surfer.verdict("Stopped")
     assert not surfer.page.get_by_role("checkbox", name="Mask").is_checked()
+
+
+def test_a_network_that_falls_silent_shows_and_of_what_is_pressed_only_stop_is_done(
+    far_surfer, network
+):
+    run_to_the_farther_goal(far_surfer)
+    network.passes.clear()
+    far_surfer.page.locator(".stop").click()
+    far_surfer.page.keyboard.press("m")
+    has_class(far_surfer, "stop-dead")
+    assert not far_surfer.page.locator(".verdict").is_visible()
+    text = far_surfer.page.locator(".stop").inner_text()
+    assert text == "STOP cannot be sent: press the brick's Back button"
+    network.passes.set()
+    has_class(far_surfer, "cut-off", False)
+    has_class(far_surfer, "stopping", False)
+    far_surfer.verdict("Stopped")
+    stands(far_surfer)
+
+
+def test_stop_has_its_own_way_again_after_a_network_has_lost_every_connection(
+    far_surfer, network, tracker
+):
+    network.passes.clear()
+    has_class(far_surfer, "stop-dead")
+    network.passes = threading.Event()
+    network.passes.set()
+    has_class(far_surfer, "cut-off", False)
+    (page,) = tracker.page_processes()
+    os.kill(page, signal.SIGSTOP)
+    try:
+        has_class(far_surfer, "cut-off")
+        has_class(far_surfer, "stop-dead", False)
+    finally:
+        os.kill(page, signal.SIGCONT)
+    has_class(far_surfer, "cut-off", False)
+
+
+def test_a_stop_that_does_not_get_through_says_so_though_the_gate_is_heard(surfer, tracker):
+    surfer.page.route("**/stop", lambda route: route.abort())
+    (page,) = tracker.page_processes()
+    os.kill(page, signal.SIGSTOP)
+    try:
+        has_class(surfer, "cut-off")
+        has_class(surfer, "stop-dead", False)
+        surfer.page.locator(".stop").click()
+        has_class(surfer, "stop-dead")
+    finally:
+        os.kill(page, signal.SIGCONT)
+    has_class(surfer, "cut-off", False)
+    has_class(surfer, "stopping", False)
 
 
 def test_one_steers_and_who_watches_may_take_over_and_stop(browser, tracker, surfer):
