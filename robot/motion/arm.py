@@ -276,6 +276,7 @@ class RobotArm(object):
     def move_pen(self, angle):
         """Turn the pen's motor to `angle`, rad; raises Stalled if it does not get there."""
         self._engage()
+        self.motors.release_pen()
         move = JointMove([self.pen.angle()], [angle], [PEN_SPEED], PEN_ACCELERATION)
         self.move_motor(self.pen, move, MAX_PEN_ERROR)
 
@@ -341,7 +342,7 @@ class RobotArm(object):
         with self._stopping_on_error():
             from robot.motion.joint_steps import go_and_settle  # only the report's method needs it
 
-            go_and_settle(self.joints, q, self.angles(), self.clock, self.motors.check_plugged_in)
+            go_and_settle(self.joints, q, self.angles(), self.clock, self.motors.check)
         self.backlash_sides = (0,) * len(self.joints)
 
     # Ending

@@ -143,7 +143,7 @@ def push(arm, motor, joint, sign, force):
     last, since = motor.bounds(), clock.now()
     start, begun, standstill = last, since, STANDSTILL_TIME
     while True:
-        arm.motors.check_plugged_in()
+        arm.motors.check()
         motor.drive(speed)
         clock.sleep(DEAD_MAN / 10)
         here, now = motor.bounds(), clock.now()

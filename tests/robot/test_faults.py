@@ -68,6 +68,10 @@ def kill_encoder(port):
     return lambda brick: brick.kill_encoder(port)
 
 
+def push(port):
+    return lambda brick: brick.push(port)
+
+
 def slow(cost):
     return lambda brick: setattr(brick.sysfs, "access_cost", cost)
 
@@ -86,6 +90,7 @@ FAULTS = (
     ("stalled", jam, "{} (port {})"),
     ("dead encoder", kill_encoder, "{} (port {})"),
 )
+PEN_PUSHED = "the pen (port C) was turned away by "
 PEN_GONE = "the pen motor at port C no longer answers"
 
 WHILE_IT_RUNS = [
@@ -127,6 +132,9 @@ WHILE_IT_RUNS = [
     case("unplugged pen as it drops", LINE, unplug("C"), "drop", 0.3, PEN_GONE),
     case("jammed pen", LINE, jam("C"), "drop", 0.0, "the pen (port C)"),
     case("dead encoder of the pen", LINE, kill_encoder("C"), "drop", 0.0, "the pen (port C)"),
+    case("pushed pen on the way", LINE, push("C"), "way", 0.3, PEN_PUSHED),
+    case("pushed pen in mid-line", LINE, push("C"), "ink", 0.4, PEN_PUSHED),
+    case("pushed pen, steps", LINE + STEPS, push("C"), "ink", 0.4, PEN_PUSHED),
     case("stalled on the way", LINE, jam("B"), "way", 0.15, "the elbow (port B)"),
     case("dead encoder on the way", LINE, kill_encoder("B"), "way", 0.15, "the elbow (port B)"),
     case("unplugged in homing", HOME, unplug("B"), "run", 0.1, "the elbow motor at port B"),
@@ -148,6 +156,7 @@ def stopped(brick, port):
     "stalled B, smooth",
     "dead encoder A, steps",
     "unplugged pen in mid-line",
+    "pushed pen in mid-line",
     "jammed pen",
     "dead encoder of the pen",
     "stalled on the way",
