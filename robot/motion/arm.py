@@ -280,11 +280,11 @@ class RobotArm(object):
         move = JointMove([self.pen.angle()], [angle], [PEN_SPEED], PEN_ACCELERATION)
         self.move_motor(self.pen, move, MAX_PEN_ERROR)
 
-    def move_motor(self, motor, move, max_error=MAX_ERROR):
-        """Let one motor alone follow a JointMove of one angle, without limits; then hold it."""
+    def move_motor(self, motor, move, max_error=MAX_ERROR, on_tick=None):
+        """Let a motor follow a JointMove, without limits, `on_tick` as ControlLoop.run; hold it."""
         self._engage()
         with self._stopping_on_error():
-            self.motors.loop.run([motor], move, SETTLING_TIME, COARSE_COUNTS, max_error)
+            self.motors.loop.run([motor], move, SETTLING_TIME, COARSE_COUNTS, max_error, on_tick)
             self.motors.hold([motor])
 
     @contextlib.contextmanager

@@ -109,10 +109,13 @@ class ArmMotors(object):
             motor.check_plugged_in()
 
     def _check_next(self):
-        """Check the pen's place, and one motor after the other."""
-        self._check_pen()
+        """Check one motor after the other; a pen that is held, by its place."""
         self._checked = (self._checked + 1) % len(self._all)
-        self._all[self._checked].check_plugged_in()
+        motor = self._all[self._checked]
+        if motor is self.pen and self._pen_held_at is not None:
+            self._check_pen()
+        else:
+            motor.check_plugged_in()
 
     def _check_pen(self):
         if self._pen_held_at is not None:

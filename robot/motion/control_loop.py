@@ -16,7 +16,7 @@ from robot.motion.settling import STANDSTILL_TIME, SettlingDetector
 from shared.arm_description import ArmError
 
 CHECK_PERIOD = 0.1
-"""So often the pen's place is checked, and of one motor, in turn, that it is there, s."""
+"""So often one of the motors, in turn, is checked to be there, and the pen in its place, s."""
 
 MAX_ERROR, MAX_ERROR_COUNTS = math.radians(3), 5
 """A joint this far (rad, and counts) from where it should be is blocked or blind."""

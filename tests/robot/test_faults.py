@@ -196,6 +196,20 @@ def test_a_dead_encoder_does_not_run_away(shell, port, t, words, least, most):
     assert max(turned) < most
 
 
+@pytest.mark.short("0.1")
+@pytest.mark.parametrize("share", [0.05, 0.1, 0.2, 0.3])
+def test_homing_takes_no_dead_encoder_for_a_stop(shell, moment, share):
+    """Nothing tells them apart until the joint is to leave the stop, so that comes at once."""
+    t = moment(HOME, "run", share)
+    sh = shell()
+    sh.world.at(t, lambda: sh.brick.kill_encoder("B"))
+    shown = sh.run(*HOME)
+    assert shown.status == 1
+    assert in_one_line(shown.err, "the elbow (port B) does not turn", "dead")
+    assert max(sh.busy.values()) <= t + 0.3, "still driven"
+    assert sh.motion(t + 0.4) < 0.5
+
+
 @pytest.mark.short("SIGINT", "SIGTERM", "SIGHUP", "homing")
 @pytest.mark.parametrize(
     ("name", "words", "part"),
@@ -559,7 +573,7 @@ def test_while_it_homes_and_draws_the_arm_is_not_on_record_as_parked(shell):
     sh = shell(homed=False)
     seen = []
     sh.world.at(1.0, lambda: seen.append(os.path.exists(sh.state.file)))
-    outcome = sh.run(kill_at=40.0)
+    outcome = sh.run(kill_at=35.0)
     assert outcome.status == 137
     assert seen == [False]
     assert sh.on_file()["parked"] is None
