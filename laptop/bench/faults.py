@@ -34,7 +34,7 @@ NAMED = (
 """Kinds and what they strike, for every command."""
 
 NAMED_OF = {
-    "draw": (("unplug", "C"), ("stall", "C"), ("dead-encoder", "C")),
+    "draw": (("unplug", "C"), ("stall", "C"), ("dead-encoder", "C"), ("push", "C")),
     "servo": (("frozen-picture", None),),
     "home": (),
 }
@@ -300,7 +300,7 @@ def run_named(case: tuple[int, str, Any, float]) -> NamedResult:
     it = task(seed, cpu)
     healthy, _, _ = perform(it)
     moving = healthy.moving()
-    if what == "C":  # the pen, when it is lowered next
+    if what == "C" and kind != "push":  # the pen, when it is lowered next
         moving = [next(sample.t for sample in healthy.record if sample.pen) - PEN_LEAD]
     fault = Fault(kind, what, moving[int(NAMED_AT * len(moving))])
     motion, status, text = perform(it, [fault])

@@ -40,6 +40,7 @@ FAULTS = {
     "unplug": "PORT",
     "stall": "PORT",
     "dead-encoder": "PORT",
+    "push": "PORT",
     "slow-sysfs": "SECONDS",
     "frozen-picture": "CAMERA",
     "freeze": None,
@@ -278,6 +279,8 @@ def _schedule(brick, fault, ordered):
         at(fault.t, lambda: brick.jam(fault.what))
     elif fault.kind == "dead-encoder":
         at(fault.t, lambda: brick.kill_encoder(fault.what))
+    elif fault.kind == "push":
+        at(fault.t, lambda: brick.push(fault.what))
     elif fault.kind == "slow-sysfs":
         at(fault.t, lambda: setattr(brick.sysfs, "access_cost", fault.what))
     elif fault.kind in ("freeze", "kill"):

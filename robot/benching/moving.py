@@ -270,7 +270,7 @@ class Bench(object):
                 touches.append(
                     ((at - motor.zero) / motor.in_counts(1.0), self._leave(arm, k, sign))
                 )
-                homing.back_off(arm, k, sign)
+                homing.back_off(arm, motor, at, sign)
             stands, leaves = zip(*touches[1:])  # the first one came from afar
             if max(stands) - min(stands) > homing.MAX_TOUCH_SPREAD * motor.resolution:
                 raise homing.Blocked(

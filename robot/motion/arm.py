@@ -276,14 +276,15 @@ class RobotArm(object):
     def move_pen(self, angle):
         """Turn the pen's motor to `angle`, rad; raises Stalled if it does not get there."""
         self._engage()
+        self.motors.release_pen()
         move = JointMove([self.pen.angle()], [angle], [PEN_SPEED], PEN_ACCELERATION)
         self.move_motor(self.pen, move, MAX_PEN_ERROR)
 
-    def move_motor(self, motor, move, max_error=MAX_ERROR):
-        """Let one motor alone follow a JointMove of one angle, without limits; then hold it."""
+    def move_motor(self, motor, move, max_error=MAX_ERROR, on_tick=None):
+        """Let a motor follow a JointMove, without limits, `on_tick` as ControlLoop.run; hold it."""
         self._engage()
         with self._stopping_on_error():
-            self.motors.loop.run([motor], move, SETTLING_TIME, COARSE_COUNTS, max_error)
+            self.motors.loop.run([motor], move, SETTLING_TIME, COARSE_COUNTS, max_error, on_tick)
             self.motors.hold([motor])
 
     @contextlib.contextmanager
@@ -341,7 +342,7 @@ class RobotArm(object):
         with self._stopping_on_error():
             from robot.motion.joint_steps import go_and_settle  # only the report's method needs it
 
-            go_and_settle(self.joints, q, self.angles(), self.clock, self.motors.check_plugged_in)
+            go_and_settle(self.joints, q, self.angles(), self.clock, self.motors.check)
         self.backlash_sides = (0,) * len(self.joints)
 
     # Ending

@@ -1,10 +1,26 @@
 """The motors of one arm, each with its controller, and the loop that drives them."""
 
+import math
+
 from robot.motion.brick_lock import BrickLock
 from robot.motion.control_loop import ControlLoop
 from robot.motion.joint_controller import JointController
 from robot.motion.motors import JointMotor, motors_folder
 from robot.motion.zero import NotHomed
+from shared.arm_description import ArmError
+
+MAX_PEN_OFFSET = math.radians(10)
+"""A pen that is held and this far from there was turned by something else, rad."""
+
+
+class PenDisplaced(ArmError):
+    """The pen is not where its motor holds it."""
+
+    def __init__(self, pen, offset):
+        super(PenDisplaced, self).__init__(
+            "the pen (port {}) was turned away by {:.0f} deg from where it is held; free it, then "
+            "draw again".format(pen.port, abs(math.degrees(offset)))
+        )
 
 
 class ArmMotors(object):
@@ -43,6 +59,7 @@ class ArmMotors(object):
         if pen:
             self.controllers[self.pen] = JointController(1.0, gains[pen.motor])
         self._checked = 0
+        self._pen_held_at = None  # rad, once it is held there
         self.lock = BrickLock(motors_folder())
         self.loop = ControlLoop(clock, self.controllers, self._check_next, say)
 
@@ -78,29 +95,50 @@ class ArmMotors(object):
         """The joints' speeds as observed, rad/s."""
         return [self.controllers[motor].speed for motor in self.joints]
 
-    def check_plugged_in(self):
-        """Notice a pulled cable, also of a motor that is idle; costs no access.
+    def check(self):
+        """Notice a pulled cable, also of a motor that is idle, and a pen that something turned.
+
+        Costs an access while the pen is held.
 
         Raises:
             MotorNotFound: naming the motor.
+            PenDisplaced: saying by how much.
         """
+        self._check_pen()
         for motor in self._all:
             motor.check_plugged_in()
 
     def _check_next(self):
-        """Check one motor after the other."""
+        """Check one motor after the other; a pen that is held, by its place."""
         self._checked = (self._checked + 1) % len(self._all)
-        self._all[self._checked].check_plugged_in()
+        motor = self._all[self._checked]
+        if motor is self.pen and self._pen_held_at is not None:
+            self._check_pen()
+        else:
+            motor.check_plugged_in()
+
+    def _check_pen(self):
+        if self._pen_held_at is not None:
+            offset = self.pen.angle() - self._pen_held_at
+            if abs(offset) > MAX_PEN_OFFSET:
+                raise PenDisplaced(self.pen, offset)
+
+    def release_pen(self):
+        """The pen is about to be moved: its place is watched again once it is held."""
+        self._pen_held_at = None
 
     def hold(self, motors):
         """Stop some of these, each holding where it is."""
         for motor in motors:
             motor.hold()
+            if motor is self.pen:
+                self._pen_held_at = motor.angle()
         self.loop.reset(motors)
 
     def halt(self):
         """Stop and hold every motor that still answers; the first trouble, or None."""
         lost = None
+        self.release_pen()  # from now on it is held wherever it is
         # All stand before anything is tidied up: an access may be slow.
         for act in (JointMotor.hold, JointMotor.disengage):
             for motor in self._all:

@@ -16,7 +16,7 @@ from robot.motion.settling import STANDSTILL_TIME, SettlingDetector
 from shared.arm_description import ArmError
 
 CHECK_PERIOD = 0.1
-"""So often one of the motors, in turn, is checked to be there, s."""
+"""So often one of the motors, in turn, is checked to be there, and the pen in its place, s."""
 
 MAX_ERROR, MAX_ERROR_COUNTS = math.radians(3), 5
 """A joint this far (rad, and counts) from where it should be is blocked or blind."""
@@ -99,7 +99,7 @@ class ControlLoop(object):
     Args:
         clock: has `now()` and `sleep(seconds)`.
         controllers: JointMotor -> JointController.
-        check: called now and then, to raise if some motor is gone.
+        check: called now and then, to raise if some motor is gone or the pen displaced.
         say: called with what people should know of its pace.
 
     Attributes:

@@ -6,20 +6,25 @@ and is measured on the way.
 
 import math
 
+from robot.motion.control_loop import Stalled
+from robot.motion.motor_model import STIFFNESS
 from robot.motion.motors import DEAD_MAN
+from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import JointMove
 from shared.arm_description import ArmError
 from shared.record import record
 
 TOUCHES = 3
-FIRST_PUSH, SECOND_PUSH = 20.0, 14.0
-"""Greatest force on the stop, % of duty: to find it, and to measure it."""
+FIRST_PUSH, TOUCH_PUSHES = 20.0, (14.0, 17.0, 20.0)
+"""Greatest force on the stop, % of duty: to find it, and to measure it, the harder the stiffer the
+joint turns out to be: one that is pushed too softly comes to a stand on the way."""
 
 PUSH_STIFFNESS = 0.02
 """Stiffness (% per deg/s) at which the stop is approached: the softer, the faster."""
 
-BACK_OFF, BACK_OFF_SPEED = math.radians(6), math.radians(60)
-"""How far a joint leaves its stop between two touches, rad, and how fast, rad/s."""
+BACK_OFF, BACK_OFF_SPEED, AWAY = (math.radians(x) for x in (6, 60, 4))
+"""How far a joint is to leave its stop between two touches, rad, how fast, rad/s, and how far will
+do: one that is stiff need not get there to the degree."""
 
 STOP_TIMEOUT = 60.0
 """No joint takes longer to its stop, s."""
@@ -27,11 +32,21 @@ STOP_TIMEOUT = 60.0
 STANDSTILL_TIME = 0.16
 """A pushed joint that has not moved for this time stands at its stop, s."""
 
-MIN_STANDSTILL_TIME, STANDSTILL_COUNTS = 0.08, 6
+MIN_STANDSTILL_TIME, STANDSTILL_COUNTS = 0.06, 5
 """One that turned fast does so sooner: after the time of so many counts, no less than this, s."""
+
+ROTOR_PUSH, LINK_PUSH, KICK_TIME = 20.0, 30.0, 0.03
+"""Force by which a joint is to set out, % of duty: for its motor, and for so long (s) also for its
+link, of which a gear takes its share."""
+
+SETTING_OUT_TIME, KICK_PERIOD = 0.06, 0.005
+"""By then its encoder has counted, and the time between two looks at it, s."""
 
 MAX_TOUCH_SPREAD = 3
 """Counts within which the touches of one stop must lie."""
+
+MAX_SHORT = math.radians(2)
+"""A touch this far from the farthest one was none, rad."""
 
 MAX_STOP_ERROR = math.radians(5)
 """Stops that are farther than this from where they should be are others, rad."""
@@ -118,19 +133,36 @@ def _set_zero(motor, joint, ends, spread):
 def _touches(arm, k, sign):
     """Counts at which the joint stands against a stop, TOUCHES times."""
     motor, joint = arm.joints[k], arm.description.joints[k]
-    push(arm, motor, joint, sign, FIRST_PUSH)
-    back_off(arm, k, sign)
-    out = []
-    for _ in range(TOUCHES):
-        out.append(push(arm, motor, joint, sign, SECOND_PUSH))
-        back_off(arm, k, sign)
+
+    def touch(force):
+        at = push(arm, motor, joint, sign, force)
+        _kick(arm.clock, motor, joint, -sign)
+        back_off(arm, motor, at, sign)
+        return at
+
+    all_touches = [touch(FIRST_PUSH)]
+    for force in TOUCH_PUSHES:
+        out = []
+        for _ in range(TOUCHES):
+            _kick(arm.clock, motor, joint, sign)
+            out.append(touch(force))
+        all_touches += out
+        farthest = (max if motor.in_counts(sign) > 0 else min)(all_touches)
+        short = max(abs(at - farthest) for at in out) * motor.resolution
+        if max(out) - min(out) <= MAX_TOUCH_SPREAD and short < MAX_SHORT:
+            break
     return out
 
 
-def back_off(arm, k, sign):
-    """Leave the stop on the side of `sign` by BACK_OFF."""
-    here = arm.joints[k].angle()
-    arm.move_motor(arm.joints[k], JointMove([here], [here - sign * BACK_OFF], [BACK_OFF_SPEED]))
+def back_off(arm, motor, stop, sign):
+    """Leave the stop (counts) on the side of `sign` by BACK_OFF."""
+    at = (stop - motor.zero) / motor.in_counts(1)
+
+    def look(t, now, angles):
+        return STOP if sign * (at - angles[0]) > AWAY else None
+
+    move = JointMove([motor.angle()], [at - sign * BACK_OFF], [BACK_OFF_SPEED])
+    arm.move_motor(motor, move, on_tick=look)
 
 
 def push(arm, motor, joint, sign, force):
@@ -142,15 +174,18 @@ def push(arm, motor, joint, sign, force):
     motor.engage(PUSH_STIFFNESS)
     last, since = motor.bounds(), clock.now()
     start, begun, standstill = last, since, STANDSTILL_TIME
+    per_count = standstill / STANDSTILL_COUNTS
     while True:
-        arm.motors.check_plugged_in()
+        arm.motors.check()
         motor.drive(speed)
         clock.sleep(DEAD_MAN / 10)
         here, now = motor.bounds(), clock.now()
         if here != last:
-            per_count = (now - since) * motor.resolution / abs(here[0] - last[0])
-            standstill = max(MIN_STANDSTILL_TIME, STANDSTILL_COUNTS * per_count)
-            last, since, standstill = here, now, min(standstill, STANDSTILL_TIME)
+            # A mean, for a reading may fall just behind or before a count.
+            before, per_count = per_count, (now - since) * motor.resolution / abs(here[0] - last[0])
+            standstill = STANDSTILL_COUNTS * 0.5 * (before + per_count)
+            standstill = min(max(MIN_STANDSTILL_TIME, standstill), STANDSTILL_TIME)
+            last, since = here, now
         elif now - since > standstill:
             motor.hold()
             motor.disengage()
@@ -162,6 +197,26 @@ def push(arm, motor, joint, sign, force):
                     joint.name, math.degrees(abs(here[0] - start[0])), now - begun
                 )
             )
+
+
+def _kick(clock, motor, joint, sign):
+    """Push a joint that stands, and is free to go that way, until its encoder counts.
+
+    One that is blind on the way looks as if it stood at its stop, until it is to leave that; then
+    this brakes it.
+
+    Raises:
+        Stalled: it does not count soon.
+    """
+    motor.engage(STIFFNESS)
+    stands, since = motor.bounds(), clock.now()
+    while motor.bounds() == stands:
+        pushed = clock.now() - since
+        if pushed > SETTING_OUT_TIME:
+            raise Stalled(motor, "it does not set out")
+        force = ROTOR_PUSH + (LINK_PUSH / joint.gear if pushed < KICK_TIME else 0.0)
+        motor.drive(sign * math.radians(force / STIFFNESS) / joint.gear)
+        clock.sleep(KICK_PERIOD)
 
 
 def _farthest(joint):

@@ -21,7 +21,7 @@ def go_and_settle(motors, q, q_before, clock, check):
         motors: one JointMotor per joint.
         q, q_before: joint angles wanted and now, rad.
         clock: has `now()` and `sleep(seconds)`.
-        check: called once, to raise if some motor is gone.
+        check: called once, to raise if some motor is gone or the pen displaced.
 
     Raises:
         Stalled: a joint does not get there in time; the motors are driven still.

@@ -68,6 +68,10 @@ def kill_encoder(port):
     return lambda brick: brick.kill_encoder(port)
 
 
+def push(port):
+    return lambda brick: brick.push(port)
+
+
 def slow(cost):
     return lambda brick: setattr(brick.sysfs, "access_cost", cost)
 
@@ -86,6 +90,7 @@ FAULTS = (
     ("stalled", jam, "{} (port {})"),
     ("dead encoder", kill_encoder, "{} (port {})"),
 )
+PEN_PUSHED = "the pen (port C) was turned away by "
 PEN_GONE = "the pen motor at port C no longer answers"
 
 WHILE_IT_RUNS = [
@@ -127,6 +132,9 @@ WHILE_IT_RUNS = [
     case("unplugged pen as it drops", LINE, unplug("C"), "drop", 0.3, PEN_GONE),
     case("jammed pen", LINE, jam("C"), "drop", 0.0, "the pen (port C)"),
     case("dead encoder of the pen", LINE, kill_encoder("C"), "drop", 0.0, "the pen (port C)"),
+    case("pushed pen on the way", LINE, push("C"), "way", 0.3, PEN_PUSHED),
+    case("pushed pen in mid-line", LINE, push("C"), "ink", 0.4, PEN_PUSHED),
+    case("pushed pen, steps", LINE + STEPS, push("C"), "ink", 0.4, PEN_PUSHED),
     case("stalled on the way", LINE, jam("B"), "way", 0.15, "the elbow (port B)"),
     case("dead encoder on the way", LINE, kill_encoder("B"), "way", 0.15, "the elbow (port B)"),
     case("unplugged in homing", HOME, unplug("B"), "run", 0.1, "the elbow motor at port B"),
@@ -148,6 +156,7 @@ def stopped(brick, port):
     "stalled B, smooth",
     "dead encoder A, steps",
     "unplugged pen in mid-line",
+    "pushed pen in mid-line",
     "jammed pen",
     "dead encoder of the pen",
     "stalled on the way",
@@ -185,6 +194,20 @@ def test_a_dead_encoder_does_not_run_away(shell, port, t, words, least, most):
     turned = [math.degrees(sample.q["AB".index(port)]) for sample in sh.brick.record]
     assert least < min(turned)
     assert max(turned) < most
+
+
+@pytest.mark.short("0.1")
+@pytest.mark.parametrize("share", [0.05, 0.1, 0.2, 0.3])
+def test_homing_takes_no_dead_encoder_for_a_stop(shell, moment, share):
+    """Nothing tells them apart until the joint is to leave the stop, so that comes at once."""
+    t = moment(HOME, "run", share)
+    sh = shell()
+    sh.world.at(t, lambda: sh.brick.kill_encoder("B"))
+    shown = sh.run(*HOME)
+    assert shown.status == 1
+    assert in_one_line(shown.err, "the elbow (port B) does not turn", "dead")
+    assert max(sh.busy.values()) <= t + 0.3, "still driven"
+    assert sh.motion(t + 0.4) < 0.5
 
 
 @pytest.mark.short("SIGINT", "SIGTERM", "SIGHUP", "homing")
@@ -550,7 +573,7 @@ def test_while_it_homes_and_draws_the_arm_is_not_on_record_as_parked(shell):
     sh = shell(homed=False)
     seen = []
     sh.world.at(1.0, lambda: seen.append(os.path.exists(sh.state.file)))
-    outcome = sh.run(kill_at=40.0)
+    outcome = sh.run(kill_at=35.0)
     assert outcome.status == 137
     assert seen == [False]
     assert sh.on_file()["parked"] is None

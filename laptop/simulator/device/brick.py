@@ -1,5 +1,6 @@
 """The emulated brick: plant, motor drivers and the sysfs they show, on one world's clock."""
 
+import math
 from collections import namedtuple
 
 from laptop.simulator.device.plant import ArmPlant
@@ -19,6 +20,9 @@ PORTS = "ABCD"
 
 FIRST_DEVICE = 9
 """Number of the device at port A: after some plugging the system counts on from there."""
+
+PUSH_ANGLE, PUSH_SPEED = math.radians(20), math.radians(200)
+"""By how much a hand turns what a motor moves, rad, and how fast, rad/s."""
 
 MIN_ACCESS_TIME = 0.001
 """Time of an access, with what goes with it, on a brick that computes in no time, s."""
@@ -74,6 +78,7 @@ class EmulatedBrick(object):
                 self.motors[joint.port].hold()
         self.record = []
         self._steps = 0
+        self._pushed = []  # links and bare rotors in a hand, and where that takes them, rad
         self._tip = self._tip_at = None  # the true tip, and the joint angles of it
         self._sample()
         world.bodies.append(self.advance)
@@ -91,6 +96,8 @@ class EmulatedBrick(object):
         step, motors = self.plant.step, self.motors.values()
         while (self._steps + 1) * STEP <= t + 1e-9:
             step(STEP)
+            for moved, end in self._pushed:
+                moved.angle = max(end, moved.angle - PUSH_SPEED * STEP)
             self._steps += 1
             now = self._steps * STEP
             regulate = self._steps % TICK_STEPS == 0
@@ -129,8 +136,17 @@ class EmulatedBrick(object):
 
     def jam(self, port):
         """Block what the motor at `port` moves: its link, or the rotor of a bare motor."""
+        self._moved(port).jammed = True
+
+    def _moved(self, port):
         drive = self.plant.drives[port]
-        (drive.link or drive).jammed = True
+        return drive.link or drive
+
+    def push(self, port):
+        """A hand turns back what the motor at `port` moves (it lifts a pen), and keeps it there."""
+        self.jam(port)
+        moved = self._moved(port)
+        self._pushed.append((moved, moved.angle - PUSH_ANGLE))
 
     def kill_encoder(self, port):
         """The encoder at `port` counts no more."""
