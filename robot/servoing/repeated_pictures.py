@@ -27,9 +27,9 @@ QUIET_RATIO = 2
 MAX_PAIRS = 200
 """Pairs of pictures of a still arm, by which that is told; then the old ones count half."""
 
-FROZEN_TURN = math.radians(5)
-"""A repeated picture is as old as three of a usual camera if a joint has turned by more, rad: no
-camera shows one picture for so long, and this one is frozen."""
+FROZEN_TURN, FROZEN_AGE = math.radians(5), 0.12
+"""A repeated picture is as old as three of a usual camera if a joint has turned by more, rad, or
+it was right so long ago, s: no camera shows one picture for so long, and this one is frozen."""
 
 FROZEN_SCORE, FROZEN_TIME, NEW_WEIGHT = 2, 0.06, 2
 """So it is where repeated pictures come to such a score over so long a time, s, each new one taking
@@ -45,7 +45,9 @@ class _Camera(object):
     """What is known of one camera."""
 
     def __init__(self):
-        self.pictures = OrderedDict()  # the markers' places, px: where the joints were, rad
+        self.pictures = (
+            OrderedDict()
+        )  # the markers' places, px: (when it was right, where the joints were, rad)
         self.last = self.last_q = None
         self.same = self.different = 0  # pairs of pictures of a still arm
         self.score, self.since = 0, None  # of repeated ones; the time of the first, s
@@ -90,13 +92,15 @@ class RepeatedPictures(object):
         camera.last, camera.last_q = places, q
         before = camera.pictures.get(places)
         if before is None:
-            camera.pictures[places] = q
+            camera.pictures[places] = seen.t, q
             if len(camera.pictures) > MAX_PICTURES:
                 camera.pictures.popitem(last=False)
-        moved = 0.0 if before is None else self._moved(camera, places, q, before)
+        moved = 0.0 if before is None else self._moved(camera, places, q, before[1])
+        if before and not moved:
+            camera.pictures[places] = seen.t, before[1]
         if not (moved or camera.score):  # most often by far
             return True
-        self._judge(seen.camera, camera, seen.t, moved)
+        self._judge(seen.camera, camera, seen.t, moved, before)
         return not (moved or camera.frozen)
 
     def _note_noise(self, camera, places):
@@ -116,8 +120,13 @@ class RepeatedPictures(object):
         turn = apart(q, before)
         return turn if turn > (self._quiet_turn if quiet else MIN_TURN) else 0.0
 
-    def _judge(self, name, camera, t, moved):
-        """Whether it is frozen, by its picture of the time t, since which joints have `moved`."""
+    def _judge(self, name, camera, t, moved, before):
+        """Whether it is frozen, by its picture of the time t.
+
+        Args:
+            moved: by how much a joint has turned since it was right, rad; 0 if that is none.
+            before: (t, q) of then; None if it is new.
+        """
         if moved:
             if not camera.score:
                 camera.since = t
@@ -132,8 +141,10 @@ class RepeatedPictures(object):
             if t - camera.repeated_at > THAW_TIME and camera.new >= THAW_PICTURES:
                 camera.frozen, camera.score, camera.turn = False, 0, 0.0
                 self.frozen -= {name}
-        elif moved > FROZEN_TURN or (
-            camera.score >= FROZEN_SCORE and t - camera.since >= FROZEN_TIME
+        elif (
+            moved
+            and (moved > FROZEN_TURN or t - before[0] > FROZEN_AGE)
+            or (camera.score >= FROZEN_SCORE and t - camera.since >= FROZEN_TIME)
         ):
             camera.frozen = True
             self.frozen |= {name}

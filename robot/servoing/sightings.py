@@ -72,10 +72,10 @@ class Sightings(object):
         s = tip[:2] if tip and tip[2] >= LEAST_CONFIDENCE else None
         if s:
             self.seen.append((camera, seen.t, s, moving))
-        if s and goal and goal[2] >= LEAST_CONFIDENCE and not self._fixed_goals:
-            if camera not in self.goals:
-                self.goals[camera] = GoalEstimate()
-            self.goals[camera].add(seen.t, goal[:2], goal[2], s)
+            if goal and goal[2] >= LEAST_CONFIDENCE and not self._fixed_goals:
+                if camera not in self.goals:
+                    self.goals[camera] = GoalEstimate()
+                self.goals[camera].add(seen.t, goal[:2], goal[2], s)
         where = self._fixed_goals.get(camera)
         if camera in self.goals:
             estimate = self.goals[camera]

@@ -9,7 +9,7 @@ BUDGETS = {
     "spatial: tick, line": 495,
     "planar: tick, moving": 305,
     "spatial: tick, moving": 435,
-    "planar, look: tick": 630,
+    "planar, look: tick": 640,
     "spatial, look: tick": 950,
     "planar, look: decision, move": 1500,
     "spatial, look: decision, move": 2500,

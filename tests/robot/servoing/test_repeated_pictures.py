@@ -50,6 +50,14 @@ def test_a_camera_whose_tip_moves_is_believed(noise):
     assert set(camera.look(STILL) + [camera.see((k * DEG, 0.0)) for k in range(60)]) == {GOOD}
 
 
+def test_a_single_repeated_picture_that_was_new_long_ago_tells():
+    """A busy brick looks at few of them."""
+    camera = Camera()
+    camera.look(STILL)
+    camera.n += 3
+    assert camera.show(camera.seen[-1], (0.5 * DEG, 0.0)) == FROZEN
+
+
 def test_the_same_picture_of_joints_elsewhere_is_not_believed():
     camera = Camera()
     camera.look(STILL)

@@ -359,7 +359,7 @@ def test_the_camera_names_a_dead_encoder_and_no_other_joint_so(watched, fault, i
     if says is TURNS:
         told = float(shown.err.split("by about ")[1].split(" deg")[0])
         struck = next(m for m in w.moments if m.t >= w.struck)
-        assert told == pytest.approx(math.degrees(abs(w.q[0] - struck.q[0])), abs=3)
+        assert told == pytest.approx(math.degrees(abs(w.q[0] - struck.q[0])), rel=0.3)
 
 
 def test_a_cable_that_is_pulled_after_a_stall_does_not_hide_it(watched):
