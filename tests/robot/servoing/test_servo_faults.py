@@ -339,14 +339,19 @@ def test_where_the_zero_cannot_be_saved_nothing_moves(watched, tmp_path):
 
 BOTH = "it is blocked, overloaded or its encoder is dead"
 TURNS = "(port A) does not count, though camera A sees it turn by about"
+STANDS = ", and camera A sees it stand: it is blocked or overloaded"
 
 
 @pytest.mark.parametrize(
     ("fault", "is_seen", "says"),
-    [("kill_encoder", True, TURNS), ("kill_encoder", False, BOTH), ("jam", True, BOTH)],
+    [
+        ("kill_encoder", True, [TURNS]),
+        ("kill_encoder", False, [BOTH]),
+        ("jam", True, [BOTH, STANDS]),  # by how much it should have turned, which is little here
+    ],
 )
 def test_the_camera_names_a_dead_encoder_and_no_other_joint_so(watched, fault, is_seen, says):
-    w = watched()
+    w = watched(plant="cpu=0")  # the same on every Python
 
     def strike():
         getattr(w.brick, fault)("A")
@@ -355,8 +360,9 @@ def test_the_camera_names_a_dead_encoder_and_no_other_joint_so(watched, fault, i
 
     w.in_motion(5.0, strike, 0)
     shown = w.run("--mode", "look")
-    assert judge(w, shown, "stalled", says)
-    if says is TURNS:
+    assert judge(w, shown, "stalled")
+    assert any(text in shown.err for text in says)
+    if TURNS in says:
         told = float(shown.err.split("by about ")[1].split(" deg")[0])
         struck = next(m for m in w.moments if m.t >= w.struck)
         assert told == pytest.approx(math.degrees(abs(w.q[0] - struck.q[0])), rel=0.3)
