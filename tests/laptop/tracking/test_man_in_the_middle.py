@@ -16,6 +16,8 @@ def test_nothing_is_taken_from_one_in_between_and_both_sides_notice():
     changed = ("a message was changed or repeated on the way",)
     cut = ("closed the connection", "Connection reset by peer", "Broken pipe")  # as it comes
     for result in struck:
-        expected = cut if result.kind.startswith("cut") else changed
-        for said in (result.brick, result.laptop):
-            assert any(text in said for text in expected), (result.kind, said)
+        # Who finds it out says so; the farewell may come too late where the computer is busy.
+        said = [result.brick, result.laptop]
+        if not result.kind.startswith("cut"):
+            assert any(text in line for text in changed for line in said), result
+        assert all(any(text in line for text in changed + cut) for line in said), result
