@@ -209,11 +209,15 @@ class Surfer:
     def tool(self, name):
         press_tool(self.page, name)
 
-    def start(self):
+    def can_start(self):
+        """Wait until a run can be ordered."""
         self.page.wait_for_function(
             "() => [...document.querySelectorAll('.go')].some(b => b.innerText.includes('START') "
             "&& !b.disabled)"
         )
+
+    def start(self):
+        self.can_start()
         self.button("Start").click()
 
     def verdict(self, text):

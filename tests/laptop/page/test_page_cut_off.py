@@ -121,6 +121,7 @@ def test_stop_gets_through_while_the_page_s_process_is_frozen(surfer, tracker):
 def test_what_was_pressed_while_the_page_s_process_was_frozen_is_not_done_later(surfer, tracker):
     surfer.click(*surfer.scene.truth(FAR[0])["effector"])
     surfer.page.locator("[data-aim]").wait_for(state="attached")
+    surfer.can_start()  # frozen before, it never could
     where = surfer.joints()
     (page,) = tracker.page_processes()
     os.kill(page, signal.SIGSTOP)
