@@ -136,6 +136,7 @@ def witnessed(error, arm, servo, sightings, now, receive):
     history.add(stopped_at, q)
     while now() < stopped_at + LOOK_TIME:
         receive(LOOK_PAUSE)
+    backlash = [joint.backlash for joint in joints]
     rests = {}
     for camera in sorted({place[0] for place in seen}):
         known = servo.known(camera)
@@ -145,25 +146,20 @@ def witnessed(error, arm, servo, sightings, now, receive):
         s = [median(column) for column in zip(*ends)]
         befores = {}  # the last frames before it moved, and the last before it did not count
         for c, t, place, moving in seen:
-            if c == camera and (not moving or t <= counted_at) and history.at(t):
-                befores.setdefault(moving, []).append((history.at(t), place))
-        if befores:
-            rests[camera] = min(
-                [
-                    unexplained(
-                        known, frames[-ANCHOR_FRAMES:], moving, q, s, k,
-                        [joint.backlash for joint in joints],
-                    )
-                    for moving, frames in befores.items()
-                ],
-                key=lambda rest: rest.doubt,
-            )  # fmt: skip
+            before = history.at(t)
+            if c == camera and (not moving or t <= counted_at) and before:
+                befores.setdefault(moving, []).append((before, place))
+        told = [
+            unexplained(known, frames[-ANCHOR_FRAMES:], moving, q, s, k, backlash)
+            for moving, frames in befores.items()
+        ]
+        if told:
+            rests[camera] = min(told, key=lambda rest: rest.doubt)
     turn = turn_seen(list(rests.values()), min(error.angle, MAX_LEAST))
     if turn is None:
         return str(error)
-    names = sorted(rests)
-    seeing = "cameras {} see" if len(names) > 1 else "camera {} sees"
-    seeing = seeing.format(" and ".join(names))
+    seeing = "cameras {} see" if len(rests) > 1 else "camera {} sees"
+    seeing = seeing.format(" and ".join(sorted(rests)))
     if turn == 0.0:
         return STANDS.format(error.fact, seeing)
     return TURNS.format(motor.name, motor.port, seeing, abs(math.degrees(turn)))
