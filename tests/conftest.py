@@ -16,7 +16,9 @@ from pathlib import Path
 
 import pytest
 
-IMPORT = re.compile(r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+\(?(\w+))?", re.MULTILINE)
+IMPORT = re.compile(
+    r"^[ \t]*(?:from|import)[ \t]+([\w.]+)(?:[ \t]+import[ \t]+\(?(\w+))?", re.MULTILINE
+)
 BRICK_SIDE = ("robot", "shared", "laptop.simulator")
 LAPTOP_ONLY = (
     "laptop.simulator.scene",
