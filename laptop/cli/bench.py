@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import asdict
+from pathlib import Path
 
 import click
 
@@ -389,12 +390,22 @@ def bench_faults(
     "--seeds", type=_Seeds(), default="1000:1004", show_default=True, help="Cameras and goals."
 )
 @click.option("--json", "as_json", is_flag=True, help="All figures instead of the table.")
-def bench_page(seeds: range, as_json: bool) -> None:
+@click.option(
+    "--pictures",
+    type=click.Path(file_okay=False, path_type=Path),
+    metavar="FOLDER",
+    help="Take the pictures of the page's README instead.",
+)
+def bench_page(seeds: range, as_json: bool, pictures: Path | None) -> None:
     """What it matters how many look at the page: tracking, servoing, and how late they see."""
     with importing():
-        from laptop.bench import page, show
+        from laptop.bench import page, page_pictures, show
 
     try:
+        if pictures:
+            for file in page_pictures.take(pictures):
+                click.echo(file)
+            return
         todo = len(seeds) * len(page.CASES)
         results = list(show.progress(page.run(seeds), todo, "looking"))
     except ArmError as error:

@@ -54,7 +54,7 @@ def overlay(
     if len(shown.trail) > 1:
         parts.append(_polyline(shown.trail, "#ffd60a", 1.6 * k, "opacity='.75'"))
     if shown.hint:
-        parts.append(_hint(shown.hint, k))
+        parts.append(_hint(shown.hint, shown, k))
     if shown.aim:
         if shown.ahead:
             path = [shown.aim, *shown.ahead]
@@ -105,24 +105,26 @@ def _target(u: float, v: float, k: float) -> str:
     return f'<g data-aim="{u:.1f},{v:.1f}" transform="translate({u:.1f} {v:.1f})">{rings}</g>'
 
 
-def _hint(hint: Sequence[Point], k: float) -> str:
+def _hint(hint: Sequence[Point], shown: FrameSnapshot, k: float) -> str:
     """Return the line on which the goal must be as another camera has it, or a ring about it."""
+    u, v = (sum(values) / len(hint) for values in zip(*hint, strict=True))
     if len(hint) == 1:
-        (u, v) = hint[0]
         shape = f'<circle cx="{u:.1f}" cy="{v:.1f}" r="{12 * k:g}" '
-        word, (u, v) = "the goal, if it is in the tip's plane", (u + 16 * k, v - 12 * k)
+        word, off = "the goal, if it is in the tip's plane", 16 * k
     else:
         (u0, v0), (u1, v1) = hint
         shape = f'<line x1="{u0:.1f}" y1="{v0:.1f}" x2="{u1:.1f}" y2="{v1:.1f}" '
-        word, (u, v) = "the goal is on this line", ((u0 + u1) / 2 + 8 * k, (v0 + v1) / 2 - 8 * k)
+        word, off = "the goal is on this line", 8 * k
+    u, anchor = (u + off, "start") if u < shown.width / 2 else (u - off, "end")  # in the picture
     strokes = "".join(
         f'{shape}stroke="{color}" stroke-width="{width * k:g}" '
         f'stroke-dasharray="{8 * k:g} {5 * k:g}"/>'
         for color, width in (("#000a", 4.5), ("#ff5ca8", 2))
     )
     return (
-        f'<g data-hint="{len(hint)}">{strokes}<text x="{u:.1f}" y="{v:.1f}" font-weight="600" '
-        f'fill="#ff5ca8" stroke="#000c" stroke-width="{3.2 * k:g}" paint-order="stroke" '
+        f'<g data-hint="{len(hint)}">{strokes}<text x="{u:.1f}" y="{v - off:.1f}" '
+        f'text-anchor="{anchor}" font-weight="600" fill="#ff5ca8" stroke="#000c" '
+        f'stroke-width="{3.2 * k:g}" paint-order="stroke" '
         f'font-family="Roboto, sans-serif">{word}</text></g>'
     )
 

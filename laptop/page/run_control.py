@@ -77,6 +77,7 @@ class RunControl:
         self.state = RunState.IDLE
         self._waypoints: deque[Point] = deque()
         self._path_camera = ""  # in whose picture the path was drawn
+        self._ran = False  # the aims have been gone for
         self._options = DEFAULTS
         self._sent_at = -math.inf  # s, the last start
         self._run_before = 0  # number of the brick's last run by then
@@ -314,6 +315,7 @@ class RunControl:
             return "the link has just broken; it mends by itself, then start again"
         self._sent_at, self._run_before = self._now(), run
         self._recorded = self._order, run
+        self._ran = True
         self.note = ""
         return ""
 
@@ -337,6 +339,8 @@ class RunControl:
             self._handle(RunEvent.AIM)
             self.note = ""
             first, *others = points
+            if self._ran:  # a new goal: where others saw the last one, this one is not
+                self.aims, self._ran = {}, False
             self.aims[camera] = first
             self._waypoints = deque(others)
             self._path_camera = camera if others else ""

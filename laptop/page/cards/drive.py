@@ -175,8 +175,10 @@ def goal_text(state: PageState) -> str:
         where = [f"{u:.0f}, {v:.0f}" for u, v in state.aims.values()]
         if len(state.cameras) > 1:
             where = [f"{name} {text}" for name, text in zip(state.aims, where, strict=True)]
-        path = f", then {state.left} more" if state.left else ""
-        return "pixel " + " and ".join(where) + path
+        missing = [camera.name for camera in state.cameras if camera.name not in state.aims]
+        rest = f"; click it in {' and '.join(missing)}, too" if missing else ""
+        rest += f", then {state.left} more" if state.left else ""
+        return "pixel " + " and ".join(where) + rest
     if state.fixed:
         return "the pixel that the command line fixed"
     return "the goal marker" if GOAL in state.markers else "none yet; click one in the picture"

@@ -88,8 +88,9 @@ class Plot:
                 "legend": {"right": 0, "top": 0, "textStyle": quiet, "itemWidth": 10,
                            "itemHeight": 8},
                 "grid": {"left": 44, "right": 8, "top": 24, "bottom": 20},
-                "xAxis": {"type": "value", "min": -HISTORY_DURATION, "max": 0, "axisLabel":
-                          {**quiet, ":formatter": "v => v + ' s'"}, "splitLine": grid},
+                "xAxis": {"type": "value", "min": -HISTORY_DURATION, "max": 0, "interval": 20,
+                          "axisLabel": {**quiet, ":formatter": "v => v + ' s'"},
+                          "splitLine": grid},
                 "yAxis": {"type": "value", "scale": True, "axisLabel": quiet,
                           "splitLine": grid, "splitNumber": 3, "axisLine": {"show": False},
                           "axisTick": {"show": False}},

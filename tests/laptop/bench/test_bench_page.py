@@ -2,10 +2,12 @@
 
 import sys
 
+import cv2
 import pytest
 from click.testing import CliRunner
+from page_tracker import a_browser
 
-from laptop.bench import page
+from laptop.bench import page, page_pictures
 from laptop.bench.page import GoalAttempt, PageResult, Viewers
 from laptop.cli.main import laptop
 
@@ -38,9 +40,11 @@ def test_the_table_has_a_row_for_each_number_of_pages():
     assert page.failures([none, shown]) == ["pages 5, seed 1, goal 3: not reached"]
 
 
-def test_without_a_browser_it_says_what_to_install(monkeypatch):
+@pytest.mark.parametrize("words", [["--seeds", "1:2"], ["--pictures", "pictures"]])
+def test_without_a_browser_it_says_what_to_install(monkeypatch, tmp_path, words):
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(page.shutil, "which", lambda name: None)
-    result = CliRunner().invoke(laptop, ["bench", "page", "--seeds", "1:2"])
+    result = CliRunner().invoke(laptop, ["bench", "page", *words])
     assert result.exit_code == 1
     assert "there is no chromium to open the pages; install it" in result.output
 
@@ -53,3 +57,11 @@ def test_without_playwright_it_says_how_to_have_it(monkeypatch):
     assert "playwright, which opens the pages, is not installed; write uv run --group browser" in (
         result.output
     )
+
+
+@pytest.mark.long
+def test_a_picture_of_the_page_is_taken(tmp_path):
+    with a_browser() as browser:
+        (file,) = page_pictures._lost(browser, tmp_path)
+    assert file.name == "page-lost.jpg"
+    assert cv2.imread(str(file)).shape == (940, 1440, 3)

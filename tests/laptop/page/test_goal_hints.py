@@ -3,6 +3,7 @@
 import pytest
 from page_scene import PageScene
 
+from laptop.page.cards.drive import goal_text
 from laptop.page.overlay import overlay
 
 PLACES = [(60 + 40 * (k % 5), 60 + 35 * (k // 5)) for k in range(20)]
@@ -53,3 +54,21 @@ def test_a_line_is_drawn_from_end_to_end(scene):
     assert 'data-hint="2"' in shown
     assert '<line x1="0.0" y1="20.0" x2="319.0" y2="90.0"' in shown
     assert "the goal is on this line" in shown
+
+
+@pytest.mark.parametrize(("u", "anchor"), [(60.0, "start"), (260.0, "end")])
+@pytest.mark.parametrize("n", [1, 2])
+def test_its_words_stay_in_the_picture(scene, u, anchor, n):
+    scene.show()
+    hint = ((u, 0.0), (u, 239.0))[:n]
+    shown = overlay(scene.controller.frames.view("B")._replace(hint=hint))
+    assert f'text-anchor="{anchor}"' in shown
+
+
+def test_who_aims_in_one_picture_is_told_in_which_to_click_too(scene):
+    scene.show()
+    runs = scene.controller.runs
+    runs.aim("A", 20.0, 30.0)
+    assert goal_text(scene.controller.state()) == "pixel A 20, 30; click it in B, too"
+    runs.aim("B", 40.0, 50.0)
+    assert goal_text(scene.controller.state()) == "pixel A 20, 30 and B 40, 50"

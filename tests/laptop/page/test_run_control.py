@@ -92,6 +92,27 @@ def test_two_cameras_want_a_goal_each(tmp_path):
     assert "several cameras" in scene.controller.runs.follow("A", [(1.0, 1.0), (99.0, 99.0)])
 
 
+def test_a_click_after_a_run_is_a_new_goal_which_no_picture_shows_yet_but_its_own(tmp_path):
+    scene = PageScene(tmp_path, cameras=2)
+    scene.show()
+    runs = scene.controller.runs
+    for u in (40.0, 60.0):  # before a run a click mends the goal
+        runs.aim("A", u, 50.0)
+        runs.aim("B", 140.0, 150.0)
+        assert set(runs.aims) == {"A", "B"}
+    assert runs.start(rows="xyz") == ""
+    scene.server.tell("", 1)
+    scene.show()
+    scene.server.tell("converged", 1)
+    scene.show()
+    runs.aim("A", 80.0, 90.0)
+    assert runs.aims == {"A": (80.0, 90.0)}
+    assert "camera B" in runs.start(rows="xyz")
+    runs.aim("B", 20.0, 30.0)
+    assert runs.start(rows="xyz") == ""
+    assert scene.server.sent[-1].goals == {"A": (80.0, 90.0), "B": (20.0, 30.0)}
+
+
 @pytest.mark.parametrize("verdict", ["", "ready", "converged"])
 def test_a_start_while_a_run_is_on_is_refused(scene, verdict):
     scene.show()
