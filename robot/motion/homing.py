@@ -95,7 +95,9 @@ def find_zero(arm, say):
         if spread > MAX_TOUCH_SPREAD:
             raise Blocked(
                 "the {}'s stop was found at places {:.0f} counts apart, at most {} will do; "
-                "clear its way and home again".format(joint.name, spread, MAX_TOUCH_SPREAD)
+                "clear its way, ease it if it runs stiffly, and home again".format(
+                    joint.name, spread, MAX_TOUCH_SPREAD
+                )
             )
         out.append(_set_zero(motor, joint, ends, spread))
     return out[::-1]
@@ -120,11 +122,14 @@ def _set_zero(motor, joint, ends, spread):
         if abs(play - joint.backlash) > MAX_STOP_ERROR:
             raise Blocked(
                 "the {}'s stops are {:.1f} deg apart, by the arm file {:.1f} and {:.1f} of play; "
-                "clear its way or measure them".format(
+                "{}measure them".format(
                     joint.name,
                     math.degrees(span),
                     math.degrees(joint.stop_upper - joint.stop_lower),
                     math.degrees(joint.backlash),
+                    ""
+                    if play > joint.backlash
+                    else "clear its way, ease it if it runs stiffly, or ",
                 )
             )
     return Found(joint.name, motor.zero, play, spread)
