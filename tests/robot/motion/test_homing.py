@@ -160,7 +160,7 @@ def refused(rig, error, *words):
 
 
 @pytest.mark.short("200")
-@pytest.mark.parametrize(("stop", "is_short"), [(150, False), (200, True)], ids=["150", "200"])
+@pytest.mark.parametrize(("stop", "is_short"), [(154, False), (200, True)], ids=["154", "200"])
 def test_stops_that_are_not_those_of_the_arm_file(tmp_path, stop, is_short):
     with switched_on(tmp_path, homed=False) as rig:
         with pytest.raises(rig.its(Blocked)) as error:
