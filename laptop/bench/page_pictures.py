@@ -12,7 +12,7 @@ from laptop.bench.page import browser
 from laptop.demo.processes import ProcessGroup, wait_for_page
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
-from shared.arm_description import Arm, find_arm, read_arm
+from shared.arm_description import Arm, ArmError, find_arm, read_arm
 from shared.state import ARM, STATE
 
 WINDOW = {"width": 1440, "height": 940}
@@ -126,17 +126,24 @@ def _aim(page: Any, arm: Arm, posture: Sequence[float], cameras: str = "AB") -> 
     page.locator("[data-aim]").first.wait_for(state="attached")
 
 
-def _start(page: Any) -> None:
+def _can_start(page: Any) -> None:
     page.wait_for_function(
         "() => [...document.querySelectorAll('.go')].some(b => b.innerText.includes('START') "
         "&& !b.disabled)"
     )
+
+
+def _start(page: Any) -> None:
+    _can_start(page)
     page.get_by_role("button", name="Start").click()
     page.locator(".verdict", has_text="On its way").wait_for()
 
 
 def _arrive(page: Any) -> None:
-    page.locator(".verdict", has_text="Arrived").wait_for()
+    _can_start(page)
+    verdict = page.locator(".verdict").inner_text()
+    if not verdict.startswith("Arrived"):
+        raise ArmError(f"a run ended with '{verdict}'; take the pictures on a quiet computer")
 
 
 def _shot(page: Any, folder: Path, name: str, settling: float = SETTLING_TIME) -> Path:
