@@ -10,8 +10,9 @@ import threading
 
 import pytest
 from page_tracker import SYNTHETIC, Surfer, Tracker, a_browser
-from silent_network import a_network
 from waiting import PATIENCE, until
+
+from laptop.bench.silent_network import silent_network
 
 FAR = (0.9, 0.5), (-0.7, -0.6)
 """Postures that are far from each other, rad."""
@@ -39,7 +40,7 @@ def surfer(browser, tracker):
 
 @pytest.fixture(scope="module")
 def network():
-    with a_network() as network:
+    with silent_network() as network:
         yield network
 
 

@@ -1,37 +1,12 @@
 """A network between a browser and all else that can fall silent: nothing passes, nor is closed."""
 
+from __future__ import annotations
+
 import socket
 import socketserver
 import threading
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-
-
-class _Connection(socketserver.StreamRequestHandler):
-    """One of SOCKS 5: no authentication, CONNECT to a host by its name, as Chromium asks."""
-
-    def handle(self):
-        with suppress(OSError):  # either end may be gone
-            passes = self.server.passes
-            self.rfile.read(self.rfile.read(2)[1])
-            self.request.sendall(b"\5\0")
-            host = self.rfile.read(self.rfile.read(5)[4])
-            port = int.from_bytes(self.rfile.read(2), "big")
-            with socket.create_connection((host, port)) as other:
-                self.request.sendall(b"\5\0\0\1" + bytes(6))
-                threading.Thread(
-                    target=_pass_on, args=(other, self.request, passes), daemon=True
-                ).start()
-                _pass_on(self.request, other, passes)
-
-
-def _pass_on(source, sink, passes):
-    data = b"."
-    while data:
-        with suppress(OSError):
-            data = source.recv(65536)
-        passes.wait()
-        with suppress(OSError):
-            sink.sendall(data) if data else sink.shutdown(socket.SHUT_WR)
 
 
 class SilentNetwork(socketserver.ThreadingTCPServer):
@@ -47,16 +22,46 @@ class SilentNetwork(socketserver.ThreadingTCPServer):
     daemon_threads = True
     block_on_close = False
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__(("127.0.0.1", 0), _Connection)
         self.passes = threading.Event()
         self.passes.set()
         self.url = f"socks5://127.0.0.1:{self.server_address[1]}"
 
 
+class _Connection(socketserver.StreamRequestHandler):
+    """One of SOCKS 5: no authentication, CONNECT to a host by its name, as Chromium asks."""
+
+    server: SilentNetwork
+
+    def handle(self) -> None:
+        with suppress(OSError):  # either end may be gone
+            passes = self.server.passes
+            self.rfile.read(self.rfile.read(2)[1])
+            self.request.sendall(b"\5\0")
+            host = self.rfile.read(self.rfile.read(5)[4])
+            port = int.from_bytes(self.rfile.read(2), "big")
+            with socket.create_connection((host.decode(), port)) as other:
+                self.request.sendall(b"\5\0\0\1" + bytes(6))
+                threading.Thread(
+                    target=_pass_on, args=(other, self.request, passes), daemon=True
+                ).start()
+                _pass_on(self.request, other, passes)
+
+
+def _pass_on(source: socket.socket, sink: socket.socket, passes: threading.Event) -> None:
+    data = b"."
+    while data:
+        with suppress(OSError):
+            data = source.recv(65536)
+        passes.wait()
+        with suppress(OSError):
+            sink.sendall(data) if data else sink.shutdown(socket.SHUT_WR)
+
+
 @contextmanager
-def a_network():
-    """Provide a network."""
+def silent_network() -> Iterator[SilentNetwork]:
+    """Provide a network; it passes everything at first."""
     with SilentNetwork() as network:
         threading.Thread(target=network.serve_forever).start()
         try:
