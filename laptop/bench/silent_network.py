@@ -5,7 +5,8 @@ from __future__ import annotations
 import socket
 import socketserver
 import threading
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 
 
@@ -17,6 +18,7 @@ class SilentNetwork(socketserver.ThreadingTCPServer):
     Attributes:
         url: for the browser.
         passes: an Event.
+        ports: such events for single ports, for which all must pass.
     """
 
     daemon_threads = True
@@ -24,8 +26,8 @@ class SilentNetwork(socketserver.ThreadingTCPServer):
 
     def __init__(self) -> None:
         super().__init__(("127.0.0.1", 0), _Connection)
-        self.passes = threading.Event()
-        self.passes.set()
+        self.passes = _set_event()
+        self.ports: defaultdict[int, threading.Event] = defaultdict(_set_event)
         self.url = f"socks5://127.0.0.1:{self.server_address[1]}"
 
 
@@ -41,20 +43,28 @@ class _Connection(socketserver.StreamRequestHandler):
             self.request.sendall(b"\5\0")
             host = self.rfile.read(self.rfile.read(5)[4])
             port = int.from_bytes(self.rfile.read(2), "big")
+            events = passes, self.server.ports[port]
             with socket.create_connection((host.decode(), port)) as other:
                 self.request.sendall(b"\5\0\0\1" + bytes(6))
                 threading.Thread(
-                    target=_pass_on, args=(other, self.request, passes), daemon=True
+                    target=_pass_on, args=(other, self.request, events), daemon=True
                 ).start()
-                _pass_on(self.request, other, passes)
+                _pass_on(self.request, other, events)
 
 
-def _pass_on(source: socket.socket, sink: socket.socket, passes: threading.Event) -> None:
+def _set_event() -> threading.Event:
+    event = threading.Event()
+    event.set()
+    return event
+
+
+def _pass_on(source: socket.socket, sink: socket.socket, events: Sequence[threading.Event]) -> None:
     data = b"."
     while data:
         with suppress(OSError):
             data = source.recv(65536)
-        passes.wait()
+        for event in events:
+            event.wait()
         with suppress(OSError):
             sink.sendall(data) if data else sink.shutdown(socket.SHUT_WR)
 
@@ -67,5 +77,6 @@ def silent_network() -> Iterator[SilentNetwork]:
         try:
             yield network
         finally:
-            network.passes.set()
+            for event in (network.passes, *network.ports.values()):
+                event.set()
             network.shutdown()
