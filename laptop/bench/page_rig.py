@@ -172,11 +172,15 @@ def aim_and_start(page: Any, goal: tuple[float, float]) -> None:
         "&& !b.disabled)"
     )
     box = page.locator(".picture img").bounding_box()
-    page.mouse.click(
-        box["x"] + (goal[0] + 0.5) * box["width"] / 640,
-        box["y"] + (goal[1] + 0.5) * box["height"] / 480,
-    )
-    page.locator("[data-aim]").wait_for(state="attached")
+    u, v = goal
+    where = box["x"] + (u + 0.5) * box["width"] / 640, box["y"] + (v + 0.5) * box["height"] / 480
+    aim = page.locator("[data-aim]")
+    deadline = time.monotonic() + PATIENCE
+    page.mouse.click(*where)
+    while not aim.count() and time.monotonic() < deadline:
+        page.wait_for_timeout(1000)
+        if not aim.count():
+            page.mouse.click(*where)  # a busy page has refused it as late
     page.get_by_role("button", name="Start").click()
 
 
@@ -217,6 +221,6 @@ def page_processes(tracker: int) -> list[int]:
     words = [line.split() for line in rows.stdout.splitlines()]
     # (What is scheduled otherwise has "-" for its niceness.)
     listed = [[int(word) for word in row] for row in words if row[2].lstrip("-").isdigit()]
-    (own,) = [nice for pid, _, nice in listed if pid == tracker]
+    own = next((nice for pid, _, nice in listed if pid == tracker), 0)
     children = {pid for pid, parent, _ in listed if parent == tracker}
     return [pid for pid, parent, nice in listed if parent in children and nice > own]

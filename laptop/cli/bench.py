@@ -351,14 +351,27 @@ def bench_disturbances(
 @click.option(
     "--pairs", type=_Seeds(), help="The same with five pairs of faults in each; 60 make 300."
 )
+@click.option(
+    "--page/--no-page",
+    "with_page",
+    default=True,
+    show_default=True,
+    help="Whether those of the page are among them; they need a browser and minutes.",
+)
 @_cpu
 @_cluster
 @click.option("--json", "as_json", is_flag=True, help="Every fault instead of the tables.")
 def bench_faults(
-    seeds: range | None, pairs: range | None, cpu: float, cluster: str | None, as_json: bool
+    seeds: range | None,
+    pairs: range | None,
+    with_page: bool,
+    cpu: float,
+    cluster: str | None,
+    as_json: bool,
 ) -> None:
-    """Faults of arm, brick and program: when the arm stands, how far it goes, what is said."""
-    from laptop.bench import faults, show
+    """Faults of arm, brick, program, page: when the arm stands, how far it goes, what is said."""
+    with importing():
+        from laptop.bench import faults, page, page_faults, show
 
     with _executor(cluster) as executor:
         todo = len(faults.named_cases(cpu))
@@ -368,12 +381,30 @@ def bench_faults(
             parts = faults.run(drawn or range(0), cpu, executor, in_pairs=name == "pairs")
             shown = show.progress(parts, len(drawn or ()), name)
             random[name] = [result for part in shown for result in part]
+    of_page: list[page_faults.PageFaultResult] = []
+    if with_page:
+        try:
+            struck = page_faults.run()
+            of_page = list(show.progress(struck, len(page_faults.FAULTS), "of the page"))
+        except page.NoBrowser as error:
+            click.echo(f"faults of the page left out: {error}", err=True)
+        except ArmError as error:
+            raise click.ClickException(str(error)) from None
     if as_json:
-        rows = {name: [asdict(r) for r in results] for name, results in random.items()}
-        click.echo(json.dumps({"named": [r._asdict() for r in named], **rows}, indent=1))
+        others = {name: [asdict(r) for r in results] for name, results in random.items()}
+        told = {
+            "named": [r._asdict() for r in named],
+            **others,
+            "page": list(map(asdict, of_page)),
+        }
+        click.echo(json.dumps(told, indent=1))
         return
     title = f"planar arm, cpu={cpu:g}, in the middle of its motion; figures from the emulator"
     show.table(title, faults.NAMED_HEADINGS, faults.named_table(named), sections=1)
+    if of_page:
+        rows = page_faults.table(of_page)
+        show.table(page_faults.TITLE, page_faults.HEADINGS, rows, sections=1)
+        click.echo(f"{page_faults.LEGEND}\n{page_faults.summary(of_page)}")
     for drawn, results in zip((seeds, pairs), random.values(), strict=True):
         if drawn and results:
             title = f"seeds {drawn.start}:{drawn.stop}, cpu={cpu:g}; {faults.LEGEND}"
