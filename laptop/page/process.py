@@ -258,9 +258,10 @@ class PageProcess:
     def _end(self, pipes: Sequence[Connection]) -> None:
         """End the process, and all that waits for it."""
         assert self.process is not None
-        self.process.terminate()
-        # One that stands still does not even take that in.
-        self.process.join(EXIT_TIMEOUT if self._over.is_set() else WATCH_PERIOD)
+        # One that stands still would not even take that in.
+        if not is_stopped(self.process.pid or 0):
+            self.process.terminate()
+            self.process.join(EXIT_TIMEOUT if self._over.is_set() else WATCH_PERIOD)
         if self.process.is_alive():
             self.process.kill()
             self.process.join(EXIT_TIMEOUT)
