@@ -241,7 +241,7 @@ def judge(
     since = [note for note in notes if note.t >= struck]
     shown = next((note for note in since if fault.shows and fault.shows(note)), None)
     gone = next((note.t for note in since if note.off), struck)
-    here = (note.t for note in since if note.here and note.t > max(gone, mended))
+    here = (note.t for note in since if note.here and note.t > max(gone, mended, served or 0))
     back = next(here, None) if fault.returns else None
     told = None  # a page may find out by and by that STOP is cut off, too
     if shown:

@@ -11,7 +11,7 @@ from dataclasses import asdict
 
 import click
 
-from laptop.cli.options import FiniteRange, importing
+from laptop.cli.options import FiniteRange, Seeds, importing
 from laptop.simulator.device.plant_constants import CPU
 from shared.arm_description import ArmError
 
@@ -25,21 +25,6 @@ def _examples(*lines: str) -> str:
 @click.group(epilog=_examples("draw --seeds 1000:1002", "servo --method chain --json"))
 def bench() -> None:
     """Measure against the reference method and the physical limit, on the emulated brick."""
-
-
-class _Seeds(click.ParamType):
-    name = "A:B"
-
-    def convert(
-        self, value: str, param: click.Parameter | None, ctx: click.Context | None
-    ) -> range:
-        try:
-            first, last = (int(part) for part in value.split(":"))
-        except ValueError:
-            self.fail(f"'{value}' is not A:B, two whole numbers like 1000:1020")
-        if not 0 <= first < last:
-            self.fail(f"'{value}' holds no seed: A must be from 0 and below B")
-        return range(first, last)
 
 
 _cpu = click.option(
@@ -81,7 +66,7 @@ def _executor(cluster: str | None) -> Iterator[Executor | None]:
 )
 @click.option(
     "--seeds",
-    type=_Seeds(),
+    type=Seeds(),
     default="1000:1020",
     show_default=True,
     help="Random plants and lines.",
@@ -132,7 +117,7 @@ def bench_draw(seeds: range, arm: str, cpu: float, cluster: str | None, as_json:
 )
 @click.option(
     "--seeds",
-    type=_Seeds(),
+    type=Seeds(),
     default="4000:4002",
     show_default=True,
     help="Noise, places, scenes and motions.",
@@ -174,7 +159,7 @@ def bench_track(seeds: range, cluster: str | None, as_json: bool) -> None:
 )
 @click.option(
     "--seeds",
-    type=_Seeds(),
+    type=Seeds(),
     default="7000:7004",
     show_default=True,
     help="Markers, grounds, lamps and what hides them.",
@@ -219,7 +204,7 @@ def bench_confidence(
 )
 @click.option(
     "--seeds",
-    type=_Seeds(),
+    type=Seeds(),
     default="1000:1050",
     show_default=True,
     help="Random arms, cameras, starts and goals; those of a release are 1000:1600.",
@@ -302,7 +287,7 @@ def bench_servo(
 )
 @click.option(
     "--seeds",
-    type=_Seeds(),
+    type=Seeds(),
     default="1000:1003",
     show_default=True,
     help="Random arms, cameras, starts, goals and moments.",
@@ -345,11 +330,11 @@ def bench_disturbances(
 )
 @click.option(
     "--seeds",
-    type=_Seeds(),
+    type=Seeds(),
     help="Random tasks, five faults in each, beside those by name; 200 make a thousand.",
 )
 @click.option(
-    "--pairs", type=_Seeds(), help="The same with five pairs of faults in each; 60 make 300."
+    "--pairs", type=Seeds(), help="The same with five pairs of faults in each; 60 make 300."
 )
 @click.option(
     "--page/--no-page",
@@ -417,7 +402,7 @@ def bench_faults(
     epilog=_examples("page", "page --seeds 1000:1001 --json"),
 )
 @click.option(
-    "--seeds", type=_Seeds(), default="1000:1004", show_default=True, help="Cameras and goals."
+    "--seeds", type=Seeds(), default="1000:1004", show_default=True, help="Cameras and goals."
 )
 @click.option("--json", "as_json", is_flag=True, help="All figures instead of the table.")
 def bench_page(seeds: range, as_json: bool) -> None:

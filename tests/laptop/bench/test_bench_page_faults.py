@@ -105,7 +105,7 @@ def test_the_table_tells_what_each_is_to_hold_and_whether_it_does():
             "1.60",
             "0.80",
             "17.00",
-            "2.75",
+            "-",
             "Cut off: 1 s old.; then: Stopped. / held",
             HELD,
             "waits",
