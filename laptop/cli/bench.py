@@ -12,7 +12,7 @@ from pathlib import Path
 
 import click
 
-from laptop.cli.options import FiniteRange, importing
+from laptop.cli.options import FiniteRange, Seeds, importing
 from laptop.simulator.device.plant_constants import CPU
 from shared.arm_description import ArmError
 
@@ -26,21 +26,6 @@ def _examples(*lines: str) -> str:
 @click.group(epilog=_examples("draw --seeds 1000:1002", "servo --method chain --json"))
 def bench() -> None:
     """Measure against the reference method and the physical limit, on the emulated brick."""
-
-
-class _Seeds(click.ParamType):
-    name = "A:B"
-
-    def convert(
-        self, value: str, param: click.Parameter | None, ctx: click.Context | None
-    ) -> range:
-        try:
-            first, last = (int(part) for part in value.split(":"))
-        except ValueError:
-            self.fail(f"'{value}' is not A:B, two whole numbers like 1000:1020")
-        if not 0 <= first < last:
-            self.fail(f"'{value}' holds no seed: A must be from 0 and below B")
-        return range(first, last)
 
 
 _cpu = click.option(
@@ -82,7 +67,7 @@ def _executor(cluster: str | None) -> Iterator[Executor | None]:
 )
 @click.option(
     "--seeds",
-    type=_Seeds(),
+    type=Seeds(),
     default="1000:1020",
     show_default=True,
     help="Random plants and lines.",
@@ -133,7 +118,7 @@ def bench_draw(seeds: range, arm: str, cpu: float, cluster: str | None, as_json:
 )
 @click.option(
     "--seeds",
-    type=_Seeds(),
+    type=Seeds(),
     default="4000:4002",
     show_default=True,
     help="Noise, places, scenes and motions.",
@@ -175,7 +160,7 @@ def bench_track(seeds: range, cluster: str | None, as_json: bool) -> None:
 )
 @click.option(
     "--seeds",
-    type=_Seeds(),
+    type=Seeds(),
     default="7000:7004",
     show_default=True,
     help="Markers, grounds, lamps and what hides them.",
@@ -220,7 +205,7 @@ def bench_confidence(
 )
 @click.option(
     "--seeds",
-    type=_Seeds(),
+    type=Seeds(),
     default="1000:1050",
     show_default=True,
     help="Random arms, cameras, starts and goals; those of a release are 1000:1600.",
@@ -303,7 +288,7 @@ def bench_servo(
 )
 @click.option(
     "--seeds",
-    type=_Seeds(),
+    type=Seeds(),
     default="1000:1003",
     show_default=True,
     help="Random arms, cameras, starts, goals and moments.",
@@ -346,20 +331,33 @@ def bench_disturbances(
 )
 @click.option(
     "--seeds",
-    type=_Seeds(),
+    type=Seeds(),
     help="Random tasks, five faults in each, beside those by name; 200 make a thousand.",
 )
 @click.option(
-    "--pairs", type=_Seeds(), help="The same with five pairs of faults in each; 60 make 300."
+    "--pairs", type=Seeds(), help="The same with five pairs of faults in each; 60 make 300."
+)
+@click.option(
+    "--page/--no-page",
+    "with_page",
+    default=True,
+    show_default=True,
+    help="Whether those of the page are among them; they need a browser and minutes.",
 )
 @_cpu
 @_cluster
 @click.option("--json", "as_json", is_flag=True, help="Every fault instead of the tables.")
 def bench_faults(
-    seeds: range | None, pairs: range | None, cpu: float, cluster: str | None, as_json: bool
+    seeds: range | None,
+    pairs: range | None,
+    with_page: bool,
+    cpu: float,
+    cluster: str | None,
+    as_json: bool,
 ) -> None:
-    """Faults of arm, brick and program: when the arm stands, how far it goes, what is said."""
-    from laptop.bench import faults, show
+    """Faults of arm, brick, program, page: when the arm stands, how far it goes, what is said."""
+    with importing():
+        from laptop.bench import faults, page, page_faults, show
 
     with _executor(cluster) as executor:
         todo = len(faults.named_cases(cpu))
@@ -369,12 +367,30 @@ def bench_faults(
             parts = faults.run(drawn or range(0), cpu, executor, in_pairs=name == "pairs")
             shown = show.progress(parts, len(drawn or ()), name)
             random[name] = [result for part in shown for result in part]
+    of_page: list[page_faults.PageFaultResult] = []
+    if with_page:
+        try:
+            struck = page_faults.run()
+            of_page = list(show.progress(struck, len(page_faults.FAULTS), "of the page"))
+        except page.NoBrowser as error:
+            click.echo(f"faults of the page left out: {error}", err=True)
+        except ArmError as error:
+            raise click.ClickException(str(error)) from None
     if as_json:
-        rows = {name: [asdict(r) for r in results] for name, results in random.items()}
-        click.echo(json.dumps({"named": [r._asdict() for r in named], **rows}, indent=1))
+        others = {name: [asdict(r) for r in results] for name, results in random.items()}
+        told = {
+            "named": [r._asdict() for r in named],
+            **others,
+            "page": list(map(asdict, of_page)),
+        }
+        click.echo(json.dumps(told, indent=1))
         return
     title = f"planar arm, cpu={cpu:g}, in the middle of its motion; figures from the emulator"
     show.table(title, faults.NAMED_HEADINGS, faults.named_table(named), sections=1)
+    if of_page:
+        rows = page_faults.table(of_page)
+        show.table(page_faults.TITLE, page_faults.HEADINGS, rows, sections=1)
+        click.echo(f"{page_faults.LEGEND}\n{page_faults.summary(of_page)}")
     for drawn, results in zip((seeds, pairs), random.values(), strict=True):
         if drawn and results:
             title = f"seeds {drawn.start}:{drawn.stop}, cpu={cpu:g}; {faults.LEGEND}"
@@ -387,7 +403,7 @@ def bench_faults(
     epilog=_examples("page", "page --seeds 1000:1001 --json"),
 )
 @click.option(
-    "--seeds", type=_Seeds(), default="1000:1004", show_default=True, help="Cameras and goals."
+    "--seeds", type=Seeds(), default="1000:1004", show_default=True, help="Cameras and goals."
 )
 @click.option("--json", "as_json", is_flag=True, help="All figures instead of the table.")
 @click.option(

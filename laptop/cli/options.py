@@ -27,6 +27,24 @@ def importing() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
+class Seeds(click.ParamType):
+    """A range of seeds, A:B, from A to below B."""
+
+    name = "A:B"
+
+    def convert(
+        self, value: str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> range:
+        """Return the range; fail if it is none, or empty."""
+        try:
+            first, last = (int(part) for part in value.split(":"))
+        except ValueError:
+            self.fail(f"'{value}' is not A:B, two whole numbers like 1000:1020")
+        if not 0 <= first < last:
+            self.fail(f"'{value}' holds no seed: A must be from 0 and below B")
+        return range(first, last)
+
+
 class FiniteRange(click.FloatRange):
     """A number of a range, which nan is not: it compares with none."""
 

@@ -33,6 +33,8 @@ PAGE_OPEN_TIMEOUT = 60.0
 """Time that a browser may take to open the page, s."""
 BRICK_GONE_TIMEOUT = 25.0
 """Time without a brick, s, after which its run is over: the brick itself gives up after 20 s."""
+STANDSTILL = 1.0
+"""Time between two heartbeats, s, from which on the tracker is said to have stood still."""
 
 
 class PageController:
@@ -84,7 +86,10 @@ class PageController:
         self.frames = Frames(self._cameras, self.runs, self._hints, now)
         self.steering = Steering(clock)
         self.admission = Admission()
+        self._clock = clock
         self._hold_unheard = hold_unheard
+        self._lost_page = -math.inf, ""  # s, why
+        self._last_heartbeat = math.inf  # s
         self._last_linked = now()  # s
         self._recorder = RunRecorder()
         self._history: deque[PlotSample] = deque(maxlen=round(HISTORY_DURATION / SAMPLE_PERIOD))
@@ -119,6 +124,11 @@ class PageController:
                     self._why_emulated_ended = self._bring()
                 except OSError as error:
                     self.runs.note = f"no emulated brick: {error.strerror}: {error.filename}"
+
+    def lose_page(self, why: str) -> None:
+        """Take in that the page's process is replaced, and why."""
+        self._lost_page = self._clock(), f"its process {why}"
+        self.runs.note = f"page: its process {why}; it starts anew"
 
     # State
 
@@ -167,6 +177,7 @@ class PageController:
         for feed in self._cameras.values():
             feed.extend_trail()
         self._hints.learn()
+        self._notice_standstill()
         now = self._now()
         if not self._history or now - self._history[-1].t >= SAMPLE_PERIOD - HEARTBEAT_PERIOD / 2:
             self._history.append(self._sample(now))
@@ -175,8 +186,17 @@ class PageController:
             self.runs.poll()
             silence = self.steering.silence
             if self._hold_unheard and silence > UNHEARD_TIMEOUT:
-                self.runs.hold_unheard(silence)
+                lost, why = self._lost_page
+                since = self._clock() - silence
+                self.runs.hold_unheard(silence, why if lost >= since else "")
             self._check_emulated_brick()
+
+    def _notice_standstill(self) -> None:
+        """Take in for how long this process stood still, or was too busy for a heartbeat."""
+        now = self._clock()
+        if (pause := now - self._last_heartbeat) > STANDSTILL:
+            self._lost_page = now, f"the tracker stood still for {pause:.0f} s"
+        self._last_heartbeat = now
 
     def _link(self) -> LinkState:
         return self._server.state() if self._server else LinkState()

@@ -24,6 +24,7 @@ from laptop.page.rpc import serve_requests
 from laptop.page.sessions import SessionKey
 from laptop.page.stop_gate import StopGate
 from laptop.tracking.listening import own_addresses
+from laptop.tracking.process_signals import is_stopped
 from shared.arm_description import ArmError
 
 HOST, PORT = "127.0.0.1", 7780
@@ -37,6 +38,8 @@ WATCH_PERIOD = 0.25
 FROZEN_TIMEOUT, STARTING_TIMEOUT = 15.0, 60.0
 """Time, s, without a word of the page's process, after which it is replaced; at its start.  It is
 long, for a busy machine is no reason: the run is held by then, and STOP does not need the page."""
+STOPPED_TIMEOUT = 1.0
+"""The same, s, of one that a signal has stopped: no busy machine does that."""
 RESTART_PAUSE = 1.0
 """Time to wait, s, before one that did not live for RESTART_PERIOD, s, is replaced."""
 RESTART_PERIOD = 10.0
@@ -194,9 +197,8 @@ class PageProcess:
             why = self._watch()
             self._end(pipes)
             if why:
-                line = f"page: its process {why}; it starts anew"
-                self._say(line)
-                self._controller.runs.note = line
+                self._say(f"page: its process {why}; it starts anew")
+                self._controller.lose_page(why)
                 if time.monotonic() - began < RESTART_PERIOD:
                     self._over.wait(RESTART_PAUSE)
 
@@ -235,7 +237,8 @@ class PageProcess:
         process, steering = self.process, self._controller.steering
         assert process is not None
         first = heard = steering.beats
-        silent = 0.0  # s that this thread has seen: while the tracker stood still, so did the page
+        # Times, s, that this thread has seen: while the tracker stood still, so did the page.
+        silent = stopped = 0.0
         while not self._over.is_set():
             if wait([process.sentinel], WATCH_PERIOD):
                 process.join()
@@ -243,6 +246,9 @@ class PageProcess:
                 if self._over.is_set():
                     return ""
                 return f"was ended by {_signal_name(-code)}" if code < 0 else f"ended with {code}"
+            stopped = stopped + WATCH_PERIOD if is_stopped(process.pid or 0) else 0.0
+            if stopped > STOPPED_TIMEOUT:
+                return f"was stopped by a signal {stopped:.0f} s ago"
             silent = silent + WATCH_PERIOD if heard == steering.beats else 0.0
             heard = steering.beats
             if silent > (STARTING_TIMEOUT if heard == first else FROZEN_TIMEOUT):
@@ -252,9 +258,10 @@ class PageProcess:
     def _end(self, pipes: Sequence[Connection]) -> None:
         """End the process, and all that waits for it."""
         assert self.process is not None
-        self.process.terminate()
-        # One that stands still does not even take that in.
-        self.process.join(EXIT_TIMEOUT if self._over.is_set() else WATCH_PERIOD)
+        # One that stands still would not even take that in.
+        if not is_stopped(self.process.pid or 0):
+            self.process.terminate()
+            self.process.join(EXIT_TIMEOUT if self._over.is_set() else WATCH_PERIOD)
         if self.process.is_alive():
             self.process.kill()
             self.process.join(EXIT_TIMEOUT)

@@ -23,7 +23,8 @@ class Pulse:
     """Gives browsers their beats, and knows how old what they have heard is.
 
     Args:
-        hear: tells the tracker which browsers are heard, and how many s ago they were.
+        hear: tells the tracker which browsers are heard, and when they were last, s on
+            time.monotonic(), which is the same in all processes.
         beat: sends a beat, a time in s, to a page by NiceGUI's id.
     """
 
@@ -60,8 +61,8 @@ class Pulse:
         while True:
             heard: dict[int, float] = {}
             for page, browser in self._browsers.items():
-                if math.isfinite(age := self.age(page)):
-                    heard[browser] = min(age, heard.get(browser, age))
+                if (echoed := self._echoed.get(page)) is not None:
+                    heard[browser] = max(echoed, heard.get(browser, echoed))
             with suppress(RpcError):  # then nobody gets a beat
                 await self._hear(heard)
                 now = time.monotonic()

@@ -215,12 +215,18 @@ class RunControl:
         """
         return self._stop(RunEvent.STOP, "stopped from the page" + (f" by {by}" if by else ""))
 
-    def hold_unheard(self, silence: float) -> None:
-        """Hold a run that was ordered here, as no page has been heard for so long, s."""
+    def hold_unheard(self, silence: float, why: str = "") -> None:
+        """Hold a run that was ordered here, as no page is heard.
+
+        Args:
+            silence: time since one was, s.
+            why: for people; or "".
+        """
         with self.lock:
             if self.is_driven:
-                self._stop(RunEvent.HOLD, f"held: no page was heard for {silence:.0f} s")
-                self.note = f"no page was heard for {silence:.0f} s: held; Start goes on"
+                unheard = f"no page was heard for {silence:.0f} s" + (f", as {why}" if why else "")
+                self._stop(RunEvent.HOLD, f"held: {unheard}")
+                self.note = f"{unheard}: held; Start goes on"
 
     # Protocol
 

@@ -15,7 +15,7 @@ class Steering:
     """Who steers, and when each browser was heard last; from any thread.
 
     Args:
-        now: a clock, s, that goes on whatever the camera does.
+        now: a clock, s, that goes on whatever the camera does, and is the page's process's, too.
 
     Attributes:
         driver: number of the browser that steers; 0: nobody does yet.
@@ -34,13 +34,13 @@ class Steering:
         """Take in that the page is there, and which browsers it has heard.
 
         Args:
-            browsers: their numbers, each with the time since it was heard, s.
+            browsers: their numbers, each with the time at which it was heard last, s on the
+                clock: how long ago that was may have changed on the way.
         """
         with self._lock:
             self.beats += 1
-            now = self._now()
-            for browser, age in browsers.items():
-                self._heard[browser] = max(self._heard.get(browser, now - age), now - age)
+            for browser, t in browsers.items():
+                self._heard[browser] = max(self._heard.get(browser, t), t)
 
     def claim(self, browser: int, name: str) -> str:
         """Return "" if a browser steers, or does from now on as nobody else is there; or who does.

@@ -19,6 +19,7 @@ from places import ROOT
 from waiting import PATIENCE, until
 
 from laptop.bench import page as bench
+from laptop.bench.page_rig import page_processes
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.live import PoseReader
 from laptop.simulator.scene.scene import Scene
@@ -87,14 +88,8 @@ class Tracker:
             self.close()
 
     def page_processes(self):
-        """PIDs of its pages: they are nicer than it, and have not been started by itself."""
-        rows = subprocess.run(["ps", "-eo", "pid=,ppid=,ni="], capture_output=True, text=True)
-        words = [line.split() for line in rows.stdout.splitlines()]
-        # (What is scheduled otherwise has "-" for its niceness.)
-        listed = [[int(word) for word in row] for row in words if row[2].lstrip("-").isdigit()]
-        (own,) = [nice for pid, _, nice in listed if pid == self.process.pid]
-        children = {pid for pid, parent, _ in listed if parent == self.process.pid}
-        return [pid for pid, parent, nice in listed if parent in children and nice > own]
+        """PIDs of its pages."""
+        return page_processes(self.process.pid)
 
     @property
     def cookie(self):

@@ -2,6 +2,7 @@
 
 const CUT_OFF = 800; // ms without a beat, after which what is on the screen is old
 const GATE_SILENCE = 3000; // ms after which a connection to the gate is given up, though not closed
+const RECONNECTION = 1000; // ms between two tries at most: a page's process is soon replaced
 const PATIENCE = 10000; // ms for the first beat
 const CLOCK_BEATS = 40; // that tell how the clocks differ
 
@@ -18,6 +19,7 @@ function beginPulse(gatePort) {
       socket.volatile.emit("echo", t);
       look();
     });
+    socket.io.reconnectionDelayMax(RECONNECTION);
     // What was pressed while it was cut off is not sent on.
     socket.io.on("reconnect", () => (socket.sendBuffer = []));
   });

@@ -20,7 +20,7 @@ class StateCard:
         self._shown_commands: tuple[str, ...] = ()
         with card("State", later=True):
             heading("State")
-            self._note = ui.label().classes("quiet")
+            self._note = ui.label().classes("quiet note")
             self._invitation = ui.element("div")
             with self._invitation:
                 ui.label("On the brick, type one of").classes("quiet")

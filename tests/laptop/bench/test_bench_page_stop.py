@@ -3,12 +3,13 @@
 import pytest
 
 from laptop.bench import page_stop
+from laptop.bench.page_rig import ArmSample
 from laptop.bench.page_stop import StopTime
 
 
 def poses(angle):
     """A pose each 10 ms from 100 s on, on an emulated clock at half the pace."""
-    return [(100 + 0.01 * k, 50 + 0.005 * k, (0.2, angle(0.01 * k))) for k in range(200)]
+    return [ArmSample(100 + 0.01 * k, 50 + 0.005 * k, (0.2, angle(0.01 * k))) for k in range(200)]
 
 
 def test_the_time_to_standstill_counts_from_the_press_to_the_last_motion():

@@ -114,7 +114,7 @@ def drive(scene):
     """Let browser 1 order a run, which begins."""
     scene.show()
     scene.controller.steering.claim(1, "Chrome on Linux")
-    scene.controller.steering.hear({1: 0.0})
+    scene.controller.steering.hear({1: scene.t})
     assert scene.controller.runs.aim("A", 40.0, 50.0) == ""
     assert scene.controller.runs.start() == ""
     scene.server.tell("", 1)
@@ -122,10 +122,39 @@ def drive(scene):
     scene.server.sent.clear()
 
 
+def test_a_run_that_is_held_for_the_death_of_the_page_s_process_says_so(scene):
+    drive(scene)
+    go(scene, 0.2)
+    scene.controller.lose_page("was ended by SIGKILL")
+    assert scene.controller.state().note == "page: its process was ended by SIGKILL; it starts anew"
+    go(scene, UNHEARD_TIMEOUT)
+    why = "no page was heard for 2 s, as its process was ended by SIGKILL"
+    assert scene.server.sent[0] == Stop(f"held: {why}")
+    assert f"{why}: held; Start goes on" in scene.controller.state().note
+
+
+def test_a_page_s_process_that_was_replaced_before_is_no_reason_for_what_comes_later(scene):
+    drive(scene)
+    scene.controller.lose_page("was ended by SIGKILL")
+    go(scene, 1)
+    scene.controller.steering.hear({1: scene.t})
+    go(scene, UNHEARD_TIMEOUT + 0.1)
+    assert scene.server.sent[0] == Stop("held: no page was heard for 2 s")
+
+
+def test_a_tracker_that_stood_still_holds_the_run_and_says_so(scene):
+    drive(scene)
+    scene.t += 5
+    scene.show()
+    assert scene.server.sent[0] == Stop(
+        "held: no page was heard for 5 s, as the tracker stood still for 5 s"
+    )
+
+
 def test_a_run_is_held_when_no_page_is_heard_any_more(scene):
     drive(scene)
     go(scene, UNHEARD_TIMEOUT - 0.2)
-    scene.controller.steering.hear({1: 0.1})
+    scene.controller.steering.hear({1: scene.t - 0.1})
     go(scene, UNHEARD_TIMEOUT - 0.2)
     assert scene.server.sent == []
     go(scene, 0.3)

@@ -10,11 +10,17 @@ import threading
 
 import pytest
 from page_tracker import SYNTHETIC, Surfer, Tracker, a_browser
-from silent_network import a_network
 from waiting import PATIENCE, until
+
+from laptop.bench.silent_network import silent_network
 
 FAR = (0.9, 0.5), (-0.7, -0.6)
 """Postures that are far from each other, rad."""
+
+NOTE_CUT_OFF = """() => new MutationObserver(() => {
+  if (document.body.classList.contains("cut-off")) sessionStorage.wasCutOff = "yes";
+}).observe(document.body, { attributes: true })"""
+"""Notes that the page was cut off, for the page that is loaded anew."""
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +45,7 @@ def surfer(browser, tracker):
 
 @pytest.fixture(scope="module")
 def network():
-    with a_network() as network:
+    with silent_network() as network:
         yield network
 
 
@@ -48,7 +54,8 @@ def far_surfer(browser, tracker, network):
     """Somebody to whom a network leads that can fall silent."""
     surfer = Surfer(browser, tracker, proxy={"server": network.url})
     yield surfer
-    network.passes.set()
+    for event in (network.passes, *network.ports.values()):
+        event.set()
     surfer.close()
 
 
@@ -102,39 +109,36 @@ def test_the_death_of_the_page_s_process_holds_the_run_and_is_told_and_mended(su
     surfer.reads("You steer")
 
 
-def test_stop_gets_through_while_the_page_s_process_is_frozen(surfer, tracker):
+def test_a_page_s_process_that_is_frozen_lets_stop_through_and_is_replaced(surfer, tracker):
     run_to_the_farther_goal(surfer)
+    surfer.page.evaluate(NOTE_CUT_OFF)
     (page,) = tracker.page_processes()
     os.kill(page, signal.SIGSTOP)
-    try:
-        surfer.page.locator(".stop").click()
-        stands(surfer)
-        has_class(surfer, "cut-off")
-        has_class(surfer, "stop-dead", False)
-        surfer.page.screenshot(path=tracker.state / "frozen.png")
-    finally:
-        os.kill(page, signal.SIGCONT)
-    has_class(surfer, "cut-off", False)
-    surfer.reads("stopped from the page by browser")
-
-
-def test_what_was_pressed_while_the_page_s_process_was_frozen_is_not_done_later(surfer, tracker):
-    surfer.click(*surfer.scene.truth(FAR[0])["effector"])
-    surfer.page.locator("[data-aim]").wait_for(state="attached")
-    surfer.can_start()  # frozen before, it never could
-    where = surfer.joints()
-    (page,) = tracker.page_processes()
-    os.kill(page, signal.SIGSTOP)
-    try:
-        # At once: it does not show yet.  It waits in the socket until the process goes on.
-        surfer.button("Start").click(no_wait_after=True)
-        has_class(surfer, "cut-off")
-        surfer.page.wait_for_timeout(1500)
-    finally:
-        os.kill(page, signal.SIGCONT)
-    surfer.reads("cut off when this was pressed")
+    surfer.page.locator(".stop").click()
     stands(surfer)
-    assert math.dist(surfer.joints(), where) < 0.01
+    surfer.page.wait_for_function("sessionStorage.wasCutOff")
+    told(tracker, "page: its process was stopped by a signal 1 s ago; it starts anew")
+    surfer.reads("stopped from the page by browser")
+    has_class(surfer, "cut-off", False)
+    assert tracker.page_processes() != [page]
+
+
+def test_what_was_pressed_while_the_page_did_not_answer_is_not_done_later(
+    far_surfer, network, tracker
+):
+    far_surfer.click(*far_surfer.scene.truth(FAR[0])["effector"])
+    far_surfer.page.locator("[data-aim]").wait_for(state="attached")
+    far_surfer.can_start()  # cut off before, it never could
+    where = far_surfer.joints()
+    network.ports[tracker.port].clear()
+    # At once: it does not show yet.  It waits in the network until that passes it on.
+    far_surfer.button("Start").click(no_wait_after=True)
+    has_class(far_surfer, "cut-off")
+    far_surfer.page.wait_for_timeout(1500)
+    network.ports[tracker.port].set()
+    far_surfer.reads("cut off when this was pressed")
+    stands(far_surfer)
+    assert math.dist(far_surfer.joints(), where) < 0.01
 
 
 def test_a_tracker_that_stands_still_shows_that_no_stop_can_be_sent(surfer, tracker):
@@ -189,29 +193,25 @@ def test_stop_has_its_own_way_again_after_a_network_has_lost_every_connection(
     network.passes = threading.Event()
     network.passes.set()
     has_class(far_surfer, "cut-off", False)
-    (page,) = tracker.page_processes()
-    os.kill(page, signal.SIGSTOP)
-    try:
-        has_class(far_surfer, "cut-off")
-        has_class(far_surfer, "stop-dead", False)
-    finally:
-        os.kill(page, signal.SIGCONT)
+    network.ports[tracker.port].clear()
+    has_class(far_surfer, "cut-off")
+    has_class(far_surfer, "stop-dead", False)
+    network.ports[tracker.port].set()
     has_class(far_surfer, "cut-off", False)
 
 
-def test_a_stop_that_does_not_get_through_says_so_though_the_gate_is_heard(surfer, tracker):
-    surfer.page.route("**/stop", lambda route: route.abort())
-    (page,) = tracker.page_processes()
-    os.kill(page, signal.SIGSTOP)
-    try:
-        has_class(surfer, "cut-off")
-        has_class(surfer, "stop-dead", False)
-        surfer.page.locator(".stop").click()
-        has_class(surfer, "stop-dead")
-    finally:
-        os.kill(page, signal.SIGCONT)
-    has_class(surfer, "cut-off", False)
-    has_class(surfer, "stopping", False)
+def test_a_stop_that_does_not_get_through_says_so_though_the_gate_is_heard(
+    far_surfer, network, tracker
+):
+    far_surfer.page.route("**/stop", lambda route: route.abort())
+    network.ports[tracker.port].clear()
+    has_class(far_surfer, "cut-off")
+    has_class(far_surfer, "stop-dead", False)
+    far_surfer.page.locator(".stop").click()
+    has_class(far_surfer, "stop-dead")
+    network.ports[tracker.port].set()
+    has_class(far_surfer, "cut-off", False)
+    has_class(far_surfer, "stopping", False)
 
 
 def test_one_steers_and_who_watches_may_take_over_and_stop(browser, tracker, surfer):

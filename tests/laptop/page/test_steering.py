@@ -39,7 +39,7 @@ def test_a_browser_that_is_gone_leaves_the_wheel_to_who_orders_next(steering, wo
     steering.claim(1, "")
     world.t += RELEASE_TIMEOUT - 1
     assert steering.claim(2, "") != ""
-    steering.hear({1: 0.0})
+    steering.hear({1: world.t})
     world.t += RELEASE_TIMEOUT - 1
     assert steering.claim(2, "") != "", "it was heard meanwhile"
     world.t += 1
@@ -49,11 +49,19 @@ def test_a_browser_that_is_gone_leaves_the_wheel_to_who_orders_next(steering, wo
 def test_the_silence_is_that_of_the_page_that_was_heard_last(steering, world):
     assert steering.silence == 0.0, "nobody steers"
     steering.claim(1, "")
-    steering.hear({1: 0.0, 2: 0.5})
+    steering.hear({1: world.t, 2: world.t - 0.5})
     world.t += 3
     assert steering.silence == pytest.approx(3.0)
-    steering.hear({2: 0.25})
+    steering.hear({2: world.t - 0.25})
     assert steering.silence == pytest.approx(0.25), "who watches may stop"
-    steering.hear({2: 9.0})
+    steering.hear({2: world.t - 9.0})
     assert steering.silence == pytest.approx(0.25), "what is old makes nothing older"
     assert steering.beats == 3
+
+
+def test_what_was_heard_before_the_tracker_stood_still_does_not_count_as_heard_now(steering, world):
+    steering.claim(1, "")
+    heard = {1: world.t}
+    world.t += 5  # it waits meanwhile to be taken in
+    steering.hear(heard)
+    assert steering.silence == pytest.approx(5.0)
