@@ -128,6 +128,7 @@ class PageRig:
         )
         place, code = wait_for_link(self.tracker)
         words = ["simulate", "--realtime", "--timeout", "1e6", "--arm", arm.file]
+        words += ["--out", str(Path(folder) / "brick")]
         self.brick = crew.start("brick", [*words, str(SERVO), place, "--code", code, "--wait"])
         self._addresses = self._new_addresses()
         self.watch = ArmWatch(folder)
