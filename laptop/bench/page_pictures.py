@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from laptop.bench.page import browser
+from laptop.bench.page_rig import can_start
 from laptop.demo.processes import ProcessGroup, wait_for_page
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
@@ -126,21 +127,14 @@ def _aim(page: Any, arm: Arm, posture: Sequence[float], cameras: str = "AB") -> 
     page.locator("[data-aim]").first.wait_for(state="attached")
 
 
-def _can_start(page: Any) -> None:
-    page.wait_for_function(
-        "() => [...document.querySelectorAll('.go')].some(b => b.innerText.includes('START') "
-        "&& !b.disabled)"
-    )
-
-
 def _start(page: Any) -> None:
-    _can_start(page)
+    can_start(page)
     page.get_by_role("button", name="Start").click()
     page.locator(".verdict", has_text="On its way").wait_for()
 
 
 def _arrive(page: Any) -> None:
-    _can_start(page)
+    can_start(page)
     verdict = page.locator(".verdict").inner_text()
     if not verdict.startswith("Arrived"):
         raise ArmError(f"a run ended with '{verdict}'; take the pictures on a quiet computer")

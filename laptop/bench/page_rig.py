@@ -166,12 +166,17 @@ class PageRig:
                 ]
 
 
-def aim_and_start(page: Any, goal: tuple[float, float]) -> None:
-    """Order a run to a goal, (u, v) px, with the mouse."""
+def can_start(page: Any) -> None:
+    """Wait until a run can be ordered."""
     page.wait_for_function(
         "() => [...document.querySelectorAll('.go')].some(b => b.innerText.includes('START') "
         "&& !b.disabled)"
     )
+
+
+def aim_and_start(page: Any, goal: tuple[float, float]) -> None:
+    """Order a run to a goal, (u, v) px, with the mouse."""
+    can_start(page)
     box = page.locator(".picture img").bounding_box()
     u, v = goal
     where = box["x"] + (u + 0.5) * box["width"] / 640, box["y"] + (v + 0.5) * box["height"] / 480

@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import asdict
-from pathlib import Path
 
 import click
 
-from laptop.cli.options import FiniteRange, Seeds, importing
+from laptop.cli.bench_page import bench_page, bench_stop
+from laptop.cli.options import FiniteRange, Seeds, bench_examples, importing
 from laptop.simulator.device.plant_constants import CPU
 from shared.arm_description import ArmError
 
 
-def _examples(*lines: str) -> str:
-    """Epilog of a command's help: examples, each on a line of its own."""
-    commands = (f"  python -m laptop bench {line}" for line in lines)
-    return "\n".join(("\b", "Examples:", *commands))
-
-
-@click.group(epilog=_examples("draw --seeds 1000:1002", "servo --method chain --json"))
+@click.group(epilog=bench_examples("draw --seeds 1000:1002", "servo --method chain --json"))
 def bench() -> None:
     """Measure against the reference method and the physical limit, on the emulated brick."""
 
@@ -63,7 +56,7 @@ def _executor(cluster: str | None) -> Iterator[Executor | None]:
 
 @bench.command(
     "draw",
-    epilog=_examples("draw --seeds 1000:1002", "draw --arm spatial --cpu 2"),
+    epilog=bench_examples("draw --seeds 1000:1002", "draw --arm spatial --cpu 2"),
 )
 @click.option(
     "--seeds",
@@ -114,7 +107,7 @@ def bench_draw(seeds: range, arm: str, cpu: float, cluster: str | None, as_json:
 
 @bench.command(
     "track",
-    epilog=_examples("track", "track --seeds 4000:4010 --json"),
+    epilog=bench_examples("track", "track --seeds 4000:4010 --json"),
 )
 @click.option(
     "--seeds",
@@ -156,7 +149,7 @@ def bench_track(seeds: range, cluster: str | None, as_json: bool) -> None:
 
 @bench.command(
     "confidence",
-    epilog=_examples("confidence", "confidence --films FOLDER --plot confidence.png"),
+    epilog=bench_examples("confidence", "confidence --films FOLDER --plot confidence.png"),
 )
 @click.option(
     "--seeds",
@@ -198,7 +191,7 @@ def bench_confidence(
 
 @bench.command(
     "servo",
-    epilog=_examples(
+    epilog=bench_examples(
         "servo --seeds 1000:1010 --method chain",
         "servo --scene latency --arm geared --cluster tcp://127.0.0.1:8786",
     ),
@@ -284,7 +277,7 @@ def bench_servo(
 
 @bench.command(
     "disturbances",
-    epilog=_examples("disturbances", "disturbances --seeds 1000:1001 --arm geared --json"),
+    epilog=bench_examples("disturbances", "disturbances --seeds 1000:1001 --arm geared --json"),
 )
 @click.option(
     "--seeds",
@@ -327,7 +320,7 @@ def bench_disturbances(
 
 @bench.command(
     "faults",
-    epilog=_examples("faults", "faults --seeds 20000:20009 --json"),
+    epilog=bench_examples("faults", "faults --seeds 20000:20009 --json"),
 )
 @click.option(
     "--seeds",
@@ -399,90 +392,8 @@ def bench_faults(
 
 
 @bench.command(
-    "page",
-    epilog=_examples("page", "page --seeds 1000:1001 --json"),
-)
-@click.option(
-    "--seeds", type=Seeds(), default="1000:1004", show_default=True, help="Cameras and goals."
-)
-@click.option("--json", "as_json", is_flag=True, help="All figures instead of the table.")
-@click.option(
-    "--pictures",
-    type=click.Path(file_okay=False, path_type=Path),
-    metavar="FOLDER",
-    help="Take the pictures of the page's README instead.",
-)
-def bench_page(seeds: range, as_json: bool, pictures: Path | None) -> None:
-    """What it matters how many look at the page: tracking, servoing, and how late they see."""
-    with importing():
-        from laptop.bench import page, page_pictures, show
-
-    try:
-        if pictures:
-            for file in page_pictures.take(pictures):
-                click.echo(file)
-            return
-        todo = len(seeds) * len(page.CASES)
-        results = list(show.progress(page.run(seeds), todo, "looking"))
-    except ArmError as error:
-        raise click.ClickException(str(error)) from None
-    if as_json:
-        click.echo(json.dumps([asdict(result) for result in results], indent=1))
-        return
-    title = (
-        f"seeds {seeds.start}:{seeds.stop}, cpu={CPU:g}; camera, brick and browsers on one "
-        f"machine, {os.cpu_count()} cores; figures from the emulator, in real time"
-    )
-    show.table(title, page.HEADINGS, page.table(results), sections=0)
-    for line in page.failures(results):
-        click.echo(line)
-
-
-@bench.command(
-    "stop",
-    epilog=_examples("stop", "stop --count 20 --busy 0,8"),
-)
-@click.option(
-    "--count",
-    type=click.IntRange(1, 10_000),
-    default=100,
-    show_default=True,
-    help="Presses with each load.",
-)
-@click.option(
-    "--busy",
-    default="0,8",
-    show_default=True,
-    metavar="N,...",
-    help="Number of busy processes beside them.",
-)
-@click.option("--json", "as_json", is_flag=True, help="All figures instead of the table.")
-def bench_stop(count: int, busy: str, as_json: bool) -> None:
-    """STOP on the page: from the press in a browser until the true arm stands still."""
-    from laptop.bench import page_stop, show
-
-    try:
-        loads = [int(text) for text in busy.split(",")]
-    except ValueError:
-        raise click.UsageError(f"busy '{busy}': write whole numbers, e.g. 0,8") from None
-    try:
-        presses = (one for load in loads for one in page_stop.run(count, load))
-        results = list(show.progress(presses, count * len(loads), "stopping"))
-    except ArmError as error:
-        raise click.ClickException(str(error)) from None
-    if as_json:
-        click.echo(json.dumps([asdict(result) for result in results], indent=1))
-        return
-    title = (
-        f"STOP on the page; camera, brick and browser on one machine, {os.cpu_count()} cores; "
-        "figures from the emulator, in real time"
-    )
-    show.table(title, page_stop.HEADINGS, page_stop.table(results), sections=0)
-
-
-@bench.command(
     "limits",
-    epilog=_examples("limits", "limits --cpu 2"),
+    epilog=bench_examples("limits", "limits --cpu 2"),
 )
 @_cpu
 @_cluster
@@ -499,7 +410,7 @@ def bench_limits(cpu: float, cluster: str | None) -> None:
     show.table(title, draw.LIMIT_HEADINGS, draw.limit_table(results), sections=0)
 
 
-@bench.command("brick", epilog=_examples("brick", "brick > brick.txt"))
+@bench.command("brick", epilog=bench_examples("brick", "brick > brick.txt"))
 def bench_brick() -> None:
     """What the brick's computing costs: counted on its Python, and as the emulator charges it."""
     with importing():
@@ -508,3 +419,7 @@ def bench_brick() -> None:
     rows = list(show.progress(brick.run(), brick.count(), "computing"))
     title = "thousand instructions of CPython 3.5.3 on an ARM926; ms at 300 MHz and CPI 6.8"
     show.table(title, brick.HEADINGS, brick.table(rows), sections=0)
+
+
+for command in (bench_page, bench_stop):
+    bench.add_command(command)

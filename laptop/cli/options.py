@@ -90,3 +90,9 @@ def on_the_page(command: Callable[..., None]) -> Callable[..., None]:
     ):
         command = option(command)
     return command
+
+
+def bench_examples(*lines: str) -> str:
+    """Epilog of the help of a `bench` command: examples, each on a line of its own."""
+    commands = (f"  python -m laptop bench {line}" for line in lines)
+    return "\n".join(("\b", "Examples:", *commands))
