@@ -129,8 +129,9 @@ class PrecisionCase:
     frames: int = FRAMES
 
     def run(self) -> list[TrackResult]:
-        """All methods and the limit; the frame of learning, all at rest, does not count."""
+        """All methods and the limit; the frame of learning does not count."""
         look, behind = self.look, ground(self.look, self.seed)
+        smeared = math.hypot(*look.motion) > look.radius  # too much to be learned from
         clip = [
             (
                 marker_frame(
@@ -140,7 +141,7 @@ class PrecisionCase:
                     look.radius,
                     background=behind,
                     size=SIZE,
-                    motion=look.motion if k else (0.0, 0.0),
+                    motion=(0.0, 0.0) if smeared and not k else look.motion,
                     blur=LENS_BLUR,
                     noise=look.noise,
                     jpeg=look.jpeg,
