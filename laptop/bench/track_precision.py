@@ -50,6 +50,7 @@ LOOKS = (
     Look("disc r 12, edge in the background", background="edge"),
     Look("disc r 12, orange wood", background="wood"),
     Look("disc r 12, 8 px motion blur", motion=(6.4, 4.8)),
+    Look("disc r 12, smeared by 30 px", motion=(24.0, 18.0)),
     Look("ball r 12, grey background", "ball"),
     Look("ball r 20, dark background", "ball", 20.0, "#202020"),
     Look("ArUco, side 32", "aruco", 16.0, "#c0c0c0"),
@@ -130,6 +131,7 @@ class PrecisionCase:
     def run(self) -> list[TrackResult]:
         """All methods and the limit; the frame of learning does not count."""
         look, behind = self.look, ground(self.look, self.seed)
+        smeared = math.hypot(*look.motion) > look.radius  # too much to be learned from
         clip = [
             (
                 marker_frame(
@@ -139,7 +141,7 @@ class PrecisionCase:
                     look.radius,
                     background=behind,
                     size=SIZE,
-                    motion=look.motion,
+                    motion=(0.0, 0.0) if smeared and not k else look.motion,
                     blur=LENS_BLUR,
                     noise=look.noise,
                     jpeg=look.jpeg,

@@ -18,7 +18,11 @@ FULL_SHARE = 65535
 """The share of a pixel that is all disc."""
 # Where two colours share a pixel, light adds up, and codes are about its square root; but a JPEG
 # averages codes.  A power between 1 and 2.2 errs least beside light and dark at once.
-_LINEAR_LIGHT = np.round(65535 * (np.arange(256) / 255) ** 1.4).astype(np.uint16)
+_EXPONENT = 1.4
+_LINEAR_LIGHT = np.round(65535 * (np.arange(256) / 255) ** _EXPONENT).astype(np.uint16)
+_LIGHT_EXPONENT = 2.2
+_EVEN_LIGHT = ((np.arange(256) / 255) ** _LIGHT_EXPONENT).astype(np.float32)
+"""Light, 0 to 1: what is smeared over many px was averaged by the sensor, as light."""
 _SHARE_MARGIN = 0.1
 """Shares below count as nothing, above 1 minus this as all: only the rim tells where a disc is."""
 _MIN_NOISE = 0.01
@@ -33,11 +37,13 @@ class DiscriminantModel(NamedTuple):
     """A linear map from a pixel's colour to the share of disc in it.
 
     weights     of b, g, r, 1 in linear light; shape (1, 4); see `disc_share`
+    inside      b, g, r of the disc, 0 to 1, in the same light
     brightness  of the disc when this was fitted, b + g + r; None: not known yet
     age         frames since
     """
 
     weights: np.ndarray
+    inside: np.ndarray
     brightness: float | None = None
     age: int = 0
 
@@ -101,6 +107,26 @@ def fit_discriminant(
     light = cv2.LUT(crop.image, _LINEAR_LIGHT)
     inside = light[core[crop.part]].mean(axis=0) / 65535
     around = light[ring[crop.part]].astype(np.float32) / 65535
+    line = _part(inside, around)
+    if line is None:
+        return None
+    weights, mean = line
+    between = 1 - 2 * _SHARE_MARGIN
+    weights /= between
+    offset = -FULL_SHARE * (weights @ mean + _SHARE_MARGIN / between)
+    return DiscriminantModel(np.append(weights, offset)[None], inside)
+
+
+def _part(inside: np.ndarray, around: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Part a colour from others; None if they hardly differ.
+
+    Args:
+        inside: light of the one, shape (3,).
+        around: of the others, shape (n, 3); changed by this.
+
+    Returns:
+        weights on whose line the distance is 1, and the mean of the others.
+    """
     mean = around.mean(axis=0)
     around -= mean
     contrast = inside - mean
@@ -108,12 +134,7 @@ def fit_discriminant(
     scatter = around.T @ around / len(around) + np.eye(3) * _MIN_NOISE**2
     weights = np.linalg.solve(scatter.astype(float), contrast)
     separation = float(weights @ contrast)
-    if separation < _MIN_SEPARATION:
-        return None
-    between = 1 - 2 * _SHARE_MARGIN
-    weights /= separation * between
-    offset = -FULL_SHARE * (weights @ mean + _SHARE_MARGIN / between)
-    return DiscriminantModel(np.append(weights, offset)[None])
+    return (weights / separation, mean) if separation >= _MIN_SEPARATION else None
 
 
 def _core_and_ring(
@@ -138,6 +159,27 @@ def _core_and_ring(
 def disc_share(image: np.ndarray, model: DiscriminantModel) -> np.ndarray:
     """The share of disc in each pixel: uint16, shape (h, w), 0 to FULL_SHARE."""
     return cv2.transform(cv2.LUT(image, _LINEAR_LIGHT), model.weights)
+
+
+def smeared_share(
+    image: np.ndarray, model: DiscriminantModel, around: np.ndarray
+) -> np.ndarray | None:
+    """The share of a disc in each pixel over which it may have moved during the exposure.
+
+    Args:
+        image: BGR, uint8, shape (h, w, 3).
+        model: of the disc at rest; only its own colour counts.
+        around: mask of what is not disc, uint8, shape (h, w).
+
+    Returns:
+        float32, shape (h, w), about 0 to 1; None where the surroundings hardly differ from it.
+    """
+    light = cv2.LUT(image, _EVEN_LIGHT)
+    line = _part(model.inside ** (_LIGHT_EXPONENT / _EXPONENT), light[around > 0])
+    if line is None:
+        return None
+    weights, mean = line
+    return cv2.transform(light, np.append(weights, -weights @ mean)[None])
 
 
 def outline_at(share: np.ndarray, u: float, v: float) -> np.ndarray | None:

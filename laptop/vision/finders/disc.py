@@ -34,6 +34,7 @@ from laptop.vision.finders.confidence import (
     size_likeness,
 )
 from laptop.vision.finders.illumination import adapt_color
+from laptop.vision.finders.smeared_disc import measure_smear
 from laptop.vision.markers import Marker, hsv_of
 from laptop.vision.tracks import Place, Sighting, Track
 from shared.messages import LEAST_CONFIDENCE
@@ -50,6 +51,8 @@ MAX_MODEL_AGE = 4
 """Frames after which the discriminant is fitted anew."""
 MAX_BRIGHTNESS_CHANGE = 0.04
 """Part by which a disc's brightness may change before its discriminant is of no use."""
+MIN_STRETCH = 1.2
+"""Ratio of the second moments of a disc that may be smeared, at least."""
 _RIM = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
 """Pixels around the middle of a disc's edge into which some of its light falls."""
 
@@ -70,8 +73,11 @@ def _measure(
     if window is None:
         return None
     whole = _detect_whole(image, window, marker, track)
-    if whole is not None:
+    if whole is not None and whole.score == 1:
         return whole
+    smeared = measure_smear(image, place, track)
+    if smeared is not None or whole is not None:
+        return smeared or whole
     if track.seen is not None and t - track.last_whole > MAX_HIDDEN_TIME:
         return None
     known = track.discriminant is not None  # if it was never seen whole, it is something else
@@ -202,6 +208,10 @@ def _measure_whole(
     lopsided = math.sqrt(thirds) / m00 / middle**1.5
     shape = ramp(solid, 0.75, 0.9) * (1 - ramp(lopsided, 0.15, 0.3))
     if shape < 1 and not separate:
+        stretched = longest > MIN_STRETCH * (2 * middle - longest)
+        smeared = measure_smear(image, place, track) if stretched else None
+        if smeared is not None:
+            return smeared
         return _measure_whole(image, place, marker, track, separate=True)
     inside = cv2.inRange(share, 50000, 65535)
     blue, green, red, _ = cv2.mean(window, inside)
