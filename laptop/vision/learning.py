@@ -28,10 +28,12 @@ _HUE_MARGIN = 6.0
 """Hue that is added on either side of a pixel's own, degrees."""
 _MAX_AREA_SHARE = 0.4
 """Part of the picture that a marker may fill; what is larger is a table."""
-_MAX_RIM_WIDTH, _MAX_MISFIT = 0.35, 0.055
-"""Width of the rim, in radii, and misfit of the limb, beyond which neither colour nor size can be
-learned: a marker that is out of focus looks pale, and up to 1.6 times as large.  (One that is only
-shaded has a limb that fits.)"""
+_MAX_RIM_WIDTH, _MAX_BLUR, _MAX_MISFIT = 0.35, 0.66, 0.055
+"""Width of the rim, in radii, beyond which only the core tells the colour and the limb the size:
+what is out of focus looks pale, and up to 1.6 times as large.  Width of the rim, and misfit of the
+limb, beyond which they do not, either.  (What is only shaded has a limb that fits.)"""
+_CORE = 0.5
+"""Size of the core, in radii."""
 _MIN_ROUNDNESS = 0.25
 """Roundness of what may be a marker, though fingers hide half of it; a whole disc has 0.9."""
 
@@ -101,11 +103,13 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
     width_of_rim = rim_width(image, found.u, found.v, found.radius)
     if width_of_rim > _MAX_RIM_WIDTH:
         limb = fit_limb(image, found.u, found.v, found.radius, edges, color)
-        if limb is None or scaled_misfit(limb) > _MAX_MISFIT:
+        if width_of_rim > _MAX_BLUR or limb is None or scaled_misfit(limb) > _MAX_MISFIT:
             raise BadMarker(
                 f"{name}: the marker at {where} is blurred, its rim {width_of_rim:.1f} radii wide "
-                f"(at most {_MAX_RIM_WIDTH:g}); pick it in a frame where it is at rest and in focus"
+                f"({_MAX_RIM_WIDTH:g} is well); pick it in a frame where it is at rest and in focus"
             )
+        found = found._replace(radius=limb.radius)
+        color = _typical(hsv[(region & _disc(region, found, _CORE)) > 0], color)
     color = replace(color, tolerance=min(color.tolerance, _room(hsv, region, color)))
     return Marker(name, kind or _kind(hsv, region), color, radius=found.radius)
 

@@ -19,6 +19,8 @@ from laptop.vision.markers import (
     read_markers,
     write_markers,
 )
+from laptop.vision.tracker import Tracker
+from shared.messages import LEAST_CONFIDENCE
 
 VIVID = [word for word in COLOURS if word not in ("white", "grey", "black")]
 U, V = 64.3, 60.2
@@ -293,6 +295,27 @@ def test_a_marker_out_of_focus_is_refused_with_what_to_do(kind, radius, colour):
     text = refusal(picture(kind, radius, colour, blur=0.9 * radius), (64, 60), kind)
     assert "is blurred" in text
     assert "pick it in a frame where it is at rest and in focus" in text
+
+
+@pytest.mark.parametrize("colour", ["red", "green", "orange"])
+@pytest.mark.parametrize("kind", ["disc", "ball"])
+@pytest.mark.parametrize(
+    ("radius", "blurred"),
+    [(8, {"blur": 4}), (14, {"blur": 4.7}), (24, {"blur": 8}), (8, {"motion": (16, 0)})],
+    ids=str,
+)
+def test_what_was_learned_of_a_blurred_marker_finds_it_sharp(kind, colour, radius, blurred):
+    """From its core, for it is pale at its rim: else a ball was lost in all frames after it."""
+    try:
+        marker = learn("effector", picture(kind, radius, colour, **blurred), (64, 60), kind)
+    except BadMarker:
+        return  # what is said then: above
+    tracker = Tracker([marker])
+    seen = [
+        tracker.find(picture(kind, radius, colour, u=64 + 3 * k, seed=k), k / 30)["effector"]
+        for k in range(6)
+    ]
+    assert sum(bool(one) and one.confidence >= LEAST_CONFIDENCE for one in seen) >= 5
 
 
 @pytest.mark.parametrize("kind", ["disc", "ball"])
