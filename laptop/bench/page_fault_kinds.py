@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from laptop.bench.page_rig import PageRig
+from laptop.bench.page_rig import PageRig, press_stop
 from laptop.bench.silent_network import SilentNetwork
 
 STOP_GOAL = 0.3
@@ -70,13 +70,6 @@ class PageCase:
         self.frozen = ()
 
 
-def press_stop(page: Any) -> float:
-    """Press STOP, on which the mouse is; return when it was pressed, s on the wall's clock."""
-    page.mouse.down()
-    page.mouse.up()
-    return float(page.evaluate("sessionStorage.pressed"))
-
-
 def freeze_tabs(case: PageCase) -> None:
     """Freeze the processes of all tabs of the browser."""
     told = case.made.new_browser_cdp_session().send("SystemInfo.getProcessInfo")
@@ -134,8 +127,17 @@ CUT_OFF = {"stands": HELD_GOAL, "shown": SHOWN_GOAL}
 STOPPED = {"stands": STOP_GOAL}
 
 
-def _is_stopped(note: PageNote) -> bool:
-    return note.says.startswith("Stopped")
+def _stop(name: str, presses: str = "page", **more: Any) -> PageFault:
+    """STOP, pressed on one of the pages, which gets through."""
+    return PageFault(
+        name,
+        lambda case: press_stop(case.page if presses == "page" else case.other),
+        STOPPED,
+        shows=lambda note: note.says.startswith("Stopped"),
+        returns=False,
+        presses=presses,
+        **more,
+    )
 
 
 FAULTS = (
@@ -187,38 +189,15 @@ FAULTS = (
         CUT_OFF,
         mend=PageCase.wake,
     ),
-    PageFault(
-        "STOP, its gate blocked",
-        lambda case: press_stop(case.page),
-        STOPPED,
-        ready=block_gate,
-        shows=_is_stopped,
-        returns=False,
-        presses="page",
-    ),
+    _stop("STOP, its gate blocked", ready=block_gate),
     PageFault(
         "STOP, page's process frozen",
         freeze_and_stop,
         STOPPED,
         presses="page",
     ),
-    PageFault(
-        "STOP by who steers",
-        lambda case: press_stop(case.page),
-        STOPPED,
-        shows=_is_stopped,
-        returns=False,
-        presses="page",
-    ),
-    PageFault(
-        "STOP by who watches",
-        lambda case: press_stop(case.other),
-        STOPPED,
-        shows=_is_stopped,
-        returns=False,
-        watched=True,
-        presses="other",
-    ),
+    _stop("STOP by who steers"),
+    _stop("STOP by who watches", presses="other", watched=True),
     PageFault(
         "who watches takes over",
         lambda case: case.other.get_by_role("button", name="Take over").click(),

@@ -18,6 +18,7 @@ from typing import Any
 from laptop.bench.page import browser
 from laptop.bench.page_fault_kinds import FAULTS, PageCase, PageFault, PageNote
 from laptop.bench.page_rig import (
+    NOTE_PRESS,
     PageRig,
     aim_and_start,
     page_processes,
@@ -47,7 +48,6 @@ NOTE = """(() => {
   const text = (name) => document.querySelector(name)?.textContent ?? "";
   const keep = (what) => sessionStorage.notes = JSON.stringify(
     [...JSON.parse(sessionStorage.notes || "[]"), { t: Date.now() / 1000, ...what }]);
-  addEventListener("pointerdown", () => sessionStorage.pressed = Date.now() / 1000, true);
   setInterval(() => {
     if (!document.body) return;
     const has = (name) => document.body.classList.contains(name);
@@ -64,7 +64,8 @@ NOTE = """(() => {
     last = JSON.stringify(now);
     keep(now);
   }, 20);
-})()"""
+})();
+"""
 """Notes in the browser what the page shows, whenever that changes; a page loaded anew goes on."""
 
 ENDED = re.compile(r"(?P<verdict>[a-z ]+): .* after \d+ moves?, ")
@@ -142,8 +143,8 @@ def _measure(fault: PageFault) -> PageFaultResult | None:
         made = stack.enter_context(browser())
         network = stack.enter_context(silent_network())
         rig = stack.enter_context(page_rig())
-        page = rig.open(made, NOTE, proxy={"server": network.url})
-        other = rig.open(made, NOTE) if fault.watched else None
+        page = rig.open(made, NOTE + NOTE_PRESS, proxy={"server": network.url})
+        other = rig.open(made, NOTE_PRESS) if fault.watched else None
         (process,) = page_processes(rig.tracker.pid)
         case = PageCase(rig, made, page, other, network, process)
         stack.callback(case.wake)

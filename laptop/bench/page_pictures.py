@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from laptop.bench.page import browser
-from laptop.bench.page_rig import can_start
+from laptop.bench.page_rig import can_start, on_page
 from laptop.demo.processes import ProcessGroup, wait_for_page
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
@@ -117,13 +117,8 @@ def _aim(page: Any, arm: Arm, posture: Sequence[float], cameras: str = "AB") -> 
     """Click where the tip is seen in that posture, in the picture of each camera."""
     pictures = page.locator(".picture img")
     for k, camera in enumerate(cameras[: pictures.count()]):
-        values = read_scene("", camera)
-        u, v = Scene(arm, values).truth(posture)["effector"]
-        box = pictures.nth(k).bounding_box()
-        page.mouse.click(
-            box["x"] + (u + 0.5) * box["width"] / values["width"],
-            box["y"] + (v + 0.5) * box["height"] / values["height"],
-        )
+        tip = Scene(arm, read_scene("", camera)).truth(posture)["effector"]
+        page.mouse.click(*on_page(pictures.nth(k), *tip))
     page.locator("[data-aim]").first.wait_for(state="attached")
 
 

@@ -39,6 +39,10 @@ MOTION_TIMEOUT = 15.0
 POSTURES = ((0.9, 0.5), (-0.7, -0.6))
 """Those whose tips are the goals, in turn, rad: far from each other."""
 
+NOTE_PRESS = """addEventListener("pointerdown",
+  () => sessionStorage.pressed = (performance.timeOrigin + performance.now()) / 1000, true)"""
+"""Notes in the browser when a button is pressed, before anything is done about it."""
+
 
 class ArmSample(NamedTuple):
     """The true arm at a time: s on the wall's clock and on the emulated world's; joints, rad."""
@@ -174,12 +178,16 @@ def can_start(page: Any) -> None:
     )
 
 
+def on_page(picture: Any, u: float, v: float) -> tuple[float, float]:
+    """Return where a pixel of a picture of 640 x 480 is on the page, px."""
+    box = picture.bounding_box()
+    return box["x"] + (u + 0.5) * box["width"] / 640, box["y"] + (v + 0.5) * box["height"] / 480
+
+
 def aim_and_start(page: Any, goal: tuple[float, float]) -> None:
     """Order a run to a goal, (u, v) px, with the mouse."""
     can_start(page)
-    box = page.locator(".picture img").bounding_box()
-    u, v = goal
-    where = box["x"] + (u + 0.5) * box["width"] / 640, box["y"] + (v + 0.5) * box["height"] / 480
+    where = on_page(page.locator(".picture img"), *goal)
     aim = page.locator("[data-aim]")
     deadline = time.monotonic() + PATIENCE
     page.mouse.click(*where)
@@ -194,6 +202,17 @@ def point_at_stop(page: Any) -> None:
     """Move the mouse on STOP."""
     button = page.locator(".stop").bounding_box()
     page.mouse.move(button["x"] + button["width"] / 2, button["y"] + button["height"] / 2)
+
+
+def press_stop(page: Any) -> float:
+    """Press STOP, on which the mouse is; return when it was pressed, s on the wall's clock.
+
+    Args:
+        page: has NOTE_PRESS.
+    """
+    page.mouse.down()
+    page.mouse.up()
+    return float(page.evaluate("sessionStorage.pressed"))
 
 
 def wait_for_motion(page: Any, watch: ArmWatch) -> bool:

@@ -17,11 +17,13 @@ import numpy as np
 
 from laptop.bench.page import browser
 from laptop.bench.page_rig import (
+    NOTE_PRESS,
     ArmSample,
     ArmWatch,
     aim_and_start,
     page_rig,
     point_at_stop,
+    press_stop,
     standing,
     wait_for_motion,
 )
@@ -29,10 +31,6 @@ from shared.arm_description import ArmError
 
 SETTLING_TIME = 1.5
 """It is looked at for so long after a press, s."""
-
-NOTE_PRESS = """() => addEventListener("pointerdown",
-  () => { window.pressed = (performance.timeOrigin + performance.now()) / 1000; }, true)"""
-"""Notes when a button is pressed, before anything is done about it."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +55,7 @@ def run(count: int, load: int) -> Iterator[StopTime]:
         ArmError: a program fails, or the arm does not move.
     """
     with browser() as made, page_rig() as rig:
-        page = rig.open(made)
-        page.evaluate(NOTE_PRESS)
+        page = rig.open(made, NOTE_PRESS)
         with _busy(load):
             done = 0
             for attempt in range(10 * count):
@@ -78,10 +75,9 @@ def _press(page: Any, watch: ArmWatch, goal: tuple[float, float], load: int) -> 
     point_at_stop(page)
     if not wait_for_motion(page, watch):
         return None
-    page.mouse.down()
-    page.mouse.up()
+    pressed = press_stop(page)
     page.wait_for_timeout(1000 * SETTLING_TIME)
-    return standstill(list(watch.poses), page.evaluate("window.pressed"), load)
+    return standstill(list(watch.poses), pressed, load)
 
 
 def standstill(poses: Sequence[ArmSample], pressed: float, load: int) -> StopTime | None:

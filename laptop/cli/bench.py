@@ -11,9 +11,8 @@ from dataclasses import asdict
 import click
 
 from laptop.cli.bench_page import bench_page, bench_stop
-from laptop.cli.options import FiniteRange, Seeds, bench_examples, importing
+from laptop.cli.options import FiniteRange, Seeds, bench_examples, importing, in_one_line
 from laptop.simulator.device.plant_constants import CPU
-from shared.arm_description import ArmError
 
 
 @click.group(epilog=bench_examples("draw --seeds 1000:1002", "servo --method chain --json"))
@@ -168,7 +167,7 @@ def bench_confidence(
     """What confidence says of the error, where a marker is hidden, blurred or gone."""
     from laptop.bench import show, track_confidence, track_confidence_table, track_films
 
-    try:
+    with in_one_line():
         todo: list[track_confidence.RenderCase | track_films.FilmCase] = [
             *track_confidence.render_cases(seeds),
             *(track_films.film_cases(films, seeds) if films else ()),
@@ -178,8 +177,6 @@ def bench_confidence(
             claims = [claim for part in parts for claim in part]
         if plot:
             track_confidence_table.plot(claims, plot)
-    except ArmError as error:
-        raise click.ClickException(str(error)) from None
     if as_json:
         click.echo(json.dumps(track_confidence_table.figures(claims), indent=1))
         return
@@ -362,13 +359,12 @@ def bench_faults(
             random[name] = [result for part in shown for result in part]
     of_page: list[page_faults.PageFaultResult] = []
     if with_page:
-        try:
-            struck = page_faults.run()
-            of_page = list(show.progress(struck, len(page_faults.FAULTS), "of the page"))
-        except page.NoBrowser as error:
-            click.echo(f"faults of the page left out: {error}", err=True)
-        except ArmError as error:
-            raise click.ClickException(str(error)) from None
+        with in_one_line():
+            try:
+                struck = page_faults.run()
+                of_page = list(show.progress(struck, len(page_faults.FAULTS), "of the page"))
+            except page.NoBrowser as error:
+                click.echo(f"faults of the page left out: {error}", err=True)
     if as_json:
         others = {name: [asdict(r) for r in results] for name, results in random.items()}
         told = {

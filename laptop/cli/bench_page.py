@@ -9,9 +9,8 @@ from pathlib import Path
 
 import click
 
-from laptop.cli.options import Seeds, bench_examples, importing
+from laptop.cli.options import Seeds, bench_examples, importing, in_one_line
 from laptop.simulator.device.plant_constants import CPU
-from shared.arm_description import ArmError
 
 
 @click.command(
@@ -33,15 +32,13 @@ def bench_page(seeds: range, as_json: bool, pictures: Path | None) -> None:
     with importing():
         from laptop.bench import page, page_pictures, show
 
-    try:
+    with in_one_line():
         if pictures:
             for file in page_pictures.take(pictures):
                 click.echo(file)
             return
         todo = len(seeds) * len(page.CASES)
         results = list(show.progress(page.run(seeds), todo, "looking"))
-    except ArmError as error:
-        raise click.ClickException(str(error)) from None
     if as_json:
         click.echo(json.dumps([asdict(result) for result in results], indent=1))
         return
@@ -81,11 +78,9 @@ def bench_stop(count: int, busy: str, as_json: bool) -> None:
         loads = [int(text) for text in busy.split(",")]
     except ValueError:
         raise click.UsageError(f"busy '{busy}': write whole numbers, e.g. 0,8") from None
-    try:
+    with in_one_line():
         presses = (one for load in loads for one in page_stop.run(count, load))
         results = list(show.progress(presses, count * len(loads), "stopping"))
-    except ArmError as error:
-        raise click.ClickException(str(error)) from None
     if as_json:
         click.echo(json.dumps([asdict(result) for result in results], indent=1))
         return

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import click
 
-from laptop.cli.options import importing
-from shared.arm_description import ArmError
+from laptop.cli.options import importing, in_one_line
 
 
 @click.command()
@@ -18,8 +17,6 @@ def markers(size: float, file: Path) -> None:
     with importing():  # OpenCV
         from laptop.vision.marker_sheet import write_sheet
 
-    try:
+    with in_one_line():
         write_sheet(file, size)
-    except ArmError as error:
-        raise click.ClickException(str(error)) from None
     click.echo(f"{file}: print it at 100 %")

@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from shared import state
+from shared.arm_description import ArmError
 
 
 @contextlib.contextmanager
@@ -90,6 +91,15 @@ def on_the_page(command: Callable[..., None]) -> Callable[..., None]:
     ):
         command = option(command)
     return command
+
+
+@contextlib.contextmanager
+def in_one_line() -> Iterator[None]:
+    """End the command with a line where something goes wrong in an orderly way."""
+    try:
+        yield
+    except ArmError as error:
+        raise click.ClickException(str(error)) from None
 
 
 def bench_examples(*lines: str) -> str:

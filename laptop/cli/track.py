@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from laptop.cli.options import FiniteRange, importing, on_the_page
+from laptop.cli.options import FiniteRange, importing, in_one_line, on_the_page
 from shared import state
-from shared.arm_description import ArmError
 
 if TYPE_CHECKING:
     from laptop.tracking.track import PageInputs, ServedPage
@@ -167,7 +166,7 @@ def track(
     arm = state.default_arm(usual)
     if options["open"] and not shown:
         raise click.UsageError("--open opens the page; leave --no-page out.")
-    try:
+    with in_one_line():
         status = track.track(
             TrackOptions(**options),
             partial(_open_synthetic, arm),
@@ -176,8 +175,6 @@ def track(
             open_page=partial(_open_page, page_host, page_port, page_hold) if shown else None,
             announce=announcements.json_lines(sys.stdout) if announce else announcements.silence,
         )
-    except ArmError as error:
-        raise click.ClickException(str(error)) from None
     sys.exit(status)
 
 

@@ -88,7 +88,7 @@ class PageController:
         self.admission = Admission()
         self._clock = clock
         self._hold_unheard = hold_unheard
-        self._lost_page = -math.inf, ""  # s, why
+        self._why_unheard = -math.inf, ""  # s, why
         self._last_heartbeat = math.inf  # s
         self._last_linked = now()  # s
         self._recorder = RunRecorder()
@@ -127,7 +127,7 @@ class PageController:
 
     def lose_page(self, why: str) -> None:
         """Take in that the page's process is replaced, and why."""
-        self._lost_page = self._clock(), f"its process {why}"
+        self._why_unheard = self._clock(), f"its process {why}"
         self.runs.note = f"page: its process {why}; it starts anew"
 
     # State
@@ -186,16 +186,16 @@ class PageController:
             self.runs.poll()
             silence = self.steering.silence
             if self._hold_unheard and silence > UNHEARD_TIMEOUT:
-                lost, why = self._lost_page
+                t, why = self._why_unheard
                 since = self._clock() - silence
-                self.runs.hold_unheard(silence, why if lost >= since else "")
+                self.runs.hold_unheard(silence, why if t >= since else "")
             self._check_emulated_brick()
 
     def _notice_standstill(self) -> None:
         """Take in for how long this process stood still, or was too busy for a heartbeat."""
         now = self._clock()
         if (pause := now - self._last_heartbeat) > STANDSTILL:
-            self._lost_page = now, f"the tracker stood still for {pause:.0f} s"
+            self._why_unheard = now, f"the tracker stood still for {pause:.0f} s"
         self._last_heartbeat = now
 
     def _link(self) -> LinkState:

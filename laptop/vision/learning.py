@@ -109,7 +109,9 @@ def learn(name: str, image: np.ndarray, pick: tuple[float, ...], kind: str | Non
                 f"({_MAX_RIM_WIDTH:g} is well); pick it in a frame where it is at rest and in focus"
             )
         found = found._replace(radius=limb.radius)
-        color = _typical(hsv[(region & _disc(region, found, _CORE)) > 0], color)
+        core = region & _disc(region, found, _CORE)
+        if core.any():  # a ring has none
+            color = _typical(hsv[core > 0], color)
     color = replace(color, tolerance=min(color.tolerance, _room(hsv, region, color)))
     return Marker(name, kind or _kind(hsv, region), color, radius=found.radius)
 

@@ -120,6 +120,7 @@ def _set_zero(motor, joint, ends, spread):
         span = abs(ends["upper"] - ends["lower"]) * motor.resolution
         play = span - (joint.stop_upper - joint.stop_lower)
         if abs(play - joint.backlash) > MAX_STOP_ERROR:
+            near = play < joint.backlash  # what gets too far meets nothing on its way
             raise Blocked(
                 "the {}'s stops are {:.1f} deg apart, by the arm file {:.1f} and {:.1f} of play; "
                 "{}measure them".format(
@@ -127,9 +128,7 @@ def _set_zero(motor, joint, ends, spread):
                     math.degrees(span),
                     math.degrees(joint.stop_upper - joint.stop_lower),
                     math.degrees(joint.backlash),
-                    ""
-                    if play > joint.backlash
-                    else "clear its way, ease it if it runs stiffly, or ",
+                    "clear its way, ease it if it runs stiffly, or " if near else "",
                 )
             )
     return Found(joint.name, motor.zero, play, spread)

@@ -19,7 +19,7 @@ from places import ROOT
 from waiting import PATIENCE, until
 
 from laptop.bench import page as bench
-from laptop.bench.page_rig import page_processes
+from laptop.bench.page_rig import can_start, on_page, page_processes
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.live import PoseReader
 from laptop.simulator.scene.scene import Scene
@@ -185,8 +185,7 @@ class Surfer:
     def at(self, u, v):
         """Where a pixel of the picture is on the page."""
         self.page.evaluate("scrollTo(0, 0)")
-        box = self.page.locator(".picture img").bounding_box()
-        return box["x"] + (u + 0.5) * box["width"] / 640, box["y"] + (v + 0.5) * box["height"] / 480
+        return on_page(self.page.locator(".picture img"), u, v)
 
     def click(self, u, v):
         self.page.mouse.click(*self.at(u, v))
@@ -206,10 +205,7 @@ class Surfer:
 
     def can_start(self):
         """Wait until a run can be ordered."""
-        self.page.wait_for_function(
-            "() => [...document.querySelectorAll('.go')].some(b => b.innerText.includes('START') "
-            "&& !b.disabled)"
-        )
+        can_start(self.page)
 
     def start(self):
         self.can_start()
