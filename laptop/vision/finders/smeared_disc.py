@@ -107,7 +107,9 @@ def _rough(share: np.ndarray, at: tuple[float, float], radius: float) -> Smear |
     """About where a smear is: the blob nearest to a place that has as much disc as a whole one."""
     blobs = (cv2.blur(share, (3, 3)) > _ROUGH_SHARE).astype(np.uint8)
     _, labels, _, centers = cv2.connectedComponentsWithStats(blobs)
-    masses = np.bincount(labels.ravel(), share.ravel()) / (math.pi * radius * radius)
+    masses = np.bincount(labels.ravel().astype(np.intp), share.ravel()) / (
+        math.pi * radius * radius
+    )
     likely = np.flatnonzero((masses > _MASSES[0]) & (masses < _MASSES[1]))
     likely = likely[likely > 0]  # the first is what is no blob
     if not len(likely):
