@@ -107,8 +107,9 @@ def map_cases(
             stack.push(_terminate_at_error)
         futures: list[Future[list[R]]] = []
         try:
-            for k in range(0, len(cases), chunk):
-                futures.append(executor.submit(_run_chunk, work, cases[k : k + chunk]))
+            with _signals_held():
+                for k in range(0, len(cases), chunk):
+                    futures.append(executor.submit(_run_chunk, work, cases[k : k + chunk]))
             for future in futures:
                 # A signal that came while a process was started may have gone to another thread; it
                 # is obeyed as soon as this one does anything, but that does not wake it up.
@@ -118,6 +119,26 @@ def map_cases(
         finally:
             for future in futures:
                 future.cancel()
+
+
+@contextmanager
+def _signals_held() -> Iterator[None]:
+    """Obey Ctrl-C and SIGTERM after the block: a pool that is half started cannot be ended."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    before = {
+        number: signal.signal(number, lambda number, _: came.append(number))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    for one in came:
+        signal.raise_signal(one)
 
 
 def _terminate_at_error(kind: object, error: object, traceback: object) -> None:

@@ -60,6 +60,22 @@ def test_what_nobody_waits_for_any_more_is_not_begun():
 SERVO = ("bench", "servo", "--seeds", "1000:1001", "--arm", "planar", "--method", "chain")
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_the_work_is_handed_out_waits_until_the_pool_has_started(number):
+    """A pool that is stopped in mid-start fails as it is ended, by another error."""
+    whole = []
+
+    class Interrupted(ThreadPoolExecutor):
+        def submit(self, *args):
+            signal.raise_signal(number)
+            whole.append(args)
+            return super().submit(*args)
+
+    with Interrupted(1) as executor, pytest.raises((KeyboardInterrupt, SystemExit)):
+        list(workers.map_cases(abs, [1, 2], executor=executor))
+    assert len(whole) == 2
+
+
 def test_without_distributed_it_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     done = CliRunner().invoke(laptop, [*SERVO, "--cluster", "tcp://127.0.0.1:8786"])
