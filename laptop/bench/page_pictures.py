@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from laptop.bench.page import browser
-from laptop.bench.page_rig import can_start, on_page
+from laptop.bench.page_rig import on_page, start_button
 from laptop.demo.processes import ProcessGroup, wait_for_page
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
@@ -123,13 +123,13 @@ def _aim(page: Any, arm: Arm, posture: Sequence[float], cameras: str = "AB") -> 
 
 
 def _start(page: Any) -> None:
-    can_start(page)
+    start_button(page).wait_for()
     page.get_by_role("button", name="Start").click()
     page.locator(".verdict", has_text="On its way").wait_for()
 
 
 def _arrive(page: Any) -> None:
-    can_start(page)
+    start_button(page).wait_for()
     verdict = page.locator(".verdict").inner_text()
     if not verdict.startswith("Arrived"):
         raise ArmError(f"a run ended with '{verdict}'; take the pictures on a quiet computer")

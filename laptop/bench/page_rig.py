@@ -170,12 +170,9 @@ class PageRig:
                 ]
 
 
-def can_start(page: Any) -> None:
-    """Wait until a run can be ordered."""
-    page.wait_for_function(
-        "() => [...document.querySelectorAll('.go')].some(b => b.innerText.includes('START') "
-        "&& !b.disabled)"
-    )
+def start_button(page: Any) -> Any:
+    """Return the button that orders a run, which is found while one can be ordered."""
+    return page.locator(".go:enabled", has_text="Start")
 
 
 def on_page(picture: Any, u: float, v: float) -> tuple[float, float]:
@@ -186,7 +183,7 @@ def on_page(picture: Any, u: float, v: float) -> tuple[float, float]:
 
 def aim_and_start(page: Any, goal: tuple[float, float]) -> None:
     """Order a run to a goal, (u, v) px, with the mouse."""
-    can_start(page)
+    start_button(page).wait_for()
     where = on_page(page.locator(".picture img"), *goal)
     aim = page.locator("[data-aim]")
     deadline = time.monotonic() + PATIENCE

@@ -19,7 +19,7 @@ from places import ROOT
 from waiting import PATIENCE, until
 
 from laptop.bench import page as bench
-from laptop.bench.page_rig import can_start, on_page, page_processes
+from laptop.bench.page_rig import on_page, page_processes, start_button
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.live import PoseReader
 from laptop.simulator.scene.scene import Scene
@@ -157,8 +157,11 @@ def press_tool(page, name):
 class Surfer:
     """Somebody before a browser, to which pictures may come `late` (s); and the true arm."""
 
-    def __init__(self, browser, tracker, late=0.0, steers=True, **options):
+    def __init__(
+        self, browser, tracker, late=0.0, steers=True, seen="[data-marker=effector]", **options
+    ):
         self.tracker = tracker
+        self._order = None
         self.context = browser.new_context(viewport=WINDOW, **options)
         self.context.set_default_timeout(1000 * PATIENCE)
         self.page = self.context.new_page()
@@ -168,7 +171,7 @@ class Surfer:
         if late:
             self.page.route("**/view/**", lambda route: (time.sleep(late), route.continue_()))
         self.page.goto(tracker.new_address())
-        self.page.wait_for_selector("[data-marker=effector]", state="attached")
+        self.page.wait_for_selector(seen, state="attached")
         self.scene = Scene(read_arm(find_arm("planar")), read_scene(""))
         self.clock = PacedClock(str(tracker.state))
         self.follower = PoseReader(str(tracker.state))
@@ -187,8 +190,25 @@ class Surfer:
         self.page.evaluate("scrollTo(0, 0)")
         return on_page(self.page.locator(".picture img"), u, v)
 
+    def order(self, act):
+        """Do what the page may refuse because it came late; then it is done again."""
+        self._order = act
+        act()
+
+    def wait(self, found):
+        """Wait for what a locator finds; repeat an order that came late, as on a busy computer."""
+        late = self.page.get_by_text("look, then do it again")
+        while self._order:
+            found.or_(late).first.wait_for(state="attached")
+            if found.count():
+                self._order = None
+            elif late.count():
+                late.wait_for(state="detached")
+                self._order()
+        found.first.wait_for(state="attached")
+
     def click(self, u, v):
-        self.page.mouse.click(*self.at(u, v))
+        self.order(lambda: self.page.mouse.click(*self.at(u, v)))
 
     def drag(self, *points):
         self.page.mouse.move(*self.at(*points[0]))
@@ -205,18 +225,18 @@ class Surfer:
 
     def can_start(self):
         """Wait until a run can be ordered."""
-        can_start(self.page)
+        self.wait(start_button(self.page))
 
     def start(self):
         self.can_start()
-        self.button("Start").click()
+        self.order(self.button("Start").click)
 
     def verdict(self, text):
         """Wait for a verdict."""
-        self.page.locator(".verdict", has_text=text).wait_for()
+        self.wait(self.page.locator(".verdict:visible", has_text=text))
 
     def reads(self, text):
-        self.page.get_by_text(text).first.wait_for()
+        self.wait(self.page.get_by_text(text).and_(self.page.locator(":visible")))
 
     def joints(self):
         """The true ones, rad; if there is no brick yet, once it has come."""

@@ -24,10 +24,7 @@ from waiting import PATIENCE, until
 from laptop.cli.track import start_brick as own_brick
 from laptop.page import process as page_process
 from laptop.page.cards.camera_view import IMAGE_TIMEOUT
-from laptop.simulator.scene.scene import Scene
-from laptop.simulator.scene.scene_constants import read_scene
 from laptop.vision.markers import read_markers
-from shared.arm_description import find_arm, read_arm
 
 
 @pytest.fixture(scope="module")
@@ -246,7 +243,7 @@ def surfer(open_page):
 def test_two_clicks_bring_the_true_tip_to_the_goal(surfer):
     goal = surfer.scene.truth((0.5, 0.6))["effector"]
     surfer.click(*goal)
-    surfer.page.locator("[data-aim]").wait_for(state="attached")
+    surfer.wait(surfer.page.locator("[data-aim]"))
     surfer.start()
     surfer.verdict("On its way")
     surfer.verdict("Arrived")
@@ -274,8 +271,8 @@ def test_a_colour_is_picked_by_a_click_undone_and_kept_in_the_file(surfer):
     assert min(kept.color.hue, 360 - kept.color.hue) < 15
     assert kept.color.scene, "learned in this picture"
     surfer.page.wait_for_function("() => !document.body.innerText.includes('hue 0 +- 20')")
-    surfer.button("Undo").click()
-    surfer.page.wait_for_function("() => document.body.innerText.includes('hue 0 +- 20')")
+    surfer.order(surfer.button("Undo").click)
+    surfer.reads("hue 0 +- 20")
     assert read_markers(surfer.tracker.state / "markers.ini")["effector"].color.scene is None
 
 
@@ -441,7 +438,7 @@ def boxes(page, selector):
 
 def test_a_start_moves_nothing_and_hides_nothing(surfer):
     surfer.click(*surfer.scene.truth((0.6, -0.8))["effector"])
-    surfer.page.locator("[data-aim]").wait_for(state="attached")
+    surfer.wait(surfer.page.locator("[data-aim]"))
     pressed = ".side button, .side a, .side .q-checkbox, .picture, .side h2, .stop"
     before = [box[1:] for box in boxes(surfer.page, pressed)]
     surfer.start()
@@ -728,17 +725,12 @@ def test_with_a_tracker_that_is_killed_page_and_brick_end(browser, tmp_path):
 
 def test_a_lost_marker_has_its_reason_a_pick_mends_it_and_ctrl_c_ends_it_all(browser, tmp_path):
     with Tracker(tmp_path, *SYNTHETIC, "--effector", "disc:purple") as tracker:
-        context = browser.new_context(viewport=WINDOW)
-        context.set_default_timeout(1000 * PATIENCE)
-        page = context.new_page()
-        page.goto(tracker.new_address())
-        page.get_by_text("effector lost: nothing of this colour. Bring it into").wait_for()
-        press_tool(page, "Pick")
-        box = page.locator(".picture img").bounding_box()
-        u, v = Scene(read_arm(find_arm("planar")), read_scene("")).truth((0.0, 0.0))["effector"]
-        page.mouse.click(box["x"] + u * box["width"] / 640, box["y"] + v * box["height"] / 480)
-        page.locator("[data-marker=effector]").wait_for(state="attached")
-        page.get_by_text("effector lost").wait_for(state="detached")
-        page.locator(".verdict", has_text="Ready").wait_for()
-        context.close()
+        surfer = Surfer(browser, tracker, seen=".picture img")
+        surfer.reads("effector lost: nothing of this colour. Bring it into")
+        surfer.tool("Pick")
+        surfer.click(*surfer.scene.truth((0.0, 0.0))["effector"])
+        surfer.wait(surfer.page.locator("[data-marker=effector]"))
+        surfer.page.get_by_text("effector lost").wait_for(state="detached")
+        surfer.verdict("Ready")
+        surfer.close()
         end_with_all_it_has_started(tracker, signal.SIGINT)
