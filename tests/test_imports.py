@@ -20,17 +20,17 @@ TOP_LEVEL = {*PACKAGES, "tests", ".ci", "README.md", "pyproject.toml", "LICENSE"
 # What a module may import besides the standard library; the longest matching name decides. A name
 # covers everything below it.
 LIBRARIES = ("numpy", "cv2", "matplotlib", "rich")
-BELOW_SIMULATOR = ("laptop.tracking", "laptop.vision", "laptop.reporting")
+BELOW_SIMULATOR = ("laptop.system", "laptop.tracking", "laptop.vision", "laptop.reporting")
 RULES = {
     "shared": ("shared",),
     "robot": ("robot", "shared", "ev3dev2.motor"),
     "laptop.vision": ("laptop.vision", "shared", "numpy", "cv2", "matplotlib"),
-    "laptop.tracking": ("laptop.tracking", "laptop.vision", "shared", "numpy", "cv2", "rich"),
-    "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
-    "laptop.page": (
-        *("laptop.page", "laptop.tracking", "laptop.vision", "laptop.reporting", "shared"),
-        *("numpy", "cv2", "matplotlib"),
+    "laptop.tracking": (
+        *("laptop.system", "laptop.tracking", "laptop.vision", "shared"),
+        *("numpy", "cv2", "ifaddr", "rich"),
     ),
+    "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
+    "laptop.page": (*("laptop.page", *BELOW_SIMULATOR, "shared", "numpy", "cv2", "matplotlib"),),
     **{  # only these import what the page is made with, and only the server what serves it
         f"laptop.page.{name}": ("laptop.page", "laptop.tracking.pipeline", "shared", *libraries)
         for name, libraries in (
@@ -41,7 +41,7 @@ RULES = {
             ("stop_gate", ("uvicorn",)),
         )
     },
-    "laptop.simulator": ("laptop.simulator", "robot", "shared", "ev3dev2"),
+    "laptop.simulator": ("laptop.simulator", "laptop.system", "robot", "shared", "ev3dev2"),
     "laptop.simulator.scene": (
         *("laptop.simulator", "laptop.vision.frames", "robot", "shared", "numpy", "cv2"),
     ),

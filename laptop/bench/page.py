@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from laptop import system
 from laptop.demo import results
 from laptop.demo.goals import DEMO_SETUPS, CameraRig, Goal, choose_goals, goal_words
 from laptop.demo.processes import (
@@ -132,7 +133,7 @@ def browser() -> Iterator[Any]:
             "playwright, which opens the pages, is not installed; write uv run --group browser ..."
         ) from None
     with sync_playwright() as playwright:
-        words = ["--no-sandbox"] if os.geteuid() == 0 else []
+        words = ["--no-sandbox"] if system.is_root() else []
         made = playwright.chromium.launch(executable_path=found, args=words, timeout=LAUNCH_TIMEOUT)
         yield made
         made.close()

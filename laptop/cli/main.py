@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 
 import click
 
+from laptop import system
 from laptop.cli.bench import bench
 from laptop.cli.demo import demo
 from laptop.cli.markers import markers
@@ -27,8 +27,7 @@ for command in (simulate, demo, track, markers, bench):
 
 def main() -> int:
     """Run a command; every failure is one line on stderr and a status of its own."""
-    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    system.let_ctrl_c_interrupt()
     try:
         laptop(prog_name="python -m laptop", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import fcntl
 import json
 import os
 import sys
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from laptop import system
 from laptop.cli.options import ON_THE_BRICK, FiniteRange, importing
 from laptop.simulator import measured_brick, session
 from laptop.simulator.device.buttons import LATEST, read_press
@@ -232,15 +232,13 @@ def _alone_in(out: Path) -> Iterator[None]:
     Raises:
         InvalidSimulationOption: another run has it.
     """
-    descriptor = os.open(out, os.O_RDONLY)
+    descriptor = system.open_folder(os.path.realpath(out))
     try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if not system.lock(descriptor):
             raise session.InvalidSimulationOption(
                 f"another simulate is at work for {out}; "
                 "wait for its end, or choose another folder with --out"
-            ) from None
+            )
         yield
     finally:
         os.close(descriptor)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from laptop import system
 from laptop.cli.options import FiniteRange, importing, in_one_line, on_the_page
 from shared import state
 
@@ -24,10 +25,11 @@ BRICK_TIMEOUT = 1e6
 END_TIMEOUT = 5.0
 """An emulated brick that has not ended so long after it was told, s, is killed."""
 RUN_WHILE_INPUT_IS_OPEN = """
-import os, signal, sys, threading
+import sys, threading
+from laptop import system
 def end_with_input():
     sys.stdin.read()
-    os.kill(os.getpid(), signal.SIGTERM)
+    system.end_in_order()
 threading.Thread(target=end_with_input, daemon=True).start()
 from laptop.cli.main import main
 sys.exit(main())
@@ -230,7 +232,7 @@ def start_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
             stdin=subprocess.PIPE,
             stdout=lines,
             stderr=subprocess.STDOUT,
-            start_new_session=True,  # Ctrl-C is the tracker's, who then ends this
+            **system.own_group(),  # Ctrl-C is the tracker's, who then ends this
         )
 
     def why_ended() -> str:

@@ -22,6 +22,7 @@ from typing import Any
 
 from rich.console import Console
 
+from laptop import system
 from laptop.demo import report, results
 from laptop.demo.goals import GOALS, CameraRig, Goal, choose_goals, goal_words
 from laptop.demo.processes import (
@@ -347,8 +348,7 @@ class DemoRun:
             + ["--budget", f"{REPORT_BUDGET:g}", "--log", f"{home}.jsonl"],
         )
         # What runs in real time goes first.
-        with suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, self._baseline.pid, BASELINE_NICE)
+        system.give_way(BASELINE_NICENESS, self._baseline.pid)
 
     def _conclude_comparison(self) -> None:
         """Take its outcome once; whatever becomes of it does no harm to the demo."""
@@ -450,5 +450,5 @@ def _start(home: Path) -> str:
 
 
 BASELINE_HOME = "report-method"
-BASELINE_SCENE, BASELINE_NICE = ",fps=10", 10
+BASELINE_SCENE, BASELINE_NICENESS = ",fps=10", 10
 """The report takes 20 pictures in 2 s: no more would be looked at."""

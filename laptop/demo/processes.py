@@ -19,6 +19,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
+from laptop import system
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.process_exit import BUSY as TOO_BUSY
 from laptop.tracking import announcements
@@ -85,7 +86,7 @@ class ChildProcess:
             text=True,
             errors="replace",
             # Ctrl-C comes to the demo alone: it knows in which order to end what it has started.
-            start_new_session=True,
+            **system.own_group(),
         )
         assert self._process.stdout
         assert self._process.stderr
@@ -139,15 +140,14 @@ class ChildProcess:
     def interrupt(self) -> None:
         """Ask it to end, as Ctrl-C does."""
         if self.running:
-            self._process.send_signal(signal.SIGINT)
+            system.interrupt(self._process)
 
     def end(self, deadline: float) -> None:
         """See to it that it has ended by a time on time.monotonic (s), whatever it does."""
         try:
             self._process.wait(max(0.0, deadline - time.monotonic()))
         except subprocess.TimeoutExpired:
-            with suppress(ProcessLookupError):
-                os.killpg(self.pid, signal.SIGKILL)
+            system.kill_group(self._process)
             self._process.wait()
         self._join()
         for stream in self._streams:
@@ -218,19 +218,15 @@ class ProcessGroup:
                 process.end(deadline)
 
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
-
 @contextmanager
 def ending_on_signals() -> Iterator[None]:
-    """SIGTERM and SIGHUP end the demo as Ctrl-C does, in order."""
+    """SIGTERM and its like end the demo as Ctrl-C does, in order."""
 
     def end(number: int, frame: object) -> None:
         print(f"laptop: stopped by {signal.Signals(number).name}", file=sys.stderr)
         raise SystemExit(128 + number)
 
-    others = [number for number in _SIGNALS if number != signal.SIGINT]
-    before = {number: signal.signal(number, end) for number in others}
+    before = {number: signal.signal(number, end) for number in system.ENDING[1:]}
     try:
         yield
     finally:

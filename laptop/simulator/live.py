@@ -10,13 +10,13 @@ that only looks, or is refused because the other may move, leaves the other in s
 
 import bisect
 import contextlib
-import fcntl
 import json
 import math
 import os
 import sys
 from collections import namedtuple
 
+from laptop import system
 from robot.motion import kinematics
 from shared.arm_description import ArmError, read_arm
 from shared.small_files import SpoiltFile, number, open_file, parse_json
@@ -169,7 +169,7 @@ class PoseWriter(object):
         self._next_look = t + HEARTBEAT_PERIOD
         try:
             with open(open_file(self.path), "rb") as other:
-                return not _is_locked(other)
+                return not system.is_locked(other.fileno())
         except (FileNotFoundError, SpoiltFile):
             return True
 
@@ -187,9 +187,9 @@ class PoseWriter(object):
         draft = "{}.{}".format(self.path, os.getpid())
         file = open(draft, "wb", buffering=0)  # noqa: SIM115 (it stays open, and locked)
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            system.lock(file.fileno())
             file.write(json.dumps(header, sort_keys=True).encode("ascii") + b"\n")
-            os.rename(draft, self.path)
+            os.replace(draft, self.path)
         except OSError:
             file.close()
             os.remove(draft)
@@ -270,7 +270,7 @@ class PoseReader(object):
         if self._file is None or not self.alive:
             return
         # Whether it was locked is asked before reading: all it wrote is then there to be read.
-        locked = _is_locked(self._file)
+        locked = system.is_locked(self._file.fileno())
         *lines, self._rest = (self._rest + self._file.read()).split(b"\n")
         for line in lines:
             self._take(line)
@@ -342,7 +342,7 @@ def _start(file):
     Raises:
         ValueError, KeyError, TypeError, ArmError, OSError: it is not of a run that lives.
     """
-    if not _is_locked(file):
+    if not system.is_locked(file.fileno()):
         raise ValueError("its program is gone")
     line, _, rest = file.read().partition(b"\n")
     header = parse_json(line.decode("utf-8"))
@@ -355,13 +355,3 @@ def _start(file):
         "zero": number(header["zero"]),
     }
     return header, read_arm(header["arm"]), rest
-
-
-def _is_locked(file):
-    """Return True if a process holds the lock of the file."""
-    try:
-        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except OSError:
-        return True
-    fcntl.flock(file, fcntl.LOCK_UN)
-    return False

@@ -10,7 +10,6 @@ import math
 import os
 import random
 import re
-import signal
 import sys
 import time
 from collections import namedtuple
@@ -19,6 +18,7 @@ from laptop.simulator import temporary_folders
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.buttons import LATEST
 from laptop.simulator.device.peripherals import Peripherals
+from laptop.simulator.host.linux import Signals
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
@@ -286,7 +286,7 @@ def _schedule(brick, fault, ordered):
     elif fault.kind in ("freeze", "kill"):
         ordered[fault.kind + "_at"] = fault.t
     else:
-        ordered["signals"].append((fault.t, getattr(signal, "SIG" + fault.kind.upper())))
+        ordered["signals"].append((fault.t, Signals["SIG" + fault.kind.upper()]))
 
 
 def _schedule_pictures(world, tracker, faults):

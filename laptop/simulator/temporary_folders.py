@@ -1,14 +1,15 @@
 """Temporary folders that are swept though their owner was killed.
 
 Each is locked as long as its owner lives: the system frees it, however he dies. Then whoever comes
-next may sweep it.
+next may sweep it; on Windows, where no open folder is renamed, people may.
 """
 
 import contextlib
-import fcntl
 import os
 import shutil
 import tempfile
+
+from laptop import system
 
 PREFIX = "brickservo-"
 IN_MEMORY = "/dev/shm"
@@ -33,17 +34,18 @@ def make(name, place=None):
         draft = tempfile.mkdtemp(prefix="." + PREFIX, dir=place)
     place, unique = os.path.split(draft)
     path = os.path.join(place, PREFIX + name + "-" + unique[len("." + PREFIX) :])
-    descriptor = os.open(draft, os.O_RDONLY)
-    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    if system.OPENS_FOLDERS:
+        _HELD[path] = system.open_folder(draft)
+        system.lock(_HELD[path])
     os.rename(draft, path)  # only now: what bears our name and is not locked has no owner
-    _HELD[path] = descriptor
     return path
 
 
 def remove(path):
     """Remove a folder that `make` has made."""
     shutil.rmtree(path, ignore_errors=True)
-    os.close(_HELD.pop(path))
+    if path in _HELD:
+        os.close(_HELD.pop(path))
 
 
 @contextlib.contextmanager
@@ -63,6 +65,8 @@ def sweep(places=None):
         places: folders; None takes those of `make`.
     """
     swept = 0
+    if not system.OPENS_FOLDERS:
+        return swept
     for place in {IN_MEMORY, tempfile.gettempdir()} if places is None else places:
         with contextlib.suppress(OSError):  # there is no such place here
             for name in os.listdir(place):
@@ -73,16 +77,13 @@ def sweep(places=None):
 
 def _sweep_one(path):
     try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+        descriptor = system.open_folder(path)
     except OSError:  # another user's, or just removed
         return 0
     try:
-        if os.fstat(descriptor).st_uid != os.getuid():
+        if not system.lock(descriptor):  # its owner lives
             return 0
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         shutil.rmtree(path, ignore_errors=True)
         return 1
-    except OSError:  # its owner lives
-        return 0
     finally:
         os.close(descriptor)

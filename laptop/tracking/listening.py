@@ -6,8 +6,8 @@ import contextlib
 import errno
 import ipaddress
 import socket
-import struct
-import sys
+
+import ifaddr
 
 from shared.arm_description import ArmError
 from shared.messages import PORT
@@ -22,24 +22,7 @@ class CannotListen(ArmError, OSError):
 
 def own_addresses() -> list[str]:
     """Return the addresses at which others may reach this machine, loopback left out."""
-    found = []
-    if sys.platform == "linux":
-        import fcntl
-
-        siocgifaddr = 0x8915  # linux/sockios.h; struct ifreq has the address at byte 20
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
-            for _, name in socket.if_nameindex():
-                with contextlib.suppress(OSError):  # that one has no address
-                    request = struct.pack("256s", name.encode()[:15])
-                    found.append(socket.inet_ntoa(fcntl.ioctl(sock, siocgifaddr, request)[20:24]))
-    else:
-        # The address from which a packet would leave; nothing is sent.
-        with (
-            contextlib.suppress(OSError),
-            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock,
-        ):
-            sock.connect(("192.0.2.1", 9))
-            found.append(sock.getsockname()[0])
+    found = [str(ip.ip) for card in ifaddr.get_adapters() for ip in card.ips if ip.is_IPv4]
     return [address for address in found if not ipaddress.ip_address(address).is_loopback]
 
 

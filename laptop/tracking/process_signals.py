@@ -6,10 +6,11 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from typing import Any
 
-EXIT_STATUS = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129}
+from laptop import system
+
+EXIT_STATUS = {number: 128 + number for number in system.ENDING}
 """Exit status after a signal, as in a shell."""
 
 
@@ -25,19 +26,6 @@ def killed_by(status: int | None) -> str:
         return signal.Signals(-status).name
     except ValueError:  # one without a name
         return f"signal {-status}"
-
-
-def is_stopped(process: int) -> bool:
-    """Return True if a signal has stopped a process, which does nothing then; False if unknown.
-
-    Args:
-        process: its number.
-    """
-    try:
-        text = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
-    except OSError:  # not on Linux, or it has ended
-        return False
-    return text.rpartition(")")[2].split()[0] == "T"  # (its name may hold anything)
 
 
 @contextmanager

@@ -7,13 +7,15 @@ object bound to an emulated device.  Each access costs virtual time and is count
 import contextlib
 import importlib
 import os
-import select as real_select
 import shutil
 import sys
 import time as real_time
 import types
 
 from laptop.simulator import temporary_folders
+
+POLLPRI = 2
+"""Of linux/poll.h: a device has news; not every host's `select` has it."""
 
 
 class Attribute(object):
@@ -64,7 +66,7 @@ class Poll(object):
         deadline = None if timeout is None else self.world.now() + timeout / 1000.0
         while True:
             ready = [
-                (attribute, real_select.POLLPRI)
+                (attribute, POLLPRI)
                 for attribute in self._watched
                 if attribute.device.notifications != attribute.seen
             ]
@@ -162,7 +164,7 @@ class Sysfs(object):
             if sys.modules["time"] is real_time:
                 # Not for a script: its modules are whole, and `import *` hands them on.
                 ev3dev2.motor.select = types.SimpleNamespace(
-                    POLLPRI=real_select.POLLPRI, poll=lambda: Poll(self.world)
+                    POLLPRI=POLLPRI, poll=lambda: Poll(self.world)
                 )
                 ev3dev2.motor.time = types.SimpleNamespace(
                     time=self.world.now, sleep=self.world.sleep

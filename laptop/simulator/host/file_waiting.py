@@ -4,6 +4,7 @@ import select as real_select
 
 from laptop.simulator.device.sysfs import Poll
 from laptop.simulator.host.clocks import copy_module
+from laptop.simulator.host.linux import POLL
 
 FD_POLL_PERIOD = 0.01
 """Period at which files of the host are looked at by those that wait, s."""
@@ -19,9 +20,9 @@ def select_module(world):
         def __init__(self):
             self._attributes = Poll(world)
             self._some = False
-            self._files = real_select.poll()
+            self._files = real_select.poll() if hasattr(real_select, "poll") else _Selecting()
 
-        def register(self, fd, eventmask=real_select.POLLIN | real_select.POLLPRI):
+        def register(self, fd, eventmask=POLL["POLLIN"] | POLL["POLLPRI"]):
             if hasattr(fd, "device"):
                 self._some = True
                 self._attributes.register(fd, eventmask)
@@ -66,11 +67,41 @@ def select_module(world):
         )
         return found[0] if found else ([], [], [])
 
+    vars(shim).update(POLL)
     shim.poll = WatchedFiles
     shim.select = select
     if hasattr(real_select, "epoll"):
         shim.epoll = WatchedEpoll
     return shim
+
+
+class _Selecting(object):
+    """select.poll() by select.select(), for systems that have only that; it never waits."""
+
+    _KINDS = "POLLIN", "POLLOUT", "POLLPRI"  # in the order of select.select
+
+    def __init__(self):
+        self._events = {}
+
+    def register(self, fd, eventmask):
+        self._events[fd if isinstance(fd, int) else fd.fileno()] = eventmask
+
+    modify = register
+
+    def unregister(self, fd):
+        del self._events[fd if isinstance(fd, int) else fd.fileno()]
+
+    def poll(self, timeout):
+        """(descriptor, event) for all that can be had at once."""
+        events = [POLL[kind] for kind in self._KINDS]
+        asked = [[fd for fd, mask in self._events.items() if mask & event] for event in events]
+        if not any(asked):  # Windows takes no three empty lists
+            return []
+        found = {}
+        for event, ready in zip(events, real_select.select(*asked + [0])):
+            for fd in ready:
+                found[fd] = found.get(fd, 0) | event
+        return list(found.items())
 
 
 def time_out_sockets(world, module):

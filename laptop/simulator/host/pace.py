@@ -12,7 +12,6 @@ member lives: whoever is killed keeps nobody waiting.
 
 import collections
 import contextlib
-import fcntl
 import math
 import mmap
 import os
@@ -20,6 +19,7 @@ import struct
 import threading
 import time as wall
 
+from laptop import system
 from shared.state import CLOCK_FILE as FILE
 from shared.state import state_folder
 
@@ -58,12 +58,13 @@ class _File(object):
         self.descriptor = None
         try:
             os.makedirs(os.path.dirname(path), mode=0o700, exist_ok=True)
-            self.descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+            self.descriptor = system.open_to_share(path)
             with self.locked():
-                begin = os.pread(self.descriptor, len(_MAGIC), 0)
+                begin = os.read(self.descriptor, len(_MAGIC))
                 if begin != _MAGIC or os.fstat(self.descriptor).st_size != _SIZE:
                     os.ftruncate(self.descriptor, _SIZE)
-                    os.pwrite(self.descriptor, self._blank(), 0)
+                    os.lseek(self.descriptor, 0, os.SEEK_SET)
+                    os.write(self.descriptor, self._blank())
             self.map = mmap.mmap(self.descriptor, _SIZE)
         except OSError:  # a clock of our own: nobody else can be in a world that cannot be written
             if self.descriptor is not None:
@@ -114,22 +115,20 @@ class _File(object):
         """Nobody else changes anything meanwhile."""
         with self._thread:
             if self.descriptor is not None:
-                fcntl.lockf(self.descriptor, fcntl.LOCK_EX, 1, 0)
+                system.lock_byte(self.descriptor, 0, wait=True)
             try:
                 yield
             finally:
                 if self.descriptor is not None:
-                    fcntl.lockf(self.descriptor, fcntl.LOCK_UN, 1, 0)
+                    system.unlock_byte(self.descriptor, 0)
 
     def _lives(self, k):
         """Return True if the process of member `k` lives."""
         if k in self.mine or self.descriptor is None:
             return k in self.mine
-        try:
-            fcntl.lockf(self.descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, 1 + k)
-        except OSError:
+        if not system.lock_byte(self.descriptor, 1 + k):
             return True
-        fcntl.lockf(self.descriptor, fcntl.LOCK_UN, 1, 1 + k)
+        system.unlock_byte(self.descriptor, 1 + k)
         return False
 
     # What stands in it
@@ -180,7 +179,7 @@ class _File(object):
             _NAME_LENGTH, b"\0"
         )
         if self.descriptor is not None:
-            fcntl.lockf(self.descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, 1 + k)
+            system.lock_byte(self.descriptor, 1 + k)
         self.mine.add(k)
         return k
 
@@ -188,7 +187,7 @@ class _File(object):
         """Member `k` is gone."""
         self.promise(k, math.inf)
         if self.descriptor is not None:
-            fcntl.lockf(self.descriptor, fcntl.LOCK_UN, 1, 1 + k)
+            system.unlock_byte(self.descriptor, 1 + k)
         self.mine.discard(k)
 
     def name(self, k):

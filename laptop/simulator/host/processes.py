@@ -5,10 +5,10 @@ Rule: no process is started; `BrickPrograms.run` does what a program of the bric
 
 import io
 import os
-import signal as real_signal
 import sys
 
 from laptop.simulator.device.brick_programs import Finished, split_line
+from laptop.simulator.host.linux import Signals
 from laptop.simulator.host.waiting_line import WaitingLine
 
 #: What starting a process costs, s.
@@ -152,11 +152,11 @@ class Processes(object):
 
             def terminate(self):
                 """End it."""
-                self.send_signal(real_signal.SIGTERM)
+                self.send_signal(Signals.SIGTERM)
 
             def kill(self):
                 """End it."""
-                self.send_signal(real_signal.SIGKILL)
+                self.send_signal(Signals.SIGKILL)
 
             def __enter__(self):
                 return self

@@ -21,8 +21,10 @@ import threading
 import traceback
 import types
 
+from laptop import system
 from laptop.simulator.device.peripherals import Peripherals
 from laptop.simulator.host import counting
+from laptop.simulator.host.linux import Signals
 from laptop.simulator.host.process_exit import ENDLESS, ProcessExit
 from laptop.simulator.host.processor import Processor
 from laptop.simulator.host.shims import Shims
@@ -50,7 +52,6 @@ _WHY = {
     "for {awaited}; end other programs and try again",
     "stuck": "at {t:.3f} s it computed for {patience:g} s without looking at the clock",
 }
-_FORWARDED = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 def run_script(
@@ -101,7 +102,7 @@ def run_script(
     shims = Shims(world, peripherals)
 
     def back():
-        world.halt(ProcessExit(128 + signal.SIGKILL, "back button"))
+        world.halt(ProcessExit(128 + Signals.SIGKILL, "back button"))
         brick.reset_motors()
 
     peripherals.on_back = back
@@ -113,7 +114,7 @@ def run_script(
     if freeze_at is not None:
         world.at(freeze_at, _call(world.halt, ProcessExit(ENDLESS, "frozen")))
     if kill_at is not None:
-        world.at(kill_at, _call(world.halt, ProcessExit(128 + signal.SIGKILL, "killed")))
+        world.at(kill_at, _call(world.halt, ProcessExit(128 + Signals.SIGKILL, "killed")))
     folder = os.path.dirname(os.path.realpath(script))
     with shims.installed(folder), sysfs.installed(), _Forwarding(world, shims.signals):
         sys.excepthook = sys.__excepthook__
@@ -212,7 +213,7 @@ def _status_of(kind, value, trace):
         traceback.print_exception(kind, value, trace)
     else:
         sys.excepthook(kind, value, trace)
-    return 128 + signal.SIGINT if issubclass(kind, KeyboardInterrupt) else 1
+    return 128 + Signals.SIGINT if issubclass(kind, KeyboardInterrupt) else 1
 
 
 class _Forwarding(object):
@@ -228,13 +229,14 @@ class _Forwarding(object):
 
     def __enter__(self):
         if threading.current_thread() is threading.main_thread():
-            for name in _FORWARDED:
-                number = getattr(signal, name)
+            for number in system.ENDING:
                 self._before[number] = signal.signal(number, self._forward)
 
     def _forward(self, number, frame):
+        # (Windows has one for which the brick has no name.)
+        number = getattr(Signals, signal.Signals(number).name, Signals.SIGINT)
         if number in self._signals.pending:
-            self._world.halt(ProcessExit(128 + number, signal.Signals(number).name))
+            self._world.halt(ProcessExit(128 + number, number.name))
         self._signals.post(number)
 
     def __exit__(self, *error):

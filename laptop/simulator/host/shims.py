@@ -15,18 +15,18 @@ run), standard input, and the random generator, but that starts from the same se
 import atexit as real_atexit
 import builtins
 import contextlib
-import fcntl as real_fcntl
 import importlib
 import importlib.machinery
 import io
 import os
 import random
 import re
-import signal as real_signal
 import sys
 import traceback
 
+from laptop import system
 from laptop.simulator.device.buttons import EventFile, evdev_module
+from laptop.simulator.host import linux
 from laptop.simulator.host.clocks import (
     UPTIME,
     ProgramClock,
@@ -42,7 +42,7 @@ from laptop.simulator.host.process_exit import ProcessExit
 from laptop.simulator.host.processes import Processes
 from laptop.simulator.host.processor import library_charged
 from laptop.simulator.host.program_code import PROGRAM, code_of, top_of
-from laptop.simulator.host.signals import Signals
+from laptop.simulator.host.signals import ProgramSignals
 from laptop.simulator.host.threads import Threads, thread_module
 from laptop.simulator.host.waiting_line import WaitingLine
 from robot.motion.brick_lock import BrickLock
@@ -78,7 +78,7 @@ class Shims(object):
         self.peripherals = peripherals
         self.clock = ProgramClock(world)
         self._started = UPTIME + world.now()
-        self.signals = Signals(world, self.clock)
+        self.signals = ProgramSignals(world, self.clock)
         self.processes = Processes(world, self.clock, peripherals.programs)
         self.exit_calls = []
         self._screens = set()
@@ -119,7 +119,7 @@ class Shims(object):
             sys.modules["signal"] = sys.modules["_signal"] = self.signals.module()
             sys.modules["datetime"] = datetime_module(self.clock)
             sys.modules["atexit"] = self._atexit_module()
-            sys.modules["fcntl"] = self._fcntl_module()
+            sys.modules["fcntl"] = linux.fcntl_module(self._ioctl)
             sys.modules["evdev"] = self._evdev_module()
             sys.modules["evdev.ecodes"] = sys.modules["evdev"].ecodes
             importlib.import_module("subprocess").Popen = self.processes.popen()
@@ -186,17 +186,8 @@ class Shims(object):
         peripherals = self.peripherals
         return evdev_module(peripherals.sysfs, peripherals.buttons, lambda: WaitingLine(self.world))
 
-    def _fcntl_module(self):
-        shim = copy_module(real_fcntl)
-
-        def ioctl(fd, request, arg=0, mutate_flag=True):
-            """ioctl that knows the brick's buttons and screen."""
-            if self.peripherals.ioctl(fd, request, arg, self._screens):
-                return 0
-            return real_fcntl.ioctl(fd, request, arg, mutate_flag)
-
-        shim.ioctl = ioctl
-        return shim
+    def _ioctl(self, fd, request, arg):
+        return self.peripherals.ioctl(fd, request, arg, self._screens)
 
     # Names in modules that stay
 
@@ -209,7 +200,7 @@ class Shims(object):
 
             return refused
 
-        for name in dir(os):
+        for name in set(dir(os)) | {"fork", "forkpty"}:
             if name.startswith(("fork", "exec", "spawn", "posix_spawn")):
                 setattr(os, name, refuse(name))
 
@@ -234,11 +225,13 @@ class Shims(object):
             return sorted(real_listdir(path), key=_natural)
 
         def open_descriptor(path, flags, mode=0o777, dir_fd=None):
-            """os.open that knows the brick's framebuffer."""
+            """os.open that knows the brick's framebuffer, and opens folders as Linux does."""
             if path == "/dev/fb0":
                 descriptor = self.peripherals.screen.open()
                 self._screens.add(descriptor)
                 return descriptor
+            if not system.OPENS_FOLDERS and os.path.isdir(path):
+                return system.open_folder(path)
             return real_open(path, flags, mode, dir_fd=dir_fd)
 
         def close(fd):
@@ -250,9 +243,11 @@ class Shims(object):
         os.listdir, os.open, os.close = listdir, open_descriptor, close
         os.system = processes.system
         os._exit = leave
-        os.abort = lambda: leave(128 + real_signal.SIGABRT)
+        os.abort = lambda: leave(128 + linux.Signals.SIGABRT)
         os.kill = os.killpg = kill
         vars(os)["register_at_fork"] = lambda **calls: None
+        for name, stand_in in linux.OS.items():
+            vars(os).setdefault(name, stand_in)
 
     def _print(self, *args, **kwargs):
         self.clock.step(PRINT_COST)
@@ -269,7 +264,7 @@ class Shims(object):
     def _stat(self):
         """Return what the brick's Linux tells of this program: of 52 figures, number and start."""
         figures = ["0"] * 49
-        figures[18] = str(int(self._started * os.sysconf("SC_CLK_TCK")))
+        figures[18] = str(int(self._started * linux.CLOCK_TICKS))
         return "{} (python3) R {}\n".format(os.getpid(), " ".join(figures))
 
 

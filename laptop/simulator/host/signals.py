@@ -4,25 +4,23 @@ Rule: no signal handler of the host is changed, and no signal is sent to it.
 """
 
 import os
+import re
 import signal as real_signal
 import sys
 
 from laptop.simulator.host.clocks import copy_module
+from laptop.simulator.host.linux import TIMERS, Signals
 from laptop.simulator.host.process_exit import ENDLESS, ProcessExit
 from laptop.simulator.host.waiting_line import WaitingLine
 
 
-class Signals(object):
+class ProgramSignals(object):
     """The program's signal handlers; signals arrive by `post`, never by the host's kernel.
 
     `pending` holds the numbers of those the program has not looked at yet.
     """
 
-    _HARMLESS = tuple(
-        getattr(real_signal, name)
-        for name in ("SIGCHLD", "SIGCONT", "SIGURG", "SIGWINCH")
-        if hasattr(real_signal, name)
-    )
+    _HARMLESS = (Signals.SIGCHLD, Signals.SIGCONT, Signals.SIGURG, Signals.SIGWINCH)
 
     def __init__(self, world, clock):
         self._world = world
@@ -31,8 +29,8 @@ class Signals(object):
         self._timers = {}
         self.pending = set()
         self._handlers = {
-            real_signal.SIGINT: real_signal.default_int_handler,
-            real_signal.SIGPIPE: real_signal.SIG_IGN,
+            Signals.SIGINT: real_signal.default_int_handler,
+            Signals.SIGPIPE: real_signal.SIG_IGN,
         }
 
     def post(self, number):
@@ -40,11 +38,11 @@ class Signals(object):
         world = self._world
         if world.exit is not None:
             return
-        name = real_signal.Signals(number).name
+        name = Signals(number).name
         handler = self._handlers.get(number, real_signal.SIG_DFL)
-        if number == real_signal.SIGSTOP:
+        if number == Signals.SIGSTOP:
             world.halt(ProcessExit(ENDLESS, "frozen"))
-        elif number == real_signal.SIGKILL or handler == real_signal.SIG_DFL:
+        elif number == Signals.SIGKILL or handler == real_signal.SIG_DFL:
             if number not in self._HARMLESS:
                 world.halt(ProcessExit(128 + number, name))
         elif handler != real_signal.SIG_IGN:
@@ -61,25 +59,28 @@ class Signals(object):
     def module(self):
         """A `signal` module."""
         shim = copy_module(real_signal)
+        for name in [name for name in vars(shim) if re.match("SIG[A-Z0-9]+$", name)]:
+            delattr(shim, name)
+        vars(shim).update(Signals.__members__, Signals=Signals, **TIMERS)
         world, clock = self._world, self._clock
 
         def signal(signalnum, handler):
             """Set the program's handler; returns the one before."""
             if not world.is_main():
                 raise ValueError("signal only works in main thread")
-            if signalnum in (real_signal.SIGKILL, real_signal.SIGSTOP):
+            if signalnum in (Signals.SIGKILL, Signals.SIGSTOP):
                 raise OSError(22, os.strerror(22))
             if not callable(handler) and handler not in (real_signal.SIG_DFL, real_signal.SIG_IGN):
                 raise TypeError(
                     "signal handler must be signal.SIG_IGN, signal.SIG_DFL, or a callable object"
                 )
             before = shim.getsignal(signalnum)
-            self._handlers[real_signal.Signals(signalnum)] = handler
+            self._handlers[Signals(signalnum)] = handler
             return before
 
         def getsignal(signalnum):
             """The program's handler."""
-            return self._handlers.get(real_signal.Signals(signalnum), real_signal.SIG_DFL)
+            return self._handlers.get(Signals(signalnum), real_signal.SIG_DFL)
 
         def pause():
             """Wait for a signal."""
@@ -104,7 +105,7 @@ class Signals(object):
 
         def alarm(seconds):
             """Send SIGALRM after `seconds`; returns what was left of the last alarm."""
-            return int(round(setitimer(real_signal.ITIMER_REAL, seconds)[0]))
+            return int(round(setitimer(TIMERS["ITIMER_REAL"], seconds)[0]))
 
         def send(signalnum):
             """Signal the program itself."""
@@ -122,9 +123,9 @@ class Signals(object):
 
     def _set_timer(self, which, seconds, interval):
         number = {
-            real_signal.ITIMER_VIRTUAL: real_signal.SIGVTALRM,
-            real_signal.ITIMER_PROF: real_signal.SIGPROF,
-        }.get(which, real_signal.SIGALRM)
+            TIMERS["ITIMER_VIRTUAL"]: Signals.SIGVTALRM,
+            TIMERS["ITIMER_PROF"]: Signals.SIGPROF,
+        }.get(which, Signals.SIGALRM)
 
         def ring():
             del self._timers[which]

@@ -1,0 +1,218 @@
+"""What Linux, macOS and Windows have each in its own way, in one way for all; asked here alone.
+
+Rule: nobody else on the laptop's side asks which system it is, or whether it has a name.
+"""
+
+import _thread
+import contextlib
+import errno
+import os
+import signal
+import subprocess
+import time
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+    import msvcrt
+
+ENDING = tuple(
+    getattr(signal, name)
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+    if hasattr(signal, name)
+)
+"""The signals by which this system asks a program to end; Ctrl-C's is the first."""
+
+STOPS_PROCESSES = hasattr(signal, "SIGSTOP")
+"""Whether a process can be stopped and sent on its way again, as a fault for tests and benches."""
+
+OPENS_FOLDERS = hasattr(os, "O_DIRECTORY")
+"""Whether a folder can be open, and locked, while it is renamed."""
+
+_LOCK_AT = 1 << 30
+"""The first byte that is locked; Windows lets nobody read one, so it is beyond all data."""
+_LOCK_POLL_PERIOD = 0.001
+"""Period of the attempts to lock a byte where the system cannot wait for one, s."""
+
+
+# Locks, which the system frees with the process that holds them, however it ends
+
+
+def lock(descriptor):
+    """Lock an open file for others, through whatever descriptor, if it is free.
+
+    Args:
+        descriptor: of the file, which stays locked until this is closed.
+
+    Returns:
+        True if it is locked now; False if somebody else has locked it.
+    """
+    return _try(descriptor, 0) if fcntl is None else _flock(descriptor, fcntl.LOCK_EX)
+
+
+def is_locked(descriptor):
+    """Return True if somebody else has locked an open file."""
+    if fcntl is None:
+        free = _try(descriptor, 0)
+        if free:
+            unlock_byte(descriptor, 0)
+    else:
+        free = _flock(descriptor, fcntl.LOCK_SH)
+        if free:
+            fcntl.flock(descriptor, fcntl.LOCK_UN)
+    return not free
+
+
+def lock_byte(descriptor, k, wait=False):
+    """Lock one of a file's bytes for other processes, if it is free.
+
+    Args:
+        descriptor: the only one that this process has of the file.
+        k: number of the byte.
+        wait: whether to wait until it is free.
+
+    Returns:
+        True if it is locked now; False if another process has locked it.
+    """
+    if fcntl is not None:
+        how = fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB
+        try:
+            fcntl.lockf(descriptor, how, 1, _LOCK_AT + k)
+        except OSError:
+            return False
+        return True
+    while not _try(descriptor, k):
+        if not wait:
+            return False
+        time.sleep(_LOCK_POLL_PERIOD)
+    return True
+
+
+def unlock_byte(descriptor, k):
+    """Free a byte that `lock_byte` has locked."""
+    if fcntl is not None:
+        fcntl.lockf(descriptor, fcntl.LOCK_UN, 1, _LOCK_AT + k)
+    else:
+        with _at(descriptor, k):
+            msvcrt.locking(descriptor, msvcrt.LK_UNLCK, 1)
+
+
+def _flock(descriptor, how):
+    try:
+        fcntl.flock(descriptor, how | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def _try(descriptor, k):
+    with _at(descriptor, k):
+        try:
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return False
+        return True
+
+
+@contextlib.contextmanager
+def _at(descriptor, k):
+    """Be at a byte for a `with` block: Windows locks where the next read would be."""
+    where = os.lseek(descriptor, 0, os.SEEK_CUR)
+    os.lseek(descriptor, _LOCK_AT + k, os.SEEK_SET)
+    try:
+        yield
+    finally:
+        os.lseek(descriptor, where, os.SEEK_SET)
+
+
+def open_to_share(path):
+    """Return a descriptor to read and write bytes by; the file is made if it is not there."""
+    return os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o600)
+
+
+def open_folder(path):
+    """Return a descriptor to lock a folder by, which is no link to one.
+
+    Raises:
+        OSError: there is none, or it is another user's.
+    """
+    if not OPENS_FOLDERS:  # a file in it stands for it
+        return open_to_share(os.path.join(path, ".lock"))
+    descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    if os.fstat(descriptor).st_uid != os.getuid():
+        os.close(descriptor)
+        raise PermissionError(errno.EPERM, "another user's", path)
+    return descriptor
+
+
+# Processes
+
+
+def own_group():
+    """Return the arguments by which a subprocess.Popen is not told of this terminal's Ctrl-C."""
+    if hasattr(os, "killpg"):
+        return {"start_new_session": True}
+    return {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
+
+
+def interrupt(process):
+    """Ask a subprocess.Popen with `own_group` to end, as Ctrl-C does."""
+    process.send_signal(getattr(signal, "CTRL_BREAK_EVENT", signal.SIGINT))
+
+
+def kill_group(process):
+    """End a subprocess.Popen with `own_group` at once, and all it has started if the system can."""
+    if hasattr(os, "killpg"):
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
+
+
+def end_in_order():
+    """Let the main thread of this process have SIGTERM; for its other threads."""
+    if hasattr(os, "killpg"):
+        os.kill(os.getpid(), signal.SIGTERM)  # it wakes one who waits
+    else:  # there os.kill would end it at once
+        _thread.interrupt_main(signal.SIGTERM)
+
+
+def let_ctrl_c_interrupt():
+    """Let Ctrl-C, and `interrupt`, raise KeyboardInterrupt if they would end this process."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if hasattr(signal, "SIGBREAK"):
+        signal.signal(signal.SIGBREAK, signal.default_int_handler)
+
+
+def is_stopped(pid):
+    """Return True if a signal has stopped a process, which does nothing then; False if unknown.
+
+    Args:
+        pid: its number.
+    """
+    try:
+        with open("/proc/{}/stat".format(pid), errors="replace") as file:
+            text = file.read()
+    except OSError:  # not on Linux, or it has ended
+        return False
+    return text.rpartition(")")[2].split()[0] == "T"  # (its name may hold anything)
+
+
+def give_way(niceness, pid=0):
+    """Let other processes go before this one, or another, where the system knows how.
+
+    Args:
+        niceness: how much nicer than now it becomes, of 20.
+        pid: its number; one that has ended is left alone.
+    """
+    if hasattr(os, "setpriority"):
+        with contextlib.suppress(OSError):
+            now = os.getpriority(os.PRIO_PROCESS, pid)
+            os.setpriority(os.PRIO_PROCESS, pid, now + niceness)
+
+
+def is_root():
+    """Return True if this is the user who may do everything, as far as the system has one."""
+    return hasattr(os, "geteuid") and os.geteuid() == 0
