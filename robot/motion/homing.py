@@ -6,7 +6,7 @@ and is measured on the way.
 
 import math
 
-from robot.motion.control_loop import Stalled
+from robot.motion.control_loop import Stalled, TooSlow
 from robot.motion.motor_model import STIFFNESS
 from robot.motion.motors import DEAD_MAN
 from robot.motion.online_trajectory import STOP
@@ -211,16 +211,29 @@ def _kick(clock, motor, joint, sign):
 
     Raises:
         Stalled: it does not count soon.
+        TooSlow: nor is there time to look.
     """
-    motor.engage(STIFFNESS)
-    stands, since = motor.bounds(), clock.now()
-    while motor.bounds() == stands:
-        pushed = clock.now() - since
-        if pushed > SETTING_OUT_TIME:
-            raise Stalled(motor, "it does not set out")
-        force = ROTOR_PUSH + (LINK_PUSH / joint.gear if pushed < KICK_TIME else 0.0)
+
+    def push(force):
         motor.drive(sign * math.radians(force / STIFFNESS) / joint.gear)
+
+    full = ROTOR_PUSH + LINK_PUSH / joint.gear
+    motor.engage(STIFFNESS)
+    stands = motor.bounds()
+    push(full)
+    since = looked = clock.now()  # only now: on a slow brick it takes its time to begin
+    late = 0.0
+    while True:
         clock.sleep(KICK_PERIOD)
+        if motor.bounds() != stands:
+            return
+        now = clock.now()
+        late, looked = max(late, now - looked), now
+        if now - since > SETTING_OUT_TIME:
+            if late > SETTING_OUT_TIME:
+                raise TooSlow(late)
+            raise Stalled(motor, "it does not set out")
+        push(full if now - since < KICK_TIME else ROTOR_PUSH)
 
 
 def _farthest(joint):

@@ -14,6 +14,7 @@ import pytest
 from refusals import in_one_line
 from rig import DRIVER, Shell, from_line
 
+from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.session import Fault, run
 from shared.arm_description import find_arm, read_arm
 
@@ -556,6 +557,21 @@ def test_ordered_with_a_session(moment, fault, status, capsys):
     assert out.outcome.t <= t + 1.3
     assert in_one_line(capsys.readouterr().err)
     assert not any(motor["driven"] for motor in out.motors.values())
+
+
+@pytest.mark.short("planar-0.009-0", "planar-0.03-1")
+@pytest.mark.parametrize(
+    ("name", "cost", "status"),
+    [("planar", 0.009, 0), ("planar", 0.03, 1), ("geared", 0.016, 1), ("spatial", 0.016, 1)],
+)
+def test_a_brick_that_is_slow_to_push_is_not_taken_for_a_blocked_joint(name, cost, status, capsys):
+    arm = read_arm(find_arm(name))
+    fault = Fault("slow-sysfs", cost, 7.0)
+    plant = read_plant("cpu=1,seed=1")
+    out = run(arm, DRIVER, ["home"], plant=plant, start="lost", faults=[fault])
+    said = capsys.readouterr().err
+    assert out.outcome.status == status, said
+    assert ("the brick is too slow" in said) == (status == 1)
 
 
 @pytest.mark.short("dead encoder")
