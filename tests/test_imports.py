@@ -15,7 +15,10 @@ import pytest
 from places import ROOT
 
 PACKAGES = ("robot", "shared", "laptop")
-TOP_LEVEL = {*PACKAGES, "tests", ".ci", "README.md", "pyproject.toml", "LICENSE", ".gitignore"}
+TOP_LEVEL = {
+    *(*PACKAGES, "tests", ".ci", "README.md", "pyproject.toml", "LICENSE"),
+    *(".gitattributes", ".gitignore"),
+}
 
 # What a module may import besides the standard library; the longest matching name decides. A name
 # covers everything below it.

@@ -60,6 +60,7 @@ class _File(object):
             os.makedirs(os.path.dirname(path), mode=0o700, exist_ok=True)
             self.descriptor = system.open_to_share(path)
             with self.locked():
+                os.lseek(self.descriptor, 0, os.SEEK_SET)  # what has no beginning is no file
                 begin = os.read(self.descriptor, len(_MAGIC))
                 if begin != _MAGIC or os.fstat(self.descriptor).st_size != _SIZE:
                     os.ftruncate(self.descriptor, _SIZE)

@@ -64,10 +64,10 @@ def lack(system):
         (os, "stat"), (os, "lstat"), (os, "readlink"),
     ):  # fmt: skip
         setattr(owner, name, _without_linux_files(getattr(owner, name)))
-    import multiprocessing.context as processes
+    import multiprocessing
 
-    processes.DefaultContext.get_all_start_methods = lambda self: ["spawn"]
-    processes._default_context.set_start_method("spawn")
+    multiprocessing.set_start_method("spawn")
+    multiprocessing.get_all_start_methods = lambda: ["spawn"]
 
 
 def _without_linux_files(call):
