@@ -1,6 +1,7 @@
 """What Linux, macOS and Windows have each in its own way, in one way for all; asked here alone.
 
-Rule: nobody else on the laptop's side asks which system it is, or whether it has a name.
+Rule: whoever on the laptop's side needs what not every system has asks here; but for Linux's way to
+its cameras, which is in laptop.vision.webcams.
 """
 
 import _thread
@@ -25,7 +26,7 @@ ENDING = tuple(
 """The signals by which this system asks a program to end; Ctrl-C's is the first."""
 
 STOPS_PROCESSES = hasattr(signal, "SIGSTOP")
-"""Whether a process can be stopped and sent on its way again, as a fault for tests and benches."""
+"""Whether a process can be stopped and sent on its way again, as the faults of benches are made."""
 
 OPENS_FOLDERS = hasattr(os, "O_DIRECTORY")
 """Whether a folder can be open, and locked, while it is renamed."""

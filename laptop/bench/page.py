@@ -120,8 +120,12 @@ def browser() -> Iterator[Any]:
     """A real one, without a window.
 
     Raises:
-        NoBrowser: playwright or chromium is not installed.
+        NoBrowser: playwright or chromium is not installed, or processes cannot be stopped here.
     """
+    if not system.STOPS_PROCESSES:
+        raise NoBrowser(
+            "pages are measured on Linux and macOS only: there a process can be stopped"
+        )
     names = ("chromium", "chromium-browser", "google-chrome")
     found = next(filter(None, map(shutil.which, names)), None)
     if found is None:
