@@ -30,7 +30,7 @@ NAMES = {
             getgid getgroups getloadavg getpgid getpgrp getpriority getsid getuid killpg lchown
             major minor mkfifo mknod nice openpty posix_spawn pread preadv pwrite pwritev
             register_at_fork sched_getaffinity sched_setaffinity sched_yield setpgid setpriority
-            setsid setuid statvfs sysconf wait wait3 wait4
+            setsid setuid statvfs wait wait3 wait4
             """,
     },
     "macos": {
@@ -41,7 +41,7 @@ NAMES = {
             """,
     },
 }
-"""(os.uname stays: NumPy asks it where sys.platform says linux.)"""
+"""(os.uname and os.sysconf stay: NumPy and asyncio ask them where sys.platform says linux.)"""
 MODULES = {
     "windows": "_curses curses fcntl grp pty pwd readline resource syslog termios tty uvloop",
     "macos": "",
@@ -59,25 +59,30 @@ def lack(system):
             vars(module).pop(name, None)
     for name in MODULES[system].split():
         sys.modules[name] = None
+    if hasattr(os, "process_cpu_count"):  # which asks for what is no longer there
+        os.process_cpu_count = os.cpu_count
     for owner, name in (
         (builtins, "open"), (os, "open"), (os, "listdir"), (os, "scandir"), (os, "mkdir"),
         (os, "stat"), (os, "lstat"), (os, "readlink"),
     ):  # fmt: skip
-        setattr(owner, name, _without_linux_files(getattr(owner, name)))
+        setattr(owner, name, _WithoutLinuxFiles(getattr(owner, name)))
     import multiprocessing
 
     multiprocessing.set_start_method("spawn")
     multiprocessing.get_all_start_methods = lambda: ["spawn"]
 
 
-def _without_linux_files(call):
-    def called(path=".", *args, **kwargs):
+class _WithoutLinuxFiles:
+    """A function for which Linux's own files are not there; no method where a class keeps it."""
+
+    def __init__(self, call):
+        self._call = call
+
+    def __call__(self, path=".", *args, **kwargs):
         text = path if isinstance(path, str) else ""
         if text.startswith(FILES) or any((text + "/").startswith(each + "/") for each in FOLDERS):
             raise FileNotFoundError(2, os.strerror(2), text)
-        return call(path, *args, **kwargs)
-
-    return called
+        return self._call(path, *args, **kwargs)
 
 
 def _windows():
