@@ -60,8 +60,16 @@ def test_what_nobody_waits_for_any_more_is_not_begun():
 SERVO = ("bench", "servo", "--seeds", "1000:1001", "--arm", "planar", "--method", "chain")
 
 
+@pytest.fixture
+def ctrl_c():
+    """Ctrl-C is obeyed: where the tests were started in the background it is ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_while_the_work_is_handed_out_waits_until_the_pool_has_started(number):
+def test_a_signal_while_the_work_is_handed_out_waits_until_the_pool_has_started(number, ctrl_c):
     """A pool that is stopped in mid-start fails as it is ended, by another error."""
     whole = []
 
