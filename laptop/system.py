@@ -6,7 +6,6 @@ its cameras, which is in laptop.vision.webcams.
 
 import _thread
 import contextlib
-import errno
 import os
 import signal
 import subprocess
@@ -48,8 +47,17 @@ def lock(descriptor):
 
     Returns:
         True if it is locked now; False if somebody else has locked it.
+
+    Raises:
+        OSError: there it cannot be locked at all.
     """
-    return _try(descriptor, 0) if fcntl is None else _flock(descriptor, fcntl.LOCK_EX)
+    if fcntl is None:
+        return _try(descriptor, 0)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
 
 
 def is_locked(descriptor):
@@ -58,11 +66,13 @@ def is_locked(descriptor):
         free = _try(descriptor, 0)
         if free:
             unlock_byte(descriptor, 0)
-    else:
-        free = _flock(descriptor, fcntl.LOCK_SH)
-        if free:
-            fcntl.flock(descriptor, fcntl.LOCK_UN)
-    return not free
+        return not free
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    fcntl.flock(descriptor, fcntl.LOCK_UN)
+    return False
 
 
 def lock_byte(descriptor, k, wait=False):
@@ -74,13 +84,15 @@ def lock_byte(descriptor, k, wait=False):
         wait: whether to wait until it is free.
 
     Returns:
-        True if it is locked now; False if another process has locked it.
+        True if it is locked now; False if another process has locked it, and `wait` is not given.
+
+    Raises:
+        OSError: there it cannot be locked at all.
     """
     if fcntl is not None:
-        how = fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB
         try:
-            fcntl.lockf(descriptor, how, 1, _LOCK_AT + k)
-        except OSError:
+            fcntl.lockf(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB), 1, _LOCK_AT + k)
+        except (BlockingIOError, PermissionError):  # EAGAIN or EACCES, as the system likes
             return False
         return True
     while not _try(descriptor, k):
@@ -97,14 +109,6 @@ def unlock_byte(descriptor, k):
     else:
         with _at(descriptor, k):
             msvcrt.locking(descriptor, msvcrt.LK_UNLCK, 1)
-
-
-def _flock(descriptor, how):
-    try:
-        fcntl.flock(descriptor, how | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
 
 
 def _try(descriptor, k):
@@ -136,15 +140,11 @@ def open_folder(path):
     """Return a descriptor to lock a folder by, which is no link to one.
 
     Raises:
-        OSError: there is none, or it is another user's.
+        OSError: there is none, or this user may not look into it.
     """
     if not OPENS_FOLDERS:  # a file in it stands for it
         return open_to_share(os.path.join(path, ".lock"))
-    descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    if os.fstat(descriptor).st_uid != os.getuid():
-        os.close(descriptor)
-        raise PermissionError(errno.EPERM, "another user's", path)
-    return descriptor
+    return os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
 
 
 # Processes

@@ -33,7 +33,7 @@ RULES = {
         *("numpy", "cv2", "ifaddr", "rich"),
     ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
-    "laptop.page": (*("laptop.page", *BELOW_SIMULATOR, "shared", "numpy", "cv2", "matplotlib"),),
+    "laptop.page": ("laptop.page", *BELOW_SIMULATOR, "shared", "numpy", "cv2", "matplotlib"),
     **{  # only these import what the page is made with, and only the server what serves it
         f"laptop.page.{name}": ("laptop.page", "laptop.tracking.pipeline", "shared", *libraries)
         for name, libraries in (

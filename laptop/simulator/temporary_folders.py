@@ -81,9 +81,11 @@ def _sweep_one(path):
     except OSError:  # another user's, or just removed
         return 0
     try:
-        if not system.lock(descriptor):  # its owner lives
-            return 0
+        if os.fstat(descriptor).st_uid != os.getuid() or not system.lock(descriptor):
+            return 0  # another user's, or its owner lives
         shutil.rmtree(path, ignore_errors=True)
         return 1
+    except OSError:  # one that cannot be locked
+        return 0
     finally:
         os.close(descriptor)

@@ -236,7 +236,7 @@ class Surfer:
         self.wait(self.page.locator(".verdict:visible", has_text=text))
 
     def reads(self, text):
-        self.wait(self.page.get_by_text(text).and_(self.page.locator(":visible")))
+        self.wait(self.page.get_by_text(text).first.and_(self.page.locator(":visible")))
 
     def joints(self):
         """The true ones, rad; if there is no brick yet, once it has come."""

@@ -51,17 +51,9 @@ def test_every_command_says_what_it_does(system, command, tmp_path):
 
 @SYSTEMS
 def test_a_line_is_drawn_in_a_folder_of_any_name(system, tmp_path):
-    words = (
-        "--plant",
-        "cpu=0",
-        "--out",
-        "Linie 1",
-        ROOT / "robot" / "driver.py",
-        "line",
-        "10,0",
-        "5,10",
-    )
-    status, out, errors = run(system, tmp_path, "simulate", *words)
+    options = "--plant", "cpu=0", "--out", "Linie 1"
+    line = ROOT / "robot" / "driver.py", "line", "10,0", "5,10"
+    status, out, errors = run(system, tmp_path, "simulate", *options, *line)
     assert status == 0, out + errors
     assert (tmp_path / "Jörgs Läufe" / "Linie 1" / "picture.png").is_file()
 

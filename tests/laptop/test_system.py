@@ -1,5 +1,6 @@
 """What systems have each in its own way: locks, and what becomes of processes."""
 
+import errno
 import os
 import signal
 import subprocess
@@ -11,22 +12,22 @@ from systems import lacking
 from waiting import until
 
 from laptop import system
-from laptop.system import is_stopped
+from laptop.simulator.host.pace import PacedClock
 
 
-@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="only Linux tells so")
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="only Linux tells that one is stopped")
 def test_a_process_is_stopped_from_sigstop_to_sigcont():
     child = subprocess.Popen([sys.executable, "-c", "while True: pass"])
     try:
-        assert not is_stopped(child.pid)
+        assert not system.is_stopped(child.pid)
         child.send_signal(signal.SIGSTOP)
-        until(lambda: is_stopped(child.pid), "the stop")
+        until(lambda: system.is_stopped(child.pid), "the stop")
         child.send_signal(signal.SIGCONT)
-        until(lambda: not is_stopped(child.pid), "the end of it")
+        until(lambda: not system.is_stopped(child.pid), "the end of it")
     finally:
         child.kill()
         child.wait()
-    assert not is_stopped(child.pid), "there is none"
+    assert not system.is_stopped(child.pid), "there is none"
 
 
 def test_a_file_is_locked_for_others_until_it_is_closed(tmp_path):
@@ -40,9 +41,48 @@ def test_a_file_is_locked_for_others_until_it_is_closed(tmp_path):
     os.close(other)
 
 
+@pytest.fixture
+def no_locks(monkeypatch):
+    """Files lie where none can be locked, as on some networks."""
+
+    def refuse(*args):
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr(system.fcntl, "flock", refuse)
+    monkeypatch.setattr(system.fcntl, "lockf", refuse)
+
+
+def test_where_nothing_can_be_locked_nothing_is_taken_for_locked_by_us(tmp_path, no_locks):
+    descriptor = system.open_to_share(tmp_path / "file")
+    for lock in (system.lock, lambda it: system.lock_byte(it, 0, wait=True)):
+        with pytest.raises(OSError, match="locks"):
+            lock(descriptor)
+    assert system.is_locked(descriptor)
+    os.close(descriptor)
+
+
+def test_where_nothing_can_be_locked_a_world_has_a_clock_of_its_own(tmp_path, no_locks):
+    clock = PacedClock(str(tmp_path))
+    assert clock._file.descriptor is None
+    member = clock.join("brick")
+    member.promise(clock.now() + 10)
+    clock.sleep_until(clock.now() + 0.01)
+    member.leave()
+    clock.close()
+
+
+def test_results_go_into_another_user_s_folder_that_is_open_to_us(tmp_path, monkeypatch):
+    owner = os.stat(tmp_path).st_uid
+    monkeypatch.setattr(os, "getuid", lambda: owner + 1)
+    descriptor = system.open_folder(tmp_path)
+    assert system.lock(descriptor)
+    os.close(descriptor)
+
+
 ANOTHER = """
 import sys
 from laptop import system
+from laptop.simulator.host.pace import PacedClock
 descriptor = system.open_to_share(sys.argv[1])
 print(*[int(system.lock_byte(descriptor, k)) for k in (0, 1)])
 """

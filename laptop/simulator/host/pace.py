@@ -127,7 +127,10 @@ class _File(object):
         """Return True if the process of member `k` lives."""
         if k in self.mine or self.descriptor is None:
             return k in self.mine
-        if not system.lock_byte(self.descriptor, 1 + k):
+        try:
+            if not system.lock_byte(self.descriptor, 1 + k):
+                return True
+        except OSError:
             return True
         system.unlock_byte(self.descriptor, 1 + k)
         return False
@@ -180,7 +183,7 @@ class _File(object):
             _NAME_LENGTH, b"\0"
         )
         if self.descriptor is not None:
-            system.lock_byte(self.descriptor, 1 + k)
+            system.lock_byte(self.descriptor, 1 + k, wait=True)  # nobody has it: it is free
         self.mine.add(k)
         return k
 

@@ -135,7 +135,10 @@ def alive(pid):
 
 
 @pytest.mark.short("SIGTERM")
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="reads Linux's /proc")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(),
+    reason="only Linux tells a process's children",
+)
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT], ids=lambda n: n.name)
 def test_a_bench_that_is_stopped_leaves_no_process_behind(number):
     # (Who runs the tests in a shell's background has all their processes ignore SIGINT.)

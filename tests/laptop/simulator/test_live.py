@@ -324,7 +324,7 @@ def test_a_file_that_is_something_else_is_refused(run, content):
 # What the writer may meet
 
 
-@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full to stand for a full disk")
 @pytest.mark.parametrize("kind", sorted(ODD))
 def test_whatever_has_become_of_the_file_is_said_and_a_run_takes_its_place(tmp_path, kind):
     path = str(tmp_path / FILE)

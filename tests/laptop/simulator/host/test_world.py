@@ -408,7 +408,9 @@ def test_in_realtime_an_event_asked_for_meanwhile_happens_first(paced):
     assert (verdict.reason, seen) == ("seen", ["early"])
 
 
-@pytest.mark.skipif(sys.version_info < (3, 8), reason="this Python does not tell of threads")
+@pytest.mark.skipif(
+    sys.version_info < (3, 8), reason="before Python 3.8 no thread tells its number"
+)
 def test_in_realtime_the_computing_of_the_host_takes_no_time(paced):
     def main(say):
         spent = wall.process_time() + 0.2
