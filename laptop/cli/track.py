@@ -25,14 +25,15 @@ BRICK_TIMEOUT = 1e6
 END_TIMEOUT = 5.0
 """An emulated brick that has not ended so long after it was told, s, is killed."""
 RUN_WHILE_INPUT_IS_OPEN = """
-import sys, threading
+import os, threading
 from laptop import system
 def end_with_input():
-    sys.stdin.read()
+    while os.read(0, 4096):  # (sys.stdin has a lock, which the interpreter wants at its end)
+        continue
     system.end_in_order()
 threading.Thread(target=end_with_input, daemon=True).start()
-from laptop.cli.main import main
-sys.exit(main())
+from laptop.__main__ import run
+run()
 """
 """Program that runs a command of ours, and ends with the process that holds its input open."""
 
