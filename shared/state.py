@@ -22,7 +22,8 @@
                       tracking_client                                       and code, and its key
     ARM.json          driver, visual_servoing      the same                 zero of an arm, and the
                                                                             numbers that it is of
-    live.txt          simulate --realtime          synthetic cameras        pose of the arm, ink
+    live/             simulate --realtime          synthetic cameras        pose of the arm, ink:
+                                                                            a file for each run
     clock             whoever comes first of       the same, demo           time of the emulated
                       simulate and cameras                                  world
     emulated-motors   simulate --realtime          the same                 locked by who may move
@@ -42,7 +43,7 @@ STATE, ARM, PLAN = "BRICKSERVO_STATE", "BRICKSERVO_ARM", "BRICKSERVO_PLAN"
 LOCK = "BRICKSERVO_LOCK"
 """Environment variables."""
 PAIRING_FILE, MARKERS_FILE, TRACKER_FILE = "pairing", "markers.ini", "tracker"
-LIVE_FILE, CLOCK_FILE, BRICK_FOLDER = "live.txt", "clock", "emulated-brick"
+LIVE_FOLDER, CLOCK_FILE, BRICK_FOLDER = "live", "clock", "emulated-brick"
 MOTORS_FILE = "emulated-motors"
 """Names in the state folder."""
 
