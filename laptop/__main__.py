@@ -1,14 +1,21 @@
-"""The laptop's commands: `python -m laptop demo`, `track ...`, `simulate ...`, `bench ...`."""
+"""The laptop's commands: `brickservo demo`, `track ...`, `simulate ...`, `bench ...`.
+
+In a checkout they are `python -m laptop demo`, ...
+"""
 
 import _signal  # type: ignore[import-not-found]  # `signal` takes a while to import
 import os
 import sys
+
+from shared.state import PROGRAM
 
 
 def run() -> None:
     """Run the command that was typed, and end this process with its status."""
     # While importing there is nothing to end in order.
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+    module = os.path.basename(sys.argv[0]) == os.path.basename(__file__)
+    os.environ.setdefault(PROGRAM, "python -m laptop" if module else "brickservo")
     try:
         from laptop.cli.main import main
 

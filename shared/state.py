@@ -6,6 +6,9 @@
     BRICKSERVO_ARM    people, simulate,            driver, visual_servoing, arm, its name or file;
                       demo, bench                  bench_brick, simulate,   if unset planar
                                                    demo, track
+    BRICKSERVO_PROGRAM laptop's commands           all                      what people type for
+                                                                            these; if unset
+                                                                            brickservo
     BRICKSERVO_PLAN   simulate                     driver, other scripts    file to append the
                                                                             wanted paths to;
                                                                             if unset nobody watches
@@ -41,6 +44,7 @@ import os
 
 STATE, ARM, PLAN = "BRICKSERVO_STATE", "BRICKSERVO_ARM", "BRICKSERVO_PLAN"
 LOCK = "BRICKSERVO_LOCK"
+PROGRAM = "BRICKSERVO_PROGRAM"
 """Environment variables."""
 PAIRING_FILE, MARKERS_FILE, TRACKER_FILE = "pairing", "markers.ini", "tracker"
 LIVE_FOLDER, CLOCK_FILE, BRICK_FOLDER = "live", "clock", "emulated-brick"
@@ -51,6 +55,11 @@ MOTORS_FILE = "emulated-motors"
 def state_folder():
     """Return the state folder of this user's programs; it need not exist yet."""
     return os.environ.get(STATE) or os.path.expanduser("~/.brickservo")
+
+
+def laptop_program():
+    """Return what people type for the laptop's commands, to be told what to type next."""
+    return os.environ.get(PROGRAM, "brickservo")
 
 
 def default_arm(otherwise="planar"):

@@ -25,7 +25,7 @@ from laptop import system
 from robot.motion import kinematics
 from shared.arm_description import ArmError, read_arm
 from shared.small_files import SpoiltFile, number, open_file, parse_json
-from shared.state import LIVE_FOLDER, state_folder
+from shared.state import LIVE_FOLDER, laptop_program, state_folder
 
 VERSION = 1
 SAMPLE_PERIOD = 0.005
@@ -44,7 +44,7 @@ HISTORY_LENGTH = 30.0
 
 NO_RUN = (
     "no emulated arm is running in real time, so it is shown at home; "
-    "start one: python -m laptop simulate --realtime SCRIPT"
+    "start one: {} simulate --realtime SCRIPT".format(laptop_program())
 )
 
 Pose = namedtuple("Pose", "arm q ink")
