@@ -219,10 +219,9 @@ class PoseWriter(object):
             except FileExistsError:
                 continue
             # Another run may be sweeping just now, and take it for one that nobody has locked.
-            with contextlib.suppress(FileNotFoundError):
-                if system.lock(file.fileno()) and _is_named(file, path):
-                    self.path, self._file = path, file
-                    return
+            if system.lock(file.fileno()) and system.is_named(file.fileno(), path):
+                self.path, self._file = path, file
+                return
             file.close()
 
     def _news(self):
@@ -246,31 +245,19 @@ class PoseWriter(object):
         return lines
 
     def _drop(self):
-        """Let go of the file, and remove it."""
+        """Let go of the file, which without its lock counts for nothing, and remove it."""
         self._over = True
         file, self._file = self._file, None
         if file is not None:
-            _remove(file, self.path)
-
-
-def _remove(file, path):
-    """Remove an open and locked file, and close it; without its lock it counts for nothing."""
-    try:
-        with file:
-            os.remove(path)
-    except PermissionError:  # Windows: not while it is open, be it here or with a camera
-        with contextlib.suppress(OSError):
-            os.remove(path)
-    except OSError:
-        return  # it is gone already
+            system.remove_open(self.path, file.close)
 
 
 def _sweep(path):
     """Remove the file of a run that was killed, if it can be."""
     with contextlib.suppress(OSError, SpoiltFile):
-        file = open(open_file(path), "rb")  # noqa: SIM115 (closed by _remove)
+        file = open(open_file(path), "rb")  # noqa: SIM115 (closed before it can be removed)
         if system.lock(file.fileno()):
-            _remove(file, path)
+            system.remove_open(path, file.close)
         else:
             file.close()
 
@@ -282,10 +269,6 @@ def _is_alive(path):
             return system.is_locked(file.fileno())
     except (FileNotFoundError, SpoiltFile):
         return False
-
-
-def _is_named(file, path):
-    return os.path.samestat(os.fstat(file.fileno()), os.stat(path))
 
 
 def _line(sample):
@@ -352,7 +335,7 @@ class PoseReader(object):
         """Follow the newest run that lives, if it is not the one that is followed."""
         for path in run_files(self._folder):
             try:
-                if self._file is not None and _is_named(self._file, path):
+                if self._file is not None and system.is_named(self._file.fileno(), path):
                     return
                 there = os.stat(path)
                 # A file that was refused stays so; its name may come back with another one.
