@@ -24,6 +24,7 @@ from waiting import PATIENCE, until
 
 from laptop.cli.main import laptop
 from laptop.page import run_states
+from laptop.simulator.device.sensor_kinds import KINDS
 from laptop.tracking import announcements
 from robot import api
 from shared import state
@@ -541,3 +542,10 @@ def test_the_help_of_a_script_ends_with_two_examples(name, capsys):
     assert title == "examples:"
     for example in (one, other):
         assert re.match(rf"  {name}\.py \S", example)
+
+
+def test_every_sensor_and_all_that_it_measures_is_told():
+    text = (ROOT / "laptop" / "simulator" / "README.md").read_text("utf-8")
+    told = set(re.findall(r"[\w-]+", text.partition("## Sensors")[2].partition("\n## ")[0]))
+    for name, kind in KINDS.items():
+        assert {name, kind.driver, *kind.quantities} <= told, name

@@ -23,6 +23,7 @@ from laptop.cli.options import ON_THE_BRICK, FiniteRange, importing
 from laptop.simulator import measured_brick, session
 from laptop.simulator.device.buttons import LATEST, read_press
 from laptop.simulator.device.plant_constants import TABLE, read_plant
+from laptop.simulator.device.sensor_orders import listing, read_sensors
 from laptop.simulator.host.pace import BUSY
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
@@ -49,7 +50,7 @@ PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
 
 @click.command(
     context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
-    epilog=f"Plant constants: {TABLE.listing()}.{EXAMPLES}",
+    epilog=f"Sensors: {listing()}.\n\nPlant constants: {TABLE.listing()}.{EXAMPLES}",
 )
 @ON_THE_BRICK
 @click.option("--plant", "plant_text", default="", metavar="KEY=VALUE,...", help="See below.")
@@ -99,6 +100,15 @@ PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
     help="A motor (large or medium) that moves nothing; at the pen's port it replaces the pen.",
 )
 @click.option(
+    "--sensor",
+    "sensors",
+    multiple=True,
+    metavar="PORT=KIND[:VALUES]",
+    help="A sensor at an input, with its values over time: in2=ultrasonic:12..80/5s goes to and "
+    "fro, in3=color:white:black@2 changes at 2 s, in4=gyro:turns.csv follows a file; a touch "
+    "sensor is where nothing is said.",
+)
+@click.option(
     "--timeout",
     type=FiniteRange(0, LATEST, min_open=True),
     default=600.0,
@@ -129,6 +139,7 @@ def simulate(
     faults: tuple[str, ...],
     start: str,
     plug: tuple[str, ...],
+    sensors: tuple[str, ...],
     timeout: float,
     scene: str | None,
     pictured: bool | None,
@@ -163,6 +174,7 @@ def simulate(
             "start": start,
             "realtime": realtime,
             "timeout": timeout,
+            "sensors": read_sensors(sensors),
             "watched": None if scene is None else _watched(scene, arm, realtime),
         }
         ordered = [
@@ -193,6 +205,7 @@ def simulate(
     summary = _summary(script, args, arm, plant_text, run, measures)
     summary["cpu"] = plant["cpu"]
     summary["constants"] = constants_file
+    summary["sensors"] = list(sensors)
     summary["measured"] = measured
     late = [words for words, t in ordered if t > run.outcome.t]
     summary["never_came"] = late

@@ -18,6 +18,7 @@ from laptop.simulator import temporary_folders
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.buttons import LATEST
 from laptop.simulator.device.peripherals import Peripherals
+from laptop.simulator.device.sensor_scene import scene_of
 from laptop.simulator.host.linux import Signals
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.runner import run_script
@@ -194,6 +195,7 @@ def run(
     realtime=False,
     timeout=600.0,
     watched=None,
+    sensors=None,
 ):
     """Run `script` on an emulated brick that carries `arm`.
 
@@ -208,12 +210,14 @@ def run(
         watched: `watched(brick)` gives a context manager for a tracker's `port` on this machine
             its `code` and `key`, and its `pictures` (PictureFaults) by camera in `frames`; the
             script finds it as one that it remembers.
+        sensors: port -> SensorOrder; None: a touch sensor at each.
 
     Returns:
         SimulationResult.
 
     Raises:
         InvalidSimulationOption: a fault for a port without a motor, or an impossible start.
+        BadSensor, BadPress: a sensor that sees what is not there, no touch sensor to press.
     """
     q, homed = read_start(start, arm)
     with contextlib.ExitStack() as stack:
@@ -234,7 +238,13 @@ def run(
             brick,
             script,
             args,
-            Peripherals(world, brick.sysfs, voltage=lambda: brick.plant.plant["voltage"]),
+            Peripherals(
+                world,
+                brick.sysfs,
+                voltage=lambda: brick.plant.plant["voltage"],
+                sensors=sensors,
+                scene=scene_of(brick),
+            ),
             presses,
             timeout=timeout,
             **ordered,

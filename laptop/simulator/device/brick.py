@@ -8,7 +8,6 @@ from laptop.simulator.device.plant_constants import at_port, read_plant
 from laptop.simulator.device.sysfs import Sysfs
 from laptop.simulator.device.tacho_motor import DRIVER, TICK, TachoMotor
 from laptop.simulator.host.processor import ACCESS_TIME
-from robot.motion import kinematics
 
 STEP = 0.001
 """Step of the physics, s."""
@@ -111,7 +110,7 @@ class EmulatedBrick(object):
     def _sample(self):
         q = self.plant.q
         if q != self._tip_at:  # mostly it stands
-            self._tip_at, self._tip = q, (tuple(kinematics.forward(self.arm, q)) + (None,))[:3]
+            self._tip_at, self._tip = q, self.plant.tip()
         x, y, z = self._tip
         self.record.append(MotionSample(self._steps * STEP, q, x, y, z, int(self.plant.pen_down)))
 

@@ -85,6 +85,10 @@ class ArmPlant(object):
         """The TRUE joint angles (of the links), rad."""
         return tuple([link.angle for link in self._links])
 
+    def tip(self):
+        """The TRUE tip, cm: x, y and z, which is None in the plane."""
+        return (tuple(kinematics.forward(self.arm, self.q)) + (None,))[:3]
+
     def step(self, h):
         """Advance everything by `h` seconds."""
         pen = self._pen

@@ -35,10 +35,12 @@ class Attribute(object):
         """Nothing is buffered."""
 
     def read(self, size=-1):
-        """One access: the attribute's text and a newline, bytes."""
+        """One access: the attribute's text and a newline, or the bytes that it is of; bytes."""
         self.sysfs.touch()
         self.seen = getattr(self.device, "notifications", 0)
-        data = (self.device.read(self.name) + "\n").encode()
+        data = self.device.read(self.name)
+        if not isinstance(data, bytes):
+            data = (data + "\n").encode()
         return data if size < 0 else data[:size]
 
     def write(self, value):
@@ -97,8 +99,9 @@ class Sysfs(object):
 
         Args:
             discovery: file name -> text, what the library's search reads.
-            device: has `read(attribute) -> str` and `write(attribute, str)`, both raising OSError,
-                and `notifications`, an int that rises whenever poll() should wake.
+            device: has `read(attribute) -> str`, or bytes of what is no text, and
+                `write(attribute, str)`, both raising OSError, and `notifications`, an int that
+                rises whenever poll() should wake.
         """
         self._devices[(class_name, device_name)] = device
         self._discovery[(class_name, device_name)] = discovery

@@ -319,6 +319,21 @@ print("turned", 350 < motor.position < 380)
     assert "turned True" in result.output, result.output
 
 
+def test_a_sensor_with_values_over_time(simulate, script):
+    source = """
+import time
+from ev3dev2.sensor.lego import ColorSensor, UltrasonicSensor
+colour, sonar = ColorSensor("in3"), UltrasonicSensor("in2")
+print(colour.color_name, int(sonar.distance_centimeters))
+time.sleep(2.5)
+print(colour.color_name, int(sonar.distance_centimeters))
+"""
+    orders = ("in2=ultrasonic:12..80/5s", "in3=color:white:black@2")
+    result = simulate("--sensor", orders[0], "--sensor", orders[1], script(source))
+    assert result.output.splitlines()[:2] == ["White 12", "Black 46"], result.output
+    assert json.loads((result.out / "summary.json").read_text())["sensors"] == list(orders)
+
+
 # The arm's zero
 
 
@@ -490,6 +505,11 @@ def test_a_number_that_is_none_is_out_of_range(simulate, script, option, value):
         (["--press", "\x1b[31menter@1"], ["enter@1"]),
         (["--plug", "E=large"], ["E=large"]),
         (["--plug", "D=huge"], ["D=huge"]),
+        (["--sensor", "in2=sonar"], ["in2=sonar", "ultrasonic"]),
+        (["--sensor", "in2=gyro:wrist"], ["angle = wrist"]),
+        (["--sensor", "in2=gyro:base"], ["no base", "elbow"]),
+        (["--sensor", "in2=gyro", "--sensor", "in2=touch"], ["in2=touch", "has one already"]),
+        (["--sensor", "in2=gyro", "--press", "touch:in2@1"], ["touch:in2", "in2 gyro"]),
         (["--press", "trigger@2"], ["trigger"]),
         (["--press", "enter"], ["enter"]),
         (["--start", "upside-down"], ["upside-down", "home", "lost"]),

@@ -1,0 +1,315 @@
+"""Emulated sensors and the input ports that they are plugged into, as their drivers show them.
+
+Rule: a mode gives its own values only.  What the world does to a sensor stays with the plug,
+whatever driver the port has loaded for it.
+"""
+
+import errno
+import os
+import random
+import struct
+
+from laptop.simulator.device.attribute_devices import Device, invalid
+from laptop.simulator.device.buttons import INPUTS
+from laptop.simulator.device.sensor_kinds import BY_CHANNEL, CHANNELS, GENERIC, KINDS, generic
+from laptop.simulator.device.sensor_orders import NONE
+from laptop.simulator.device.signals import constant
+
+SWITCH_TIME = {"ev3-uart": 0.02}
+"""Time of a change of mode by how a sensor is connected, s; in no time where nothing is said."""
+
+DETECTION_TIME = 0.5
+"""Time until the brick has found out what is plugged in, s."""
+
+NOISE_PERIOD = 0.01
+"""Time for which noise stays what it is, s."""
+
+AUTO, NXT_ANALOG = "auto", "nxt-analog"
+PORT_MODES = (
+    AUTO, NXT_ANALOG, "nxt-color", "nxt-i2c", "other-i2c", "ev3-analog", "ev3-uart", "other-uart",
+    "raw",
+)  # fmt: skip
+
+RESET_GYRO = "\x11"
+"""What a gyro takes by `direct` to set its angle to 0."""
+
+PACKED = {"s8": "b", "u8": "B", "s16": "h", "u16": "H", "s32": "i"}
+
+
+def _error(number):
+    return OSError(number, os.strerror(number))
+
+
+class Measuring(object):
+    """All that one plugged sensor could measure, whatever driver reads it.
+
+    Args:
+        world: whose clock it goes by.
+        order: SensorOrder.
+        scene: `scene(word, place)` gives an object with `value(t)` and `slope(t)` of what the
+            emulated world has there; place: key -> cm.
+
+    Attributes:
+        pressed: whether a hand presses it.
+    """
+
+    def __init__(self, world, order, scene):
+        self._world = world
+        self._name = order.port
+        self.pressed = False
+        signals = dict(order.quantities)
+        place = {key: signals[key].value(0.0) if key in signals else 0.0 for key in "xyz"}
+        for key, signal in signals.items():
+            if isinstance(signal, str):
+                signals[key] = scene(signal, place)
+        self._given = set(signals)
+        for key, quantity in KINDS[order.kind].quantities.items():
+            by_channel = [channel + "." + key for channel in CHANNELS]
+            for each in by_channel if key in BY_CHANNEL else [key]:
+                signals.setdefault(each, constant(quantity.default))
+        self._signals = signals
+        self._origins = {}
+
+    def given(self, key):
+        """Return True if somebody has said what it is."""
+        return key in self._given
+
+    def __call__(self, key):
+        """Return a quantity now."""
+        if key == "pressed" and self.pressed:
+            return 1
+        return self._signals[key].value(self._world.now())
+
+    def rate(self, key):
+        """Return how fast an angle changes now, deg/s."""
+        rate = self._signals[key].slope(self._world.now())
+        return rate + self("rate") if key == "angle" else rate
+
+    def turned(self, key):
+        """Return how far it has turned since the origin was set, deg."""
+        return self._turned(key) - self._origins.get(key, 0.0)
+
+    def _turned(self, key):
+        t = self._world.now()
+        angle = self._signals[key].value(t)
+        return angle + self._signals["rate"].integral(t) if key == "angle" else angle
+
+    def set_origin(self):
+        """Let all angles count from here."""
+        for key in {"angle", "tilt"} & set(self._signals):
+            self._origins[key] = self._turned(key)
+
+    def noise(self):
+        """Return the noise of a value now: the same for anybody who asks at the same time."""
+        sigma = self("noise") if "noise" in self._signals else 0.0
+        if not sigma:
+            return 0.0
+        period = int(self._world.now() / NOISE_PERIOD)
+        return random.Random("{}/{}".format(self._name, period)).gauss(0.0, sigma)
+
+
+class EmulatedSensor(Device):
+    """A lego-sensor.
+
+    Args:
+        world: whose clock a change of mode takes its time on.
+        port: name of the input.
+        kind: Kind.
+        measuring: Measuring.
+    """
+
+    def __init__(self, world, port, kind, measuring):
+        address = "ev3-ports:" + port + (":i2c1" if kind.connection == "nxt-i2c" else "")
+        super(EmulatedSensor, self).__init__(
+            {
+                "address": address,
+                "driver_name": kind.driver,
+                "modes": " ".join(mode.name for mode in kind.modes),
+                "fw_version": "V1.0" if kind.connection == "nxt-i2c" else "",
+            }
+        )
+        self._world = world
+        self._kind = kind
+        self._measuring = measuring
+        self._poll_ms = 100 if kind.connection == "nxt-i2c" else None
+        self.unplugged = False
+        self._enter(kind.modes[0])
+
+    def _enter(self, mode):
+        self._mode = mode
+        self._measuring.set_origin()
+        self._kept = None
+        self._kept = self._raw() if mode.single else None
+
+    def _raw(self):
+        """The values as whole numbers, in units of their last decimal."""
+        if self._kept is not None:
+            return self._kept
+        mode = self._mode
+        values = [min(mode.highest, max(mode.lowest, v)) for v in mode.measure(self._measuring)]
+        return [int(round(value * 10**mode.decimals)) for value in values]
+
+    def read(self, attribute):
+        """Return the attribute's text, or bytes."""
+        self._check_plugged()
+        mode = self._mode
+        if attribute.startswith("value") and attribute[5:].isdigit():
+            number = int(attribute[5:])
+            if number >= mode.count:
+                raise _error(errno.ENXIO)
+            return str(self._raw()[number])
+        if attribute == "bin_data":
+            return struct.pack("<{}{}".format(mode.count, PACKED[mode.format]), *self._raw())
+        now = {
+            "mode": mode.name,
+            "decimals": mode.decimals,
+            "num_values": mode.count,
+            "units": mode.units,
+            "bin_data_format": mode.format,
+        }
+        if attribute in now:
+            return str(now[attribute])
+        if attribute == "poll_ms" and self._poll_ms is not None:
+            return str(self._poll_ms)
+        if attribute in ("poll_ms", "commands", "text_value", "direct"):
+            raise _error(errno.EOPNOTSUPP)
+        return super(EmulatedSensor, self).read(attribute)
+
+    def write(self, attribute, value):
+        """Set the attribute."""
+        self._check_plugged()
+        if attribute == "mode":
+            self._switch(value)
+        elif attribute == "poll_ms" and self._poll_ms is not None:
+            if not value.isdigit():
+                raise invalid()
+            self._poll_ms = int(value)
+        elif attribute == "direct" and self._kind.connection == "ev3-uart":
+            # Of what can be said to a sensor directly only this is known here.
+            if self._kind is KINDS["gyro"] and value == RESET_GYRO:
+                self._measuring.set_origin()
+        elif attribute in ("poll_ms", "direct", "command"):
+            raise _error(errno.EOPNOTSUPP)
+        else:
+            super(EmulatedSensor, self).write(attribute, value)
+
+    def _switch(self, name):
+        modes = {mode.name: mode for mode in self._kind.modes}
+        if name not in modes:
+            raise invalid()
+        if modes[name].measure is None:  # it resets itself in the end, and never answers
+            raise _error(errno.ETIMEDOUT)
+        self._world.sleep(SWITCH_TIME.get(self._kind.connection, 0.0))
+        self._check_plugged()
+        self._enter(modes[name])
+
+    def _check_plugged(self):
+        if self.unplugged:
+            raise _error(errno.ENODEV)
+
+
+class InputPort(Device):
+    """A lego-port: what is plugged into one input, and the driver that is loaded for it.
+
+    Args:
+        world: whose clock the detection takes its time on.
+        sysfs: where the sensor is found.
+        order: SensorOrder of what is plugged in.
+        scene: see Measuring.
+
+    Attributes:
+        kind: a key of KINDS, or "none".
+        measuring: Measuring; None where nothing is plugged in.
+    """
+
+    def __init__(self, world, sysfs, order, scene):
+        super(InputPort, self).__init__(
+            {
+                "address": "ev3-ports:" + order.port,
+                "driver_name": "ev3-input-port",
+                "modes": " ".join(PORT_MODES),
+            }
+        )
+        self._world = world
+        self._sysfs = sysfs
+        self._port = order.port
+        self.kind = order.kind
+        self.measuring = None if self.kind == NONE else Measuring(world, order, scene)
+        self._device = None  # name and EmulatedSensor of what is loaded
+        self._loads = 0
+        self._due = None
+        self._mode = AUTO
+        # What only people can tell the brick they have told it before.
+        if self.kind != NONE and KINDS[self.kind].connection == NXT_ANALOG:
+            self._mode = NXT_ANALOG
+        self._load(None if self.kind == NONE else KINDS[self.kind])
+
+    @property
+    def plugged(self):
+        """The Kind that is plugged in; None if there is none."""
+        return None if self.kind == NONE else KINDS[self.kind]
+
+    def _load(self, kind):
+        """Load the driver of a Kind, in place of what was loaded; None: none."""
+        if self._device is not None:
+            name, sensor = self._device
+            sensor.unplugged = True
+            self._sysfs.remove("lego-sensor", name)
+            self._device = None
+        if kind is None:
+            return
+        sensor = EmulatedSensor(self._world, self._port, kind, self.measuring)
+        found = {key: sensor.constants[key] for key in ("address", "driver_name")}
+        # As the system does, a device that comes anew gets a number that none has had.
+        number = INPUTS.index(self._port) + len(INPUTS) * self._loads
+        self._loads += 1
+        self._device = "sensor{}".format(number), sensor
+        self._sysfs.add("lego-sensor", self._device[0], found, sensor)
+
+    def read(self, attribute):
+        """Return the attribute's text."""
+        if attribute == "mode":
+            return self._mode
+        if attribute == "status":
+            if self._mode != AUTO:
+                return self._mode
+            return self.plugged.connection if self._device else "no-sensor"
+        return super(InputPort, self).read(attribute)
+
+    def write(self, attribute, value):
+        """Set the attribute."""
+        if attribute == "mode":
+            if value not in PORT_MODES:
+                raise invalid()
+            self._mode = value
+            self._detect_later()
+        elif attribute == "set_device":
+            self._set_device(value)
+        else:
+            super(InputPort, self).write(attribute, value)
+
+    def _detect_later(self):
+        """Take the sensor away; it comes again where the port's mode is for such ones."""
+        self._load(None)
+        kind = self.plugged
+        if self._due is not None:
+            self._world.cancel(self._due)
+            self._due = None
+        if self._mode == NXT_ANALOG:  # this mode asks nobody
+            self._load(kind and kind.volts and generic(kind))
+        elif kind is not None and self._mode in (AUTO, kind.connection):
+            found = generic(kind) if kind.volts else kind
+            self._due = self._world.at(
+                self._world.now() + DETECTION_TIME, lambda: self._load(found)
+            )
+
+    def _set_device(self, driver):
+        kind = self.plugged
+        if self.read("status") != NXT_ANALOG:
+            raise _error(errno.EOPNOTSUPP)
+        if kind is None or not kind.volts:
+            self._load(None)
+        elif driver in (kind.driver, GENERIC):
+            self._load(kind if driver == kind.driver else generic(kind))
+        else:  # a driver of something else, which reads nonsense, or of nothing
+            self._load(None)
