@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from laptop.cli.options import ON_THE_BRICK, importing, on_the_page
+from laptop.cli.options import importing, on_the_brick, on_the_page
 from laptop.simulator.host.process_exit import BUSY
 from shared.arm_description import ArmError
 
@@ -23,7 +23,7 @@ class TryLater(click.ClickException):
 @click.command(
     epilog="\b\nExamples:\n  python -m laptop demo\n  python -m laptop demo --arm spatial --seed 7"
 )
-@ON_THE_BRICK
+@on_the_brick()
 @click.option(
     "--seed",
     type=click.IntRange(0, 2**31 - 1),

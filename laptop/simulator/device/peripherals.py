@@ -14,9 +14,9 @@ import os
 from laptop.simulator.device.attribute_devices import EmulatedBattery, Led, invalid
 from laptop.simulator.device.brick_programs import BrickPrograms
 from laptop.simulator.device.buttons import INPUTS, BadPress, ButtonPanel, EventFile
+from laptop.simulator.device.ports import InputPort
 from laptop.simulator.device.screen import Screen
 from laptop.simulator.device.sensor_orders import TOUCH_KINDS, read_sensors
-from laptop.simulator.device.sensors import InputPort
 
 LEDS = ("led0:red:brick-status", "led0:green:brick-status",
         "led1:red:brick-status", "led1:green:brick-status")  # fmt: skip

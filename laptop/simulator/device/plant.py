@@ -70,10 +70,8 @@ class ArmPlant(object):
         return Drive(motor, self.plant["voltage"], ratio, link, angle)
 
     def add_bare_motor(self, port, kind):
-        """Plug in a motor that moves nothing; at the pen's port it leaves the pen lifted."""
+        """Plug in a motor that moves nothing."""
         self.drives[port] = self._drive(port, kind, 1.0, None, 0.0)
-        if self.arm.pen and port == self.arm.pen.port:
-            self._pen = None
 
     @property
     def weighs(self):

@@ -39,7 +39,12 @@ def scene_of(brick):
         links = {} if brick.arm is None else _links(brick)
         if word in links:
             return _turning(links[word])
-        has = ([TIP] if brick.arm is not None else []) + sorted(links)
+        rolls = brick.arm is None and brick.plant.wheels is not None
+        if rolls and word == ROBOT:
+            return _heading(brick.plant)
+        if rolls and word == WALL:
+            return _wall(brick.plant, place)
+        has = [TIP] + sorted(links) if brick.arm is not None else rolls and [ROBOT, WALL] or []
         raise BadSensor(
             "sensor: there is no {} for it to see here; write a value, or one of {}".format(
                 word, ", ".join(has) or "nothing: this brick has neither arm nor wheels"
@@ -56,6 +61,24 @@ def _tip(plant, place):
         x, y, z = plant.tip()
         across = math.hypot(x - place["x"], y - place["y"])
         return math.hypot(across, (z or 0.0) - place["z"])
+
+    return _Seen(distance)
+
+
+def _heading(plant):
+    """Angle and rate of the robot, deg, clockwise as seen from above."""
+    return _Seen(lambda: -math.degrees(plant.heading), lambda: -math.degrees(plant.turning))
+
+
+def _wall(plant, place):
+    """Distance of the robot, the way it looks, to a wall across at the place's x, cm."""
+
+    def distance():
+        x, _, _ = plant.tip()
+        ahead = place["x"] - x
+        towards = math.cos(plant.heading)
+        # Beside a wall, or looking away from it, there is nothing to hear.
+        return ahead / towards if ahead * towards > 0 else math.inf
 
     return _Seen(distance)
 

@@ -1,4 +1,4 @@
-"""Emulated sensors and the input ports that they are plugged into, as their drivers show them.
+"""Emulated sensors, as their drivers show them.
 
 Rule: a mode gives its own values only.  What the world does to a sensor stays with the plug,
 whatever driver the port has loaded for it.
@@ -10,25 +10,14 @@ import random
 import struct
 
 from laptop.simulator.device.attribute_devices import Device, invalid
-from laptop.simulator.device.buttons import INPUTS
-from laptop.simulator.device.sensor_kinds import BY_CHANNEL, CHANNELS, GENERIC, KINDS, generic
-from laptop.simulator.device.sensor_orders import NONE
+from laptop.simulator.device.sensor_kinds import BY_CHANNEL, CHANNELS, KINDS
 from laptop.simulator.device.signals import constant
 
 SWITCH_TIME = {"ev3-uart": 0.02}
 """Time of a change of mode by how a sensor is connected, s; in no time where nothing is said."""
 
-DETECTION_TIME = 0.5
-"""Time until the brick has found out what is plugged in, s."""
-
 NOISE_PERIOD = 0.01
 """Time for which noise stays what it is, s."""
-
-AUTO, NXT_ANALOG = "auto", "nxt-analog"
-PORT_MODES = (
-    AUTO, NXT_ANALOG, "nxt-color", "nxt-i2c", "other-i2c", "ev3-analog", "ev3-uart", "other-uart",
-    "raw",
-)  # fmt: skip
 
 RESET_GYRO = "\x11"
 """What a gyro takes by `direct` to set its angle to 0."""
@@ -36,7 +25,8 @@ RESET_GYRO = "\x11"
 PACKED = {"s8": "b", "u8": "B", "s16": "h", "u16": "H", "s32": "i"}
 
 
-def _error(number):
+def error(number):
+    """Return the system's error of that number."""
     return OSError(number, os.strerror(number))
 
 
@@ -156,7 +146,7 @@ class EmulatedSensor(Device):
         if attribute.startswith("value") and attribute[5:].isdigit():
             number = int(attribute[5:])
             if number >= mode.count:
-                raise _error(errno.ENXIO)
+                raise error(errno.ENXIO)
             return str(self._raw()[number])
         if attribute == "bin_data":
             return struct.pack("<{}{}".format(mode.count, PACKED[mode.format]), *self._raw())
@@ -172,7 +162,7 @@ class EmulatedSensor(Device):
         if attribute == "poll_ms" and self._poll_ms is not None:
             return str(self._poll_ms)
         if attribute in ("poll_ms", "commands", "text_value", "direct"):
-            raise _error(errno.EOPNOTSUPP)
+            raise error(errno.EOPNOTSUPP)
         return super(EmulatedSensor, self).read(attribute)
 
     def write(self, attribute, value):
@@ -189,7 +179,7 @@ class EmulatedSensor(Device):
             if self._kind is KINDS["gyro"] and value == RESET_GYRO:
                 self._measuring.set_origin()
         elif attribute in ("poll_ms", "direct", "command"):
-            raise _error(errno.EOPNOTSUPP)
+            raise error(errno.EOPNOTSUPP)
         else:
             super(EmulatedSensor, self).write(attribute, value)
 
@@ -198,118 +188,11 @@ class EmulatedSensor(Device):
         if name not in modes:
             raise invalid()
         if modes[name].measure is None:  # it resets itself in the end, and never answers
-            raise _error(errno.ETIMEDOUT)
+            raise error(errno.ETIMEDOUT)
         self._world.sleep(SWITCH_TIME.get(self._kind.connection, 0.0))
         self._check_plugged()
         self._enter(modes[name])
 
     def _check_plugged(self):
         if self.unplugged:
-            raise _error(errno.ENODEV)
-
-
-class InputPort(Device):
-    """A lego-port: what is plugged into one input, and the driver that is loaded for it.
-
-    Args:
-        world: whose clock the detection takes its time on.
-        sysfs: where the sensor is found.
-        order: SensorOrder of what is plugged in.
-        scene: see Measuring.
-
-    Attributes:
-        kind: a key of KINDS, or "none".
-        measuring: Measuring; None where nothing is plugged in.
-    """
-
-    def __init__(self, world, sysfs, order, scene):
-        super(InputPort, self).__init__(
-            {
-                "address": "ev3-ports:" + order.port,
-                "driver_name": "ev3-input-port",
-                "modes": " ".join(PORT_MODES),
-            }
-        )
-        self._world = world
-        self._sysfs = sysfs
-        self._port = order.port
-        self.kind = order.kind
-        self.measuring = None if self.kind == NONE else Measuring(world, order, scene)
-        self._device = None  # name and EmulatedSensor of what is loaded
-        self._loads = 0
-        self._due = None
-        self._mode = AUTO
-        # What only people can tell the brick they have told it before.
-        if self.kind != NONE and KINDS[self.kind].connection == NXT_ANALOG:
-            self._mode = NXT_ANALOG
-        self._load(None if self.kind == NONE else KINDS[self.kind])
-
-    @property
-    def plugged(self):
-        """The Kind that is plugged in; None if there is none."""
-        return None if self.kind == NONE else KINDS[self.kind]
-
-    def _load(self, kind):
-        """Load the driver of a Kind, in place of what was loaded; None: none."""
-        if self._device is not None:
-            name, sensor = self._device
-            sensor.unplugged = True
-            self._sysfs.remove("lego-sensor", name)
-            self._device = None
-        if kind is None:
-            return
-        sensor = EmulatedSensor(self._world, self._port, kind, self.measuring)
-        found = {key: sensor.constants[key] for key in ("address", "driver_name")}
-        # As the system does, a device that comes anew gets a number that none has had.
-        number = INPUTS.index(self._port) + len(INPUTS) * self._loads
-        self._loads += 1
-        self._device = "sensor{}".format(number), sensor
-        self._sysfs.add("lego-sensor", self._device[0], found, sensor)
-
-    def read(self, attribute):
-        """Return the attribute's text."""
-        if attribute == "mode":
-            return self._mode
-        if attribute == "status":
-            if self._mode != AUTO:
-                return self._mode
-            return self.plugged.connection if self._device else "no-sensor"
-        return super(InputPort, self).read(attribute)
-
-    def write(self, attribute, value):
-        """Set the attribute."""
-        if attribute == "mode":
-            if value not in PORT_MODES:
-                raise invalid()
-            self._mode = value
-            self._detect_later()
-        elif attribute == "set_device":
-            self._set_device(value)
-        else:
-            super(InputPort, self).write(attribute, value)
-
-    def _detect_later(self):
-        """Take the sensor away; it comes again where the port's mode is for such ones."""
-        self._load(None)
-        kind = self.plugged
-        if self._due is not None:
-            self._world.cancel(self._due)
-            self._due = None
-        if self._mode == NXT_ANALOG:  # this mode asks nobody
-            self._load(kind and kind.volts and generic(kind))
-        elif kind is not None and self._mode in (AUTO, kind.connection):
-            found = generic(kind) if kind.volts else kind
-            self._due = self._world.at(
-                self._world.now() + DETECTION_TIME, lambda: self._load(found)
-            )
-
-    def _set_device(self, driver):
-        kind = self.plugged
-        if self.read("status") != NXT_ANALOG:
-            raise _error(errno.EOPNOTSUPP)
-        if kind is None or not kind.volts:
-            self._load(None)
-        elif driver in (kind.driver, GENERIC):
-            self._load(kind if driver == kind.driver else generic(kind))
-        else:  # a driver of something else, which reads nonsense, or of nothing
-            self._load(None)
+            raise error(errno.ENODEV)
