@@ -25,6 +25,7 @@ from laptop.simulator import measured_brick, session
 from laptop.simulator.device.buttons import LATEST, read_press
 from laptop.simulator.device.plant_constants import TABLE, read_plant
 from laptop.simulator.device.sensor_orders import listing, read_sensors
+from laptop.simulator.device.sensor_scene import LINE, line_points
 from laptop.simulator.device.wheels import TABLE as WHEELS
 from laptop.simulator.host.pace import BUSY
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
@@ -362,11 +363,13 @@ def _write(
     from laptop.reporting import line_accuracy
 
     title = " ".join([summary["script"], *summary["args"]])
+    sensors = summary["sensors"]
 
     def draw_robot(file: str) -> None:
         from laptop.reporting import robot_plot
 
-        robot_plot.write_robot_plot(file, run.record, title)
+        seen = any(LINE in order.quantities.values() for order in read_sensors(sensors).values())
+        robot_plot.write_robot_plot(file, run.record, title, line_points() if seen else ())
 
     def draw(file: str, axes: str = "xy") -> None:
         from laptop.reporting import (
@@ -453,5 +456,6 @@ def _report(summary: dict, took: float) -> str:
         )
     driven = [port for port, motor in summary["motors"].items() if motor["driven"]]
     modes = ", ".join(f"{port} {motor['mode']}" for port, motor in summary["motors"].items())
+    modes = modes or "none is plugged in; --plug A=large plugs one in"
     lines.append(f"STILL DRIVEN: {', '.join(driven)} ({modes})" if driven else f"motors: {modes}")
     return "\n".join(lines)

@@ -16,6 +16,7 @@ from laptop.reporting.line_plot import (
     INK,
     QUIET,
     SHEET,
+    TRAVEL,
     WANTED,
     WIDTH,
     new_figure,
@@ -26,7 +27,12 @@ LEAST_SPAN = 20.0
 """Least width and height of what is shown, cm."""
 
 
-def write_robot_plot(file: str | os.PathLike[str], rows: Sequence[Any], title: str) -> None:
+def write_robot_plot(
+    file: str | os.PathLike[str],
+    rows: Sequence[Any],
+    title: str,
+    line: Sequence[Sequence[float]] = (),
+) -> None:
     """Write the picture of a robot's run as PNG, 1600 x 1000 px.
 
     Args:
@@ -34,6 +40,7 @@ def write_robot_plot(file: str | os.PathLike[str], rows: Sequence[Any], title: s
         rows: the record, see `laptop.reporting.line_accuracy`; the last of the angles is where the
             robot looks, rad, counter-clockwise from x.
         title: one line.
+        line: points (x, y) of the line on the floor, cm; none if there is none.
 
     Raises:
         OSError: as the system says it; the file may then be there in part.
@@ -42,7 +49,7 @@ def write_robot_plot(file: str | os.PathLike[str], rows: Sequence[Any], title: s
         figure.text(SHEET[0], 0.975, title, va="top", size=11, color=INK, weight="bold")
         note = "The TRUE way of the emulated robot: the middle between its wheels."
         figure.text(SHEET[0], 0.018, note, size=8, color=QUIET)
-        _draw_way(figure.add_axes(SHEET), rows)
+        _draw_way(figure.add_axes(SHEET), rows, line)
         left, bottom, width, height = COLUMN
         upper = figure.add_axes((left, bottom + 0.55 * height, width, 0.45 * height))
         lower = figure.add_axes((left, bottom, width, 0.4 * height))
@@ -54,15 +61,19 @@ def write_robot_plot(file: str | os.PathLike[str], rows: Sequence[Any], title: s
     Path(file).write_bytes(picture)
 
 
-def _draw_way(axes: Axes, rows: Sequence[Any]) -> None:
+def _draw_way(axes: Axes, rows: Sequence[Any], line: Sequence[Sequence[float]]) -> None:
     xs, ys = [row.x for row in rows], [row.y for row in rows]
+    if len(line):
+        axes.plot(*zip(*line, strict=True), color=TRAVEL, lw=6, zorder=0, label="line on the floor")
     axes.plot(xs, ys, color=INK, lw=2.0, solid_capstyle="round", label="way")
     axes.plot(xs[0], ys[0], "o", color=WANTED, ms=7, label="start")
-    span = max(LEAST_SPAN, max(xs) - min(xs), max(ys) - min(ys))
-    middle = (max(xs) + min(xs)) / 2, (max(ys) + min(ys)) / 2
-    wide = 0.6 * span * (SHEET[2] * WIDTH) / (SHEET[3] * HEIGHT)  # so that scales are equal
+    wide = xs + [x for x, _ in line]
+    high = ys + [y for _, y in line]
+    span = max(LEAST_SPAN, max(wide) - min(wide), max(high) - min(high))
+    middle = (max(wide) + min(wide)) / 2, (max(high) + min(high)) / 2
+    half = 0.6 * span * (SHEET[2] * WIDTH) / (SHEET[3] * HEIGHT)  # so that scales are equal
     axes.set(
-        xlim=(middle[0] - wide, middle[0] + wide),
+        xlim=(middle[0] - half, middle[0] + half),
         ylim=(middle[1] - 0.6 * span, middle[1] + 0.6 * span),
         xlabel="x  cm",
         ylabel="y  cm",
@@ -76,7 +87,7 @@ def _draw_way(axes: Axes, rows: Sequence[Any]) -> None:
         zorder=5,
     )
     axes.plot([], [], color=WANTED, lw=2, label="where it looks at the end")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
 
 
 def _draw_in_time(

@@ -118,9 +118,9 @@ def _echo(m):
 def _seek(m):
     values = []
     for channel in CHANNELS:
-        seen = m.given(channel + ".beacon")
-        values.append(m(channel + ".heading") if seen else 0)
-        values.append(m(channel + ".beacon") if seen else _NO_BEACON)
+        distance = m(channel + ".beacon")
+        values.append(m(channel + ".heading") if distance >= 0 else 0)
+        values.append(distance if distance >= 0 else _NO_BEACON)
     return values
 
 
@@ -180,11 +180,13 @@ _DISTANCE = {
 
 _LIGHT = {
     "surface": Constant("white", tuple(name for name, _ in SURFACES), "", "what is in front", str),
-    "reflect": Constant(None, _PERCENT, "pct", "light that a grey surface sends back"),
+    "reflect": Constant(None, _PERCENT, "pct", "light that a grey surface sends back; or line"),
     "red": Constant(None, _PERCENT, "pct", "red light that comes back"),
     "green": Constant(None, _PERCENT, "pct", "green light that comes back"),
     "blue": Constant(None, _PERCENT, "pct", "blue light that comes back"),
     "ambient": Constant(5.0, _PERCENT, "pct", "light around"),
+    "x": Constant(8.0, _PLACE, "cm", "how far before the wheels it is, where it sees the line"),
+    "y": Constant(0.0, _PLACE, "cm", "how far to the robot's left"),
     "noise": _noise("pct", "the reflected light"),
 }
 
@@ -198,7 +200,9 @@ _GYRO = {
 _INFRARED = {
     "distance": Constant(100.0, _PERCENT, "pct", "to what is in front; 100 is some 70 cm"),
     "heading": Constant(0.0, (-25.0, 25.0), "", "of the beacon, positive to the right"),
-    "beacon": Constant(None, _PERCENT, "pct", "distance of the beacon; 100 is some 200 cm"),
+    "beacon": Constant(
+        -1.0, (-1.0, 100.0), "pct", "distance of the beacon; 100 is some 200 cm, -1: there is none"
+    ),
     "buttons": Constant("none", BUTTONS, "", "held on the remote control", str),
     "noise": _noise("pct", "the distance"),
 }
@@ -268,7 +272,7 @@ KINDS = {
         "ev3-uart",
         _LIGHT,
         ("surface", "reflect"),
-        {},
+        {"reflect": ("line",)},
         (
             _mode("COL-REFLECT", lambda m: _light_back(m)[:1], 0, 100, units="pct"),
             _mode("COL-AMBIENT", _one("ambient"), 0, 100, units="pct"),

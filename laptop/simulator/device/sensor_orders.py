@@ -66,6 +66,7 @@ def _quantities(name, text, has_main):
         given = _of_file(name, table, main)
     elif main:
         written = kind.main[0] if main[0].isalpha() else kind.main[-1]
+        written = next((key for key, words in kind.scene.items() if main in words), written)
         given = {_channelled(written, ""): table.parse("{}={}".format(written, main))[""][written]}
     else:
         given = {}

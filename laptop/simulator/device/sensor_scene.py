@@ -4,7 +4,16 @@ import math
 
 from laptop.simulator.device.sensor_orders import BadSensor
 
-ROBOT, TIP, WALL = "robot", "tip", "wall"
+ROBOT, TIP, WALL, LINE = "robot", "tip", "wall", "line"
+
+STRAIGHT, RADIUS = 60.0, 30.0
+"""Of the line on the floor, cm: two straights, joined by half circles.  A robot that starts at 0, 0
+and looks along y stands on the middle of the right one."""
+LINE_WIDTH = 2.0
+SPOT = 1.0
+"""Across the spot of floor that a colour sensor sees, cm."""
+FLOOR, INK = 85.0, 6.0
+"""Light that comes back from the floor and from the line, %."""
 
 
 class _Seen(object):
@@ -44,7 +53,11 @@ def scene_of(brick):
             return _heading(brick.plant)
         if rolls and word == WALL:
             return _wall(brick.plant, place)
-        has = [TIP] + sorted(links) if brick.arm is not None else rolls and [ROBOT, WALL] or []
+        if rolls and word == LINE:
+            return _line(brick.plant, place)
+        has = (
+            [TIP] + sorted(links) if brick.arm is not None else rolls and [ROBOT, WALL, LINE] or []
+        )
         raise BadSensor(
             "sensor: there is no {} for it to see here; write a value, or one of {}".format(
                 word, ", ".join(has) or "nothing: this brick has neither arm nor wheels"
@@ -81,6 +94,34 @@ def _wall(plant, place):
         return ahead / towards if ahead * towards > 0 else math.inf
 
     return _Seen(distance)
+
+
+def _line(plant, place):
+    """Light from the floor below a sensor that is fixed to the robot, %."""
+
+    def reflect():
+        x, y, _ = plant.tip()
+        ahead, left = math.cos(plant.heading), math.sin(plant.heading)
+        x += place["x"] * ahead - place["y"] * left
+        y += place["x"] * left + place["y"] * ahead
+        beside = line_distance(x, y) - LINE_WIDTH / 2
+        share = min(1.0, max(0.0, 0.5 + beside / SPOT))  # of the spot that is on the floor
+        return INK + share * (FLOOR - INK)
+
+    return _Seen(reflect)
+
+
+def line_distance(x, y):
+    """Return the distance of a point from the middle of the line on the floor, cm."""
+    from_straight = max(abs(y) - STRAIGHT / 2, 0.0)
+    return abs(math.hypot(x + RADIUS, from_straight) - RADIUS)
+
+
+def line_points(steps=60):
+    """Return points (x, y) along the middle of the line, cm, the last again the first."""
+    half = [math.pi * k / steps for k in range(steps + 1)]
+    top = [(RADIUS * math.cos(a) - RADIUS, RADIUS * math.sin(a) + STRAIGHT / 2) for a in half]
+    return top + [(-2 * RADIUS - x, -y) for x, y in top] + top[:1]
 
 
 def _links(brick):

@@ -48,12 +48,17 @@ class Measuring(object):
         self._name = order.port
         self.pressed = False
         signals = dict(order.quantities)
-        place = {key: signals[key].value(0.0) if key in signals else 0.0 for key in "xyz"}
+        quantities = KINDS[order.kind].quantities
+        place = {
+            key: signals[key].value(0.0) if key in signals else quantities[key].default
+            for key in "xyz"
+            if key in quantities
+        }
         for key, signal in signals.items():
             if isinstance(signal, str):
                 signals[key] = scene(signal, place)
         self._given = set(signals)
-        for key, quantity in KINDS[order.kind].quantities.items():
+        for key, quantity in quantities.items():
             by_channel = [channel + "." + key for channel in CHANNELS]
             for each in by_channel if key in BY_CHANNEL else [key]:
                 signals.setdefault(each, constant(quantity.default))

@@ -14,6 +14,9 @@ import types
 
 from laptop.simulator import temporary_folders
 
+_REAL_OPEN = open
+"""What a program opens in the folder are the devices themselves."""
+
 POLLPRI = 2
 """Of linux/poll.h: a device has news; not every host's `select` has it."""
 
@@ -138,12 +141,16 @@ class Sysfs(object):
         """Return True if there is a device at `device_path`, a class and a name."""
         return tuple(device_path.split(os.sep)[-2:]) in self._discovery
 
+    def is_inside(self, path):
+        """Return True for a file of a device's folder as the library names it to programs."""
+        return bool(self._root) and path.startswith(self._root + os.sep)
+
     def _lay_out(self, class_name, device_name):
         folder = os.path.join(self._root, class_name, device_name)
         os.makedirs(folder)
         for name, text in self._discovery[(class_name, device_name)].items():
             path = os.path.join(folder, name)
-            with open(path, "w") as file:
+            with _REAL_OPEN(path, "w") as file:
                 file.write(text + "\n")
             os.chmod(path, 0o664)
 

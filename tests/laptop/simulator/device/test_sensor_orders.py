@@ -63,6 +63,7 @@ def test_words_and_whole_numbers_jump():
 def test_what_a_value_without_a_key_means():
     assert set(read_sensor("in1=color:30").quantities) == {"reflect"}
     assert set(read_sensor("in1=color:red").quantities) == {"surface"}
+    assert read_sensor("in1=color:line,x=5").quantities["reflect"] == "line"
     assert set(read_sensor("in1=color:red=30").quantities) == {"red"}
     assert set(read_sensor("in1=color,red=30,blue=4").quantities) == {"red", "blue"}
     assert read_sensor("in1=color").quantities == {}

@@ -8,7 +8,7 @@ from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.peripherals import Peripherals
 from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.device.sensor_orders import read_sensors
-from laptop.simulator.device.sensor_scene import scene_of
+from laptop.simulator.device.sensor_scene import line_distance, line_points, scene_of
 from laptop.simulator.device.wheels import BadWheels, BarePlant, read_wheels
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
@@ -181,3 +181,50 @@ def test_an_outputs_mode_takes_its_motor_away_and_brings_it_back(run):
         "0",
     ]
     assert int(position) == pytest.approx(90, abs=2)
+
+
+@pytest.mark.parametrize(
+    ("point", "distance"),
+    [((0, 0), 0), ((1, 20), 1), ((-60, -30), 0), ((-30, 60), 0), ((-30, 62), 2), ((-30, 0), 30),
+     ((-30 + 21, 30 + 28), 5), ((-3, 30), 3)],
+)  # fmt: skip
+def test_the_line_is_an_oval(point, distance):
+    """Two straights of 60 cm, 60 cm apart, with half circles around (-30, 30) and (-30, -30)."""
+    assert line_distance(*point) == pytest.approx(distance)
+
+
+def test_the_lines_points_lie_on_it():
+    points = line_points()
+    assert points[0] == points[-1]
+    assert max(line_distance(x, y) for x, y in points) < 1e-9
+    length = sum(math.dist(a, b) for a, b in zip(points, points[1:]))
+    assert length == pytest.approx(2 * 60 + 2 * math.pi * 30, abs=0.1)
+
+
+def test_a_colour_sensor_crosses_the_line(run):
+    """It turns on the spot, so that the sensor 8 cm ahead of it sweeps over the line."""
+    lines, _ = run(
+        "cs = ColorSensor()\nseen = [cs.reflected_light_intensity]\n"
+        "tank = MoveTank('outB', 'outC')\ntank.on(-5, 5)\nfor _ in range(60):\n    time.sleep(0.02)\n"
+        "    seen.append(cs.reflected_light_intensity)\ntank.off()\nprint(*seen)\n"
+        "print(cs.color_name)\n",
+        sensors="in1=color:line",
+    )
+    seen = [int(word) for word in lines[0].split()]
+    assert (seen[0], seen[-1]) == (6, 85)
+    assert seen == sorted(seen)
+    assert any(10 < light < 80 for light in seen)
+    assert lines[1] == "White"
+
+
+def test_what_the_library_opens_by_itself_is_the_device(run):
+    """As GyroBalancer does, which reads and writes files in the device's folder."""
+    lines, _ = run(
+        "m = LargeMotor('outB')\nm.run_direct()\n"
+        "duty, at = open(m._path + '/duty_cycle_sp', 'w'), open(m._path + '/position', 'rb')\n"
+        "duty.truncate(0)\nduty.write('40')\nduty.flush()\ntime.sleep(1)\nat.seek(0)\n"
+        "print(int(at.read().decode()) > 100)\nm.stop()\n"
+        "try: open(m._path + '9/position')\nexcept FileNotFoundError: print('none')\n",
+        wheels=None,
+    )
+    assert lines == ["True", "none"]
