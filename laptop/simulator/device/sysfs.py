@@ -141,6 +141,15 @@ class Sysfs(object):
         """Return True if there is a device at `device_path`, a class and a name."""
         return tuple(device_path.split(os.sep)[-2:]) in self._discovery
 
+    def plugged_in(self):
+        """Return what is found at each port, such as `outA lego-ev3-l-motor`."""
+        found = [
+            "{} {}".format(text["address"].partition(":")[2], text["driver_name"])
+            for (class_name, _), text in self._discovery.items()
+            if class_name in ("tacho-motor", "lego-sensor")
+        ]
+        return sorted(found, key=lambda text: (text[:2] == "in", text))
+
     def is_inside(self, path):
         """Return True for a file of a device's folder as the library names it to programs."""
         return bool(self._root) and path.startswith(self._root + os.sep)

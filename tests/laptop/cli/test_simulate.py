@@ -667,6 +667,18 @@ def test_a_bare_brick_has_the_motors_that_are_plugged_in(simulate, script):
     assert "no picture" in result.output
 
 
+def test_what_is_missing_is_told_with_what_is_there(simulate, script):
+    missing = script("from ev3dev2.sensor.lego import GyroSensor\nGyroSensor()\n")
+    result = simulate("--arm", "none", "--plug", "B=medium", "--sensor", "in2=none", missing)
+    assert result.exit_code == 1
+    assert result.stderr.splitlines()[-1] == (
+        "simulate: plugged in: outB lego-ev3-m-motor, in1 lego-ev3-touch, in3 lego-ev3-touch, "
+        "in4 lego-ev3-touch; see --plug and --sensor"
+    )
+    fine = script("from ev3dev2.sensor.lego import TouchSensor\nTouchSensor('in1')\n")
+    assert "plugged in" not in simulate(fine).stderr
+
+
 def test_a_robot_on_wheels_leaves_its_way(simulate, script):
     """A third of a turn in place, 20 cm on: by the wheels' 5.6 cm on a track of 12 cm."""
     drive = script(

@@ -205,7 +205,8 @@ def test_a_colour_sensor_crosses_the_line(run):
     """It turns on the spot, so that the sensor 8 cm ahead of it sweeps over the line."""
     lines, _ = run(
         "cs = ColorSensor()\nseen = [cs.reflected_light_intensity]\n"
-        "tank = MoveTank('outB', 'outC')\ntank.on(-5, 5)\nfor _ in range(60):\n    time.sleep(0.02)\n"
+        "tank = MoveTank('outB', 'outC')\ntank.on(-5, 5)\n"
+        "for _ in range(60):\n    time.sleep(0.02)\n"
         "    seen.append(cs.reflected_light_intensity)\ntank.off()\nprint(*seen)\n"
         "print(cs.color_name)\n",
         sensors="in1=color:line",
