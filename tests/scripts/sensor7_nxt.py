@@ -13,7 +13,7 @@ for port in (INPUT_1, INPUT_2):
     time.sleep(1)
     print(p.status, p.driver_name, [s.driver_name for s in list_sensors(address=port)])
 try:
-    LightSensor(INPUT_1)
+    SoundSensor(INPUT_2)
 except DeviceNotFound:
     print('not before it is told')
 for port, driver in ((INPUT_1, 'lego-nxt-light'), (INPUT_2, 'lego-nxt-sound')):

@@ -4,7 +4,7 @@ import errno
 
 from laptop.simulator.device.attribute_devices import Device, invalid
 from laptop.simulator.device.buttons import INPUTS
-from laptop.simulator.device.sensor_kinds import GENERIC, KINDS, generic
+from laptop.simulator.device.sensor_kinds import GENERIC, KINDS, UNKNOWN, generic
 from laptop.simulator.device.sensor_orders import NONE
 from laptop.simulator.device.sensors import EmulatedSensor, Measuring, error
 
@@ -51,7 +51,7 @@ class InputPort(Device):
         self._due = None
         self._mode = AUTO
         # What only people can tell the brick they have told it before.
-        if self.kind != NONE and KINDS[self.kind].connection == NXT_ANALOG:
+        if self.kind != NONE and KINDS[self.kind].driver in UNKNOWN:
             self._mode = NXT_ANALOG
         self._load(None if self.kind == NONE else KINDS[self.kind])
 
@@ -109,7 +109,7 @@ class InputPort(Device):
         if self._mode == NXT_ANALOG:  # this mode asks nobody
             self._load(kind and kind.volts and generic(kind))
         elif kind is not None and self._mode in (AUTO, kind.connection):
-            found = generic(kind) if kind.volts else kind
+            found = generic(kind) if kind.driver in UNKNOWN else kind
             self._due = self._world.at(
                 self._world.now() + DETECTION_TIME, lambda: self._load(found)
             )

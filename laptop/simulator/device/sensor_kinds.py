@@ -374,6 +374,9 @@ KINDS = {
 GENERIC = "nxt-analog"
 """Driver of whatever is NXT/Analog before somebody has said what it is."""
 
+UNKNOWN = (KINDS["sound"].driver,)
+"""Drivers of what the brick takes for some NXT/Analog sensor; the others it knows by themselves."""
+
 
 def generic(kind):
     """Return a kind of NXT/Analog sensor as the brick sees it by itself: a voltage."""

@@ -194,7 +194,10 @@ def test_beacon(run):
 
 def test_sensors_of_the_nxt(run):
     lines, _ = run("sensor7_nxt")
-    assert lines[:2] == 2 * [["nxt-analog", "ev3-input-port", "['nxt-analog']"]]
+    assert lines[:2] == [
+        ["nxt-analog", "ev3-input-port", f"['{driver}']"]
+        for driver in ("lego-nxt-light", "nxt-analog")
+    ]
     assert " ".join(lines[2]) == "not before it is told"
     assert lines[3] == ["light", "40.0", "21.0"]
     assert float(lines[4][2].rstrip(",")) == pytest.approx(3.0, abs=0.1)  # 5 s, less two waits

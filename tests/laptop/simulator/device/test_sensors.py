@@ -319,29 +319,40 @@ def test_an_empty_input_has_no_sensor(run):
     assert lines == ["none", "auto no-sensor ev3-input-port"]
 
 
-def test_an_nxt_sensor_is_a_voltage_until_the_port_is_told(run):
+def test_a_sound_sensor_is_a_voltage_until_the_port_is_told(run):
     lines = run(
-        "in1=light:50,ambient=100",
+        "in1=sound:50",
         "p = LegoPort(INPUT_1)\nprint(p.mode, p.status, sorted(p.modes)[0])\np.mode = 'auto'\n"
         "print(p.status)\ntime.sleep(0.6)\nprint(p.status)\n"
-        "v = Sensor(INPUT_1)\nprint(v.driver_name, v.value(), v.decimals, v.units)\n"
-        "try: LightSensor(INPUT_1)\nexcept DeviceNotFound: print('not yet')\n"
-        "p.set_device = 'lego-nxt-light'\nprint(LightSensor(INPUT_1).ambient_light_intensity)\n"
+        "v = Sensor(INPUT_1)\nprint(v.driver_name, v.num_values, v.decimals, v.units)\n"
+        "try: SoundSensor(INPUT_1)\nexcept DeviceNotFound: print('not yet')\n"
+        "p.set_device = 'lego-nxt-sound'\nprint(SoundSensor(INPUT_1).sound_pressure)\n"
         "try: v.value()\nexcept DeviceNotFound: print('gone')\n"
-        "p.set_device = 'lego-nxt-sound'\n"
-        "try: LightSensor(INPUT_1)\nexcept DeviceNotFound: print('another')\n",
+        "p.set_device = 'lego-nxt-light'\n"
+        "try: SoundSensor(INPUT_1)\nexcept DeviceNotFound: print('another')\n",
     )
-    # ev3dev documents 0.773 V for 100 % of light around.
     assert lines == [
         "nxt-analog nxt-analog auto",
         "no-sensor",
         "nxt-analog",
-        "nxt-analog 773 3 V",
+        "nxt-analog 1 3 V",
         "not yet",
-        "100.0",
+        "50.0",
         "gone",
         "another",
     ]
+
+
+def test_a_light_sensor_of_the_nxt_is_known_by_itself(run):
+    lines = run(
+        "in1=light:50,ambient=100",
+        "p = LegoPort(INPUT_1)\nprint(p.mode, p.status, LightSensor().driver_name)\n"
+        "p.mode = 'nxt-analog'\nv = Sensor(INPUT_1)\nprint(v.driver_name, v.value())\n"
+        "p.set_device = 'lego-nxt-light'\nprint(LightSensor().ambient_light_intensity)\n"
+        "p.mode = 'auto'\ntime.sleep(0.6)\nprint(LightSensor().reflected_light_intensity)\n",
+    )
+    # ev3dev documents 0.773 V for 100 % of light around.
+    assert lines == ["auto nxt-analog lego-nxt-light", "nxt-analog 773", "100.0", "50.0"]
 
 
 def test_a_ports_mode_takes_a_sensor_away_and_brings_it_back(run):
