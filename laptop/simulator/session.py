@@ -16,7 +16,7 @@ from collections import namedtuple
 
 from laptop.simulator import temporary_folders
 from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.buttons import LATEST
+from laptop.simulator.device.buttons import INPUTS, LATEST
 from laptop.simulator.device.peripherals import Peripherals
 from laptop.simulator.device.sensor_scene import scene_of
 from laptop.simulator.host.linux import Signals
@@ -51,6 +51,9 @@ FAULTS = {
     "hup": None,
 }
 """Kind of a fault -> placeholder of what stands behind its colon; CAMERA may be left out."""
+
+_PORTS = {"unplug": tuple("ABCD") + INPUTS}
+"""Ports of what can happen to sensors, too."""
 
 SimulationResult = namedtuple(
     "SimulationResult", "outcome record wanted motors names skeleton reach pace"
@@ -107,7 +110,7 @@ def read_fault(text):
         elif FAULTS[kind] == "CAMERA":
             if what not in (None,) + tuple(CAMERA_NAMES):
                 raise ValueError(what)
-        elif what not in (tuple("ABCD") if FAULTS[kind] == "PORT" else (None,)):
+        elif what not in (_PORTS.get(kind, tuple("ABCD")) if FAULTS[kind] == "PORT" else (None,)):
             raise ValueError(what)
     except (TypeError, ValueError):
         raise InvalidSimulationOption(
@@ -115,7 +118,7 @@ def read_fault(text):
                 one_line(text),
                 kind,
                 {
-                    "PORT": "a port from A to D",
+                    "PORT": "a port from A to D" + (", or in1 to in4" if kind in _PORTS else ""),
                     "CAMERA": "a camera from A to H, or nothing for all of them",
                     None: "nothing",
                 }.get(FAULTS[kind], "SECONDS from 0 to {:g}".format(LONGEST_ACCESS)),
@@ -238,7 +241,14 @@ def run(
         brick = EmulatedBrick(world, arm, plant, q, extra, wheels)
         if not homed:
             brick.reset_motors()  # it has just been switched on: an arm that gravity pulls drops
-        ordered = _schedule_faults(brick, faults)
+        devices = Peripherals(
+            world,
+            brick.sysfs,
+            voltage=lambda: brick.plant.plant["voltage"],
+            sensors=sensors,
+            scene=scene_of(brick),
+        )
+        ordered = _schedule_faults(brick, devices, faults)
         stack.enter_context(_published(brick, script))
         tracker = stack.enter_context(watched(brick)) if watched else None
         _schedule_pictures(world, tracker, faults)
@@ -247,13 +257,7 @@ def run(
             brick,
             script,
             args,
-            Peripherals(
-                world,
-                brick.sysfs,
-                voltage=lambda: brick.plant.plant["voltage"],
-                sensors=sensors,
-                scene=scene_of(brick),
-            ),
+            devices,
             presses,
             timeout=timeout,
             **ordered,
@@ -277,11 +281,14 @@ def _tell(line):
     sys.stderr.write(line + "\n")
 
 
-def _schedule_faults(brick, faults):
+def _schedule_faults(brick, devices, faults):
     """Let the faults happen on the brick; those of the program are returned, for run_script."""
     ordered = {"signals": []}
     for fault in faults:
         if FAULTS[fault.kind] == "CAMERA":
+            continue
+        if fault.what in INPUTS:
+            brick.world.at(fault.t, devices.inputs[fault.what].unplug)
             continue
         if FAULTS[fault.kind] == "PORT" and fault.what not in brick.motors:
             raise InvalidSimulationOption(

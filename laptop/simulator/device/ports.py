@@ -99,6 +99,11 @@ class InputPort(Device):
         else:
             super(InputPort, self).write(attribute, value)
 
+    def unplug(self):
+        """Pull the cable; pulling it again does nothing."""
+        self.kind = NONE
+        self._detect_later()
+
     def _detect_later(self):
         """Take the sensor away; it comes again where the port's mode is for such ones."""
         self._load(None)

@@ -334,6 +334,27 @@ print(colour.color_name, int(sonar.distance_centimeters))
     assert json.loads((result.out / "summary.json").read_text())["sensors"] == list(orders)
 
 
+def test_a_sensors_cable_is_pulled(simulate, script):
+    source = """
+import time
+from ev3dev2 import DeviceNotFound
+from ev3dev2.sensor.lego import GyroSensor
+gyro = GyroSensor("in2")
+try:
+    while True:
+        gyro.angle
+        time.sleep(0.1)
+except DeviceNotFound:
+    print("gone")
+"""
+    words = ["--sensor", "in2=gyro", "--fault", "unplug:in2@2"]
+    result = simulate(*words, script(source))
+    assert result.output.splitlines()[0] == "gone", result.output
+    assert json.loads((result.out / "summary.json").read_text())["seconds"] == pytest.approx(
+        2.05, abs=0.06
+    )
+
+
 # The arm's zero
 
 
@@ -485,7 +506,8 @@ def test_a_number_that_is_none_is_out_of_range(simulate, script, option, value):
         (["--fault", "earthquake@2"], ["earthquake", "unplug"]),
         (["--fault", "unplug:A"], ["unplug:A", "@"]),
         (["--fault", "unplug@2"], ["a port from A to D"]),
-        (["--fault", "unplug:E@2"], ["a port from A to D"]),
+        (["--fault", "unplug:E@2"], ["a port from A to D, or in1 to in4"]),
+        (["--fault", "stall:in1@2"], ["stall takes a port from A to D, then"]),
         (["--fault", "freeze:A@2"], ["nothing"]),
         (["--fault", "slow-sysfs:very@2"], ["SECONDS"]),
         (["--fault", "frozen-picture:Z@2"], ["a camera from A to H"]),
