@@ -8,7 +8,7 @@ from laptop.simulator.device.sensor_kinds import GENERIC, KINDS, UNKNOWN, generi
 from laptop.simulator.device.sensor_orders import NONE
 from laptop.simulator.device.sensors import EmulatedSensor, Measuring, error
 
-DETECTION_TIME = 0.5
+DETECTION_TIME = 0.4
 """Time until the brick has found out what is plugged in, s."""
 
 AUTO, NXT_ANALOG, TACHO_MOTOR = "auto", "nxt-analog", "tacho-motor"
