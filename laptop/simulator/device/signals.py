@@ -134,7 +134,10 @@ def read_signal(text, read_value, jumps, error):
         words, at, when = part.partition("@")
         start = _time(when, part, error) if at else 0.0
         if bool(number) != bool(at) or pieces and start <= pieces[-1][0]:
-            raise error("'{}': write VALUE:VALUE@SECONDS:VALUE@SECONDS, in order".format(text))
+            raise error(
+                "'{}': write VALUE:VALUE@SECONDS:VALUE@SECONDS, the first without a time and the "
+                "others in order".format(text)
+            )
         pieces.append((start, _piece(words, read_value, jumps, error)))
     return Signal(pieces)
 
