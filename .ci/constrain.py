@@ -3,7 +3,8 @@
     .uv/bin/uv run --no-project .ci/constrain.py && .ci/run
 
 Those of all groups, for every Python and system that the project is for. What the checks then
-passed with is committed, and everybody gets the same.
+passed with is committed, and everybody gets the same. `uv tool install` reads nothing of it there,
+so that it is told the same by laptop/constraints.txt.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PROJECT = ROOT / "pyproject.toml"
+TOLD = ROOT / "laptop" / "constraints.txt"
 CONSTRAINTS = re.compile(r'^constraint-dependencies = \[\n(?: {4}".*",\n)*\]$', re.MULTILINE)
 EXACT = re.compile(r'[a-z0-9-]+==[^\s;@/"]+( ; [^"]+)?')
 EXPORT = ["export", "--quiet", "--all-groups", "--no-emit-project"]
@@ -62,11 +64,13 @@ def main() -> None:
     after = constrained(before, versions)
     if resolved(after) != versions:
         sys.exit("constrain: with these constraints uv takes other versions; nothing is changed")
-    if after == before:
+    told = "".join(f"{version}\n" for version in versions)
+    if after == before and TOLD.read_text("utf-8") == told:
         print(f"constrain: {PROJECT.name} has the newest versions already")
         return
-    with open(PROJECT, "w", encoding="utf-8", newline="\n") as file:
-        file.write(after)
+    for path, text in ((PROJECT, after), (TOLD, told)):
+        with open(path, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
     print(f"constrain: {len(versions)} versions are in {PROJECT.name}; commit it if .ci/run passes")
 
 

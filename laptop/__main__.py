@@ -1,11 +1,21 @@
-"""The laptop's commands: `python -m laptop demo`, `track ...`, `simulate ...`, `bench ...`."""
+"""The laptop's commands: `brickservo demo`, `track ...`, `simulate ...`, `bench ...`.
+
+In a checkout they are `python -m laptop demo`, ...
+"""
 
 import _signal  # type: ignore[import-not-found]  # `signal` takes a while to import
+import os
 import sys
 
-if __name__ == "__main__":
+from shared.state import PROGRAM
+
+
+def run() -> None:
+    """Run the command that was typed, and end this process with its status."""
     # While importing there is nothing to end in order.
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+    module = os.path.basename(sys.argv[0]) == os.path.basename(__file__)
+    os.environ.setdefault(PROGRAM, "python -m laptop" if module else "brickservo")
     try:
         from laptop.cli.main import main
 
@@ -14,3 +24,28 @@ if __name__ == "__main__":
         sys.exit(
             f"laptop: {missing.name} is not installed here; run .uv/bin/uv run python -m laptop"
         )
+    except SystemExit as end:
+        _leave_threads(end.code)
+        raise
+
+
+def _leave_threads(status: object) -> None:
+    """End this process at once if daemon threads go on, such as one that a camera's driver holds.
+
+    The interpreter would take all away from under them, C code included, and may crash by that.
+    """
+    import threading
+
+    left = any(thread.daemon for thread in threading.enumerate())
+    if not isinstance(status, int) or not left:
+        return
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except OSError:  # the interpreter's to tell
+        return
+    os._exit(status)
+
+
+if __name__ == "__main__":
+    run()

@@ -131,6 +131,38 @@ def _at(descriptor, k):
         os.lseek(descriptor, where, os.SEEK_SET)
 
 
+def is_named(descriptor, path):
+    """Return True if this is the open file that has a name now."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), os.stat(path))
+    except FileNotFoundError:
+        return False
+
+
+def remove_open(path, close):
+    """Remove a file that is open here, as far as it can be, and close it.
+
+    Args:
+        path: of the file.
+        close: closes it; on Windows that comes first.
+    """
+    try:
+        os.remove(path)
+    except PermissionError:  # Windows, as long as it is open, be it elsewhere
+        close()
+        with contextlib.suppress(OSError):
+            os.remove(path)
+        return
+    except OSError:  # it is gone already
+        pass
+    close()
+
+
+def is_ours(descriptor):
+    """Return True if an open file is this user's, as far as the system has users."""
+    return not hasattr(os, "getuid") or os.fstat(descriptor).st_uid == os.getuid()
+
+
 def open_to_share(path):
     """Return a descriptor to read and write bytes by; the file is made if it is not there."""
     return os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o600)

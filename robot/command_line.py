@@ -240,6 +240,8 @@ class Parser(object):
         """The argparse.ArgumentParser that knows the same."""
         import argparse  # not above, see there
 
+        from shared.version import VERSION
+
         class Refusing(argparse.ArgumentParser):
             error = Parser.error
 
@@ -266,6 +268,7 @@ class Parser(object):
             formatter_class=argparse.RawDescriptionHelpFormatter,  # an example keeps its line
         )
         add(parser, self._arguments)
+        parser.add_argument("--version", action="version", version="brickservo " + VERSION)
         if self._commands:
             commands = parser.add_subparsers(dest="command", metavar="COMMAND")
             for command, text in self._commands:

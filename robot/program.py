@@ -85,10 +85,11 @@ def connect(description, clock, take=None):
         if getattr(error, "name", "") != "ev3dev2":
             raise
         from shared.arm_description import ArmError
+        from shared.state import laptop_program
 
         raise ArmError(
             "there is no python-ev3dev2 here; run this on the brick, or emulated: "
-            "python -m laptop simulate {} ...".format(sys.argv[0])
+            "{} simulate {} ...".format(laptop_program(), sys.argv[0])
         ) from None
     arm = RobotArm(description, clock)
     if take is not None:

@@ -31,6 +31,7 @@ from shared.messages import (
     Stop,
     Welcome,
 )
+from shared.state import laptop_program
 
 CONNECT_TIMEOUT = 3.0
 """For TCP to connect, s; after that it is the link that notices silence."""
@@ -241,8 +242,8 @@ class TrackingClient(object):
                 )
             )
         else:
-            why = "cannot reach {}: {}; start the tracker there: python -m laptop track".format(
-                self._place, os.strerror(number).lower()
+            why = "cannot reach {}: {}; start the tracker there: {} track".format(
+                self._place, os.strerror(number).lower(), laptop_program()
             )
             if number == errno.ECONNREFUSED:
                 why += ", or check the port that it prints"

@@ -6,6 +6,9 @@
     BRICKSERVO_ARM    people, simulate,            driver, visual_servoing, arm, its name or file;
                       demo, bench                  bench_brick, simulate,   if unset planar
                                                    demo, track
+    BRICKSERVO_PROGRAM laptop's commands           all                      what people type for
+                                                                            these; if unset
+                                                                            brickservo
     BRICKSERVO_PLAN   simulate                     driver, other scripts    file to append the
                                                                             wanted paths to;
                                                                             if unset nobody watches
@@ -22,7 +25,8 @@
                       tracking_client                                       and code, and its key
     ARM.json          driver, visual_servoing      the same                 zero of an arm, and the
                                                                             numbers that it is of
-    live.txt          simulate --realtime          synthetic cameras        pose of the arm, ink
+    live/             simulate --realtime          synthetic cameras        pose of the arm, ink:
+                                                                            a file for each run
     clock             whoever comes first of       the same, demo           time of the emulated
                       simulate and cameras                                  world
     emulated-motors   simulate --realtime          the same                 locked by who may move
@@ -40,9 +44,10 @@ import os
 
 STATE, ARM, PLAN = "BRICKSERVO_STATE", "BRICKSERVO_ARM", "BRICKSERVO_PLAN"
 LOCK = "BRICKSERVO_LOCK"
+PROGRAM = "BRICKSERVO_PROGRAM"
 """Environment variables."""
 PAIRING_FILE, MARKERS_FILE, TRACKER_FILE = "pairing", "markers.ini", "tracker"
-LIVE_FILE, CLOCK_FILE, BRICK_FOLDER = "live.txt", "clock", "emulated-brick"
+LIVE_FOLDER, CLOCK_FILE, BRICK_FOLDER = "live", "clock", "emulated-brick"
 MOTORS_FILE = "emulated-motors"
 """Names in the state folder."""
 
@@ -50,6 +55,11 @@ MOTORS_FILE = "emulated-motors"
 def state_folder():
     """Return the state folder of this user's programs; it need not exist yet."""
     return os.environ.get(STATE) or os.path.expanduser("~/.brickservo")
+
+
+def laptop_program():
+    """Return what people type for the laptop's commands, to be told what to type next."""
+    return os.environ.get(PROGRAM, "brickservo")
 
 
 def default_arm(otherwise="planar"):

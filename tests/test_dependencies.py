@@ -9,6 +9,8 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from places import ROOT
 
+from shared.version import VERSION
+
 try:
     import tomllib
 except ImportError:  # Python 3.10, where pytest brings it
@@ -24,6 +26,11 @@ def test_every_constraint_is_a_version_and_no_address():
     for constraint in CONSTRAINTS:
         assert re.fullmatch(r"==[^*,]+", str(constraint.specifier)), constraint
         assert constraint.url is None
+
+
+def test_an_installed_tool_is_held_to_the_same():
+    told = (ROOT / "laptop" / "constraints.txt").read_text("utf-8")
+    assert told.splitlines() == PROJECT["tool"]["uv"]["constraint-dependencies"]
 
 
 def test_the_command_that_writes_them_replaces_these_alone():
@@ -53,6 +60,10 @@ def test_what_is_installed_here_is_what_it_is_held_to():
     for constraint in CONSTRAINTS:
         if constraint.name in here and (constraint.marker is None or constraint.marker.evaluate()):
             assert here[constraint.name] in constraint.specifier, constraint
+
+
+def test_the_version_is_the_one_that_the_programs_tell():
+    assert PROJECT["project"]["version"] == VERSION
 
 
 def test_the_first_command_installs_no_developers_tool():

@@ -65,7 +65,7 @@ RULES = {
         *("robot", "shared", *LIBRARIES, "playwright"),
     ),
     "laptop.cli": ("laptop", "shared", "click", "rich"),
-    "laptop.__main__": ("laptop.cli",),
+    "laptop.__main__": ("laptop.cli", "shared.state"),
     "laptop": (),
 }
 # The brick imports these only where they are used: each costs it a second at the start.

@@ -17,9 +17,8 @@ from typing import NamedTuple
 from laptop.simulator import session
 from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.host.processor import SECONDS
+from laptop.simulator.own_programs import BENCH_BRICK, find_script
 from shared.arm_description import find_arm, read_arm
-
-ROBOT = os.path.join(os.path.dirname(__file__), "..", "..", "robot")
 
 COUNTED: dict[str, tuple[float, float]] = {
     "check and decode an observation": (105, 105),
@@ -108,7 +107,7 @@ def run() -> Iterator[InstructionCount]:
     with tempfile.TemporaryDirectory() as folder:
         file = os.path.join(folder, "laps.json")
         with _silenced():
-            session.run(arm, os.path.join(ROBOT, "bench_brick.py"), ["--json", file], plant)
+            session.run(arm, BENCH_BRICK, ["--json", file], plant)
         with open(file) as laps:
             taken = json.load(laps)["laps_s"]
         for what, (median, greatest) in COUNTED.items():
@@ -119,7 +118,7 @@ def run() -> Iterator[InstructionCount]:
         for words, counted in STARTS.items():
             script, *args = words.split()
             with _silenced():
-                outcome = session.run(arm, os.path.join(ROBOT, script), args, plant).outcome
+                outcome = session.run(arm, find_script(script), args, plant).outcome
             yield InstructionCount(
                 "start: " + words, counted, (outcome.start or 0.0) / SECONDS / 1000
             )

@@ -28,7 +28,6 @@ from laptop import system
 from laptop.demo import results
 from laptop.demo.goals import DEMO_SETUPS, CameraRig, Goal, choose_goals, goal_words
 from laptop.demo.processes import (
-    SERVO,
     SERVOED,
     ChildProcess,
     ProcessGroup,
@@ -37,6 +36,7 @@ from laptop.demo.processes import (
 )
 from laptop.demo.truth import record_goal_run
 from laptop.simulator.host.pace import PacedClock
+from laptop.simulator.own_programs import SERVO
 from laptop.simulator.session import AFTER
 from robot.clock import Clock
 from robot.tracking_client import Memory, TrackingClient
@@ -187,7 +187,7 @@ def _measure(made: Any, seed: int, looking: Viewers) -> PageResult:
             for number, goal in enumerate(goals, 1):
                 home = folder / f"goal-{number}"
                 words = ["simulate", "--realtime", start, "--arm", arm.file, "--out", str(home)]
-                words += [str(SERVO), place, "--code", code, *goal_words(goal)]
+                words += [SERVO, place, "--code", code, *goal_words(goal)]
                 servo = crew.start(goal.name, [*words, "--log", f"{home}.jsonl"])
                 servo.wait(SERVOED)
                 runs.append(_judged(rig, goal, home, servo))

@@ -18,9 +18,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from laptop.bench.page import FPS, SIZE
-from laptop.demo.processes import SERVO, ProcessGroup, wait_for_link, wait_for_page
+from laptop.demo.processes import ProcessGroup, wait_for_link, wait_for_page
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.live import PoseReader
+from laptop.simulator.own_programs import SERVO
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
 from shared.arm_description import find_arm, read_arm
@@ -133,7 +134,7 @@ class PageRig:
         place, code = wait_for_link(self.tracker)
         words = ["simulate", "--realtime", "--timeout", "1e6", "--arm", arm.file]
         words += ["--out", str(Path(folder) / "brick")]
-        self.brick = crew.start("brick", [*words, str(SERVO), place, "--code", code, "--wait"])
+        self.brick = crew.start("brick", [*words, SERVO, place, "--code", code, "--wait"])
         self._addresses = self._new_addresses()
         self.watch = ArmWatch(folder)
         stack.callback(self.watch.close)

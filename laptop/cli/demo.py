@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from laptop.cli.options import importing, on_the_brick, on_the_page
+from laptop.cli.options import examples, importing, on_the_brick, on_the_page
 from laptop.simulator.host.process_exit import BUSY
 from shared.arm_description import ArmError
 
@@ -20,9 +20,7 @@ class TryLater(click.ClickException):
     exit_code = BUSY
 
 
-@click.command(
-    epilog="\b\nExamples:\n  python -m laptop demo\n  python -m laptop demo --arm spatial --seed 7"
-)
+@click.command(epilog=examples("demo", "demo --arm spatial --seed 7"))
 @on_the_brick()
 @click.option(
     "--seed",

@@ -13,10 +13,13 @@ from laptop.cli.demo import demo
 from laptop.cli.markers import markers
 from laptop.cli.simulate import simulate
 from laptop.cli.track import track
+from shared import state
 from shared.message_fields import printable
+from shared.version import VERSION
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(VERSION, prog_name="brickservo", message="%(prog)s %(version)s")
 def laptop() -> None:
     """Everything that runs beside the brick."""
 
@@ -29,12 +32,12 @@ def main() -> int:
     """Run a command; every failure is one line on stderr and a status of its own."""
     system.let_ctrl_c_interrupt()
     try:
-        laptop(prog_name="python -m laptop", standalone_mode=False)
+        laptop(prog_name=state.laptop_program(), standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message(), err=True)
         return error.exit_code
     except click.UsageError as error:
-        where = error.ctx.command_path if error.ctx else "python -m laptop"
+        where = error.ctx.command_path if error.ctx else state.laptop_program()
         _tell(f"{error.format_message()} See {where} --help.")
         return error.exit_code
     except click.ClickException as error:

@@ -104,7 +104,12 @@ def in_one_line() -> Iterator[None]:
         raise click.ClickException(str(error)) from None
 
 
-def bench_examples(*lines: str) -> str:
-    """Epilog of the help of a `bench` command: examples, each on a line of its own."""
-    commands = (f"  python -m laptop bench {line}" for line in lines)
+def examples(*lines: str) -> str:
+    """Epilog of the help of a command: examples, each on a line of its own."""
+    commands = (f"  {state.laptop_program()} {line}" for line in lines)
     return "\n".join(("\b", "Examples:", *commands))
+
+
+def bench_examples(*lines: str) -> str:
+    """Epilog of the help of a `bench` command, see `examples`."""
+    return examples(*(f"bench {line}" for line in lines))

@@ -19,7 +19,7 @@ import click
 from click.core import ParameterSource
 
 from laptop import system
-from laptop.cli.options import FiniteRange, importing, on_the_brick
+from laptop.cli.options import FiniteRange, examples, importing, on_the_brick
 from laptop.cli.plugs import NO_ARM, plugged, wheels_of
 from laptop.simulator import measured_brick, session
 from laptop.simulator.device.buttons import LATEST, read_press
@@ -28,6 +28,7 @@ from laptop.simulator.device.sensor_orders import listing, read_sensors
 from laptop.simulator.device.sensor_scene import LINE, line_points
 from laptop.simulator.device.wheels import TABLE as WHEELS
 from laptop.simulator.host.pace import BUSY
+from laptop.simulator.own_programs import find_script
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
 if TYPE_CHECKING:
@@ -36,23 +37,31 @@ if TYPE_CHECKING:
 NEVER_CAME = 3
 """Exit status of a run that succeeds before all that was ordered has come."""
 
-EXAMPLES = """
-
-\b
-Examples:
-  python -m laptop simulate robot/driver.py line 10,0 5,10
-  python -m laptop simulate --plant backlash=3,seed=4 --fault unplug:A@1.5 robot/driver.py home
-  python -m laptop simulate --arm none --wheels left=B,right=C --sensor in2=gyro:robot my_robot.py
-"""
+EXAMPLES = examples(
+    "simulate robot/driver.py line 10,0 5,10",
+    "simulate --plant backlash=3,seed=4 --fault unplug:A@1.5 robot/driver.py home",
+    "simulate --arm none --wheels left=B,right=C --sensor in2=gyro:robot my_robot.py",
+)
 
 PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
 """File names of the picture from above and, of an arm in space, from the side."""
 
 
+class BrickScript(click.Path):
+    """A script: a file, or one of our own by its name."""
+
+    def __init__(self) -> None:
+        super().__init__(exists=True, dir_okay=False)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return its path; fail if there is none."""
+        return super().convert(find_script(value), param, ctx)
+
+
 @click.command(
     context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
     epilog=f"Sensors: {listing()}.\n\nWheels: {WHEELS.listing()}.\n\n"
-    f"Plant constants: {TABLE.listing()}.{EXAMPLES}",
+    f"Plant constants: {TABLE.listing()}.\n\n{EXAMPLES}",
 )
 @on_the_brick("; none for a brick without one")
 @click.option("--plant", "plant_text", default="", metavar="KEY=VALUE,...", help="See below.")
@@ -134,7 +143,7 @@ PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
     default=None,
     help="Draw picture.png; it takes longer than all the rest.  [default: if the arm has moved]",
 )
-@click.argument("script", type=click.Path(exists=True, dir_okay=False))
+@click.argument("script", type=BrickScript())
 @click.argument("args", nargs=-1, type=click.UNPROCESSED)
 def simulate(
     arm_file: str,

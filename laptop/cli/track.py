@@ -13,38 +13,37 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop import system
-from laptop.cli.options import FiniteRange, importing, in_one_line, on_the_page
+from laptop.cli.options import FiniteRange, examples, importing, in_one_line, on_the_page
+from laptop.simulator.own_programs import HOUSE, SERVO
 from shared import state
 
 if TYPE_CHECKING:
     from laptop.tracking.track import PageInputs, ServedPage
 
-SERVO = Path(__file__).resolve().parents[2] / "robot" / "visual_servoing.py"
 BRICK_TIMEOUT = 1e6
 """For an emulated brick, which ends with the tracker in any case, s."""
 END_TIMEOUT = 5.0
 """An emulated brick that has not ended so long after it was told, s, is killed."""
 RUN_WHILE_INPUT_IS_OPEN = """
-import sys, threading
+import os, threading
 from laptop import system
 def end_with_input():
-    sys.stdin.read()
+    while os.read(0, 4096):  # (sys.stdin has a lock, which the interpreter wants at its end)
+        continue
     system.end_in_order()
 threading.Thread(target=end_with_input, daemon=True).start()
-from laptop.cli.main import main
-sys.exit(main())
+from laptop.__main__ import run
+run()
 """
 """Program that runs a command of ours, and ends with the process that holds its input open."""
 
 
-EXAMPLES = """\b
-Examples:
-  python -m laptop track --effector ball:green --goal 320,120
-  python -m laptop track --camera film.mp4 --no-serve --csv seen.csv
-"""
-
-
-@click.command(epilog=EXAMPLES)
+@click.command(
+    epilog=examples(
+        "track --effector ball:green --goal 320,120",
+        "track --camera film.mp4 --no-serve --csv seen.csv",
+    )
+)
 @click.option(
     "--camera",
     multiple=True,
@@ -224,11 +223,11 @@ def start_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
     home = Path(state.state_folder()) / state.BRICK_FOLDER
     home.mkdir(mode=0o700, parents=True, exist_ok=True)
     words = ["simulate", "--realtime", "--timeout", f"{BRICK_TIMEOUT:g}", "--arm", arm]
-    words += ["--out", str(home), str(SERVO), place, "--code", code, "--arm", arm, "--wait"]
+    words += ["--out", str(home), SERVO, place, "--code", code, "--arm", arm, "--wait"]
     with open(home / "lines.txt", "wb") as lines:
         process = subprocess.Popen(
             [sys.executable, "-c", RUN_WHILE_INPUT_IS_OPEN, *words],
-            cwd=SERVO.parent.parent,
+            cwd=HOUSE,
             stdin=subprocess.PIPE,
             stdout=lines,
             stderr=subprocess.STDOUT,

@@ -28,11 +28,9 @@ from laptop.demo.goals import GOALS, CameraRig, Goal, choose_goals, goal_words
 from laptop.demo.processes import (
     COMPARED,
     DRAWN,
-    DRIVER,
     ENDED,
     LOOK,
     READY,
-    SERVO,
     SERVOED,
     ChildProcess,
     Deadline,
@@ -49,9 +47,10 @@ from laptop.demo.truth import SUMMARY, ink_in_space, read_trace, record_goal_run
 from laptop.simulator import temporary_folders
 from laptop.simulator.host.pace import PacedClock, PaceMeter
 from laptop.simulator.live import PoseReader
+from laptop.simulator.own_programs import DRIVER, SERVO
 from laptop.simulator.session import AFTER
 from shared.arm_description import Arm, find_arm, read_arm
-from shared.state import ARM, STATE
+from shared.state import ARM, STATE, laptop_program
 
 TOLERANCE = 5.0
 """Tolerance of the servo if none is said, px."""
@@ -74,7 +73,7 @@ class DemoOptions:
     out: Path
     arm: str = "planar"
     seed: int = 0
-    servo: Path = SERVO
+    servo: str | Path = SERVO
     page: bool = False
     page_host: str = "127.0.0.1"
     page_port: int | None = None
@@ -207,7 +206,7 @@ class DemoRun:
         """
         stages = self._progress.stages
         stages[DRAWING].begin("starting")
-        drawing = self._begin(DRAWING, ["--realtime"], "drawing", [str(DRIVER), "--stay"])
+        drawing = self._begin(DRAWING, ["--realtime"], "drawing", [DRIVER, "--stay"])
         stages[TRACKER].begin("choosing goals")  # which takes as long as the other's start
         self._set_scene()
         self._tracker = self._track()
@@ -417,7 +416,7 @@ class DemoRun:
 
 
 def _command(options: DemoOptions) -> str:
-    words = ["python -m laptop demo"]
+    words = [f"{laptop_program()} demo"]
     words += [f"--arm {options.arm}"] * (options.arm != "planar")
     words += [f"--seed {options.seed}"] * (options.seed != 0)
     return " ".join(words)

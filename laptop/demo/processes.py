@@ -22,14 +22,12 @@ from typing import IO, Any
 from laptop import system
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.process_exit import BUSY as TOO_BUSY
+from laptop.simulator.own_programs import HOUSE
 from laptop.tracking import announcements
 from laptop.tracking.process_signals import killed_by, signals_ignored
 from shared.arm_description import ArmError
 
 LAPTOP = (sys.executable, "-m", "laptop")
-ROOT = Path(__file__).resolve().parents[2]
-DRIVER = ROOT / "robot" / "driver.py"
-SERVO = ROOT / "robot" / "visual_servoing.py"
 READY, DRAWN, SERVOED, COMPARED, ENDED = 300.0, 600.0, 600.0, 600.0, 60.0
 """Deadlines that only a hang reaches, s: for the tracker and its page; on the emulated clock, for
 the lines and for one goal; for the comparison, and for what is told to end."""
@@ -78,7 +76,7 @@ class ChildProcess:
         self._lock = threading.Lock()  # one line after the other, whichever stream has it
         self._process = subprocess.Popen(
             [*LAPTOP, *words],
-            cwd=ROOT,
+            cwd=HOUSE,
             env={**os.environ, **environment, "PYTHONUNBUFFERED": "1"},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,

@@ -167,7 +167,10 @@ class PageProcess:
             self._names,
         )
         self._over = threading.Event()
-        threading.Thread(target=keep_heartbeat, args=(controller, self._over), daemon=True).start()
+        self._heart = threading.Thread(
+            target=keep_heartbeat, args=(controller, self._over), daemon=True
+        )
+        self._heart.start()
         # Where it can be had: a process that has all imported already, and makes copies of itself.
         known = multiprocessing.get_all_start_methods()
         self._context = multiprocessing.get_context("forkserver" if "forkserver" in known else None)
@@ -186,30 +189,35 @@ class PageProcess:
         self._over.set()
         self._gate.close()
         self._watcher.join(2 * EXIT_TIMEOUT)
+        self._heart.join(EXIT_TIMEOUT)
         self._listener.close()
 
     def _keep(self) -> None:
         """Have a page's process until it is over; for a thread of its own."""
         while not self._over.is_set():
-            pipes = self._start()
+            servants = self._start()
             began = time.monotonic()
             why = self._watch()
-            self._end(pipes)
+            self._end(servants)
             if why:
                 self._say(f"page: its process {why}; it starts anew")
                 self._controller.lose_page(why)
                 if time.monotonic() - began < RESTART_PERIOD:
                     self._over.wait(RESTART_PAUSE)
 
-    def _start(self) -> list[Connection]:
-        """Start a process; return our ends of its pipes."""
+    def _start(self) -> dict[threading.Thread, Connection]:
+        """Start a process; return who serves it here, and by which pipe."""
         # Several: a STOP waits neither for the next picture nor for a frame to be read from a disk.
         cameras = self._controller.cameras
         pipes = [multiprocessing.Pipe() for _ in range(3 + len(cameras))]
-        for ours, _ in pipes:
+        servants = {
             threading.Thread(
                 target=serve_requests, args=(self._controller, ours), daemon=True
-            ).start()
+            ): ours
+            for ours, _ in pipes
+        }
+        for servant in servants:
+            servant.start()
         quick, slow, pulse, *seeing = theirs = [pipe for _, pipe in pipes]
         # A fork of this process would share the cameras, and threads that hold locks.
         self.process = self._context.Process(
@@ -229,7 +237,7 @@ class PageProcess:
         self.process.start()
         for pipe in theirs:
             pipe.close()
-        return [ours for ours, _ in pipes]
+        return servants
 
     def _watch(self) -> str:
         """Wait until the process has died, stands still, or it is over; return why, or ""."""
@@ -254,7 +262,7 @@ class PageProcess:
                 return f"has not answered for {silent:.0f} s"
         return ""
 
-    def _end(self, pipes: Sequence[Connection]) -> None:
+    def _end(self, servants: Mapping[threading.Thread, Connection]) -> None:
         """End the process, and all that waits for it."""
         assert self.process is not None
         # One that stands still would not even take that in.
@@ -264,7 +272,8 @@ class PageProcess:
         if self.process.is_alive():
             self.process.kill()
             self.process.join(EXIT_TIMEOUT)
-        for pipe in pipes:
+        for servant, pipe in servants.items():
+            servant.join(EXIT_TIMEOUT)  # each has heard that the other side is gone
             pipe.close()
 
 

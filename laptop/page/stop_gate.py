@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 PULSE_PERIOD = 0.25
 """Between two signs of life, s."""
+EXIT_TIMEOUT = 5.0
+"""Time, s, that it has to end; importing what it serves by takes about one."""
 MAX_STREAMS = 64
 """Number of pages that hear them."""
 
@@ -49,13 +51,20 @@ class StopGate:
         self._listener = listener
         self._streams = 0
         self._server: uvicorn.Server | None = None
+        self._over = threading.Event()
         self._app = AuthMiddleware(self._answer, key, hosts, pages, methods=("GET", "POST"))
-        threading.Thread(target=self._serve, name="stop gate", daemon=True).start()
+        self._thread = threading.Thread(target=self._serve, name="stop gate", daemon=True)
+        self._thread.start()
 
     def close(self) -> None:
         """End it, whoever still listens."""
-        if self._server:
-            self._server.should_exit = self._server.force_exit = True
+        self._over.set()
+        self._end(self._server)
+        self._thread.join(EXIT_TIMEOUT)
+
+    def _end(self, server: uvicorn.Server | None) -> None:
+        if server:
+            server.should_exit = server.force_exit = True
 
     def _serve(self) -> None:
         import uvicorn  # not above: who needs no page need not wait for it
@@ -72,6 +81,8 @@ class StopGate:
             server_header=False,
         )
         self._server = uvicorn.Server(config)
+        if self._over.is_set():  # while all that was imported
+            self._end(self._server)
         self._server.run(sockets=[self._listener])
 
     async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:

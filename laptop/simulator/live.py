@@ -1,11 +1,15 @@
 """The true pose of an arm that runs in real time, for cameras in other processes.
 
-`simulate --realtime` writes `live.txt` in the state folder ($BRICKSERVO_STATE or ~/.brickservo):
+Each `simulate --realtime` writes a file of its own in the folder `live` of the state folder
+($BRICKSERVO_STATE or ~/.brickservo), `1.txt`, `2.txt`, ...:
 a header in JSON, then a line `t q1 q2 ... pen` (s of the world, rad, 0 or 1) per 5 ms in which
 something moved, and at least two a second.  It only grows, so that a camera that comes late gets
 all the ink; the ink of runs that it has seen stays on its paper.  The writer keeps it locked: that
-is how others know that it lives.  Of two runs cameras see the one that drove its motors last; one
-that only looks, or is refused because the other may move, leaves the other in sight.
+is how others know that it lives.  Of two runs cameras see the one that drove its motors last, which
+has the higher number; one that only looks, or is refused because the other may move, has no file.
+
+No file is ever renamed, and one that cannot be removed is left: Windows allows neither while it is
+open somewhere.
 """
 
 import bisect
@@ -13,6 +17,7 @@ import contextlib
 import json
 import math
 import os
+import re
 import sys
 from collections import namedtuple
 
@@ -20,8 +25,7 @@ from laptop import system
 from robot.motion import kinematics
 from shared.arm_description import ArmError, read_arm
 from shared.small_files import SpoiltFile, number, open_file, parse_json
-from shared.state import LIVE_FILE as FILE
-from shared.state import state_folder
+from shared.state import LIVE_FOLDER, laptop_program, state_folder
 
 VERSION = 1
 SAMPLE_PERIOD = 0.005
@@ -40,7 +44,7 @@ HISTORY_LENGTH = 30.0
 
 NO_RUN = (
     "no emulated arm is running in real time, so it is shown at home; "
-    "start one: python -m laptop simulate --realtime SCRIPT"
+    "start one: {} simulate --realtime SCRIPT".format(laptop_program())
 )
 
 Pose = namedtuple("Pose", "arm q ink")
@@ -114,6 +118,20 @@ class History(object):
         return Pose(self.arm, q, self._ink[: bisect.bisect_right(self._ink_times, t)])
 
 
+def run_files(folder):
+    """Return the paths of the runs' files in a folder, which need not exist, the newest first."""
+    try:
+        names = os.listdir(folder)
+    except (FileNotFoundError, NotADirectoryError):
+        return []
+    numbers = [int(name[:-4]) for name in names if re.match(r"[0-9]{1,9}\.txt$", name)]
+    return [_path(folder, number) for number in sorted(numbers, reverse=True)]
+
+
+def _path(folder, number):
+    return os.path.join(folder, "{}.txt".format(number))
+
+
 class PoseWriter(object):
     """Writes the file that cameras follow; one of the world's bodies, behind the brick.
 
@@ -123,10 +141,14 @@ class PoseWriter(object):
         brick: EmulatedBrick in a world in real time.
         script: its name, for people.
         folder: None takes the state folder.
+
+    Attributes:
+        path: of the file, None before there is one.
     """
 
     def __init__(self, brick, script, folder=None):
-        self.path = os.path.join(folder or state_folder(), FILE)
+        self.path = None
+        self._folder = os.path.join(folder or state_folder(), LIVE_FOLDER)
         self._brick = brick
         self._script = script
         self._file = None
@@ -151,7 +173,7 @@ class PoseWriter(object):
         except OSError as error:
             sys.stderr.write(
                 "simulate: cameras no longer see this arm: {}: {}\n".format(
-                    self.path, error.strerror
+                    self.path or self._folder, error.strerror
                 )
             )
             self._drop()
@@ -167,11 +189,7 @@ class PoseWriter(object):
         if t < self._next_look:
             return False
         self._next_look = t + HEARTBEAT_PERIOD
-        try:
-            with open(open_file(self.path), "rb") as other:
-                return not system.is_locked(other.fileno())
-        except (FileNotFoundError, SpoiltFile):
-            return True
+        return not any(map(_is_alive, run_files(self._folder)))
 
     def _open(self):
         world = self._brick.world
@@ -182,19 +200,29 @@ class PoseWriter(object):
             "version": VERSION,
             "zero": world.zero,
         }
-        os.makedirs(os.path.dirname(self.path), mode=0o700, exist_ok=True)
-        # Complete and locked before it has its name, so that nobody sees it otherwise.
-        draft = "{}.{}".format(self.path, os.getpid())
-        file = open(draft, "wb", buffering=0)  # noqa: SIM115 (it stays open, and locked)
-        try:
-            system.lock(file.fileno())
-            file.write(json.dumps(header, sort_keys=True).encode("ascii") + b"\n")
-            os.replace(draft, self.path)
-        except OSError:
+        os.makedirs(self._folder, mode=0o700, exist_ok=True)
+        left = run_files(self._folder)
+        self._take_number(left)
+        self._file.write(json.dumps(header, sort_keys=True).encode("ascii") + b"\n")
+        for path in left:
+            _sweep(path)
+
+    def _take_number(self, others):
+        """Make a file that is newer than these, and lock it."""
+        newest = os.path.basename(others[0]) if others else "0.txt"
+        number = int(newest[:-4])
+        while self._file is None:
+            number += 1
+            path = _path(self._folder, number)
+            try:
+                file = open(path, "xb", buffering=0)  # noqa: SIM115 (it stays open, and locked)
+            except FileExistsError:
+                continue
+            # Another run may be sweeping just now, and take it for one that nobody has locked.
+            if system.lock(file.fileno()) and system.is_named(file.fileno(), path):
+                self.path, self._file = path, file
+                return
             file.close()
-            os.remove(draft)
-            raise
-        self._file = file
 
     def _news(self):
         """A line per SAMPLE_PERIOD of what moved, with where that began; else a heartbeat."""
@@ -217,15 +245,30 @@ class PoseWriter(object):
         return lines
 
     def _drop(self):
-        """Let go of the file, and of its name unless a newer run has taken that."""
+        """Let go of the file, which without its lock counts for nothing, and remove it."""
         self._over = True
         file, self._file = self._file, None
-        if file is None:
-            return
-        # A name that is gone already, or cannot be removed: without its lock it counts for nothing.
-        with file, contextlib.suppress(OSError):
-            if os.path.samestat(os.fstat(file.fileno()), os.stat(self.path)):
-                os.remove(self.path)
+        if file is not None:
+            system.remove_open(self.path, file.close)
+
+
+def _sweep(path):
+    """Remove the file of a run that was killed, if it can be."""
+    with contextlib.suppress(OSError, SpoiltFile):
+        file = open(open_file(path), "rb")  # noqa: SIM115 (closed before it can be removed)
+        if system.lock(file.fileno()):
+            system.remove_open(path, file.close)
+        else:
+            file.close()
+
+
+def _is_alive(path):
+    """Return True if the file is of a run that lives."""
+    try:
+        with open(open_file(path), "rb") as file:
+            return system.is_locked(file.fileno())
+    except (FileNotFoundError, SpoiltFile):
+        return False
 
 
 def _line(sample):
@@ -247,14 +290,14 @@ class PoseReader(object):
     """
 
     def __init__(self, folder=None):
-        self.path = os.path.join(folder or state_folder(), FILE)
+        self._folder = os.path.join(folder or state_folder(), LIVE_FOLDER)
         self.header = None
         self.alive = False
         self.pen = False
         self.refused = ""
         self._file = None
         self._rest = b""
-        self._refused = None
+        self._refused = {}  # by path: which file had that name then
         self._history = None
 
     @property
@@ -289,31 +332,40 @@ class PoseReader(object):
             self._file = None
 
     def _switch(self):
-        """Follow the file that has the name now, if it is of a run that lives."""
+        """Follow the newest run that lives, if it is not the one that is followed."""
+        for path in run_files(self._folder):
+            try:
+                if self._file is not None and system.is_named(self._file.fileno(), path):
+                    return
+                there = os.stat(path)
+                # A file that was refused stays so; its name may come back with another one.
+                identity = there.st_dev, there.st_ino, there.st_mtime, there.st_size
+                if self._refused.get(path) == identity:
+                    continue
+                self._refused[path] = identity
+                if self._follow(path):
+                    return
+            except FileNotFoundError:
+                continue
+            except SpoiltFile as error:
+                self.refused = "{} is not followed: {}".format(path, error)
+            except OSError as error:
+                self.refused = "{}: {}".format(path, error.strerror)
+
+    def _follow(self, path):
+        """Follow this file, and return True, if it is of a run that lives and has begun it."""
+        file = open(open_file(path), "rb", buffering=0)  # noqa: SIM115 (read on and on)
         try:
-            there = os.stat(self.path)
-            if self._file is not None and os.path.samestat(there, os.fstat(self._file.fileno())):
-                return
-            # A file that was refused stays so; its number may come back with another one.
-            identity = there.st_dev, there.st_ino, there.st_mtime
-            if identity == self._refused:
-                return
-            file = open(open_file(self.path), "rb", buffering=0)  # noqa: SIM115 (read on and on)
-        except FileNotFoundError:
-            return
-        except SpoiltFile as error:
-            self.refused = "{} is not followed: {}".format(self.path, error)
-            return
-        except OSError as error:
-            self.refused = "{}: {}".format(self.path, error.strerror)
-            return
-        try:
-            header, arm, rest = _start(file)
+            begun = _start(file)
         except (ValueError, KeyError, TypeError, ArmError, OSError) as error:
             file.close()
-            self._refused = identity
-            self.refused = "{} is not followed: {}".format(self.path, error)
-            return
+            self.refused = "{} is not followed: {}".format(path, error)
+            return False
+        if begun is None:
+            file.close()
+            del self._refused[path]
+            return False
+        header, arm, rest = begun
         self.close()
         self.refused = ""
         # Nobody changes the paper between two runs of one arm.
@@ -321,6 +373,7 @@ class PoseReader(object):
         self.header, self._file, self.alive = header, file, True
         self._history = History(arm, HISTORY_LENGTH, paper)
         self._rest = rest
+        return True
 
     def _take(self, line):
         """Add one line's pose; what is not one is left out."""
@@ -339,12 +392,20 @@ class PoseReader(object):
 def _start(file):
     """Read what a file begins with: header (dict), Arm, the bytes behind it.
 
+    Returns:
+        None if its run has not written all of the header yet.
+
     Raises:
         ValueError, KeyError, TypeError, ArmError, OSError: it is not of a run that lives.
     """
-    if not system.is_locked(file.fileno()):
+    locked = system.is_locked(file.fileno())
+    line, written, rest = file.read().partition(b"\n")
+    if not line:  # it may be about to be locked
+        return None
+    if not locked:
         raise ValueError("its program is gone")
-    line, _, rest = file.read().partition(b"\n")
+    if not written:
+        return None
     header = parse_json(line.decode("utf-8"))
     if header["version"] != VERSION:
         raise ValueError("it is of version {}, not {}".format(header["version"], VERSION))

@@ -16,11 +16,10 @@ import tempfile
 
 from laptop.simulator import session
 from laptop.simulator.device.plant_constants import CONSTANTS, MOTORS, TABLE, BadPlant, read_plant
+from laptop.simulator.own_programs import BENCH_BRICK
 from robot.benching.laps import NOTHING
 from robot.benching.measuring import FORMAT, VERSION
 from shared.arm_description import find_arm, read_arm
-
-SCRIPT = os.path.join(os.path.dirname(__file__), "..", "..", "robot", "bench_brick.py")
 
 NOT_COMPUTING = (NOTHING, "start: ", "motor: ", "late ", "read ", "write ")
 """Beginnings of pieces of work that do not tell how slowly a brick computes."""
@@ -191,7 +190,7 @@ def _laps_at_true_pace():
     with tempfile.TemporaryDirectory() as folder:
         file = os.path.join(folder, "brick.json")
         with contextlib.redirect_stdout(io.StringIO()):
-            session.run(arm, SCRIPT, ["planar", "--json", file], read_plant("cpu=1"))
+            session.run(arm, BENCH_BRICK, ["planar", "--json", file], read_plant("cpu=1"))
         with open(file, encoding="utf-8") as text:
             return json.loads(text.read())["laps_s"]
 

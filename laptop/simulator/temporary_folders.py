@@ -1,17 +1,19 @@
 """Temporary folders that are swept though their owner was killed.
 
-Each is locked as long as its owner lives: the system frees it, however he dies. Then whoever comes
-next may sweep it; on Windows, where no open folder is renamed, people may.
+Each has a file beside it, which is locked as long as its owner lives: the system frees it, however
+he dies.  Then whoever comes next may sweep both.
 """
 
 import contextlib
 import os
 import shutil
 import tempfile
+from functools import partial
 
 from laptop import system
 
-PREFIX = "brickservo-"
+PREFIX, LOCK = "brickservo-", ".lock"
+"""Beginning of the name of each folder, and what the name of its file has behind it."""
 IN_MEMORY = "/dev/shm"
 """Where Linux has files that are on no disk, which takes 50 ms to be rid of a folder of ours."""
 
@@ -25,27 +27,36 @@ def make(name, place=None):
         name: for people, a part of the folder's.
         place: folder; None takes IN_MEMORY, or where temporary files go if that is not there.
     """
-    if place is None:
+    while True:
         try:
-            draft = tempfile.mkdtemp(prefix="." + PREFIX, dir=IN_MEMORY)
+            descriptor, lock = _lock_file(name, place or IN_MEMORY)
         except OSError:
-            draft = tempfile.mkdtemp(prefix="." + PREFIX)
-    else:
-        draft = tempfile.mkdtemp(prefix="." + PREFIX, dir=place)
-    place, unique = os.path.split(draft)
-    path = os.path.join(place, PREFIX + name + "-" + unique[len("." + PREFIX) :])
-    if system.OPENS_FOLDERS:
-        _HELD[path] = system.open_folder(draft)
-        system.lock(_HELD[path])
-    os.rename(draft, path)  # only now: what bears our name and is not locked has no owner
+            if place:
+                raise
+            descriptor, lock = _lock_file(name, tempfile.gettempdir())
+        # Somebody may be sweeping just now, and take it for a dead one's.
+        if system.lock(descriptor) and system.is_named(descriptor, lock):
+            break
+        os.close(descriptor)
+    path = lock[: -len(LOCK)]
+    os.mkdir(path, 0o700)  # only now: what bears our name is of somebody who holds its lock
+    _HELD[path] = descriptor
     return path
+
+
+def _lock_file(name, place):
+    return tempfile.mkstemp(prefix=PREFIX + name + "-", suffix=LOCK, dir=place)
 
 
 def remove(path):
     """Remove a folder that `make` has made."""
-    shutil.rmtree(path, ignore_errors=True)
     if path in _HELD:
-        os.close(_HELD.pop(path))
+        _remove(path, _HELD.pop(path))
+
+
+def _remove(path, descriptor):
+    shutil.rmtree(path, ignore_errors=True)
+    system.remove_open(path + LOCK, partial(os.close, descriptor))
 
 
 @contextlib.contextmanager
@@ -65,27 +76,26 @@ def sweep(places=None):
         places: folders; None takes those of `make`.
     """
     swept = 0
-    if not system.OPENS_FOLDERS:
-        return swept
     for place in {IN_MEMORY, tempfile.gettempdir()} if places is None else places:
         with contextlib.suppress(OSError):  # there is no such place here
             for name in os.listdir(place):
-                if name.startswith(PREFIX):
-                    swept += _sweep_one(os.path.join(place, name))
+                if name.startswith(PREFIX) and name.endswith(LOCK):
+                    swept += _sweep_one(os.path.join(place, name[: -len(LOCK)]))
     return swept
 
 
 def _sweep_one(path):
     try:
-        descriptor = system.open_folder(path)
+        descriptor = os.open(path + LOCK, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
     except OSError:  # another user's, or just removed
         return 0
+    dead = False
     try:
-        if os.fstat(descriptor).st_uid != os.getuid() or not system.lock(descriptor):
-            return 0  # another user's, or its owner lives
-        shutil.rmtree(path, ignore_errors=True)
-        return 1
+        dead = system.is_ours(descriptor) and system.lock(descriptor)
     except OSError:  # one that cannot be locked
-        return 0
-    finally:
+        dead = False
+    if not dead:
         os.close(descriptor)
+        return 0
+    _remove(path, descriptor)
+    return 1

@@ -11,6 +11,7 @@ from robot import program
 from robot.benching.laps import NOTHING, Laps, middle, table
 from robot.clock import Clock
 from shared.arm_description import ArmError, find_arm, read_arm
+from shared.state import laptop_program
 
 FORMAT, VERSION = "brickservo brick", 1
 """What the file says that it is; the version rises when a figure changes its meaning."""
@@ -54,7 +55,7 @@ def run(args, begun):
             raise
         raise CannotMeasure(
             "there is no python-ev3dev2 here; run this on the brick, or emulated: "
-            "python -m laptop simulate {}".format(sys.argv[0])
+            "{} simulate {}".format(laptop_program(), sys.argv[0])
         ) from None
     with _lap(laps, "start: import the arm"):
         import robot.motion.arm  # noqa: F401

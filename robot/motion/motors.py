@@ -12,6 +12,7 @@ import os
 import ev3dev2.motor
 
 from shared.arm_description import ArmError
+from shared.state import laptop_program
 
 DEAD_MAN = 0.2
 """A motor whose set-point is not renewed stops after this time, s."""
@@ -76,7 +77,7 @@ class JointMotor(object):
                     "found {}: check the cable or the arm file".format(", ".join(found))
                     if found
                     else "no motor found at all: check the cables, or run this on the brick or, "
-                    "emulated, by python -m laptop simulate",
+                    "emulated, by {} simulate".format(laptop_program()),
                 )
             ) from None
         self._per_radian = direction * gear * self._motor.count_per_rot / (2 * math.pi)

@@ -381,7 +381,7 @@ def test_nothing_listening_is_said_once_and_tried_ever_more_slowly(make, clock, 
         client.poll(0.1)
     assert len(said) == 1
     assert "refused" in said[0]
-    assert said[0].endswith("python -m laptop track, or check the port that it prints")
+    assert said[0].endswith("brickservo track, or check the port that it prints")
     pauses = [late - early for early, late in zip(tries, tries[1:])]
     assert pauses[:3] == pytest.approx([0.25, 0.5, 1.0], abs=0.15)
     assert all(pause <= MAX_PAUSE + 0.15 for pause in pauses)

@@ -13,7 +13,7 @@ from shared import state
     [
         *(state.STATE, state.ARM, state.PLAN, state.LOCK),
         *(state.PAIRING_FILE, state.MARKERS_FILE, state.TRACKER_FILE),
-        *(state.LIVE_FILE, state.CLOCK_FILE, state.BRICK_FOLDER, state.MOTORS_FILE),
+        *(state.LIVE_FOLDER, state.CLOCK_FILE, state.BRICK_FOLDER, state.MOTORS_FILE),
     ],
 )
 def test_every_channel_is_in_the_table(name):

@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import importlib
+import json
 import math
 import sys
 
@@ -18,6 +19,7 @@ from laptop.simulator.host.prices import (
     START,
     imports,
 )
+from laptop.simulator.own_programs import HOUSE
 
 CYCLES_PER_SECOND, CYCLES_PER_INSTRUCTION = 300e6, 6.8
 """The EV3's ARM926; the second as modelled with its caches, between 4.5 and 9.7."""
@@ -27,6 +29,11 @@ SECONDS = CYCLES_PER_INSTRUCTION / CYCLES_PER_SECOND
 
 ACCESS_TIME = 0.44e-3
 """Time that the kernel takes for an access to an attribute, s."""
+
+HOME = "/home/robot"
+"""The brick's folder that the programs lie in."""
+
+_HOUSE = json.dumps(HOUSE)[1:-1]  # as a text in JSON has it
 
 SWITCH_INTERVAL = 5e-3
 """Time after which Python lets another thread have its turn, s (`sys.getswitchinterval`)."""
@@ -217,10 +224,15 @@ def _charged(function, once, each, spend):
         if not _for_the_program():
             return result
         texts = [value for value in (result, *args[1:2]) if isinstance(value, str)]
-        spend(once + each * (len(texts[0]) if texts else 0))
+        spend(once + each * (_length(texts[0]) if texts else 0))
         return result
 
     return charged
+
+
+def _length(text):
+    """Length of a text as it would be on the brick, where the programs lie in another folder."""
+    return len(text) + text.count(_HOUSE) * (len(HOME) - len(_HOUSE))
 
 
 def _charged_once(function, spend):

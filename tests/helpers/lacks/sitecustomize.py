@@ -47,7 +47,7 @@ MODULES = {
     "macos": "",
 }
 FOLDERS = "/proc", "/dev/input", "/dev/v4l", "/sys"
-FILES = "/dev/video", "/dev/fb", "/dev/shm/brickservo-", "/dev/shm/.brickservo-"
+FILES = "/dev/video", "/dev/fb", "/dev/shm/brickservo-"
 
 
 def lack(system):

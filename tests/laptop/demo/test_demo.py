@@ -31,7 +31,7 @@ from laptop.demo import course, goals, processes, report, results, truth
 from laptop.demo.course import DemoOptions
 from laptop.demo.goals import CameraRig
 from laptop.demo.processes import DemoFailed
-from laptop.simulator import temporary_folders
+from laptop.simulator import own_programs, temporary_folders
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
 from laptop.tracking import process_signals
@@ -659,7 +659,7 @@ client.close()
 def test_a_script_in_virtual_time_is_served_with_what_a_camera_would_see(tmp_path, monkeypatch):
     monkeypatch.setenv("SSH_CLIENT", "192.0.2.1 1 22")
     script = tmp_path / "sees.py"
-    script.write_text(SEES.format(root=str(processes.ROOT)))
+    script.write_text(SEES.format(root=own_programs.HOUSE))
     words = ["simulate", "--scene", TILTED, "--start", "30,45", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(laptop, [*words, str(script)])
     assert result.exit_code == 0, result.output
@@ -670,7 +670,7 @@ def test_a_script_in_virtual_time_is_served_with_what_a_camera_would_see(tmp_pat
 
 
 def test_a_scene_is_for_virtual_time(tmp_path):
-    words = ["simulate", "--realtime", "--scene", "", "--out", str(tmp_path), str(processes.DRIVER)]
+    words = ["simulate", "--realtime", "--scene", "", "--out", str(tmp_path), own_programs.DRIVER]
     result = CliRunner().invoke(laptop, words)
     assert result.exit_code == 1
     assert "a scene is for virtual time" in result.output

@@ -51,6 +51,17 @@ def gate():
     made.gate.close()
 
 
+@pytest.mark.parametrize("served", [False, True])
+def test_nothing_of_it_is_left_once_it_is_closed(served):
+    made = Gate()
+    if served:
+        made.ask()
+    made.gate.close()
+    assert "stop gate" not in [thread.name for thread in threading.enumerate()]
+    with pytest.raises(ConnectionRefusedError):
+        made.ask()
+
+
 def test_a_stop_is_taken_from_a_page_of_ours_which_may_read_the_answer(gate):
     gate.stopped.clear()
     status, headers, text = gate.ask()

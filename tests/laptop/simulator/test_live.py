@@ -13,12 +13,14 @@ from odd_files import ODD
 from rig import DRIVER, Rig
 from waiting import PATIENCE
 
+from laptop import system
 from laptop.simulator import session
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.world import World
-from laptop.simulator.live import FILE, History, PoseReader, PoseWriter
+from laptop.simulator.live import History, PoseReader, PoseWriter, run_files
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
+from shared.state import LIVE_FOLDER
 
 ROOT = os.path.dirname(os.path.dirname(DRIVER))
 ARM = read_arm(find_arm("planar"))
@@ -235,7 +237,7 @@ def test_what_a_killed_process_left_is_not_followed(run, tmp_path):
     with open(run.publisher.path, "rb") as file:
         left = file.read()
     run.publisher.close()
-    with open(os.path.join(str(tmp_path), FILE), "wb") as file:
+    with open(run.publisher.path, "wb") as file:
         file.write(left)
     follower = run.follower()
     assert follower.header is None
@@ -244,7 +246,76 @@ def test_what_a_killed_process_left_is_not_followed(run, tmp_path):
     follower.poll()
     assert follower.header["script"] == "newer.py"
     assert follower.refused == ""
+    assert run_files(str(tmp_path / LIVE_FOLDER)) == [newer.publisher.path], "it was swept"
     newer.publisher.close()
+
+
+def test_where_an_open_file_cannot_be_removed_it_is_swept_by_a_later_run(
+    run, tmp_path, monkeypatch
+):
+    names = {}
+
+    def remove(path):  # as Windows does while any program has it open
+        if path in names:
+            raise PermissionError(13, "in use", path)
+        return real(path)
+
+    real = os.remove
+    monkeypatch.setattr(os, "remove", remove)
+    names[run.publisher.path] = follower = run.follower()
+    run.publisher.close()
+    follower.poll()
+    assert not follower.alive
+    newer = Run(tmp_path, "newer.py")
+    follower.poll()
+    assert (follower.header["script"], follower.alive) == ("newer.py", True)
+    assert len(run_files(str(tmp_path / LIVE_FOLDER))) == 2
+    names.clear()
+    newest = Run(tmp_path, "newest.py")
+    newest.draw((10, 0), (5, 10))
+    follower.poll()
+    assert follower.header["script"] == "newest.py"
+    files = [newest.publisher.path, newer.publisher.path]
+    assert run_files(str(tmp_path / LIVE_FOLDER)) == files
+    newest.close()
+    newer.close()
+
+
+def test_two_runs_that_begin_at_once_have_a_file_each(run, tmp_path, monkeypatch):
+    """The second sweeps the first one's file in the moment before that is locked."""
+    path = str(tmp_path / LIVE_FOLDER / "2.txt")
+    lock = system.lock
+
+    def swept_first(descriptor):
+        if os.path.exists(path):
+            monkeypatch.setattr(system, "lock", lock)
+            os.remove(path)
+        return lock(descriptor)
+
+    monkeypatch.setattr(system, "lock", swept_first)
+    other = Run(tmp_path, "other.py")
+    other.draw((10, 0), (5, 10))
+    follower = other.follower()
+    assert follower.header["script"] == "other.py"
+    assert os.path.exists(other.publisher.path)
+    other.close()
+
+
+def test_a_run_that_has_not_begun_its_file_is_waited_for(run, tmp_path):
+    path = tmp_path / LIVE_FOLDER / "2.txt"
+    follower = run.follower()
+    with open(run.publisher.path, "rb") as file:
+        begun = file.read()
+    with open(str(path), "wb", buffering=0) as file:
+        follower.poll()
+        assert system.lock(file.fileno())
+        follower.poll()
+        file.write(begun[:20])
+        follower.poll()
+        assert (follower.header["script"], follower.refused) == ("drawing.py", "")
+        file.write(begun[20:].replace(b"drawing.py", b"another.py"))
+        follower.poll()
+        assert follower.header["script"] == "another.py"
 
 
 # What a file may look like
@@ -311,14 +382,14 @@ def test_a_header_that_is_wrong_is_refused_with_a_reason(run, change, word):
     assert word in follower.refused
 
 
-@pytest.mark.parametrize("content", [b"", b"[]\n", b"\xff\n", b"null\n", b"{\n"])
+@pytest.mark.parametrize("content", [b"[]\n", b"\xff\n", b"null\n", b"{\n"])
 def test_a_file_that_is_something_else_is_refused(run, content):
     with open(run.publisher.path, "r+b") as file:
         file.truncate()
         file.write(content)
     follower = run.follower()
     assert follower.header is None
-    assert FILE in follower.refused
+    assert run.publisher.path in follower.refused
 
 
 # What the writer may meet
@@ -326,15 +397,14 @@ def test_a_file_that_is_something_else_is_refused(run, content):
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full to stand for a full disk")
 @pytest.mark.parametrize("kind", sorted(ODD))
-def test_whatever_has_become_of_the_file_is_said_and_a_run_takes_its_place(tmp_path, kind):
-    path = str(tmp_path / FILE)
+def test_whatever_lies_where_runs_write_is_said_and_a_run_goes_beside_it(tmp_path, kind):
+    (tmp_path / LIVE_FOLDER).mkdir()
+    path = str(tmp_path / LIVE_FOLDER / "1.txt")
     ODD[kind][0](path)
     follower = PoseReader(str(tmp_path))
     follower.poll()
     assert follower.header is None
-    assert FILE in follower.refused
-    if kind == "folder":
-        return  # nothing can take its place
+    assert (path in follower.refused) == (kind != "empty")
     new = Run(tmp_path)
     follower.poll()
     assert (follower.header["script"], follower.refused) == ("drawing.py", "")
@@ -375,21 +445,23 @@ def scripted(tmp_path, source, realtime, monkeypatch, timeout=5.0):
 WATCHED = """
 import os, time
 time.sleep(0.05)
-print(os.listdir(%r))
+state = %r
+print(sorted(os.listdir(state)), sorted(name for *_, names in os.walk(state) for name in names))
 """
 
 
 def test_a_run_in_real_time_is_there_to_follow_until_its_end(tmp_path, monkeypatch, capsys):
     state = tmp_path / "state"
     scripted(tmp_path, WATCHED % str(state), True, monkeypatch)
-    assert capsys.readouterr().out == "['clock', 'live.txt']\n"
-    assert os.listdir(str(state)) == ["clock"]
+    assert capsys.readouterr().out == "['clock', 'live'] ['1.txt', 'clock']\n"
+    assert sorted(os.listdir(str(state))) == ["clock", "live"]
+    assert os.listdir(str(state / "live")) == []
 
 
 def test_a_run_in_virtual_time_leaves_nothing_to_follow(tmp_path, monkeypatch, capsys):
     (tmp_path / "state").mkdir()
     scripted(tmp_path, WATCHED % str(tmp_path / "state"), False, monkeypatch)
-    assert capsys.readouterr().out == "[]\n"
+    assert capsys.readouterr().out == "[] []\n"
 
 
 def test_a_deadlock_is_noticed_in_real_time_too(tmp_path, monkeypatch):

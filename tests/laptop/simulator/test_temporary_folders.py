@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from laptop import system
 from laptop.simulator import temporary_folders
 from laptop.simulator.temporary_folders import made, make, remove, sweep
 
@@ -14,6 +15,7 @@ ROOT = str(Path(__file__).parents[3])
 
 OWNER = """
 import sys
+from laptop import system
 from laptop.simulator import temporary_folders
 print(temporary_folders.make("home", sys.argv[1]), flush=True)
 open(temporary_folders.make("sysfs", sys.argv[1]) + "/file", "w").close()
@@ -27,7 +29,8 @@ def test_a_folder_is_ones_own_until_it_is_removed(tmp_path):
         assert os.path.basename(path).startswith("brickservo-home-")
         assert os.stat(path).st_mode & 0o077 == 0
         assert sweep([str(tmp_path)]) == 0
-        assert os.listdir(str(tmp_path)) == [os.path.basename(path)]
+        name = os.path.basename(path)
+        assert sorted(os.listdir(str(tmp_path))) == [name, name + ".lock"]
     assert os.listdir(str(tmp_path)) == []
     assert temporary_folders._HELD == {}
 
@@ -66,7 +69,7 @@ def test_what_a_killed_process_has_left_is_swept_and_what_a_living_one_has_is_no
         path = owner.stdout.readline().strip()
         assert owner.stdout.readline() == "there\n"
         (tmp_path / "another's").mkdir()
-        (tmp_path / "brickservo-file").write_text("")
+        (tmp_path / "brickservo-folder").mkdir()
         assert sweep([str(tmp_path)]) == 0
         assert os.path.isdir(path)
     finally:
@@ -74,4 +77,40 @@ def test_what_a_killed_process_has_left_is_swept_and_what_a_living_one_has_is_no
         owner.communicate()
     assert os.path.isdir(path)
     assert sweep([str(tmp_path), str(tmp_path / "none")]) == 2
-    assert sorted(os.listdir(str(tmp_path))) == ["another's", "brickservo-file"]
+    assert sorted(os.listdir(str(tmp_path))) == ["another's", "brickservo-folder"]
+
+
+def test_who_sweeps_while_a_folder_is_made_takes_no_place_of_it(tmp_path, monkeypatch):
+    real = system.lock
+
+    def swept_before(descriptor):
+        monkeypatch.setattr(system, "lock", real)
+        assert sweep([str(tmp_path)]) == 1
+        return real(descriptor)
+
+    monkeypatch.setattr(system, "lock", swept_before)
+    with made("home", str(tmp_path)) as path:
+        assert sweep([str(tmp_path)]) == 0
+        assert os.path.isdir(path)
+    assert os.listdir(str(tmp_path)) == []
+
+
+def test_where_an_open_file_cannot_be_removed_nothing_is_left_either(tmp_path, monkeypatch):
+    open_files = set()
+    real_remove, real_close = os.remove, os.close
+
+    def remove_file(path):  # as Windows does
+        if path.endswith(".lock") and open_files:
+            raise PermissionError(13, "in use", path)
+        real_remove(path)
+
+    def close(descriptor):
+        open_files.discard(descriptor)
+        real_close(descriptor)
+
+    path = make("home", str(tmp_path))
+    open_files.add(temporary_folders._HELD[path])
+    monkeypatch.setattr(os, "remove", remove_file)
+    monkeypatch.setattr(os, "close", close)
+    remove(path)
+    assert os.listdir(str(tmp_path)) == []

@@ -233,7 +233,7 @@ def test_a_brick_without_motors(rig):
         rig.brick.unplug(port)
     with pytest.raises(MotorNotFound) as error:
         JointMotor("shoulder", "A", "large", 1.0, 1)
-    assert refused(error, "no motor found at all", "on the brick", "laptop simulate")
+    assert refused(error, "no motor found at all", "on the brick", "brickservo simulate")
 
 
 def test_a_laptop_without_a_brick():

@@ -7,9 +7,9 @@ from places import SCRIPTS
 
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.host import program
+from laptop.simulator.host import processor, program
 from laptop.simulator.host.prices import START
-from laptop.simulator.host.processor import ACCESS_TIME, SECONDS, Processor
+from laptop.simulator.host.processor import ACCESS_TIME, HOME, HOUSE, SECONDS, Processor
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
 from shared.arm_description import find_arm, read_arm
@@ -193,3 +193,11 @@ def test_what_was_computed_is_taken_once():
     assert processor.take() == 0
     names["_spend_"](500)
     assert processor.take() == pytest.approx(500 * SECONDS, rel=0.2)
+
+
+def test_where_this_computer_has_the_programs_costs_the_brick_nothing():
+    here, there = (
+        json.dumps({"file": house + "/shared/arms/planar.ini"}) for house in (HOUSE, HOME)
+    )
+    assert processor._length(here) == processor._length(there) == len(there)
+    assert processor._length("") == 0

@@ -12,7 +12,7 @@ from rig import Rig
 
 from laptop.simulator.host import pace
 from laptop.simulator.host.pace import PacedClock
-from laptop.simulator.live import FILE, NO_RUN, Pose, PoseWriter
+from laptop.simulator.live import NO_RUN, Pose, PoseWriter
 from laptop.simulator.scene.optics import light_of, to_linear, to_srgb
 from laptop.simulator.scene.poses import ScriptedPoses
 from laptop.simulator.scene.scene import Scene
@@ -20,6 +20,7 @@ from laptop.simulator.scene.scene_constants import read_scene
 from laptop.simulator.scene.sensor import marker_frame, through_jpeg
 from laptop.simulator.scene.synthetic_camera import SyntheticCamera, film, open_live
 from shared.arm_description import find_arm, read_arm
+from shared.state import LIVE_FOLDER
 
 ARM = read_arm(find_arm("planar"))
 CLEAN = "noise=0,jpeg=0,clutter=0,"
@@ -458,7 +459,8 @@ def test_the_noise_of_two_cameras_is_not_the_same():
 
 
 def test_a_file_that_is_not_followed_is_named(tmp_path):
-    (tmp_path / FILE).write_text("{}\n")
+    (tmp_path / LIVE_FOLDER).mkdir()
+    (tmp_path / LIVE_FOLDER / "1.txt").write_text("{}\n")
     with open_live("width=160,height=120,focal=160,clutter=0", str(tmp_path)) as made:
         assert "is not followed" in made.notes[1]
         assert made.notes[0] == NO_RUN

@@ -1,0 +1,74 @@
+"""The end of a command's process: threads that nobody can end are not torn out of what they do."""
+
+import os
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+from places import ROOT
+
+PROGRAM = """
+import atexit, sys, threading
+import laptop.cli.main as commands
+from laptop.__main__ import run
+
+def main():
+    {work}
+    print("done")
+    {end}
+
+commands.main = main
+atexit.register(print, "the interpreter ends")
+run()
+"""
+HUNG = "threading.Thread(target=threading.Event().wait, daemon=True).start()"
+BUSY = "threading.Timer(0.2, print, ['later']).start()"
+
+
+@pytest.mark.parametrize("end", ["return 3", "sys.exit(3)"])
+@pytest.mark.parametrize(
+    ("work", "printed"),
+    [
+        ("pass", "done\nthe interpreter ends\n"),
+        (BUSY, "done\nlater\nthe interpreter ends\n"),
+        (HUNG, "done\n"),
+    ],
+    ids=["alone", "busy", "hung"],
+)
+def test_the_interpreter_does_not_end_under_a_thread_that_goes_on(work, printed, end):
+    words = [sys.executable, "-c", PROGRAM.format(work=work, end=end)]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (3, "")
+    assert done.stdout == printed
+
+
+TELLING = """
+import sys, threading
+from laptop import __main__ as program
+
+def tell(status):
+    print(*(thread.name for thread in threading.enumerate()), file=sys.stderr)
+
+program._leave_threads = tell
+program.run()
+"""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("page", ["--page-port=0", "--no-page"])
+def test_a_tracker_ends_all_of_its_threads(tmp_path, page):
+    film = tmp_path / "film.avi"
+    out = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (160, 120))
+    out.write(np.full((120, 160, 3), 130, np.uint8))
+    out.release()
+    words = ["track", "--camera", str(film), "--host", "127.0.0.1", "--port", "0", page]
+    done = subprocess.run(
+        [sys.executable, "-c", TELLING, *words],
+        cwd=ROOT,
+        env={**os.environ, "BRICKSERVO_STATE": str(tmp_path)},
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stderr) == (0, "MainThread\n")

@@ -1,0 +1,128 @@
+"""The laptop's side as `uv tool install` puts it there: a wheel, in a class's own folder."""
+
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+
+import cv2
+import numpy as np
+import pytest
+from places import ROOT, SCRIPTS
+from systems import lacking
+
+from shared.version import VERSION
+
+BRICKSERVO = """
+import sys
+sys.argv[0] = "brickservo"
+from laptop.__main__ import run
+run()
+"""
+"""What the command `brickservo` does that is made of the wheel."""
+
+pytestmark = pytest.mark.long
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    if not os.environ.get("CI"):
+        pytest.importorskip("hatchling", reason="hatchling, which makes wheels, is in group dev")
+    folder = tmp_path_factory.mktemp("wheel")
+    words = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
+    subprocess.run(words, cwd=ROOT, check=True, capture_output=True)
+    (made,) = folder.iterdir()
+    return made
+
+
+@pytest.fixture(scope="module")
+def site(wheel, tmp_path_factory):
+    """Where it is unpacked."""
+    folder = tmp_path_factory.mktemp("site")
+    zipfile.ZipFile(wheel).extractall(folder)
+    return folder
+
+
+@pytest.fixture(params=["linux", "windows", "macos"])
+def brickservo(request, site, tmp_path):
+    """A function that runs the command in a class's folder, on this system or another."""
+    folder = tmp_path / "Klasse 7b" / "Übung 1"
+    folder.mkdir(parents=True)
+    environment = {**os.environ} if request.param == "linux" else lacking(request.param)
+    paths = [*environment.get("PYTHONPATH", "").split(os.pathsep)[:-1], str(site)]
+    environment.update(
+        PYTHONPATH=os.pathsep.join(paths),
+        BRICKSERVO_STATE=str(tmp_path / "state"),
+        TMPDIR=str(tmp_path),
+    )
+
+    def run(*words):
+        return subprocess.run(
+            [sys.executable, "-c", BRICKSERVO, *words],
+            cwd=folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+        )
+
+    run.folder = folder
+    return run
+
+
+def test_a_wheel_holds_all_that_its_folders_hold_but_pictures(wheel):
+    names = set(zipfile.ZipFile(wheel).namelist())
+    for room in ("laptop", "robot", "shared"):
+        for path in (ROOT / room).rglob("*"):
+            name = path.relative_to(ROOT).as_posix()
+            if path.is_file() and "__pycache__" not in name:
+                assert (name in names) == (not name.startswith("laptop/pictures/")), name
+    assert not {name.partition("/")[0] for name in names} - {
+        *("laptop", "robot", "shared"),
+        f"brickservo-{VERSION}.dist-info",
+    }
+
+
+def test_it_knows_its_name_and_its_version(brickservo):
+    done = brickservo("--version")
+    assert (done.returncode, done.stdout) == (0, f"brickservo {VERSION}\n")
+    done = brickservo("simulate", "--help")
+    assert "Usage: brickservo simulate [OPTIONS] SCRIPT" in done.stdout
+    assert "  brickservo simulate robot/driver.py line 10,0 5,10" in done.stdout
+    done = brickservo("simulate", "robot/driver.py", "--version")
+    assert f"brickservo {VERSION}\n" in done.stdout
+
+
+def test_a_class_runs_its_own_script_and_ours_in_its_own_folder(brickservo):
+    shutil.copy(SCRIPTS / "lab1_moves.py", brickservo.folder / "my_lab.py")
+    for words in (
+        ["my_lab.py"],
+        ["driver.py", "where"],
+        ["--arm", "geared", "robot/driver.py", "line", "10,0", "5,10"],
+    ):
+        done = brickservo("simulate", *words)
+        assert (done.returncode, done.stderr) == (0, ""), words
+    assert (brickservo.folder / "out" / "picture.png").is_file()
+    own = brickservo.folder / "driver.py"
+    own.write_text("print('my own driver')\n")
+    assert brickservo("simulate", "driver.py").stdout.startswith("my own driver\n")
+    done = brickservo("simulate", "robot/nothing.py")
+    assert done.returncode == 2
+    assert "'robot/nothing.py' does not exist. See brickservo simulate --help.\n" in done.stderr
+
+
+def test_a_video_is_tracked_there(brickservo):
+    film = brickservo.folder / "Film.avi"
+    out = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (320, 240))
+    image = np.full((240, 320, 3), 130, np.uint8)
+    cv2.circle(image, (100, 80), 20, (0, 0, 220), -1, cv2.LINE_AA)
+    for _ in range(5):
+        out.write(image)
+    out.release()
+    done = brickservo("track", "--camera", "Film.avi", "--no-serve", "--csv", "seen.csv")
+    assert (done.returncode, done.stderr) == (0, "")
+    rows = (brickservo.folder / "seen.csv").read_text().splitlines()
+    seen = [row.split(",") for row in rows if ",effector," in row]
+    assert len(seen) == 5
+    for _, _, _, u, v, _ in seen:
+        assert (float(u), float(v)) == pytest.approx((100, 80), abs=0.3)
