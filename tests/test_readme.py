@@ -24,6 +24,8 @@ from waiting import PATIENCE, until
 
 from laptop.cli.main import laptop
 from laptop.page import run_states
+from laptop.simulator.device.sensor_kinds import KINDS
+from laptop.simulator.device.wheels import CONSTANTS as WHEELS
 from laptop.tracking import announcements
 from robot import api
 from shared import state
@@ -562,3 +564,17 @@ def test_the_help_of_a_script_ends_with_two_examples(name, capsys):
     assert title == "examples:"
     for example in (one, other):
         assert re.match(rf"  {name}\.py \S", example)
+
+
+def test_every_sensor_and_all_that_it_measures_is_told():
+    text = (ROOT / "laptop" / "simulator" / "README.md").read_text("utf-8")
+    told = set(re.findall(r"[\w-]+", text.partition("## Sensors")[2].partition("\n## ")[0]))
+    for name, kind in KINDS.items():
+        assert {name, kind.driver, *kind.quantities} <= told, name
+
+
+def test_every_constant_of_the_wheels_is_told():
+    text = (ROOT / "laptop" / "simulator" / "README.md").read_text("utf-8")
+    section = text.partition("## A bare brick")[2].partition("\n## ")[0]
+    rows = "\n".join(re.findall(r"^\| (`.*?) \|", section, re.MULTILINE))
+    assert set(re.findall(r"`(\w+)`", rows)) == set(WHEELS)

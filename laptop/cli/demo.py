@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from laptop.cli.options import ON_THE_BRICK, examples, importing, on_the_page
+from laptop.cli.options import examples, importing, on_the_brick, on_the_page
 from laptop.simulator.host.process_exit import BUSY
 from shared.arm_description import ArmError
 
@@ -21,7 +21,7 @@ class TryLater(click.ClickException):
 
 
 @click.command(epilog=examples("demo", "demo --arm spatial --seed 7"))
-@ON_THE_BRICK
+@on_the_brick()
 @click.option(
     "--seed",
     type=click.IntRange(0, 2**31 - 1),

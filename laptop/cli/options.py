@@ -59,16 +59,18 @@ class FiniteRange(click.FloatRange):
         return number
 
 
-ON_THE_BRICK = click.option(
-    "--arm",
-    "arm_file",
-    default="planar",
-    envvar=state.ARM,
-    show_default=True,
-    show_envvar=True,
-    metavar="FILE",
-    help="Arm on the emulated brick: planar, geared, spatial or a file.",
-)
+def on_the_brick(more: str = "") -> Callable[[Any], Any]:
+    """Return the option for the arm on the emulated brick; `more` is its help's end."""
+    return click.option(
+        "--arm",
+        "arm_file",
+        default="planar",
+        envvar=state.ARM,
+        show_default=True,
+        show_envvar=True,
+        metavar="FILE",
+        help=f"Arm on the emulated brick: planar, geared, spatial or a file{more}.",
+    )
 
 
 def on_the_page(command: Callable[..., None]) -> Callable[..., None]:

@@ -19,10 +19,14 @@ import click
 from click.core import ParameterSource
 
 from laptop import system
-from laptop.cli.options import ON_THE_BRICK, FiniteRange, examples, importing
+from laptop.cli.options import FiniteRange, examples, importing, on_the_brick
+from laptop.cli.plugs import NO_ARM, plugged, wheels_of
 from laptop.simulator import measured_brick, session
 from laptop.simulator.device.buttons import LATEST, read_press
 from laptop.simulator.device.plant_constants import TABLE, read_plant
+from laptop.simulator.device.sensor_orders import listing, read_sensors
+from laptop.simulator.device.sensor_scene import LINE, line_points
+from laptop.simulator.device.wheels import TABLE as WHEELS
 from laptop.simulator.host.pace import BUSY
 from laptop.simulator.own_programs import find_script
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
@@ -30,15 +34,13 @@ from shared.arm_description import Arm, ArmError, find_arm, read_arm
 if TYPE_CHECKING:
     from laptop.reporting import line_accuracy
 
-FREE_MOTOR = ("D=large",)
-"""The motor beside the arm if nothing is said, where the arm leaves the port free."""
-
 NEVER_CAME = 3
 """Exit status of a run that succeeds before all that was ordered has come."""
 
 EXAMPLES = examples(
     "simulate robot/driver.py line 10,0 5,10",
     "simulate --plant backlash=3,seed=4 --fault unplug:A@1.5 robot/driver.py home",
+    "simulate --arm none --wheels left=B,right=C --sensor in2=gyro:robot my_robot.py",
 )
 
 PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
@@ -58,9 +60,10 @@ class BrickScript(click.Path):
 
 @click.command(
     context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False},
-    epilog=f"Plant constants: {TABLE.listing()}.\n\n{EXAMPLES}",
+    epilog=f"Sensors: {listing()}.\n\nWheels: {WHEELS.listing()}.\n\n"
+    f"Plant constants: {TABLE.listing()}.\n\n{EXAMPLES}",
 )
-@ON_THE_BRICK
+@on_the_brick("; none for a brick without one")
 @click.option("--plant", "plant_text", default="", metavar="KEY=VALUE,...", help="See below.")
 @click.option(
     "--constants",
@@ -103,9 +106,23 @@ class BrickScript(click.Path):
     "--plug",
     multiple=True,
     metavar="PORT=KIND",
-    default=FREE_MOTOR,
-    show_default=True,
-    help="A motor (large or medium) that moves nothing; at the pen's port it replaces the pen.",
+    help="A motor (large or medium) at a port that the arm leaves free; several times if needed. "
+    "Beside an arm there is D=large where nothing else is at D.",
+)
+@click.option(
+    "--wheels",
+    "wheels_text",
+    metavar="KEY=VALUE,...",
+    help="With --arm none: the motors at left=PORT and right=PORT carry a robot; its way is drawn.",
+)
+@click.option(
+    "--sensor",
+    "sensors",
+    multiple=True,
+    metavar="PORT=KIND[:VALUES]",
+    help="A sensor at an input, with its values over time: in2=ultrasonic:12..80/5s goes to and "
+    "fro, in3=color:white:black@2 changes at 2 s, in4=gyro:turns.csv follows a file; a touch "
+    "sensor is where nothing is said.",
 )
 @click.option(
     "--timeout",
@@ -138,6 +155,8 @@ def simulate(
     faults: tuple[str, ...],
     start: str,
     plug: tuple[str, ...],
+    wheels_text: str | None,
+    sensors: tuple[str, ...],
     timeout: float,
     scene: str | None,
     pictured: bool | None,
@@ -155,7 +174,8 @@ def simulate(
         from laptop.reporting import line_accuracy
 
     try:
-        arm = read_arm(find_arm(arm_file))
+        arm = None if arm_file == NO_ARM else read_arm(find_arm(arm_file))
+        wheels = wheels_of(wheels_text, arm)
         _check_arm_of_script(arm_file, script, args)
         read_plant(plant_text)
         measured = (
@@ -168,10 +188,12 @@ def simulate(
             "plant": plant,
             "faults": [session.read_fault(text) for text in faults],
             "presses": [read_press(text) for text in presses],
-            "extra": _plugged(arm, plug),
+            "extra": plugged(arm, plug, wheels),
+            "wheels": wheels,
             "start": start,
             "realtime": realtime,
             "timeout": timeout,
+            "sensors": read_sensors(sensors),
             "watched": None if scene is None else _watched(scene, arm, realtime),
         }
         ordered = [
@@ -191,17 +213,19 @@ def simulate(
         run = session.run(arm, script, args, **options)
         took = time.perf_counter() - began
         # Without a pen motor all of the motion is ink, and none of it belongs to one path.
-        wanted = run.wanted if arm.pen else []
+        wanted = run.wanted if arm and arm.pen else []
         measures = line_accuracy.measure(run.record, wanted)
     except ArmError as error:
         raise click.ClickException(str(error)) from None
     except OSError as error:
         raise click.ClickException(f"{error.strerror}: {error.filename}; make room there") from None
+    seen = arm is not None or wheels is not None
     to_see = line_accuracy.is_there_to_see(run.record, run.wanted)
-    drawn = to_see if pictured is None else pictured
+    drawn = seen and (to_see if pictured is None else pictured)
     summary = _summary(script, args, arm, plant_text, run, measures)
     summary["cpu"] = plant["cpu"]
     summary["constants"] = constants_file
+    summary["sensors"] = list(sensors)
     summary["measured"] = measured
     late = [words for words, t in ordered if t > run.outcome.t]
     summary["never_came"] = late
@@ -213,7 +237,12 @@ def simulate(
     if drawn:
         click.echo(f"{out}/{PICTURE}, trace.csv, summary.json")
     else:
-        why = "" if to_see else "; the arm has not moved, so there is no picture"
+        why = (
+            ""
+            if to_see
+            else f"; the {'arm' if arm else 'robot'} has not moved, so there is no picture"
+        )
+        why = why if seen else "; without an arm and --wheels there is no picture"
         click.echo(f"{out}/trace.csv, summary.json{why}")
     if late:
         click.echo(
@@ -272,11 +301,15 @@ def _check_arm_of_script(arm_file: str, script: str, args: tuple[str, ...]) -> N
         )
 
 
-def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
+def _watched(text: str, arm: Arm | None, realtime: bool) -> Callable[[Any], Any]:
     """Return what serves a brick in virtual time with what the tracker finds in rendered frames."""
     if realtime:
         raise session.InvalidSimulationOption(
             "a scene is for virtual time; with --realtime, run track --camera synthetic beside it"
+        )
+    if arm is None:
+        raise session.InvalidSimulationOption(
+            f"--scene shows an arm, and --arm {NO_ARM} has none; leave one of them out"
         )
     from laptop.simulator.picture_faults import PictureFaults
     from laptop.simulator.scene.rendered_tracker import rendered
@@ -308,29 +341,6 @@ def _watched(text: str, arm: Arm, realtime: bool) -> Callable[[Any], Any]:
     return watch
 
 
-def _plugged(arm: Arm, plugs: tuple[str, ...]) -> dict[str, str]:
-    """Return port -> kind of the motors beside the arm's."""
-    joints = {joint.port for joint in arm.joints}
-    extra: dict[str, str] = {}
-    for text in plugs:
-        port, _, kind = text.partition("=")
-        if port not in tuple("ABCD") or kind not in ("large", "medium"):
-            raise session.InvalidSimulationOption(
-                f"plug '{text}': write PORT=KIND with a port from A to D and large or medium"
-            )
-        if plugs == FREE_MOTOR:
-            # Ordered by nobody, it gives way to whatever the arm has there.
-            if port not in joints | ({arm.pen.port} if arm.pen else set()):
-                extra[port] = kind
-        elif port in joints or port in extra:
-            raise session.InvalidSimulationOption(
-                f"plug '{text}': port {port} is taken; choose another one"
-            )
-        else:
-            extra[port] = kind
-    return extra
-
-
 def _check_room(out: Path) -> None:
     """Refuse a folder that cannot take the results before anything runs."""
     try:
@@ -351,7 +361,7 @@ def _no_room(out: Path, error: OSError) -> click.ClickException:
 
 def _write(
     out: Path,
-    arm: Arm,
+    arm: Arm | None,
     run: session.SimulationResult,
     wanted: list,
     measures: list[line_accuracy.Measure | None],
@@ -362,19 +372,27 @@ def _write(
     from laptop.reporting import line_accuracy
 
     title = " ".join([summary["script"], *summary["args"]])
-    notes = f"{arm.name} arm, true tip of the emulated arm"
+    sensors = summary["sensors"]
+
+    def draw_robot(file: str) -> None:
+        from laptop.reporting import robot_plot
+
+        seen = any(LINE in order.quantities.values() for order in read_sensors(sensors).values())
+        robot_plot.write_robot_plot(file, run.record, title, line_points() if seen else ())
 
     def draw(file: str, axes: str = "xy") -> None:
         from laptop.reporting import (
             line_plot as picture,  # matplotlib is slow to import; every other answer is quicker
         )
 
+        assert arm is not None
+        notes = f"{arm.name} arm, true tip of the emulated arm"
         picture.write_line_plot(
             file, run.record, wanted, measures, run.skeleton, run.reach, title, notes, axes
         )
 
     def record(file: str) -> None:
-        line_accuracy.write_trace(file, run.record)
+        line_accuracy.write_trace(file, run.record, run.names)
 
     def sum_up(file: str) -> None:
         Path(file).write_text(json.dumps(summary, indent=1) + "\n")
@@ -383,7 +401,7 @@ def _write(
     if pictured and run.record and run.record[0].z is not None:
         files[FROM_THE_SIDE] = partial(draw, axes="xz")
     if pictured:
-        files[PICTURE] = draw
+        files[PICTURE] = draw if arm else draw_robot
     for name, write in files.items():
         draft = out / f".{name}.part"
         try:
@@ -398,7 +416,7 @@ def _write(
 def _summary(
     script: str,
     args: tuple[str, ...],
-    arm: Arm,
+    arm: Arm | None,
     plant: str,
     run: session.SimulationResult,
     measures: list[line_accuracy.Measure | None],
@@ -406,7 +424,7 @@ def _summary(
     return {
         "script": script,
         "args": list(args),
-        "arm": arm.name,
+        "arm": arm.name if arm else NO_ARM,
         "plant": plant,
         "status": run.outcome.status,
         "reason": run.outcome.reason,
@@ -441,11 +459,12 @@ def _report(summary: dict, took: float) -> str:
             f"{path['greatest_mm']:.2f} mm at most and {path['rms_mm']:.2f} mm rms, "
             f"{path['end_mm']:.2f} mm at its end"
         )
-    if summary["unmeasured"]:
+    if summary["unmeasured"] and summary["arm"] != NO_ARM:
         lines.append(
             "the arm has no pen motor: all of its motion is ink, the paths are not measured"
         )
     driven = [port for port, motor in summary["motors"].items() if motor["driven"]]
     modes = ", ".join(f"{port} {motor['mode']}" for port, motor in summary["motors"].items())
+    modes = modes or "none is plugged in; --plug A=large plugs one in"
     lines.append(f"STILL DRIVEN: {', '.join(driven)} ({modes})" if driven else f"motors: {modes}")
     return "\n".join(lines)

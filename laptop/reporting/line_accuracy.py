@@ -151,23 +151,32 @@ def match(paths: Sequence[np.ndarray], inks: Sequence[np.ndarray]) -> list[int |
     return [k if k < len(inks) else None for k in order[: len(paths)]]
 
 
-def write_trace(file: str | os.PathLike[str], rows: Sequence[Any]) -> None:
+def write_trace(
+    file: str | os.PathLike[str], rows: Sequence[Any], angles: Sequence[str] | None = None
+) -> None:
     """Write the record as CSV: `t,q1,..,qn,x,y,pen` (in space x,y,z) in s, rad, cm and 0 or 1.
 
     Equal records give equal bytes.  An empty one gives the header of a two-joint arm.
+
+    Args:
+        file: where to.
+        rows: the record.
+        angles: what the angles are of, in place of q1 to qn.
 
     Raises:
         OSError: as the system says it; the file may then be there in part.
     """
     joints = len(rows[0].q) if rows else 2
     axes = "xyz" if rows and rows[0].z is not None else "xy"
-    names = ["t", *(f"q{number}" for number in range(1, joints + 1)), *axes, "pen"]
+    if angles is None:
+        angles = [f"q{number}" for number in range(1, joints + 1)]
+    names = ["t", *angles, *axes, "pen"]
     with open(file, "w", encoding="ascii", newline="\n") as out:
         out.write(",".join(names) + "\n")
         for row in rows:
-            angles = "".join(f"{angle:.6f}," for angle in row.q)
+            turned = "".join(f"{angle:.6f}," for angle in row.q)
             tip = "".join(f"{value:.5f}," for value in place(row))
-            out.write(f"{row.t:.4f},{angles}{tip}{int(row.pen)}\n")
+            out.write(f"{row.t:.4f},{turned}{tip}{int(row.pen)}\n")
 
 
 def _checked(number: int, path: Points, size: int | None) -> np.ndarray:

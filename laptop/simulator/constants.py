@@ -39,6 +39,8 @@ class ConstantTable(object):
         ranged: keys that may be written LOW..HIGH, to draw from.
         owners: names of single things; KEY with such a name and a dot before it is that one's own.
         common: keys that all owners share.
+        reader: `reader(key, text, written)` gives the list of a key's values in place of the one
+            that `check` allows, as where values change with time.
     """
 
     def __init__(
@@ -52,6 +54,7 @@ class ConstantTable(object):
         ranged=(),
         owners=(),
         common=(),
+        reader=None,
     ):
         self.constants = constants
         self._noun = noun
@@ -62,12 +65,14 @@ class ConstantTable(object):
         self._ranged = ranged
         self._owners = owners
         self._common = common
+        self._reader = reader
 
     def parse(self, text):
         """Read a text such as `tilt=40,load=-0.1..0.1,B.fps=60`.
 
         Returns:
-            dict, owner ("" for all) -> dict, key -> list of its value, or of LOW and HIGH.
+            dict, owner ("" for all) -> dict, key -> list of its value, or of LOW and HIGH, or what
+            the reader gives.
 
         Raises:
             the table's error: naming the key, the value and what is allowed.
@@ -104,6 +109,8 @@ class ConstantTable(object):
         return owner, key
 
     def _values(self, written, key, text):
+        if self._reader is not None:
+            return self._reader(key, text, written)
         if not self._ranged:
             return [self.check(key, text, written)]
         values = [self.check(key, part, written) for part in text.split("..")]

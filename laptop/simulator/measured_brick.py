@@ -99,10 +99,11 @@ def _fill(measured, figures, arm):
     if figures["access_s"] is not None:
         measured["access"] = max(0.0, float(figures["access_s"]))
     motors = figures["motors"]
-    if any("joint" in motor for motor in motors.values()) and figures["arm"] != arm.name:
+    name = "none" if arm is None else arm.name
+    if any("joint" in motor for motor in motors.values()) and figures["arm"] != name:
         raise BadPlant(
             "it was measured on the arm {}, not on {}; choose --arm {}".format(
-                figures["arm"], arm.name, figures["arm"]
+                figures["arm"], name, figures["arm"]
             )
         )
     if motors:

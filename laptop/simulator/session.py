@@ -1,4 +1,4 @@
-"""One script on one emulated arm, from the words of a command line to what came out.
+"""One script on one emulated brick, from the words of a command line to what came out.
 
 The brick wakes up as its user left it: the arm parked, its zero on file; or lost, never homed.
 """
@@ -16,8 +16,9 @@ from collections import namedtuple
 
 from laptop.simulator import temporary_folders
 from laptop.simulator.device.brick import EmulatedBrick
-from laptop.simulator.device.buttons import LATEST
+from laptop.simulator.device.buttons import INPUTS, LATEST
 from laptop.simulator.device.peripherals import Peripherals
+from laptop.simulator.device.sensor_scene import scene_of
 from laptop.simulator.host.linux import Signals
 from laptop.simulator.host.pace import PacedClock
 from laptop.simulator.host.runner import run_script
@@ -51,8 +52,11 @@ FAULTS = {
 }
 """Kind of a fault -> placeholder of what stands behind its colon; CAMERA may be left out."""
 
+_PORTS = {"unplug": tuple("ABCD") + INPUTS}
+"""Ports of what can happen to sensors, too."""
+
 SimulationResult = namedtuple(
-    "SimulationResult", "outcome record wanted motors skeleton reach pace"
+    "SimulationResult", "outcome record wanted motors names skeleton reach pace"
 )
 """The result of a run.
 
@@ -60,8 +64,9 @@ outcome   runner.Outcome
 record    the brick's MotionSamples
 wanted    the paths (cm) that the script told it wanted
 motors    per port what its motor does at the end: dict(mode, driven, position)
-skeleton  where the arm's joints and its tip ended, cm
-reach     least and greatest distance of the tip from the base, cm
+names     what the angles in the record are of; None: of the arm's joints
+skeleton  where the arm's joints and its tip ended, cm; empty without an arm
+reach     least and greatest distance of the tip from the base, cm; None without an arm
 pace      emulated seconds per second of this computer's clock; None in virtual time
 """
 
@@ -105,7 +110,7 @@ def read_fault(text):
         elif FAULTS[kind] == "CAMERA":
             if what not in (None,) + tuple(CAMERA_NAMES):
                 raise ValueError(what)
-        elif what not in (tuple("ABCD") if FAULTS[kind] == "PORT" else (None,)):
+        elif what not in (_PORTS.get(kind, tuple("ABCD")) if FAULTS[kind] == "PORT" else (None,)):
             raise ValueError(what)
     except (TypeError, ValueError):
         raise InvalidSimulationOption(
@@ -113,7 +118,7 @@ def read_fault(text):
                 one_line(text),
                 kind,
                 {
-                    "PORT": "a port from A to D",
+                    "PORT": "a port from A to D" + (", or in1 to in4" if kind in _PORTS else ""),
                     "CAMERA": "a camera from A to H, or nothing for all of them",
                     None: "nothing",
                 }.get(FAULTS[kind], "SECONDS from 0 to {:g}".format(LONGEST_ACCESS)),
@@ -138,6 +143,12 @@ def read_start(text, arm):
     Raises:
         InvalidSimulationOption: it is none of these.
     """
+    if arm is None:
+        if text != "home":
+            raise InvalidSimulationOption(
+                "start '{}': there is no arm to be there; leave --start out".format(one_line(text))
+            )
+        return None, False
     if text.startswith(AFTER):
         return _end_of(text[len(AFTER) :], arm), True
     if text == "home":
@@ -194,11 +205,13 @@ def run(
     realtime=False,
     timeout=600.0,
     watched=None,
+    sensors=None,
+    wheels=None,
 ):
     """Run `script` on an emulated brick that carries `arm`.
 
     Args:
-        arm: shared.arm_description.Arm.
+        arm: shared.arm_description.Arm; None for a brick without one.
         plant: constants from plant_constants.read_plant.
         start: see read_start.
         faults: Faults.
@@ -208,12 +221,15 @@ def run(
         watched: `watched(brick)` gives a context manager for a tracker's `port` on this machine
             its `code` and `key`, and its `pictures` (PictureFaults) by camera in `frames`; the
             script finds it as one that it remembers.
+        sensors: port -> SensorOrder; None: a touch sensor at each.
+        wheels: of a brick without an arm, from wheels.read_wheels.
 
     Returns:
         SimulationResult.
 
     Raises:
         InvalidSimulationOption: a fault for a port without a motor, or an impossible start.
+        BadSensor, BadPress: a sensor that sees what is not there, no touch sensor to press.
     """
     q, homed = read_start(start, arm)
     with contextlib.ExitStack() as stack:
@@ -222,10 +238,17 @@ def run(
             stack.callback(clock.close)
         world = World(clock, os.path.basename(script))
         world.tell = _tell
-        brick = EmulatedBrick(world, arm, plant, q, extra)
+        brick = EmulatedBrick(world, arm, plant, q, extra, wheels)
         if not homed:
             brick.reset_motors()  # it has just been switched on: an arm that gravity pulls drops
-        ordered = _schedule_faults(brick, faults)
+        devices = Peripherals(
+            world,
+            brick.sysfs,
+            voltage=lambda: brick.plant.plant["voltage"],
+            sensors=sensors,
+            scene=scene_of(brick),
+        )
+        ordered = _schedule_faults(brick, devices, faults)
         stack.enter_context(_published(brick, script))
         tracker = stack.enter_context(watched(brick)) if watched else None
         _schedule_pictures(world, tracker, faults)
@@ -234,7 +257,7 @@ def run(
             brick,
             script,
             args,
-            Peripherals(world, brick.sysfs, voltage=lambda: brick.plant.plant["voltage"]),
+            devices,
             presses,
             timeout=timeout,
             **ordered,
@@ -244,10 +267,13 @@ def run(
         port: {"mode": motor.mode, "driven": motor.driven, "position": motor.position}
         for port, motor in brick.motors.items()
     }
-    skeleton = kinematics.joint_positions(arm, brick.plant.q)
+    skeleton, reach = (), None
+    if arm is not None:
+        skeleton = kinematics.joint_positions(arm, brick.plant.q)
+        reach = kinematics.reach(arm)
     pace = world.pace.mean if world.pace else None
     return SimulationResult(
-        outcome, brick.record, wanted, motors, skeleton, kinematics.reach(arm), pace
+        outcome, brick.record, wanted, motors, brick.names, skeleton, reach, pace
     )
 
 
@@ -255,16 +281,19 @@ def _tell(line):
     sys.stderr.write(line + "\n")
 
 
-def _schedule_faults(brick, faults):
+def _schedule_faults(brick, devices, faults):
     """Let the faults happen on the brick; those of the program are returned, for run_script."""
     ordered = {"signals": []}
     for fault in faults:
         if FAULTS[fault.kind] == "CAMERA":
             continue
+        if fault.what in INPUTS:
+            brick.world.at(fault.t, devices.inputs[fault.what].unplug)
+            continue
         if FAULTS[fault.kind] == "PORT" and fault.what not in brick.motors:
             raise InvalidSimulationOption(
                 "fault {}: no motor at port {}; there are {}".format(
-                    fault.kind, fault.what, ", ".join(sorted(brick.motors))
+                    fault.kind, fault.what, ", ".join(sorted(brick.motors)) or "none; give --plug"
                 )
             )
         _schedule(brick, fault, ordered)
@@ -325,7 +354,7 @@ def park_on_file(arm, q, folder):
 @contextlib.contextmanager
 def _published(brick, script):
     """Let cameras in other processes see the arm meanwhile, in real time."""
-    if not brick.world.realtime:
+    if not brick.world.realtime or brick.arm is None:
         yield
         return
     writer = PoseWriter(brick, os.path.basename(script))
@@ -341,15 +370,13 @@ def _home_folder(brick, q, homed, tracker):
     """The brick's home for one run: its state, its arm, and room for the wanted paths."""
     folder = temporary_folders.make("home")
     arm = brick.arm
-    environment = {
-        STATE: folder,
-        PLAN: os.path.join(folder, "plan"),
-        ARM: os.path.abspath(arm.file),
-    }
+    environment = {STATE: folder, PLAN: os.path.join(folder, "plan")}
+    if arm is not None:
+        environment[ARM] = os.path.abspath(arm.file)
     if tracker:
         # Ahead of what is remembered goes where ssh came from: the laptop, that is.
         environment["SSH_CLIENT"] = "{} 0 22".format(LAPTOP)
-    if brick.world.realtime:
+    if brick.world.realtime and arm is not None:
         # All programs that run in real time want the one arm that the cameras see.
         environment[LOCK] = os.path.join(os.path.abspath(state_folder()), MOTORS_FILE)
     before = {key: os.environ.get(key) for key in environment}

@@ -1,4 +1,4 @@
-"""Devices beside the motors that a script reads and writes as files: touch sensor, LED, battery."""
+"""Devices that a script reads and writes as files: LEDs, the battery, what all of them share."""
 
 import errno
 import os
@@ -9,7 +9,7 @@ def invalid():
     return OSError(errno.EINVAL, os.strerror(errno.EINVAL))
 
 
-class _Device(object):
+class Device(object):
     """A device whose attributes are mostly constants."""
 
     notifications = 0
@@ -28,41 +28,7 @@ class _Device(object):
         raise OSError(errno.EACCES, os.strerror(errno.EACCES), attribute)
 
 
-class TouchSensor(_Device):
-    """A lego-ev3-touch sensor; `pressed` is its state."""
-
-    def __init__(self, port):
-        super(TouchSensor, self).__init__(
-            {
-                "address": "ev3-ports:" + port,
-                "driver_name": "lego-ev3-touch",
-                "mode": "TOUCH",
-                "modes": "TOUCH",
-                "decimals": "0",
-                "num_values": "1",
-                "units": "",
-                "bin_data_format": "s8",
-            }
-        )
-        self.pressed = False
-
-    def read(self, attribute):
-        """Return the attribute's text."""
-        if attribute == "value0":
-            return str(int(self.pressed))
-        if attribute == "bin_data":
-            return chr(int(self.pressed))
-        return super(TouchSensor, self).read(attribute)
-
-    def write(self, attribute, value):
-        """Set the attribute."""
-        if attribute != "mode":
-            super(TouchSensor, self).write(attribute, value)
-        if value != "TOUCH":
-            raise invalid()
-
-
-class Led(_Device):
+class Led(Device):
     """One of the four LEDs; `history` holds (s, brightness) from the start on."""
 
     TRIGGERS = ("none", "default-on", "timer", "heartbeat")
@@ -109,7 +75,7 @@ class Led(_Device):
             self.trigger = "none"
 
 
-class EmulatedBattery(_Device):
+class EmulatedBattery(Device):
     """The brick's power supply.
 
     Args:

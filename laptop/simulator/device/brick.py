@@ -3,12 +3,14 @@
 import math
 from collections import namedtuple
 
+from laptop.simulator.device.buttons import INPUTS
 from laptop.simulator.device.plant import ArmPlant
 from laptop.simulator.device.plant_constants import at_port, read_plant
+from laptop.simulator.device.ports import OutputPort
 from laptop.simulator.device.sysfs import Sysfs
 from laptop.simulator.device.tacho_motor import DRIVER, TICK, TachoMotor
+from laptop.simulator.device.wheels import BarePlant
 from laptop.simulator.host.processor import ACCESS_TIME
-from robot.motion import kinematics
 
 STEP = 0.001
 """Step of the physics, s."""
@@ -31,10 +33,6 @@ MotionSample = namedtuple("MotionSample", "t q x y z pen")
 """One row of the record: s, true link angles (rad), true tip (cm; z None in the plane), 0 or 1."""
 
 
-def _name(port):
-    return "motor{}".format(FIRST_DEVICE + PORTS.index(port))
-
-
 def _access_of(constants):
     """Time of an access, s."""
     if constants["access"] is not None:
@@ -43,36 +41,46 @@ def _access_of(constants):
 
 
 class EmulatedBrick(object):
-    """An arm on a brick, ready for python-ev3dev2.
+    """An arm on a brick, or a brick alone, ready for python-ev3dev2.
 
     Args:
         world: the clock.
-        arm: Arm, what is plugged in where.
+        arm: Arm, what is plugged in where; None for a brick without one.
         plant: constants from `read_plant`; the honest LEGO arm if None.
         start: joint angles at the start, rad; the home pose if None.  Encoders read 0 there.
             Where gravity pulls the motors hold, as the last program has left them.
-        extra: port -> "large" or "medium", motors that move nothing; none at a joint's port.
+        extra: port -> "large" or "medium", motors beside the arm's.
+        wheels: of a brick without an arm, from `read_wheels`; the motors of both are among extra.
 
     Attributes:
         record: MotionSamples, one per 5 ms.
+        names: what the angles in it are of; None: of the arm's joints.
     """
 
-    def __init__(self, world, arm, plant=None, start=None, extra=None):
+    def __init__(self, world, arm, plant=None, start=None, extra=None, wheels=None):
         self.world = world
         self.arm = arm
         constants = read_plant() if plant is None else plant
-        self.plant = ArmPlant(arm, constants, start)
+        self.plant = (
+            BarePlant(constants, wheels) if arm is None else ArmPlant(arm, constants, start)
+        )
         self.sysfs = Sysfs(world, _access_of(constants))
         self.slowness = constants["cpu"]
         self.motors = {}
-        kinds = {joint.port: joint.motor for joint in arm.joints}
-        if arm.pen:
-            kinds[arm.pen.port] = arm.pen.motor
+        self._names, self._loads = {}, {}  # of a port's device, and how often it has been loaded
+        self._pulled = set()  # ports without their cable
+        moved = () if arm is None else arm.joints + ((arm.pen,) if arm.pen else ())
+        kinds = {part.port: part.motor for part in moved}
         for port, kind in (extra or {}).items():
             kinds[port] = kind
             self.plant.add_bare_motor(port, kind)
         for port in sorted(kinds):
             self._plug(port, kinds[port])
+        self.names = self.plant.names if arm is None else None
+        for number, port in enumerate(PORTS, len(INPUTS)):
+            device = OutputPort(port, self._connect, self._is_loaded)
+            found = {key: device.constants[key] for key in ("address", "driver_name")}
+            self.sysfs.add("lego-port", "port{}".format(number), found, device)
         if self.plant.weighs:
             for joint in arm.joints:
                 self.motors[joint.port].hold()
@@ -89,7 +97,28 @@ class EmulatedBrick(object):
         )
         self.motors[port] = motor
         discovery = {"address": "ev3-ports:out" + port, "driver_name": DRIVER[kind]}
-        self.sysfs.add("tacho-motor", _name(port), discovery, motor)
+        # As the system does, one that comes anew gets a number that none has had.
+        number = FIRST_DEVICE + PORTS.index(port) + len(PORTS) * self._loads.get(port, 0)
+        self._loads[port] = self._loads.get(port, 0) + 1
+        self._names[port] = "motor{}".format(number)
+        self.sysfs.add("tacho-motor", self._names[port], discovery, motor)
+
+    def _is_loaded(self, port):
+        return port in self.motors and not self.motors[port].unplugged
+
+    def _connect(self, port, wanted):
+        """Load or unload the driver of the motor at `port`; it comes anew."""
+        if wanted and port in self.motors and port not in self._pulled:
+            self._unload(port)
+            self._plug(port, self.motors[port].kind)
+            self.motors[port].begin_at(self.world.now())
+        elif self._is_loaded(port):
+            self._unload(port)
+
+    def _unload(self, port):
+        if self._is_loaded(port):
+            self.motors[port].unplug()
+            self.sysfs.remove("tacho-motor", self._names[port])
 
     def advance(self, t):
         """Bring physics and drivers up to time `t`, s."""
@@ -111,7 +140,7 @@ class EmulatedBrick(object):
     def _sample(self):
         q = self.plant.q
         if q != self._tip_at:  # mostly it stands
-            self._tip_at, self._tip = q, (tuple(kinematics.forward(self.arm, q)) + (None,))[:3]
+            self._tip_at, self._tip = q, self.plant.tip()
         x, y, z = self._tip
         self.record.append(MotionSample(self._steps * STEP, q, x, y, z, int(self.plant.pen_down)))
 
@@ -129,10 +158,8 @@ class EmulatedBrick(object):
 
     def unplug(self, port):
         """Pull the cable of the motor at `port`; pulling it again does nothing."""
-        if self.motors[port].unplugged:
-            return
-        self.motors[port].unplug()
-        self.sysfs.remove("tacho-motor", _name(port))
+        self._pulled.add(port)
+        self._unload(port)
 
     def jam(self, port):
         """Block what the motor at `port` moves: its link, or the rotor of a bare motor."""

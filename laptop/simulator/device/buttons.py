@@ -11,7 +11,7 @@ from shared.message_fields import one_line
 BUTTONS = {"up": 103, "down": 108, "left": 105, "right": 106, "enter": 28, "backspace": 14}
 """Key codes of the brick's buttons, by the names python-ev3dev2 gives them."""
 
-TOUCH_PORTS = ("in1", "in2", "in3", "in4")
+INPUTS = ("in1", "in2", "in3", "in4")
 
 EV_SYN, EV_KEY = 0, 1
 
@@ -33,7 +33,7 @@ def read_press(text):
     Raises:
         BadPress
     """
-    names = sorted(BUTTONS) + ["back", "touch"] + ["touch:" + port for port in TOUCH_PORTS]
+    names = sorted(BUTTONS) + ["back", "touch"] + ["touch:" + port for port in INPUTS]
     match = re.match(r"^([\w:]+)@(\d+(?:\.\d*)?|\.\d+)(?:\+(\d+(?:\.\d*)?|\.\d+))?$", text)
     if not match or match.group(1) not in names:
         raise BadPress(

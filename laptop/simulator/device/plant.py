@@ -70,10 +70,8 @@ class ArmPlant(object):
         return Drive(motor, self.plant["voltage"], ratio, link, angle)
 
     def add_bare_motor(self, port, kind):
-        """Plug in a motor that moves nothing; at the pen's port it leaves the pen lifted."""
+        """Plug in a motor that moves nothing."""
         self.drives[port] = self._drive(port, kind, 1.0, None, 0.0)
-        if self.arm.pen and port == self.arm.pen.port:
-            self._pen = None
 
     @property
     def weighs(self):
@@ -84,6 +82,10 @@ class ArmPlant(object):
     def q(self):
         """The TRUE joint angles (of the links), rad."""
         return tuple([link.angle for link in self._links])
+
+    def tip(self):
+        """The TRUE tip, cm: x, y and z, which is None in the plane."""
+        return (tuple(kinematics.forward(self.arm, self.q)) + (None,))[:3]
 
     def step(self, h):
         """Advance everything by `h` seconds."""

@@ -14,6 +14,9 @@ import types
 
 from laptop.simulator import temporary_folders
 
+_REAL_OPEN = open
+"""What a program opens in the folder are the devices themselves."""
+
 POLLPRI = 2
 """Of linux/poll.h: a device has news; not every host's `select` has it."""
 
@@ -35,10 +38,12 @@ class Attribute(object):
         """Nothing is buffered."""
 
     def read(self, size=-1):
-        """One access: the attribute's text and a newline, bytes."""
+        """One access: the attribute's text and a newline, or the bytes that it is of; bytes."""
         self.sysfs.touch()
         self.seen = getattr(self.device, "notifications", 0)
-        data = (self.device.read(self.name) + "\n").encode()
+        data = self.device.read(self.name)
+        if not isinstance(data, bytes):
+            data = (data + "\n").encode()
         return data if size < 0 else data[:size]
 
     def write(self, value):
@@ -97,8 +102,9 @@ class Sysfs(object):
 
         Args:
             discovery: file name -> text, what the library's search reads.
-            device: has `read(attribute) -> str` and `write(attribute, str)`, both raising OSError,
-                and `notifications`, an int that rises whenever poll() should wake.
+            device: has `read(attribute) -> str`, or bytes of what is no text, and
+                `write(attribute, str)`, both raising OSError, and `notifications`, an int that
+                rises whenever poll() should wake.
         """
         self._devices[(class_name, device_name)] = device
         self._discovery[(class_name, device_name)] = discovery
@@ -135,12 +141,25 @@ class Sysfs(object):
         """Return True if there is a device at `device_path`, a class and a name."""
         return tuple(device_path.split(os.sep)[-2:]) in self._discovery
 
+    def plugged_in(self):
+        """Return what is found at each port, such as `outA lego-ev3-l-motor`."""
+        found = [
+            "{} {}".format(text["address"].partition(":")[2], text["driver_name"])
+            for (class_name, _), text in self._discovery.items()
+            if class_name in ("tacho-motor", "lego-sensor")
+        ]
+        return sorted(found, key=lambda text: (text[:2] == "in", text))
+
+    def is_inside(self, path):
+        """Return True for a file of a device's folder as the library names it to programs."""
+        return bool(self._root) and path.startswith(self._root + os.sep)
+
     def _lay_out(self, class_name, device_name):
         folder = os.path.join(self._root, class_name, device_name)
         os.makedirs(folder)
         for name, text in self._discovery[(class_name, device_name)].items():
             path = os.path.join(folder, name)
-            with open(path, "w") as file:
+            with _REAL_OPEN(path, "w") as file:
                 file.write(text + "\n")
             os.chmod(path, 0o664)
 

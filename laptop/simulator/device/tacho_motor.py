@@ -263,6 +263,15 @@ class TachoMotor(object):
         self._active = dict(self._set, stop_action="hold")
         self._stop(self.position)
 
+    def begin_at(self, t):
+        """Count from where the shaft is at `t`, s, as a driver that is loaded then."""
+        edges = math.floor((math.degrees(self.drive.shaft) + self.encoder.phase))
+        self.encoder.edges = edges * Encoder.EDGES_PER_COUNT
+        self.encoder.noted = self.t = t
+        self._sensed_at = self.drive.angle
+        self._next_notify = t + NOTIFY_PERIOD
+        self._show_position(0)
+
     def unplug(self):
         """Pull the cable: the motor coasts, every access fails."""
         self.unplugged = True

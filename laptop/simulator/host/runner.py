@@ -177,6 +177,9 @@ def _main(shims, script, source):
             raise
         except BaseException:
             status = _status_of(*sys.exc_info())
+            if sys.exc_info()[0].__name__ == "DeviceNotFound":
+                found = shims.peripherals.sysfs.plugged_in()
+                _complain("plugged in: {}; see --plug and --sensor", ", ".join(found) or "nothing")
         try:
             shims.finish()
         except KeyboardInterrupt:

@@ -303,6 +303,9 @@ class _AttributeFile(object):
     def seek(self, offset, whence=0):
         return 0
 
+    def truncate(self, size=None):
+        return 0
+
     def flush(self):
         """Nothing is buffered."""
 

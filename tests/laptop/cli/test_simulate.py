@@ -319,6 +319,42 @@ print("turned", 350 < motor.position < 380)
     assert "turned True" in result.output, result.output
 
 
+def test_a_sensor_with_values_over_time(simulate, script):
+    source = """
+import time
+from ev3dev2.sensor.lego import ColorSensor, UltrasonicSensor
+colour, sonar = ColorSensor("in3"), UltrasonicSensor("in2")
+print(colour.color_name, int(sonar.distance_centimeters))
+time.sleep(2.5)
+print(colour.color_name, int(sonar.distance_centimeters))
+"""
+    orders = ("in2=ultrasonic:12..80/5s", "in3=color:white:black@2")
+    result = simulate("--sensor", orders[0], "--sensor", orders[1], script(source))
+    assert result.output.splitlines()[:2] == ["White 12", "Black 46"], result.output
+    assert json.loads((result.out / "summary.json").read_text())["sensors"] == list(orders)
+
+
+def test_a_sensors_cable_is_pulled(simulate, script):
+    source = """
+import time
+from ev3dev2 import DeviceNotFound
+from ev3dev2.sensor.lego import GyroSensor
+gyro = GyroSensor("in2")
+try:
+    while True:
+        gyro.angle
+        time.sleep(0.1)
+except DeviceNotFound:
+    print("gone")
+"""
+    words = ["--sensor", "in2=gyro", "--fault", "unplug:in2@2"]
+    result = simulate(*words, script(source))
+    assert result.output.splitlines()[0] == "gone", result.output
+    assert json.loads((result.out / "summary.json").read_text())["seconds"] == pytest.approx(
+        2.05, abs=0.06
+    )
+
+
 # The arm's zero
 
 
@@ -470,7 +506,8 @@ def test_a_number_that_is_none_is_out_of_range(simulate, script, option, value):
         (["--fault", "earthquake@2"], ["earthquake", "unplug"]),
         (["--fault", "unplug:A"], ["unplug:A", "@"]),
         (["--fault", "unplug@2"], ["a port from A to D"]),
-        (["--fault", "unplug:E@2"], ["a port from A to D"]),
+        (["--fault", "unplug:E@2"], ["a port from A to D, or in1 to in4"]),
+        (["--fault", "stall:in1@2"], ["stall takes a port from A to D, then"]),
         (["--fault", "freeze:A@2"], ["nothing"]),
         (["--fault", "slow-sysfs:very@2"], ["SECONDS"]),
         (["--fault", "frozen-picture:Z@2"], ["a camera from A to H"]),
@@ -490,6 +527,23 @@ def test_a_number_that_is_none_is_out_of_range(simulate, script, option, value):
         (["--press", "\x1b[31menter@1"], ["enter@1"]),
         (["--plug", "E=large"], ["E=large"]),
         (["--plug", "D=huge"], ["D=huge"]),
+        (["--plug", "C=large"], ["C=large", "its pen", "--arm none"]),
+        (["--plug", "A=large"], ["A=large", "its shoulder", "--arm none"]),
+        (["--arm", "none", "--plug", "A=large", "--plug", "A=medium"], ["A=medium", "twice"]),
+        (["--wheels", "left=B,right=C"], ["left=B,right=C", "--arm none"]),
+        (["--arm", "none", "--wheels", "left=B"], ["left=B", "right=PORT"]),
+        (["--arm", "none", "--wheels", "left=B,right=B"], ["two ports"]),
+        (["--arm", "none", "--wheels", "left=B,right=C,track=0"], ["track = 0", "2 to 60 cm"]),
+        (["--arm", "none", "--start", "lost"], ["start 'lost'", "no arm"]),
+        (["--arm", "none", "--scene", ""], ["--scene", "none"]),
+        (["--arm", "none", "--fault", "stall:A@1"], ["no motor at port A", "--plug"]),
+        (["--arm", "none", "--sensor", "in1=ultrasonic:tip"], ["no tip", "neither arm"]),
+        (["--arm", "none", "--sensor", "in1=gyro:robot"], ["no robot", "neither arm"]),
+        (["--sensor", "in2=sonar"], ["in2=sonar", "ultrasonic"]),
+        (["--sensor", "in2=gyro:wrist"], ["angle = wrist"]),
+        (["--sensor", "in2=gyro:base"], ["no base", "elbow"]),
+        (["--sensor", "in2=gyro", "--sensor", "in2=touch"], ["in2=touch", "has one already"]),
+        (["--sensor", "in2=gyro", "--press", "touch:in2@1"], ["touch:in2", "in2 gyro"]),
         (["--press", "trigger@2"], ["trigger"]),
         (["--press", "enter"], ["enter"]),
         (["--start", "upside-down"], ["upside-down", "home", "lost"]),
@@ -606,15 +660,63 @@ def test_a_path_told_the_wrong_way_is_one_line(simulate, script):
     assert in_one_line(shown.stderr, "line 1 of $BRICKSERVO_PLAN")
 
 
-def test_another_motor_in_the_pens_place(simulate, script):
-    """Tank scripts on B and C; the arm then draws nothing."""
-    turn = script(
-        "from ev3dev2.motor import LargeMotor\nLargeMotor('outC').on_for_degrees(30, 360)\n"
+def test_a_bare_brick_has_the_motors_that_are_plugged_in(simulate, script):
+    """Where an arm has its own, nothing else is plugged in; beside them what nobody asked for."""
+    listing = script(
+        "from ev3dev2.motor import list_motors, LargeMotor\n"
+        "print(sorted(motor.address[-1] + motor.driver_name[-7] for motor in list_motors()))\n"
     )
-    assert simulate(str(turn)).exit_code == 1
-    result = simulate("--plug", "C=large", str(turn))
-    assert result.exit_code == 0
-    assert {row["pen"] for row in rows(result.out)} == {"0"}
+    cases = {
+        (): "['Al', 'Bl', 'Cm', 'Dl']",
+        ("--plug", "D=medium"): "['Al', 'Bl', 'Cm', 'Dm']",
+        ("--arm", "none"): "[]",
+        ("--arm", "none", "--plug", "C=large", "--plug", "A=medium"): "['Am', 'Cl']",
+        ("--arm", "none", "--wheels", "left=C,right=B", "--plug", "B=medium"): "['Bm', 'Cl']",
+    }
+    for words, wanted in cases.items():
+        result = simulate(*words, listing)
+        assert result.output.splitlines()[0] == wanted, words
+    turn = script(
+        "from ev3dev2.motor import LargeMotor\nm = LargeMotor('outC')\n"
+        "m.on_for_degrees(30, 360)\nprint(m.position)\n"
+    )
+    result = simulate("--arm", "none", "--plug", "C=large", turn)
+    assert result.exit_code == 0, result.output
+    assert int(result.output.split()[0]) == pytest.approx(360, abs=8)
+    last = rows(result.out)[-1]
+    assert math.degrees(float(last["C"])) == pytest.approx(360, abs=8)
+    assert set(last) == {"t", "C", "x", "y", "pen"}
+    assert "no picture" in result.output
+
+
+def test_what_is_missing_is_told_with_what_is_there(simulate, script):
+    missing = script("from ev3dev2.sensor.lego import GyroSensor\nGyroSensor()\n")
+    result = simulate("--arm", "none", "--plug", "B=medium", "--sensor", "in2=none", missing)
+    assert result.exit_code == 1
+    assert result.stderr.splitlines()[-1] == (
+        "simulate: plugged in: outB lego-ev3-m-motor, in1 lego-ev3-touch, in3 lego-ev3-touch, "
+        "in4 lego-ev3-touch; see --plug and --sensor"
+    )
+    fine = script("from ev3dev2.sensor.lego import TouchSensor\nTouchSensor('in1')\n")
+    assert "plugged in" not in simulate(fine).stderr
+
+
+def test_a_robot_on_wheels_leaves_its_way(simulate, script):
+    """A third of a turn in place, 20 cm on: by the wheels' 5.6 cm on a track of 12 cm."""
+    drive = script(
+        "from ev3dev2.motor import *\ntank = MoveTank(OUTPUT_B, OUTPUT_C)\n"
+        f"tank.on_for_degrees(-20, 20, {120 * 12 / 5.6})\n"
+        f"tank.on_for_degrees(20, 20, {360 * 20 / (5.6 * math.pi)})\n"
+    )
+    result = simulate(
+        "--arm", "none", "--wheels", "left=B,right=C", drive, with_picture=True
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    last = {key: float(value) for key, value in rows(result.out)[-1].items()}
+    assert math.degrees(last["heading"]) == pytest.approx(90 + 120, abs=2)
+    assert last["x"] == pytest.approx(20 * math.cos(math.radians(210)), abs=0.7)
+    assert last["y"] == pytest.approx(20 * math.sin(math.radians(210)), abs=0.7)
+    assert (result.out / "picture.png").stat().st_size > 1000
 
 
 def test_an_arm_without_a_pen_motor_is_not_measured(simulate, tmp_path):

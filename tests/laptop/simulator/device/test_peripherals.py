@@ -157,7 +157,7 @@ def test_touch_sensor_is_at_every_port(run, port):
 def test_one_touch_sensor_can_be_pressed_alone(run):
     lines = run(
         TOUCH + "one, two = TouchSensor('in1'), TouchSensor('in2')\n"
-        "time.sleep(1)\nprint(one.is_pressed, two.is_pressed, list(two.bin_data('<b')))\n",
+        "time.sleep(1)\nprint(one.is_pressed, two.is_pressed, list(two.bin_data('<i')))\n",
         "touch:in2@0.5+1",
     )
     assert lines == ["0 1 [1]"]
