@@ -60,6 +60,13 @@ PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
     help="The brick that robot/bench_brick.py has measured; --plant overrides.",
 )
 @click.option(
+    "--built",
+    "built_file",
+    metavar="FILE",
+    help="The arm as it was built, where that is not what --arm says: motors the other way round, "
+    "swapped ports, no stops.  The script is told --arm.",
+)
+@click.option(
     "--out", default="out", metavar="DIR", type=click.Path(path_type=Path), show_default=True
 )
 @click.option(
@@ -123,6 +130,7 @@ def simulate(
     arm_file: str,
     plant_text: str,
     constants_file: str | None,
+    built_file: str | None,
     out: Path,
     realtime: bool,
     presses: tuple[str, ...],
@@ -147,10 +155,11 @@ def simulate(
 
     try:
         arm = read_arm(find_arm(arm_file))
+        built = arm if built_file is None else read_arm(find_arm(built_file))
         _check_arm_of_script(arm_file, script, args)
         read_plant(plant_text)
         measured = (
-            None if constants_file is None else measured_brick.read_constants(constants_file, arm)
+            None if constants_file is None else measured_brick.read_constants(constants_file, built)
         )
         plant = read_plant(plant_text, measured)
         if measured:
@@ -159,11 +168,12 @@ def simulate(
             "plant": plant,
             "faults": [session.read_fault(text) for text in faults],
             "presses": [read_press(text) for text in presses],
-            "extra": _plugged(arm, plug),
+            "extra": _plugged(built, plug),
             "start": start,
             "realtime": realtime,
             "timeout": timeout,
-            "watched": None if scene is None else _watched(scene, arm, realtime),
+            "watched": None if scene is None else _watched(scene, built, realtime),
+            "built": built,
         }
         ordered = [
             *(
@@ -182,7 +192,7 @@ def simulate(
         run = session.run(arm, script, args, **options)
         took = time.perf_counter() - began
         # Without a pen motor all of the motion is ink, and none of it belongs to one path.
-        wanted = run.wanted if arm.pen else []
+        wanted = run.wanted if built.pen else []
         measures = line_accuracy.measure(run.record, wanted)
     except ArmError as error:
         raise click.ClickException(str(error)) from None
@@ -193,6 +203,7 @@ def simulate(
     summary = _summary(script, args, arm, plant_text, run, measures)
     summary["cpu"] = plant["cpu"]
     summary["constants"] = constants_file
+    summary["built"] = built.name
     summary["measured"] = measured
     late = [words for words, t in ordered if t > run.outcome.t]
     summary["never_came"] = late

@@ -194,6 +194,8 @@ def run(
     realtime=False,
     timeout=600.0,
     watched=None,
+    built=None,
+    keyboard=None,
 ):
     """Run `script` on an emulated brick that carries `arm`.
 
@@ -208,28 +210,42 @@ def run(
         watched: `watched(brick)` gives a context manager for a tracker's `port` on this machine
             its `code` and `key`, and its `pictures` (PictureFaults) by camera in `frames`; the
             script finds it as one that it remembers.
+        built: the arm as it was built, where that differs from `arm`, which is all that the script
+            is told: the truth of motors, ports, stops and links.
+        keyboard: `keyboard(brick)` gives the text file that the script has for standard input; the
+            laptop's if None.
 
     Returns:
         SimulationResult.
 
     Raises:
-        InvalidSimulationOption: a fault for a port without a motor, or an impossible start.
+        InvalidSimulationOption: a fault for a port without a motor, an impossible start, or an arm
+            built of other joints.
     """
     q, homed = read_start(start, arm)
+    built = built or arm
+    if built.chain != arm.chain:
+        raise InvalidSimulationOption(
+            "{} is built as a {} arm, but {} describes a {} one; give two of one chain".format(
+                built.name, built.chain, arm.name, arm.chain
+            )
+        )
     with contextlib.ExitStack() as stack:
         clock = PacedClock() if realtime else None
         if clock:
             stack.callback(clock.close)
         world = World(clock, os.path.basename(script))
         world.tell = _tell
-        brick = EmulatedBrick(world, arm, plant, q, extra)
+        brick = EmulatedBrick(world, built, plant, q, extra)
         if not homed:
             brick.reset_motors()  # it has just been switched on: an arm that gravity pulls drops
         ordered = _schedule_faults(brick, faults)
         stack.enter_context(_published(brick, script))
         tracker = stack.enter_context(watched(brick)) if watched else None
         _schedule_pictures(world, tracker, faults)
-        folder = stack.enter_context(_home_folder(brick, q, homed, tracker))
+        folder = stack.enter_context(_home_folder(brick, arm, q, homed, tracker))
+        if keyboard:
+            stack.enter_context(_typed_at(keyboard(brick)))
         outcome = run_script(
             brick,
             script,
@@ -244,11 +260,21 @@ def run(
         port: {"mode": motor.mode, "driven": motor.driven, "position": motor.position}
         for port, motor in brick.motors.items()
     }
-    skeleton = kinematics.joint_positions(arm, brick.plant.q)
+    skeleton = kinematics.joint_positions(built, brick.plant.q)
     pace = world.pace.mean if world.pace else None
     return SimulationResult(
-        outcome, brick.record, wanted, motors, skeleton, kinematics.reach(arm), pace
+        outcome, brick.record, wanted, motors, skeleton, kinematics.reach(built), pace
     )
+
+
+@contextlib.contextmanager
+def _typed_at(keyboard):
+    """Let a script read this file as its standard input."""
+    before, sys.stdin = sys.stdin, keyboard
+    try:
+        yield
+    finally:
+        sys.stdin = before
 
 
 def _tell(line):
@@ -337,10 +363,9 @@ def _published(brick, script):
 
 
 @contextlib.contextmanager
-def _home_folder(brick, q, homed, tracker):
+def _home_folder(brick, arm, q, homed, tracker):
     """The brick's home for one run: its state, its arm, and room for the wanted paths."""
     folder = temporary_folders.make("home")
-    arm = brick.arm
     environment = {
         STATE: folder,
         PLAN: os.path.join(folder, "plan"),

@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -710,3 +711,51 @@ def test_bad_constants_are_refused_before_anything_runs(simulate, tmp_path, cont
     assert result.exit_code == 1
     assert in_one_line(result.output, "Error: ", str(file), "bench_brick.py")
     assert not result.out.exists()
+
+
+# An arm that is not as described
+
+
+def built(tmp_path, *changes):
+    """The file of a planar arm with some lines of its sections changed."""
+    text = Path(find_arm("planar")).read_text()
+    for section, line in changes:
+        head, body = text.split(f"[{section}]")
+        key = line.split("=")[0]
+        text = head + f"[{section}]" + re.sub(rf"(?m)^{key}=.*$", line, body, count=1)
+    file = tmp_path / "built.ini"
+    file.write_text(text)
+    return str(file)
+
+
+@pytest.mark.parametrize(
+    ("changes", "truly"),
+    [
+        ([("shoulder", "direction = -1")], lambda a, b: (-a, b)),
+        ([("elbow", "direction = -1")], lambda a, b: (a, -b)),
+        ([("shoulder", "port = B"), ("elbow", "port = A")], lambda a, b: (b, a)),
+    ],
+    ids=["shoulder reversed", "elbow reversed", "swapped"],
+)
+def test_what_turns_is_the_arm_as_it_was_built(simulate, tmp_path, changes, truly):
+    result = simulate("--built", built(tmp_path, *changes), DRIVER, "move", "12,6")
+    *_, last = rows(result.out)
+    told = re.search(r"joints at (\S+), (\S+) deg", result.output).groups()
+    assert [float(last["q1"]), float(last["q2"])] == pytest.approx(
+        [math.radians(angle) for angle in truly(*map(float, told))], abs=math.radians(2.5)
+    )
+    assert json.loads((result.out / "summary.json").read_text())["built"] == "built"
+
+
+def test_an_arm_without_stops_turns_on(simulate, tmp_path):
+    file = built(tmp_path, ("elbow", "stop_upper = none"), ("elbow", "find_home = here"))
+    result = simulate("--built", file, "--start", "lost", DRIVER, "home")
+    assert result.exit_code == 1
+    assert "the elbow found no stop" in result.stderr
+    assert max(float(row["q2"]) for row in rows(result.out)) > math.radians(165)
+
+
+def test_an_arm_of_another_chain_is_refused(simulate):
+    result = simulate("--built", "spatial", DRIVER, "where")
+    assert result.exit_code == 1
+    assert "spatial is built as a spatial arm, but planar describes a planar one" in result.output
