@@ -9,6 +9,7 @@ and the next step.
 import math
 import os
 
+from shared import state
 from shared.ini import BadIni, read_ini
 from shared.record import record
 from shared.small_files import SpoiltFile, read_text
@@ -92,18 +93,33 @@ Pen.__doc__ = """The pen's motor: port, "large" | "medium", its shaft's angles u
 
 
 def find_arm(name_or_path):
-    """Path of an arm file, given as a path or as the bare name of an arm that comes along.
+    """Path of an arm file, given as a path or as the bare name of an arm.
 
-    An existing file wins; otherwise `planar` and `planar.ini` both mean the one in shared/arms.
+    An existing file wins; otherwise `planar` and `planar.ini` both mean the one in the folder
+    `arms` of the state folder or, where there is none, that in shared/arms.
     Raises BadArmFile, listing the arms that come along, when there is neither.
     """
     name_or_path = str(name_or_path)
     if os.path.isfile(name_or_path):
         return name_or_path
     name = name_or_path[:-4] if name_or_path.endswith(".ini") else name_or_path
+    if name == os.path.basename(name):
+        own = users_file(name)
+        if os.path.isfile(own):
+            return own
     if name in _arms_that_come_along():
         return os.path.join(ARMS_FOLDER, name + ".ini")
     raise _no_such_file(name_or_path)
+
+
+def users_file(name):
+    """Path of the user's own file of an arm of this name; it need not be there."""
+    return os.path.join(state.state_folder(), state.ARMS_FOLDER, name + ".ini")
+
+
+def comes_along(arm):
+    """Whether an Arm was read from one of the files that come with the programs."""
+    return os.path.dirname(os.path.realpath(arm.file)) == os.path.realpath(ARMS_FOLDER)
 
 
 def read_arm(path):

@@ -94,8 +94,9 @@ PICTURE, FROM_THE_SIDE = "picture.png", "picture-side.png"
     default="home",
     show_default=True,
     metavar="POSE",
-    help="home: parked there, zero known; lost: never homed; one angle per joint in degrees; or "
-    "after:DIR, where the run ends that leaves its files in DIR, which is waited for.",
+    help="home: parked there, zero known; lost: never homed; unchecked: nor did anybody look which "
+    "motor is where; one angle per joint in degrees; or after:DIR, where the run ends that leaves "
+    "its files in DIR, which is waited for.",
 )
 @click.option(
     "--plug",

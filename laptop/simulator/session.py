@@ -24,6 +24,7 @@ from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
 from laptop.simulator.live import PoseWriter
 from robot.motion import kinematics
+from robot.motion.checked import Checked
 from robot.motion.zero import Zero
 from robot.tracking_client import Memory, ServerAddress
 from shared.arm_description import ArmError
@@ -71,6 +72,9 @@ LONGEST_ACCESS = 10.0
 
 AFTER = "after:"
 """Prefix of a start that another run leaves."""
+
+UNCHECKED = "unchecked"
+"""The start of an arm, at home, of which nobody has looked yet which motor is where."""
 
 SUMMARY_POLL_PERIOD = 0.02
 """Period at which one looks whether that run is over, s."""
@@ -132,16 +136,16 @@ def read_start(text, arm):
     """Read joint angles (rad), and whether the zero is known.
 
     Args:
-        text: `home`, `lost`, `DEG,DEG,...`, or `after:FOLDER`: where the run ends that leaves its
-            files there, which is waited for.
+        text: `home`, `lost`, `unchecked`, `DEG,DEG,...`, or `after:FOLDER`: where the run ends that
+            leaves its files there, which is waited for.
 
     Raises:
         InvalidSimulationOption: it is none of these.
     """
     if text.startswith(AFTER):
         return _end_of(text[len(AFTER) :], arm), True
-    if text == "home":
-        return tuple(joint.home for joint in arm.joints), True
+    if text in ("home", UNCHECKED):
+        return tuple(joint.home for joint in arm.joints), text == "home"
     if text == "lost":
         draw = random.Random(1)
         return tuple(draw.uniform(joint.lower, joint.upper) / 2 for joint in arm.joints), False
@@ -153,8 +157,8 @@ def read_start(text, arm):
         joint.lower <= angle <= joint.upper for joint, angle in zip(arm.joints, angles)
     ):
         raise InvalidSimulationOption(
-            "start '{}': write home, lost, after:FOLDER, or one angle in deg per joint within "
-            "{}".format(
+            "start '{}': write home, lost, unchecked, after:FOLDER, or one angle in deg per joint "
+            "within {}".format(
                 text,
                 " and ".join(
                     "{:g}..{:g}".format(math.degrees(j.lower), math.degrees(j.upper))
@@ -244,6 +248,8 @@ def run(
         tracker = stack.enter_context(watched(brick)) if watched else None
         _schedule_pictures(world, tracker, faults)
         folder = stack.enter_context(_home_folder(brick, arm, q, homed, tracker))
+        if start != UNCHECKED:
+            Checked(arm, folder).save({})
         if keyboard:
             stack.enter_context(_typed_at(keyboard(brick)))
         outcome = run_script(
@@ -337,6 +343,8 @@ def _schedule_pictures(world, tracker, faults):
 def park_on_file(arm, q, folder):
     """Leave the state in `folder` of an arm parked at `q` (rad), pen up, where its encoders read 0.
 
+    Somebody has looked which motor is where.
+
     Returns:
         The robot.motion.zero.Zero.
     """
@@ -345,6 +353,7 @@ def park_on_file(arm, q, folder):
         turns[arm.pen.port] = -arm.pen.up
     state = Zero(arm, folder)
     state.save({p: math.degrees(turn) for p, turn in turns.items()}, dict.fromkeys(turns, 0))
+    Checked(arm, folder).save({})
     return state
 
 

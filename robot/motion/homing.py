@@ -65,6 +65,24 @@ class Blocked(ArmError):
     """Homing found no stop, not the same one twice, or stops that are not those of the arm file."""
 
 
+def home(arm, gravity, here, say):
+    """Set the motors' zeros, see RobotArm.home.
+
+    Args:
+        gravity: robot.motion.gravity.Gravity, what pulls on the joints.
+    """
+    if arm.pen:
+        take_as_it_stands(arm.pen, arm.description.pen.up)
+    if not here:
+        with arm.lend_motors():
+            return find_zero(arm, say)
+    joints = arm.description.joints
+    sides = gravity.preload_sides([joint.home for joint in joints])
+    for motor, joint, side in zip(arm.joints, joints, sides):
+        take_as_it_stands(motor, joint.home + side * joint.backlash / 2)
+    return []
+
+
 def find_zero(arm, say):
     """Touch the stops of every joint as its `find_home` says; set the motors' zeros.
 

@@ -93,6 +93,11 @@ class JointMotor(object):
         self._engaged = None
         """None: a program that was killed may have left it so."""
 
+    @property
+    def device(self):
+        """The system's name of the motor: another one whenever it is plugged in."""
+        return os.path.basename(self._motor._path)
+
     def _opened(self, attribute):
         try:
             return self._motor._attribute_file_open(attribute)

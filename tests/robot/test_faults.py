@@ -197,8 +197,8 @@ def test_a_dead_encoder_does_not_run_away(shell, port, t, words, least, most):
     assert max(turned) < most
 
 
-@pytest.mark.short("0.1")
-@pytest.mark.parametrize("share", [0.05, 0.1, 0.2, 0.3])
+@pytest.mark.short("0.08")
+@pytest.mark.parametrize("share", [0.05, 0.08, 0.2, 0.3])
 def test_homing_takes_no_dead_encoder_for_a_stop(shell, moment, share):
     """Nothing tells them apart until the joint is to leave the stop, so that comes at once."""
     t = moment(HOME, "run", share)

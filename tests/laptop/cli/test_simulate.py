@@ -1,13 +1,17 @@
 """`python -m laptop simulate`: what it leaves, what it passes on, and what it refuses."""
 
+import contextlib
 import csv
+import fcntl
 import json
 import math
 import os
 import re
 import resource
+import select
 import subprocess
 import sys
+import termios
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -759,3 +763,40 @@ def test_an_arm_of_another_chain_is_refused(simulate):
     result = simulate("--built", "spatial", DRIVER, "where")
     assert result.exit_code == 1
     assert "spatial is built as a spatial arm, but planar describes a planar one" in result.output
+
+
+@pytest.mark.short("end")
+@pytest.mark.parametrize(
+    ("answers", "status", "told"),
+    [
+        ([("Enter. ", "\n"), ("again] ", "s"), ("right] ", "l"), ("again] ", "e"),
+          ("right] ", "r")], 0, "[elbow] direction = -1"),
+        ([("Enter. ", "\n"), ("again] ", "\x04")], 1, "driver.py: nobody answers"),
+        ([("Enter. ", "\n"), ("again] ", "\x03")], 130, "driver.py: stopped by SIGINT"),
+        ([("Enter. ", "\x03")], 130, "driver.py: stopped by SIGINT"),
+    ],
+    ids=["answers", "end", "Ctrl-C at a key", "Ctrl-C at a line"],
+)  # fmt: skip
+def test_somebody_answers_at_a_terminal(tmp_path, answers, status, told):
+    """Keys count at once, and while the script waits for them no emulated time passes."""
+    pty = pytest.importorskip("pty")
+    ours, theirs = pty.openpty()
+    words = ["--out", str(tmp_path / "out"), "--no-picture", "--start", "unchecked"]
+    child = subprocess.Popen(
+        [sys.executable, "-m", "laptop", "simulate", *words, DRIVER, "check"],
+        cwd=ROOT, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True,
+        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+    )  # fmt: skip
+    os.close(theirs)
+    said = all_said = b""
+    answers = list(answers)
+    with contextlib.suppress(OSError):  # the end, on Linux
+        while select.select([ours], [], [], 60)[0]:
+            said += os.read(ours, 1000)
+            if answers and answers[0][0].encode() in said:
+                os.write(ours, answers.pop(0)[1].encode())
+                all_said, said = all_said + said, b""
+    os.close(ours)
+    assert child.wait(60) == status
+    assert told in (all_said + said).decode()
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["seconds"] < 10
