@@ -59,8 +59,11 @@ class Person(object):
         with _line_ended():
             return (self._by_button if self.at_brick else self._by_key)(question, choices)
 
-    def confirm(self, request):
+    def confirm(self, request, otherwise=""):
         """Wait until somebody says that something is done: by Enter, or the button in the centre.
+
+        Args:
+            otherwise: what else may be done where nobody can answer, for people.
 
         Raises:
             NobodyAnswers: nor will anybody.
@@ -71,7 +74,7 @@ class Person(object):
                 self._pressed(("enter",))
                 return
             if not _line("{} Then press Enter. ".format(request)):
-                raise _nobody()
+                raise _nobody(otherwise)
 
     def _by_key(self, question, choices):
         hint = ", ".join("{} {}".format(key, answer) for answer, key in choices)
@@ -129,10 +132,10 @@ def _line_ended():
         raise
 
 
-def _nobody():
+def _nobody(otherwise=""):
     return NobodyAnswers(
         "nobody answers, the input has ended; start it in a terminal (ssh -t), or from the brick's "
-        "menu"
+        "menu" + otherwise
     )
 
 

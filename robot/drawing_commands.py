@@ -75,8 +75,11 @@ def _parser():
     inverse = add("inverse", "the joint angles for a point, found in three ways; moves nothing")
     inverse.add_argument("point", type=_point, metavar="X,Y[,Z]")
     add("check", "which motor is where and which way it turns: turns each a little, and asks")
-    home = add("home", "find the zero against the hard stops")
-    home.add_argument("--here", action="store_true", help="the arm stands in its home pose")
+    home = add("home", "find the zero: you put the arm in its home pose, it says where that is")
+    home.add_argument("--here", action="store_true", help="it stands there already")
+    home.add_argument(
+        "--seek", action="store_true", help="it may be anywhere: find its hard stops, both ways"
+    )
     move = add("move", "go there, pen up")
     move.add_argument("point", type=_point, metavar="X,Y[,Z]")
     line = add("line", "a straight line")
@@ -153,6 +156,14 @@ def _strokes(parser, args, description):
     return [paths.polyline(line) for line in LINES[kinematics.coordinates(description)]]
 
 
+def _home(arm, driver):
+    """Let whoever is there put the arm in its home pose, then find the zero from there."""
+    from robot import placing  # not above: it is seldom needed
+
+    placing.place(arm, Clock())
+    driver.home()
+
+
 def _check(description, take):
     from robot import check_command  # not above: it is seldom needed
 
@@ -175,6 +186,8 @@ def _run(parser, args):
     if args.command == "inverse":
         _compare_inverses(description, args.point)
         return
+    if args.command == "home" and args.here and args.seek:
+        parser.error("--here means that nothing is sought; leave it or --seek out")
     if args.command == "check":
         _check(description, args.take)
         return
@@ -192,8 +205,10 @@ def _run(parser, args):
         return
     driver = Driver(arm, args.speed, args.elbow)
     with program.parking(arm):
-        if args.command == "home":
-            driver.home(args.here)
+        if args.command == "home" and (args.here or args.seek):
+            driver.home(args.here, args.seek)
+        elif args.command == "home":
+            _home(arm, driver)
         else:
             try:
                 arm.load_zero()
@@ -201,7 +216,7 @@ def _run(parser, args):
                 if args.command:
                     raise
                 print("{}".format(problem).split(";")[0] + ": homing")
-                driver.home()
+                _home(arm, driver)
         if args.command == "move":
             driver.move_to(args.point)
         for number, strokes in enumerate(drawings, 1):
@@ -211,7 +226,8 @@ def _run(parser, args):
         tip = ",".join("{:.2f}".format(value) for value in driver.position())
         angles = ", ".join("{:.1f}".format(math.degrees(a)) for a in arm.angles())
         print("tip at {} cm, joints at {} deg, as the encoders have it".format(tip, angles))
-        if not args.stay and args.command != "move":
+        by_hand = args.command == "home" and not args.seek  # which may be there still
+        if not (args.stay or args.command == "move" or by_hand):
             driver.go_low()
 
 

@@ -252,11 +252,13 @@ def run(
             Checked(arm, folder).save({})
         if keyboard:
             stack.enter_context(_typed_at(keyboard(brick)))
+        peripherals = Peripherals(world, brick.sysfs, voltage=lambda: brick.plant.plant["voltage"])
+        _let_joints_touch(brick, peripherals)
         outcome = run_script(
             brick,
             script,
             args,
-            Peripherals(world, brick.sysfs, voltage=lambda: brick.plant.plant["voltage"]),
+            peripherals,
             presses,
             timeout=timeout,
             **ordered,
@@ -271,6 +273,23 @@ def run(
     return SimulationResult(
         outcome, brick.record, wanted, motors, skeleton, kinematics.reach(built), pace
     )
+
+
+def _let_joints_touch(brick, peripherals):
+    """Let the joints of the arm, as it was built, close and open their touch sensors."""
+    touching = [
+        (drive.link, joint, peripherals.touch[joint.touch_port])
+        for drive, joint in zip(brick.plant.joints, brick.arm.joints)
+        if joint.touch_port
+    ]
+
+    def look(t):
+        for link, joint, sensor in touching:
+            at = joint.touch_at
+            sensor.pressed = link.angle >= at if at >= joint.upper else link.angle <= at
+
+    if touching:
+        brick.world.bodies.append(look)
 
 
 @contextlib.contextmanager

@@ -309,13 +309,11 @@ class RobotArm(object):
             finally:
                 self.backlash_sides = (0,) * len(self.joints)
 
-    def home(self, here=False, say=print):
-        """Find the zero, or with `here` take the joints to be at the home pose; remember it.
+    def home(self, here=False, say=print, seek=False):
+        """Find the zero as the arm's file says, which stands about at home; remember it.
 
-        The pen is taken to be up.
-
-        Returns:
-            One homing.Found per joint; empty with `here`.
+        With `here` it is taken to be there; with `seek` its stops are sought from anywhere.  The
+        pen is taken to be up.  Returns one homing.Found per joint, none if nothing was sought.
 
         Raises:
             homing.Blocked, Stalled, MotorNotFound: after stopping.
@@ -326,7 +324,7 @@ class RobotArm(object):
         self.motors.lock.acquire()
         self._homed = False
         self.zero.forget()
-        found = homing.home(self, self._gravity, here, say)
+        found = homing.home(self, self._gravity, here, seek, say)
         self._homed = True
         self.backlash_sides = (0,) * len(self.joints)
         self.zero.save(self.motors.zeros(), None if self._engaged else self.counts())

@@ -213,6 +213,12 @@ class JointMotor(object):
         self._set("command", "stop")
         self._engaged = None  # the next stop is to hold again
 
+    def let_go(self):
+        """Let somebody turn it by hand."""
+        self._set("stop_action", "coast")
+        self._set("command", "stop")
+        self._engaged = None  # the next stop is to hold again
+
     def check_plugged_in(self):
         """Notice a pulled cable without an access.
 

@@ -53,7 +53,7 @@ def meaning(arm):
     for joint in arm.joints:
         for key in ("port", "motor", "gear", "direction"):
             numbers[joint.name + "." + key] = getattr(joint, key)
-        for key in ("stop_lower", "stop_upper", "home", "backlash"):
+        for key in ("stop_lower", "stop_upper", "touch_at", "home", "backlash"):
             numbers[joint.name + "." + key] = _degrees(getattr(joint, key))
     if arm.pen:
         numbers["pen.port"], numbers["pen.motor"] = arm.pen.port, arm.pen.motor

@@ -155,7 +155,8 @@ def test_the_geared_arm_and_a_plant_are_what_was_asked_for(simulate):
 def test_the_plant_makes_a_difference(simulate, tmp_path):
     traces = [
         (
-            simulate("--plant", plant, DRIVER, "home", out=tmp_path / plant).out / "trace.csv"
+            simulate("--plant", plant, DRIVER, "home", "--seek", out=tmp_path / plant).out
+            / "trace.csv"
         ).read_bytes()
         for plant in ("seed=1", "seed=2")
     ]
@@ -333,7 +334,7 @@ def test_a_lost_arm_draws_only_when_homed(simulate):
     assert "has not been homed" in refused.output
     trace = rows(refused.out)
     assert trace[0]["q1"] == trace[-1]["q1"] != "0.000000"
-    homed = simulate("--start", "lost", DRIVER, "home")
+    homed = simulate("--start", "lost", DRIVER, "home", "--seek")
     assert homed.exit_code == 0, homed.output
     last = rows(homed.out)[-1]
     assert max(abs(float(last["q1"])), abs(float(last["q2"]))) < math.radians(2.5)
@@ -753,7 +754,7 @@ def test_what_turns_is_the_arm_as_it_was_built(simulate, tmp_path, changes, trul
 
 def test_an_arm_without_stops_turns_on(simulate, tmp_path):
     file = built(tmp_path, ("elbow", "stop_upper = none"), ("elbow", "find_home = here"))
-    result = simulate("--built", file, "--start", "lost", DRIVER, "home")
+    result = simulate("--built", file, "--start", "lost", DRIVER, "home", "--seek")
     assert result.exit_code == 1
     assert "the elbow found no stop" in result.stderr
     assert max(float(row["q2"]) for row in rows(result.out)) > math.radians(165)
