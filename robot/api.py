@@ -14,6 +14,7 @@ ROOMS = {
     "robot.battery": ("Battery",),
     "robot.drawing": ("Driver",),
     "robot.motion.arm": ("RobotArm",),
+    "robot.motion.checked": ("NotChecked",),
     "robot.motion.control_loop": ("Stalled", "TooSlow"),
     "robot.motion.kinematics": ("Unreachable", "forward", "inverse", "jacobian"),
     "robot.motion.online_trajectory": ("STOP", "Moving"),

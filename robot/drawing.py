@@ -38,13 +38,14 @@ class Driver(object):
         self.say = say
         self._pen_is_down = None
 
-    def home(self, here=False):
-        """Find the zero, or take the arm as it stands for its home pose, then go to the home pose.
+    def home(self, here=False, seek=False):
+        """Find the zero, see RobotArm.home; if something was sought, then go to the home pose.
 
         Raises:
             ArmError: after stopping; the zero is then unknown.
         """
-        for found, joint in zip(self.arm.home(here, self.say), self.arm.description.joints):
+        every = self.arm.home(here, self.say, seek)
+        for found, joint in zip(every, self.arm.description.joints):
             play = (
                 ""
                 if found.backlash is None
@@ -64,7 +65,7 @@ class Driver(object):
                         joint.name, math.degrees(joint.backlash)
                     )
                 )
-        if not here:
+        if every:
             self.arm.go_to([joint.home for joint in self.arm.description.joints], speed=0.5)
 
     def position(self):

@@ -9,6 +9,7 @@ from robot.clock import Clock
 from robot.command_line import BadArgument, Parser, number_in
 from robot.drawing import METHODS, Driver
 from robot.motion import kinematics, paths, trajectory
+from robot.motion.checked import NotChecked
 from robot.motion.zero import NotHomed
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.state import default_arm
@@ -73,8 +74,12 @@ def _parser():
     add("where", "where the tip is")
     inverse = add("inverse", "the joint angles for a point, found in three ways; moves nothing")
     inverse.add_argument("point", type=_point, metavar="X,Y[,Z]")
-    home = add("home", "find the zero against the hard stops")
-    home.add_argument("--here", action="store_true", help="the arm stands in its home pose")
+    add("check", "which motor is where and which way it turns: turns each a little, and asks")
+    home = add("home", "find the zero: you put the arm in its home pose, it says where that is")
+    home.add_argument("--here", action="store_true", help="it stands there already")
+    home.add_argument(
+        "--seek", action="store_true", help="it may be anywhere: find its hard stops, both ways"
+    )
     move = add("move", "go there, pen up")
     move.add_argument("point", type=_point, metavar="X,Y[,Z]")
     line = add("line", "a straight line")
@@ -132,7 +137,7 @@ def _placed(description, point, height):
 
 def _strokes(parser, args, description):
     """What to draw: a list of drawings, each a list of strokes."""
-    if args.command in ("where", "inverse", "home", "move"):
+    if args.command in ("where", "inverse", "check", "home", "move"):
         return []
     if args.command == "line":
         if args.angle is None and args.length is None and len(args.points) == 2:
@@ -151,6 +156,27 @@ def _strokes(parser, args, description):
     return [paths.polyline(line) for line in LINES[kinematics.coordinates(description)]]
 
 
+def _home(arm, driver):
+    """Let whoever is there put the arm in its home pose, then find the zero from there."""
+    from robot import placing  # not above: it is seldom needed
+
+    placing.place(arm, Clock())
+    driver.home()
+
+
+def _check(description, take):
+    from robot import check_command  # not above: it is seldom needed
+
+    check_command.run(description, Clock(), take)
+
+
+def _from_menu():
+    """Whether the brick's menu has started this, where no command can be typed."""
+    from robot.asking import Person  # not above, see there
+
+    return Person(None).at_brick
+
+
 def _run(parser, args):
     description = read_arm(find_arm(args.arm))
     if "point" in args:
@@ -160,14 +186,29 @@ def _run(parser, args):
     if args.command == "inverse":
         _compare_inverses(description, args.point)
         return
+    if args.command == "home" and args.here and args.seek:
+        parser.error("--here means that nothing is sought; leave it or --seek out")
+    if args.command == "check":
+        _check(description, args.take)
+        return
     drawings = _strokes(parser, args, description)
     plans = [trajectory.plan(description, s, args.speed, args.elbow) for s in drawings]
     take = None if args.command == "where" else args.take
-    arm = program.connect(description, Clock(), take)
+    try:
+        arm = program.connect(description, Clock(), take)
+    except NotChecked as problem:
+        if args.command or not _from_menu():
+            raise
+        print("{}".format(problem).split(";")[0])
+        _check(description, args.take)
+        print("Start driver.py again to draw.")
+        return
     driver = Driver(arm, args.speed, args.elbow)
     with program.parking(arm):
-        if args.command == "home":
-            driver.home(args.here)
+        if args.command == "home" and (args.here or args.seek):
+            driver.home(args.here, args.seek)
+        elif args.command == "home":
+            _home(arm, driver)
         else:
             try:
                 arm.load_zero()
@@ -175,7 +216,7 @@ def _run(parser, args):
                 if args.command:
                     raise
                 print("{}".format(problem).split(";")[0] + ": homing")
-                driver.home()
+                _home(arm, driver)
         if args.command == "move":
             driver.move_to(args.point)
         for number, strokes in enumerate(drawings, 1):
@@ -185,7 +226,8 @@ def _run(parser, args):
         tip = ",".join("{:.2f}".format(value) for value in driver.position())
         angles = ", ".join("{:.1f}".format(math.degrees(a)) for a in arm.angles())
         print("tip at {} cm, joints at {} deg, as the encoders have it".format(tip, angles))
-        if not args.stay and args.command != "move":
+        by_hand = args.command == "home" and not args.seek  # which may be there still
+        if not (args.stay or args.command == "move" or by_hand):
             driver.go_low()
 
 

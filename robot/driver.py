@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Draw with the arm: lines, arcs, circles, rectangles, by joint motions worked out on the brick.
 
-    driver.py home                      find the zero against the hard stops (--here: as it stands)
+    driver.py check                     which motor is where, and which way it turns: once, at first
+    driver.py home                      you put the arm in its home pose, and it believes that
     driver.py line 10,0 5,10            centimetres: x forward, y left, from the shoulder
     driver.py line 10,0,5 5,10,15       in space: z up, from the table
     driver.py                           home if need be, then the three lines of the first report

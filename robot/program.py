@@ -68,15 +68,17 @@ def add_take(parser):
     )  # fmt: skip
 
 
-def connect(description, clock, take=None):
+def connect(description, clock, take=None, unchecked=False):
     """The RobotArm of a description; only here python-ev3dev2 is needed, and slow to import.
 
     Args:
         take: None for a program that moves nothing; else see `claim`.
+        unchecked: whether it is to move though nobody has looked yet which motor is where.
 
     Raises:
         ArmError: this is not the brick, nor an emulated one.
         MotorNotFound: see RobotArm.
+        NotChecked: it is to move something, and nobody has looked yet which motor is where.
         BrickInUse: see `claim`.
     """
     try:
@@ -92,7 +94,9 @@ def connect(description, clock, take=None):
             "{} simulate {} ...".format(laptop_program(), sys.argv[0])
         ) from None
     arm = RobotArm(description, clock)
+    arm.checked.needed = not unchecked
     if take is not None:
+        arm.confirm_checked()
         claim(arm.motors.lock, clock, take)
     return arm
 

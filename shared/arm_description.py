@@ -9,32 +9,26 @@ and the next step.
 import math
 import os
 
+from shared import state
+from shared.arm_keys import (
+    ARM_KEYS,
+    CHAINS,
+    FIND_HOME,
+    HOMING_KEYS,
+    JOINT_KEYS,
+    MOTOR_SPEEDS,
+    PEN_KEYS,
+    PULLED_DOWN,
+    REST_KEYS,
+    SEEK_BEYOND,
+    STOPS_TOUCHED,
+    WEIGHT_KEYS,
+)
 from shared.ini import BadIni, read_ini
 from shared.record import record
 from shared.small_files import SpoiltFile, read_text
 
 ARMS_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "arms")
-
-# The joints of each kinematic chain, from the base outwards: these are the names of their sections.
-CHAINS = {
-    "planar": ("shoulder", "elbow"),
-    "spatial": ("base", "shoulder", "elbow"),
-}
-
-# The speed in deg/s beyond which the motor's driver refuses a set-point.
-MOTOR_SPEEDS = {"large": 1050.0, "medium": 1560.0}
-
-PULLED_DOWN = ("spatial",)
-"""The chains whose links gravity turns; those of the others lie level."""
-
-FIND_HOME = ("both", "lower", "upper", "here")
-# The hard stops that each way of finding the zero touches.
-STOPS_TOUCHED = {
-    "both": ("stop_lower", "stop_upper"),
-    "lower": ("stop_lower",),
-    "upper": ("stop_upper",),
-    "here": (),
-}
 
 
 class ArmError(Exception):
@@ -61,7 +55,7 @@ file    path of the file it was read from
 Joint = record(
     "Joint",
     "name link port motor gear direction lower upper stop_lower stop_upper"
-    " backlash max_speed home find_home mass centre friction park_angle",
+    " backlash max_speed home find_home touch_port touch_at seek mass centre friction park_angle",
 )
 Joint.__doc__ = """One joint; angles are relative to the link before it, counter-clockwise, those of
 a spatial arm's shoulder and elbow upwards.
@@ -79,8 +73,14 @@ stop_upper  the same on the upper side
 backlash    total play seen at the joint, rad
 max_speed   greatest joint speed, rad/s
 home        angle of the home pose, rad
-find_home   how `home` finds the zero: "both" (touch both stops, take the middle), "lower" | "upper"
-            (touch that stop) or "here" (a person has placed the joint at `home`)
+find_home   how `home` finds the zero: "here" (a person has placed the joint at `home`), or from
+            there "both" (touch both stops, take the middle), "lower" | "upper" (touch that stop) or
+            "touch" (go to the touch sensor)
+touch_port  "in1" .. "in4", where that sensor is plugged in, or None
+touch_at    angle of the joint at which it closes, rad, or None; at the lower limit or up to
+            SEEK_BEYOND below it, or so at the upper one
+seek        which stops `home --seek` touches from anywhere: "both" | "lower" | "upper", or None:
+            there are none
 mass        of the link with all that it carries but the next link, kg; 0 where nothing is said
 centre      where that balances, cm from the joint's axis along the link
 friction    of the link in its bearings, Nm
@@ -92,18 +92,33 @@ Pen.__doc__ = """The pen's motor: port, "large" | "medium", its shaft's angles u
 
 
 def find_arm(name_or_path):
-    """Path of an arm file, given as a path or as the bare name of an arm that comes along.
+    """Path of an arm file, given as a path or as the bare name of an arm.
 
-    An existing file wins; otherwise `planar` and `planar.ini` both mean the one in shared/arms.
+    An existing file wins; otherwise `planar` and `planar.ini` both mean the one in the folder
+    `arms` of the state folder or, where there is none, that in shared/arms.
     Raises BadArmFile, listing the arms that come along, when there is neither.
     """
     name_or_path = str(name_or_path)
     if os.path.isfile(name_or_path):
         return name_or_path
     name = name_or_path[:-4] if name_or_path.endswith(".ini") else name_or_path
+    if name == os.path.basename(name):
+        own = users_file(name)
+        if os.path.isfile(own):
+            return own
     if name in _arms_that_come_along():
         return os.path.join(ARMS_FOLDER, name + ".ini")
     raise _no_such_file(name_or_path)
+
+
+def users_file(name):
+    """Path of the user's own file of an arm of this name; it need not be there."""
+    return os.path.join(state.state_folder(), state.ARMS_FOLDER, name + ".ini")
+
+
+def comes_along(arm):
+    """Whether an Arm was read from one of the files that come with the programs."""
+    return os.path.dirname(os.path.realpath(arm.file)) == os.path.realpath(ARMS_FOLDER)
 
 
 def read_arm(path):
@@ -126,85 +141,6 @@ def read_arm(path):
     _check_ports(path, sections, names + (("pen",) if pen else ()))
     name = os.path.splitext(os.path.basename(path))[0]
     return Arm(name, arm["chain"], joints, pen, arm["elbow"], arm["speed"], path)
-
-
-# ---- the keys: each has a rule, text -> value, that raises ValueError saying what is allowed
-
-
-def _number(low, high, scale=1.0):
-    def read(text):
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not low <= value <= high:  # also refuses NaN
-            raise ValueError("must be a number from {:g} to {:g}".format(low, high))
-        return value * scale
-
-    return read
-
-
-def _one_of(words):
-    def read(text):
-        if text not in words:
-            raise ValueError("must be one of {}".format(", ".join(words)))
-        return text
-
-    return read
-
-
-def _angle_or_none(text):
-    if text == "none":
-        return None
-    try:
-        return _ANGLE(text)
-    except ValueError as error:
-        raise ValueError("{}, or none".format(error)) from None
-
-
-def _sign(text):
-    return int(_one_of(("1", "+1", "-1"))(text))
-
-
-_DEGREE = math.pi / 180
-_ANGLE = _number(-360, 360, _DEGREE)
-_PORT = _one_of(("A", "B", "C", "D"))
-_MOTOR = _one_of(tuple(sorted(MOTOR_SPEEDS)))
-
-# Pairs, not dicts: the order of the checks must be the same on every Python.
-ARM_KEYS = (
-    ("chain", _one_of(tuple(sorted(CHAINS)))),
-    ("elbow", _one_of(("up", "down"))),
-    ("speed", _number(0.1, 50)),
-)
-JOINT_KEYS = (
-    ("link", _number(1, 100)),
-    ("port", _PORT),
-    ("motor", _MOTOR),
-    ("gear", _number(0.1, 100)),
-    ("direction", _sign),
-    ("lower", _ANGLE),
-    ("upper", _ANGLE),
-    ("stop_lower", _angle_or_none),
-    ("stop_upper", _angle_or_none),
-    ("backlash", _number(0, 20, _DEGREE)),
-    ("max_speed", _number(1, max(MOTOR_SPEEDS.values()), _DEGREE)),
-    ("home", _ANGLE),
-    ("find_home", _one_of(FIND_HOME)),
-)
-# Only of an arm that gravity pulls down: what it weighs, and where it rests.
-WEIGHT_KEYS = (
-    ("mass", _number(1, 2000, 0.001)),
-    ("centre", _number(0.1, 100)),
-    ("friction", _number(0, 50, 0.01)),
-)
-REST_KEYS = (("rest", _ANGLE),)
-PEN_KEYS = (
-    ("port", _PORT),
-    ("motor", _MOTOR),
-    ("up", _ANGLE),
-    ("down", _ANGLE),
-)
 
 
 # ---- reading
@@ -270,12 +206,14 @@ def _read_section(path, sections, section, keys, others=()):
 
 
 def _read_joint(path, sections, name, chain):
-    others = WEIGHT_KEYS + REST_KEYS if chain in PULLED_DOWN else ()
-    weightless = {"mass": 0.0, "centre": 0.0, "friction": 0.0, "park_angle": None}
+    others = HOMING_KEYS + (WEIGHT_KEYS + REST_KEYS if chain in PULLED_DOWN else ())
+    unsaid = {"mass": 0.0, "centre": 0.0, "friction": 0.0, "park_angle": None, "touch_at": None}
     values = _read_section(path, sections, name, JOINT_KEYS, others)
     if "rest" in values:
         values["park_angle"] = values.pop("rest")
-    joint = Joint(name=name, **dict(weightless, **values))
+    way, port = values.pop("find_home", ("here", None))
+    values.setdefault("seek", _stops_to_seek(values, way))
+    joint = Joint(name=name, find_home=way, touch_port=port, **dict(unsaid, **values))
 
     def refuse(key, problem, *others):
         texts = [sections[name][other] for other in others]
@@ -295,16 +233,35 @@ def _read_joint(path, sections, name, chain):
     given = [key for key in weight if key in values]
     if given and given != weight:
         refuse(given[0], "is only a part of the weight; give {}".format(", ".join(weight)))
-    for stop in STOPS_TOUCHED[joint.find_home]:
-        if getattr(joint, stop) is None:
+    for key in ("find_home", "seek"):
+        for stop in STOPS_TOUCHED[getattr(joint, key) or "here"]:
+            if getattr(joint, stop) is None:
+                refuse(
+                    key,
+                    "touches a stop that is not there, {} = none; without it use {}".format(
+                        stop, " or ".join(_ways_home(joint, key)) or "no such line"
+                    ),
+                )
+    if way != "touch" and joint.touch_at is not None:
+        refuse("touch_at", "is of a touch sensor; give its port, too: find_home = touch in1")
+    if way == "touch":
+        at = joint.touch_at
+        if at is None:
+            refuse("find_home", "give the angle at which the sensor closes, too: touch_at = -95")
+        if not (
+            0 <= joint.lower - at <= SEEK_BEYOND + 1e-9
+            or 0 <= at - joint.upper <= SEEK_BEYOND + 1e-9
+        ):
             refuse(
-                "find_home",
-                "touches a stop that is not there, {} = none; without it use {}".format(
-                    stop, " or ".join(_ways_home(joint))
+                "touch_at",
+                "must be at a limit or up to {:g} beyond it: lower = {{}}, upper = {{}}".format(
+                    math.degrees(SEEK_BEYOND)
                 ),
+                "lower",
+                "upper",
             )
     fastest = MOTOR_SPEEDS[joint.motor] / joint.gear
-    if joint.max_speed > fastest * _DEGREE:
+    if joint.max_speed > math.radians(fastest):
         refuse(
             "max_speed",
             "must be a number from 1 to {:g} for this motor with gear = {{}}".format(fastest),
@@ -313,11 +270,20 @@ def _read_joint(path, sections, name, chain):
     return joint
 
 
-def _ways_home(joint):
+def _stops_to_seek(values, way):
+    """What `seek` is where the file does not say it."""
+    if STOPS_TOUCHED[way]:
+        return way
+    there = [side for side in ("lower", "upper") if values["stop_" + side] is not None]
+    return "both" if len(there) == 2 else there[0] if there else None
+
+
+def _ways_home(joint, key):
     return [
         way
         for way in FIND_HOME
         if all(getattr(joint, stop) is not None for stop in STOPS_TOUCHED[way])
+        and (key, way) != ("seek", "here")
     ]
 
 

@@ -63,6 +63,46 @@ def read_ini(lines):
     return sections
 
 
+def with_values(text, values):
+    """The text of a file with other values, all else as it was: comments, order, ends of lines.
+
+    A comment behind a value stays in its column where it can.
+
+    Args:
+        values: {(section, key): text}; all are in the file.
+
+    Raises:
+        BadIni: one is not, or goes over several lines.
+    """
+    mark = text[: text.startswith("\ufeff")]
+    lines, section, left = text[len(mark) :].splitlines(True), None, dict(values)
+    for number, line in enumerate(lines):
+        plain = _without_comment(line)
+        if plain.startswith("[") and plain.find("]") > 1 and not line[0].isspace():
+            section = plain[1 : plain.index("]")]
+            continue
+        end = min(plain.find(sign) if sign in plain else len(plain) for sign in "=:")
+        place = section, plain[:end].rstrip().lower()
+        if place not in left or line[0].isspace():
+            continue
+        begin = line.index(plain[end]) + 1
+        begin += len(line[begin:]) - len(line[begin:].lstrip(" \t"))
+        old, rest = plain[end + 1 :].strip(), line[begin:]
+        rest, new = rest[len(old) :], left.pop(place)
+        if not old and not line[begin - 1].isspace():
+            new = " " + new
+        blanks = len(rest) - len(rest.lstrip(" "))
+        if rest.strip():  # a comment
+            rest = " " * max(1, blanks + len(old) - len(new)) + rest[blanks:]
+        lines[number] = line[:begin] + new + rest
+    changed = "".join(lines)
+    read = read_ini(changed.splitlines())
+    for (section, key), value in values.items():
+        if read.get(section, {}).get(key) != value:
+            raise BadIni(section, key, "is not on a line of its own; write it there")
+    return mark + changed
+
+
 def _without_comment(line):
     """What stands before `;` or `#` at the line's begin or after a blank; stripped."""
     if ";" in line or "#" in line:

@@ -25,6 +25,10 @@
                       tracking_client                                       and code, and its key
     ARM.json          driver, visual_servoing      the same                 zero of an arm, and the
                                                                             numbers that it is of
+    ARM.checked       driver                       driver, visual_servoing  which motor is where
+                                                                            was looked at for these
+    arms/             driver, people               whoever reads an arm     arms of one's own, by
+                                                                            name
     live/             simulate --realtime          synthetic cameras        pose of the arm, ink:
                                                                             a file for each run
     clock             whoever comes first of       the same, demo           time of the emulated
@@ -49,6 +53,7 @@ PROGRAM = "BRICKSERVO_PROGRAM"
 PAIRING_FILE, MARKERS_FILE, TRACKER_FILE = "pairing", "markers.ini", "tracker"
 LIVE_FOLDER, CLOCK_FILE, BRICK_FOLDER = "live", "clock", "emulated-brick"
 MOTORS_FILE = "emulated-motors"
+ARMS_FOLDER = "arms"
 """Names in the state folder."""
 
 

@@ -69,7 +69,7 @@ RULES = {
     "laptop": (),
 }
 # The brick imports these only where they are used: each costs it a second at the start.
-LAZY = {"robot": ("ev3dev2.power", "ev3dev2.button")}
+LAZY = {"robot": ("ev3dev2.power", "ev3dev2.button", "ev3dev2.sensor.lego")}
 # Time is an argument: only here is it read.
 CLOCK = "robot.clock"
 

@@ -314,6 +314,10 @@ def _for_the_brick(words):
         options += ["--scene", ""]
     if "--wait" in words:
         options += ["--fault", "int@2"]
+    if words[-1] in ("home", "check"):  # somebody confirms, and answers, at the brick
+        presses = ["enter@2", "left@10", "left@13", "right@20", "left@23"]
+        for press in presses if words[-1] == "check" else presses[:1]:
+            options += ["--press", press]
     return options
 
 

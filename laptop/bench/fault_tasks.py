@@ -178,7 +178,7 @@ def task(seed: int, cpu: float) -> Task:
     if command == "servo":
         words, start, cameras = _servo(arm, draw)
         return Task(name, command, visual_servoing.__file__, words, start, plant, cameras, seed)
-    words = _drawing(arm, draw) if command == "draw" else ("home",)
+    words = _drawing(arm, draw) if command == "draw" else ("home", "--seek")
     start = "lost" if command == "home" else "home"
     return Task(name, command, driver.__file__, words, start, plant, {}, seed)
 

@@ -72,6 +72,13 @@ class BrickScript(click.Path):
     help="The brick that robot/bench_brick.py has measured; --plant overrides.",
 )
 @click.option(
+    "--built",
+    "built_file",
+    metavar="FILE",
+    help="The arm as it was built, where that is not what --arm says: motors the other way round, "
+    "swapped ports, no stops.  The script is told --arm.",
+)
+@click.option(
     "--out", default="out", metavar="DIR", type=click.Path(path_type=Path), show_default=True
 )
 @click.option(
@@ -99,8 +106,9 @@ class BrickScript(click.Path):
     default="home",
     show_default=True,
     metavar="POSE",
-    help="home: parked there, zero known; lost: never homed; one angle per joint in degrees; or "
-    "after:DIR, where the run ends that leaves its files in DIR, which is waited for.",
+    help="home: parked there, zero known; lost: never homed; unchecked: nor did anybody look which "
+    "motor is where; one angle per joint in degrees; or after:DIR, where the run ends that leaves "
+    "its files in DIR, which is waited for.",
 )
 @click.option(
     "--plug",
@@ -149,6 +157,7 @@ def simulate(
     arm_file: str,
     plant_text: str,
     constants_file: str | None,
+    built_file: str | None,
     out: Path,
     realtime: bool,
     presses: tuple[str, ...],
@@ -175,11 +184,12 @@ def simulate(
 
     try:
         arm = None if arm_file == NO_ARM else read_arm(find_arm(arm_file))
+        built = arm if built_file is None else _built(built_file, arm)
         wheels = wheels_of(wheels_text, arm)
         _check_arm_of_script(arm_file, script, args)
         read_plant(plant_text)
         measured = (
-            None if constants_file is None else measured_brick.read_constants(constants_file, arm)
+            None if constants_file is None else measured_brick.read_constants(constants_file, built)
         )
         plant = read_plant(plant_text, measured)
         if measured:
@@ -188,13 +198,14 @@ def simulate(
             "plant": plant,
             "faults": [session.read_fault(text) for text in faults],
             "presses": [read_press(text) for text in presses],
-            "extra": plugged(arm, plug, wheels),
+            "extra": plugged(built, plug, wheels),
             "wheels": wheels,
             "start": start,
             "realtime": realtime,
             "timeout": timeout,
             "sensors": read_sensors(sensors),
-            "watched": None if scene is None else _watched(scene, arm, realtime),
+            "watched": None if scene is None else _watched(scene, built, realtime),
+            "built": built,
         }
         ordered = [
             *(
@@ -213,7 +224,7 @@ def simulate(
         run = session.run(arm, script, args, **options)
         took = time.perf_counter() - began
         # Without a pen motor all of the motion is ink, and none of it belongs to one path.
-        wanted = run.wanted if arm and arm.pen else []
+        wanted = run.wanted if built and built.pen else []
         measures = line_accuracy.measure(run.record, wanted)
     except ArmError as error:
         raise click.ClickException(str(error)) from None
@@ -226,6 +237,7 @@ def simulate(
     summary["cpu"] = plant["cpu"]
     summary["constants"] = constants_file
     summary["sensors"] = list(sensors)
+    summary["built"] = built.name if built else NO_ARM
     summary["measured"] = measured
     late = [words for words, t in ordered if t > run.outcome.t]
     summary["never_came"] = late
@@ -251,6 +263,15 @@ def simulate(
             err=True,
         )
     sys.exit(run.outcome.status or (NEVER_CAME if late else 0))
+
+
+def _built(file: str, arm: Arm | None) -> Arm:
+    """Return the arm as it was built."""
+    if arm is None:
+        raise session.InvalidSimulationOption(
+            f"--built {file} is an arm, and --arm {NO_ARM} has none; leave one of them out"
+        )
+    return read_arm(find_arm(file))
 
 
 def _check_in_time(ordered: list[tuple[str, float]], timeout: float) -> None:

@@ -168,7 +168,7 @@ def _draw_sheet(
         hole = hole if names[1] == "z" else 0.0
     wide = max(outer - hole, 1e-6)
     axes.add_patch(Annulus(shoulder, outer, wide, fc=REACH, ec=REACH_EDGE, lw=0.8, zorder=0))
-    _draw_arm(axes, arm, cm, standing=names[1] == "z")
+    draw_arm(axes, arm, cm, standing=names[1] == "z")
     handles = []
     if paths:
         for path in paths:
@@ -230,7 +230,7 @@ def _frame(axes: Axes, points: np.ndarray, reach: tuple[float, float]) -> float:
     return float(box[0] / DPI * 72 / span[0])
 
 
-def _draw_arm(axes: Axes, arm: np.ndarray, cm: float, standing: bool) -> None:
+def draw_arm(axes: Axes, arm: np.ndarray, cm: float, standing: bool) -> None:
     """Beams with their holes from joint to joint, over the base, which from the side is flat."""
     axes.add_patch(
         FancyBboxPatch(

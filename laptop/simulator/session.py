@@ -25,6 +25,7 @@ from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
 from laptop.simulator.live import PoseWriter
 from robot.motion import kinematics
+from robot.motion.checked import Checked
 from robot.motion.zero import Zero
 from robot.tracking_client import Memory, ServerAddress
 from shared.arm_description import ArmError
@@ -76,6 +77,9 @@ LONGEST_ACCESS = 10.0
 
 AFTER = "after:"
 """Prefix of a start that another run leaves."""
+
+UNCHECKED = "unchecked"
+"""The start of an arm, at home, of which nobody has looked yet which motor is where."""
 
 SUMMARY_POLL_PERIOD = 0.02
 """Period at which one looks whether that run is over, s."""
@@ -137,8 +141,8 @@ def read_start(text, arm):
     """Read joint angles (rad), and whether the zero is known.
 
     Args:
-        text: `home`, `lost`, `DEG,DEG,...`, or `after:FOLDER`: where the run ends that leaves its
-            files there, which is waited for.
+        text: `home`, `lost`, `unchecked`, `DEG,DEG,...`, or `after:FOLDER`: where the run ends that
+            leaves its files there, which is waited for.
 
     Raises:
         InvalidSimulationOption: it is none of these.
@@ -151,8 +155,8 @@ def read_start(text, arm):
         return None, False
     if text.startswith(AFTER):
         return _end_of(text[len(AFTER) :], arm), True
-    if text == "home":
-        return tuple(joint.home for joint in arm.joints), True
+    if text in ("home", UNCHECKED):
+        return tuple(joint.home for joint in arm.joints), text == "home"
     if text == "lost":
         draw = random.Random(1)
         return tuple(draw.uniform(joint.lower, joint.upper) / 2 for joint in arm.joints), False
@@ -164,8 +168,8 @@ def read_start(text, arm):
         joint.lower <= angle <= joint.upper for joint, angle in zip(arm.joints, angles)
     ):
         raise InvalidSimulationOption(
-            "start '{}': write home, lost, after:FOLDER, or one angle in deg per joint within "
-            "{}".format(
+            "start '{}': write home, lost, unchecked, after:FOLDER, or one angle in deg per joint "
+            "within {}".format(
                 text,
                 " and ".join(
                     "{:g}..{:g}".format(math.degrees(j.lower), math.degrees(j.upper))
@@ -207,6 +211,8 @@ def run(
     watched=None,
     sensors=None,
     wheels=None,
+    built=None,
+    keyboard=None,
 ):
     """Run `script` on an emulated brick that carries `arm`.
 
@@ -223,22 +229,34 @@ def run(
             script finds it as one that it remembers.
         sensors: port -> SensorOrder; None: a touch sensor at each.
         wheels: of a brick without an arm, from wheels.read_wheels.
+        built: the arm as it was built, where that differs from `arm`, which is all that the script
+            is told: the truth of motors, ports, stops and links.
+        keyboard: `keyboard(brick)` gives the text file that the script has for standard input; the
+            laptop's if None.
 
     Returns:
         SimulationResult.
 
     Raises:
-        InvalidSimulationOption: a fault for a port without a motor, or an impossible start.
+        InvalidSimulationOption: a fault for a port without a motor, an impossible start, or an arm
+            built of other joints.
         BadSensor, BadPress: a sensor that sees what is not there, no touch sensor to press.
     """
     q, homed = read_start(start, arm)
+    built = built or arm
+    if built is not None and built.chain != arm.chain:
+        raise InvalidSimulationOption(
+            "{} is built as a {} arm, but {} describes a {} one; give two of one chain".format(
+                built.name, built.chain, arm.name, arm.chain
+            )
+        )
     with contextlib.ExitStack() as stack:
         clock = PacedClock() if realtime else None
         if clock:
             stack.callback(clock.close)
         world = World(clock, os.path.basename(script))
         world.tell = _tell
-        brick = EmulatedBrick(world, arm, plant, q, extra, wheels)
+        brick = EmulatedBrick(world, built, plant, q, extra, wheels)
         if not homed:
             brick.reset_motors()  # it has just been switched on: an arm that gravity pulls drops
         devices = Peripherals(
@@ -252,7 +270,12 @@ def run(
         stack.enter_context(_published(brick, script))
         tracker = stack.enter_context(watched(brick)) if watched else None
         _schedule_pictures(world, tracker, faults)
-        folder = stack.enter_context(_home_folder(brick, q, homed, tracker))
+        folder = stack.enter_context(_home_folder(brick, arm, q, homed, tracker))
+        if start != UNCHECKED and arm is not None:
+            Checked(arm, folder).save({})
+        if keyboard:
+            stack.enter_context(_typed_at(keyboard(brick)))
+        _let_joints_touch(brick, devices)
         outcome = run_script(
             brick,
             script,
@@ -268,13 +291,42 @@ def run(
         for port, motor in brick.motors.items()
     }
     skeleton, reach = (), None
-    if arm is not None:
-        skeleton = kinematics.joint_positions(arm, brick.plant.q)
-        reach = kinematics.reach(arm)
+    if built is not None:
+        skeleton = kinematics.joint_positions(built, brick.plant.q)
+        reach = kinematics.reach(built)
     pace = world.pace.mean if world.pace else None
     return SimulationResult(
         outcome, brick.record, wanted, motors, brick.names, skeleton, reach, pace
     )
+
+
+def _let_joints_touch(brick, peripherals):
+    """Let the joints of the arm, as it was built, close and open their touch sensors."""
+    if brick.arm is None:
+        return
+    touching = [
+        (drive.link, joint, peripherals.inputs[joint.touch_port].measuring)
+        for drive, joint in zip(brick.plant.joints, brick.arm.joints)
+        if joint.touch_port
+    ]
+
+    def look(t):
+        for link, joint, sensor in touching:
+            at = joint.touch_at
+            sensor.pressed = link.angle >= at if at >= joint.upper else link.angle <= at
+
+    if touching:
+        brick.world.bodies.append(look)
+
+
+@contextlib.contextmanager
+def _typed_at(keyboard):
+    """Let a script read this file as its standard input."""
+    before, sys.stdin = sys.stdin, keyboard
+    try:
+        yield
+    finally:
+        sys.stdin = before
 
 
 def _tell(line):
@@ -340,6 +392,8 @@ def _schedule_pictures(world, tracker, faults):
 def park_on_file(arm, q, folder):
     """Leave the state in `folder` of an arm parked at `q` (rad), pen up, where its encoders read 0.
 
+    Somebody has looked which motor is where.
+
     Returns:
         The robot.motion.zero.Zero.
     """
@@ -348,6 +402,7 @@ def park_on_file(arm, q, folder):
         turns[arm.pen.port] = -arm.pen.up
     state = Zero(arm, folder)
     state.save({p: math.degrees(turn) for p, turn in turns.items()}, dict.fromkeys(turns, 0))
+    Checked(arm, folder).save({})
     return state
 
 
@@ -366,10 +421,9 @@ def _published(brick, script):
 
 
 @contextlib.contextmanager
-def _home_folder(brick, q, homed, tracker):
+def _home_folder(brick, arm, q, homed, tracker):
     """The brick's home for one run: its state, its arm, and room for the wanted paths."""
     folder = temporary_folders.make("home")
-    arm = brick.arm
     environment = {STATE: folder, PLAN: os.path.join(folder, "plan")}
     if arm is not None:
         environment[ARM] = os.path.abspath(arm.file)

@@ -22,6 +22,7 @@ runs in the thread that lets the world go on, so a run repeats exactly.
     with VirtualTracker(world, see) as tracker, brick.sysfs.installed():
         client = tracker.client()
         robot_arm = RobotArm(arm, world)
+        robot_arm.checked.needed = False  # which motor is where is known here
         before = client.poll(0.2)["A"]
         robot_arm.go_to([angle + 0.4 for angle in robot_arm.angles()])
         after = client.poll(0.2)["A"]  # as it was at `after.t` on `world`, some 60 ms ago

@@ -123,6 +123,8 @@ class ModelMotor(JointMotor):
 class _KnownZero(object):
     """The motors' zero is where they are at first."""
 
+    file = ""  # nothing is kept
+
     def confirmed(self, counts):
         return dict.fromkeys(counts, 0.0)
 
@@ -222,6 +224,7 @@ def arm_of_files(description, clock):
     """A RobotArm on model motors, parked in its home pose, its zero known."""
     motors = ArmMotors(description, clock, GAINS, lambda line: None, ModelMotor)
     arm = RobotArm(description, clock, zero=_KnownZero(), motors=motors)
+    arm.checked.needed = False  # of motors that are a model
     arm.load_zero()
     for motor, joint in zip(arm.joints, description.joints):
         motor.counted = motor.in_counts(joint.home)

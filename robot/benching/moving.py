@@ -67,7 +67,7 @@ def describe(description, k):
         math.degrees(lower),
         math.degrees(upper),
         math.degrees(fastest_of(description, k)),
-        "; then gently against both stops" if joint.find_home == "both" else "",
+        "; then gently against both stops" if joint.seek == "both" else "",
     )
 
 
@@ -151,7 +151,7 @@ class Bench(object):
             pairs.append(pair)
         arm.go_to(home)
         found = figures(pairs, joint.motor)
-        if joint.find_home == "both":
+        if joint.seek == "both":
             with arm.lend_motors():
                 found.update(self._backlash(arm, k))
             arm.go_to(home)

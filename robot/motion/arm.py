@@ -6,10 +6,12 @@ motors.
 
 import contextlib
 import math
+import os
 
 from robot.motion import kinematics
 from robot.motion.arm_motors import ArmMotors
 from robot.motion.backlash import BacklashCompensation, pose_behind
+from robot.motion.checked import Checked
 from robot.motion.control_loop import (
     COARSE_COUNTS,
     FINE_COUNTS,
@@ -48,9 +50,11 @@ class RobotArm(object):
         gravity: robot.motion.gravity.Gravity, what pulls on the joints; as described if None.
         say: called with what people should know of how fast the brick is.
         motors: ArmMotors; those of the description if None.
+        checked: robot.motion.checked.Checked, beside the zero's file if None.
 
     Attributes:
         motors: ArmMotors.
+        checked: Checked: nothing moves until that is confirmed.
         joints, pen: its JointMotors.
         backlash_sides: per joint, on which side its backlash lies: +1 pushed in the positive
             direction last, or pulled in the negative by gravity; -1 the other way round; 0 unknown;
@@ -61,11 +65,13 @@ class RobotArm(object):
     """
 
     def __init__(
-        self, description, clock, zero=None, gains=GAINS, gravity=None, say=print, motors=None
+        self, description, clock, zero=None, gains=GAINS, gravity=None, say=print, motors=None,
+        checked=None
     ):  # fmt: skip
         self.description = description
         self.clock = clock
         self.zero = zero or Zero(description)
+        self.checked = checked or Checked(description, os.path.dirname(self.zero.file))
         self.motors = motors or ArmMotors(description, clock, gains, say)
         self.joints, self.pen = self.motors.joints, self.motors.pen
         self._plan = None
@@ -86,6 +92,10 @@ class RobotArm(object):
     def counts(self):
         """The encoders' readings by port."""
         return self.motors.counts()
+
+    def confirm_checked(self):
+        """Refuse, by NotChecked, an arm of which nobody has seen which motor turns what."""
+        self.checked.confirm(self.motors.devices)
 
     def load_zero(self):
         """Believe the remembered zero.
@@ -111,6 +121,7 @@ class RobotArm(object):
     def _engage(self):
         """The arm is about to move, which goes on record; BrickInUse if another program may."""
         if not self._engaged:
+            self.confirm_checked()
             self.motors.lock.acquire()
         engaged, self._engaged, self._standing = self._engaged, True, False
         if self._homed and not engaged:
@@ -289,43 +300,31 @@ class RobotArm(object):
 
     @contextlib.contextmanager
     def lend_motors(self):
-        """For a `with` block somebody else turns the joints' motors; sides are then unknown."""
+        """For a `with` block somebody else turns the joints, held first; no side is known then."""
         self._engage()
         with self._stopping_on_error():
             try:
+                self.motors.hold(self.joints)
                 yield
             finally:
                 self.backlash_sides = (0,) * len(self.joints)
 
-    def home(self, here=False, say=print):
-        """Find the zero, or with `here` take the joints to be at the home pose; remember it.
+    def home(self, here=False, say=print, seek=False):
+        """Find the zero as the arm's file says, which stands about at home; remember it.
 
-        The pen is taken to be up.
-
-        Returns:
-            One homing.Found per joint; empty with `here`.
+        With `here` it is taken to be there; with `seek` its stops are sought from anywhere.  The
+        pen is taken to be up.  Returns one homing.Found per joint, none if nothing was sought.
 
         Raises:
             homing.Blocked, Stalled, MotorNotFound: after stopping.
         """
         from robot.motion import homing  # not above: most programs find the zero remembered
 
+        self.confirm_checked()
         self.motors.lock.acquire()
         self._homed = False
         self.zero.forget()
-        if self.pen:
-            homing.take_as_it_stands(self.pen, self.description.pen.up)
-        found = []
-        if here:
-            joints = self.description.joints
-            sides = self._gravity.preload_sides([joint.home for joint in joints])
-            for motor, joint, side in zip(self.joints, joints, sides):
-                homing.take_as_it_stands(motor, joint.home + side * joint.backlash / 2)
-        else:
-            self._engage()
-            with self._stopping_on_error():
-                self.motors.hold(self.joints)
-                found = homing.find_zero(self, say)
+        found = homing.home(self, self._gravity, here, seek, say)
         self._homed = True
         self.backlash_sides = (0,) * len(self.joints)
         self.zero.save(self.motors.zeros(), None if self._engaged else self.counts())

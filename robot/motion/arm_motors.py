@@ -71,6 +71,10 @@ class ArmMotors(object):
         """Counts at joint angle zero by port."""
         return {motor.port: motor.zero for motor in self._all}
 
+    def devices(self):
+        """The system's names of the motors by port."""
+        return {motor.port: motor.device for motor in self._all}
+
     def load_zeros(self, zero):
         """Take the counts at joint angle zero that are remembered.
 

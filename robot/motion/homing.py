@@ -1,9 +1,13 @@
-"""Finding the zero: gently against the hard stops, several times, from both sides.
+"""Finding the zero: as somebody has put the arm, or gently against the hard stops, several times.
+
+From home, where somebody has put it, a joint seeks within bounds, see homing_from_home; from
+anywhere only where that is asked for by name.
 
 A motor pushed against a stop stands on the far side of the play; from both sides, the play cancels
 and is measured on the way.
 """
 
+import contextlib
 import math
 
 from robot.motion.control_loop import Stalled, TooSlow
@@ -51,6 +55,9 @@ MAX_SHORT = math.radians(2)
 MAX_STOP_ERROR = math.radians(5)
 """Stops that are farther than this from where they should be are others, rad."""
 
+MAX_PLAY = math.radians(20)
+"""No joint has more, whatever its file says, rad."""
+
 Found = record("Found", "joint zero backlash spread")
 """What was found of one joint.
 
@@ -65,8 +72,36 @@ class Blocked(ArmError):
     """Homing found no stop, not the same one twice, or stops that are not those of the arm file."""
 
 
+def home(arm, gravity, here, seek, say):
+    """Set the motors' zeros, see RobotArm.home.
+
+    Args:
+        gravity: robot.motion.gravity.Gravity, what pulls on the joints.
+    """
+    joints = arm.description.joints
+    if arm.pen:
+        take_as_it_stands(arm.pen, arm.description.pen.up)
+    if seek:
+        with arm.lend_motors():
+            return find_zero(arm, say)
+    here = here or all(joint.find_home == "here" for joint in joints)
+    with contextlib.ExitStack() as lent:
+        if gravity.loaded or not here:  # else nothing is touched
+            lent.enter_context(arm.lend_motors())
+        sides = gravity.preload_sides([joint.home for joint in joints])
+        for motor, joint, side in zip(arm.joints, joints, sides):
+            take_as_it_stands(motor, joint.home + side * joint.backlash / 2)
+        if here:
+            return []
+        from robot.motion import homing_from_home  # not above: few arms ask for it
+
+        return homing_from_home.find_zero(arm, say)
+
+
 def find_zero(arm, say):
-    """Touch the stops of every joint as its `find_home` says; set the motors' zeros.
+    """Touch the stops of every joint as its `seek` says, wherever it is; set the motors' zeros.
+
+    One without stops is taken to stand at home.
 
     Args:
         arm: robot.motion.arm.RobotArm.
@@ -81,26 +116,44 @@ def find_zero(arm, say):
     out = []
     for k in reversed(range(len(arm.joints))):
         motor, joint = arm.joints[k], arm.description.joints[k]
-        if joint.find_home == "here":
+        if joint.seek is None:
             take_as_it_stands(motor, joint.home)
             out.append(Found(joint.name, motor.zero, None, 0))
             continue
         ends, spread = {}, 0
         for side in ("lower", "upper"):
-            if joint.find_home in (side, "both"):
-                say("homing: {}, {} stop".format(joint.name, side))
-                touches = _touches(arm, k, 1 if side == "upper" else -1)
-                spread = max(spread, max(touches) - min(touches))
-                ends[side] = sum(touches) / float(len(touches))
-        if spread > MAX_TOUCH_SPREAD:
-            raise Blocked(
-                "the {}'s stop was found at places {:.0f} counts apart, at most {} will do; "
-                "clear its way, ease it if it runs stiffly, and home again".format(
-                    joint.name, spread, MAX_TOUCH_SPREAD
-                )
-            )
-        out.append(_set_zero(motor, joint, ends, spread))
+            if joint.seek in (side, "both"):
+                ends[side], apart = touch_stop(arm, k, side, say)
+                spread = max(spread, apart)
+        out.append(set_zero(arm, k, ends, spread))
     return out[::-1]
+
+
+def touch_stop(arm, k, side, say, farthest=None):
+    """Touch one stop of joint `k` several times.
+
+    Args:
+        side: "lower" | "upper".
+        farthest: no farther than this angle, rad; as far as the joint may have to if None.
+
+    Returns:
+        (counts there, how far apart the touches are, counts).
+
+    Raises:
+        Blocked: there is none, or not always the same.
+    """
+    joint = arm.description.joints[k]
+    say("homing: {}, {} stop".format(joint.name, side))
+    touches = _touches(arm, k, 1 if side == "upper" else -1, farthest)
+    spread = max(touches) - min(touches)
+    if spread > MAX_TOUCH_SPREAD:
+        raise Blocked(
+            "the {}'s stop was found at places {:.0f} counts apart, at most {} will do; "
+            "clear its way, ease it if it runs stiffly, and home again".format(
+                joint.name, spread, MAX_TOUCH_SPREAD
+            )
+        )
+    return sum(touches) / float(len(touches)), spread
 
 
 def take_as_it_stands(motor, angle):
@@ -108,7 +161,16 @@ def take_as_it_stands(motor, angle):
     motor.zero += motor.in_counts(motor.angle() - angle)
 
 
-def _set_zero(motor, joint, ends, spread):
+def set_zero(arm, k, ends, spread):
+    """Set the zero of joint `k` by its stops; Found.
+
+    Args:
+        ends: counts by "lower", "upper".
+
+    Raises:
+        Blocked: they are not as far apart as the arm's file says.
+    """
+    motor, joint = arm.joints[k], arm.description.joints[k]
     zeros = []
     for side, counts in ends.items():
         stop = joint.stop_lower if side == "lower" else joint.stop_upper
@@ -120,26 +182,51 @@ def _set_zero(motor, joint, ends, spread):
         span = abs(ends["upper"] - ends["lower"]) * motor.resolution
         play = span - (joint.stop_upper - joint.stop_lower)
         if abs(play - joint.backlash) > MAX_STOP_ERROR:
-            near = play < joint.backlash  # what gets too far meets nothing on its way
-            raise Blocked(
-                "the {}'s stops are {:.1f} deg apart, by the arm file {:.1f} and {:.1f} of play; "
-                "{}measure them".format(
-                    joint.name,
-                    math.degrees(span),
-                    math.degrees(joint.stop_upper - joint.stop_lower),
-                    math.degrees(joint.backlash),
-                    "clear its way, ease it if it runs stiffly, or " if near else "",
-                )
-            )
+            raise Blocked(_not_as_described(arm.description, k, span, play))
     return Found(joint.name, motor.zero, play, spread)
 
 
-def _touches(arm, k, sign):
+def _not_as_described(arm, k, span, play):
+    """What is wrong with stops that are `span` apart, which would mean so much `play`; rad."""
+    joint = arm.joints[k]
+    told = (
+        "the {}'s stops are {:.1f} deg apart, by the arm file {:.1f} and {:.1f} of play; ".format(
+            joint.name,
+            math.degrees(span),
+            math.degrees(joint.stop_upper - joint.stop_lower),
+            math.degrees(joint.backlash),
+        )
+    )
+    for other in arm.joints:
+        if other is joint or other.stop_lower is None or other.stop_upper is None:
+            continue
+        seen = (other.stop_upper - other.stop_lower + other.backlash) * other.gear / joint.gear
+        if abs(span - seen) < MAX_STOP_ERROR:
+            return told + swapped(arm, joint, other)
+    if play < joint.backlash:  # what gets too far meets nothing on its way
+        return told + "clear its way, ease it if it runs stiffly, or measure them"
+    return told + (
+        "measure them, and its play, which by that is {:.1f} deg: stop_lower, stop_upper, backlash "
+        "in [{}] of {}".format(math.degrees(play), joint.name, arm.file)
+    )
+
+
+def swapped(arm, joint, other):
+    """What to say of a joint whose stops are those of another one."""
+    return (
+        "they are those of the {0}, so the cables of ports {1} and {2} are swapped: exchange them, "
+        "or port = {1} and port = {2} in [{3}] and [{0}] of {4}".format(
+            other.name, joint.port, other.port, joint.name, arm.file
+        )
+    )
+
+
+def _touches(arm, k, sign, farthest):
     """Counts at which the joint stands against a stop, TOUCHES times."""
     motor, joint = arm.joints[k], arm.description.joints[k]
 
     def touch(force):
-        at = push(arm, motor, joint, sign, force)
+        at = push(arm, motor, joint, sign, force, farthest)
         _kick(arm.clock, motor, joint, -sign)
         back_off(arm, motor, at, sign)
         return at
@@ -169,9 +256,17 @@ def back_off(arm, motor, stop, sign):
     arm.move_motor(motor, move, on_tick=look)
 
 
-def push(arm, motor, joint, sign, force):
-    """Push until the joint stands; the middle of what the encoder then allows, counts."""
+def push(arm, motor, joint, sign, force, farthest=None):
+    """Push until the joint stands; the middle of what the encoder then allows, counts.
+
+    Args:
+        farthest: see `touch_stop`.
+
+    Raises:
+        Blocked: it does not come to a stand.
+    """
     clock = arm.clock
+    most = _farthest(joint) if farthest is None else sign * (farthest - motor.angle())
     # What a standing motor pushes with is the stiffness times the speed set-point.
     speed = sign * math.radians(force / PUSH_STIFFNESS) / joint.gear
     motor.disengage()
@@ -194,7 +289,7 @@ def push(arm, motor, joint, sign, force):
             motor.hold()
             motor.disengage()
             return motor.zero + motor.in_counts(sum(here) / 2)
-        if abs(here[0] - start[0]) > _farthest(joint) or now - begun > STOP_TIMEOUT:
+        if abs(here[0] - start[0]) > most or now - begun > STOP_TIMEOUT:
             raise Blocked(
                 "the {} found no stop in {:.0f} deg and {:.0f} s; check its stops and find_home in "
                 "the arm file".format(
@@ -240,4 +335,4 @@ def _farthest(joint):
     """How far a joint may have to turn to a stop that is there, rad."""
     if joint.stop_lower is None or joint.stop_upper is None:
         return 2 * math.pi
-    return joint.stop_upper - joint.stop_lower + joint.backlash + MAX_STOP_ERROR
+    return joint.stop_upper - joint.stop_lower + MAX_PLAY + MAX_STOP_ERROR

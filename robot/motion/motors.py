@@ -94,6 +94,11 @@ class JointMotor(object):
         self._engaged = None
         """None: a program that was killed may have left it so."""
 
+    @property
+    def device(self):
+        """The system's name of the motor: another one whenever it is plugged in."""
+        return os.path.basename(self._motor._path)
+
     def _opened(self, attribute):
         try:
             return self._motor._attribute_file_open(attribute)
@@ -206,6 +211,12 @@ class JointMotor(object):
     def brake(self):
         """Stop by a short circuit of the windings: nothing holds it then."""
         self._set("stop_action", "brake")
+        self._set("command", "stop")
+        self._engaged = None  # the next stop is to hold again
+
+    def let_go(self):
+        """Let somebody turn it by hand."""
+        self._set("stop_action", "coast")
         self._set("command", "stop")
         self._engaged = None  # the next stop is to hold again
 

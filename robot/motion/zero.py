@@ -53,7 +53,7 @@ def meaning(arm):
     for joint in arm.joints:
         for key in ("port", "motor", "gear", "direction"):
             numbers[joint.name + "." + key] = getattr(joint, key)
-        for key in ("stop_lower", "stop_upper", "home", "backlash"):
+        for key in ("stop_lower", "stop_upper", "touch_at", "home", "backlash"):
             numbers[joint.name + "." + key] = _degrees(getattr(joint, key))
     if arm.pen:
         numbers["pen.port"], numbers["pen.motor"] = arm.pen.port, arm.pen.motor
@@ -113,7 +113,7 @@ class Zero(object):
             raise NotHomed(
                 "the last program ended without parking the arm, its zero is in doubt" + ADVICE
             )
-        if state.get("boot") != _boot():
+        if state.get("boot") != boot_id():
             raise NotHomed(
                 "the brick was switched off since the arm was parked, it may have been moved"
                 + ADVICE
@@ -218,7 +218,7 @@ class Zero(object):
 
         state = {
             "version": VERSION, "arm": meaning(self._arm), "file": _path(self._arm),
-            "boot": _boot(), "parked": parked, "zero": zero,
+            "boot": boot_id(), "parked": parked, "zero": zero,
         }  # fmt: skip
         text = json.dumps(state, sort_keys=True)
         draft = self.file + ".new"
@@ -251,7 +251,8 @@ def _shown(value):
     return shown.strip("'")[:40]
 
 
-def _boot():
+def boot_id():
+    """A text that is another one after every start of the system; "" where it has none."""
     try:
         with open(BOOT_ID) as file:
             return file.read().strip()

@@ -18,6 +18,7 @@ from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.world import World
 from robot.driver import Driver
 from robot.motion.arm import RobotArm
+from robot.motion.checked import Checked
 from robot.motion.zero import Zero
 from shared.arm_description import find_arm, read_arm
 
@@ -72,13 +73,14 @@ class Rig:
         plant: text for `read_plant`.
         start: joint angles, rad; home if None.
         homed: whether the zero is on file.
+        checked: whether it is on file that somebody has looked which motor is where.
 
     Attributes:
         program: laptop.simulator.host.program.Program, while one is `running`.
         writes: every write to a motor, as (t, port, attribute, text).
     """
 
-    def __init__(self, folder, arm="planar", plant="", start=None, homed=True):
+    def __init__(self, folder, arm="planar", plant="", start=None, homed=True, checked=True):
         self.arm = read_arm(find_arm(arm)) if isinstance(arm, str) else arm
         start = tuple(joint.home for joint in self.arm.joints) if start is None else start
         self.world = World()
@@ -89,6 +91,8 @@ class Rig:
         self.writes = []
         for motor in self.brick.motors.values():
             self._listen(motor)
+        if checked:
+            Checked(self.arm, self.folder).save({})
         if homed:
             zero = zero_of(self.arm, start)
             self.state.save(zero, dict.fromkeys(zero, 0))

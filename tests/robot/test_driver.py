@@ -10,6 +10,7 @@ import pytest
 from rig import DRIVER, REPORT_LINES, Shell, degrees, described, from_line, switched_on
 from waiting import PATIENCE
 
+from laptop.simulator.device.buttons import read_press
 from robot.motion.kinematics import Unreachable
 from robot.motion.paths import arc, circle, polyline, rectangle
 
@@ -526,7 +527,7 @@ def test_home_here_by_command_takes_the_arm_as_it_stands(tmp_path, monkeypatch, 
 @pytest.mark.long
 def test_home_by_command(tmp_path, monkeypatch, capsys):
     sh = Shell(tmp_path, monkeypatch, capsys, start=degrees(60, -50), homed=False)
-    shown = sh.run("home")
+    shown = sh.run("home", "--seek")
     assert (shown.status, shown.err) == (0, "")
     assert max(abs(math.degrees(angle)) for angle in sh.q) < 2.5
     assert sh.run("line", "10,0", "5,10").status == 0
@@ -537,12 +538,12 @@ def test_home_by_command(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize("homed", [True, False], ids=["homed", "lost"])
 def test_without_arguments_the_three_lines_of_the_report(tmp_path, monkeypatch, capsys, homed):
     """Someone starts it from the brick's menu."""
-    sh = Shell(
-        tmp_path, monkeypatch, capsys, start=None if homed else degrees(70, -40), homed=homed
-    )
-    shown = sh.run()
+    start = None if homed else degrees(0.5, -0.5)  # as exactly as it was put at home
+    sh = Shell(tmp_path, monkeypatch, capsys, start=start, homed=homed)
+    shown = sh.run(presses=[] if homed else [read_press("enter@2")])
     assert (shown.status, shown.err) == (0, "")
     assert ("homing" in shown.out) is not homed
+    assert ("shoulder 0, elbow 0 deg (stretched" in shown.out) is not homed
     inks = sh.ink()
     assert len(inks) == 3
     for ink, line in zip(inks, REPORT_LINES):

@@ -14,12 +14,13 @@ import pytest
 from refusals import in_one_line
 from rig import DRIVER, Shell, from_line
 
+from laptop.simulator.device.buttons import read_press
 from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.session import Fault, run
 from shared.arm_description import find_arm, read_arm
 
 LINE = ("line", "15,0", "0,15")
-HOME = ("home",)
+HOME = ("home", "--seek")
 GEARED = ("--arm", "geared")
 STEPS = ("--method", "steps")
 
@@ -197,8 +198,8 @@ def test_a_dead_encoder_does_not_run_away(shell, port, t, words, least, most):
     assert max(turned) < most
 
 
-@pytest.mark.short("0.1")
-@pytest.mark.parametrize("share", [0.05, 0.1, 0.2, 0.3])
+@pytest.mark.short("0.08")
+@pytest.mark.parametrize("share", [0.05, 0.08, 0.2, 0.3])
 def test_homing_takes_no_dead_encoder_for_a_stop(shell, moment, share):
     """Nothing tells them apart until the joint is to leave the stop, so that comes at once."""
     t = moment(HOME, "run", share)
@@ -568,7 +569,7 @@ def test_a_brick_that_is_slow_to_push_is_not_taken_for_a_blocked_joint(name, cos
     arm = read_arm(find_arm(name))
     fault = Fault("slow-sysfs", cost, 7.0)
     plant = read_plant("cpu=1,seed=1")
-    out = run(arm, DRIVER, ["home"], plant=plant, start="lost", faults=[fault])
+    out = run(arm, DRIVER, ["home", "--seek"], plant=plant, start="lost", faults=[fault])
     said = capsys.readouterr().err
     assert out.outcome.status == status, said
     assert ("the brick is too slow" in said) == (status == 1)
@@ -589,7 +590,7 @@ def test_while_it_homes_and_draws_the_arm_is_not_on_record_as_parked(shell):
     sh = shell(homed=False)
     seen = []
     sh.world.at(1.0, lambda: seen.append(os.path.exists(sh.state.file)))
-    outcome = sh.run(kill_at=35.0)
+    outcome = sh.run(kill_at=12.0, presses=[read_press("enter@2")])
     assert outcome.status == 137
     assert seen == [False]
     assert sh.on_file()["parked"] is None

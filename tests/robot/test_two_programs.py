@@ -15,7 +15,7 @@ from laptop.simulator.host.runner import run_script
 MOVING = [
     ("line", "10,0", "5,10"),
     ("move", "12,6"),
-    ("home",),
+    ("home", "--seek"),
     ("home", "--here"),
     (),
 ]

@@ -6,7 +6,16 @@ import re
 
 import pytest
 
-from shared.arm_description import ARMS_FOLDER, Arm, ArmError, BadArmFile, Pen, find_arm, read_arm
+from shared.arm_description import (
+    ARMS_FOLDER,
+    Arm,
+    ArmError,
+    BadArmFile,
+    Pen,
+    comes_along,
+    find_arm,
+    read_arm,
+)
 
 GOOD = """\
 [arm]
@@ -76,7 +85,7 @@ def test_planar_comes_along():
         "large",
     )
     assert (elbow.name, elbow.link, elbow.port, elbow.motor) == ("elbow", 9.5, "B", "large")
-    assert (shoulder.gear, shoulder.direction, shoulder.find_home) == (1, 1, "both")
+    assert (shoulder.gear, shoulder.direction, shoulder.find_home) == (1, 1, "here")
     in_degrees = [
         math.degrees(angle)
         for angle in (
@@ -253,7 +262,7 @@ MALFORMED = [
     (
         "find_home",
         changed("elbow", "find_home", "find_home = left"),
-        "[elbow] find_home = left: must be one of both, lower, upper, here",
+        "[elbow] find_home = left: must be one of both, lower, upper, here, or touch and the",
     ),
     (
         "chain",
@@ -301,6 +310,40 @@ MALFORMED = [
         changed("shoulder", "stop_upper", "stop_upper = none"),
         SHOULDER + "find_home = both: touches a stop that is not there, stop_upper = none;"
         " without it use lower or here",
+    ),
+    (
+        "stop to seek that is not there",
+        changed("elbow", "stop_upper", "stop_upper = none\nseek = upper").replace(
+            "find_home = both", "find_home = here"
+        ),
+        "[elbow] seek = upper: touches a stop that is not there, stop_upper = none;"
+        " without it use lower",
+    ),
+    (
+        "touch sensor at no port",
+        changed("elbow", "find_home", "find_home = touch"),
+        "[elbow] find_home = touch: must be one of both, lower, upper, here, or touch and the "
+        "sensor's port, like touch in1",
+    ),
+    (
+        "touch sensor without its angle",
+        changed("elbow", "find_home", "find_home = touch in1"),
+        "[elbow] find_home = touch in1: give the angle at which the sensor closes, too",
+    ),
+    (
+        "touch sensor within the limits",
+        changed("elbow", "find_home", "find_home = touch in1\ntouch_at = 149"),
+        "[elbow] touch_at = 149: must be at a limit or up to 15 beyond it: lower = -150, ",
+    ),
+    (
+        "touch sensor far beyond the limits",
+        changed("elbow", "find_home", "find_home = touch in1\ntouch_at = 166"),
+        "[elbow] touch_at = 166: must be at a limit or up to 15 beyond it",
+    ),
+    (
+        "angle of no touch sensor",
+        changed("elbow", "find_home", "find_home = both\ntouch_at = 155"),
+        "[elbow] touch_at = 155: is of a touch sensor; give its port, too",
     ),
     (
         "stop neither angle nor none",
@@ -446,3 +489,34 @@ def test_a_weight_that_is_wrong_is_refused_in_one_line(tmp_path, before, after, 
 def test_an_arm_in_the_plane_is_not_weighed(tmp_path, line):
     with pytest.raises(BadArmFile, match="unknown key"):
         read_arm(written(tmp_path, GOOD.replace("[elbow]\n", "[elbow]\n" + line + "\n")))
+
+
+@pytest.mark.parametrize(
+    ("line", "way", "port", "at", "seek"),
+    [
+        (None, "here", None, None, "both"),
+        ("find_home = here", "here", None, None, "both"),
+        ("find_home = lower", "lower", None, None, "lower"),
+        ("find_home = here\nseek = upper", "here", None, None, "upper"),
+        ("find_home = touch in4\ntouch_at = -165", "touch", "in4", -165, "both"),
+        ("find_home = touch in1\ntouch_at = 150", "touch", "in1", 150, "both"),
+    ],
+)
+def test_how_the_zero_is_found(tmp_path, line, way, port, at, seek):
+    file = tmp_path / "mine.ini"
+    file.write_text(changed("elbow", "find_home", line))
+    elbow = read_arm(str(file)).joints[1]
+    assert (elbow.find_home, elbow.touch_port, elbow.seek) == (way, port, seek)
+    assert elbow.touch_at == (at and pytest.approx(math.radians(at)))
+
+
+def test_ones_own_arm_of_a_name_comes_before_that_which_comes_along(tmp_path, monkeypatch):
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
+    (tmp_path / "arms").mkdir()
+    own = tmp_path / "arms" / "planar.ini"
+    own.write_text(GOOD)
+    assert find_arm("planar") == find_arm("planar.ini") == str(own)
+    assert not comes_along(read_arm(find_arm("planar")))
+    assert comes_along(read_arm(find_arm("geared")))
+    with pytest.raises(BadArmFile):
+        find_arm("../arms/planar")

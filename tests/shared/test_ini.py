@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from shared.ini import BadIni, read_ini
+from shared.ini import BadIni, read_ini, with_values
 
 PIECES = [
     "[a]",
@@ -93,3 +93,23 @@ def test_what_is_wrong_is_said(text, section, key, problem):
         read_ini(text.splitlines())
     error = caught.value
     assert (error.section, error.key, error.problem) == (section, key, problem)
+
+
+@pytest.mark.parametrize(
+    ("before", "values", "after"),
+    [
+        ("[a]\nx = 1   ; one\n", {("a", "x"): "-1"}, "[a]\nx = -1  ; one\n"),
+        ("[a]\nx=1 # one\n[b]\nx: 2", {("b", "x"): "33"}, "[a]\nx=1 # one\n[b]\nx: 33"),
+        ("[a]\r\nX = 12 ; y\r\n", {("a", "x"): "3"}, "[a]\r\nX = 3  ; y\r\n"),
+        ("\ufeff[a]\nx =\n", {("a", "x"): "3"}, "\ufeff[a]\nx = 3\n"),
+        ("[a]\nx = 1\ny = 2\n", {("a", "y"): "1", ("a", "x"): "2"}, "[a]\nx = 2\ny = 1\n"),
+    ],
+)
+def test_a_value_is_changed_and_nothing_else(before, values, after):
+    assert with_values(before, values) == after
+
+
+@pytest.mark.parametrize("text", ["[a]\ny = 1\n", "[b]\nx = 1\n", "[a]\nx = 1\n  2\n", ""])
+def test_a_value_that_is_not_there_or_goes_on_below_is_not_changed(text):
+    with pytest.raises(BadIni, match="write it there"):
+        with_values(text, {("a", "x"): "2"})

@@ -9,6 +9,9 @@ from laptop.simulator.host.linux import POLL
 FD_POLL_PERIOD = 0.01
 """Period at which files of the host are looked at by those that wait, s."""
 
+PERSON_POLL_PERIOD = 0.05
+"""Period at which signals are looked for while somebody is waited for who types, wall s."""
+
 
 def select_module(world):
     """Return a `select` module on the world's clock."""
@@ -60,6 +63,8 @@ def select_module(world):
         """select.select() that waits in virtual time."""
         if world.select is not None:
             return world.select(rlist, wlist, xlist, timeout)
+        if timeout is None and 0 in [fd if isinstance(fd, int) else fd.fileno() for fd in rlist]:
+            return _wait_for_person(world, rlist, wlist, xlist)
         found = _watch(
             world,
             lambda: [f for f in [real_select.select(rlist, wlist, xlist, 0)] if any(f)],
@@ -132,6 +137,15 @@ def time_out_sockets(world, module):
     for name in ("connect", "connect_ex"):
         calls[name] = connecting(getattr(module.socket, name))
     module.socket = type("socket", (module.socket,), dict(calls, __slots__=()))
+
+
+def _wait_for_person(world, *files):
+    """Return what `select` finds of these in the end; the emulated clock stands meanwhile."""
+    while True:
+        found = real_select.select(*files + (PERSON_POLL_PERIOD,))
+        if any(found):
+            return found
+        world.touch(0.0)  # signals are heard
 
 
 def _watch(world, look, timeout):

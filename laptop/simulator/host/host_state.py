@@ -1,6 +1,7 @@
 """The state of this process that a program may change, kept over a run."""
 
 import builtins
+import contextlib
 import importlib
 import importlib.machinery
 import os
@@ -8,6 +9,18 @@ import random
 import sys
 
 from laptop.simulator.host.program_code import top_of
+
+try:
+    import termios
+except ImportError:  # Windows
+    termios = None  # type: ignore[assignment]
+
+
+def _terminal_settings():
+    """How the terminal treats keys; None where there is none."""
+    with contextlib.suppress(*[termios.error] if termios else []):
+        return termios and termios.tcgetattr(0)
+    return None
 
 
 class HostState(object):
@@ -30,6 +43,7 @@ class HostState(object):
         self._environment = dict(os.environ)
         self._folder = os.getcwd()
         self._random = random.getstate()
+        self._terminal = _terminal_settings()
 
     def restore(self):
         """Put all back."""
@@ -46,6 +60,8 @@ class HostState(object):
         os.environ.update(self._environment)
         os.chdir(self._folder)
         random.setstate(self._random)
+        if self._terminal != _terminal_settings():
+            termios.tcsetattr(0, termios.TCSADRAIN, self._terminal)
         self._restore_modules()
 
     def _restore_modules(self):

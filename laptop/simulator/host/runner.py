@@ -22,6 +22,7 @@ import traceback
 import types
 
 from laptop import system
+from laptop.simulator.device.buttons import BUTTONS
 from laptop.simulator.device.peripherals import Peripherals
 from laptop.simulator.host import counting
 from laptop.simulator.host.linux import Signals
@@ -76,7 +77,8 @@ def run_script(
         script: path of a Python file.
         args: its arguments, strings.
         peripherals: Peripherals on the brick's sysfs; new ones if None.
-        presses: Press values, see `buttons.read_press`.
+        presses: Press values, see `buttons.read_press`; one of a button says that the script was
+            started from the brick's menu.
         signals: (s, signal number) pairs, to be delivered to the script.
         freeze_at: the script never acts again from then on, s; the motors keep their last command.
         kill_at: SIGKILL, s; brickrun is not there, so the motors keep their last command.
@@ -100,6 +102,7 @@ def run_script(
         peripherals = Peripherals(world, sysfs)
     world.processor = _processor(brick)
     shims = Shims(world, peripherals)
+    shims.from_menu = any(press.button in BUTTONS for press in presses)
 
     def back():
         world.halt(ProcessExit(128 + Signals.SIGKILL, "back button"))

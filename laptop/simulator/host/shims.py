@@ -15,6 +15,7 @@ run), standard input, and the random generator, but that starts from the same se
 import atexit as real_atexit
 import builtins
 import contextlib
+import errno
 import importlib
 import importlib.machinery
 import io
@@ -51,6 +52,9 @@ from shared.state import LOCK
 PRINT_COST = 0.5e-3
 """Virtual time of a `print`, s."""
 
+MENU_CONSOLE = "/dev/tty1"
+"""The console on which the brick's menu shows a program."""
+
 OWN_STAT = "/proc/self/stat"
 """The file that tells a program when it was started."""
 
@@ -71,6 +75,10 @@ class Shims(object):
 
     Args:
         world: World.  peripherals: Peripherals.
+
+    Attributes:
+        from_menu: whether the script was started from the brick's own menu, and so has its screen
+            for a terminal, the console tty1.
     """
 
     def __init__(self, world, peripherals):
@@ -83,6 +91,7 @@ class Shims(object):
         self.exit_calls = []
         self._screens = set()
         self.threads = None
+        self.from_menu = False
         self._own = ()
 
     @contextlib.contextmanager
@@ -239,7 +248,17 @@ class Shims(object):
             self._screens.discard(fd)
             real_close(fd)
 
+        def ttyname(fd):
+            """os.ttyname of a script that is started from the brick's menu, or over ssh."""
+            if self.from_menu:
+                return MENU_CONSOLE
+            if real_ttyname is None:
+                raise OSError(errno.ENOTTY, os.strerror(errno.ENOTTY))
+            return re.sub(r"^/dev/tty\d+$", "/dev/pts/0", real_ttyname(fd))
+
         real_listdir, real_open, real_close, real_kill = os.listdir, os.open, os.close, os.kill
+        real_ttyname = getattr(os, "ttyname", None)
+        os.ttyname = ttyname
         os.listdir, os.open, os.close = listdir, open_descriptor, close
         os.system = processes.system
         os._exit = leave

@@ -1,12 +1,17 @@
 """`python -m laptop simulate`: what it leaves, what it passes on, and what it refuses."""
 
+import contextlib
 import csv
+import fcntl
 import json
 import math
 import os
+import re
 import resource
+import select
 import subprocess
 import sys
+import termios
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -150,7 +155,8 @@ def test_the_geared_arm_and_a_plant_are_what_was_asked_for(simulate):
 def test_the_plant_makes_a_difference(simulate, tmp_path):
     traces = [
         (
-            simulate("--plant", plant, DRIVER, "home", out=tmp_path / plant).out / "trace.csv"
+            simulate("--plant", plant, DRIVER, "home", "--seek", out=tmp_path / plant).out
+            / "trace.csv"
         ).read_bytes()
         for plant in ("seed=1", "seed=2")
     ]
@@ -364,7 +370,7 @@ def test_a_lost_arm_draws_only_when_homed(simulate):
     assert "has not been homed" in refused.output
     trace = rows(refused.out)
     assert trace[0]["q1"] == trace[-1]["q1"] != "0.000000"
-    homed = simulate("--start", "lost", DRIVER, "home")
+    homed = simulate("--start", "lost", DRIVER, "home", "--seek")
     assert homed.exit_code == 0, homed.output
     last = rows(homed.out)[-1]
     assert max(abs(float(last["q1"])), abs(float(last["q2"]))) < math.radians(2.5)
@@ -812,3 +818,96 @@ def test_bad_constants_are_refused_before_anything_runs(simulate, tmp_path, cont
     assert result.exit_code == 1
     assert in_one_line(result.output, "Error: ", str(file), "bench_brick.py")
     assert not result.out.exists()
+
+
+# An arm that is not as described
+
+
+def built(tmp_path, *changes):
+    """The file of a planar arm with some lines of its sections changed."""
+    text = Path(find_arm("planar")).read_text()
+    for section, line in changes:
+        head, body = text.split(f"[{section}]")
+        key = line.split("=")[0]
+        text = head + f"[{section}]" + re.sub(rf"(?m)^{key}=.*$", line, body, count=1)
+    file = tmp_path / "built.ini"
+    file.write_text(text)
+    return str(file)
+
+
+@pytest.mark.parametrize(
+    ("changes", "truly"),
+    [
+        ([("shoulder", "direction = -1")], lambda a, b: (-a, b)),
+        ([("elbow", "direction = -1")], lambda a, b: (a, -b)),
+        ([("shoulder", "port = B"), ("elbow", "port = A")], lambda a, b: (b, a)),
+    ],
+    ids=["shoulder reversed", "elbow reversed", "swapped"],
+)
+def test_what_turns_is_the_arm_as_it_was_built(simulate, tmp_path, changes, truly):
+    result = simulate("--built", built(tmp_path, *changes), DRIVER, "move", "12,6")
+    *_, last = rows(result.out)
+    told = re.search(r"joints at (\S+), (\S+) deg", result.output).groups()
+    assert [float(last["q1"]), float(last["q2"])] == pytest.approx(
+        [math.radians(angle) for angle in truly(*map(float, told))], abs=math.radians(2.5)
+    )
+    assert json.loads((result.out / "summary.json").read_text())["built"] == "built"
+
+
+def test_an_arm_without_stops_turns_on(simulate, tmp_path):
+    file = built(tmp_path, ("elbow", "stop_upper = none"), ("elbow", "find_home = here"))
+    result = simulate("--built", file, "--start", "lost", DRIVER, "home", "--seek")
+    assert result.exit_code == 1
+    assert "the elbow found no stop" in result.stderr
+    assert max(float(row["q2"]) for row in rows(result.out)) > math.radians(165)
+
+
+def test_an_arm_of_another_chain_is_refused(simulate):
+    result = simulate("--built", "spatial", DRIVER, "where")
+    assert result.exit_code == 1
+    assert "spatial is built as a spatial arm, but planar describes a planar one" in result.output
+
+
+@pytest.mark.short("end")
+@pytest.mark.parametrize(
+    ("answers", "status", "told"),
+    [
+        ([("Enter. ", "\n"), ("again] ", "s"), ("right] ", "l"), ("again] ", "e"),
+          ("right] ", "r")], 0, "[elbow] direction = -1"),
+        ([("Enter. ", "\n"), ("again] ", "\x04")], 1, "driver.py: nobody answers"),
+        ([("Enter. ", "\n"), ("again] ", "\x03")], 130, "driver.py: stopped by SIGINT"),
+        ([("Enter. ", "\x03")], 130, "driver.py: stopped by SIGINT"),
+    ],
+    ids=["answers", "end", "Ctrl-C at a key", "Ctrl-C at a line"],
+)  # fmt: skip
+def test_somebody_answers_at_a_terminal(tmp_path, answers, status, told):
+    """Keys count at once, and while the script waits for them no emulated time passes."""
+    pty = pytest.importorskip("pty")
+    ours, theirs = pty.openpty()
+    words = ["--out", str(tmp_path / "out"), "--no-picture", "--start", "unchecked"]
+    child = subprocess.Popen(
+        [sys.executable, "-m", "laptop", "simulate", *words, DRIVER, "check"],
+        cwd=ROOT, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True,
+        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+    )  # fmt: skip
+    os.close(theirs)
+    said = all_said = b""
+    answers = list(answers)
+    with contextlib.suppress(OSError):  # the end, on Linux
+        while select.select([ours], [], [], 60)[0]:
+            said += os.read(ours, 1000)
+            if answers and answers[0][0].encode() in said:
+                os.write(ours, answers.pop(0)[1].encode())
+                all_said, said = all_said + said, b""
+    os.close(ours)
+    assert child.wait(60) == status
+    assert told in (all_said + said).decode()
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["seconds"] < 10
+
+
+def test_a_bare_brick_was_not_built_as_an_arm(simulate):
+    result = simulate("--arm", "none", "--built", "planar", DRIVER)
+    assert result.exit_code == 1
+    assert "--built planar is an arm, and --arm none has none; leave one of them out" in (
+        result.output
+    )

@@ -102,7 +102,7 @@ def test_it_is_homed_against_its_weight(tmp_path, plant, dropped):
             rig.world.sleep(2)
             assert rig.q[1] < degrees(-10)[0]
         robot = rig.robot(awake=False)
-        found = robot.home(say=lambda line: None)
+        found = robot.home(say=lambda line: None, seek=True)
         for f, joint in zip(found, rig.arm.joints):
             assert abs(f.zero - zero[joint.port]) / joint.gear < 0.6
         robot.go_to(degrees(0, 45, -60))

@@ -39,7 +39,7 @@ def test_from_both_stops_the_play_cancels_even_if_it_is_not_the_described(
     start = degrees(*start)
     plant = f"backlash={play}"
     with switched_on(tmp_path, name, plant, start=start, homed=False) as rig:
-        found = rig.robot(awake=False).home(say=quiet)
+        found = rig.robot(awake=False).home(say=quiet, seek=True)
         assert max(off(found, rig, start).values()) < 1.0
         for f in found:
             assert math.degrees(f.backlash) == pytest.approx(play, abs=1.0)
@@ -50,7 +50,7 @@ def test_from_both_stops_the_play_cancels_even_if_it_is_not_the_described(
 def test_a_joint_that_is_too_stiff_for_a_soft_push_is_pushed_harder(tmp_path, plant):
     start = degrees(20, -30)
     with switched_on(tmp_path, "planar", plant, start=start, homed=False) as rig:
-        found = rig.robot(awake=False).home(say=quiet)
+        found = rig.robot(awake=False).home(say=quiet, seek=True)
         assert max(off(found, rig, start).values()) < 2.0
 
 
@@ -59,10 +59,10 @@ def test_a_joint_that_is_too_stiff_for_a_soft_push_is_pushed_harder(tmp_path, pl
 @pytest.mark.parametrize("name", ["planar", "geared"])
 def test_from_one_stop_the_described_play_is_allowed_for(tmp_path, name, side):
     start = degrees(20, -30)
-    arm = described(name, 4, find_home=side)
+    arm = described(name, 4, seek=side)
     with switched_on(tmp_path, arm, start=start, homed=False) as rig:
         said = []
-        found = rig.robot(awake=False).home(say=said.append)
+        found = rig.robot(awake=False).home(say=said.append, seek=True)
         assert max(off(found, rig, start).values()) < 1.3
         assert [f.backlash for f in found] == [None, None]
         assert all(side in line for line in said)
@@ -73,7 +73,7 @@ def test_from_one_stop_the_described_play_is_allowed_for(tmp_path, name, side):
 def test_on_other_plants(tmp_path, plant):
     start = degrees(60, 60)
     with switched_on(tmp_path, "planar", plant, start=start, homed=False) as rig:
-        found = rig.robot(awake=False).home(say=quiet)
+        found = rig.robot(awake=False).home(say=quiet, seek=True)
         assert max(off(found, rig, start).values()) < 1.3
 
 
@@ -89,7 +89,7 @@ def test_the_push_is_gentle(tmp_path):
                     pushes.append(side * math.copysign(1, drive.ratio) * (drive.duty or 0))
 
         rig.world.bodies.append(watch)
-        rig.robot(awake=False).home(say=quiet)
+        rig.robot(awake=False).home(say=quiet, seek=True)
         assert len(pushes) > 100
         assert max(pushes) <= 0.30  # of the duty: what is called gentle
 
@@ -99,7 +99,7 @@ def test_afterwards_the_zero_is_on_file_and_the_arm_draws(tmp_path):
         with pytest.raises(rig.its(NotHomed)):
             rig.robot()
         driver = rig.driver(awake=False)
-        driver.home()
+        driver.home(seek=True)
         assert max(abs(math.degrees(angle)) for angle in rig.q) < 2.5, "at its home pose"
         driver.arm.park()
         second = rig.driver()
@@ -111,7 +111,7 @@ def test_progress_is_told(tmp_path):
     with switched_on(tmp_path, homed=False) as rig:
         said = []
         driver = rig.driver(awake=False, say=said.append)
-        driver.home()
+        driver.home(seek=True)
     text = "\n".join(said)
     for words in ("shoulder, lower", "shoulder, upper", "elbow, lower", "elbow, upper", "play 2."):
         assert words in text
@@ -128,9 +128,9 @@ def test_here_takes_the_arm_as_it_stands_and_nothing_moves(tmp_path):
 
 def test_a_joint_that_is_placed_by_hand_beside_one_that_homes(tmp_path):
     arm = described("planar")
-    arm = arm._replace(joints=(arm.joints[0]._replace(find_home="here"), arm.joints[1]))
+    arm = arm._replace(joints=(arm.joints[0]._replace(seek=None), arm.joints[1]))
     with switched_on(tmp_path, arm, start=degrees(0, 50), homed=False) as rig:
-        found = rig.robot(awake=False).home(say=quiet)
+        found = rig.robot(awake=False).home(say=quiet, seek=True)
         assert max(off(found, rig, degrees(0, 50)).values()) < 1.0
         assert max(abs(math.degrees(sample.q[0])) for sample in rig.brick.record) < 2.5
 
@@ -144,7 +144,7 @@ def homed_as(rig, **changes):
     joints = (shoulder, elbow._replace(**changes))
     robot = rig.robot(awake=False, arm=rig.arm._replace(joints=joints))
     try:
-        robot.home(say=quiet)
+        robot.home(say=quiet, seek=True)
     finally:
         robot.park()
 
@@ -214,7 +214,7 @@ def test_play_that_is_not_the_described_is_told(tmp_path, play, told):
         said = []
         driver = rig.driver(awake=False)
         driver.say = said.append
-        driver.home()
+        driver.home(seek=True)
     assert [line for line in said if "says 2.0 deg of play" in line] == [
         f"{name}: the arm file says 2.0 deg of play; correct it, or the stops"
         for name in ("shoulder", "elbow")

@@ -351,6 +351,6 @@ def test_the_file_is_plain_json(zero):
     zero.save(ZERO, PARKED)
     with open(zero.file) as file:
         state = json.loads(file.read())
-    assert state.pop("boot") == robot.motion.zero._boot()
+    assert state.pop("boot") == robot.motion.zero.boot_id()
     assert state.pop("arm") == meaning(ARM)
     assert state == {"version": VERSION, "file": ARM.file, "zero": ZERO, "parked": PARKED}

@@ -1,0 +1,47 @@
+"""A person beside the emulated arm, who answers what `driver.py check` asks by what truly moves."""
+
+import io
+import math
+
+NOTICED = math.radians(0.7)
+"""A joint that turns by less is not seen to move, rad."""
+
+
+class Onlooker(io.TextIOBase):
+    """What that person types, as a script's standard input.
+
+    First that all is ready; then, again and again, which part moved since the last answer, and
+    which way.
+
+    Args:
+        brick: EmulatedBrick.
+    """
+
+    def __init__(self, brick):
+        super(Onlooker, self).__init__()
+        self._brick = brick
+        self._begun = None  # samples of the record at the last answer
+        self._way = None  # the answer to the next question, where that is which way
+
+    def readline(self, size=-1):
+        """Return the next line that is typed."""
+        record, begun = self._brick.record, self._begun
+        self._begun = len(record)
+        if begun is None:
+            return "\n"
+        if self._way:
+            way, self._way = self._way, None
+            return way
+        first = record[begun - 1].q
+        turns = [
+            max((sample.q[k] - first[k] for sample in record[begun:]), key=abs)
+            for k in range(len(first))
+        ]
+        most = max(turns, key=abs)
+        if abs(most) < NOTICED:
+            return "n\n"
+        arm = self._brick.arm
+        joint = arm.joints[turns.index(most)]
+        ways = "lr" if arm.chain == "planar" or joint.name == "base" else "ud"
+        self._way = ways[most < 0] + "\n"
+        return joint.name[0] + "\n"

@@ -1,0 +1,193 @@
+"""Asks people: by keys in a terminal, by the brick's buttons where a program was started there.
+
+A program that Brickman has started is shown on the brick's screen, a Linux console, and has no
+keyboard. Any other terminal sends single keys; what is no terminal, lines.
+"""
+
+import contextlib
+import os
+import re
+import select
+import sys
+
+from shared.arm_description import ArmError
+
+BUTTONS = ("left", "right", "up", "down", "enter")
+"""The buttons that choose, in the order of the choices; Back ends the program."""
+
+SHOWN = {"enter": "CENTRE"}
+"""What a button is called, where that is not its name."""
+
+LOOK_PERIOD = 0.05
+"""Between two looks at the buttons, s."""
+
+CTRL_D = "\x04"
+
+
+class NobodyAnswers(ArmError):
+    """The terminal was closed, or the input has ended."""
+
+
+class Person(object):
+    """Whoever is at the terminal or at the brick.
+
+    Args:
+        clock: has `now()` and `sleep(seconds)`.
+
+    Attributes:
+        at_brick: whether the program was started from the brick's own menu.
+    """
+
+    def __init__(self, clock):
+        self._clock = clock
+        self.at_brick = bool(re.match(r"/dev/tty\d", _terminal()))
+        self._buttons = None
+
+    def choose(self, question, choices):
+        """Which of some answers a question gets.
+
+        Args:
+            question: text.
+            choices: at most five pairs of an answer and the key for it.
+
+        Returns:
+            The answer.
+
+        Raises:
+            NobodyAnswers: nor will anybody.
+        """
+        with _line_ended():
+            return (self._by_button if self.at_brick else self._by_key)(question, choices)
+
+    def confirm(self, request, otherwise=""):
+        """Wait until somebody says that something is done: by Enter, or the button in the centre.
+
+        Args:
+            otherwise: what else may be done where nobody can answer, for people.
+
+        Raises:
+            NobodyAnswers: nor will anybody.
+        """
+        with _line_ended():
+            if self.at_brick:
+                print("{}\nThen press CENTRE.\nBACK ends.".format(request))
+                self._pressed(("enter",))
+                return
+            if not _line("{} Then press Enter. ".format(request)):
+                raise _nobody(otherwise)
+
+    def _by_key(self, question, choices):
+        hint = ", ".join("{} {}".format(key, answer) for answer, key in choices)
+        while True:
+            typed = _key("{} [{}] ".format(question, hint))
+            if not typed or typed == CTRL_D:
+                raise _nobody()
+            typed = typed.strip().lower()
+            for answer, key in choices:
+                if typed in (key, answer):
+                    print(answer)
+                    return answer
+            print("that is none of the keys; type one of {}".format(
+                ", ".join(key for _, key in choices)
+            ))  # fmt: skip
+
+    def _by_button(self, question, choices):
+        print(question)
+        for (answer, _), button in zip(choices, BUTTONS):
+            print("{:7}{}".format(SHOWN.get(button, button.upper()), answer))
+        pressed = self._pressed(BUTTONS[: len(choices)])
+        answer = choices[BUTTONS.index(pressed)][0]
+        print("-> {}".format(answer))
+        return answer
+
+    def _pressed(self, wanted):
+        """Which of these buttons is pressed next; it is released again by then."""
+        if self._buttons is None:
+            from ev3dev2.button import Button  # not above: it is slow to import
+
+            self._buttons = Button()
+        before = self._down()  # what is down already was meant for something else
+        while True:
+            self._clock.sleep(LOOK_PERIOD)
+            down = self._down()
+            for button in down:
+                if button in wanted and button not in before:
+                    while button in self._down():
+                        self._clock.sleep(LOOK_PERIOD)
+                    return button
+            before = down
+
+    def _down(self):
+        return list(self._buttons.buttons_pressed)
+
+
+@contextlib.contextmanager
+def _line_ended():
+    """For a `with` block that may end in the middle of a line."""
+    try:
+        yield
+    except BaseException:
+        with contextlib.suppress(OSError):
+            sys.stdout.write("\n")
+        raise
+
+
+def _nobody(otherwise=""):
+    return NobodyAnswers(
+        "nobody answers, the input has ended; start it in a terminal (ssh -t), or from the brick's "
+        "menu" + otherwise
+    )
+
+
+def _terminal():
+    """Name of the terminal that the program was started in; "" where there is none."""
+    try:
+        return os.ttyname(0)
+    except (OSError, AttributeError):  # no terminal, or a system without such names
+        return ""
+
+
+def _key(prompt):
+    """The next key in a terminal, else the next line; "" at the end of the input."""
+    try:
+        descriptor = sys.stdin.fileno()
+        if not os.isatty(descriptor):
+            return _line(prompt)
+        import termios
+        import tty
+    except (ImportError, OSError, ValueError):  # Windows; a file that is none of the system's
+        return _line(prompt)
+    before = termios.tcgetattr(descriptor)
+    try:
+        tty.setcbreak(descriptor, termios.TCSADRAIN)
+        _show(prompt)  # only now: a key that comes at once is one of this terminal
+        return _letter(descriptor)
+    finally:
+        termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+
+
+def _line(prompt):
+    """The next line; "" at the end of the input."""
+    _show(prompt)
+    try:
+        descriptor = sys.stdin.fileno()
+    except (OSError, ValueError):
+        return sys.stdin.readline()
+    line = letter = ""
+    while letter != "\n":
+        letter = _letter(descriptor)
+        if not letter:
+            break
+        line += letter
+    return line
+
+
+def _show(prompt):
+    sys.stdout.write(prompt)
+    sys.stdout.flush()
+
+
+def _letter(descriptor):
+    with contextlib.suppress(OSError, ValueError):  # Windows waits for sockets only
+        select.select([descriptor], [], [])
+    return os.read(descriptor, 1).decode("ascii", "replace")

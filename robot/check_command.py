@@ -1,0 +1,118 @@
+"""`driver.py check`: which motor is where and which way it turns, asked of whoever looks.
+
+The answer goes into the arm's file, if that says otherwise, and is kept; until then nothing moves.
+"""
+
+import contextlib
+import os
+
+from robot import program
+from robot.asking import Person
+from robot.motion import mounting
+from robot.motion.checked import Checked
+from robot.motion.zero import NotHomed
+from shared.arm_description import PULLED_DOWN, ArmError, comes_along, read_arm, users_file
+from shared.ini import BadIni, with_values
+
+AGAIN = "again"
+
+
+class NotWritten(ArmError, OSError):
+    """The arm's file cannot be changed; the message says what to write there."""
+
+
+def run(description, clock, take=False, person=None):
+    """Turn each joint a little, ask what moved, correct the arm's file, keep the answer.
+
+    Args:
+        description: shared.arm_description.Arm.
+        clock: has `now()` and `sleep(seconds)`.
+        take: see program.claim.
+        person: asking.Person; whoever started the program if None.
+
+    Raises:
+        NotMounted, NobodyAnswers, NotWritten, and what RobotArm raises: after stopping.
+    """
+    person = person or Person(clock)
+    arm = program.connect(description, clock, take, unchecked=True)
+    with contextlib.suppress(NotHomed):
+        arm.load_zero()  # if it is known, it stays so
+    print("Each motor turns a little, and back. Watch which part moves first, and which way.")
+    person.confirm("Lift the pen, keep hands and cables out of the way.")
+    with program.parking(arm):
+        seen = [_seen(arm, k, person) for k in range(len(arm.joints))]
+    program.raise_on_signals()
+    found = mounting.as_mounted(description, seen)
+    said, values = mounting.differences(description, found)
+    if values:
+        description = _corrected(description, said, values)
+    Checked(description, os.path.dirname(arm.zero.file)).save(arm.motors.devices())
+    print(
+        "checked: {}; next: driver.py home".format(
+            ", ".join("{} at port {}".format(j.name, j.port) for j in description.joints)
+        )
+    )
+
+
+def _seen(arm, k, person):
+    """What was seen when the motor turned that should be joint `k`'s: mounting.Observed."""
+    description = arm.description
+    joint, gears = description.joints[k], mounting.jog_angles(description, k)
+    parts = [(one.name, one.name[0]) for one in description.joints]
+    if description.pen and description.pen.motor in [one.motor for one in description.joints]:
+        parts.append(("pen", "p"))
+    angle = gears[0]
+    while True:
+        print("{} of {}: the motor at port {}".format(k + 1, len(arm.joints), joint.port))
+        mounting.jog(arm, k, angle)
+        part = person.choose(
+            "Which part moved?", (parts + [(mounting.NOTHING, "n"), (AGAIN, "a")])[:5]
+        )
+        if part not in (mounting.NOTHING, AGAIN):
+            break
+        if part == mounting.NOTHING and angle == gears[-1]:
+            return mounting.Observed(part, True)
+        angle = gears[-1]  # as far as it may
+    if description.chain in PULLED_DOWN and part != "base":
+        way = person.choose("Which way first?", [("up", "u"), ("down", "d")])
+        return mounting.Observed(part, way == "up")
+    way = person.choose("Which way first, seen from above?", [("left", "l"), ("right", "r")])
+    return mounting.Observed(part, way == "left")
+
+
+def _corrected(arm, said, values):
+    """Write what was seen into the arm's file, or into a copy of one that came along; the new Arm.
+
+    Raises:
+        NotWritten: saying what to write there.
+    """
+    lines = ", ".join(
+        "[{}] {} = {}".format(section, key, text) for (section, key), text in sorted(values.items())
+    )
+    path = users_file(arm.name) if comes_along(arm) else os.path.realpath(arm.file)
+    told = path.replace(os.path.expanduser("~") + os.sep, "~" + os.sep, 1)
+
+    def refused(why):
+        return NotWritten(
+            "{}: {} is not changed, {}; write there: {}".format("; ".join(said), told, why, lines)
+        )
+
+    if comes_along(arm) and os.path.exists(path):
+        raise refused("for it is yours, and {} was checked".format(arm.file))
+    draft = path + ".new"
+    try:
+        with open(arm.file, "rb") as file:
+            text = file.read().decode("utf-8")
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        with open(draft, "wb") as file:
+            file.write(with_values(text, values).encode("utf-8"))
+        if os.path.exists(path):
+            os.chmod(draft, os.stat(path).st_mode & 0o777)
+        os.replace(draft, path)
+    except OSError as error:
+        raise refused(error.strerror) from None
+    except BadIni as error:
+        raise refused("[{}] {} {}".format(error.section, error.key, error)) from None
+    copied = ", a copy that --arm {} means from now on".format(arm.name) if comes_along(arm) else ""
+    print("{}: {} written to {}{}".format("; ".join(said), lines, told, copied))
+    return read_arm(path)

@@ -1,0 +1,129 @@
+"""Whether somebody has looked which motor is where and which way it turns; on file, per arm.
+
+The answer holds for the numbers of the arm's file that it is about, and for the motors that were
+plugged in: once one was plugged in anew, or the file says something else, it is void.
+"""
+
+import os
+
+from robot.motion.zero import boot_id
+from shared.arm_description import ArmError
+from shared.small_files import SpoiltFile, open_to_write, read_json
+
+VERSION = 1
+"""Of the file."""
+
+ADVICE = "; nothing moves until then: type driver.py check"
+
+
+class NotChecked(ArmError):
+    """Nobody has looked yet which motor is where and which way it turns."""
+
+
+class CheckNotSaved(ArmError, OSError):
+    """The answer cannot be kept."""
+
+
+def what_is_checked(arm):
+    """The numbers of an arm that a look at its joints confirms, by "part.key"."""
+    numbers = {"arm.chain": arm.chain}
+    for joint in arm.joints:
+        for key in ("port", "motor", "gear", "direction"):
+            numbers[joint.name + "." + key] = getattr(joint, key)
+    if arm.pen:
+        numbers["pen.port"], numbers["pen.motor"] = arm.pen.port, arm.pen.motor
+    return numbers
+
+
+class Checked(object):
+    """The answer on file.
+
+    Args:
+        arm: shared.arm_description.Arm; each name has its own file.
+        folder: of the file.
+
+    Attributes:
+        needed: whether it has to be confirmed still before anything moves.
+    """
+
+    def __init__(self, arm, folder):
+        self.file = os.path.join(folder, arm.name + ".checked")
+        self.needed = True
+        self._arm = arm
+
+    def confirm(self, devices):
+        """Refuse an arm that was not looked at as it is now; once is enough.
+
+        Args:
+            devices: gives the system's names of its motors, by port: others after each plugging in.
+
+        Raises:
+            NotChecked: saying why.
+        """
+        problem = self.needed and self._problem(devices())
+        if problem:
+            raise NotChecked(
+                "which motor of {} is where, and which way it turns, {}{}".format(
+                    self._arm.name, problem, ADVICE
+                )
+            )
+        self.needed = False
+
+    def _problem(self, devices):
+        try:
+            known = read_json(self.file)
+            then, before = known["arm"], known["motors"]
+            if not (isinstance(then, dict) and isinstance(before, dict)):
+                raise KeyError
+            same_boot = known["boot"] == boot_id()
+            if known["version"] != VERSION:
+                raise KeyError
+        except FileNotFoundError:
+            return "was never checked"
+        except (OSError, SpoiltFile, KeyError):
+            return "is to be checked again, for {} cannot be understood".format(self.file)
+        now = what_is_checked(self._arm)
+        for key in sorted(set(then) | set(now)):
+            if then.get(key) != now.get(key):
+                return "was checked while its file said {} = {}, not {}".format(
+                    *[_shown(value) for value in (key, then.get(key), now.get(key))]
+                )
+        for port in sorted(devices):
+            if same_boot and before.get(port, devices[port]) != devices[port]:
+                return "was checked before the motor at port {} was plugged in anew".format(port)
+        return None
+
+    def save(self, devices):
+        """Remember that it is as the arm's file says.
+
+        Args:
+            devices: as `confirm` gets them, {port: name}.
+
+        Raises:
+            CheckNotSaved: naming the file and why.
+        """
+        import json  # not above: few save it
+
+        known = {
+            "version": VERSION, "arm": what_is_checked(self._arm), "motors": devices,
+            "boot": boot_id(),
+        }  # fmt: skip
+        draft = self.file + ".new"
+        try:
+            os.makedirs(os.path.dirname(self.file), exist_ok=True)
+            with open(open_to_write(draft), "w") as file:
+                file.write(json.dumps(known, sort_keys=True) + "\n")
+            os.rename(draft, self.file)
+        except OSError as error:
+            raise CheckNotSaved(
+                "cannot write {}: {}; make room or set BRICKSERVO_STATE to another folder".format(
+                    self.file, error.strerror
+                )
+            ) from None
+
+
+def _shown(value):
+    """A number or word of an arm's file; what may be anything else, too."""
+    if value is None:
+        return "nothing"
+    return ("{:g}".format(value) if isinstance(value, float) else ascii(value)).strip("'")[:40]

@@ -1,0 +1,255 @@
+"""Finding the zero from about home, where somebody has put the arm: by stops or touch sensors.
+
+There might be no stop, and a cable round the joint. So each goes slowly, and never farther beyond a
+limit than SEEK_BEYOND, counted from where it was put. Stops that are elsewhere tell what is wrong.
+"""
+
+import math
+
+import ev3dev2.motor
+
+from robot.motion.control_loop import Stalled
+from robot.motion.homing import (
+    MAX_STOP_ERROR,
+    Blocked,
+    Found,
+    set_zero,
+    swapped,
+    take_as_it_stands,
+    touch_stop,
+)
+from robot.motion.online_trajectory import STOP
+from robot.motion.trajectory import JointMove
+from shared.arm_description import SEEK_BEYOND, STOPS_TOUCHED
+
+SPEED, SLOW = math.radians(60), math.radians(6)
+"""Greatest of a joint on its way to a stop, and to a sensor that it has met before, rad/s."""
+
+SHORT_OF_BOUND = math.radians(1)
+"""What seeks ends so far short of the bound, rad: it takes a moment to stop."""
+
+PUT_WITHIN = SEEK_BEYOND + MAX_STOP_ERROR
+"""A stop farther than this from where it should be seems to be none, or another one, rad."""
+
+TOUCHES, BACK_OFF, MAX_SPREAD = 3, math.radians(5), math.radians(1)
+"""How often a sensor is touched, how far a joint is taken off it for that, and how far apart what
+it then says may be, rad."""
+
+
+def find_zero(arm, say):
+    """Set the motors' zeros, of each joint as its `find_home` says; all are taken to be at home.
+
+    Args:
+        arm: robot.motion.arm.RobotArm.
+        say: called with one line of progress at a time.
+
+    Returns:
+        One Found per joint.
+
+    Raises:
+        Blocked: with what was found, what was expected and which line of the file says so.
+    """
+    out = []
+    for k in reversed(range(len(arm.joints))):
+        joint = arm.description.joints[k]
+        if joint.find_home == "touch":
+            out.append(_by_sensor(arm, k, say))
+        elif joint.find_home == "here":
+            out.append(Found(joint.name, arm.joints[k].zero, None, 0))
+        else:
+            out.append(_by_stops(arm, k, say))
+    return out[::-1]
+
+
+def _bound(joint, sign):
+    """How far it goes on one side, rad."""
+    return (joint.upper if sign > 0 else joint.lower) + sign * (SEEK_BEYOND - SHORT_OF_BOUND)
+
+
+def _go(arm, k, end, speed, look=None):
+    """Turn joint `k` to the angle `end` (rad); whether it was blocked on its way."""
+    motor = arm.joints[k]
+    try:
+        arm.move_motor(motor, JointMove([motor.angle()], [end], [speed]), on_tick=look)
+    except Stalled:
+        return True
+    return False
+
+
+# ---- stops
+
+
+def _by_stops(arm, k, say):
+    motor, joint = arm.joints[k], arm.description.joints[k]
+    put = motor.zero
+    ends, spread = {}, 0
+    sides = [stop[len("stop_") :] for stop in STOPS_TOUCHED[joint.find_home]]
+    # A first one that was not met may be within reach once the other one has told where.
+    for number, side in enumerate(sides + sides[:-1]):
+        sign = 1 if side == "upper" else -1
+        if side in ends or (number == len(sides) and motor.zero == put):
+            continue
+        bound = _bound(joint, sign)
+        if not _go(arm, k, bound, min(SPEED, joint.max_speed)):
+            continue
+        ends[side], apart = touch_stop(arm, k, side, say, bound + sign * SHORT_OF_BOUND)
+        spread = max(spread, apart)
+        off = _seen(motor, joint, ends[side], sign, motor.zero) - _stop(joint, sign)
+        if motor.zero == put and abs(off) <= PUT_WITHIN:
+            take_as_it_stands(motor, motor.angle() - off)
+    seen = {
+        side: _seen(motor, joint, at, 1 if side == "upper" else -1, put)
+        for side, at in ends.items()
+    }
+    problem = _problem(arm.description, k, sides, seen)
+    if problem:
+        raise Blocked(problem)
+    return set_zero(arm, k, ends, spread)
+
+
+def _stop(joint, sign):
+    return joint.stop_upper if sign > 0 else joint.stop_lower
+
+
+def _seen(motor, joint, counts, sign, zero):
+    """The stop's angle, rad, were that the zero."""
+    return (counts - zero) / motor.in_counts(1) - sign * joint.backlash / 2
+
+
+def _problem(arm, k, sides, seen):
+    """What is wrong with stops seen at these angles; None where nothing is.
+
+    Args:
+        sides: those that were sought.
+        seen: rad, by side, counted from where the joint was put; those that were met.
+    """
+    joint = arm.joints[k]
+    right = {"lower": joint.stop_lower, "upper": joint.stop_upper}
+    if _fits(joint, sides, seen, right, met=True):
+        return None
+    where = " and ".join(
+        "{} at {:.0f} deg".format(side, math.degrees(seen[side])) for side in sorted(seen)
+    )
+    told = "the {}, counted from where it was put, has its {} stop{}".format(
+        joint.name, where, "s" if len(seen) > 1 else ""
+    )
+    if seen:
+        if _fits(joint, sides, seen, _stops(joint, joint, -1)):
+            return (
+                "{}, as if it turned the other way round: write direction = {} in [{}] of {}, or "
+                "let driver.py check do it".format(told, -joint.direction, joint.name, arm.file)
+            )
+        for other in arm.joints:
+            ratio = other.gear * other.direction / (joint.gear * joint.direction)
+            for way in (ratio, -ratio):
+                if other is not joint and _fits(joint, sides, seen, _stops(joint, other, way)):
+                    return "{}: {}".format(told, swapped(arm, joint, other))
+    missing = [side for side in sides if side not in seen]
+    if not missing:
+        if len(seen) == 2 and abs(
+            seen["upper"] - seen["lower"] - right["upper"] + right["lower"]
+        ) > MAX_STOP_ERROR:  # fmt: skip
+            return None  # that tells more
+        return "{}: put it nearer to home, or clear its way, and home again".format(told)
+    return (
+        "the {0} met no {1} stop up to {2:.0f} deg beyond its limit{3}: put it nearer to "
+        "home; if there is none, write stop_{4} = none and find_home = here, if its play is far "
+        "greater, backlash, in [{0}] of {5}".format(
+            joint.name,
+            " and no ".join(missing),
+            math.degrees(SEEK_BEYOND),
+            "s" if len(missing) > 1 else "",
+            missing[0],
+            arm.file,
+        )
+    )
+
+
+def _stops(joint, other, ratio):
+    """Where `joint` sees its stops if it is `other` that turns, `ratio` times less far, rad."""
+    ends = [
+        None if stop is None else joint.home + (stop - other.home) * ratio
+        for stop in (other.stop_lower, other.stop_upper)
+    ]
+    return dict(zip(("lower", "upper"), ends if ratio > 0 else ends[::-1]))
+
+
+def _fits(joint, sides, seen, expected, met=False):
+    """Whether stops were met where they are expected, and others are out of reach.
+
+    Args:
+        met: whether all have to be met.
+    """
+    for side in sides:
+        at, sign = expected[side], 1 if side == "upper" else -1
+        if side in seen:
+            if at is None or abs(seen[side] - at) > PUT_WITHIN:
+                return False
+        elif met or (at is not None and sign * (at - _bound(joint, sign)) < -PUT_WITHIN):
+            return False
+    return True
+
+
+# ---- touch sensors
+
+
+def _by_sensor(arm, k, say):
+    motor, joint = arm.joints[k], arm.description.joints[k]
+    sensor = _sensor(joint)
+    sign = 1 if joint.touch_at >= joint.upper else -1
+    bound = _bound(joint, sign)
+    closed = []
+
+    def look(t, now, angles):
+        if sensor.is_pressed:
+            closed.append(angles[0])
+            return STOP
+        return None
+
+    say("homing: {}, touch sensor at {}".format(joint.name, joint.touch_port))
+    off = BACK_OFF + joint.backlash
+    for speed in (min(SPEED, joint.max_speed),) + (SLOW,) * TOUCHES:
+        if sensor.is_pressed:
+            raise Blocked(
+                "the touch sensor at {} is pressed though the {} is away from it; put the arm at "
+                "home, look at the sensor, and home again".format(joint.touch_port, joint.name)
+            )
+        number = len(closed)
+        blocked = _go(arm, k, bound, speed, look)
+        if len(closed) == number:
+            raise Blocked(
+                "the {} {} and did not meet its touch sensor; put it nearer to home, clear its "
+                "way, or correct find_home = touch {} and touch_at = {:g} in [{}] of {}".format(
+                    joint.name,
+                    "was blocked"
+                    if blocked
+                    else "went {:.0f} deg beyond its limit".format(math.degrees(SEEK_BEYOND)),
+                    joint.touch_port,
+                    math.degrees(joint.touch_at),
+                    joint.name,
+                    arm.description.file,
+                )
+            )
+        _go(arm, k, closed[-1] - sign * off, SPEED / 2)
+    slow = closed[1:]
+    spread = max(slow) - min(slow)
+    if spread > max(MAX_SPREAD, 3 * motor.resolution):
+        raise Blocked(
+            "the touch sensor at {} closed at places {:.1f} deg apart; fasten it, and home "
+            "again".format(joint.touch_port, math.degrees(spread))
+        )
+    at = sum(slow) / len(slow)
+    take_as_it_stands(motor, motor.angle() - at + joint.touch_at + sign * joint.backlash / 2)
+    return Found(joint.name, motor.zero, None, abs(motor.in_counts(spread)))
+
+
+def _sensor(joint):
+    from ev3dev2.sensor.lego import TouchSensor  # not above: it is slow to import
+
+    try:
+        return TouchSensor(joint.touch_port)
+    except ev3dev2.DeviceNotFound:
+        raise Blocked(
+            "there is no touch sensor at {} for the {}; check its cable, or find_home in the arm "
+            "file".format(joint.touch_port, joint.name)
+        ) from None

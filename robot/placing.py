@@ -1,0 +1,48 @@
+"""Somebody puts the arm in its home pose by hand: which that is, said and waited for."""
+
+import math
+
+from robot.asking import Person
+from robot.motion import kinematics
+from shared.arm_description import PULLED_DOWN, SEEK_BEYOND
+
+OTHERWISE = "; or say home --here if the arm stands in its home pose"
+"""What may be done where nobody can answer."""
+
+
+def home_pose(description):
+    """The home pose in words, as one can find it with a ruler."""
+    joints = description.joints
+    tip = kinematics.forward(description, [joint.home for joint in joints])
+    stretched = all(joint.home == 0 for joint in joints)
+    return "{}{}, the tip at {} cm".format(
+        ", ".join("{} {:g}".format(one.name, round(math.degrees(one.home), 1)) for one in joints),
+        " deg (stretched straight ahead)" if stretched else " deg",
+        ",".join("{:.1f}".format(value + 0.0) for value in tip),
+    )
+
+
+def place(arm, clock, person=None):
+    """Let go of the joints, wait until somebody has put them at home; then they are held.
+
+    Args:
+        arm: robot.motion.arm.RobotArm.
+        clock: has `now()` and `sleep(seconds)`.
+        person: asking.Person; whoever started the program if None.
+
+    Raises:
+        NobodyAnswers: nor will anybody; all is held.
+    """
+    person = person or Person(clock)
+    with arm.lend_motors():
+        if arm.description.chain in PULLED_DOWN:
+            person.confirm("Take the arm in your hand: the motors let go of it.", OTHERWISE)
+        for motor in arm.joints:
+            motor.let_go()
+        person.confirm(
+            "Put the arm by hand in its home pose, to {:.0f} degrees: {}.".format(
+                math.degrees(SEEK_BEYOND), home_pose(arm.description)
+            ),
+            OTHERWISE,
+        )
+        arm.motors.hold(arm.joints)
