@@ -28,6 +28,8 @@
     emulated-motors   simulate --realtime          the same                 locked by who may move
                                                                             the arm; empty
     emulated-brick/   track: its own brick         people                   what that brick said
+    brick             brick                        brick                    the last real brick
+    arms/             people, brick                whatever reads an arm    arms of one's own
 
 Those that are read are read by shared.small_files: a regular file of a sensible size, and any error
 in it is a sentence.
@@ -44,6 +46,8 @@ LOCK = "BRICKSERVO_LOCK"
 PAIRING_FILE, MARKERS_FILE, TRACKER_FILE = "pairing", "markers.ini", "tracker"
 LIVE_FILE, CLOCK_FILE, BRICK_FOLDER = "live.txt", "clock", "emulated-brick"
 MOTORS_FILE = "emulated-motors"
+LAST_BRICK_FILE = "brick"
+OWN_ARMS_FOLDER = "arms"
 """Names in the state folder."""
 
 

@@ -1,0 +1,82 @@
+"""`brick`: the brick by one command each, over ssh."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import sys
+from collections.abc import Coroutine, Iterator
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from laptop.cli.options import importing
+from shared.arm_description import ArmError
+
+if TYPE_CHECKING:
+    from laptop.brick.connection import Dialogue
+
+T = TypeVar("T")
+
+THE_BRICK = click.option(
+    "--brick",
+    "name",
+    metavar="NAME",
+    help="Its name, or [USER@]HOST[:PORT].  [default: the last one]",
+)
+
+
+class BrickFailure(click.ClickException):
+    """A problem as one line, with a status of its own."""
+
+    def __init__(self, error: ArmError) -> None:
+        super().__init__(str(error))
+        self.exit_code = getattr(error, "status", 1)  # type: ignore[misc]  # (of click: a number)
+
+
+@click.group()
+def brick() -> None:
+    """Reach the real brick by one command each, over ssh."""
+
+
+@brick.command()
+@THE_BRICK
+def forget(name: str | None) -> None:
+    """Remove what is remembered of a brick: its key, and that it was the last one."""
+    with importing():
+        from laptop.brick import choosing
+
+    with _in_one_line():
+        choosing.forget(name, _dialogue())
+
+
+def _talk(command: Coroutine[Any, Any, T]) -> T:
+    """Run what talks with a brick; a problem is one line, with a status of its own."""
+    with _in_one_line():
+        return asyncio.run(command)
+
+
+@contextlib.contextmanager
+def _in_one_line() -> Iterator[None]:
+    """Let a problem be a BrickFailure."""
+    try:
+        yield
+    except ArmError as error:
+        raise BrickFailure(error) from None
+
+
+def _dialogue() -> Dialogue:
+    """Return the dialogue with who has typed the command."""
+    from laptop.brick.connection import Dialogue
+
+    def ask(prompt: str) -> str | None:
+        try:
+            password: str = click.prompt(prompt, hide_input=True, err=True)
+        except click.Abort:
+            return None
+        return password
+
+    def say(line: str) -> None:
+        click.echo(line, err=True)
+
+    return Dialogue(say, ask if sys.stdin.isatty() else None)

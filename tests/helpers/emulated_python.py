@@ -1,0 +1,58 @@
+"""`python3` on a brick of `ssh_brick`: scripts run on the emulated brick, all else as it is.
+
+$EMULATED is the brick's folder. `options` there are more words for `simulate`, one a line. A brick
+that has been homed stays so, and the arm is where the last run has left it.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def simulate(brick, words):
+    """Run a script on the emulated brick; its status."""
+    runs = brick / "runs"
+    runs.mkdir(exist_ok=True)
+    out = tempfile.mkdtemp(prefix="run-", dir=runs)
+    last = brick / "last"
+    start = "after:" + last.read_text() if last.exists() else "lost"
+    extra = (brick / "options").read_text().split("\n") if (brick / "options").exists() else []
+    options = ["--out", out, "--no-picture", "--start", start, *filter(None, extra)]
+    home = os.environ["HOME"]
+    # What is installed there runs, and not what lies here.
+    environment = dict(os.environ, PYTHONPATH=os.pathsep.join([home, str(ROOT)]))
+    words = [sys.executable, "-m", "laptop", "simulate", *options, *words]
+    (brick / "started").write_text(out)
+    process = subprocess.Popen(words, env=environment)
+    import signal
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        # It is for the script; which as a member of the same group has it already.
+        signal.signal(number, lambda *_: None)
+    status = process.wait()
+    if (Path(out) / "trace.csv").exists() and (last.exists() or (status == 0 and "home" in words)):
+        last.write_text(out)
+    return status
+
+
+def main():
+    """The command line."""
+    brick, words = Path(os.environ["EMULATED"]), sys.argv[1:]
+    with open(brick / "python-starts", "a") as log:
+        log.write(" ".join(words) + "\n")
+    if words and words[0] == "-":
+        with tempfile.NamedTemporaryFile("w", suffix=".py", dir=str(brick)) as file:
+            file.write(sys.stdin.read())
+            file.flush()
+            return simulate(brick, [file.name, *words[1:]])
+    if words and not words[0].startswith("-"):
+        return simulate(brick, words)
+    os.execv(sys.executable, [sys.executable, *words])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
