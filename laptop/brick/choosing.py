@@ -35,6 +35,15 @@ def last_brick() -> BrickAddress | None:
         ) from None
 
 
+async def choose(name: str | None, dialogue: Dialogue) -> BrickAddress:
+    """Return the address of the brick that is meant: as named, else the last, else the usual one.
+
+    Raises:
+        BrickProblem: nobody can say which one that is.
+    """
+    return named(name) if name else last_brick() or named(USUAL)
+
+
 def remember(address: BrickAddress, dialogue: Dialogue) -> None:
     """Keep it as the last one; where that cannot be, say so."""
     try:

@@ -140,6 +140,36 @@ async def connected(
         raise BrickProblem(f"{address} ended the connection: {error.reason}; try again") from None
 
 
+@dataclass(frozen=True)
+class Answer:
+    """The end of a command on the brick: exit status, output and errors."""
+
+    status: int
+    out: str
+    errors: str
+
+
+async def ask(brick: asyncssh.SSHClientConnection, command: str, given: bytes = b"") -> Answer:
+    """Run a command and return its Answer.
+
+    Args:
+        brick: the connection.
+        command: for the brick's shell, in its home.
+        given: bytes for its standard input.
+
+    Raises:
+        asyncssh.ConnectionLost: it has not come to its end.
+    """
+    done = await brick.run(command, input=given, encoding=None)
+    if done.exit_status is None:
+        raise asyncssh.ConnectionLost("no exit status")
+    return Answer(done.returncode or 0, _text(done.stdout), _text(done.stderr))
+
+
+def _text(given: bytes | str | None) -> str:
+    return given.decode(errors="replace") if isinstance(given, bytes) else given or ""
+
+
 async def _reach(address: BrickAddress) -> socket.socket:
     """Return a connected socket.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import sys
-from collections.abc import Coroutine, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -41,6 +41,16 @@ def brick() -> None:
 
 @brick.command()
 @THE_BRICK
+def install(name: str | None) -> None:
+    """Put the program on the brick: what has changed, and all of it or nothing."""
+    with importing():
+        from laptop.brick import install as installing
+
+    _talk(name, installing.install)
+
+
+@brick.command()
+@THE_BRICK
 def forget(name: str | None) -> None:
     """Remove what is remembered of a brick: its key, and that it was the last one."""
     with importing():
@@ -50,10 +60,23 @@ def forget(name: str | None) -> None:
         choosing.forget(name, _dialogue())
 
 
-def _talk(command: Coroutine[Any, Any, T]) -> T:
-    """Run what talks with a brick; a problem is one line, with a status of its own."""
+def _talk(name: str | None, command: Callable[..., Coroutine[Any, Any, T]], *words: Any) -> T:
+    """Let a command talk with the brick that is meant: `command(brick, address, dialogue, *words)`.
+
+    A problem is a BrickFailure.
+    """
+    from laptop.brick import choosing, connection
+
+    dialogue = _dialogue()
+
+    async def talk() -> T:
+        address = await choosing.choose(name, dialogue)
+        async with connection.connected(address, dialogue) as brick:
+            choosing.remember(address, dialogue)
+            return await command(brick, address, dialogue, *words)
+
     with _in_one_line():
-        return asyncio.run(command)
+        return asyncio.run(talk())
 
 
 @contextlib.contextmanager

@@ -11,8 +11,10 @@ there is `PasswordServer`, which is asyncssh's own server.
 import asyncio
 import contextlib
 import getpass
+import glob
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -21,6 +23,7 @@ import threading
 import asyncssh
 import pytest
 from places import ROOT
+from waiting import until
 
 SSHD = shutil.which("sshd", path=os.pathsep.join([os.environ.get("PATH", ""), "/usr/sbin"]))
 SFTP_SERVER = "/usr/lib/openssh/sftp-server"
@@ -64,6 +67,12 @@ def new_key(file):
     key.write_private_key(str(file))
     file.chmod(0o600)
     return key
+
+
+def read_bytes(file):
+    """The bytes of a file."""
+    with open(file, "rb") as opened:
+        return opened.read()
 
 
 class SshBrick:
@@ -149,12 +158,37 @@ class SshBrick:
         out, errors = process.communicate(timeout=300)
         return process.returncode, out, errors
 
+    def wait_for_sessions(self):
+        """Wait until nothing runs there any more."""
+        for session in self.sessions:
+            session.wait(300)
+        until(lambda: not self._running(), "the end of what runs on the brick")
+
+    def _running(self):
+        """The processes of sessions here: by environment, words, or, of a sshd still, its log."""
+        log, found = str(self.folder / "sshd.log"), []
+        for process in glob.glob("/proc/[0-9]*"):
+            with contextlib.suppress(OSError):
+                environment = read_bytes(process + "/environ")
+                words = read_bytes(process + "/cmdline")
+                logs = [os.readlink(fd) for fd in glob.glob(process + "/fd/2")]
+                if (
+                    f"EMULATED={self.folder}\0".encode() in environment
+                    or f"{self.folder}/session".encode() in words
+                    or log in logs
+                ):
+                    found.append(int(process.split("/")[2]))
+        return found
+
     def close(self):
         """End it, and what runs there."""
         self._listener.close()
         for session in self.sessions:
             session.kill()
             session.wait()
+        for number in self._running():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(number, signal.SIGKILL)
 
     def _serve(self):
         while True:
@@ -252,7 +286,8 @@ class PasswordServer:
             server.port = server._listener.get_port()
 
         self._loop = asyncio.new_event_loop()
-        threading.Thread(target=self._loop.run_forever, daemon=True).start()
+        self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
+        self._thread.start()
         asyncio.run_coroutine_threadsafe(serve(), self._loop).result(60)
 
     def close(self):
@@ -264,3 +299,5 @@ class PasswordServer:
 
         asyncio.run_coroutine_threadsafe(close(), self._loop).result(60)
         self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+        self._loop.close()
