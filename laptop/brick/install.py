@@ -160,6 +160,21 @@ async def install(
     """Let the program there be the one here, and say what that took.
 
     Raises:
+        BrickProblem: see `update`.
+    """
+    began = time.monotonic()
+    version = await update(brick, address, dialogue)
+    if version:
+        took = time.monotonic() - began
+        dialogue.say(f"{address}: {version} is there and here: nothing to do ({took:.1f} s)")
+
+
+async def update(
+    brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue
+) -> str:
+    """Let the program there be the one here; return its version if it is so already, else "".
+
+    Raises:
         BrickProblem: the brick cannot take it; what was there is as before.
     """
     began = time.monotonic()
@@ -169,11 +184,12 @@ async def install(
         raise BrickProblem(f"cannot read {error.filename}: {error.strerror}") from None
     here, there = version_of(files), parse_installed((await ask(brick, ASK)).out)
     lacking, leftover = there.lacks(files), there.leftover(files)
-    versions = f"{address}: {there.version or 'no program'} is there, {here} is here"
     if not lacking and not leftover and there.links == LINKS and there.version == here:
-        dialogue.say(f"{versions}: nothing to do ({time.monotonic() - began:.1f} s)")
-        return
-    dialogue.say(f"{versions}: {_in_words(there, lacking, leftover)}")
+        return here
+    dialogue.say(
+        f"{address}: {there.version or 'no program'} is there, {here} is here: "
+        f"{_in_words(there, lacking, leftover)}"
+    )
     script = _script(f"{here}-{secrets.token_hex(2)}", files, lacking, leftover)
     try:
         done = await ask(brick, script, archive(files, lacking))
@@ -196,6 +212,7 @@ async def install(
         f"{address}: {here} is installed ({time.monotonic() - began:.1f} s); in the brick's File "
         "Browser it is brickservo-draw and brickservo-servo"
     )
+    return ""
 
 
 def _script(

@@ -49,6 +49,32 @@ def install(name: str | None) -> None:
     _talk(name, installing.install)
 
 
+@brick.command(context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False})
+@THE_BRICK
+@click.argument("script")
+@click.argument("args", nargs=-1, type=click.UNPROCESSED)
+def run(name: str | None, script: str, args: tuple[str, ...]) -> None:
+    """Run a SCRIPT of the program, or a file of yours, on the brick; install what is stale before.
+
+    Its exit status is the script's.  Ctrl-C stops the arm and waits for the script's end; the third
+    one leaves it to itself.  Options of this command go before SCRIPT.
+    """
+    with importing():
+        from laptop.brick import running
+
+    sys.exit(_talk(name, running.run, script, args))
+
+
+@brick.command()
+@THE_BRICK
+def shell(name: str | None) -> None:
+    """Type commands on the brick, until `exit`."""
+    with importing():
+        from laptop.brick import running
+
+    sys.exit(_talk(name, running.shell))
+
+
 @brick.command()
 @THE_BRICK
 def forget(name: str | None) -> None:

@@ -5,12 +5,26 @@ that has been homed stays so, and the arm is where the last run has left it.
 """
 
 import os
+import signal
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+SIMULATE = """
+import contextlib, sys
+import click
+def echo(*words, to=click.echo, **options):
+    with contextlib.suppress(OSError):
+        to(*words, **options)
+click.echo = echo
+from laptop.cli.main import main
+sys.exit(main())
+"""
+"""The command, which writes its files also where nobody is left to read what it says of them."""
 
 
 def simulate(brick, words):
@@ -25,14 +39,12 @@ def simulate(brick, words):
     home = os.environ["HOME"]
     # What is installed there runs, and not what lies here.
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join([home, str(ROOT)]))
-    words = [sys.executable, "-m", "laptop", "simulate", *options, *words]
+    words = [sys.executable, "-c", SIMULATE, "simulate", *options, *words]
     (brick / "started").write_text(out)
     process = subprocess.Popen(words, env=environment)
-    import signal
-
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        # It is for the script; which as a member of the same group has it already.
-        signal.signal(number, lambda *_: None)
+    for number in (signal.SIGTERM, signal.SIGHUP):  # they are for the script
+        signal.signal(number, lambda number, _: process.send_signal(number))
+    signal.signal(signal.SIGINT, lambda *_: None)  # which the terminal has sent to it, too
     status = process.wait()
     if (Path(out) / "trace.csv").exists() and (last.exists() or (status == 0 and "home" in words)):
         last.write_text(out)

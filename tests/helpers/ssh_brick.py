@@ -19,6 +19,7 @@ import socket
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import asyncssh
 import pytest
@@ -120,7 +121,27 @@ class SshBrick:
     @property
     def place(self):
         """What to give to --brick."""
-        return f"{getpass.getuser()}@127.0.0.1:{self.port}"
+        return self.by_way_of(self)
+
+    @staticmethod
+    def by_way_of(cable):
+        """The same through a Proxy."""
+        return f"{getpass.getuser()}@127.0.0.1:{cable.port}"
+
+    def emulate(self, *words):
+        """Let scripts be emulated from now on with more words for `simulate`."""
+        (self.folder / "options").write_text("\n".join(words))
+
+    @property
+    def last_run(self):
+        """The folder that the last emulated script has, or will have, its files in."""
+        return Path((self.folder / "started").read_text())
+
+    def pen_samples(self):
+        """How many samples of the arm that runs in real time have the pen on the paper."""
+        live = self.home / ".brickservo" / "live.txt"
+        lines = live.read_text().splitlines()[1:] if live.exists() else []
+        return sum(line.endswith(" 1") for line in lines)
 
     @property
     def python_starts(self):
@@ -141,13 +162,14 @@ class SshBrick:
     def command(self, *words, **options):
         """Begin `python -m laptop brick WORDS`, words behind the first one after --brick."""
         name, *rest = map(str, words)
+        place = options.pop("place", self.place)
         return subprocess.Popen(
-            [sys.executable, "-m", "laptop", "brick", name, "--brick", self.place, *rest],
+            [sys.executable, "-m", "laptop", "brick", name, "--brick", place, *rest],
             cwd=options.pop("cwd", ROOT),
             env={**self.environment, **options.pop("env", {})},
             stdin=options.pop("stdin", subprocess.DEVNULL),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            stdout=options.pop("stdout", subprocess.PIPE),
+            stderr=options.pop("stderr", subprocess.PIPE),
             text=True,
             **options,
         )
@@ -217,6 +239,8 @@ class Proxy:
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port = self._listener.getsockname()[1]
         self._ends = []
+        self._open = threading.Event()
+        self._open.set()
         threading.Thread(target=self._serve, daemon=True).start()
 
     def _serve(self):
@@ -235,6 +259,7 @@ class Proxy:
     def _pass_on(self, source, goal, counted):
         with contextlib.suppress(OSError):  # the other way has been cut
             for data in iter(lambda: source.recv(4096), b""):
+                self._open.wait()
                 if counted and self._left is not None:
                     data, self._left = data[: self._left], self._left - len(data)
                 goal.sendall(data)
@@ -242,8 +267,13 @@ class Proxy:
                     break
         self.cut()
 
+    def fall_silent(self):
+        """Let nothing through any more, as where a laptop sleeps or a cable is pulled."""
+        self._open.clear()
+
     def cut(self):
         """Cut it now."""
+        self._open.set()
         for end in self._ends:
             with contextlib.suppress(OSError):  # it is cut already
                 end.shutdown(socket.SHUT_RDWR)

@@ -97,7 +97,7 @@ def test_only_what_has_changed_is_sent_and_python_starts_only_then(ssh_brick, cl
     connections, starts = ssh_brick.connections, len(ssh_brick.python_starts)
     again = put(ssh_brick, clone)
     here = version_of(program_files(clone))
-    assert f"{here} is there, {here} is here: nothing to do" in again[0]
+    assert f"{here} is there and here: nothing to do" in again[0]
     assert ssh_brick.connections == connections + 1
     assert len(ssh_brick.python_starts) == starts
 
