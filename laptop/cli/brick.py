@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from laptop.cli.options import importing
-from shared.arm_description import ArmError
+from shared import state
+from shared.arm_description import ArmError, find_arm, read_arm
 
 if TYPE_CHECKING:
     from laptop.brick.connection import Dialogue
@@ -63,6 +64,32 @@ def run(name: str | None, script: str, args: tuple[str, ...]) -> None:
         from laptop.brick import running
 
     sys.exit(_talk(name, running.run, script, args))
+
+
+@brick.command()
+@THE_BRICK
+@click.option(
+    "--arm",
+    "arm_file",
+    default="planar",
+    envvar=state.ARM,
+    show_default=True,
+    show_envvar=True,
+    metavar="FILE",
+    help="Arm that should be plugged in.",
+)
+@click.option("--motors", is_flag=True, help="Watch the counts while you turn joints by hand.")
+def doctor(name: str | None, arm_file: str, motors: bool) -> None:
+    """Tell how the brick is: each line is fine, or says what to do; the status is 1 then.
+
+    Nothing is installed or moved.
+    """
+    with importing():
+        from laptop.brick import diagnosis
+
+    with _in_one_line():
+        arm = read_arm(find_arm(arm_file))
+    sys.exit(0 if _talk(name, diagnosis.doctor, arm, motors) else 1)
 
 
 @brick.command()

@@ -128,6 +128,15 @@ class SshBrick:
         """The same through a Proxy."""
         return f"{getpass.getuser()}@127.0.0.1:{cable.port}"
 
+    def take_python_away(self):
+        """Let there be no python3 in sessions from now on."""
+        tools = self.folder / "tools"
+        tools.mkdir()
+        for path in Path("/usr/bin").iterdir():
+            if not path.name.startswith("python"):
+                (tools / path.name).symlink_to(path)
+        self.set_up(f"PATH={tools}")
+
     def emulate(self, *words):
         """Let scripts be emulated from now on with more words for `simulate`."""
         (self.folder / "options").write_text("\n".join(words))
