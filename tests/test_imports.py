@@ -46,6 +46,7 @@ RULES = {
         )
     },
     "laptop.brick": ("laptop.brick", "laptop.system", "shared", "asyncssh"),
+    "laptop.brick.finding": ("laptop.brick", "asyncssh", "ifaddr", "zeroconf"),
     "laptop.simulator": ("laptop.simulator", "laptop.system", "robot", "shared", "ev3dev2"),
     "laptop.simulator.scene": (
         *("laptop.simulator", "laptop.vision.frames", "robot", "shared", "numpy", "cv2"),

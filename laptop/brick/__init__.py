@@ -1,6 +1,6 @@
 """A real brick by one command each: found, given the program, run and diagnosed, over ssh.
 
-Rule: only here is ssh known, and only `addresses` looks for bricks on the network.
+Rule: only here is ssh known, and only `finding` looks for bricks on the network.
 """
 
 from shared.arm_description import ArmError

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 from laptop.brick import BrickProblem
@@ -10,9 +11,6 @@ from laptop.brick.connection import BrickAddress, Dialogue, read_address
 from laptop.brick.known_hosts import KnownHosts
 from shared.small_files import SpoiltFile, read_text
 from shared.state import LAST_BRICK_FILE, state_folder
-
-USUAL = "ev3dev.local"
-"""The name that a new card gives to its brick."""
 
 
 def _file() -> Path:
@@ -36,12 +34,38 @@ def last_brick() -> BrickAddress | None:
 
 
 async def choose(name: str | None, dialogue: Dialogue) -> BrickAddress:
-    """Return the address of the brick that is meant: as named, else the last, else the usual one.
+    """Return the address of the brick that is meant.
+
+    A bare name is one that a brick announces; without a name it is the last one, else the only one
+    that is there.
 
     Raises:
         BrickProblem: nobody can say which one that is.
     """
-    return named(name) if name else last_brick() or named(USUAL)
+    wanted = read_address(name) if name else last_brick()
+    if wanted and not _is_bare(wanted.host):
+        return wanted
+    from laptop.brick import finding  # it takes a while, and is not always needed
+
+    found = await finding.find()
+    if wanted is None:
+        if not found:
+            raise BrickProblem(finding.NOBODY)
+        if len(found) > 1:
+            finding.show(found, None, dialogue.say)
+            raise BrickProblem(f"{len(found)} bricks are there; say which one: --brick NAME")
+        dialogue.say(f"the brick is {found[0].name or '?'} at {found[0].address}")
+        return found[0].address
+    same = [one for one in found if one.name == wanted.host]
+    if len(same) > 1:
+        raise BrickProblem(finding.same_name(wanted.host, found))
+    if same:
+        return replace(same[0].address, user=wanted.user)
+    return named(str(wanted))
+
+
+def _is_bare(host: str) -> bool:
+    return not ("." in host or ":" in host or host == "localhost")
 
 
 def remember(address: BrickAddress, dialogue: Dialogue) -> None:
@@ -95,6 +119,6 @@ def named(name: str) -> BrickAddress:
         BrickProblem: it is none.
     """
     address = read_address(name)
-    if "." in address.host or ":" in address.host or address.host == "localhost":
+    if not _is_bare(address.host):
         return address
     return BrickAddress(f"{address.host}.local", address.port, address.user)

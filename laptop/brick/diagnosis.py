@@ -6,7 +6,7 @@ import json
 import re
 import statistics
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,6 +59,7 @@ async def doctor(
     dialogue: Dialogue,
     arm: Arm,
     by_hand: bool,
+    tell: Callable[[str], None],
 ) -> bool:
     """Say what is found on a brick; return True if all of it is fine.
 
@@ -68,6 +69,7 @@ async def doctor(
         dialogue: with who has asked.
         arm: what should be plugged in.
         by_hand: whether motors are watched while somebody turns them.
+        tell: called with each line.
 
     Raises:
         BrickProblem: it cannot tell.
@@ -85,9 +87,9 @@ async def doctor(
     facts = await _facts(process)
     findings += judge(facts, arm, time.time())
     for finding in findings:
-        dialogue.say(str(finding))
+        tell(str(finding))
     if by_hand:
-        findings += await _by_hand(process, facts, dialogue)
+        findings += await _by_hand(process, facts, tell)
     await process.wait()
     return not any(finding.advice for finding in findings)
 
@@ -227,10 +229,10 @@ def _motors(facts: Mapping[str, Any], arm: Arm) -> list[Finding]:
 
 
 async def _by_hand(
-    process: asyncssh.SSHClientProcess, facts: Mapping[str, Any], dialogue: Dialogue
+    process: asyncssh.SSHClientProcess, facts: Mapping[str, Any], tell: Callable[[str], None]
 ) -> list[Finding]:
     """Say which motors count while they are turned by hand; return what is found of each."""
-    dialogue.say("now turn each joint by hand, one after the other, within half a minute")
+    tell("now turn each joint by hand, one after the other, within half a minute")
     turned: dict[str, int] = {}
     async for line in process.stdout:
         try:
@@ -239,13 +241,13 @@ async def _by_hand(
         except (ValueError, KeyError, TypeError):
             continue  # what something else there has written
         turned[port] = turned.get(port, 0) + abs(way)
-        dialogue.say(f"  {port} counts {way:+d}")
+        tell(f"  {port} counts {way:+d}")
     found = []
     for port in sorted(facts["motors"]):
         still = "" if port in turned else "if you have turned it, change its cable, then the motor"
         value = f"counts {turned[port]} by hand" if port in turned else "has not counted"
         found.append(Finding(f"port {port}", value, still))
-        dialogue.say(str(found[-1]))
+        tell(str(found[-1]))
     return found
 
 

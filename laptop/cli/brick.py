@@ -41,6 +41,19 @@ def brick() -> None:
 
 
 @brick.command()
+def find() -> None:
+    """Look for bricks: by what they announce, and on cables; the status is 1 if there is none."""
+    with importing():
+        from laptop.brick import choosing, finding
+
+    with _in_one_line():
+        found = asyncio.run(finding.find())
+        finding.show(found, choosing.last_brick(), click.echo)
+    if not found:
+        raise click.ClickException(finding.NOBODY)
+
+
+@brick.command()
 @THE_BRICK
 def install(name: str | None) -> None:
     """Put the program on the brick: what has changed, and all of it or nothing."""
@@ -89,7 +102,7 @@ def doctor(name: str | None, arm_file: str, motors: bool) -> None:
 
     with _in_one_line():
         arm = read_arm(find_arm(arm_file))
-    sys.exit(0 if _talk(name, diagnosis.doctor, arm, motors) else 1)
+    sys.exit(0 if _talk(name, diagnosis.doctor, arm, motors, click.echo) else 1)
 
 
 @brick.command()

@@ -172,8 +172,9 @@ class SshBrick:
         """Begin `python -m laptop brick WORDS`, words behind the first one after --brick."""
         name, *rest = map(str, words)
         place = options.pop("place", self.place)
+        where = ["--brick", place] if place else []
         return subprocess.Popen(
-            [sys.executable, "-m", "laptop", "brick", name, "--brick", place, *rest],
+            [sys.executable, "-m", "laptop", "brick", name, *where, *rest],
             cwd=options.pop("cwd", ROOT),
             env={**self.environment, **options.pop("env", {})},
             stdin=options.pop("stdin", subprocess.DEVNULL),
