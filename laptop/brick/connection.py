@@ -145,8 +145,13 @@ class Answer:
     """The end of a command on the brick: exit status, output and errors."""
 
     status: int
-    out: str
+    data: bytes
     errors: str
+
+    @property
+    def out(self) -> str:
+        """The output as text."""
+        return self.data.decode(errors="replace")
 
 
 async def ask(brick: asyncssh.SSHClientConnection, command: str, given: bytes = b"") -> Answer:
@@ -163,11 +168,12 @@ async def ask(brick: asyncssh.SSHClientConnection, command: str, given: bytes = 
     done = await brick.run(command, input=given, encoding=None)
     if done.exit_status is None:
         raise asyncssh.ConnectionLost("no exit status")
-    return Answer(done.returncode or 0, _text(done.stdout), _text(done.stderr))
+    errors = _bytes(done.stderr).decode(errors="replace")
+    return Answer(done.returncode or 0, _bytes(done.stdout), errors)
 
 
-def _text(given: bytes | str | None) -> str:
-    return given.decode(errors="replace") if isinstance(given, bytes) else given or ""
+def _bytes(given: object) -> bytes:
+    return given if isinstance(given, bytes) else b""  # of bytes alone asyncssh makes bytes
 
 
 async def _reach(address: BrickAddress) -> socket.socket:

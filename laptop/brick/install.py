@@ -59,7 +59,7 @@ INSTALL = r"""
 set -eu
 umask 022
 command -v python3 >/dev/null || exit {no_python}
-mkdir -p .brickservo/versions .brickservo/arms
+mkdir -p .brickservo/versions .brickservo/arms .brickservo/logs
 cd .brickservo
 exec 9>install.lock
 flock -n 9 || exit {busy}

@@ -21,7 +21,8 @@ SOURCES = ("robot/**/*.py", "shared/**/*.py", "shared/arms/*.ini")
 
 MENU = {
     "menu/draw": b'#!/bin/sh\nexec "$HOME/robot/driver.py" "$@"\n',
-    "menu/servo": b'#!/bin/sh\nexec "$HOME/robot/visual_servoing.py" --wait "$@"\n',
+    "menu/servo": b'#!/bin/sh\ncd "$HOME" && '
+    b'exec robot/visual_servoing.py --wait --log .brickservo/logs/menu-servo.jsonl "$@"\n',
 }
 """Files that stand in the brick's menu, beside those."""
 

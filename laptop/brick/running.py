@@ -17,6 +17,7 @@ import shutil
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path, PurePosixPath
 
@@ -27,6 +28,7 @@ from laptop.brick import BrickProblem
 from laptop.brick.connection import CUT, BrickAddress, Dialogue, ask
 from laptop.brick.install import update
 from laptop.brick.program_files import EXECUTABLE, program_files
+from laptop.brick.remote_files import put
 
 BEAT_PERIOD, SILENCE_TIMEOUT = 3.0, 15.0
 """Period of the laptop's beats to the watch, and how long it waits for one, s: radio stalls."""
@@ -35,8 +37,10 @@ CTRL_C, END_OF_INPUT = b"\x03", b"\x04"
 LEAVES = 3
 """The Ctrl-C by which the program is left to itself."""
 
-OWN_SCRIPTS = ".brickservo/scripts"
-"""Folder on the brick for scripts that are not ours."""
+OWN_SCRIPTS, LOGS = ".brickservo/scripts", ".brickservo/logs"
+"""Folders on the brick for scripts that are not ours, and for logs."""
+SERVO, KEPT_LOGS = "robot/visual_servoing.py", 10
+"""The script that keeps a log, and how many of them stay."""
 
 PROGRAM = "echo $$ >.brickservo/run.pid; exec env BRICK_RUN={token} {command}"
 """Starts a program under a number that can be found again."""
@@ -64,7 +68,11 @@ async def run(
     ours = _ours(script)
     own = Path() if ours else _own(script)
     await update(brick, address, dialogue)
-    start = ours or f'PYTHONPATH="$HOME" python3 {shlex.quote(await _put(brick, own))}'
+    if ours == SERVO and not any(word.startswith("--log") for word in words):
+        words = (*words, "--log", await _new_log(brick))
+    if not ours:
+        await put(brick, f"{OWN_SCRIPTS}/{own.name}", own.read_bytes().replace(b"\r\n", b"\n"))
+    start = ours or f'PYTHONPATH="$HOME" python3 {shlex.quote(f"{OWN_SCRIPTS}/{own.name}")}'
     return await _watched(brick, address, dialogue, " ".join([start, *map(shlex.quote, words)]))
 
 
@@ -104,18 +112,12 @@ def _own(script: str) -> Path:
     )
 
 
-async def _put(brick: asyncssh.SSHClientConnection, path: Path) -> str:
-    """Copy a script there; return its path."""
-    target = f"{OWN_SCRIPTS}/{path.name}"
-    quoted = shlex.quote(target)
-    done = await ask(
-        brick,
-        f"mkdir -p {OWN_SCRIPTS} && cat >{quoted}.new && mv {quoted}.new {quoted}",
-        path.read_bytes().replace(b"\r\n", b"\n"),
-    )
-    if done.status:
-        raise BrickProblem(f"the brick cannot take {path}: {done.errors.strip() or done.status}")
-    return target
+async def _new_log(brick: asyncssh.SSHClientConnection) -> str:
+    """Return the name of a new log there, and remove all but the last ones."""
+    keep = f"ls -1 [0-9]*-servo.jsonl 2>/dev/null | head -n -{KEPT_LOGS - 1} | xargs -r rm -f"
+    await ask(brick, f"mkdir -p {LOGS} && cd {LOGS} && {keep}")
+    # By this computer's clock: a brick's may start anew with each day.
+    return f"{LOGS}/{time.strftime('%Y-%m-%d-%H%M%S')}-servo.jsonl"
 
 
 async def _watched(

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import sys
 from collections.abc import Callable, Coroutine, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -101,8 +102,64 @@ def doctor(name: str | None, arm_file: str, motors: bool) -> None:
         from laptop.brick import diagnosis
 
     with _in_one_line():
-        arm = read_arm(find_arm(arm_file))
-    sys.exit(0 if _talk(name, diagnosis.doctor, arm, motors, click.echo) else 1)
+        plugged = read_arm(find_arm(arm_file))
+    sys.exit(0 if _talk(name, diagnosis.doctor, plugged, motors, click.echo) else 1)
+
+
+@brick.command()
+@THE_BRICK
+@click.option(
+    "--out", default="logs", show_default=True, metavar="DIR", type=click.Path(path_type=Path)
+)
+def log(name: str | None, out: Path) -> None:
+    """Fetch the logs of the last runs: of servo runs, and of what the brick's menu started."""
+    with importing():
+        from laptop.brick import transfers
+
+    _talk(name, transfers.fetch_logs, out)
+
+
+@brick.command(context_settings={"ignore_unknown_options": True})
+@THE_BRICK
+@click.option(
+    "--json",
+    "file",
+    default="brick.json",
+    show_default=True,
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+)
+@click.argument("args", nargs=-1, type=click.UNPROCESSED)
+def bench(name: str | None, file: Path, args: tuple[str, ...]) -> None:
+    """Measure the brick with bench_brick.py ARGS, and fetch the figures."""
+    with importing():
+        from laptop.brick import transfers
+
+    sys.exit(_talk(name, transfers.bench, args, file))
+
+
+@brick.command()
+@THE_BRICK
+@click.option("--fetch", "wanted", metavar="ARM", help="Fetch the brick's own file of an arm.")
+@click.option("--replace", is_flag=True, help="Put the file in the place of another one.")
+@click.argument(
+    "file", required=False, type=click.Path(exists=True, dir_okay=False, path_type=Path)
+)
+def arm(name: str | None, wanted: str | None, replace: bool, file: Path | None) -> None:
+    """Put an arm FILE on the brick, or fetch one; without either, list them."""
+    with importing():
+        from laptop.brick import transfers
+
+    if file and wanted:
+        raise click.UsageError("an arm is put or fetched: give FILE or --fetch ARM, not both")
+    if file:
+        with _in_one_line():
+            read_arm(file)  # before the brick is asked for anything
+        _talk(name, transfers.put_arm, file, replace)
+    elif wanted:
+        _talk(name, transfers.fetch_arm, wanted, replace)
+    else:
+        _talk(name, transfers.list_arms)
 
 
 @brick.command()

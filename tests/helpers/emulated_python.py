@@ -37,6 +37,11 @@ def simulate(brick, words):
     extra = (brick / "options").read_text().split("\n") if (brick / "options").exists() else []
     options = ["--out", out, "--no-picture", "--start", start, *filter(None, extra)]
     home = os.environ["HOME"]
+    if "--arm" in words:  # the emulated brick carries it
+        k = words.index("--arm") + 1
+        own = Path(home, ".brickservo", "arms", words[k] + ".ini")
+        words[k] = str(own) if own.exists() else words[k]  # its state folder is another one
+        options += ["--arm", words[k]]
     # What is installed there runs, and not what lies here.
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join([home, str(ROOT)]))
     words = [sys.executable, "-c", SIMULATE, "simulate", *options, *words]
