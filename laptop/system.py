@@ -24,6 +24,9 @@ try:
 except ImportError:  # Windows
     termios = None  # type: ignore[assignment]
 
+PROGRAM = "python -m laptop"
+"""The words by which people start this program, in front of its command."""
+
 ENDING = tuple(
     getattr(signal, name)
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")

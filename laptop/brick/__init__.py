@@ -3,9 +3,10 @@
 Rule: only here is ssh known, and only `finding` looks for bricks on the network.
 """
 
+from laptop import system
 from shared.arm_description import ArmError
 
-COMMAND = "python -m laptop brick"
+COMMAND = f"{system.PROGRAM} brick"
 """The words by which people type a command for the brick, in front of its name."""
 
 
