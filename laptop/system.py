@@ -9,6 +9,7 @@ import contextlib
 import os
 import signal
 import subprocess
+import sys
 import time
 
 try:
@@ -16,6 +17,12 @@ try:
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
     import msvcrt
+
+try:
+    import termios
+    import tty
+except ImportError:  # Windows
+    termios = None  # type: ignore[assignment]
 
 ENDING = tuple(
     getattr(signal, name)
@@ -244,6 +251,39 @@ def give_way(niceness, pid=0):
         with contextlib.suppress(OSError):
             now = os.getpriority(os.PRIO_PROCESS, pid)
             os.setpriority(os.PRIO_PROCESS, pid, now + niceness)
+
+
+# What is typed
+
+
+@contextlib.contextmanager
+def keys_one_by_one():
+    """Let a terminal hand over each key as it is typed, Ctrl-C too, unseen, for a `with` block.
+
+    Windows does so where it is asked for a key; there Ctrl-C stays a signal.
+    """
+    if termios is None or sys.stdin is None or not sys.stdin.isatty():
+        yield
+        return
+    before = termios.tcgetattr(sys.stdin)
+    tty.setraw(sys.stdin)
+    try:
+        yield
+    finally:
+        termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
+
+
+def read_typed():
+    """Return the next bytes of standard input, b"" at its end; they are waited for.
+
+    Raises:
+        OSError: there is no standard input.
+    """
+    if sys.stdin is None:
+        raise OSError("no standard input")
+    if termios is None and sys.stdin.isatty():
+        return msvcrt.getwch().encode()
+    return os.read(sys.stdin.fileno(), 4096)
 
 
 def is_root():

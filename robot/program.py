@@ -153,6 +153,7 @@ def run(name, command):
     except (ArmError, OSError, Stopped) as error:
         from shared.message_fields import printable  # names of files and what is in them are told
 
-        print("{}: {}".format(name, printable(str(error))), file=sys.stderr)
+        with contextlib.suppress(OSError):  # its terminal may be what has gone
+            print("{}: {}".format(name, printable(str(error))), file=sys.stderr)
         return getattr(error, "status", 1)
     return 0

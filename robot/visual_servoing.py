@@ -18,7 +18,7 @@ import sys
 if __name__ == "__main__":  # first of all: until then Ctrl-C is a traceback
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
 
-sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
 
 from robot import program  # noqa: E402
 

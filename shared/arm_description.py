@@ -9,7 +9,6 @@ and the next step.
 import math
 import os
 
-from shared import state
 from shared.arm_keys import (
     ARM_KEYS,
     CHAINS,
@@ -27,6 +26,7 @@ from shared.arm_keys import (
 from shared.ini import BadIni, read_ini
 from shared.record import record
 from shared.small_files import SpoiltFile, read_text
+from shared.state import OWN_ARMS_FOLDER, state_folder
 
 ARMS_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "arms")
 
@@ -94,26 +94,23 @@ Pen.__doc__ = """The pen's motor: port, "large" | "medium", its shaft's angles u
 def find_arm(name_or_path):
     """Path of an arm file, given as a path or as the bare name of an arm.
 
-    An existing file wins; otherwise `planar` and `planar.ini` both mean the one in the folder
-    `arms` of the state folder or, where there is none, that in shared/arms.
-    Raises BadArmFile, listing the arms that come along, when there is neither.
+    An existing file wins. Otherwise `planar` and `planar.ini` both mean the one in the folder of
+    one's own arms, in the state folder, and else the one in shared/arms.
+    Raises BadArmFile, listing the arms that are known by name, when there is none.
     """
     name_or_path = str(name_or_path)
     if os.path.isfile(name_or_path):
         return name_or_path
     name = name_or_path[:-4] if name_or_path.endswith(".ini") else name_or_path
-    if name == os.path.basename(name):
-        own = users_file(name)
-        if os.path.isfile(own):
-            return own
-    if name in _arms_that_come_along():
-        return os.path.join(ARMS_FOLDER, name + ".ini")
+    for folder in _arm_folders():
+        if name in _arms_in(folder):
+            return os.path.join(folder, name + ".ini")
     raise _no_such_file(name_or_path)
 
 
 def users_file(name):
     """Path of the user's own file of an arm of this name; it need not be there."""
-    return os.path.join(state.state_folder(), state.ARMS_FOLDER, name + ".ini")
+    return os.path.join(_own_arms(), name + ".ini")
 
 
 def comes_along(arm):
@@ -326,14 +323,27 @@ def _bad(path, section, key, problem, sections=None):
 
 def _no_such_file(path):
     return BadArmFile(
-        "{}: there is no such arm file; give the path of one or a name that comes along: {}".format(
-            _shown_path(path), ", ".join(_arms_that_come_along())
+        "{}: there is no such arm file; give the path of one or a known name: {}".format(
+            _shown_path(path), ", ".join(sorted({n for f in _arm_folders() for n in _arms_in(f)}))
         )
     )
 
 
-def _arms_that_come_along():
-    return sorted(entry[:-4] for entry in os.listdir(ARMS_FOLDER) if entry.endswith(".ini"))
+def _arm_folders():
+    """One's own arms come first: who changes one that comes along means the changed one."""
+    return _own_arms(), ARMS_FOLDER
+
+
+def _own_arms():
+    return os.path.join(state_folder(), OWN_ARMS_FOLDER)
+
+
+def _arms_in(folder):
+    try:
+        entries = os.listdir(folder)
+    except OSError:
+        return []
+    return sorted(entry[:-4] for entry in entries if entry.endswith(".ini"))
 
 
 def _shown_path(path):

@@ -27,7 +27,7 @@
                                                                             numbers that it is of
     ARM.checked       driver                       driver, visual_servoing  which motor is where
                                                                             was looked at for these
-    arms/             driver, people               whoever reads an arm     arms of one's own, by
+    arms/             driver, people, brick        whoever reads an arm     arms of one's own, by
                                                                             name
     live/             simulate --realtime          synthetic cameras        pose of the arm, ink:
                                                                             a file for each run
@@ -36,6 +36,7 @@
     emulated-motors   simulate --realtime          the same                 locked by who may move
                                                                             the arm; empty
     emulated-brick/   track: its own brick         people                   what that brick said
+    brick             brick                        brick                    the last real brick
 
 Those that are read are read by shared.small_files: a regular file of a sensible size, and any error
 in it is a sentence.
@@ -53,7 +54,8 @@ PROGRAM = "BRICKSERVO_PROGRAM"
 PAIRING_FILE, MARKERS_FILE, TRACKER_FILE = "pairing", "markers.ini", "tracker"
 LIVE_FOLDER, CLOCK_FILE, BRICK_FOLDER = "live", "clock", "emulated-brick"
 MOTORS_FILE = "emulated-motors"
-ARMS_FOLDER = "arms"
+LAST_BRICK_FILE = "brick"
+OWN_ARMS_FOLDER = "arms"
 """Names in the state folder."""
 
 

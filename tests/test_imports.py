@@ -2,6 +2,7 @@
 
 laptop.cli -> laptop.bench -> laptop.demo -> laptop.simulator -> laptop.tracking -> laptop.vision
 laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.reporting
+laptop.cli -> laptop.brick -> shared
 laptop.bench, laptop.demo, laptop.simulator -> robot; all of them -> shared
 """
 
@@ -44,6 +45,8 @@ RULES = {
             ("stop_gate", ("uvicorn",)),
         )
     },
+    "laptop.brick": ("laptop.brick", "laptop.system", "shared", "asyncssh"),
+    "laptop.brick.finding": ("laptop.brick", "asyncssh", "ifaddr", "zeroconf"),
     "laptop.simulator": ("laptop.simulator", "laptop.system", "robot", "shared", "ev3dev2"),
     "laptop.simulator.scene": (
         *("laptop.simulator", "laptop.vision.frames", "robot", "shared", "numpy", "cv2"),
@@ -182,6 +185,9 @@ def test_imports_follow_the_direction(path):
         ("laptop.tracking.server", "import robot.clock", "robot.clock"),
         ("laptop.vision.tracker", "from laptop.tracking import server", "laptop.tracking.server"),
         ("laptop.page.controller", "from laptop.simulator import live", "laptop.simulator.live"),
+        ("laptop.brick.choosing", "from laptop.tracking import server", "laptop.tracking.server"),
+        ("laptop.tracking.track", "from laptop.brick import choosing", "laptop.brick.choosing"),
+        ("laptop.cli.brick", "import asyncssh", "asyncssh"),
         ("laptop.page.controller", "from laptop.demo import results", "laptop.demo.results"),
         ("laptop.reporting.charts", "import laptop.vision.view", "laptop.vision.view"),
         ("laptop.demo", "from laptop.page import process", "laptop.page.process"),

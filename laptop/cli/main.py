@@ -9,6 +9,7 @@ import click
 
 from laptop import system
 from laptop.cli.bench import bench
+from laptop.cli.brick import brick
 from laptop.cli.demo import demo
 from laptop.cli.markers import markers
 from laptop.cli.simulate import simulate
@@ -24,7 +25,7 @@ def laptop() -> None:
     """Everything that runs beside the brick."""
 
 
-for command in (simulate, demo, track, markers, bench):
+for command in (simulate, demo, track, markers, brick, bench):
     laptop.add_command(command)
 
 

@@ -36,6 +36,7 @@ from shared.messages import (
     Stop,
     Welcome,
 )
+from shared.state import laptop_program
 
 SERVICE_PERIOD = 0.1
 """The thread does what is due at least so often while somebody is connected, s."""
@@ -164,13 +165,18 @@ class TrackingServer:
         return [_place(host, self.port) for host in self._hosts()]
 
     def commands(self) -> list[str]:
-        """Commands to type on the brick: one for ssh from here, then some that always work."""
+        """Commands for a run of the brick: one to type here, then some for the brick itself."""
         code = pairing.show_code(self.code)
         usual = self.port == PORT
-        places = [host if usual else _place(host, self.port) for host in self._hosts()]
+        # Who comes by ssh is served where that comes from.
+        here = [] if usual else [f":{self.port}"]
         return [
-            f"robot/visual_servoing.py{' ' if place else ''}{place} --code {code}"
-            for place in ["" if usual else f":{self.port}", *places]
+            " ".join([f"{laptop_program()} brick run visual_servoing.py", *here, "--code", code]),
+            *(
+                f"robot/visual_servoing.py {host if usual else _place(host, self.port)} "
+                f"--code {code}"
+                for host in self._hosts()
+            ),
         ]
 
     def _hosts(self) -> list[str]:

@@ -58,7 +58,7 @@ def link_status(state: ServerState) -> str:
 
 
 def brick_instructions(commands: Sequence[str], cameras: int = 1, page: bool = False) -> list[str]:
-    """Lines that say what to type on the brick.
+    """Lines that say what to type to let the arm go to the goal.
 
     Args:
         commands: as TrackingServer.commands gives them.
@@ -66,8 +66,8 @@ def brick_instructions(commands: Sequence[str], cameras: int = 1, page: bool = F
         page: True if runs can be started from the page, too.
     """
     first, *others = commands
-    lines = [f"on the brick, over ssh from here: {first}"]
-    lines += [f"                 or otherwise: {other}" for other in others]
+    lines = [f"to let the arm go there, type here: {first}"]
+    lines += [f"            or on the brick itself: {other}" for other in others]
     if cameras > 1:
         lines.append("         for an arm in space: add --arm spatial, or your own arm's FILE.ini")
     if page:

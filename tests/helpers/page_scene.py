@@ -49,7 +49,7 @@ class FakeServer:
         pass
 
     def commands(self):
-        return ["robot/visual_servoing.py --code ABCD-EFGH"]
+        return ["python -m laptop brick run visual_servoing.py --code ABCD-EFGH"]
 
     def state(self):
         return LinkState(client="10.0.0.2" if self.there else None, status=self.status)

@@ -596,6 +596,24 @@ def test_while_it_homes_and_draws_the_arm_is_not_on_record_as_parked(shell):
     assert sh.on_file()["parked"] is None
 
 
+def test_a_terminal_that_has_gone_changes_no_status(shell, moment, monkeypatch):
+    """As when the connection of ssh ends: SIGHUP comes, and no last line can be written."""
+    sh = shell()
+
+    def gone(text):
+        raise OSError(5, "Input/output error")
+
+    def end():
+        monkeypatch.setattr(sys.stderr, "write", gone)
+
+    t = moment(LINE, "ink", 0.4)
+    sh.world.at(t, end)
+    outcome = sh.run(*LINE, signals=[(t, signal.SIGHUP)])
+    monkeypatch.undo()
+    assert outcome.status == 128 + signal.SIGHUP
+    assert sh.brick.driven() == []
+
+
 @pytest.mark.short("0.8")
 @pytest.mark.parametrize("share", [0.2, 0.8])
 def test_a_reader_that_went_away_ends_in_one_line(shell, moment, share, monkeypatch):

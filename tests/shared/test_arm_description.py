@@ -126,6 +126,18 @@ def test_an_existing_file_goes_before_an_arm_that_comes_along(tmp_path, monkeypa
     assert find_arm(str(tmp_path / "planar.ini")) == str(tmp_path / "planar.ini")
 
 
+def test_arms_of_ones_own_are_found_by_name_and_come_first(tmp_path, monkeypatch):
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
+    (tmp_path / "arms").mkdir()
+    for name in ("mine", "planar"):
+        (tmp_path / "arms" / (name + ".ini")).write_text("")
+    assert find_arm("mine") == str(tmp_path / "arms" / "mine.ini")
+    assert find_arm("planar.ini") == str(tmp_path / "arms" / "planar.ini")
+    assert find_arm("geared") == os.path.join(ARMS_FOLDER, "geared.ini")
+    with pytest.raises(BadArmFile, match="known name: geared, mine, planar, spatial"):
+        find_arm("other")
+
+
 @pytest.mark.parametrize("find", [find_arm, read_arm])
 @pytest.mark.parametrize("name", ["nowhere", "no/planar.ini", ""])
 def test_a_missing_file_lists_the_arms_that_come_along(find, name):

@@ -1,4 +1,4 @@
-"""The card of figures: link, battery, cameras and markers, and what to type on a brick."""
+"""The card of figures: link, battery, cameras and markers, and what to type to have a brick."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class StateCard:
             self._note = ui.label().classes("quiet note")
             self._invitation = ui.element("div")
             with self._invitation:
-                ui.label("On the brick, type one of").classes("quiet")
+                ui.label("Type the first here, or another one on the brick itself").classes("quiet")
                 self._commands = ui.column().classes("w-full gap-1")
             self._facts = ui.html("", sanitize=False).classes("w-full")
 
     def show(self, state: PageState) -> None:
-        """Show what was last to be said, and to who has no brick what to type on one."""
+        """Show what was last to be said, and to who has no brick what to type."""
         self._note.set_text(state.note)
         self._invitation.set_visibility(
             state.brick is None and not state.own and bool(state.commands)

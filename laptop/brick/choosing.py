@@ -1,0 +1,124 @@
+"""Which brick a command is for: the one that is named, or the last one."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+from laptop.brick import BrickProblem
+from laptop.brick.connection import BrickAddress, Dialogue, read_address
+from laptop.brick.known_hosts import KnownHosts
+from shared.small_files import SpoiltFile, read_text
+from shared.state import LAST_BRICK_FILE, state_folder
+
+
+def _file() -> Path:
+    return Path(state_folder(), LAST_BRICK_FILE)
+
+
+def last_brick() -> BrickAddress | None:
+    """Return the brick of the last command, if one is remembered.
+
+    Raises:
+        BrickProblem: what is remembered cannot be read.
+    """
+    try:
+        return read_address(read_text(str(_file())).strip())
+    except FileNotFoundError:
+        return None
+    except (OSError, SpoiltFile, BrickProblem) as error:
+        raise BrickProblem(
+            f"{_file()}: {error}; delete it, and say which brick: --brick NAME"
+        ) from None
+
+
+async def choose(name: str | None, dialogue: Dialogue) -> BrickAddress:
+    """Return the address of the brick that is meant.
+
+    A bare name is one that a brick announces; without a name it is the last one, else the only one
+    that is there.
+
+    Raises:
+        BrickProblem: nobody can say which one that is.
+    """
+    wanted = read_address(name) if name else last_brick()
+    if wanted and not _is_bare(wanted.host):
+        return wanted
+    from laptop.brick import finding  # it takes a while, and is not always needed
+
+    found = await finding.find()
+    if wanted is None:
+        if not found:
+            raise BrickProblem(finding.NOBODY)
+        if len(found) > 1:
+            finding.show(found, None, dialogue.say)
+            raise BrickProblem(f"{len(found)} bricks are there; say which one: --brick NAME")
+        dialogue.say(f"the brick is {found[0].name or '?'} at {found[0].address}")
+        return found[0].address
+    same = [one for one in found if one.name == wanted.host]
+    if len(same) > 1:
+        raise BrickProblem(finding.same_name(wanted.host, found))
+    if same:
+        return replace(same[0].address, user=wanted.user)
+    return named(str(wanted))
+
+
+def _is_bare(host: str) -> bool:
+    return not ("." in host or ":" in host or host == "localhost")
+
+
+def remember(address: BrickAddress, dialogue: Dialogue) -> None:
+    """Keep it as the last one; where that cannot be, say so."""
+    try:
+        if last_brick() == address:
+            return
+    except BrickProblem as problem:
+        dialogue.say(f"{problem}; now it is replaced")
+    file = _file()
+    new = file.with_name(file.name + ".new")
+    try:
+        file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        new.write_text(f"{address}\n", encoding="utf-8")
+        os.replace(new, file)
+    except OSError as error:
+        dialogue.say(f"cannot remember {address}: {error.strerror}: {file}")
+
+
+def forget(name: str | None, dialogue: Dialogue, known: KnownHosts | None = None) -> None:
+    """Remove the keys of a brick, and that it was the last one.
+
+    Raises:
+        BrickProblem: no brick is named or remembered, or the file of keys cannot be written.
+    """
+    last = last_brick()
+    address = named(name) if name else last
+    if address is None:
+        raise BrickProblem("no brick is remembered here; say which one: --brick NAME")
+    known = known or KnownHosts()
+    try:
+        keys = known.forget(address.host, address.port)
+    except OSError as error:
+        raise BrickProblem(
+            f"cannot change {known.file}: {error.strerror}; see whose file it is"
+        ) from None
+    if last == address:
+        _file().unlink(missing_ok=True)
+    if keys or last == address:
+        what = [f"{keys} {'key' if keys == 1 else 'keys'} in {known.file}"] * bool(keys)
+        what += ["that it was the last one"] * (last == address)
+        dialogue.say(f"forgotten of {address}: {', and '.join(what)}")
+    else:
+        dialogue.say(f"nothing is remembered of {address}")
+
+
+def named(name: str) -> BrickAddress:
+    """Return the address that a name stands for: a bare one is looked for as NAME.local.
+
+    Raises:
+        BrickProblem: it is none.
+    """
+    address = read_address(name)
+    if not _is_bare(address.host):
+        return address
+    return BrickAddress(f"{address.host}.local", address.port, address.user)

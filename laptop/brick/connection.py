@@ -1,0 +1,323 @@
+"""One connection to a brick by ssh: whom to trust, how to log in, what can go wrong, in words."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import ipaddress
+import re
+import socket
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
+
+import asyncssh
+
+from laptop.brick import COMMAND, BrickProblem
+from laptop.brick.known_hosts import DEFAULT_PORT, KnownHosts
+
+USER, PASSWORD = "robot", "maker"
+"""Of every card with ev3dev, unless somebody has changed them."""
+
+CONNECT_TIMEOUT = 10.0
+"""Time in which a brick takes a connection, s."""
+LOGIN_TIMEOUT = 90.0
+"""Time from there until somebody is logged in, s: a brick is slow, and a password is typed."""
+KEEPALIVE_PERIOD, KEEPALIVE_COUNT = 5.0, 4
+"""Period (s) of what asks a silent brick whether it is there, and how often it may stay silent."""
+
+MOST_QUESTIONS = 3
+"""How often somebody is asked for the password."""
+
+CUT = (asyncssh.ConnectionLost, BrokenPipeError, ConnectionResetError)
+"""Exceptions of a connection that has ended without a word."""
+
+
+@dataclass(frozen=True)
+class BrickAddress:
+    """The way to one brick.
+
+    Args:
+        host: name or address.
+        port: of its ssh.
+        user: the account there.
+    """
+
+    host: str
+    port: int = DEFAULT_PORT
+    user: str = USER
+
+    def __str__(self) -> str:
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        user = "" if self.user == USER else f"{self.user}@"
+        return user + host + ("" if self.port == DEFAULT_PORT else f":{self.port}")
+
+
+def read_address(text: str) -> BrickAddress:
+    """Read `[USER@]HOST[:PORT]`; an address of IPv6 with a port stands in brackets.
+
+    Raises:
+        BrickProblem: it is something else.
+    """
+    match = re.fullmatch(
+        r"(?:([\w.-]+)@)?(?:\[([\w:.%-]+)\](?::(\d{1,5}))?|([\w:.%-]+?)(?::(\d{1,5}))?)", text
+    )
+    if match:
+        user, bracketed, port, plain, plain_port = match.groups()
+        if bracketed or not plain.count(":"):
+            host, port = bracketed or plain, port or plain_port or DEFAULT_PORT
+        else:  # colons belong to the address
+            host, port = text.rpartition("@")[2], DEFAULT_PORT
+        if 0 < int(port) < 1 << 16 and (":" not in host or _is_ip(host)) and host[0] != "-":
+            return BrickAddress(host, int(port), user or USER)
+    raise BrickProblem(
+        f"'{text}' is no brick's address; write a name or [USER@]HOST[:PORT], such as "
+        "ev3dev.local or 10.42.0.3"
+    )
+
+
+def _is_ip(text: str) -> bool:
+    try:
+        ipaddress.ip_address(text)
+    except ValueError:
+        return False
+    return True
+
+
+@dataclass(frozen=True)
+class Dialogue:
+    """The person who has typed a command.
+
+    Args:
+        say: shows a line.
+        ask_password: asks for a password and returns it, or None to stop; None where nobody is
+            there to ask.
+    """
+
+    say: Callable[[str], None]
+    ask_password: Callable[[str], str | None] | None = None
+
+
+@contextlib.asynccontextmanager
+async def connected(
+    address: BrickAddress, dialogue: Dialogue, known: KnownHosts | None = None
+) -> AsyncIterator[asyncssh.SSHClientConnection]:
+    """Be connected to a brick, and logged in, for an `async with` block.
+
+    Keys, agent and configuration are those of this user's ssh. A host key that is met for the first
+    time is shown and remembered, and one that has changed is refused.
+
+    Raises:
+        BrickProblem: it is not to be reached, is another one, lets nobody in or goes away, then or
+            in the block.
+    """
+    login = _Login(address, dialogue, known or KnownHosts())
+    sock = await _reach(address)
+    try:
+        connection = await asyncssh.connect(
+            address.host,
+            address.port,
+            sock=sock,
+            username=address.user,
+            client_factory=lambda: login,
+            known_hosts=login.known_keys,
+            preferred_auth="publickey,password,keyboard-interactive",
+            login_timeout=LOGIN_TIMEOUT,
+            keepalive_interval=KEEPALIVE_PERIOD,
+            keepalive_count_max=KEEPALIVE_COUNT,
+        )
+    except (OSError, ValueError, asyncssh.Error) as error:
+        sock.close()
+        raise login.problem(error) from None
+    login.remember()
+    try:
+        async with connection:
+            yield connection
+    except CUT:
+        raise BrickProblem(
+            f"the connection to {address} is cut; is the brick on, and the cable in? Then try again"
+        ) from None
+    except asyncssh.Error as error:
+        raise BrickProblem(f"{address} ended the connection: {error.reason}; try again") from None
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The end of a command on the brick: exit status, output and errors."""
+
+    status: int
+    data: bytes
+    errors: str
+
+    @property
+    def out(self) -> str:
+        """The output as text."""
+        return self.data.decode(errors="replace")
+
+
+async def ask(brick: asyncssh.SSHClientConnection, command: str, given: bytes = b"") -> Answer:
+    """Run a command and return its Answer.
+
+    Args:
+        brick: the connection.
+        command: for the brick's shell, in its home.
+        given: bytes for its standard input.
+
+    Raises:
+        asyncssh.ConnectionLost: it has not come to its end.
+    """
+    done = await brick.run(command, input=given, encoding=None)
+    if done.exit_status is None:
+        raise asyncssh.ConnectionLost("no exit status")
+    errors = _bytes(done.stderr).decode(errors="replace")
+    return Answer(done.returncode or 0, _bytes(done.stdout), errors)
+
+
+def _bytes(given: object) -> bytes:
+    return given if isinstance(given, bytes) else b""  # of bytes alone asyncssh makes bytes
+
+
+async def _reach(address: BrickAddress) -> socket.socket:
+    """Return a connected socket.
+
+    Raises:
+        BrickProblem: there is no way there.
+    """
+    loop = asyncio.get_running_loop()
+    try:
+        places = await loop.getaddrinfo(address.host, address.port, type=socket.SOCK_STREAM)
+    except (socket.gaierror, UnicodeError):
+        raise BrickProblem(
+            f"nobody here knows {address.host}; is the brick on, and connected? "
+            f"{COMMAND} find looks for it, or give the address on its screen: --brick 10.42.0.3"
+        ) from None
+    problem = ""
+    for family, kind, protocol, _, place in places:
+        sock = socket.socket(family, kind, protocol)
+        sock.setblocking(False)
+        try:
+            await asyncio.wait_for(loop.sock_connect(sock, place), CONNECT_TIMEOUT)
+            return sock
+        except (OSError, asyncio.TimeoutError) as error:
+            sock.close()
+            problem = problem or _unreached(address, error)
+        except BaseException:
+            sock.close()
+            raise
+    raise BrickProblem(problem)
+
+
+def _unreached(address: BrickAddress, error: Exception) -> str:
+    """Say why nobody takes a connection."""
+    if isinstance(error, ConnectionRefusedError):
+        return (
+            f"{address} is there, but takes no ssh at port {address.port}; if it has just been "
+            "switched on, wait two minutes, else it is no brick: give another --brick"
+        )
+    if isinstance(error, (TimeoutError, asyncio.TimeoutError)):
+        return (
+            f"{address} does not answer within {CONNECT_TIMEOUT:g} s; is the brick on, and that "
+            "its address? It stands on its screen"
+        )
+    return (
+        f"there is no way to {address}: {error.strerror if isinstance(error, OSError) else error}; "
+        "is the cable in, or this computer in the brick's network?"
+    )
+
+
+class _Login(asyncssh.SSHClient):
+    """The dialogue by which a connection comes about."""
+
+    def __init__(self, address: BrickAddress, dialogue: Dialogue, known: KnownHosts) -> None:
+        self._address, self._dialogue, self._known = address, dialogue, known
+        self._before: list[asyncssh.SSHKey] = []
+        self._new: asyncssh.SSHKey | None = None
+        self._asked = 0
+        self._tried_usual = self._given_up = False
+
+    def known_keys(self, host: str, addr: str, port: int | None) -> tuple:
+        """Return the keys that are trusted, as asyncssh takes them."""
+        self._before = self._known.keys_of(self._address.host, self._address.port)
+        return self._before, [], []
+
+    def validate_host_public_key(
+        self, host: str, addr: str, port: int, key: asyncssh.SSHKey
+    ) -> bool:
+        """Take a key that is not known, if none is known of this host."""
+        self._new = key
+        if not self._before:
+            self._dialogue.say(f"first contact with {self._address}: its key is {fingerprint(key)}")
+        return not self._before
+
+    def remember(self) -> None:
+        """Keep the key that was met for the first time."""
+        if self._new is None or self._before:
+            return
+        try:
+            self._known.add(self._address.host, self._address.port, self._new)
+            self._dialogue.say(f"it is remembered in {self._known.file}")
+        except OSError as error:
+            self._dialogue.say(f"it cannot be remembered: {error.strerror}: {self._known.file}")
+        self._new = None
+
+    def password_auth_requested(self) -> str | None:
+        """Return the next password to try: ev3dev's own, then what is typed; None ends it."""
+        if self._address.user == USER and not self._tried_usual:
+            self._tried_usual = True
+            self._dialogue.say("no ssh key lets in: trying ev3dev's usual password")
+            return PASSWORD
+        if self._dialogue.ask_password is None or self._given_up or self._asked == MOST_QUESTIONS:
+            return None
+        self._asked += 1
+        password = self._dialogue.ask_password(f"Password of {self._address.user} on the brick")
+        self._given_up = password is None
+        return password
+
+    def problem(self, error: Exception) -> BrickProblem:
+        """Say why no connection has come about."""
+        if self._new is not None and self._before:
+            return BrickProblem(self._changed(f"this one has {fingerprint(self._new)}"))
+        if isinstance(error, asyncssh.KeyExchangeFailed) and self._before:
+            return BrickProblem(self._changed("this one has a key of another kind"))
+        if isinstance(error, asyncssh.PermissionDenied):
+            self.remember()  # it has proved to have that key
+            return BrickProblem(self._refused(), 130 if self._given_up else 1)
+        if isinstance(error, CUT):
+            return BrickProblem(
+                f"{self._address} took the connection and ended it before anybody was logged in; "
+                "if it has just been switched on, wait two minutes, else look at its cable, and "
+                "whether it is a brick at all"
+            )
+        if isinstance(error, ValueError):
+            return BrickProblem(f"~/.ssh/config: {error}; correct the file")
+        reason = getattr(error, "reason", "") or str(error) or type(error).__name__
+        return BrickProblem(
+            f"{self._address} speaks no ssh that is understood here: {reason}; is it the brick?"
+        )
+
+    def _changed(self, now: str) -> str:
+        before = " or ".join(fingerprint(key) for key in self._before)
+        return (
+            f"{self._address} is not the brick of that name that was met before: its key was "
+            f"{before}, {now}. If you know why (another brick, or a new card), type {COMMAND} "
+            f"forget --brick {self._address}"
+        )
+
+    def _refused(self) -> str:
+        if self._given_up:
+            return "no password was given: stopped"
+        who = f"{self._address.user} on {self._address}"
+        if self._asked:
+            return f"wrong password for {who}: {self._asked} times; on a new card it is {PASSWORD}"
+        tried = ["your ssh keys"] + ["ev3dev's usual password"] * self._tried_usual
+        return (
+            f"{who} is let in neither by {' nor by '.join(tried)}; type this at a terminal to be "
+            "asked for the password"
+            if self._tried_usual
+            else f"{who} is not let in by {tried[0]}; type this at a terminal to be asked for the "
+            "password"
+        )
+
+
+def fingerprint(key: asyncssh.SSHKey) -> str:
+    """Return what people compare of a key."""
+    return str(key.get_fingerprint())

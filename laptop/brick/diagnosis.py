@@ -1,0 +1,265 @@
+"""What a brick tells of itself, judged: each line is fine, or says what to do."""
+
+from __future__ import annotations
+
+import json
+import re
+import statistics
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import asyncssh
+
+from laptop.brick import COMMAND, BrickProblem
+from laptop.brick.connection import BrickAddress, Dialogue, ask
+from laptop.brick.install import ASK, parse_installed
+from laptop.brick.program_files import program_files, version_of
+from shared.arm_description import Arm
+
+OLDEST_PYTHON, OLDEST_LIBRARY = (3, 5), (2, 1)
+"""Versions that the program is made for."""
+CARD = "write the card anew with the last ev3dev-stretch of ev3dev.org"
+
+MIN_MEMORY, MIN_ROOM = 8.0, 20.0
+"""What should be left of memory and card, MB."""
+MAX_LOAD = 1.5
+"""Programs that want a core at the same time, above which motions are late."""
+MIN_BATTERY = 6.5
+"""V, at which ev3dev warns of a rechargeable battery, too."""
+MAX_CLOCK_ERROR = 86400.0
+"""Error of the clock from which dates of files mislead, s."""
+MAX_ROUND_TRIP = 0.05
+"""Of a cable or good radio, s."""
+ROUND_TRIPS = 10
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line.
+
+    Args:
+        what: has been looked at.
+        value: what was found.
+        advice: what to do; "" if it is fine.
+    """
+
+    what: str
+    value: str
+    advice: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.what:9} {self.value}: {self.advice or 'fine'}"
+
+
+async def doctor(
+    brick: asyncssh.SSHClientConnection,
+    address: BrickAddress,
+    dialogue: Dialogue,
+    arm: Arm,
+    by_hand: bool,
+    tell: Callable[[str], None],
+) -> bool:
+    """Say what is found on a brick; return True if all of it is fine.
+
+    Args:
+        brick: the connection.
+        address: the brick's.
+        dialogue: with who has asked.
+        arm: what should be plugged in.
+        by_hand: whether motors are watched while somebody turns them.
+        tell: called with each line.
+
+    Raises:
+        BrickProblem: it cannot tell.
+    """
+    findings = [_link(await _round_trips(brick))]
+    installed = parse_installed((await ask(brick, ASK)).out)
+    here = version_of(program_files())
+    findings.append(_program(installed.version, here))
+    script = program_files()["robot/doctor.py"].data
+    process = await brick.create_process(
+        "python3 -" + " --motors" * by_hand, encoding="utf-8", errors="replace"
+    )
+    process.stdin.write(script.decode())
+    process.stdin.write_eof()
+    facts = await _facts(process)
+    findings += judge(facts, arm, time.time())
+    for finding in findings:
+        tell(str(finding))
+    if by_hand:
+        findings += await _by_hand(process, facts, tell)
+    await process.wait()
+    return not any(finding.advice for finding in findings)
+
+
+async def _facts(process: asyncssh.SSHClientProcess) -> dict[str, Any]:
+    """Return the first line of JSON that doctor.py tells.
+
+    Raises:
+        BrickProblem: there is none.
+    """
+    async for line in process.stdout:
+        try:
+            facts = json.loads(line)
+        except ValueError:
+            continue
+        if isinstance(facts, dict):
+            return facts
+    errors = [line for line in (await process.stderr.read()).splitlines() if line.strip()]
+    done = await process.wait()
+    why = errors[-1].strip() if errors else f"status {done.exit_status}"
+    if done.exit_status == 127:
+        why = f"there is no python3; {CARD}"
+    raise BrickProblem(f"the brick cannot tell how it is: {why}")
+
+
+async def _round_trips(brick: asyncssh.SSHClientConnection) -> list[float]:
+    """Return times (s) from here to the brick and back."""
+    process = await brick.create_process("cat", encoding="utf-8")
+    times = []
+    for _ in range(1 + ROUND_TRIPS):
+        began = time.monotonic()
+        process.stdin.write("there and back\n")
+        if not await process.stdout.readline():
+            raise asyncssh.ConnectionLost("no echo")
+        times.append(time.monotonic() - began)
+    process.stdin.write_eof()
+    await process.wait()
+    return times[1:]  # the first is also the start of that program
+
+
+def _link(times: Sequence[float]) -> Finding:
+    middle, worst = statistics.median(times), max(times)
+    value = f"there and back in {1000 * middle:.1f} ms, {1000 * worst:.1f} ms at most"
+    slow = middle > MAX_ROUND_TRIP
+    return Finding("link", value, "slow; take the cable, or go nearer" if slow else "")
+
+
+def _program(there: str, here: str) -> Finding:
+    if there == here:
+        return Finding("program", f"{there} is there and here")
+    return Finding("program", f"{there or 'none'} is there, {here} here", f"type {COMMAND} install")
+
+
+def judge(facts: Mapping[str, Any], arm: Arm, now: float) -> list[Finding]:
+    """Return what is found in the facts of doctor.py.
+
+    Args:
+        facts: see there.
+        arm: what should be plugged in.
+        now: time of this computer, s.
+
+    Raises:
+        BrickProblem: these are no such facts.
+    """
+    try:
+        return [*_system(facts, now), *_motors(facts, arm)]
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise BrickProblem(
+            f"the brick tells what is not understood here; type {COMMAND} install"
+        ) from None
+
+
+def _system(facts: Mapping[str, Any], now: float) -> list[Finding]:
+    found = [Finding("python", facts["python"], _old(facts["python"], OLDEST_PYTHON))]
+    library = facts["library"]
+    if library is None:
+        found.append(Finding("ev3dev2", "there is no python-ev3dev2", CARD))
+    else:
+        found.append(Finding("ev3dev2", library or "?", _old(library, OLDEST_LIBRARY)))
+    is_ev3dev = "ev3dev" in facts["kernel"] or facts["motors"]
+    advice = "" if is_ev3dev else f"no kernel of ev3dev, which has the motors; {CARD}"
+    found.append(Finding("kernel", facts["kernel"], advice))
+    if facts["memory"] is not None:
+        few = "little; end other programs" if facts["memory"] < MIN_MEMORY else ""
+        found.append(Finding("memory", f"{facts['memory']:.0f} MB left", few))
+    few = f"little; delete files of yours ({COMMAND} shell)" if facts["room"] < MIN_ROOM else ""
+    found.append(Finding("card", f"{facts['room']:.0f} MB left", few))
+    others = ", ".join(f"{words} ({number})" for number, words in facts["others"][:3])
+    busy = facts["load"] > MAX_LOAD * facts["cores"]
+    found.append(
+        Finding(
+            "load",
+            f"{facts['load']:.1f}, {f'beside it runs {others}' if others else 'nothing beside it'}",
+            "busy; wait, or end what is not needed, or motions are late" if busy else "",
+        )
+    )
+    volts = facts["battery"]
+    if volts is None:
+        advice = "is this a brick, and is its python-ev3dev2 all right?"
+        found.append(Finding("battery", "it does not tell", advice))
+    else:
+        weak = "low; charge it, or the arm is weak" if volts < MIN_BATTERY else ""
+        found.append(Finding("battery", f"{volts:.2f} V", weak))
+    off = facts["time"] - now
+    advice = ""
+    if abs(off) > MAX_CLOCK_ERROR:
+        advice = f"dates of files mislead; type {COMMAND} shell, then sudo date -s @{now:.0f}"
+    found.append(Finding("clock", _duration(off), advice))
+    ends = facts["connection"].split()
+    way = f", at {ends[2]} for {ends[0]}" if len(ends) == 4 else ""
+    found.append(Finding("network", facts["host"] + way))
+    return found
+
+
+def _motors(facts: Mapping[str, Any], arm: Arm) -> list[Finding]:
+    """Return what is found of each port where a motor is or should be."""
+    if facts["problem"]:
+        return [Finding("motors", facts["problem"], "put python-ev3dev2 right, see above")]
+    wanted = {joint.port: (joint.name, joint.motor) for joint in arm.joints}
+    if arm.pen:
+        wanted[arm.pen.port] = ("pen", arm.pen.motor)
+    found = []
+    for port in sorted({*wanted, *facts["motors"]}):
+        name, kind = wanted.get(port, ("", ""))
+        motor = facts["motors"].get(port)
+        if motor is None:
+            advice = f"the {arm.name} arm has its {name} there, a {kind} motor; look at the cable"
+            found.append(Finding(f"port {port}", "no motor", advice))
+            continue
+        value = f"{motor['kind']} motor at {motor['position']} counts"
+        if kind and motor["kind"] != kind:
+            advice = f"the {arm.name} arm has a {kind} motor there, its {name}; plug that in there"
+            found.append(Finding(f"port {port}", value, advice))
+        else:
+            found.append(Finding(f"port {port}", value + (f", {name}" if name else "")))
+    return found
+
+
+async def _by_hand(
+    process: asyncssh.SSHClientProcess, facts: Mapping[str, Any], tell: Callable[[str], None]
+) -> list[Finding]:
+    """Say which motors count while they are turned by hand; return what is found of each."""
+    tell("now turn each joint by hand, one after the other, within half a minute")
+    turned: dict[str, int] = {}
+    async for line in process.stdout:
+        try:
+            told = json.loads(line)
+            port, way = told["port"], told["position"] - told["before"]
+        except (ValueError, KeyError, TypeError):
+            continue  # what something else there has written
+        turned[port] = turned.get(port, 0) + abs(way)
+        tell(f"  {port} counts {way:+d}")
+    found = []
+    for port in sorted(facts["motors"]):
+        still = "" if port in turned else "if you have turned it, change its cable, then the motor"
+        value = f"counts {turned[port]} by hand" if port in turned else "has not counted"
+        found.append(Finding(f"port {port}", value, still))
+        tell(str(found[-1]))
+    return found
+
+
+def _old(version: str, oldest: tuple[int, ...]) -> str:
+    numbers = tuple(int(number) for number in re.findall(r"\d+", version)[: len(oldest)])
+    if numbers >= oldest:
+        return ""
+    return f"older than {'.'.join(map(str, oldest))}; {CARD}"
+
+
+def _duration(seconds: float) -> str:
+    for unit, length in (("days", 86400), ("hours", 3600), ("minutes", 60)):
+        if abs(seconds) >= 2 * length:
+            return f"{seconds / length:+.0f} {unit} off"
+    return f"{seconds:+.0f} s off"

@@ -1,0 +1,196 @@
+"""Looking for bricks: what announces itself by mDNS, and who takes ssh on a cable's own network.
+
+A card with ev3dev announces its `_sftp-ssh._tcp` with its home in a TXT record. Where a computer
+shares its network over a cable, bricks get addresses of 10.42.0.0/24 and the like; there each
+address is asked for ssh. Over USB without sharing, and over Bluetooth, there are addresses of
+169.254.0.0/16, too many to ask: mDNS finds those.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import ipaddress
+import socket
+from collections import defaultdict
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import asyncssh
+import ifaddr
+from zeroconf import ServiceStateChange, Zeroconf
+from zeroconf.asyncio import AsyncServiceBrowser, AsyncServiceInfo, AsyncZeroconf
+
+from laptop.brick import BrickProblem
+from laptop.brick.connection import BrickAddress, fingerprint
+from laptop.brick.known_hosts import DEFAULT_PORT
+
+SERVICES = "_sftp-ssh._tcp.local.", "_ssh._tcp.local.", "_workstation._tcp.local."
+MARK = b"ev3dev.robot.home"
+"""Key of the record by which ev3dev is told from other computers."""
+NAME = "ev3dev"
+"""Part of the name of a brick that nobody has given another name; not all announce the mark."""
+
+SHARED = tuple(map(ipaddress.ip_network, ("10.42.0.0/16", "192.168.137.0/24", "192.168.2.0/24")))
+"""Networks in which Linux, Windows and macOS share theirs over a cable; who shares it is x.x.x.1"""
+
+LISTENING_TIME = 3.0
+"""For so long answers by mDNS are waited for, s."""
+ASKING_TIMEOUT = 1.0
+"""Within which a brick on a cable takes a connection, s."""
+KEY_TIMEOUT = 20.0
+"""Within which a brick shows its host key, s: a slow computer."""
+
+
+@dataclass(frozen=True)
+class FoundBrick:
+    """A brick that is there.
+
+    Args:
+        name: its own name, without `.local`; "" if it was found by its address alone.
+        address: where it takes ssh.
+        how: it was found.
+        key: fingerprint of its host key; "" if it has shown none.
+    """
+
+    name: str
+    address: BrickAddress
+    how: str
+    key: str = ""
+
+
+async def find() -> list[FoundBrick]:
+    """Return all bricks that are there, each once, by name and address.
+
+    Raises:
+        BrickProblem: the network cannot be listened to.
+    """
+    try:
+        announced, asked = await asyncio.gather(_announced(), _asked())
+    except OSError as error:
+        raise BrickProblem(
+            f"cannot listen to the network: {error.strerror or error}; is this computer in one?"
+        ) from None
+    known = {brick.address for brick in announced}
+    found = announced + [brick for brick in asked if brick.address not in known]
+    keys = await asyncio.gather(*(_key(brick.address) for brick in found))
+    with_keys = [replace(brick, key=key) for brick, key in zip(found, keys, strict=True)]
+    return sorted(_each_once(with_keys), key=lambda brick: (brick.name, str(brick.address)))
+
+
+async def _announced() -> list[FoundBrick]:
+    """Return the bricks that announce themselves."""
+    names: dict[str, str] = {}
+
+    def note(
+        zeroconf: Zeroconf, service_type: str, name: str, state_change: ServiceStateChange
+    ) -> None:
+        if state_change is not ServiceStateChange.Removed:
+            names[name] = service_type
+
+    found = []
+    async with AsyncZeroconf() as network:
+        browser = AsyncServiceBrowser(network.zeroconf, list(SERVICES), handlers=[note])
+        await asyncio.sleep(LISTENING_TIME)
+        for name, service in names.items():
+            info = AsyncServiceInfo(service, name)
+            if await info.async_request(network.zeroconf, 1000 * LISTENING_TIME):
+                found += _bricks(info, service)
+        await browser.async_cancel()
+    return found
+
+
+def _bricks(info: Any, service: str) -> list[FoundBrick]:
+    """Return what one announcement says of a brick: one for each of its addresses."""
+    host = (info.server or "").removesuffix(".").removesuffix(".local")
+    if MARK not in info.properties and NAME not in host.lower():
+        return []
+    port = DEFAULT_PORT if service.startswith("_workstation") else info.port or DEFAULT_PORT
+    return [
+        FoundBrick(host, BrickAddress(address, port), "announces itself")
+        for address in info.parsed_scoped_addresses()
+        if not address.startswith("fe80") or "%" in address
+    ]
+
+
+async def _asked() -> list[FoundBrick]:
+    """Return whoever takes ssh on a network that this computer shares over a cable."""
+    places = list(_neighbours(_own_addresses()))
+    takes = await asyncio.gather(*(_takes_ssh(place) for place in places))
+    return [
+        FoundBrick("", BrickAddress(place), "takes ssh on a cable")
+        for place, is_there in zip(places, takes, strict=True)
+        if is_there
+    ]
+
+
+def _own_addresses() -> list[str]:
+    return [str(ip.ip) for adapter in ifaddr.get_adapters() for ip in adapter.ips if ip.is_IPv4]
+
+
+def _neighbours(own: Iterable[str]) -> Iterable[str]:
+    """Return all addresses that a computer of these addresses may have given over a cable."""
+    for text in own:
+        address = ipaddress.ip_address(text)
+        first, *others = ipaddress.ip_network(f"{address}/24", strict=False).hosts()
+        if address == first and any(address in network for network in SHARED):
+            yield from map(str, others)
+
+
+async def _takes_ssh(place: str) -> bool:
+    with contextlib.suppress(OSError, asyncio.TimeoutError):
+        _, writer = await asyncio.wait_for(
+            asyncio.open_connection(place, DEFAULT_PORT, family=socket.AF_INET), ASKING_TIMEOUT
+        )
+        writer.close()
+        return True
+    return False
+
+
+async def _key(address: BrickAddress) -> str:
+    """Return the fingerprint of a brick's host key, "" if it shows none."""
+    with contextlib.suppress(OSError, asyncssh.Error, asyncio.TimeoutError):
+        key = await asyncio.wait_for(
+            asyncssh.get_server_host_key(address.host, address.port, config=None), KEY_TIMEOUT
+        )
+        return fingerprint(key) if key else ""
+    return ""
+
+
+def _each_once(found: list[FoundBrick]) -> list[FoundBrick]:
+    """Return one of all ways to the same brick, as its key shows: the first, IPv4 before IPv6."""
+    by_brick: dict[tuple[str, str], list[FoundBrick]] = defaultdict(list)
+    for brick in found:
+        by_brick[brick.key, "" if brick.key else str(brick.address)].append(brick)
+    return [
+        min(ways, key=lambda way: (":" in way.address.host, not way.name))
+        for ways in by_brick.values()
+    ]
+
+
+def show(found: list[FoundBrick], last: BrickAddress | None, tell: Callable[[str], None]) -> None:
+    """Say which bricks there are, and what to type where two have one name."""
+    for brick in found:
+        mark = "  (the last one)" if brick.address == last else ""
+        key = brick.key or "it shows no key"
+        tell(f"{brick.name or '?':12} {brick.address!s:22} {brick.how}, {key}{mark}")
+    names = [brick.name for brick in found]
+    for name in sorted({name for name in names if name and names.count(name) > 1}):
+        tell(same_name(name, found))
+
+
+def same_name(name: str, found: list[FoundBrick]) -> str:
+    """Say what to do where several bricks have one name."""
+    places = [f"--brick {brick.address}" for brick in found if brick.name == name]
+    return (
+        f"{len(places)} bricks are called {name}: say which by {' or '.join(places)}; to name one "
+        "anew, type sudo hostnamectl set-hostname NAME on it"
+    )
+
+
+NOBODY = (
+    "no brick is to be seen; is it on, and on this computer's cable or network? Give the address "
+    "on its screen: --brick 10.42.0.3"
+)
+"""What is said where none is found."""

@@ -1,0 +1,82 @@
+"""The host keys that this user's ssh remembers: asked, added to and removed from."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+
+import asyncssh
+
+DEFAULT_PORT = 22
+
+
+class KnownHosts:
+    """Keys of hosts in a file of OpenSSH's format, whoever has written it.
+
+    Args:
+        file: the file; it need not exist.
+    """
+
+    def __init__(self, file: Path | None = None) -> None:
+        self.file = file or Path.home() / ".ssh" / "known_hosts"
+
+    def keys_of(self, host: str, port: int) -> list[asyncssh.SSHKey]:
+        """Return the keys that are known of a host."""
+        return [key for line in self._lines() for key in _keys(line, host, port)]
+
+    def add(self, host: str, port: int, key: asyncssh.SSHKey) -> None:
+        """Remember a key of a host.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        self.file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        before = self._text()
+        gap = "\n" if before and not before.endswith("\n") else ""
+        words = key.export_public_key("openssh").decode().split()[:2]
+        with open(self.file, "a", encoding="utf-8", errors="surrogateescape", newline="\n") as file:
+            file.write(f"{gap}{_pattern(host, port)} {' '.join(words)}\n")
+
+    def forget(self, host: str, port: int) -> int:
+        """Remove all keys of a host; return how many there were.
+
+        Raises:
+            OSError: the file cannot be written; it is as before.
+        """
+        lines = self._lines()
+        kept = [line for line in lines if not _keys(line, host, port)]
+        if len(kept) < len(lines):
+            new = self.file.with_name(self.file.name + ".new")
+            try:
+                with open(new, "w", encoding="utf-8", errors="surrogateescape") as file:
+                    file.writelines(kept)
+                with contextlib.suppress(OSError):  # who may read it stays
+                    os.chmod(new, self.file.stat().st_mode & 0o777)
+                os.replace(new, self.file.resolve())
+            finally:
+                new.unlink(missing_ok=True)
+        return len(lines) - len(kept)
+
+    def _text(self) -> str:
+        try:
+            return self.file.read_text(encoding="utf-8", errors="surrogateescape")
+        except FileNotFoundError:
+            return ""
+
+    def _lines(self) -> list[str]:
+        return self._text().splitlines(keepends=True)
+
+
+def _pattern(host: str, port: int) -> str:
+    return host if port == DEFAULT_PORT else f"[{host}]:{port}"
+
+
+def _keys(line: str, host: str, port: int) -> list[asyncssh.SSHKey]:
+    """Return the keys of a host in one line; a line that is none of a host's has none."""
+    try:
+        known = asyncssh.import_known_hosts(line)
+    except ValueError:
+        return []
+    keys, *_ = known.match(_pattern(host, port), "", None)
+    return list(keys)

@@ -1,0 +1,38 @@
+"""Single files of a brick: read and written."""
+
+from __future__ import annotations
+
+import posixpath
+import shlex
+
+import asyncssh
+
+from laptop.brick import BrickProblem
+from laptop.brick.connection import ask
+from shared.small_files import MAX_SIZE
+
+
+async def put(brick: asyncssh.SSHClientConnection, target: str, data: bytes) -> None:
+    """Write a file there, all of it or nothing.
+
+    Raises:
+        BrickProblem: it cannot be written.
+    """
+    folder, path = shlex.quote(posixpath.dirname(target)), shlex.quote(target)
+    done = await ask(brick, f"mkdir -p {folder} && cat >{path}.new && mv {path}.new {path}", data)
+    if done.status:
+        raise BrickProblem(f"the brick cannot take {target}: {done.errors.strip() or done.status}")
+
+
+async def read(
+    brick: asyncssh.SSHClientConnection, path: str, most: int = MAX_SIZE
+) -> bytes | None:
+    """Return what is in a file there, None if there is none.
+
+    Raises:
+        BrickProblem: it is too large to be one of ours.
+    """
+    done = await ask(brick, f"[ -f {shlex.quote(path)} ] && head -c {most + 1} {shlex.quote(path)}")
+    if len(done.data) > most:
+        raise BrickProblem(f"{path} on the brick has more than {most} bytes; it is none of ours")
+    return None if done.status else done.data

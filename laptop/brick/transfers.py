@@ -1,0 +1,153 @@
+"""Small files there and back: arms of one's own, logs, the figures of a bench."""
+
+from __future__ import annotations
+
+import io
+import os
+import posixpath
+import tarfile
+from pathlib import Path
+
+import asyncssh
+
+from laptop.brick import COMMAND, BrickProblem
+from laptop.brick.connection import BrickAddress, Dialogue, ask
+from laptop.brick.remote_files import put, read
+from laptop.brick.running import LOGS, run
+from shared.arm_description import read_arm
+from shared.small_files import MAX_SIZE
+
+ARMS = ".brickservo/arms"
+"""Folder in the brick's home."""
+MENU_LOGS = "brickservo-*.err.log"
+"""Files in the brick's home that hold the errors of what its menu has started."""
+FIGURES = ".brickservo/brick.json"
+"""File on the brick for what its bench measures."""
+
+
+async def put_arm(
+    brick: asyncssh.SSHClientConnection,
+    address: BrickAddress,
+    dialogue: Dialogue,
+    path: Path,
+    replace: bool,
+) -> None:
+    """Put an arm file on the brick; another one of that name stays unless it is to be replaced.
+
+    Raises:
+        BrickProblem: there is another one, or it cannot be put there.
+        shared.arm_description.ArmError: it describes no arm.
+    """
+    read_arm(path)
+    data = path.read_bytes().replace(b"\r\n", b"\n")
+    name = path.name if path.suffix == ".ini" else f"{path.name}.ini"
+    there = await read(brick, f"{ARMS}/{name}")
+    if there not in (None, data) and not replace:
+        raise BrickProblem(
+            f"another {name} is on {address}, which may hold what was found out there: fetch it by "
+            f"{COMMAND} arm --fetch {name[:-4]}, or put yours in its place with --replace"
+        )
+    if there != data:
+        await put(brick, f"{ARMS}/{name}", data)
+    dialogue.say(f"{address}: programs there take it by --arm {name[:-4]}")
+
+
+async def fetch_arm(
+    brick: asyncssh.SSHClientConnection,
+    address: BrickAddress,
+    dialogue: Dialogue,
+    name: str,
+    replace: bool,
+) -> None:
+    """Fetch an arm file of the brick's into this folder; one here stays unless told otherwise.
+
+    Raises:
+        BrickProblem: there is none, or another one here.
+    """
+    file = f"{posixpath.basename(name).removesuffix('.ini')}.ini"
+    data = await read(brick, f"{ARMS}/{file}")
+    if data is None:
+        raise BrickProblem(
+            f"no {file} of its own is on {address}; there are: {await _arms(brick) or 'none'}"
+        )
+    here = Path(file)
+    if here.exists() and here.read_bytes() != data and not replace:
+        raise BrickProblem(f"another {file} is here; give --replace to put that one in its place")
+    write_whole(here, data)
+    dialogue.say(f"{file} is here as it is on {address}")
+
+
+async def list_arms(
+    brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue
+) -> None:
+    """Say which arms of its own a brick has."""
+    dialogue.say(f"{address} has arms of its own: {await _arms(brick) or 'none'}")
+
+
+async def _arms(brick: asyncssh.SSHClientConnection) -> str:
+    found = await ask(brick, f"cd {ARMS} 2>/dev/null && ls -1")
+    return ", ".join(one[:-4] for one in found.out.splitlines() if one.endswith(".ini"))
+
+
+async def fetch_logs(
+    brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue, folder: Path
+) -> None:
+    """Fetch the logs of the last runs into a folder.
+
+    Raises:
+        BrickProblem: there are none, or they cannot be fetched.
+        OSError: they cannot be written.
+    """
+    # (What does not match stays a pattern, which names no file.)
+    packed = await ask(
+        brick,
+        f'for one in {LOGS}/* {MENU_LOGS}; do [ ! -f "$one" ] || printf "%s\\0" "$one"; done | '
+        "tar -czf - --null --no-recursion -T -",
+    )
+    if packed.status:
+        raise BrickProblem(f"{address} cannot send its logs: {packed.errors.strip()}")
+    names = []
+    with tarfile.open(fileobj=io.BytesIO(packed.data)) as tar:
+        for member in tar:
+            content = tar.extractfile(member)
+            if content is not None:
+                names.append(posixpath.basename(member.name))
+                folder.mkdir(parents=True, exist_ok=True)
+                write_whole(folder / names[-1], content.read())
+    if not names:
+        raise BrickProblem(
+            f"{address} has no logs; {COMMAND} run visual_servoing.py makes one, and so does what "
+            "its menu starts where it fails"
+        )
+    dialogue.say(f"in {folder}: {', '.join(names)}")
+
+
+async def bench(
+    brick: asyncssh.SSHClientConnection,
+    address: BrickAddress,
+    dialogue: Dialogue,
+    words: tuple[str, ...],
+    file: Path,
+) -> int:
+    """Run bench_brick.py there, and fetch what it has measured; return its exit status.
+
+    Raises:
+        BrickProblem: it has measured nothing.
+    """
+    await ask(brick, f"rm -f {FIGURES}")
+    status = await run(brick, address, dialogue, "bench_brick.py", (*words, "--json", FIGURES))
+    data = await read(brick, FIGURES, most=16 * MAX_SIZE)
+    if data is not None:
+        write_whole(file, data)
+        dialogue.say(f"{file}: what was measured; simulate --constants {file} emulates this brick")
+    return status
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write a file here, all of it or nothing."""
+    new = path.with_name(path.name + ".new")
+    try:
+        new.write_bytes(data)
+        os.replace(new, path)
+    finally:
+        new.unlink(missing_ok=True)

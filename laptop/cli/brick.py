@@ -1,0 +1,228 @@
+"""`brick`: the brick by one command each, over ssh."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import sys
+from collections.abc import Callable, Coroutine, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from laptop.cli.options import importing
+from shared import state
+from shared.arm_description import ArmError, find_arm, read_arm
+
+if TYPE_CHECKING:
+    from laptop.brick.connection import Dialogue
+
+T = TypeVar("T")
+
+THE_BRICK = click.option(
+    "--brick",
+    "name",
+    metavar="NAME",
+    help="Its name, or [USER@]HOST[:PORT].  [default: the last one]",
+)
+
+
+class BrickFailure(click.ClickException):
+    """A problem as one line, with a status of its own."""
+
+    def __init__(self, error: ArmError) -> None:
+        super().__init__(str(error))
+        self.exit_code = getattr(error, "status", 1)  # type: ignore[misc]  # (of click: a number)
+
+
+@click.group()
+def brick() -> None:
+    """Reach the real brick by one command each, over ssh."""
+
+
+@brick.command()
+def find() -> None:
+    """Look for bricks: by what they announce, and on cables; the status is 1 if there is none."""
+    with importing():
+        from laptop.brick import choosing, finding
+
+    with _in_one_line():
+        found = asyncio.run(finding.find())
+        finding.show(found, choosing.last_brick(), click.echo)
+    if not found:
+        raise click.ClickException(finding.NOBODY)
+
+
+@brick.command()
+@THE_BRICK
+def install(name: str | None) -> None:
+    """Put the program on the brick: what has changed, and all of it or nothing."""
+    with importing():
+        from laptop.brick import install as installing
+
+    _talk(name, installing.install)
+
+
+@brick.command(context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False})
+@THE_BRICK
+@click.argument("script")
+@click.argument("args", nargs=-1, type=click.UNPROCESSED)
+def run(name: str | None, script: str, args: tuple[str, ...]) -> None:
+    """Run a SCRIPT of the program, or a file of yours, on the brick; install what is stale before.
+
+    Its exit status is the script's.  Ctrl-C stops the arm and waits for the script's end; the third
+    one leaves it to itself.  Options of this command go before SCRIPT.
+    """
+    with importing():
+        from laptop.brick import running
+
+    sys.exit(_talk(name, running.run, script, args))
+
+
+@brick.command()
+@THE_BRICK
+@click.option(
+    "--arm",
+    "arm_file",
+    default="planar",
+    envvar=state.ARM,
+    show_default=True,
+    show_envvar=True,
+    metavar="FILE",
+    help="Arm that should be plugged in.",
+)
+@click.option("--motors", is_flag=True, help="Watch the counts while you turn joints by hand.")
+def doctor(name: str | None, arm_file: str, motors: bool) -> None:
+    """Tell how the brick is: each line is fine, or says what to do; the status is 1 then.
+
+    Nothing is installed or moved.
+    """
+    with importing():
+        from laptop.brick import diagnosis
+
+    with _in_one_line():
+        plugged = read_arm(find_arm(arm_file))
+    sys.exit(0 if _talk(name, diagnosis.doctor, plugged, motors, click.echo) else 1)
+
+
+@brick.command()
+@THE_BRICK
+@click.option(
+    "--out", default="logs", show_default=True, metavar="DIR", type=click.Path(path_type=Path)
+)
+def log(name: str | None, out: Path) -> None:
+    """Fetch the logs of the last runs: of servo runs, and of what the brick's menu started."""
+    with importing():
+        from laptop.brick import transfers
+
+    _talk(name, transfers.fetch_logs, out)
+
+
+@brick.command(context_settings={"ignore_unknown_options": True})
+@THE_BRICK
+@click.option(
+    "--json",
+    "file",
+    default="brick.json",
+    show_default=True,
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+)
+@click.argument("args", nargs=-1, type=click.UNPROCESSED)
+def bench(name: str | None, file: Path, args: tuple[str, ...]) -> None:
+    """Measure the brick with bench_brick.py ARGS, and fetch the figures."""
+    with importing():
+        from laptop.brick import transfers
+
+    sys.exit(_talk(name, transfers.bench, args, file))
+
+
+@brick.command()
+@THE_BRICK
+@click.option("--fetch", "wanted", metavar="ARM", help="Fetch the brick's own file of an arm.")
+@click.option("--replace", is_flag=True, help="Put the file in the place of another one.")
+@click.argument(
+    "file", required=False, type=click.Path(exists=True, dir_okay=False, path_type=Path)
+)
+def arm(name: str | None, wanted: str | None, replace: bool, file: Path | None) -> None:
+    """Put an arm FILE on the brick, or fetch one; without either, list them."""
+    with importing():
+        from laptop.brick import transfers
+
+    if file and wanted:
+        raise click.UsageError("an arm is put or fetched: give FILE or --fetch ARM, not both")
+    if file:
+        with _in_one_line():
+            read_arm(file)  # before the brick is asked for anything
+        _talk(name, transfers.put_arm, file, replace)
+    elif wanted:
+        _talk(name, transfers.fetch_arm, wanted, replace)
+    else:
+        _talk(name, transfers.list_arms)
+
+
+@brick.command()
+@THE_BRICK
+def shell(name: str | None) -> None:
+    """Type commands on the brick, until `exit`."""
+    with importing():
+        from laptop.brick import running
+
+    sys.exit(_talk(name, running.shell))
+
+
+@brick.command()
+@THE_BRICK
+def forget(name: str | None) -> None:
+    """Remove what is remembered of a brick: its key, and that it was the last one."""
+    with importing():
+        from laptop.brick import choosing
+
+    with _in_one_line():
+        choosing.forget(name, _dialogue())
+
+
+def _talk(name: str | None, command: Callable[..., Coroutine[Any, Any, T]], *words: Any) -> T:
+    """Let a command talk with the brick that is meant: `command(brick, address, dialogue, *words)`.
+
+    A problem is a BrickFailure.
+    """
+    from laptop.brick import choosing, connection
+
+    dialogue = _dialogue()
+
+    async def talk() -> T:
+        address = await choosing.choose(name, dialogue)
+        async with connection.connected(address, dialogue) as brick:
+            choosing.remember(address, dialogue)
+            return await command(brick, address, dialogue, *words)
+
+    with _in_one_line():
+        return asyncio.run(talk())
+
+
+@contextlib.contextmanager
+def _in_one_line() -> Iterator[None]:
+    """Let a problem be a BrickFailure."""
+    try:
+        yield
+    except ArmError as error:
+        raise BrickFailure(error) from None
+
+
+def _dialogue() -> Dialogue:
+    """Return the dialogue with who has typed the command."""
+    from laptop.brick.connection import Dialogue
+
+    def ask(prompt: str) -> str | None:
+        try:
+            password: str = click.prompt(prompt, hide_input=True, err=True)
+        except click.Abort:
+            return None
+        return password
+
+    def say(line: str) -> None:
+        click.echo(line, err=True)
+
+    return Dialogue(say, ask if sys.stdin.isatty() else None)

@@ -1,0 +1,75 @@
+"""`python3` on a brick of `ssh_brick`: scripts run on the emulated brick, all else as it is.
+
+$EMULATED is the brick's folder. `options` there are more words for `simulate`, one a line. A brick
+that has been homed stays so, and the arm is where the last run has left it.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+SIMULATE = """
+import contextlib, sys
+import click
+def echo(*words, to=click.echo, **options):
+    with contextlib.suppress(OSError):
+        to(*words, **options)
+click.echo = echo
+from laptop.cli.main import main
+sys.exit(main())
+"""
+"""The command, which writes its files also where nobody is left to read what it says of them."""
+
+
+def simulate(brick, words):
+    """Run a script on the emulated brick; its status."""
+    runs = brick / "runs"
+    runs.mkdir(exist_ok=True)
+    out = tempfile.mkdtemp(prefix="run-", dir=runs)
+    last = brick / "last"
+    start = "after:" + last.read_text() if last.exists() else "lost"
+    extra = (brick / "options").read_text().split("\n") if (brick / "options").exists() else []
+    options = ["--out", out, "--no-picture", "--start", start, *filter(None, extra)]
+    home = os.environ["HOME"]
+    if "--arm" in words:  # the emulated brick carries it
+        k = words.index("--arm") + 1
+        own = Path(home, ".brickservo", "arms", words[k] + ".ini")
+        words[k] = str(own) if own.exists() else words[k]  # its state folder is another one
+        options += ["--arm", words[k]]
+    # What is installed there runs, and not what lies here.
+    environment = dict(os.environ, PYTHONPATH=os.pathsep.join([home, str(ROOT)]))
+    words = [sys.executable, "-c", SIMULATE, "simulate", *options, *words]
+    (brick / "started").write_text(out)
+    process = subprocess.Popen(words, env=environment)
+    for number in (signal.SIGTERM, signal.SIGHUP):  # they are for the script
+        signal.signal(number, lambda number, _: process.send_signal(number))
+    signal.signal(signal.SIGINT, lambda *_: None)  # which the terminal has sent to it, too
+    status = process.wait()
+    if (Path(out) / "trace.csv").exists() and (last.exists() or (status == 0 and "home" in words)):
+        last.write_text(out)
+    return status
+
+
+def main():
+    """The command line."""
+    brick, words = Path(os.environ["EMULATED"]), sys.argv[1:]
+    with open(brick / "python-starts", "a") as log:
+        log.write(" ".join(words) + "\n")
+    if words and words[0] == "-":
+        with tempfile.NamedTemporaryFile("w", suffix=".py", dir=str(brick)) as file:
+            file.write(sys.stdin.read())
+            file.flush()
+            return simulate(brick, [file.name, *words[1:]])
+    if words and not words[0].startswith("-"):
+        return simulate(brick, words)
+    os.execv(sys.executable, [sys.executable, *words])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,232 @@
+"""A connection to a brick: Debian's sshd, and where passwords are needed a server of asyncssh."""
+
+import asyncio
+import contextlib
+import socket
+import threading
+
+import asyncssh
+import pytest
+from ssh_brick import PasswordServer, Proxy
+
+from laptop.brick import BrickProblem, choosing, connection
+from laptop.brick.connection import BrickAddress, Dialogue, connected, read_address
+from laptop.brick.known_hosts import KnownHosts
+
+
+class Person:
+    """Somebody who reads all, and types these passwords."""
+
+    def __init__(self, *passwords):
+        self.read, self._passwords, self.asked = [], list(passwords), 0
+        self.dialogue = Dialogue(self.read.append, self._type if passwords else None)
+
+    def _type(self, prompt):
+        self.asked += 1
+        return self._passwords.pop(0)
+
+
+def said(address, person, command="echo here"):
+    """What a command says there."""
+
+    async def talk():
+        async with connected(address, person.dialogue) as brick:
+            return (await brick.run(command)).stdout
+
+    return asyncio.run(talk())
+
+
+def refused(address, person=None, command="echo here"):
+    """The line in which a connection is refused."""
+    with pytest.raises(BrickProblem) as caught:
+        said(address, person or Person(), command)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+@pytest.fixture
+def home(tmp_path, monkeypatch):
+    """A laptop on which nobody has keys."""
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
+    monkeypatch.delenv("SSH_AUTH_SOCK", raising=False)
+    return tmp_path
+
+
+@contextlib.contextmanager
+def password_server(password, folder):
+    server = PasswordServer(password, folder)
+    try:
+        yield server
+    finally:
+        server.close()
+
+
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [
+        ("ev3dev.local", BrickAddress("ev3dev.local")),
+        ("anna@10.42.0.3:2222", BrickAddress("10.42.0.3", 2222, "anna")),
+        ("[fe80::1%usb0]:2222", BrickAddress("fe80::1%usb0", 2222)),
+        ("fe80::1%usb0", BrickAddress("fe80::1%usb0")),
+    ],
+)
+def test_an_address_is_read_and_written(text, address):
+    assert read_address(text) == address
+    assert read_address(str(address)) == address
+
+
+@pytest.mark.parametrize(
+    "text", ["", "a b", "a:b", "a:0", "a:65536", "@a", "-x;y", "$(id)", "a:1:", "a/b"]
+)
+def test_what_is_no_address_is_refused(text):
+    with pytest.raises(BrickProblem, match="is no brick's address"):
+        read_address(text)
+
+
+def test_a_first_key_is_shown_and_kept_and_another_one_is_refused(ssh_brick):
+    address = read_address(ssh_brick.place)
+    first, again = Person(), Person()
+    assert said(address, first) == "here\n"
+    key = asyncssh.read_private_key(str(ssh_brick.folder / "host_key"))
+    known = ssh_brick.laptop / ".ssh" / "known_hosts"
+    assert first.read == [
+        f"first contact with {address}: its key is {key.get_fingerprint()}",
+        f"it is remembered in {known}",
+    ]
+    assert said(address, again) == "here\n"
+    assert again.read == []
+
+    ssh_brick.renew_host_key()
+    problem = refused(address)
+    other = asyncssh.read_private_key(str(ssh_brick.folder / "host_key"))
+    assert f"its key was {key.get_fingerprint()}, this one has {other.get_fingerprint()}" in problem
+    assert f"brickservo brick forget --brick {address}" in problem
+    choosing.forget(str(address), first.dialogue)
+    assert first.read[-1] == f"forgotten of {address}: 1 key in {known}"
+    assert said(address, again) == "here\n"
+    assert again.read[0].startswith("first contact")
+
+
+def test_other_keys_and_lines_stay_when_one_is_forgotten(tmp_path):
+    file = tmp_path / "known_hosts"
+    key = asyncssh.generate_private_key("ssh-ed25519").convert_to_public()
+    other = (
+        "# a note\nnot a line of ours\ngit.example.org ssh-ed25519 "
+        + (key.export_public_key().decode().split()[1])
+    )
+    file.write_text(other)  # (and no newline at its end)
+    known = KnownHosts(file)
+    known.add("ev3dev.local", 22, key)
+    known.add("10.42.0.3", 2222, key)
+    assert known.keys_of("ev3dev.local", 22) == [key]
+    assert known.keys_of("10.42.0.3", 22) == []
+    assert known.forget("ev3dev.local", 22) == 1
+    assert known.keys_of("ev3dev.local", 22) == []
+    assert known.keys_of("10.42.0.3", 2222) == [key]
+    assert known.forget("10.42.0.3", 2222) == 1
+    assert file.read_text() == other + "\n"
+
+
+def test_the_usual_password_is_tried_with_its_being_said_and_kept_nowhere(home):
+    with password_server("maker", home) as server:
+        person = Person()
+        assert said(BrickAddress("127.0.0.1", server.port), person) == ""
+    assert server.tried == [("robot", "maker")]
+    assert "no ssh key lets in: trying ev3dev's usual password" in person.read
+    kept = [path for path in home.rglob("*") if path.is_file() and b"maker" in path.read_bytes()]
+    assert kept == []
+
+
+def test_the_usual_password_is_for_the_usual_user_alone(home):
+    with password_server("maker", home) as server:
+        address = BrickAddress("127.0.0.1", server.port, "anna")
+        assert "anna on anna@127.0.0.1" in refused(address)
+    assert server.tried == []
+
+
+def test_a_password_is_asked_for_and_a_wrong_one_is_wrong(home):
+    with password_server("secret", home) as server:
+        address = BrickAddress("127.0.0.1", server.port)
+        assert "neither by your ssh keys nor by ev3dev's usual password" in refused(address)
+        person = Person("wrong", "secret")
+        assert said(address, person) == ""
+        assert person.asked == 2
+        assert "wrong password for robot" in refused(address, Person("a", "b", "c", "d"))
+        gives_up = Person(None)
+        with pytest.raises(BrickProblem, match="stopped") as caught:
+            said(address, gives_up)
+        assert caught.value.status == 130
+
+
+def test_who_is_not_there_is_told_from_who_is_no_brick(home, monkeypatch):
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    assert "is there, but takes no ssh" in refused(BrickAddress("127.0.0.1", port))
+    assert "nobody here knows no-brick.invalid" in refused(BrickAddress("no-brick.invalid"))
+
+    def answer(listener, words):
+        with listener.accept()[0] as sock:
+            sock.sendall(words)
+            if words:
+                sock.recv(1)
+                sock.recv(1 << 16)  # until the other side has had enough
+
+    for words, problem in (
+        (b"SSH-1.5-of long ago\r\n", "speaks no ssh that is understood here"),
+        (b"", "took the connection and ended it"),
+    ):
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+            thread = threading.Thread(target=answer, args=(listener, words))
+            thread.start()
+            assert problem in refused(BrickAddress("127.0.0.1", listener.getsockname()[1]))
+            thread.join()
+
+
+def test_who_does_not_answer_is_not_waited_for_forever(home, monkeypatch):
+    monkeypatch.setattr(connection, "CONNECT_TIMEOUT", 0.2)
+    with contextlib.ExitStack() as stack:
+        full = stack.enter_context(socket.create_server(("127.0.0.1", 0), backlog=0))
+        for _ in range(3):  # so many wait at its door
+            waiting = stack.enter_context(socket.socket())
+            waiting.setblocking(False)
+            waiting.connect_ex(full.getsockname())
+        problem = refused(BrickAddress("127.0.0.1", full.getsockname()[1]))
+    assert "does not answer within 0.2 s" in problem
+
+
+def test_a_connection_that_is_cut_is_said_to_be(ssh_brick):
+    proxy = Proxy(ssh_brick.port)
+    address = read_address(ssh_brick.place.replace(str(ssh_brick.port), str(proxy.port)))
+
+    async def talk():
+        async with connected(address, Person().dialogue) as brick:
+            process = await brick.create_process("echo begun; cat")
+            assert await process.stdout.readline() == "begun\n"
+            proxy.cut()
+            await process.stdout.read()
+
+    with pytest.raises(BrickProblem, match=r"the connection to .* is cut"):
+        asyncio.run(talk())
+    proxy.close()
+
+
+def test_the_last_brick_is_remembered_and_what_is_spoilt_is_told(home):
+    person = Person()
+    assert choosing.last_brick() is None
+    choosing.remember(BrickAddress("10.42.0.3"), person.dialogue)
+    assert choosing.last_brick() == BrickAddress("10.42.0.3")
+    choosing.forget(None, person.dialogue)
+    assert person.read == ["forgotten of 10.42.0.3: that it was the last one"]
+    assert choosing.last_brick() is None
+    with pytest.raises(BrickProblem, match="no brick is remembered here"):
+        choosing.forget(None, person.dialogue)
+    (home / "state" / "brick").write_text("a b c")
+    with pytest.raises(BrickProblem, match="delete it"):
+        choosing.last_brick()
+
+
+def test_a_bare_name_is_looked_for_on_the_local_network():
+    assert choosing.named("blue") == BrickAddress("blue.local")
+    assert choosing.named("10.42.0.3") == BrickAddress("10.42.0.3")
+    assert choosing.named("localhost:22") == BrickAddress("localhost")

@@ -1,0 +1,57 @@
+"""All of it, as somebody with a new brick would do it: by real ssh, and in real time at the end."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+from announced import wait_for_event
+from places import ROOT
+from waiting import PATIENCE
+
+
+@pytest.mark.long
+def test_install_doctor_home_draw_and_servo_by_a_live_tracker(ssh_brick):
+    done = ssh_brick.run("install")
+    assert done[0] == 0, done
+    _, out, _ = ssh_brick.run("doctor")
+    assert "port B    large motor at 0 counts, elbow: fine" in out
+    assert "is there and here: fine" in out
+    done = ssh_brick.run("run", "driver.py", "home")
+    assert done[0] == 0, done
+    for line in (("10,0", "5,10"), ("14,4", "14,-4"), ("8,4", "16,4")):
+        done = ssh_brick.run("run", "driver.py", "line", *line)
+        assert done[0] == 0, done
+        summary = json.loads((ssh_brick.last_run / "summary.json").read_text())
+        assert summary["paths"][0]["greatest_mm"] < 3
+
+    ssh_brick.emulate("--realtime")
+    words = "--camera", "synthetic", "--host", "127.0.0.1", "--port", "0", "--no-page", "--announce"
+    words += "--scene", "marker_height=0"  # no parallax between the tip and the goal on the paper
+    tracker = subprocess.Popen(
+        [sys.executable, "-m", "laptop", "track", *words, "--no-brick"],
+        cwd=ROOT,
+        env={**os.environ, "BRICKSERVO_STATE": str(ssh_brick.home / ".brickservo")},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        serving = wait_for_event(tracker.stdout, "serving")
+        wait_for_event(tracker.stdout, "ready")
+        place, code = f":{serving['port']}", serving["code"]
+        # (HOST is left out: it is the computer that ssh comes from.)
+        done = ssh_brick.run("run", "visual_servoing.py", place, "--code", code)
+        assert done[0] == 0, done
+        assert "converged" in done[1]
+    finally:
+        tracker.send_signal(signal.SIGINT)
+        tracker.communicate(timeout=PATIENCE)
+    with open(ssh_brick.last_run / "trace.csv", newline="") as file:
+        *_, last = csv.DictReader(file)
+    off = ((float(last["x"]) - 12) ** 2 + (float(last["y"]) + 9) ** 2) ** 0.5  # the scene's goal
+    print(f"the tip truly is {10 * off:.1f} mm from the goal")
+    assert off < 0.5  # cm; the servo stops at 5 px, some 3 mm
