@@ -37,6 +37,8 @@
                                                                             the arm; empty
     emulated-brick/   track: its own brick         people                   what that brick said
     brick             brick                        brick                    the last real brick
+    brick.txt         track's page                 people                   what a brick that it
+                                                                            called has said
 
 Those that are read are read by shared.small_files: a regular file of a sensible size, and any error
 in it is a sentence.
@@ -55,6 +57,7 @@ PAIRING_FILE, MARKERS_FILE, TRACKER_FILE = "pairing", "markers.ini", "tracker"
 LIVE_FOLDER, CLOCK_FILE, BRICK_FOLDER = "live", "clock", "emulated-brick"
 MOTORS_FILE = "emulated-motors"
 LAST_BRICK_FILE = "brick"
+CALLED_BRICK_FILE = "brick.txt"
 OWN_ARMS_FOLDER = "arms"
 """Names in the state folder."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -15,7 +16,7 @@ import click
 from laptop import system
 from laptop.cli.options import FiniteRange, examples, importing, in_one_line, on_the_page
 from laptop.simulator.own_programs import HOUSE, SERVO
-from shared import state
+from shared import pairing, state
 
 if TYPE_CHECKING:
     from laptop.tracking.track import PageInputs, ServedPage
@@ -173,16 +174,28 @@ def track(
             partial(_open_synthetic, arm),
             Console(stderr=announce),
             start_brick=partial(start_brick, arm) if brick else None,
-            open_page=partial(_open_page, page_host, page_port, page_hold) if shown else None,
+            open_page=partial(
+                _open_page, page_host, page_port, page_hold, "synthetic" not in options["camera"]
+            )
+            if shown
+            else None,
             announce=announcements.json_lines(sys.stdout) if announce else announcements.silence,
         )
     sys.exit(status)
 
 
 def _open_page(
-    host: str, port: int | None, hold_unheard: bool, stack: contextlib.ExitStack
+    host: str, port: int | None, hold_unheard: bool, real: bool, stack: contextlib.ExitStack
 ) -> Callable[[PageInputs], ServedPage]:
-    """Take the page's port; gives a function that serves the page there, see OpenPage."""
+    """Take the page's port; gives a function that serves the page there, see OpenPage.
+
+    Args:
+        host: where it is served.
+        port: the same; None: the usual one, or any.
+        hold_unheard: see PageController.
+        real: whether a real brick may be called from it.
+        stack: closes all.
+    """
     from laptop.page import process
     from laptop.page.controller import PageController
     from laptop.tracking.track import ServedPage
@@ -190,6 +203,12 @@ def _open_page(
     listener = stack.enter_context(process.listen(host, port))
 
     def serve(inputs: PageInputs) -> ServedPage:
+        server = inputs.server
+
+        def start_on_brick() -> Callable[[], str]:
+            assert server is not None
+            return stack.enter_context(run_on_brick(server.port, pairing.show_code(server.code)))
+
         controller = PageController(
             inputs.pipelines,
             inputs.trackers,
@@ -199,6 +218,7 @@ def _open_page(
             inputs.start_brick,
             inputs.now,
             hold_unheard,
+            start_on_brick=start_on_brick if real and server else None,
         )
         page = process.PageProcess(controller, listener, host, inputs.say, inputs.invite)
         stack.callback(page.close)
@@ -224,7 +244,44 @@ def start_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
     home.mkdir(mode=0o700, parents=True, exist_ok=True)
     words = ["simulate", "--realtime", "--timeout", f"{BRICK_TIMEOUT:g}", "--arm", arm]
     words += ["--out", str(home), SERVO, place, "--code", code, "--arm", arm, "--wait"]
-    with open(home / "lines.txt", "wb") as lines:
+    with _beside(words, home / "lines.txt", "the emulated brick") as why_ended:
+        yield why_ended
+
+
+@contextlib.contextmanager
+def run_on_brick(port: int, code: str) -> Iterator[Callable[[], str]]:
+    """Let the real brick wait for orders, over ssh; what it says goes to the state folder.
+
+    Gives a function as `start_brick` does.
+
+    Args:
+        port: of the tracker.
+        code: to pair with it.
+    """
+    file = Path(state.state_folder()) / state.CALLED_BRICK_FILE
+    file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    words = ["brick", "run", os.path.basename(SERVO), f":{port}", "--code", code, "--wait"]
+    with _beside(words, file, "brick run") as why_ended:
+        yield lambda: why_ended() and f"{why_ended()}, at last: {_last_line(file)}"
+
+
+def _last_line(file: Path) -> str:
+    lines = file.read_text(encoding="utf-8", errors="replace").split("\n")
+    return next((line.strip() for line in reversed(lines) if line.strip()), "nothing")
+
+
+@contextlib.contextmanager
+def _beside(words: list[str], file: Path, name: str) -> Iterator[Callable[[], str]]:
+    """Run a command of ours beside the tracker, and end it with a `with` block.
+
+    Gives a function that tells why it has ended, "" while it has not.
+
+    Args:
+        words: the command.
+        file: for its output.
+        name: of it, for people.
+    """
+    with open(file, "wb") as lines:
         process = subprocess.Popen(
             [sys.executable, "-c", RUN_WHILE_INPUT_IS_OPEN, *words],
             cwd=HOUSE,
@@ -241,7 +298,7 @@ def start_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
 
         signal_name = killed_by(process.returncode)
         what = f"was killed ({signal_name})" if signal_name else "has ended"
-        return f"the emulated brick {what}; what it said is in {home / 'lines.txt'}"
+        return f"{name} {what}; what it said is in {file}"
 
     try:
         yield why_ended

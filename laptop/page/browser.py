@@ -62,7 +62,7 @@ class Page:
             with ui.element("div").classes("side"):
                 self._drive = DriveCard(self._session, several)
                 self._colours = ColourCard(self._session)
-                self._state = StateCard()
+                self._state = StateCard(self._session)
         ui.keyboard(self._on_key, ignore=["input", "select", "textarea"], repeating=False)
         ui.keyboard(self._on_arrow, ignore=["input", "select", "textarea"])
         ui.timer(1 / MAX_FRAME_RATE, self._refresh_stills)

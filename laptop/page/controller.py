@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from laptop.page.brick_call import StartOnBrick
 from laptop.page.camera_feed import HEARTBEAT_PERIOD, CameraFeed, MarkerTracker
 from laptop.page.colour_edits import ColourEdits
 from laptop.page.frames import Frames
@@ -53,6 +54,7 @@ class PageController:
         now: clock of the frames, s.
         hold_unheard: a run that was ordered from a page is held when none is heard any more.
         clock: of people and pages, s; the frames' may stand still.
+        start_on_brick: what a click does to have a real brick; None: there is nothing to click.
 
     Attributes:
         frames, colours, runs, steering, admission: the groups of calls of PageInterface.
@@ -69,6 +71,7 @@ class PageController:
         now: Callable[[], float] = time.monotonic,
         hold_unheard: bool = True,
         clock: Callable[[], float] = time.monotonic,
+        start_on_brick: StartOnBrick | None = None,
     ) -> None:
         self._cameras = {
             watcher.name: CameraFeed(watcher, tracker, source)
@@ -81,7 +84,7 @@ class PageController:
         self._why_emulated_ended: Callable[[], str] | None = None  # of the brick brought along
         self._last_question = -math.inf  # s
         self.colours = ColourEdits(self._cameras, file)
-        self.runs = RunControl(self._cameras, self.colours, server, now)
+        self.runs = RunControl(self._cameras, self.colours, server, now, start_on_brick)
         self._hints = GoalHints(self._cameras)
         self.frames = Frames(self._cameras, self.runs, self._hints, now)
         self.steering = Steering(clock)
@@ -159,6 +162,7 @@ class PageController:
             runs=records,
             driver=self.steering.driver,
             driver_name=self.steering.name(self.steering.driver),
+            can_call=self.runs.brick_call.is_possible,
         )
 
     def history(self, after: float = -math.inf) -> list[PlotSample]:
@@ -190,6 +194,7 @@ class PageController:
                 since = self._clock() - silence
                 self.runs.hold_unheard(silence, why if t >= since else "")
             self._check_emulated_brick()
+            self.runs.note = self.runs.brick_call.poll() or self.runs.note
 
     def _notice_standstill(self) -> None:
         """Take in for how long this process stood still, or was too busy for a heartbeat."""

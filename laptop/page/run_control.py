@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
+from laptop.page.brick_call import BrickCall, StartOnBrick
 from laptop.page.camera_feed import CameraFeed
 from laptop.page.colour_edits import ColourEdits
 from laptop.page.run_states import (
@@ -67,11 +68,15 @@ class RunControl:
         colours: ColourEdits,
         server: Server | None,
         now: Callable[[], float],
+        start_on_brick: StartOnBrick | None = None,
     ) -> None:
         self._cameras, self._colours = cameras, colours
         self._server = server
         self._now = now
         self.lock = threading.RLock()
+        self.brick_call = BrickCall(
+            start_on_brick, lambda: server is not None and server.state().client is not None
+        )
         self.aims: dict[str, Point] = {}
         self.note = ""
         self.state = RunState.IDLE
@@ -94,6 +99,13 @@ class RunControl:
             RunAction.END_PATH: self._end_path,
             RunAction.REPORT_NO_RUN: self._report_no_run,
         }
+
+    def call_brick(self) -> str:
+        """Run the servo's program on the real brick, over ssh; return why not, or ""."""
+        with self.lock:
+            why = self.brick_call.begin()
+            self.note = why or "calling the brick over ssh; that takes a brick half a minute"
+            return why
 
     # What is on
 

@@ -111,6 +111,7 @@ class PageState(NamedTuple):
     runs      of which there can be a report, oldest first
     driver    number of the browser that steers; 0: nobody does yet
     driver_name  its name for people, or ""
+    can_call  a click would have the real brick run its program
     """
 
     cameras: tuple[CameraStatus, ...]
@@ -131,6 +132,7 @@ class PageState(NamedTuple):
     runs: tuple[RunSummary, ...]
     driver: int = 0
     driver_name: str = ""
+    can_call: bool = False
 
 
 class PlotSample(NamedTuple):

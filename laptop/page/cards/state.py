@@ -7,6 +7,8 @@ from pathlib import Path
 from nicegui import ui
 
 from laptop.page.cards.card import card, heading
+from laptop.page.cards.session import BrowserSession
+from laptop.page.interface import RunCalls
 from laptop.page.snapshots import LOW_BATTERY, PageState
 from laptop.reporting.document import load_templates
 
@@ -14,15 +16,22 @@ FACTS = load_templates(Path(__file__).with_name("templates")).get_template("fact
 
 
 class StateCard:
-    """The card of figures."""
+    """The card of figures.
 
-    def __init__(self) -> None:
+    Args:
+        session: the browser's.
+    """
+
+    def __init__(self, session: BrowserSession) -> None:
         self._shown_commands: tuple[str, ...] = ()
         with card("State", later=True):
             heading("State")
             self._note = ui.label().classes("quiet note")
             self._invitation = ui.element("div")
             with self._invitation:
+                self._call = ui.button(
+                    "Run it on the brick", on_click=lambda: session.order(RunCalls.call_brick)
+                ).props("no-caps outline dense")
                 ui.label("Type the first here, or another one on the brick itself").classes("quiet")
                 self._commands = ui.column().classes("w-full gap-1")
             self._facts = ui.html("", sanitize=False).classes("w-full")
@@ -33,6 +42,7 @@ class StateCard:
         self._invitation.set_visibility(
             state.brick is None and not state.own and bool(state.commands)
         )
+        self._call.set_visibility(state.can_call)
         if state.commands != self._shown_commands:
             self._shown_commands = state.commands
             self._commands.clear()

@@ -10,7 +10,38 @@ import sys
 import pytest
 from announced import wait_for_event
 from places import ROOT
-from waiting import PATIENCE
+from waiting import PATIENCE, until
+
+from laptop.brick import choosing
+from laptop.brick.connection import BrickAddress, Dialogue
+from laptop.cli.track import run_on_brick
+from laptop.tracking.server import TrackingServer
+from shared import pairing
+
+CODE = "ABCDEFGHJKMN"
+
+
+@pytest.mark.long
+def test_the_page_has_the_brick_run_its_program_and_ends_it(ssh_brick):
+    assert ssh_brick.run("run", "driver.py", "home")[0] == 0  # and it is remembered
+    ssh_brick.emulate("--realtime")
+    with TrackingServer("127.0.0.1", 0, CODE) as server:
+        with run_on_brick(server.port, pairing.show_code(CODE)) as why_ended:
+            until(lambda: server.state().client or why_ended(), "the brick")
+            assert why_ended() == ""
+        ssh_brick.wait_for_sessions()
+    summary = json.loads((ssh_brick.last_run / "summary.json").read_text())
+    assert summary["status"] == 128 + signal.SIGHUP
+    assert not any(motor["driven"] for motor in summary["motors"].values())
+
+
+@pytest.mark.long
+def test_a_call_that_leads_nowhere_says_why(ssh_brick):
+    choosing.remember(BrickAddress("127.0.0.1", 1), Dialogue(print))
+    with run_on_brick(7711, pairing.show_code(CODE)) as why_ended:
+        line = until(why_ended, "the end")
+    assert "brick run has ended; what it said is in " in line
+    assert "at last: laptop: 127.0.0.1:1 is there, but takes no ssh at port 1" in line
 
 
 @pytest.mark.long

@@ -104,6 +104,43 @@ def test_an_own_brick_comes_when_somebody_looks_and_no_other_is_there(tmp_path):
     assert scene.controller.state().own
 
 
+def test_a_real_brick_is_called_at_a_click_and_its_end_is_told(tmp_path):
+    called, why = [], ""
+
+    def start_on_brick():
+        called.append(1)
+        return lambda: why
+
+    scene = PageScene(tmp_path, start_on_brick=start_on_brick)
+    assert scene.controller.runs.call_brick() == "a brick is connected already"
+    assert not scene.controller.state().can_call
+    scene.server.there = False
+    assert scene.controller.state().can_call
+    assert scene.controller.runs.call_brick() == ""
+    assert scene.controller.runs.call_brick() == "the brick is being called; wait"
+    assert called == [1]
+    assert not scene.controller.state().can_call
+    why = "brick run has ended"
+    scene.controller.heartbeat()
+    scene.controller.heartbeat()
+    assert scene.controller.state().note == "brick run has ended"
+    assert scene.controller.state().can_call
+
+
+def test_where_no_brick_is_called_or_can_be_it_is_said(tmp_path):
+    def start_on_brick():
+        raise OSError(28, "No space left on device", "brick.txt")
+
+    scene = PageScene(tmp_path)
+    scene.server.there = False
+    assert "no brick is called from here" in scene.controller.runs.call_brick()
+    assert not scene.controller.state().can_call
+    scene = PageScene(tmp_path, start_on_brick=start_on_brick)
+    scene.server.there = False
+    assert "No space left on device: brick.txt" in scene.controller.runs.call_brick()
+    assert scene.controller.state().can_call
+
+
 def go(scene, seconds):
     """Let the time pass, heartbeat by heartbeat, in which no page is heard."""
     for _ in range(round(seconds / camera_feed.HEARTBEAT_PERIOD)):
