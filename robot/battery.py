@@ -1,7 +1,31 @@
 """The brick's battery: looked at seldom, for each look costs a control tick half a millisecond."""
 
+from shared.arm_description import ArmError
+
 READ_PERIOD = 10.0
 """Between two looks, s."""
+
+FLAT = 6.0
+"""Below so much, V, ev3dev switches off by itself with a rechargeable battery."""
+
+ADVICE = "the battery is flat, {:.1f} V; charge it"
+
+
+class BatteryFlat(ArmError):
+    """There is too little left to begin with."""
+
+
+def flat(clock):
+    """The battery's voltage, V, if it is flat; else, or if it does not tell, None."""
+    volts = Battery(clock).volts()
+    return volts if volts is not None and 0 < volts < FLAT else None
+
+
+def check(clock):
+    """Refuse to begin, by BatteryFlat, what a flat battery would spoil."""
+    volts = flat(clock)
+    if volts is not None:
+        raise BatteryFlat(ADVICE.format(volts) + ", then start again")
 
 
 class Battery(object):

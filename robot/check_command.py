@@ -6,7 +6,7 @@ The answer goes into the arm's file, if that says otherwise, and is kept; until 
 import contextlib
 import os
 
-from robot import program
+from robot import battery, program
 from robot.asking import Person
 from robot.motion import mounting
 from robot.motion.checked import Checked
@@ -35,6 +35,7 @@ def run(description, clock, take=False, person=None):
     """
     person = person or Person(clock)
     arm = program.connect(description, clock, take, unchecked=True)
+    battery.check(clock)
     with contextlib.suppress(NotHomed):
         arm.load_zero()  # if it is known, it stays so
     print("Each motor turns a little, and back. Watch which part moves first, and which way.")

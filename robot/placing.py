@@ -2,6 +2,7 @@
 
 import math
 
+from robot import battery
 from robot.asking import Person
 from robot.motion import kinematics
 from shared.arm_description import PULLED_DOWN, SEEK_BEYOND
@@ -31,8 +32,10 @@ def place(arm, clock, person=None):
         person: asking.Person; whoever started the program if None.
 
     Raises:
+        BatteryFlat: nothing is let go.
         NobodyAnswers: nor will anybody; all is held.
     """
+    battery.check(clock)
     person = person or Person(clock)
     with arm.lend_motors():
         if arm.description.chain in PULLED_DOWN:

@@ -388,6 +388,41 @@ def bench_faults(
 
 
 @bench.command(
+    "wrong-arms",
+    epilog=bench_examples("wrong-arms --seeds 1:5", "wrong-arms --json"),
+)
+@click.option(
+    "--seeds",
+    type=Seeds(),
+    default="1:21",
+    show_default=True,
+    help="Random wrong arms, and as many right ones.",
+)
+@_cpu
+@_cluster
+@click.option("--json", "as_json", is_flag=True, help="Every arm's figures instead of the table.")
+def bench_wrong_arms(seeds: range, cpu: float, cluster: str | None, as_json: bool) -> None:
+    """Arms built otherwise than described: whether that is named, and how far they turn till then.
+
+    The status is 1 if one is not as it should be.
+    """
+    with importing():
+        from laptop.bench import show, wrong_arms
+
+    with _executor(cluster) as executor:
+        parts = wrong_arms.run(seeds, cpu, executor)
+        results = list(show.progress(parts, 2 * len(seeds), "arms"))
+    if as_json:
+        click.echo(json.dumps([asdict(result) for result in results], indent=1))
+    else:
+        title = f"seeds {seeds.start}:{seeds.stop}, cpu={cpu:g}, figures from the emulator"
+        show.table(title, wrong_arms.HEADINGS, wrong_arms.table(results), sections=0)
+        click.echo(wrong_arms.summary(results))
+    if not all(result.good for result in results):
+        raise SystemExit(1)
+
+
+@bench.command(
     "limits",
     epilog=bench_examples("limits", "limits --cpu 2"),
 )

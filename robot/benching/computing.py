@@ -204,6 +204,7 @@ def folder_of_motors(joints):
                 "count_per_rot": 360,
                 "max_speed": 1050 if large else 1560,
                 "stop_action": "hold",
+                "polarity": "normal",
             }
             for name in ("position", "speed_sp", "position_sp", "time_sp", "command", "state",
                          "speed_pid/Kp", "speed_pid/Ki", "speed_pid/Kd"):  # fmt: skip

@@ -273,6 +273,8 @@ class RobotArm(object):
                 self.backlash_sides = self._plan.sides_at(self.motors.loop.plan_time)
             self._note_braked()
             self._halt()
+            if isinstance(error, Stalled):
+                error.look_at_battery(self.clock)
             raise
         finally:
             self._plan = None
@@ -315,8 +317,7 @@ class RobotArm(object):
         With `here` it is taken to be there; with `seek` its stops are sought from anywhere.  The
         pen is taken to be up.  Returns one homing.Found per joint, none if nothing was sought.
 
-        Raises:
-            homing.Blocked, Stalled, MotorNotFound: after stopping.
+        Raises homing.Blocked, Stalled or MotorNotFound after stopping.
         """
         from robot.motion import homing  # not above: most programs find the zero remembered
 

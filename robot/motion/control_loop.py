@@ -49,14 +49,15 @@ class Stalled(ArmError):
         motor: JointMotor.
         missing: what shows it, for people.
         angle: the least by which it would have turned, could it turn, rad; 0 where not known.
+        turning: whether it counts, if too slowly.
 
     Attributes:
-        motor, angle: as given.
+        motor, angle, turning: as given.
         fact: what is certain, for people.
     """
 
-    def __init__(self, motor, missing, angle=0.0):
-        self.motor, self.angle = motor, angle
+    def __init__(self, motor, missing, angle=0.0, turning=False):
+        self.motor, self.angle, self.turning = motor, angle, turning
         self.fact = "the {} (port {}) does not turn as it is driven, {}".format(
             motor.name, motor.port, missing
         )
@@ -64,6 +65,20 @@ class Stalled(ArmError):
             self.fact + ": it is blocked, overloaded or its encoder is dead; free it, check the "
             "cable, then home"
         )
+
+    def look_at_battery(self, clock):
+        """Say so if the battery is flat: what turns too slowly does so by that."""
+        from robot import battery  # not above: only now it is needed
+
+        volts = battery.flat(clock)
+        if volts is None:
+            return
+        if self.turning:
+            fact = self.fact.replace("does not turn as it is driven", "turns, but too slowly")
+            text = "{}: {}, then home".format(fact, battery.ADVICE)
+        else:
+            text = "{}; and {}".format(self, battery.ADVICE)
+        self.args = (text.format(volts),)
 
 
 class TooSlow(ArmError):
@@ -275,7 +290,8 @@ class ControlLoop(object):
         missing = "{:.1f} deg are missing".format(abs(math.degrees(error)))
         if self._may_be_late(axis, now):
             return TooSlow(self.pace.latest, ", and of the {} {}".format(axis.motor.name, missing))
-        return Stalled(axis.motor, missing, max(0.0, axis.controller.stall.missing))
+        turning = now - axis.stands_since < self.pace.period / 2  # it has just counted
+        return Stalled(axis.motor, missing, max(0.0, axis.controller.stall.missing), turning)
 
     def _may_be_late(self, axis, now):
         """Return True if late ticks may be why a joint is not where it should be.

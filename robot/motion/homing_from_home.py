@@ -31,6 +31,11 @@ SHORT_OF_BOUND = math.radians(1)
 PUT_WITHIN = SEEK_BEYOND + MAX_STOP_ERROR
 """A stop farther than this from where it should be seems to be none, or another one, rad."""
 
+MET_WITHIN = math.radians(2)
+"""A stop so much short of where a joint went would have been met, rad: by counts and bent links."""
+
+SIGNS = {"lower": -1, "upper": 1}
+
 TOUCHES, BACK_OFF, MAX_SPREAD = 3, math.radians(5), math.radians(1)
 """How often a sensor is touched, how far a joint is taken off it for that, and how far apart what
 it then says may be, rad."""
@@ -82,33 +87,31 @@ def _go(arm, k, end, speed, look=None):
 def _by_stops(arm, k, say):
     motor, joint = arm.joints[k], arm.description.joints[k]
     put = motor.zero
-    ends, spread = {}, 0
-    sides = [stop[len("stop_") :] for stop in STOPS_TOUCHED[joint.find_home]]
-    # A first one that was not met may be within reach once the other one has told where.
-    for number, side in enumerate(sides + sides[:-1]):
-        sign = 1 if side == "upper" else -1
-        if side in ends or (number == len(sides) and motor.zero == put):
-            continue
+    ends, seen, spread = {}, {}, 0
+    for stop in STOPS_TOUCHED[joint.find_home]:
+        side, sign = stop[len("stop_") :], SIGNS[stop[len("stop_") :]]
+        # Counted from where it was put, and as far as a first stop has told where that was.
         bound = _bound(joint, sign)
-        if not _go(arm, k, bound, min(SPEED, joint.max_speed)):
+        moved = (put - motor.zero) / motor.in_counts(1)
+        end = sign * min(sign * bound, sign * (bound + moved))
+        if not _go(arm, k, end, min(SPEED, joint.max_speed)):
             continue
-        ends[side], apart = touch_stop(arm, k, side, say, bound + sign * SHORT_OF_BOUND)
+        ends[side], apart = touch_stop(arm, k, side, say, end + sign * SHORT_OF_BOUND)
         spread = max(spread, apart)
-        off = _seen(motor, joint, ends[side], sign, motor.zero) - _stop(joint, sign)
-        if motor.zero == put and abs(off) <= PUT_WITHIN:
+        seen[side] = _seen(motor, joint, ends[side], sign, put)
+        off = seen[side] - getattr(joint, stop)
+        if len(ends) == 1 and abs(off) <= PUT_WITHIN:
             take_as_it_stands(motor, motor.angle() - off)
-    seen = {
-        side: _seen(motor, joint, at, 1 if side == "upper" else -1, put)
-        for side, at in ends.items()
-    }
-    problem = _problem(arm.description, k, sides, seen)
+    problem = _problem(arm.description, k, seen)
     if problem:
         raise Blocked(problem)
-    return set_zero(arm, k, ends, spread)
-
-
-def _stop(joint, sign):
-    return joint.stop_upper if sign > 0 else joint.stop_lower
+    found = set_zero(arm, k, ends, spread)
+    if len(ends) < len(STOPS_TOUCHED[joint.find_home]):
+        say(
+            "{}: the other stop is out of reach from where it was put; its zero is by the {} one "
+            "alone, and by the play of its file".format(joint.name, *ends)
+        )
+    return found
 
 
 def _seen(motor, joint, counts, sign, zero):
@@ -116,16 +119,14 @@ def _seen(motor, joint, counts, sign, zero):
     return (counts - zero) / motor.in_counts(1) - sign * joint.backlash / 2
 
 
-def _problem(arm, k, sides, seen):
+def _problem(arm, k, seen):
     """What is wrong with stops seen at these angles; None where nothing is.
 
     Args:
-        sides: those that were sought.
-        seen: rad, by side, counted from where the joint was put; those that were met.
+        seen: rad, by side, counted from where the joint was put; of those that were met.
     """
     joint = arm.joints[k]
-    right = {"lower": joint.stop_lower, "upper": joint.stop_upper}
-    if _fits(joint, sides, seen, right, met=True):
+    if _is_right(joint, seen):
         return None
     where = " and ".join(
         "{} at {:.0f} deg".format(side, math.degrees(seen[side])) for side in sorted(seen)
@@ -134,7 +135,7 @@ def _problem(arm, k, sides, seen):
         joint.name, where, "s" if len(seen) > 1 else ""
     )
     if seen:
-        if _fits(joint, sides, seen, _stops(joint, joint, -1)):
+        if _fits(joint, seen, _stops(joint, joint, -1)):
             return (
                 "{}, as if it turned the other way round: write direction = {} in [{}] of {}, or "
                 "let driver.py check do it".format(told, -joint.direction, joint.name, arm.file)
@@ -142,13 +143,12 @@ def _problem(arm, k, sides, seen):
         for other in arm.joints:
             ratio = other.gear * other.direction / (joint.gear * joint.direction)
             for way in (ratio, -ratio):
-                if other is not joint and _fits(joint, sides, seen, _stops(joint, other, way)):
+                if other is not joint and _fits(joint, seen, _stops(joint, other, way)):
                     return "{}: {}".format(told, swapped(arm, joint, other))
-    missing = [side for side in sides if side not in seen]
+    missing = [side for side in _sought(joint) if side not in seen]
     if not missing:
-        if len(seen) == 2 and abs(
-            seen["upper"] - seen["lower"] - right["upper"] + right["lower"]
-        ) > MAX_STOP_ERROR:  # fmt: skip
+        apart = seen["upper"] - seen["lower"] if len(seen) == 2 else 0
+        if apart and abs(apart - joint.stop_upper + joint.stop_lower) > MAX_STOP_ERROR:
             return None  # that tells more
         return "{}: put it nearer to home, or clear its way, and home again".format(told)
     return (
@@ -165,6 +165,24 @@ def _problem(arm, k, sides, seen):
     )
 
 
+def _sought(joint):
+    return [stop[len("stop_") :] for stop in STOPS_TOUCHED[joint.find_home]]
+
+
+def _is_right(joint, seen):
+    """Whether the stops are where they should be, or out of reach from where it was put."""
+    offs = {side: at - getattr(joint, "stop_" + side) for side, at in seen.items()}
+    if not offs or max(abs(off) for off in offs.values()) > PUT_WITHIN:
+        return False
+    for side in _sought(joint):
+        if side not in seen:
+            at = getattr(joint, "stop_" + side) + max(offs.values())
+            pushed = SIGNS[side] * at + joint.backlash / 2  # where its motor would stand there
+            if pushed < SIGNS[side] * _bound(joint, SIGNS[side]) - MET_WITHIN:
+                return False
+    return True
+
+
 def _stops(joint, other, ratio):
     """Where `joint` sees its stops if it is `other` that turns, `ratio` times less far, rad."""
     ends = [
@@ -174,18 +192,14 @@ def _stops(joint, other, ratio):
     return dict(zip(("lower", "upper"), ends if ratio > 0 else ends[::-1]))
 
 
-def _fits(joint, sides, seen, expected, met=False):
-    """Whether stops were met where they are expected, and others are out of reach.
-
-    Args:
-        met: whether all have to be met.
-    """
-    for side in sides:
-        at, sign = expected[side], 1 if side == "upper" else -1
+def _fits(joint, seen, expected):
+    """Whether stops were met where they are expected, and others are out of reach."""
+    for side in _sought(joint):
+        at, sign = expected[side], SIGNS[side]
         if side in seen:
             if at is None or abs(seen[side] - at) > PUT_WITHIN:
                 return False
-        elif met or (at is not None and sign * (at - _bound(joint, sign)) < -PUT_WITHIN):
+        elif at is not None and sign * (at - _bound(joint, sign)) < -PUT_WITHIN:
             return False
     return True
 

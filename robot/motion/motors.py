@@ -80,6 +80,7 @@ class JointMotor(object):
                     "emulated, by {} simulate".format(laptop_program()),
                 )
             ) from None
+        self._turn_round()
         self._per_radian = direction * gear * self._motor.count_per_rot / (2 * math.pi)
         self.resolution = 1 / abs(self._per_radian)
         self.zero = 0.0
@@ -93,6 +94,14 @@ class JointMotor(object):
         self._carry = 0.0
         self._engaged = None
         """None: a program that was killed may have left it so."""
+
+    def _turn_round(self):
+        """Undo a polarity that another program has left: counts and speeds would be reversed."""
+        try:
+            if self._motor.polarity != "normal":
+                self._motor.polarity = "normal"
+        except (ev3dev2.DeviceNotFound, OSError) as error:
+            raise self._lost(error) from None
 
     @property
     def device(self):

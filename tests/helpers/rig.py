@@ -12,6 +12,7 @@ from collections import namedtuple
 from places import ROBOT
 
 from laptop.simulator.device.brick import EmulatedBrick
+from laptop.simulator.device.peripherals import Peripherals
 from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.host import program
 from laptop.simulator.host.runner import run_script
@@ -203,6 +204,10 @@ class Shell(Rig):
         """Run `driver.py WORDS`, then 2 s more of the world; Shown."""
         self._capsys.readouterr()
         options.setdefault("aftermath", 2.0)
+        volts = self.brick.plant.plant["voltage"]
+        options.setdefault(
+            "peripherals", Peripherals(self.world, self.brick.sysfs, voltage=lambda: volts)
+        )
         outcome = run_script(self.brick, DRIVER, words, **options)
         out, err = self._capsys.readouterr()
         return Shown(outcome.status, outcome.reason, outcome.t, outcome.accesses, out, err)

@@ -4,6 +4,7 @@ Each case runs driver.py as a program on the emulated brick; what stopped and wh
 from the emulated plant.
 """
 
+import io
 import math
 import os
 import signal
@@ -319,6 +320,53 @@ def test_after_an_unfinished_homing_no_older_zero_is_believed(shell, moment, end
     sh = shell()
     end(sh, moment(HOME, "run", 0.5))
     assert not os.path.exists(sh.state.file) or sh.on_file()["parked"] is None
+
+
+# What else may be why a motor is not where it should be
+
+
+WEAK = "voltage={},emf_constant=1.6"  # geared, it would have to turn faster than it then can
+
+
+@pytest.mark.parametrize(
+    ("plant", "fault", "says", "not_said"),
+    [
+        (WEAK.format(4.5), None, ["turns, but too slowly", "battery is flat, 4.5 V"], "blocked"),
+        (WEAK.format(4.5), jam("B"), ["is blocked", "and the battery is flat, 4.5 V"], "slowly"),
+        (WEAK.format(4.5), kill_encoder("B"), ["encoder is dead", "and the battery is"], "slowly"),
+        ("", jam("B"), ["is blocked, overloaded or its encoder is dead"], "battery"),
+        (WEAK.format(4.5), unplug("B"), ["no longer answers"], "battery"),
+        (WEAK.format(4.5) + ",access=0.05", None, ["the brick is too slow"], "battery"),
+    ],
+    ids=["flat", "flat and blocked", "flat and blind", "blocked", "unplugged", "slow"],
+)
+def test_a_flat_battery_is_told_from_all_else(shell, plant, fault, says, not_said):
+    sh = shell(GEARED, plant=plant)
+    if fault:
+        sh.world.at(0.9, lambda: fault(sh.brick))
+    shown = sh.run("--arm", "geared", "move", "-6,9")
+    assert shown.status == 1
+    assert in_one_line(shown.err, *says)
+    assert not_said not in shown.err
+    assert not sh.brick.driven()
+
+
+@pytest.mark.parametrize("words", [("home",), ("check",)])
+def test_with_a_flat_battery_nothing_is_begun(shell, words, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n" * 9))
+    sh = shell(plant="voltage=5.5")
+    shown = sh.run(*words)
+    assert shown.status == 1
+    assert in_one_line(shown.err, "the battery is flat, 5.5 V; charge it, then start again")
+    assert sh.busy == {}
+
+
+def test_a_motor_that_another_program_left_turned_round_is_as_described_again(shell):
+    """Its counts and its speeds would both have the other sign, and nothing would tell."""
+    sh = shell()
+    sh.brick.motors["A"].write("polarity", "inversed")
+    assert sh.run("move", "12,6").status == 0
+    assert math.hypot(sh.tip[0] - 12, sh.tip[1] - 6) < 0.6
 
 
 # A line that went wrong is never reported as drawn
