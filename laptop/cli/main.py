@@ -10,6 +10,7 @@ import click
 from laptop import system
 from laptop.cli.bench import bench
 from laptop.cli.demo import demo
+from laptop.cli.guide import guide
 from laptop.cli.markers import markers
 from laptop.cli.simulate import simulate
 from laptop.cli.track import track
@@ -24,7 +25,7 @@ def laptop() -> None:
     """Everything that runs beside the brick."""
 
 
-for command in (simulate, demo, track, markers, bench):
+for command in (simulate, demo, track, markers, guide, bench):
     laptop.add_command(command)
 
 
