@@ -1,8 +1,9 @@
-"""`guide`: a class's handouts."""
+"""`guide`: how to build the arm, and the class's handouts."""
 
 from __future__ import annotations
 
 import sys
+import webbrowser
 from pathlib import Path
 
 import click
@@ -10,9 +11,39 @@ import click
 from laptop.cli.options import examples, importing, in_one_line
 
 
-@click.group()
-def guide() -> None:
-    """Handouts for a class: put them into a folder, and check what students wrote."""
+@click.group(
+    invoke_without_command=True,
+    epilog=examples("guide", "guide handouts --out class", "guide check kinematics.py"),
+)
+@click.option(
+    "--arm",
+    "arm_file",
+    default="planar",
+    show_default=True,
+    metavar="FILE",
+    help="The arm to be drawn: planar, geared, spatial or a file.",
+)
+@click.option(
+    "--out",
+    default=None,
+    metavar="FILE",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write the guide there, and open no browser.  [default: guide.html, and open it]",
+)
+@click.pass_context
+def guide(context: click.Context, arm_file: str, out: Path | None) -> None:
+    """Make the guide to build the arm, one page to read or to print; or go on with a command."""
+    if context.invoked_subcommand:
+        return
+    with importing():  # matplotlib
+        from laptop.guide.build import write_guide
+
+    file = out or Path("guide.html")
+    with in_one_line():
+        write_guide(file, arm_file)
+    click.echo(f"{file}: print it on A4 at 100 %, then measure the check length")
+    if out is None:
+        webbrowser.open(file.resolve().as_uri())
 
 
 @guide.command(epilog=examples("guide handouts --out class --solutions"))
