@@ -7,8 +7,9 @@ import io
 import json
 import re
 import shutil
+import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -91,8 +92,7 @@ def run(script: Path, plant: str = "", scene: str | None = None) -> TrialRun:
         from laptop.simulator.scene.watching import watching  # OpenCV is slow to import
 
         watched = watching(scene, arm)
-    said, complaints = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(complaints):
+    with _unseen() as complaints:
         result = session.run(
             arm, str(script), (), plant=read_plant(plant), timeout=TIMEOUT, watched=watched
         )
@@ -129,8 +129,7 @@ def ask(script: Path, questions: Sequence[Question]) -> list[Answer]:
         shutil.copy(EXAMINER, folder)
         asked, answered = folder / "questions.json", folder / "answers.json"
         asked.write_text(json.dumps(questions), encoding="utf-8")
-        complaints = io.StringIO()
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(complaints):
+        with _unseen() as complaints:
             result = session.run(
                 the_arm(),
                 str(folder / EXAMINER.name),
@@ -148,6 +147,18 @@ def ask(script: Path, questions: Sequence[Question]) -> list[Answer]:
             raise CannotExamine(f"{script.name} cannot be imported: {why}; correct it")
         found = json.loads(answered.read_text(encoding="utf-8"))
     return [Answer(one.get("value"), one.get("error", "")) for one in found]
+
+
+@contextlib.contextmanager
+def _unseen() -> Iterator[io.StringIO]:
+    """Keep what a script prints to itself; what it writes to stderr is given. Nobody types."""
+    keyboard, sys.stdin = sys.stdin, io.StringIO()
+    complaints = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(complaints):
+            yield complaints
+    finally:
+        sys.stdin = keyboard
 
 
 def _cause(complaints: str, script: Path) -> str:

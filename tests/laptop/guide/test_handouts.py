@@ -90,6 +90,12 @@ def test_a_skeleton_fails_and_is_told_why_in_figures(handout):
         ("pid", "(40, -20, 10)", "(40, -20)", r"WRONG  free, to 10 deg"),
         ("line", "pen.on_for_degrees(30, 60)", "pass", r"WRONG  there is no ink"),
         ("line", "(d * x - b * y) / det", "(d * x + b * y) / det", r"WRONG  "),
+        (
+            "line",
+            "pen.on_for_degrees(30, 60)",
+            "input()",
+            r"WRONG  the script failed: line \d+: EOF",
+        ),
         ("line", "import math", "import maths", r"WRONG  the script failed: line \d+: .*maths"),
     ],
 )
