@@ -33,6 +33,7 @@ LAPTOP_SIDE = (
     "cv2",
     "hypothesis",
     "matplotlib",
+    "mypy",
     "numpy",
     "parso",
     "rich",

@@ -3,7 +3,8 @@
 laptop.cli -> laptop.bench -> laptop.demo -> laptop.simulator -> laptop.tracking -> laptop.vision
 laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.reporting
 laptop.cli -> laptop.brick -> shared
-laptop.bench, laptop.demo, laptop.simulator -> robot; all of them -> shared
+laptop.cli -> laptop.guide -> laptop.simulator
+laptop.bench, laptop.demo, laptop.guide, laptop.simulator -> robot; all of them -> shared
 """
 
 import ast
@@ -58,6 +59,13 @@ RULES = {
         *("laptop.simulator", "laptop.vision.markers", "laptop.vision.tracker"),
     ),
     "laptop.demo": ("laptop.demo", "laptop.simulator", *BELOW_SIMULATOR, "shared", *LIBRARIES),
+    "laptop.guide": (
+        *("laptop.guide", "laptop.simulator", "laptop.reporting", "robot", "shared"),
+        *("numpy", "matplotlib", "jinja2", "markupsafe"),
+    ),
+    "laptop.guide.examiner": (),
+    # What students write imports what they may import.
+    **{f"laptop.guide.{room}": ("robot.api", "ev3dev2.motor") for room in ("tasks", "solutions")},
     "laptop.bench": (
         *("laptop.bench", "laptop.demo", "laptop.simulator", *BELOW_SIMULATOR),
         *("robot", "shared", *LIBRARIES),
@@ -199,6 +207,8 @@ def test_imports_follow_the_direction(path):
         ("laptop.cli.simulate", "import numpy", "numpy"),
         ("laptop.__main__", "from laptop import demo", "laptop.demo"),
         ("laptop.demo", "import laptop.bench.draw", "laptop.bench.draw"),
+        ("laptop.simulator.session", "import laptop.guide.lego", "laptop.guide.lego"),
+        ("laptop.guide.solutions.line", "import robot.motion.arm", "robot.motion.arm"),
         (
             "laptop.simulator.host.world",
             "from laptop.vision.tracker import find",

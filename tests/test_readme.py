@@ -73,13 +73,13 @@ UNTIL = {
 }
 """Commands of minutes are ended by Ctrl-C once they have said this."""
 
-STATUS = {"--fault unplug": 1, "--wait": 130}
+STATUS = {"--fault unplug": 1, "--wait": 130, "guide check": 1}
 """Exit statuses other than 0, by what stands in the command."""
 
 EXAMPLE = re.compile(r"demo$|bench (draw|limits|track)$|bench servo --seeds")
 """Of `demo` and `bench` these are begun; of the others the options are parsed, no more."""
 
-SHORTHAND = ("demo", "track", "simulate", "markers", "brick", "bench")
+SHORTHAND = ("demo", "track", "simulate", "markers", "brick", "guide", "bench")
 """In a table, what begins so has `.uv/bin/uv run python -m laptop` in front."""
 
 BRICK = re.compile(r"(?:robot/)?(\w+\.py)\b")
@@ -175,9 +175,12 @@ def folder(tmp_path, monkeypatch):
     """An empty folder in which commands run, with what a reader has by then."""
     shutil.copy(SCRIPTS / "lab1_moves.py", tmp_path / "my_lab_script.py")
     shutil.copy(ROOT / "shared" / "arms" / "geared.ini", tmp_path / "my.ini")
+    (tmp_path / "class").mkdir()
+    shutil.copy(ROOT / "laptop" / "guide" / "tasks" / "line.py", tmp_path / "class")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    monkeypatch.setenv("BROWSER", "true")  # it opens nothing
     return tmp_path
 
 

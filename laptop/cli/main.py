@@ -11,6 +11,7 @@ from laptop import system
 from laptop.cli.bench import bench
 from laptop.cli.brick import brick
 from laptop.cli.demo import demo
+from laptop.cli.guide import guide
 from laptop.cli.markers import markers
 from laptop.cli.simulate import simulate
 from laptop.cli.track import track
@@ -25,7 +26,7 @@ def laptop() -> None:
     """Everything that runs beside the brick."""
 
 
-for command in (simulate, demo, track, markers, brick, bench):
+for command in (simulate, demo, track, markers, brick, guide, bench):
     laptop.add_command(command)
 
 

@@ -332,34 +332,9 @@ def _watched(text: str, arm: Arm | None, realtime: bool) -> Callable[[Any], Any]
         raise session.InvalidSimulationOption(
             f"--scene shows an arm, and --arm {NO_ARM} has none; leave one of them out"
         )
-    from laptop.simulator.picture_faults import PictureFaults
-    from laptop.simulator.scene.rendered_tracker import rendered
-    from laptop.simulator.scene.scene import Scene  # OpenCV is slow to import
-    from laptop.simulator.scene.scene_constants import read_scene
-    from laptop.simulator.scene.workcell import cameras
-    from laptop.simulator.virtual_tracker import VirtualTracker
+    from laptop.simulator.scene.watching import watching  # OpenCV is slow to import
 
-    scenes = {
-        name: Scene(arm, {**read_scene(text, name), "fps_wander": 0.0})
-        for name in cameras(arm, text)
-    }
-    chain = {key: scenes["A"].constants[key] for key in ("fps", "jitter", "delay", "seed")}
-    for name, scene in scenes.items():
-        for key, value in chain.items():
-            if scene.constants[key] != value:
-                raise session.InvalidSimulationOption(
-                    f"scene {name}.{key}: cameras in virtual time share it; write {key}=VALUE"
-                )
-    latency = chain.pop("delay")
-
-    def watch(brick: Any) -> Any:
-        pictures = PictureFaults()
-        see = rendered(scenes, brick, pictures)
-        return VirtualTracker(
-            brick.world, see, latency=latency, cameras=list(scenes), pictures=pictures, **chain
-        )
-
-    return watch
+    return watching(text, arm)
 
 
 def _check_room(out: Path) -> None:

@@ -16,7 +16,7 @@ from systems import lacking
 from waiting import PATIENCE
 
 SYSTEMS = pytest.mark.parametrize("system", ["windows", "macos"])
-COMMANDS = "demo", "track", "simulate", "markers", "brick", "bench"
+COMMANDS = "demo", "track", "simulate", "markers", "brick", "guide", "bench"
 
 
 def begin(system, folder, *words):

@@ -1,0 +1,1 @@
+"""How to build an arm, and what a class does with it."""

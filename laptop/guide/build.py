@@ -1,0 +1,122 @@
+"""The building guide of an arm: one document, drawn from the numbers in the arm's file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+from laptop.guide import drawing, lego
+from laptop.guide.troubles import troubles
+from laptop.reporting.document import render_report
+from shared.arm_description import Arm, ArmError, find_arm, read_arm
+from shared.state import laptop_program
+from shared.version import VERSION
+
+TEMPLATE = Path(__file__).with_name("templates") / "guide.html"
+
+
+class BadGuide(ArmError, OSError):
+    """A guide that cannot be written."""
+
+
+class Need(NamedTuple):
+    """A row of the table of parts.
+
+    wanted  how many
+    there   in each of the sets
+    sets    those that have enough
+    """
+
+    name: str
+    wanted: int
+    there: tuple[int, int]
+    sets: str
+
+
+def write_guide(file: Path, arm_file: str) -> None:
+    """Write the guide of an arm as an HTML file that needs nothing else.
+
+    Raises:
+        BadArmFile: there is no such arm.
+        BadGuide: it cannot be written.
+    """
+    page = render_guide(read_arm(find_arm(arm_file)), arm_file)
+    try:
+        file.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise BadGuide(
+            f"cannot write {file}: {error.strerror}; give another file with --out"
+        ) from None
+
+
+def render_guide(arm: Arm, arm_file: str) -> str:
+    """Return the guide of an arm as the text of an HTML file.
+
+    Args:
+        arm_file: as people name it.
+    """
+    links = [(joint.name, lego.link_of(joint.link)) for joint in moving(arm)]
+    pairs = [(joint.name, joint.gear, lego.gear_pairs(joint.gear)) for joint in arm.joints]
+    return render_report(
+        TEMPLATE,
+        title=f"Build the arm {arm.name}",
+        kind=f"BrickServo {VERSION}: a building guide",
+        arm=arm,
+        arm_file=arm_file,
+        chosen="" if arm_file == "planar" else f" --arm {arm_file}",
+        program=laptop_program(),
+        sets=lego.SETS,
+        needs=list(needs(arm)),
+        links=links,
+        pairs=pairs,
+        drawings={
+            name: draw(arm)
+            for name, draw in (
+                ("links", drawing.draw_links),
+                ("plan", drawing.draw_plan),
+                ("side", drawing.draw_side),
+                ("camera", drawing.draw_camera),
+            )
+        },
+        camera_height=drawing.camera_height(arm) / 10,
+        troubles=troubles(arm),
+    )
+
+
+def moving(arm: Arm) -> list:
+    """Return the joints whose links are made of beams: all but a base."""
+    return [joint for joint in arm.joints if joint.name != "base"]
+
+
+def needs(arm: Arm) -> Iterable[Need]:
+    """Yield the parts of an arm that its numbers tell, and what the sets have of them."""
+    wanted: dict[lego.Part, int] = {lego.OTHERS[0]: 1}
+
+    def want(part: lego.Part, count: int) -> None:
+        wanted[part] = wanted.get(part, 0) + count
+
+    motors = [joint.motor for joint in arm.joints] + ([arm.pen.motor] if arm.pen else [])
+    for motor in motors:
+        want(lego.LARGE if motor == "large" else lego.MEDIUM, 1)
+    for joint in moving(arm):
+        beam = lego.link_of(joint.link).beam
+        if beam:
+            want(lego.Part(f"straight beam, {beam} holes", lego.BEAMS[beam]), 2)
+    for joint in arm.joints:
+        for pair in lego.gear_pairs(joint.gear)[:1]:
+            for teeth in (pair.wheel, pair.pinion):
+                want(lego.Part(f"gear wheel, {teeth} teeth", lego.WHEELS[teeth]), 1)
+    for part, _ in zip(lego.OTHERS[1:4], motors, strict=False):
+        want(part, 1)  # a longer one for each motor farther out
+    if len(motors) > 3:
+        want(lego.OTHERS[3], len(motors) - 3)
+    for part in lego.OTHERS[4:]:
+        want(part, {"frame 5 x 7": 1, "angle beam 3 x 5": 2}.get(part.name, 10))
+    for part, count in wanted.items():
+        yield Need(
+            part.name,
+            count,
+            part.counts,
+            " and ".join(lego.enough(count, part.counts)) or "neither",
+        )

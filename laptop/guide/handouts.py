@@ -1,0 +1,145 @@
+"""The class's handouts: each a page, a skeleton, a solution and a check."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from laptop.guide import criteria
+from laptop.guide.criteria import Finding
+from laptop.reporting.document import render_report
+from shared.arm_description import ArmError, find_arm, read_arm
+from shared.state import laptop_program
+
+HERE = Path(__file__).parent
+SOLUTIONS = "solutions"
+"""Name of the folder of solutions, here and in a class's folder."""
+
+
+class NoHandout(ArmError):
+    """A file of which it is not known which handout it belongs to, or no room for handouts."""
+
+
+@dataclass(frozen=True)
+class Handout:
+    """One of them.
+
+    name   of its files
+    title  of its page
+    check  yields what is right and what is wrong with a script
+    """
+
+    name: str
+    title: str
+    check: Callable[[Path], Iterator[Finding]]
+
+    @property
+    def script(self) -> str:
+        """Name of the file that students write in."""
+        return f"{self.name}.py"
+
+    @property
+    def skeleton(self) -> Path:
+        """The script as students get it; it fails its check."""
+        return HERE / "tasks" / self.script
+
+    @property
+    def solution(self) -> Path:
+        """A script that passes."""
+        return HERE / SOLUTIONS / self.script
+
+    def page(self) -> str:
+        """Return the page as the text of an HTML file."""
+        from laptop.guide.formulas import formula  # matplotlib is slow to import
+
+        return render_report(
+            HERE / "templates" / f"{self.name}.html",
+            title=self.title,
+            kind="BrickServo: a handout",
+            script=self.script,
+            program=laptop_program(),
+            formula=formula,
+            **_figures(self.name),
+        )
+
+
+HANDOUTS = (
+    Handout("kinematics", "1. From a point to the joints' angles", criteria.check_kinematics),
+    Handout("pid", "2. A controller for one joint", criteria.check_pid),
+    Handout("line", "3. A straight line", criteria.check_line),
+    Handout("servoing", "4. The camera guides the arm", criteria.check_servoing),
+)
+BASINS_GOAL = (9, 8)
+"""Of the picture of basins, cm."""
+
+
+def handout_of(file: Path) -> Handout:
+    """Return the handout that a script belongs to: its name begins with the handout's.
+
+    Raises:
+        NoHandout: it begins with none.
+    """
+    for handout in HANDOUTS:
+        if file.stem.startswith(handout.name):
+            return handout
+    raise NoHandout(
+        f"{file.name}: begin the file's name with that of its handout: "
+        f"{', '.join(handout.script for handout in HANDOUTS)}, or such as "
+        f"{HANDOUTS[0].name}_anna.py"
+    )
+
+
+def write_handouts(folder: Path, solutions: bool = False) -> list[Path]:
+    """Put pages and skeletons into a folder; no file that is there is touched.
+
+    Args:
+        solutions: those, too, in a folder of their own.
+
+    Returns:
+        The new files.
+
+    Raises:
+        NoHandout: some file is there already, or there is no room.
+    """
+    files = {folder / handout.script: handout.skeleton for handout in HANDOUTS}
+    if solutions:
+        files |= {folder / SOLUTIONS / handout.script: handout.solution for handout in HANDOUTS}
+    pages = {folder / f"{handout.name}.html": handout for handout in HANDOUTS}
+    for file in (*files, *pages):
+        if file.exists():
+            raise NoHandout(f"{file} is there already; remove it, or choose another folder")
+    try:
+        for file, source in files.items():
+            file.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(source, file)
+        for file, handout in pages.items():
+            file.write_text(handout.page(), encoding="utf-8")
+    except OSError as error:
+        raise NoHandout(
+            f"cannot write to {folder}: {error.strerror}; make room or choose another folder"
+        ) from None
+    return [*pages, *files]
+
+
+def _figures(name: str) -> dict[str, Any]:
+    """Return what the page of a handout shows of figures and pictures."""
+    arm = read_arm(find_arm("planar"))
+    if name == "kinematics":
+        from laptop.guide.basins import draw_basins
+        from laptop.reporting.document import illustration
+
+        picture = illustration("", "", draw_basins(arm, BASINS_GOAL))
+        links = [joint.link for joint in arm.joints]
+        return {"links": links, "goal": BASINS_GOAL, "basins": picture.source}
+    if name == "pid":
+        return {
+            "rise": criteria.RISE_TIME,
+            "overshoot": f"{criteria.OVERSHOOT:g}",
+            "tolerance": f"{criteria.TARGET_TOLERANCE:g}",
+        }
+    if name == "line":
+        return {"line": criteria.LINE, "tolerance": f"{10 * criteria.LINE_TOLERANCE:g}"}
+    return {"tolerance": f"{criteria.SIGHT_TOLERANCE:g}"}

@@ -1,0 +1,1 @@
+"""What students begin with: each fails its check."""

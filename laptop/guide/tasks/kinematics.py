@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""Handout 1: from a point to the joints' angles, by Newton's method and by Broyden's.
+
+Four places are yours: they bear the word TODO.  Lengths are cm, angles rad.
+"""
+
+import math
+
+from robot.api import Clock, RobotArm, find_arm, read_arm
+
+L1, L2 = 11.3, 9.5  # the links
+START = (0.6, 0.9)  # where each search begins
+GOALS = [(14, 9), (4, 15), (16, -4), (13, -7)]
+NEAR_ENOUGH, MOST_STEPS = 0.001, 50
+
+
+def forward(q):
+    """Return the tip [x, y] at the joint angles q = (q1, q2)."""
+    return [0.0, 0.0]  # TODO 1: both links, see the page
+
+
+def jacobian(q):
+    """Return [[dx/dq1, dx/dq2], [dy/dq1, dy/dq2]] at q, cm/rad."""
+    return [[1.0, 0.0], [0.0, 1.0]]  # TODO 2: differentiate forward
+
+
+def newton_step(J, e):
+    """Return the step dq for which J dq = e; e is what is missing, goal - tip."""
+    return [0.0, 0.0]  # TODO 3: two equations, two unknowns; beware of det J = 0
+
+
+def broyden_update(J, dq, dp):
+    """Return J corrected by one step: dq was made, and the tip moved by dp."""
+    return J  # TODO 4: J + (dp - J dq) dq^T / (dq^T dq)
+
+
+def search(goal, q, exact):
+    """Return the poses from q to the goal: by Newton's method if exact, else by Broyden's."""
+    poses, J = [list(q)], jacobian(q)
+    while len(poses) <= MOST_STEPS:
+        tip = forward(q)
+        e = [goal[0] - tip[0], goal[1] - tip[1]]
+        if math.hypot(*e) < NEAR_ENOUGH:
+            break
+        dq = [max(-0.5, min(0.5, d)) for d in newton_step(J, e)]  # no wild steps
+        q = [q[0] + dq[0], q[1] + dq[1]]
+        after = forward(q)
+        if exact:
+            J = jacobian(q)
+        elif any(dq):
+            J = broyden_update(J, dq, [after[0] - tip[0], after[1] - tip[1]])
+        poses.append(q)
+    return poses
+
+
+def main():
+    """Let the arm go to each goal, and say how many steps the search took."""
+    arm = RobotArm(read_arm(find_arm("planar")), Clock())
+    arm.load_zero()
+    try:
+        for goal in GOALS:
+            newton, broyden = search(goal, START, True), search(goal, START, False)
+            print("{}: Newton {} steps, Broyden {}".format(goal, len(newton) - 1, len(broyden) - 1))
+            arm.go_to(newton[-1])
+            arm.clock.sleep(0.5)
+    finally:
+        arm.park()
+
+
+if __name__ == "__main__":
+    main()

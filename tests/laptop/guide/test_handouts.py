@@ -1,0 +1,232 @@
+"""A class's handouts: what students get fails its check and says why, what is right passes."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from laptop.cli.main import laptop
+from laptop.guide import basins, criteria
+from laptop.guide.examination import CannotExamine, ask
+from laptop.guide.handouts import HANDOUTS, NoHandout, handout_of, write_handouts
+from robot.motion.inverse_iteration import newton_inverse
+from shared.arm_description import find_arm, read_arm
+
+GAINS = "KP, KI, KD = 3.0, 6.0, 0.15"
+"""Of the solution."""
+SLOW = {"servoing"}
+"""Their pictures are rendered, one by one."""
+
+
+def cases():
+    return [
+        pytest.param(handout, id=handout.name, marks=[pytest.mark.long] * (handout.name in SLOW))
+        for handout in HANDOUTS
+    ]
+
+
+def check(*files):
+    """Status and output of `guide check`."""
+    result = CliRunner().invoke(laptop, ["guide", "check", *map(str, files)])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.output
+
+
+def changed(handout, folder, *changes):
+    """A solution with something wrong in it."""
+    text = handout.solution.read_text("utf-8")
+    for right, wrong in changes:
+        assert text.count(right) == 1, right
+        text = text.replace(right, wrong)
+    file = folder / handout.script
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def named(name):
+    return next(handout for handout in HANDOUTS if handout.name == name)
+
+
+@pytest.mark.parametrize("handout", cases())
+def test_a_solution_passes(handout):
+    status, output = check(handout.solution)
+    assert status == 0, output
+    assert "WRONG" not in output
+    assert output.splitlines()[-1] == "all is right"
+
+
+@pytest.mark.parametrize("handout", cases())
+def test_a_skeleton_fails_and_is_told_why_in_figures(handout):
+    status, output = check(handout.skeleton)
+    assert status == 1
+    assert "Traceback" not in output
+    wrong = [line for line in output.splitlines() if line.startswith("  WRONG")]
+    assert output.splitlines()[-1] == f"{len(wrong)} of it is wrong"
+    assert all(len(line) < 250 for line in wrong)
+    expected = {
+        "kinematics": r"forward\(\[.*\]\) gives \[0\., 0\.\], but it is \[.*\] cm",
+        "pid": r"the elbow does not move; does control\(\) return a duty\?",
+        "line": r"the ink is up to 3\d\.\d mm off the straight line, 8 are allowed",
+        "servoing": r"at the end the tip truly is \d+\.\d px off the goal, 8 are allowed",
+    }[handout.name]
+    assert any(re.search(expected, line) for line in wrong), output
+
+
+@pytest.mark.parametrize(
+    ("name", "right", "wrong", "told"),
+    [
+        # Each is something that a student would write.
+        ("kinematics", "[-y, -L2", "[y, -L2", r"WRONG  jacobian"),
+        ("kinematics", "c * e[0]) / det", "c * e[0]) * det", r"WRONG  newton_step"),
+        ("kinematics", "* x / square for", "* x / 2 for", r"WRONG  broyden_update: the new J"),
+        ("kinematics", "(d - row[0]", "(d + 1 - row[0]", r"WRONG  broyden_update: the new J"),
+        ("kinematics", "return poses", "return None", r"WRONG  Newton: search fails"),
+        ("kinematics", "arm.go_to(newton[-1])", "pass", r"right  Newton(.|\n)*WRONG  goal \(14"),
+        ("pid", GAINS, "KP, KI, KD = 3.0, 0, 0", r"WRONG  free, to 40 deg"),
+        ("pid", GAINS, "KP, KI, KD = 3.0, 0, 0.15", r"right  free(.|\n)*WRONG  pushed, to -20"),
+        ("pid", GAINS, "KP, KI, KD = 0.3, 0.1, 0", r"WRONG.*near after (1|2|inf)"),
+        ("pid", "(40, -20, 10)", "(40, -20)", r"WRONG  free, to 10 deg"),
+        ("line", "pen.on_for_degrees(30, 60)", "pass", r"WRONG  there is no ink"),
+        ("line", "(d * x - b * y) / det", "(d * x + b * y) / det", r"WRONG  "),
+        (
+            "line",
+            "pen.on_for_degrees(30, 60)",
+            "input()",
+            r"WRONG  the script failed: line \d+: EOF",
+        ),
+        ("line", "import math", "import maths", r"WRONG  the script failed: line \d+: .*maths"),
+    ],
+)
+def test_what_is_wrong_is_named(name, right, wrong, told, tmp_path):
+    status, output = check(changed(named(name), tmp_path, (right, wrong)))
+    assert status == 1
+    assert re.search(told, output), output
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("right", "wrong", "told"),
+    [
+        ("u2 / TEST_MOVE], [v1 /", "v1 / TEST_MOVE], [u2 /", r"WRONG  first_jacobian"),
+        ("return [-(d", "return [(d", r"WRONG  step\((.|\n)*WRONG  camera 1: .* px off the goal"),
+    ],
+)
+def test_what_is_wrong_before_a_camera_is_named(right, wrong, told, tmp_path):
+    status, output = check(changed(named("servoing"), tmp_path, (right, wrong)))
+    assert status == 1
+    assert re.search(told, output), output
+
+
+def test_a_function_that_raises_is_told_with_its_line(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text("def f(x):\n    return 1 / x\n")
+    right, wrong = ask(file, [("f", [2]), ("f", [0])])
+    assert (right.value, right.error) == (0.5, "")
+    assert wrong.error == "line 2: ZeroDivisionError: division by zero"
+    (missing,) = ask(file, [("h", [])])
+    assert "AttributeError" in missing.error
+    file.write_text("def f(x)\n")
+    with pytest.raises(CannotExamine, match=r"mine\.py cannot be imported: line 1: SyntaxError"):
+        ask(file, [("f", [2])])
+
+
+@pytest.mark.long
+def test_a_function_that_never_ends_is_told(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text("def g():\n    while True:\n        pass\n")
+    with pytest.raises(CannotExamine, match="did not answer within 15 s .* does a loop in it ever"):
+        ask(file, [("g", [])])
+
+
+def test_an_answer_that_is_no_number_is_shown(tmp_path):
+    file = changed(named("kinematics"), tmp_path, ("det = a * d - b * c", "return 'up'"))
+    output = check(file)[1]
+    assert re.search(r"WRONG  newton_step\(.*\) gives 'up', not 2 numbers", output), output
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("homework.py", "begin the file's name with that of its handout: kinematics.py, pid.py"),
+        ("pid_nobody.py", "there is no such file; give the path of your script"),
+    ],
+)
+def test_a_wrong_file_is_refused_in_a_line(name, told, tmp_path):
+    result = CliRunner().invoke(laptop, ["guide", "check", str(tmp_path / name)])
+    assert result.exit_code == 1
+    assert told in result.output
+
+
+def test_a_whole_class_is_checked_at_once(tmp_path):
+    line = named("line")
+    files = [tmp_path / "line_anna.py", tmp_path / "line-Björn.py"]
+    files[0].write_bytes(line.solution.read_bytes())
+    files[1].write_bytes(line.skeleton.read_bytes())
+    status, output = check(*files)
+    assert status == 1
+    assert [word in output for word in ("line_anna.py: 3. A", "line-Björn.py: 3. A")] == [True] * 2
+    assert output.count("WRONG") == 2
+
+
+def test_the_handouts_go_into_a_class_folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(basins, "draw_basins", lambda arm, goal: png())
+    files = write_handouts(tmp_path / "7b")
+    assert sorted(file.name for file in files) == sorted(
+        [f"{handout.name}{ending}" for handout in HANDOUTS for ending in (".py", ".html")]
+    )
+    for handout in HANDOUTS:
+        page = (tmp_path / "7b" / f"{handout.name}.html").read_text("utf-8")
+        assert handout.title.replace("'", "&#39;") in page
+        assert f"guide check {handout.script}" in page
+        assert re.findall(r"(?:src|href)=\"(?!data:)", page) == []  # it needs nothing else
+        assert (tmp_path / "7b" / handout.script).read_text("utf-8") == handout.skeleton.read_text(
+            "utf-8"
+        )
+    with pytest.raises(NoHandout, match="is there already"):
+        write_handouts(tmp_path / "7b")
+    write_handouts(tmp_path / "staff", solutions=True)
+    assert sorted(file.name for file in (tmp_path / "staff" / "solutions").iterdir()) == sorted(
+        handout.script for handout in HANDOUTS
+    )
+
+
+def test_no_skeleton_holds_its_solution():
+    for handout in HANDOUTS:
+        assert "TODO" in handout.skeleton.read_text("utf-8")
+        assert "TODO" not in handout.solution.read_text("utf-8")
+        assert handout_of(handout.skeleton) is handout
+
+
+def test_a_basin_is_the_pose_that_lies_near():
+    """By starts at the poses themselves, as plain trigonometry gives them."""
+    arm, goal = read_arm(find_arm("planar")), (9.0, 8.0)
+    first, second = (joint.link for joint in arm.joints)
+    x, y = goal
+    elbow = math.acos((x * x + y * y - first**2 - second**2) / (2 * first * second))
+    for sign in (1, -1):
+        bent = sign * elbow
+        shoulder = math.atan2(y, x) - math.atan2(
+            second * math.sin(bent), first + second * math.cos(bent)
+        )
+        around = np.array([-0.2, 0.0, 0.2])
+        found, steps = basins.basin(newton_inverse, arm, goal, shoulder + around, bent + around)
+        assert (found == sign).all()
+        assert steps[1, 1] == 0
+        assert (np.delete(steps.ravel(), 4) >= 2).all()
+
+
+def test_resting_places_are_where_the_tip_stays():
+    t = np.arange(0, 3, 0.005)
+    x = np.where(t < 1, 0.0, np.where(t < 2, 5 * (t - 1), 5.0))
+    zero = np.zeros_like(t)
+    run = criteria.TrialRun("", t, np.zeros((len(t), 2)), np.column_stack([x, zero]), zero > 0)
+    places = sorted({round(place[0], 1) for place in criteria.resting_places(run)})
+    assert places == [0.0, 5.0]
+
+
+def png():
+    import cv2
+
+    return cv2.imencode(".png", np.zeros((4, 4, 3), np.uint8))[1].tobytes()
