@@ -14,6 +14,7 @@ __all__ = [
     "Clock",
     "Driver",
     "Moving",
+    "NotChecked",
     "NotHomed",
     "ReportServo",
     "RobotArm",
@@ -62,6 +63,9 @@ class Joint(NamedTuple):
     max_speed: float  # rad/s
     home: float
     find_home: str
+    touch_port: str | None
+    touch_at: float | None  # rad
+    seek: str | None
     mass: float  # kg
     centre: float  # cm
     friction: float  # Nm
@@ -112,6 +116,9 @@ class _Ticking(Protocol):
 class ArmError(Exception):
     """Base of every error that is shown to people as one line."""
 
+class NotChecked(ArmError):
+    """Nobody has looked yet which motor is where and which way it turns."""
+
 class NotHomed(ArmError):
     """The zero is unknown, or the encoders contradict it."""
 
@@ -120,8 +127,13 @@ class Stalled(ArmError):
 
     motor: Any
     angle: float  # rad
+    turning: bool
     fact: str
-    def __init__(self, motor: Any, missing: str, angle: float = 0.0) -> None: ...
+    def __init__(
+        self, motor: Any, missing: str, angle: float = 0.0, turning: bool = False
+    ) -> None: ...
+    def look_at_battery(self, clock: _Ticking) -> None:
+        """Say so if the battery is flat: what turns too slowly does so by that."""
 
 class TooSlow(ArmError):
     """The brick does not keep up with the control loop."""
@@ -147,7 +159,7 @@ class Battery:
         """Its voltage a short while ago, V; None if it does not tell, which stops nobody."""
 
 def find_arm(name_or_path: object) -> str:
-    """Path of an arm file, given as a path or as the bare name of an arm that comes along."""
+    """Path of an arm file, given as a path or as the bare name of an arm."""
 
 def read_arm(path: object) -> Arm:
     """The Arm described by the INI file at `path`; raises BadArmFile in one line."""
@@ -177,6 +189,7 @@ class RobotArm:
     description: Arm
     clock: _Ticking
     zero: Any
+    checked: Any
     motors: Any
     joints: Any
     pen: Any
@@ -190,12 +203,15 @@ class RobotArm:
         gravity: Any = None,
         say: _Say = ...,
         motors: Any = None,
+        checked: Any = None,
     ) -> None: ...
     @property
     def homed(self) -> bool:
         """Whether its zero is known; a stall puts it in doubt."""
     def counts(self) -> dict[str, int]:
         """The encoders' readings by port."""
+    def confirm_checked(self) -> None:
+        """Refuse, by NotChecked, an arm of which nobody has seen which motor turns what."""
     def load_zero(self) -> None:
         """Believe the remembered zero."""
     def angles(self) -> tuple[float, ...]:
@@ -246,9 +262,9 @@ class RobotArm:
     ) -> None:
         """Let a motor follow a JointMove, without limits, `on_tick` as ControlLoop.run; hold it."""
     def lend_motors(self) -> AbstractContextManager[None]:
-        """For a `with` block somebody else turns the joints' motors; sides are then unknown."""
-    def home(self, here: bool = False, say: _Say = ...) -> list[Found]:
-        """Find the zero, or with `here` take the joints to be at the home pose; remember it."""
+        """For a `with` block somebody else turns the joints, held first; no side is known then."""
+    def home(self, here: bool = False, say: _Say = ..., seek: bool = False) -> list[Found]:
+        """Find the zero as the arm's file says, which stands about at home; remember it."""
     def step_to(self, q: _Pose) -> None:
         """The report's move: both joints commanded together, then settled to a count for 60 ms."""
     def stop(self) -> None:
@@ -272,8 +288,8 @@ class Driver:
         elbow: _Elbow | None = None,
         say: _Say = ...,
     ) -> None: ...
-    def home(self, here: bool = False) -> None:
-        """Find the zero, or take the arm as it stands for its home pose."""
+    def home(self, here: bool = False, seek: bool = False) -> None:
+        """Find the zero, see RobotArm.home; if something was sought, then go to the home pose."""
     def position(self) -> tuple[float, ...]:
         """The tip (x, y) or (x, y, z), cm, as the encoders have it."""
     def pen_up(self) -> None:

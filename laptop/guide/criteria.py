@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.guide.examination import Answer, Question, TrialRun, ask, run, the_arm
+from laptop.guide.examination import Question, Returned, TrialRun, ask, run, the_arm
 
 GOALS = ((14, 9), (4, 15), (16, -4), (13, -7))
 """Of the first handout, cm."""
@@ -44,14 +44,14 @@ DQ = [0.3, -0.2]
 
 
 @dataclass(frozen=True)
-class Finding:
+class CheckPoint:
     """Something that was looked at: whether it is right, and the figures."""
 
     right: bool
     text: str
 
 
-def check_kinematics(script: Path) -> Iterator[Finding]:
+def check_kinematics(script: Path) -> Iterator[CheckPoint]:
     """Check the first handout's functions against numpy, and its arm against the truth."""
     draw = np.random.default_rng(1)
     poses = draw.uniform((-1.0, 0.4), (2.0, 2.2), (5, 2))
@@ -82,7 +82,7 @@ def check_kinematics(script: Path) -> Iterator[Finding]:
     rests = resting_places(trial)
     for goal in GOALS:
         off = min((math.dist(goal, place) for place in rests), default=math.inf)
-        yield Finding(
+        yield CheckPoint(
             off <= GOAL_TOLERANCE,
             f"goal {goal}: the tip truly rests {10 * off:.1f} mm off, "
             f"{10 * GOAL_TOLERANCE:g} are allowed"
@@ -91,7 +91,7 @@ def check_kinematics(script: Path) -> Iterator[Finding]:
         )
 
 
-def check_pid(script: Path) -> Iterator[Finding]:
+def check_pid(script: Path) -> Iterator[CheckPoint]:
     """Check the second handout by the elbow's true angle, free and pushed."""
     for plant, name in (("backlash=1", "free"), (PUSH, "pushed")):
         trial = run(script, plant)
@@ -100,7 +100,9 @@ def check_pid(script: Path) -> Iterator[Finding]:
         t = trial.t if len(trial.t) else np.zeros(1)
         moving = np.flatnonzero(np.abs(q - q[0]) > 2.0)
         if not len(moving):
-            yield Finding(False, f"{name}: the elbow does not move; does control() return a duty?")
+            yield CheckPoint(
+                False, f"{name}: the elbow does not move; does control() return a duty?"
+            )
             return
         begin, before = t[moving[0]] - 0.1, q[0]
         for target in TARGETS:
@@ -111,30 +113,30 @@ def check_pid(script: Path) -> Iterator[Finding]:
             begin, before = begin + TARGET_TIME, target
 
 
-def check_line(script: Path) -> Iterator[Finding]:
+def check_line(script: Path) -> Iterator[CheckPoint]:
     """Check the third handout by the true ink."""
     trial = run(script)
     yield from _failed(trial)
     ink = trial.tip[trial.pen]
     if len(ink) < 2:
-        yield Finding(False, "there is no ink: the pen was never down")
+        yield CheckPoint(False, "there is no ink: the pen was never down")
         return
     a, b = map(np.array, LINE)
     along = np.clip((ink - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
     off = 10 * np.linalg.norm(ink - (a + along[:, None] * (b - a)), axis=1).max()
-    yield Finding(
+    yield CheckPoint(
         off <= 10 * LINE_TOLERANCE,
         f"the ink is up to {off:.1f} mm off the straight line, {10 * LINE_TOLERANCE:g} are allowed",
     )
     for name, place, point in (("begins", ink[0], a), ("ends", ink[-1], b)):
         off = 10 * float(np.linalg.norm(place - point))
-        yield Finding(
+        yield CheckPoint(
             off <= 10 * END_TOLERANCE,
             f"the ink {name} {off:.1f} mm from where it should, {10 * END_TOLERANCE:g} are allowed",
         )
 
 
-def check_servoing(script: Path) -> Iterator[Finding]:
+def check_servoing(script: Path) -> Iterator[CheckPoint]:
     """Check the fourth handout by where tip and goal truly are in the pictures of two cameras."""
     from laptop.simulator.scene.scene import Scene  # OpenCV is slow to import
     from laptop.simulator.scene.scene_constants import read_scene
@@ -158,7 +160,7 @@ def check_servoing(script: Path) -> Iterator[Finding]:
         yield from _failed(trial)
         places = Scene(the_arm(), read_scene(text)).truth(trial.q[-1] if len(trial.q) else (0, 0))
         off = math.dist(places["effector"], places["goal"])
-        yield Finding(
+        yield CheckPoint(
             off <= SIGHT_TOLERANCE,
             f"camera {number}: at the end the tip truly is {off:.1f} px off the goal, "
             f"{SIGHT_TOLERANCE:g} are allowed",
@@ -195,65 +197,65 @@ def _slopes(q: Sequence[float], h: float = 1e-5) -> np.ndarray:
 
 def _compare(
     asked: Sequence[Question],
-    answers: Sequence[Answer],
+    answers: Sequence[Returned],
     right: Sequence[object] | np.ndarray,
     unit: str,
-) -> Finding:
+) -> CheckPoint:
     """Compare a function's answers with what numpy says."""
     for (name, arguments), answer, wanted in zip(asked, answers, right, strict=True):
         true = np.array(wanted, dtype=float)
         got = answer.array(*true.shape)
         call = f"{name}({', '.join(map(_shown, arguments))})"
         if answer.error:
-            return Finding(False, f"{call} fails: {answer.error}")
+            return CheckPoint(False, f"{call} fails: {answer.error}")
         if got is None:
             size = " x ".join(map(str, true.shape))
-            return Finding(False, f"{call} gives {answer.value!r:.60}, not {size} numbers")
+            return CheckPoint(False, f"{call} gives {answer.value!r:.60}, not {size} numbers")
         if not np.allclose(got, true, rtol=1e-3, atol=1e-3):
-            return Finding(False, f"{call} gives {_shown(got)}, but it is {_shown(true)} {unit}")
-    return Finding(True, f"{asked[0][0]} is right in {len(answers)} cases")
+            return CheckPoint(False, f"{call} gives {_shown(got)}, but it is {_shown(true)} {unit}")
+    return CheckPoint(True, f"{asked[0][0]} is right in {len(answers)} cases")
 
 
-def _secant(J: np.ndarray, dp: np.ndarray, answers: Sequence[Answer]) -> Finding:
+def _secant(J: np.ndarray, dp: np.ndarray, answers: Sequence[Returned]) -> CheckPoint:
     """Check that an update explains the step, and leaves what is across it as it was."""
     dq, across = np.array(DQ), np.array((-DQ[1], DQ[0]))
     for before, wanted, answer in zip(J, dp, answers, strict=True):
         after = answer.array(2, 2)
         if after is None:
-            return Finding(
+            return CheckPoint(
                 False, f"broyden_update fails: {answer.error or repr(answer.value)[:60]}"
             )
         if not np.allclose(after @ dq, wanted, rtol=1e-6, atol=1e-6):
-            return Finding(
+            return CheckPoint(
                 False,
                 f"broyden_update: the new J times dq is {_shown(after @ dq)}, "
                 f"but the step was {_shown(wanted)}",
             )
         if not np.allclose(after @ across, before @ across, rtol=1e-6, atol=1e-6):
-            return Finding(
+            return CheckPoint(
                 False, "broyden_update changes J in a direction that the step says nothing of"
             )
-    return Finding(True, "broyden_update explains each step, and changes nothing else")
+    return CheckPoint(True, "broyden_update explains each step, and changes nothing else")
 
 
 def _searched(
-    name: str, answers: Sequence[Answer], goals: Sequence[Sequence[float]], most: int
-) -> Finding:
+    name: str, answers: Sequence[Returned], goals: Sequence[Sequence[float]], most: int
+) -> CheckPoint:
     """Check that a search ends at its goal, and soon."""
     steps = []
     for goal, answer in zip(goals, answers, strict=True):
         poses = answer.array(len(answer.value), 2) if isinstance(answer.value, list) else None
         if answer.error or poses is None or not len(poses):
-            return Finding(False, f"{name}: search fails: {answer.error or 'it gives no poses'}")
+            return CheckPoint(False, f"{name}: search fails: {answer.error or 'it gives no poses'}")
         off = math.dist(_tip(poses[-1]), goal)
         if off > 0.002:
-            return Finding(
+            return CheckPoint(
                 False,
                 f"{name}: after {len(poses) - 1} steps the tip is {off:.3g} cm from "
                 f"{_shown(goal)}, 0.001 are allowed",
             )
         steps.append(len(poses) - 1)
-    return Finding(
+    return CheckPoint(
         max(steps) <= most,
         f"{name}: at the goal after {', '.join(map(str, steps))} steps, {most} are allowed",
     )
@@ -261,11 +263,11 @@ def _searched(
 
 def _step_response(
     name: str, t: np.ndarray, q: np.ndarray, before: float, target: float
-) -> Finding:
+) -> CheckPoint:
     """Judge how a joint went from one angle to another, deg."""
     end = q[t > TARGET_TIME - 0.5] if len(t) else q
     if not len(end):
-        return Finding(False, f"{name}: the script ended before")
+        return CheckPoint(False, f"{name}: the script ended before")
     way = target - before
     inside = np.flatnonzero(np.abs(q - target) < abs(way) / 10)
     rise = float(t[inside[0]]) if len(inside) else math.inf
@@ -274,7 +276,7 @@ def _step_response(
     good = (
         rise <= RISE_TIME and beyond <= OVERSHOOT and off <= TARGET_TOLERANCE and hunting <= HUNTING
     )
-    return Finding(
+    return CheckPoint(
         good,
         f"{name}: near after {rise:.2f} s ({RISE_TIME:g}), beyond by {max(0, beyond):.1f} deg "
         f"({OVERSHOOT:g}), at the end {off:.1f} deg off ({TARGET_TOLERANCE:g}) and "
@@ -282,9 +284,9 @@ def _step_response(
     )
 
 
-def _failed(trial: TrialRun) -> Iterator[Finding]:
+def _failed(trial: TrialRun) -> Iterator[CheckPoint]:
     if trial.complaint:
-        yield Finding(False, f"the script failed: {trial.complaint}")
+        yield CheckPoint(False, f"the script failed: {trial.complaint}")
 
 
 def _shown(values: object) -> str:

@@ -36,7 +36,7 @@ class CannotExamine(ArmError):
 
 
 @dataclass(frozen=True)
-class Answer:
+class Returned:
     """What a function returned, or in `error` what went wrong."""
 
     value: Any
@@ -113,7 +113,7 @@ def run(script: Path, plant: str = "", scene: str | None = None) -> TrialRun:
     )
 
 
-def ask(script: Path, questions: Sequence[Question]) -> list[Answer]:
+def ask(script: Path, questions: Sequence[Question]) -> list[Returned]:
     """Return what functions of a script answer, each in turn, on an emulated brick.
 
     Raises:
@@ -146,7 +146,7 @@ def ask(script: Path, questions: Sequence[Question]) -> list[Answer]:
             why = _cause(complaints.getvalue(), folder / f"{NAME}.py") or "it ends by itself"
             raise CannotExamine(f"{script.name} cannot be imported: {why}; correct it")
         found = json.loads(answered.read_text(encoding="utf-8"))
-    return [Answer(one.get("value"), one.get("error", "")) for one in found]
+    return [Returned(one.get("value"), one.get("error", "")) for one in found]
 
 
 @contextlib.contextmanager

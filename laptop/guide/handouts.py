@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from laptop.guide import criteria
-from laptop.guide.criteria import Finding
+from laptop.guide.criteria import CheckPoint
 from laptop.reporting.document import render_report
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.state import laptop_program
@@ -34,7 +34,7 @@ class Handout:
 
     name: str
     title: str
-    check: Callable[[Path], Iterator[Finding]]
+    check: Callable[[Path], Iterator[CheckPoint]]
 
     @property
     def script(self) -> str:
