@@ -12,6 +12,7 @@ import select
 import signal
 import struct
 import sys
+import termios
 import types
 
 NAMES = {
@@ -117,12 +118,19 @@ def _windows():
         fcntl.fcntl(descriptor, fcntl.F_OFD_SETLK, asked)
 
     msvcrt.locking = locking
-    real_import = builtins.__import__
+    real_import, of_linux = builtins.__import__, {"fcntl": fcntl, "termios": termios}
 
     def importing(name, names=None, *args, **kwargs):
-        """Give it to us alone: Python's own modules would look for all of Windows then."""
-        ours = name == "msvcrt" and names and names.get("__name__") == "laptop.system"
-        return msvcrt if ours else real_import(name, names, *args, **kwargs)
+        """Give it to us alone: Python's own modules would look for all of Windows then.
+
+        And asyncssh, which asks for sys.platform, has what it finds there on Linux.
+        """
+        importer = (names or {}).get("__name__") or ""
+        if name == "msvcrt" and importer == "laptop.system":
+            return msvcrt
+        if name in of_linux and importer.startswith("asyncssh."):
+            return of_linux[name]
+        return real_import(name, names, *args, **kwargs)
 
     builtins.__import__ = importing
 

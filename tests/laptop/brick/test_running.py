@@ -41,7 +41,7 @@ def test_scripts_are_found_by_path_name_and_file(ssh_brick, tmp_path):
     assert "you typed ''" in out  # there is nothing to type from
     status, _, errors = ssh_brick.run("run", "nothing.py")
     assert (status, errors.count("\n")) == (1, 1)
-    assert "there is no script nothing.py; give a file, or one of bench_brick.py, driver" in errors
+    assert "there is no script nothing.py; give a file, or one of bench_brick.py, doctor" in errors
 
 
 @pytest.fixture
