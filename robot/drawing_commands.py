@@ -66,7 +66,8 @@ def _parser():
     parser.add_argument(
         "--stay",
         action="store_true",
-        help="stay where it ends; else an arm with a resting place goes there, except after move",
+        help="stay where it ends; else an arm with a resting place goes there, except after move, "
+        "or home by hand",
     )
     program.add_take(parser)
     parser.add_argument("--elbow", choices=("up", "down"), help="(default: the arm's, if it can)")
