@@ -101,7 +101,7 @@ def run(script: Path, plant: str = "", scene: str | None = None) -> TrialRun:
     if result.outcome.status:
         complaint = (
             f"it did not end within {TIMEOUT:g} s of the brick's time"
-            if result.outcome.reason == "timeout"
+            if result.outcome.reason in ("timeout", "stuck")
             else _cause(complaints.getvalue(), script) or f"exit status {result.outcome.status}"
         )
     return TrialRun(
@@ -137,7 +137,7 @@ def ask(script: Path, questions: Sequence[Question]) -> list[Returned]:
                 plant=read_plant(""),
                 timeout=ANSWER_TIMEOUT,
             )
-        if result.outcome.reason == "timeout":
+        if result.outcome.reason != "ended":  # out of time, or never looking at the clock
             raise CannotExamine(
                 f"{script.name}: a function did not answer within {ANSWER_TIMEOUT:g} s of the "
                 "brick's time; does a loop in it ever end?"
