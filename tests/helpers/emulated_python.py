@@ -1,7 +1,8 @@
 """`python3` on a brick of `ssh_brick`: scripts run on the emulated brick, all else as it is.
 
 $EMULATED is the brick's folder. `options` there are more words for `simulate`, one a line. A brick
-that has been homed stays so, and the arm is where the last run has left it.
+that has been checked or homed stays so, and the arm is where the last run has left it; before that
+it is where `start` says.
 """
 
 import os
@@ -33,7 +34,9 @@ def simulate(brick, words):
     runs.mkdir(exist_ok=True)
     out = tempfile.mkdtemp(prefix="run-", dir=runs)
     last = brick / "last"
-    start = "after:" + last.read_text() if last.exists() else "lost"
+    begin = brick / "start"
+    start = begin.read_text() if begin.exists() else "lost"
+    start = "after:" + last.read_text() if last.exists() else start
     extra = (brick / "options").read_text().split("\n") if (brick / "options").exists() else []
     options = ["--out", out, "--no-picture", "--start", start, *filter(None, extra)]
     home = os.environ["HOME"]
@@ -53,6 +56,8 @@ def simulate(brick, words):
     status = process.wait()
     if (Path(out) / "trace.csv").exists() and (last.exists() or (status == 0 and "home" in words)):
         last.write_text(out)
+    if status == 0 and "check" in words:
+        begin.write_text("0,0")  # and somebody puts it at home
     return status
 
 

@@ -26,6 +26,9 @@ import pytest
 from places import ROOT
 from waiting import until
 
+from laptop.simulator import live
+from shared.state import LIVE_FOLDER
+
 SSHD = shutil.which("sshd", path=os.pathsep.join([os.environ.get("PATH", ""), "/usr/sbin"]))
 SFTP_SERVER = "/usr/lib/openssh/sftp-server"
 
@@ -141,6 +144,10 @@ class SshBrick:
         """Let scripts be emulated from now on with more words for `simulate`."""
         (self.folder / "options").write_text("\n".join(words))
 
+    def be_new(self):
+        """Be a brick on which nobody has looked yet which motor is where."""
+        (self.folder / "start").write_text("unchecked")
+
     @property
     def last_run(self):
         """The folder that the last emulated script has, or will have, its files in."""
@@ -148,8 +155,8 @@ class SshBrick:
 
     def pen_samples(self):
         """How many samples of the arm that runs in real time have the pen on the paper."""
-        live = self.home / ".brickservo" / "live.txt"
-        lines = live.read_text().splitlines()[1:] if live.exists() else []
+        runs = live.run_files(str(self.home / ".brickservo" / LIVE_FOLDER))
+        lines = Path(runs[0]).read_text().splitlines()[1:] if runs else []
         return sum(line.endswith(" 1") for line in lines)
 
     @property
@@ -184,10 +191,12 @@ class SshBrick:
             **options,
         )
 
-    def run(self, *words, **options):
-        """Status, output and errors of that."""
+    def run(self, *words, typed=None, **options):
+        """Status, output and errors of that; `typed` is what somebody types."""
+        if typed is not None:
+            options["stdin"] = subprocess.PIPE
         process = self.command(*words, **options)
-        out, errors = process.communicate(timeout=300)
+        out, errors = process.communicate(typed, timeout=300)
         return process.returncode, out, errors
 
     def wait_for_sessions(self):

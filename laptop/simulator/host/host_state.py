@@ -60,7 +60,7 @@ class HostState(object):
         os.environ.update(self._environment)
         os.chdir(self._folder)
         random.setstate(self._random)
-        if self._terminal != _terminal_settings():
+        if _terminal_settings() not in (None, self._terminal):  # None: it has been closed meanwhile
             termios.tcsetattr(0, termios.TCSADRAIN, self._terminal)
         self._restore_modules()
 

@@ -23,7 +23,7 @@ CODE = "ABCDEFGHJKMN"
 
 @pytest.mark.long
 def test_the_page_has_the_brick_run_its_program_and_ends_it(ssh_brick):
-    assert ssh_brick.run("run", "driver.py", "home")[0] == 0  # and it is remembered
+    assert ssh_brick.run("run", "driver.py", "home", "--seek")[0] == 0  # and it is remembered
     ssh_brick.emulate("--realtime")
     with TrackingServer("127.0.0.1", 0, CODE) as server:
         with run_on_brick(server.port, pairing.show_code(CODE)) as why_ended:
@@ -46,12 +46,18 @@ def test_a_call_that_leads_nowhere_says_why(ssh_brick):
 
 @pytest.mark.long
 def test_install_doctor_home_draw_and_servo_by_a_live_tracker(ssh_brick):
+    ssh_brick.be_new()
     done = ssh_brick.run("install")
     assert done[0] == 0, done
     _, out, _ = ssh_brick.run("doctor")
     assert "port B    large motor at 0 counts, elbow: fine" in out
     assert "is there and here: fine" in out
-    done = ssh_brick.run("run", "driver.py", "home")
+    done = ssh_brick.run("run", "driver.py", "home", typed="\n")
+    assert (done[0], "never checked; nothing moves until then" in done[1]) == (1, True), done
+    done = ssh_brick.run("run", "driver.py", "check", typed="\nslel")
+    assert done[0] == 0, done
+    assert "checked: shoulder at port A, elbow at port B; next: driver.py home" in done[1]
+    done = ssh_brick.run("run", "driver.py", "home", typed="\n")
     assert done[0] == 0, done
     for line in (("10,0", "5,10"), ("14,4", "14,-4"), ("8,4", "16,4")):
         done = ssh_brick.run("run", "driver.py", "line", *line)

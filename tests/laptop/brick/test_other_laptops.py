@@ -10,7 +10,8 @@ def test_a_brick_is_reached_from_it(ssh_brick, system):
     home = ssh_brick.environment["HOME"]
     state = ssh_brick.environment["BRICKSERVO_STATE"]
     env = lacking(system, HOME=home, BRICKSERVO_STATE=state, USERNAME="anna")  # as Windows has it
-    for words in (["install"], ["run", "driver.py", "home"], ["run", "driver.py", "where"]):
+    homing = ["run", "driver.py", "home", "--seek"]
+    for words in (["install"], homing, ["run", "driver.py", "where"]):
         status, out, errors = ssh_brick.run(*words, env=env)
         assert (status, "Traceback" in errors) == (0, False), out + errors
     assert "tip at " in out

@@ -47,7 +47,7 @@ def test_scripts_are_found_by_path_name_and_file(ssh_brick, tmp_path):
 @pytest.fixture
 def drawing(ssh_brick):
     """Begins a slow line on the brick in real time, and waits for its middle."""
-    assert ssh_brick.run("run", "driver.py", "home")[0] == 0
+    assert ssh_brick.run("run", "driver.py", "home", "--seek")[0] == 0
     ssh_brick.emulate("--realtime")
     processes = []
 

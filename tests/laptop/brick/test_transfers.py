@@ -73,7 +73,7 @@ def test_the_last_runs_leave_logs_and_the_oldest_go(ssh_brick, here):
         (logs / f"2026-01-{day:02}-120000-servo.jsonl").touch()
     (ssh_brick.home / "brickservo-draw.err.log").write_text("trouble\n")
     ssh_brick.emulate("--scene=")
-    assert here("run", "driver.py", "home")[0] == 0
+    assert here("run", "driver.py", "home", "--seek")[0] == 0
     assert here("run", "visual_servoing.py", "--tolerance", "20")[0] == 0
     status, _, errors = here("log", "--out", "all of them")
     assert status == 0, errors
