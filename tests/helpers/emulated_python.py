@@ -49,10 +49,18 @@ def simulate(brick, words):
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join([home, str(ROOT)]))
     words = [sys.executable, "-c", SIMULATE, "simulate", *options, *words]
     (brick / "started").write_text(out)
-    process = subprocess.Popen(words, env=environment)
-    for number in (signal.SIGTERM, signal.SIGHUP):  # they are for the script
-        signal.signal(number, lambda number, _: process.send_signal(number))
-    signal.signal(signal.SIGINT, lambda *_: None)  # which the terminal has sent to it, too
+    # The terminal would send it what it sends to this process, too: each once.
+    process = subprocess.Popen(words, env=environment, start_new_session=True)
+    sent = set()
+
+    def hand_on(number, _):
+        """Once: terminal and watch each send a SIGHUP, the second after the script has ended."""
+        if number not in sent:
+            sent.add(number)
+            process.send_signal(number)
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):  # they are for the script
+        signal.signal(number, hand_on)
     status = process.wait()
     if (Path(out) / "trace.csv").exists() and (last.exists() or (status == 0 and "home" in words)):
         last.write_text(out)
