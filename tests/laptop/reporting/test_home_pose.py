@@ -21,10 +21,10 @@ def test_the_readme_shows_the_arms_as_they_are(tmp_path, name):
     drawn = picture(tmp_path, read_arm(find_arm(name)))
     shown = matplotlib.image.imread(ROOT / "laptop" / "pictures" / f"home-{name}.png")
     assert drawn.shape == shown.shape
-    assert np.mean(np.abs(drawn - shown) > 0.3) < 0.005  # fonts may differ
+    assert np.mean(np.abs(drawn - shown) > 0.3) < 0.01  # fonts may differ
 
 
 def test_another_home_is_another_picture(tmp_path):
     arm = read_arm(find_arm("planar"))
     other = arm._replace(joints=(arm.joints[0], arm.joints[1]._replace(home=0.5)))
-    assert np.mean(np.abs(picture(tmp_path, arm) - picture(tmp_path, other)) > 0.3) > 0.005
+    assert np.mean(np.abs(picture(tmp_path, arm) - picture(tmp_path, other)) > 0.3) > 0.01
