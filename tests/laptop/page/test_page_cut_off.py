@@ -219,6 +219,7 @@ def test_one_steers_and_who_watches_may_take_over_and_stop(browser, tracker, sur
     watcher = Surfer(browser, tracker, steers=False)
     surfer.steer()  # who was not heard for long, as on a busy computer, steers no longer
     watcher.wait(watcher.page.locator(".driver", has_text="browser"))
+    surfer.steer()  # the same, for that wait
     watcher.click(*watcher.scene.truth(FAR[0])["effector"])
     watcher.reads("steers; press Take over first")
     assert watcher.button("Start").is_disabled()
