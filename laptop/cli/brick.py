@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import sys
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from laptop.cli.options import importing
+from laptop.cli.options import importing, in_one_line
 from shared import state
-from shared.arm_description import ArmError, find_arm, read_arm
+from shared.arm_description import find_arm, read_arm
 
 if TYPE_CHECKING:
     from laptop.brick.connection import Dialogue
@@ -28,14 +27,6 @@ THE_BRICK = click.option(
 )
 
 
-class BrickFailure(click.ClickException):
-    """A problem as one line, with a status of its own."""
-
-    def __init__(self, error: ArmError) -> None:
-        super().__init__(str(error))
-        self.exit_code = getattr(error, "status", 1)  # type: ignore[misc]  # (of click: a number)
-
-
 @click.group()
 def brick() -> None:
     """Reach the real brick by one command each, over ssh."""
@@ -47,7 +38,7 @@ def find() -> None:
     with importing():
         from laptop.brick import choosing, finding
 
-    with _in_one_line():
+    with in_one_line():
         found = asyncio.run(finding.find())
         finding.show(found, choosing.last_brick(), click.echo)
     if not found:
@@ -101,7 +92,7 @@ def doctor(name: str | None, arm_file: str, motors: bool) -> None:
     with importing():
         from laptop.brick import diagnosis
 
-    with _in_one_line():
+    with in_one_line():
         plugged = read_arm(find_arm(arm_file))
     sys.exit(0 if _talk(name, diagnosis.doctor, plugged, motors, click.echo) else 1)
 
@@ -153,7 +144,7 @@ def arm(name: str | None, wanted: str | None, replace: bool, file: Path | None) 
     if file and wanted:
         raise click.UsageError("an arm is put or fetched: give FILE or --fetch ARM, not both")
     if file:
-        with _in_one_line():
+        with in_one_line():
             read_arm(file)  # before the brick is asked for anything
         _talk(name, transfers.put_arm, file, replace)
     elif wanted:
@@ -179,14 +170,14 @@ def forget(name: str | None) -> None:
     with importing():
         from laptop.brick import choosing
 
-    with _in_one_line():
+    with in_one_line():
         choosing.forget(name, _dialogue())
 
 
 def _talk(name: str | None, command: Callable[..., Coroutine[Any, Any, T]], *words: Any) -> T:
     """Let a command talk with the brick that is meant: `command(brick, address, dialogue, *words)`.
 
-    A problem is a BrickFailure.
+    A problem is told in one line.
     """
     from laptop.brick import choosing, connection
 
@@ -198,17 +189,8 @@ def _talk(name: str | None, command: Callable[..., Coroutine[Any, Any, T]], *wor
             choosing.remember(address, dialogue)
             return await command(brick, address, dialogue, *words)
 
-    with _in_one_line():
+    with in_one_line():
         return asyncio.run(talk())
-
-
-@contextlib.contextmanager
-def _in_one_line() -> Iterator[None]:
-    """Let a problem be a BrickFailure."""
-    try:
-        yield
-    except ArmError as error:
-        raise BrickFailure(error) from None
 
 
 def _dialogue() -> Dialogue:

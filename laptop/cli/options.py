@@ -101,7 +101,9 @@ def in_one_line() -> Iterator[None]:
     try:
         yield
     except ArmError as error:
-        raise click.ClickException(str(error)) from None
+        failure = click.ClickException(str(error))
+        failure.exit_code = getattr(error, "status", 1)  # type: ignore[misc]  # (of click: a number)
+        raise failure from None
 
 
 def examples(*lines: str) -> str:
