@@ -82,7 +82,7 @@ class PageController:
         self._bring = bring
         self._now = now
         self._why_emulated_ended: Callable[[], str] | None = None  # of the brick brought along
-        self._last_question = -math.inf  # s
+        self._last_question = self._expected_until = -math.inf  # s
         self.colours = ColourEdits(self._cameras, file)
         self.runs = RunControl(self._cameras, self.colours, server, now, start_on_brick)
         self._hints = GoalHints(self._cameras)
@@ -108,11 +108,12 @@ class PageController:
     @property
     def has_viewers(self) -> bool:
         """Return True if somebody has the page open, or is about to."""
-        return self._now() - self._last_question < VIEWER_TIMEOUT
+        now = self._now()
+        return now - self._last_question < VIEWER_TIMEOUT or now < self._expected_until
 
     def expect_viewer(self) -> None:
         """Count on somebody who is about to open the page."""
-        self._last_question = self._now() + PAGE_OPEN_TIMEOUT - VIEWER_TIMEOUT
+        self._expected_until = self._now() + PAGE_OPEN_TIMEOUT
 
     def opened(self) -> None:
         """Count on somebody who opens the page, which takes a slow browser a while.
@@ -127,6 +128,10 @@ class PageController:
                     self._why_emulated_ended = self._bring()
                 except OSError as error:
                     self.runs.note = f"no emulated brick: {error.strerror}: {error.filename}"
+
+    def arrived(self) -> None:
+        """Take in that a browser has the page, which asks from now on: expect nobody any more."""
+        self._last_question, self._expected_until = self._now(), -math.inf
 
     def lose_page(self, why: str) -> None:
         """Take in that the page's process is replaced, and why."""

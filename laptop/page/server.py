@@ -17,7 +17,7 @@ from laptop.page.auth import BROWSER, MAX_MESSAGE, AuthMiddleware
 from laptop.page.browser import Page
 from laptop.page.cards.session import BrowserSession, browser_name
 from laptop.page.http_limits import LimitedHttp
-from laptop.page.interface import AdmissionCalls, RunCalls, SteeringCalls
+from laptop.page.interface import AdmissionCalls, RunCalls, StatusCalls, SteeringCalls
 from laptop.page.pulse import Pulse
 from laptop.page.sessions import SessionKey
 
@@ -97,6 +97,7 @@ def serve(
     async def on_connect(client: Client) -> None:
         controller.pages.add(client.id)
         pulse.join(client.id, _browser(client))
+        await controller.call(StatusCalls.arrived)
         # Who comes first steers.
         await controller.call(SteeringCalls.claim, _browser(client), _name(client))
 

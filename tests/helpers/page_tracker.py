@@ -181,6 +181,8 @@ class Surfer:
     def steer(self):
         """Give the orders from now on, if it is not so already."""
         take = self.page.get_by_role("button", name="Take over")
+        steers = self.page.get_by_text("You steer")
+        steers.or_(take.and_(self.page.locator(":visible"))).first.wait_for()
         if take.is_visible():
             take.click()
         self.reads("You steer")
