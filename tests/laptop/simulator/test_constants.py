@@ -1,5 +1,7 @@
 """The grammar of KEY=VALUE, on a table of its own."""
 
+from collections import OrderedDict
+
 import pytest
 
 from laptop.simulator.constants import Constant, ConstantTable
@@ -11,11 +13,13 @@ class BadLamp(ValueError):
 
 LAMP = ConstantTable(
     "lamp",
-    {
-        "power": Constant(5.0, (0.5, 10.0), "W", "of the bulb"),
-        "bulbs": Constant(None, (1, 4), "", "in it", int),
-        "colour": Constant("warm", ("warm", "cold"), "", "of the light", str),
-    },
+    OrderedDict(
+        [
+            ("power", Constant(5.0, (0.5, 10.0), "W", "of the bulb")),
+            ("bulbs", Constant(None, (1, 4), "", "in it", int)),
+            ("colour", Constant("warm", ("warm", "cold"), "", "of the light", str)),
+        ]
+    ),
     BadLamp,
     unknown="lamp: no '{key}' in '{item}'; known: {known}",
     ranged={"power"},
