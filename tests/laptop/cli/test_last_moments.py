@@ -50,7 +50,7 @@ def test_the_interpreter_does_not_end_under_a_thread_that_goes_on(work, printed,
 def test_a_closed_stream_neither_ends_a_command_nor_becomes_one_of_its_files(closed, tmp_path):
     script = tmp_path / "script.py"
     script.write_text("import sys\nprint('said')\nsys.stderr.write('told\\n')\ninput()\n")
-    words = [sys.executable, "-m", "laptop", "simulate", "--out", str(tmp_path / "out"), str(script)]
+    words = [sys.executable, "-m", "laptop", "simulate", "--out", tmp_path / "out", script]
     line = f'exec "$@" {closed}'
     done = subprocess.run(
         ["sh", "-c", line, "sh", *words],
