@@ -6,7 +6,7 @@ from collections import namedtuple
 from laptop.simulator.constants import ConstantTable
 from laptop.simulator.device.buttons import INPUTS
 from laptop.simulator.device.sensor_kinds import BY_CHANNEL, CHANNELS, KINDS
-from laptop.simulator.device.signals import columns, is_file, read_column, read_signal
+from laptop.simulator.device.sensor_values import columns, is_file, read_column, read_signal
 from shared.arm_description import ArmError
 from shared.message_fields import one_line
 
@@ -35,7 +35,7 @@ class BadSensor(ArmError, ValueError):
 
 
 def read_sensor(text):
-    """Read a SensorOrder from `PORT=KIND[:VALUES][,KEY=VALUES...]`; see `signals` for VALUES.
+    """Read a SensorOrder from `PORT=KIND[:VALUES][,KEY=VALUES...]`; see `sensor_values` for VALUES.
 
     Raises:
         BadSensor: in one line, with the next step.

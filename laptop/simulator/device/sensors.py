@@ -11,7 +11,7 @@ import struct
 
 from laptop.simulator.device.attribute_devices import Device, invalid
 from laptop.simulator.device.sensor_kinds import BY_CHANNEL, CHANNELS, KINDS
-from laptop.simulator.device.signals import constant
+from laptop.simulator.device.sensor_values import constant
 
 SWITCH_TIME = {"ev3-uart": 0.02}
 """Time of a change of mode by how a sensor is connected, s; in no time where nothing is said."""
