@@ -166,7 +166,9 @@ class EmulatedSensor(Device):
             return str(now[attribute])
         if attribute == "poll_ms" and self._poll_ms is not None:
             return str(self._poll_ms)
-        if attribute in ("poll_ms", "commands", "text_value", "direct"):
+        if attribute == "commands":  # none of LEGO's has any
+            return ""
+        if attribute in ("poll_ms", "text_value", "direct"):
             raise error(errno.EOPNOTSUPP)
         return super(EmulatedSensor, self).read(attribute)
 
@@ -183,7 +185,9 @@ class EmulatedSensor(Device):
             # Of what can be said to a sensor directly only this is known here.
             if self._kind is KINDS["gyro"] and value == RESET_GYRO:
                 self._measuring.set_origin()
-        elif attribute in ("poll_ms", "direct", "command"):
+        elif attribute == "command":
+            raise invalid()
+        elif attribute in ("poll_ms", "direct"):
             raise error(errno.EOPNOTSUPP)
         else:
             super(EmulatedSensor, self).write(attribute, value)
