@@ -142,7 +142,7 @@ def arm(name: str | None, wanted: str | None, replace: bool, file: Path | None) 
         from laptop.brick import transfers
 
     if file and wanted:
-        raise click.UsageError("an arm is put or fetched: give FILE or --fetch ARM, not both")
+        raise click.UsageError("an arm is put or fetched: give FILE or --fetch ARM, not both.")
     if file:
         with in_one_line():
             read_arm(file)  # before the brick is asked for anything
