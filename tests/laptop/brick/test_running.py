@@ -203,3 +203,21 @@ def test_keys_go_there_one_by_one_and_the_terminal_is_as_before(ssh_brick, tmp_p
     assert termios.tcgetattr(there) == before
     os.close(here)
     os.close(there)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_command_that_is_told_to_end_leaves_the_terminal_as_it_was(ssh_brick, number):
+    here, there = pty.openpty()
+    before = termios.tcgetattr(there)
+    process = ssh_brick.command("shell", stdin=there, stdout=there, start_new_session=True)
+    try:
+        until(lambda: termios.tcgetattr(there) != before, "keys that go there one by one")
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=PATIENCE)
+    finally:
+        process.kill()
+        process.communicate()
+    assert process.returncode == -number, errors
+    assert termios.tcgetattr(there) == before
+    os.close(here)
+    os.close(there)
