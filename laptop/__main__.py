@@ -14,6 +14,7 @@ def run() -> None:
     """Run the command that was typed, and end this process with its status."""
     # While importing there is nothing to end in order.
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+    _open_streams()
     module = os.path.basename(sys.argv[0]) == os.path.basename(__file__)
     os.environ.setdefault(PROGRAM, "python -m laptop" if module else "brickservo")
     try:
@@ -27,6 +28,16 @@ def run() -> None:
     except SystemExit as end:
         _leave_threads(end.code)
         raise
+
+
+def _open_streams() -> None:
+    """Let a standard stream that was closed be one that holds and keeps nothing.
+
+    Else a file that is opened later would get its number, and what children write.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115 (as long as the process)
 
 
 def _leave_threads(status: object) -> None:

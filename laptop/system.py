@@ -260,17 +260,30 @@ def give_way(niceness, pid=0):
 def keys_one_by_one():
     """Let a terminal hand over each key as it is typed, Ctrl-C too, unseen, for a `with` block.
 
-    Windows does so where it is asked for a key; there Ctrl-C stays a signal.
+    It is as before then, also where a signal ends this process meanwhile.  Windows does so where it
+    is asked for a key; there Ctrl-C stays a signal.  For the main thread.
     """
     if termios is None or sys.stdin is None or not sys.stdin.isatty():
         yield
         return
     before = termios.tcgetattr(sys.stdin)
+
+    def end(number, frame):
+        with contextlib.suppress(termios.error):  # it may be the terminal that has gone
+            termios.tcsetattr(sys.stdin, termios.TCSANOW, before)
+        signal.signal(number, signal.SIG_DFL)
+        os.kill(os.getpid(), number)
+
+    deadly = [n for n in ENDING if signal.getsignal(n) is signal.SIG_DFL]
+    for number in deadly:
+        signal.signal(number, end)
     tty.setraw(sys.stdin)
     try:
         yield
     finally:
         termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
+        for number in deadly:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def read_typed():

@@ -126,16 +126,22 @@ def tell(what):
 
 
 def watch(found):
-    """Tell of each motor that is turned by hand."""
-    last = {port: motor.position for port, motor in found.items()}
+    """Tell of each motor that is turned by hand, or comes off by that."""
+    last, there = {}, dict(found)
     pause = threading.Event()
     for _ in range(int(WATCH_TIME / POLL_PERIOD)):
-        pause.wait(POLL_PERIOD)
-        for port, motor in found.items():
-            position = motor.position
+        for port, motor in sorted(there.items()):
+            try:
+                position = motor.position
+            except Exception:  # whatever that library, or a driver, may have
+                tell({"port": port, "gone": True})
+                del there[port]
+                continue
+            last.setdefault(port, position)
             if abs(position - last[port]) >= MIN_TURN:
                 tell({"port": port, "before": last[port], "position": position})
                 last[port] = position
+        pause.wait(POLL_PERIOD)
 
 
 def main():

@@ -7,7 +7,7 @@ import contextlib
 import ipaddress
 import re
 import socket
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterator
 from dataclasses import dataclass
 
 import asyncssh
@@ -30,6 +30,23 @@ MOST_QUESTIONS = 3
 
 CUT = (asyncssh.ConnectionLost, BrokenPipeError, ConnectionResetError)
 """Exceptions of a connection that has ended without a word."""
+
+
+class NobodyReads(Exception):
+    """What is shown here goes nowhere: not the connection, but this command's output is closed."""
+
+
+@contextlib.contextmanager
+def shown_here() -> Iterator[None]:
+    """Tell closed output from a connection that is cut, for a `with` block that shows something.
+
+    Raises:
+        NobodyReads: it is closed.
+    """
+    try:
+        yield
+    except BrokenPipeError:
+        raise NobodyReads from None
 
 
 @dataclass(frozen=True)
@@ -108,9 +125,15 @@ async def connected(
 
     Raises:
         BrickProblem: it is not to be reached, is another one, lets nobody in or goes away, then or
-            in the block.
+            in the block; or the keys that are known cannot be read.
     """
-    login = _Login(address, dialogue, known or KnownHosts())
+    known = known or KnownHosts()
+    try:
+        login = _Login(address, dialogue, known)
+    except OSError as error:
+        raise BrickProblem(
+            f"cannot read {known.file}: {error.strerror}; see whose file it is"
+        ) from None
     sock = await _reach(address)
     try:
         connection = await asyncssh.connect(
@@ -192,7 +215,11 @@ async def _reach(address: BrickAddress) -> socket.socket:
         ) from None
     problem = ""
     for family, kind, protocol, _, place in places:
-        sock = socket.socket(family, kind, protocol)
+        try:
+            sock = socket.socket(family, kind, protocol)
+        except OSError as error:  # a system without IPv6
+            problem = problem or _unreached(address, error)
+            continue
         sock.setblocking(False)
         try:
             await asyncio.wait_for(loop.sock_connect(sock, place), CONNECT_TIMEOUT)
@@ -229,14 +256,13 @@ class _Login(asyncssh.SSHClient):
 
     def __init__(self, address: BrickAddress, dialogue: Dialogue, known: KnownHosts) -> None:
         self._address, self._dialogue, self._known = address, dialogue, known
-        self._before: list[asyncssh.SSHKey] = []
+        self._before = known.keys_of(address.host, address.port)
         self._new: asyncssh.SSHKey | None = None
         self._asked = 0
         self._tried_usual = self._given_up = False
 
     def known_keys(self, host: str, addr: str, port: int | None) -> tuple:
         """Return the keys that are trusted, as asyncssh takes them."""
-        self._before = self._known.keys_of(self._address.host, self._address.port)
         return self._before, [], []
 
     def validate_host_public_key(

@@ -234,16 +234,26 @@ async def _by_hand(
     """Say which motors count while they are turned by hand; return what is found of each."""
     tell("now turn each joint by hand, one after the other, within half a minute")
     turned: dict[str, int] = {}
+    gone: set[str] = set()
     async for line in process.stdout:
         try:
             told = json.loads(line)
-            port, way = told["port"], told["position"] - told["before"]
+            port = told["port"]
+            if told.get("gone"):
+                gone.add(port)
+                continue
+            way = told["position"] - told["before"]
         except (ValueError, KeyError, TypeError):
             continue  # what something else there has written
         turned[port] = turned.get(port, 0) + abs(way)
         tell(f"  {port} counts {way:+d}")
     found = []
     for port in sorted(facts["motors"]):
+        if port in gone:
+            off = "its motor came off meanwhile", "push its cable in, and look again"
+            found.append(Finding(f"port {port}", *off))
+            tell(str(found[-1]))
+            continue
         still = "" if port in turned else "if you have turned it, change its cable, then the motor"
         value = f"counts {turned[port]} by hand" if port in turned else "has not counted"
         found.append(Finding(f"port {port}", value, still))

@@ -19,7 +19,11 @@ async def put(brick: asyncssh.SSHClientConnection, target: str, data: bytes) -> 
         BrickProblem: it cannot be written.
     """
     folder, path = shlex.quote(posixpath.dirname(target)), shlex.quote(target)
-    done = await ask(brick, f"mkdir -p {folder} && cat >{path}.new && mv {path}.new {path}", data)
+    new = f"{path}.new"
+    # A connection that is cut ends the input there as if that were all of it.
+    is_whole = f'[ "$(wc -c <{new})" -eq {len(data)} ]'
+    write = f"mkdir -p {folder} && cat >{new} && {is_whole} && mv {new} {path}"
+    done = await ask(brick, write, data)
     if done.status:
         raise BrickProblem(f"the brick cannot take {target}: {done.errors.strip() or done.status}")
 

@@ -25,7 +25,7 @@ import asyncssh
 
 from laptop import system
 from laptop.brick import BrickProblem
-from laptop.brick.connection import CUT, BrickAddress, Dialogue, ask
+from laptop.brick.connection import CUT, BrickAddress, Dialogue, ask, shown_here
 from laptop.brick.install import update
 from laptop.brick.program_files import EXECUTABLE, program_files
 from laptop.brick.remote_files import put
@@ -42,13 +42,15 @@ OWN_SCRIPTS, LOGS = ".brickservo/scripts", ".brickservo/logs"
 SERVO, KEPT_LOGS = "robot/visual_servoing.py", 10
 """The script that keeps a log, and how many of them stay."""
 
-PROGRAM = "echo $$ >.brickservo/run.pid; exec env BRICK_RUN={token} {command}"
-"""Starts a program under a number that can be found again."""
+PROGRAM = "exec env BRICK_RUN={token}.$$ {command}"
+"""Starts a program that can be found again: by its number in its own environment."""
 
 WATCH = """exec bash -c '
 while read -r -t {timeout:g} word; do [ "$word" != end ] || exit 0; done
-pid=$(cat .brickservo/run.pid) &&
-tr "\\0" "\\n" <"/proc/$pid/environ" | grep -qx BRICK_RUN={token} && kill -HUP "$pid"'"""
+for found in $(grep -lzx "BRICK_RUN={token}[.][0-9]*" /proc/[0-9]*/environ 2>/dev/null); do
+    number=${{found//[!0-9]/}}  # but what it has started has its number, too
+    ! grep -qzx "BRICK_RUN={token}[.]$number" "$found" || kill -HUP "$number"
+done'"""
 """Asks it to end once the laptop has been silent for too long, or gone without a word."""
 
 
@@ -130,12 +132,13 @@ async def _watched(
         watch = await brick.create_process(
             WATCH.format(timeout=SILENCE_TIMEOUT, token=token), encoding="utf-8"
         )
-        beating = asyncio.ensure_future(_beat(watch))
+        beating = asyncio.ensure_future(_beat(watch, dialogue))
         try:
             status = await on_terminal(brick, dialogue, program)
         finally:
             beating.cancel()
-        watch.stdin.write("end\n")
+        if not watch.stdin.is_closing():
+            watch.stdin.write("end\n")
         await watch.wait()
         return status
     except CUT:
@@ -145,10 +148,14 @@ async def _watched(
         ) from None
 
 
-async def _beat(watch: asyncssh.SSHClientProcess) -> None:
-    while True:
+async def _beat(watch: asyncssh.SSHClientProcess, dialogue: Dialogue) -> None:
+    while not watch.stdin.is_closing():
         watch.stdin.write("beat\n")
         await asyncio.sleep(BEAT_PERIOD)
+    dialogue.say(
+        "the watch on the brick has ended, after a long silence or for want of memory; if this "
+        "computer falls silent now, nothing there stops the arm: press Ctrl-C, and start again"
+    )
 
 
 async def on_terminal(
@@ -158,6 +165,7 @@ async def on_terminal(
 
     Raises:
         asyncssh.ConnectionLost: it has not come to its end.
+        NobodyReads: its output is read no more; the terminal there is hung up.
     """
     typed = sys.stdin is not None and sys.stdin.isatty()
     modes = {} if typed else {asyncssh.PTY_ECHO: 0}
@@ -183,8 +191,9 @@ async def on_terminal(
 
     with system.keys_one_by_one(), _reading(send), _ctrl_c(lambda: send(CTRL_C)):
         while data := await process.stdout.read(1 << 16):
-            sys.stdout.buffer.write(data)
-            sys.stdout.buffer.flush()
+            with shown_here():
+                sys.stdout.buffer.write(data)
+                sys.stdout.buffer.flush()
         await process.wait_closed()
     if process.returncode is None:
         raise asyncssh.ConnectionLost("no exit status")

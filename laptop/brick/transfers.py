@@ -132,8 +132,10 @@ async def bench(
     """Run bench_brick.py there, and fetch what it has measured; return its exit status.
 
     Raises:
-        BrickProblem: it has measured nothing.
+        BrickProblem: it cannot be run.
+        OSError: what it has measured cannot be written here.
     """
+    file.parent.mkdir(parents=True, exist_ok=True)  # not first after minutes of measuring
     await ask(brick, f"rm -f {FIGURES}")
     status = await run(brick, address, dialogue, "bench_brick.py", (*words, "--json", FIGURES))
     data = await read(brick, FIGURES, most=16 * MAX_SIZE)

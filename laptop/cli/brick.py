@@ -94,7 +94,7 @@ def doctor(name: str | None, arm_file: str, motors: bool) -> None:
 
     with in_one_line():
         plugged = read_arm(find_arm(arm_file))
-    sys.exit(0 if _talk(name, diagnosis.doctor, plugged, motors, click.echo) else 1)
+    sys.exit(0 if _talk(name, diagnosis.doctor, plugged, motors, _show) else 1)
 
 
 @brick.command()
@@ -142,7 +142,7 @@ def arm(name: str | None, wanted: str | None, replace: bool, file: Path | None) 
         from laptop.brick import transfers
 
     if file and wanted:
-        raise click.UsageError("an arm is put or fetched: give FILE or --fetch ARM, not both")
+        raise click.UsageError("an arm is put or fetched: give FILE or --fetch ARM, not both.")
     if file:
         with in_one_line():
             read_arm(file)  # before the brick is asked for anything
@@ -178,6 +178,9 @@ def _talk(name: str | None, command: Callable[..., Coroutine[Any, Any, T]], *wor
     """Let a command talk with the brick that is meant: `command(brick, address, dialogue, *words)`.
 
     A problem is told in one line.
+
+    Raises:
+        BrokenPipeError: nobody reads what is shown any more.
     """
     from laptop.brick import choosing, connection
 
@@ -189,8 +192,19 @@ def _talk(name: str | None, command: Callable[..., Coroutine[Any, Any, T]], *wor
             choosing.remember(address, dialogue)
             return await command(brick, address, dialogue, *words)
 
-    with in_one_line():
-        return asyncio.run(talk())
+    try:
+        with in_one_line():
+            return asyncio.run(talk())
+    except connection.NobodyReads:
+        raise BrokenPipeError from None
+
+
+def _show(line: str) -> None:
+    """Show a line while a brick is connected."""
+    from laptop.brick.connection import shown_here
+
+    with shown_here():
+        click.echo(line)
 
 
 def _dialogue() -> Dialogue:

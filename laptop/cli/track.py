@@ -25,7 +25,9 @@ BRICK_TIMEOUT = 1e6
 """For an emulated brick, which ends with the tracker in any case, s."""
 END_TIMEOUT = 5.0
 """An emulated brick that has not ended so long after it was told, s, is killed."""
-RUN_WHILE_INPUT_IS_OPEN = """
+RUN_WHILE_INPUT_IS_OPEN = f"""
+import sys
+sys.path[0] = {HOUSE!r}  # in place of the folder one is in, where any file may be
 import os, threading
 from laptop import system
 def end_with_input():
@@ -284,7 +286,6 @@ def _beside(words: list[str], file: Path, name: str) -> Iterator[Callable[[], st
     with open(file, "wb") as lines:
         process = subprocess.Popen(
             [sys.executable, "-c", RUN_WHILE_INPUT_IS_OPEN, *words],
-            cwd=HOUSE,
             stdin=subprocess.PIPE,
             stdout=lines,
             stderr=subprocess.STDOUT,

@@ -307,7 +307,7 @@ def _let_joints_touch(brick, peripherals):
     touching = [
         (drive.link, joint, peripherals.inputs[joint.touch_port].measuring)
         for drive, joint in zip(brick.plant.joints, brick.arm.joints)
-        if joint.touch_port
+        if joint.touch_port and peripherals.inputs[joint.touch_port].measuring
     ]
 
     def look(t):

@@ -209,13 +209,13 @@ def _fits(joint, seen, expected):
 
 def _by_sensor(arm, k, say):
     motor, joint = arm.joints[k], arm.description.joints[k]
-    sensor = _sensor(joint)
+    is_pressed = _sensor(joint)
     sign = 1 if joint.touch_at >= joint.upper else -1
     bound = _bound(joint, sign)
     closed = []
 
     def look(t, now, angles):
-        if sensor.is_pressed:
+        if is_pressed():
             closed.append(angles[0])
             return STOP
         return None
@@ -223,7 +223,7 @@ def _by_sensor(arm, k, say):
     say("homing: {}, touch sensor at {}".format(joint.name, joint.touch_port))
     off = BACK_OFF + joint.backlash
     for speed in (min(SPEED, joint.max_speed),) + (SLOW,) * TOUCHES:
-        if sensor.is_pressed:
+        if is_pressed():
             raise Blocked(
                 "the touch sensor at {} is pressed though the {} is away from it; put the arm at "
                 "home, look at the sensor, and home again".format(joint.touch_port, joint.name)
@@ -258,12 +258,21 @@ def _by_sensor(arm, k, say):
 
 
 def _sensor(joint):
+    """Whether the touch sensor of a joint is pressed: a function.
+
+    Raises:
+        Blocked: it is not there, then or when it is asked.
+    """
     from ev3dev2.sensor.lego import TouchSensor  # not above: it is slow to import
 
-    try:
-        return TouchSensor(joint.touch_port)
-    except ev3dev2.DeviceNotFound:
-        raise Blocked(
-            "there is no touch sensor at {} for the {}; check its cable, or find_home in the arm "
-            "file".format(joint.touch_port, joint.name)
-        ) from None
+    def there(ask, *args):
+        try:
+            return ask(*args)
+        except (ev3dev2.DeviceNotFound, OSError):
+            raise Blocked(
+                "there is no touch sensor at {} for the {}; check its cable, or find_home in the "
+                "arm file".format(joint.touch_port, joint.name)
+            ) from None
+
+    sensor = there(TouchSensor, joint.touch_port)
+    return lambda: there(getattr, sensor, "is_pressed")

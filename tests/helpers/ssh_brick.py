@@ -203,9 +203,9 @@ class SshBrick:
         """Wait until nothing runs there any more."""
         for session in self.sessions:
             session.wait(300)
-        until(lambda: not self._running(), "the end of what runs on the brick")
+        until(lambda: not self.running(), "the end of what runs on the brick")
 
-    def _running(self):
+    def running(self):
         """The processes of sessions here: by environment, words, or, of a sshd still, its log."""
         log, found = str(self.folder / "sshd.log"), []
         for process in glob.glob("/proc/[0-9]*"):
@@ -227,7 +227,7 @@ class SshBrick:
         for session in self.sessions:
             session.kill()
             session.wait()
-        for number in self._running():
+        for number in self.running():
             with contextlib.suppress(ProcessLookupError):
                 os.kill(number, signal.SIGKILL)
 

@@ -10,7 +10,8 @@ from refusals import in_one_line
 from rig import Shell, degrees, zero_of
 
 from laptop.simulator.device.buttons import read_press
-from laptop.simulator.session import run
+from laptop.simulator.device.sensor_orders import read_sensors
+from laptop.simulator.session import read_fault, run
 from robot.motion.checked import Checked
 from shared.arm_description import SEEK_BEYOND, find_arm, read_arm
 
@@ -204,6 +205,26 @@ def test_a_sensor_that_is_not_as_described(tmp_path, monkeypatch, capsys, sensor
     assert out.outcome.status == 1
     assert in_one_line(capsys.readouterr().err, "in2", says)
     assert beyond(arm, out.record) < MOST
+
+
+@pytest.mark.parametrize(
+    "gone", [{"sensors": ["in2=none"]}, {"sensors": ["in2=gyro"]}, {"faults": ["unplug:in2@1.5"]}]
+)
+def test_a_sensor_that_is_not_there_or_no_more_is_told_in_one_line(
+    tmp_path, monkeypatch, capsys, gone
+):
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n"))
+    out = run(
+        with_sensors(tmp_path),
+        DRIVER,
+        ["home"],
+        start="0,0",
+        sensors=read_sensors(gone.get("sensors", ())),
+        faults=[read_fault(text) for text in gone.get("faults", ())],
+    )
+    assert out.outcome.status == 1
+    assert in_one_line(capsys.readouterr().err, "no touch sensor at in2 for the elbow", "cable")
+    assert not any(motor["driven"] for motor in out.motors.values())
 
 
 # Who puts the arm there

@@ -29,7 +29,8 @@ Kind.__doc__ = """One kind of sensor.
 driver      its name
 connection  how it talks, as the port's mode has it
 quantities  key -> Constant: all that it can measure, and where it is
-main        keys that a text without a key may mean: the first for words, the last for numbers
+main        keys that a text without a key may mean: the first for words, the last for numbers; each
+            says all of it, so that one is given
 scene       key -> words, for what the emulated world itself can give
 modes       Modes, the first as it is plugged in
 volts       of an NXT/Analog sensor: m -> V, what the port sees; None for all others

@@ -6,7 +6,7 @@ from collections import namedtuple
 from laptop.simulator.constants import ConstantTable
 from laptop.simulator.device.buttons import INPUTS
 from laptop.simulator.device.sensor_kinds import BY_CHANNEL, CHANNELS, KINDS
-from laptop.simulator.device.signals import columns, is_file, read_column, read_signal
+from laptop.simulator.device.sensor_values import columns, is_file, read_column, read_signal
 from shared.arm_description import ArmError
 from shared.message_fields import one_line
 
@@ -35,7 +35,7 @@ class BadSensor(ArmError, ValueError):
 
 
 def read_sensor(text):
-    """Read a SensorOrder from `PORT=KIND[:VALUES][,KEY=VALUES...]`; see `signals` for VALUES.
+    """Read a SensorOrder from `PORT=KIND[:VALUES][,KEY=VALUES...]`; see `sensor_values` for VALUES.
 
     Raises:
         BadSensor: in one line, with the next step.
@@ -59,8 +59,9 @@ def _quantities(name, text, has_main):
     main, _, rest = text.partition(",") if has_main else ("", "", text)
     if has_main and not main:
         raise BadSensor("sensor {}: no value behind the colon".format(name))
-    if "=" in main and not is_file(main):  # KEY=VALUES at once
-        main, rest = "", text
+    key, equals, _ = main.partition("=")
+    if equals and (key.rpartition(".")[2] in kind.quantities or not is_file(main)):
+        main, rest = "", text  # KEY=VALUES at once
     table = _table(name)
     if is_file(main):
         given = _of_file(name, table, main)
@@ -75,6 +76,12 @@ def _quantities(name, text, has_main):
             if _channelled(key, owner) in given:
                 raise BadSensor("sensor {}: {} is given twice; give it once".format(name, key))
             given[_channelled(key, owner)] = signal
+    if len(kind.main) > 1 and given.keys() >= set(kind.main):
+        raise BadSensor(
+            "sensor {}: {} each say all of it; give one of them".format(
+                name, " and ".join(kind.main)
+            )
+        )
     return given
 
 

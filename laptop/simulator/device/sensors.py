@@ -11,7 +11,7 @@ import struct
 
 from laptop.simulator.device.attribute_devices import Device, invalid
 from laptop.simulator.device.sensor_kinds import BY_CHANNEL, CHANNELS, KINDS
-from laptop.simulator.device.signals import constant
+from laptop.simulator.device.sensor_values import constant
 
 SWITCH_TIME = {"ev3-uart": 0.02}
 """Time of a change of mode by how a sensor is connected, s; in no time where nothing is said."""
@@ -166,7 +166,9 @@ class EmulatedSensor(Device):
             return str(now[attribute])
         if attribute == "poll_ms" and self._poll_ms is not None:
             return str(self._poll_ms)
-        if attribute in ("poll_ms", "commands", "text_value", "direct"):
+        if attribute == "commands":  # none of LEGO's has any
+            return ""
+        if attribute in ("poll_ms", "text_value", "direct"):
             raise error(errno.EOPNOTSUPP)
         return super(EmulatedSensor, self).read(attribute)
 
@@ -183,7 +185,9 @@ class EmulatedSensor(Device):
             # Of what can be said to a sensor directly only this is known here.
             if self._kind is KINDS["gyro"] and value == RESET_GYRO:
                 self._measuring.set_origin()
-        elif attribute in ("poll_ms", "direct", "command"):
+        elif attribute == "command":
+            raise invalid()
+        elif attribute in ("poll_ms", "direct"):
             raise error(errno.EOPNOTSUPP)
         else:
             super(EmulatedSensor, self).write(attribute, value)

@@ -2,6 +2,8 @@
 
 import asyncio
 import contextlib
+import errno
+import os
 import socket
 import threading
 
@@ -181,6 +183,32 @@ def test_who_is_not_there_is_told_from_who_is_no_brick(home, monkeypatch):
             thread.start()
             assert problem in refused(BrickAddress("127.0.0.1", listener.getsockname()[1]))
             thread.join()
+
+
+def test_keys_that_cannot_be_read_are_not_a_bricks_fault(home):
+    (home / ".ssh" / "known_hosts").mkdir(parents=True)
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        problem = refused(BrickAddress("127.0.0.1", listener.getsockname()[1]))
+    assert problem.startswith(f"cannot read {home}/.ssh/known_hosts: Is a directory")
+
+
+def test_a_brick_is_reached_by_the_addresses_that_this_computer_has(ssh_brick, monkeypatch):
+    """A name may have one of IPv6, too."""
+    address, real_socket = read_address(ssh_brick.place), socket.socket
+
+    async def both(loop, host, port, **rest):
+        ends = [("::1", port, 0, 0), ("127.0.0.1", port)]
+        families = socket.AF_INET6, socket.AF_INET
+        return [(f, socket.SOCK_STREAM, 6, "", end) for f, end in zip(families, ends, strict=True)]
+
+    def without_ipv6(family=socket.AF_INET, *rest, **more):
+        if family == socket.AF_INET6:
+            raise OSError(errno.EAFNOSUPPORT, os.strerror(errno.EAFNOSUPPORT))
+        return real_socket(family, *rest, **more)
+
+    monkeypatch.setattr(asyncio.BaseEventLoop, "getaddrinfo", both)
+    monkeypatch.setattr(socket, "socket", without_ipv6)
+    assert said(address, Person()) == "here\n"
 
 
 def test_who_does_not_answer_is_not_waited_for_forever(home, monkeypatch):

@@ -106,6 +106,15 @@ def test_motors_that_a_hand_turns_count(ssh_brick):
 
 
 @pytest.mark.long
+def test_a_cable_that_comes_off_by_hand_is_told(ssh_brick):
+    ssh_brick.emulate("--fault", "unplug:A@2", "--fault", "push:B@3")
+    status, out, _ = ssh_brick.run("doctor", "--motors")
+    assert status == 1
+    assert "port A    its motor came off meanwhile: push its cable in, and look again" in out
+    assert "port B    counts 19 by hand: fine" in out
+
+
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("library", "line"),
     [

@@ -6,12 +6,15 @@ import os
 import pty
 import select
 import signal
+import subprocess
 import sys
 import termios
 
 import pytest
 from ssh_brick import Proxy
 from waiting import PATIENCE, until
+
+from laptop.brick.running import PROGRAM, WATCH
 
 LINE = "run", "driver.py", "line", "--speed", "0.5", "10,0", "5,10"
 """Twenty seconds of drawing, so that there is a middle."""
@@ -115,6 +118,58 @@ def test_a_laptop_that_falls_asleep_stops_the_arm(ssh_brick, drawing):
     assert_stopped_in_mid_line(ssh_brick, 128 + signal.SIGHUP)
 
 
+def test_a_watch_ends_its_own_program_though_another_has_begun_since():
+    """Its laptop goes without a word, as one that falls asleep."""
+
+    def begin(words, **places):
+        return subprocess.Popen(["sh", "-c", words.format(**places)], stdin=subprocess.PIPE)
+
+    programs = [begin(PROGRAM, token=token, command="cat") for token in ("first", "second")]
+    watch = begin(WATCH, timeout=PATIENCE, token="first")
+    try:
+        for program in programs:  # each is what it becomes
+            until(lambda number=program.pid: words_of(number) == b"cat\0", "the program")
+        watch.stdin.close()
+        assert programs[0].wait(PATIENCE) == -signal.SIGHUP
+        assert watch.wait(PATIENCE) == 0
+        assert programs[1].poll() is None
+    finally:
+        for process in (watch, *programs):
+            process.kill()
+            process.communicate()
+
+
+def words_of(number):
+    """The command line of a process."""
+    with open(f"/proc/{number}/cmdline", "rb") as file:
+        return file.read()
+
+
+def test_a_program_without_its_watch_is_said_to_be_and_keeps_its_status(ssh_brick, tmp_path):
+    script = tmp_path / "waits.py"
+    script.write_text("import sys\nprint('ready', flush=True)\nsys.exit(len(input()))\n")
+    (ssh_brick.folder / "bin" / "python3").write_text(f'#!/bin/sh\nexec {sys.executable} "$@"\n')
+    process = ssh_brick.command("run", script, stdin=subprocess.PIPE)
+    assert process.stdout.readline() == "ready\n"
+    watches = [number for number in ssh_brick.running() if b"read -r -t" in words_of(number)]
+    for number in watches:
+        os.kill(number, signal.SIGKILL)
+    until(lambda: not set(watches) & set(ssh_brick.running()), "the watch's end")
+    out, errors = process.communicate("seven!!\n", timeout=PATIENCE)
+    assert process.returncode == 7, out + errors
+
+
+def test_a_reader_who_has_gone_is_not_a_cable_that_is_pulled(ssh_brick):
+    for words in (("run", "driver.py", "--help"), ("doctor",)):
+        reads, writes = os.pipe()
+        os.close(reads)
+        process = ssh_brick.command(*words, stdout=writes)
+        os.close(writes)
+        _, errors = process.communicate(timeout=PATIENCE)
+        assert "connection to" not in errors
+        assert process.returncode == 141, errors
+
+
 @pytest.mark.long
 def test_keys_go_there_one_by_one_and_the_terminal_is_as_before(ssh_brick, tmp_path):
     script = tmp_path / "keys.py"
@@ -145,6 +200,24 @@ def test_keys_go_there_one_by_one_and_the_terminal_is_as_before(ssh_brick, tmp_p
         process.kill()
         process.communicate()
     assert process.returncode == 130, bytes(read)
+    assert termios.tcgetattr(there) == before
+    os.close(here)
+    os.close(there)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_command_that_is_told_to_end_leaves_the_terminal_as_it_was(ssh_brick, number):
+    here, there = pty.openpty()
+    before = termios.tcgetattr(there)
+    process = ssh_brick.command("shell", stdin=there, stdout=there, start_new_session=True)
+    try:
+        until(lambda: termios.tcgetattr(there) != before, "keys that go there one by one")
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=PATIENCE)
+    finally:
+        process.kill()
+        process.communicate()
+    assert process.returncode == -number, errors
     assert termios.tcgetattr(there) == before
     os.close(here)
     os.close(there)

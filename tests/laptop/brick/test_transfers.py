@@ -1,11 +1,18 @@
 """Arms, logs and figures there and back, over Debian's sshd."""
 
+import asyncio
 import json
 import shutil
 import subprocess
+from dataclasses import replace
 
 import pytest
 from places import ROOT
+from ssh_brick import Proxy
+
+from laptop.brick import BrickProblem
+from laptop.brick.connection import Dialogue, connected, read_address
+from laptop.brick.remote_files import put
 
 
 @pytest.fixture
@@ -40,6 +47,33 @@ def test_an_arm_goes_there_and_back_and_none_is_lost(ssh_brick, here):
     assert here("install")[0] == 0
     assert (arms / "mine.ini").read_text().endswith("# found out there\n")
     assert here("run", "driver.py", "--arm", "mine", "inverse", "10,0")[0] == 0
+
+
+def test_a_file_whose_sending_is_cut_leaves_the_old_one_whole(ssh_brick):
+    address = read_address(ssh_brick.place)
+    there = ssh_brick.home / "folder" / "file"
+
+    async def send(address, data):
+        async with connected(address, Dialogue(lambda line: None)) as brick:
+            await put(brick, "folder/file", data)
+
+    asyncio.run(send(address, b"old"))
+    cable = Proxy(ssh_brick.port, most=100_000)
+    with pytest.raises(BrickProblem, match="is cut"):
+        asyncio.run(send(replace(address, port=cable.port), bytes(1_000_000)))
+    ssh_brick.wait_for_sessions()
+    assert there.read_bytes() == b"old"
+    asyncio.run(send(address, b"new"))
+    assert there.read_bytes() == b"new"
+    cable.close()
+
+
+@pytest.mark.long
+def test_figures_that_have_no_place_here_are_not_measured(ssh_brick, here):
+    (here.folder / "file").touch()
+    status, _, errors = here("bench", "--json", "file/brick.json")
+    assert (status, errors.splitlines()[-1]) == (1, "laptop: File exists: file"), errors
+    assert not any("bench_brick.py" in words for words in ssh_brick.python_starts)
 
 
 @pytest.mark.long

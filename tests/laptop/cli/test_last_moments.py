@@ -1,5 +1,6 @@
 """The end of a command's process: threads that nobody can end are not torn out of what they do."""
 
+import json
 import os
 import subprocess
 import sys
@@ -42,6 +43,24 @@ def test_the_interpreter_does_not_end_under_a_thread_that_goes_on(work, printed,
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (3, "")
     assert done.stdout == printed
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there no process begins with closed streams")
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+def test_a_closed_stream_neither_ends_a_command_nor_becomes_one_of_its_files(closed, tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text("import sys\nprint('said')\nsys.stderr.write('told\\n')\ninput()\n")
+    words = [sys.executable, "-m", "laptop", "simulate", "--out", tmp_path / "out", script]
+    line = f'exec "$@" {closed}'
+    done = subprocess.run(
+        ["sh", "-c", line, "sh", *words],
+        cwd=ROOT, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 1, done.stderr  # of the script, for there is nothing to read
+    assert ("said" in done.stdout) == (" >" not in f" {closed}")
+    assert "laptop" not in done.stderr
+    assert "EOFError" in done.stderr or "2>&-" in closed
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == 1
 
 
 TELLING = """

@@ -84,14 +84,16 @@ def test_values_from_a_file(csv):
     wanted = [10, 20, 30, 25, 20]
     assert values(f"in1=ultrasonic:{file}", "distance", 0, 1, 2, 3, 99) == pytest.approx(wanted)
     assert values(f"in1=ultrasonic,distance={file}", "distance", 1) == [20]
+    assert values(f"in1=ultrasonic:distance={file},x=3", "distance", 1) == [20]
+    assert values(f"in1=infrared:2.beacon={file}", "2.beacon", 4) == [20]
     named = csv("time,distance\n1,10\n2,30\n")
     assert values(f"in1=ultrasonic:{named}", "distance", 0, 1.5, 3) == [10, 20, 30]
 
 
 def test_a_file_gives_what_its_columns_are_named(csv):
     file = csv("time,surface,ambient,note\n0,white,5,a\n2,black,15,b\n", "t.CSV")
-    order = read_sensor(f"in1=color:{file},reflect=4")
-    assert set(order.quantities) == {"surface", "ambient", "reflect"}
+    order = read_sensor(f"in1=color:{file},red=4")
+    assert set(order.quantities) == {"surface", "ambient", "red"}
     assert [order.quantities["surface"].value(t) for t in (0, 1.9, 2)] == [
         "white", "white", "black",
     ]  # fmt: skip
@@ -124,6 +126,8 @@ def test_a_file_gives_what_its_columns_are_named(csv):
         ("in1=ultrasonic:1,noise=1..2/3s", ["does not change"]),
         ("in1=ultrasonic:tipp", ["tipp", "number"]),
         ("in1=touch:0..1/3s", ["jumps"]),
+        ("in1=color:white,reflect=30", ["surface and reflect", "give one of them"]),
+        ("in1=color:line,surface=red", ["surface and reflect", "give one of them"]),
         ("in1=touch:0.5", ["whole number"]),
         ("in1=color:mauve", ["mauve", "one of none, black"]),
         ("in1=infrared,5.heading=3", ["5", "1, 2, 3, 4"]),

@@ -310,6 +310,18 @@ def test_noise_is_of_the_sigma_said_and_the_same_in_every_run(run):
 # Ports
 
 
+@pytest.mark.parametrize("kind", ["touch", "gyro", "nxt-ultrasonic"])
+def test_a_sensor_without_commands_lists_none_and_takes_none(run, kind):
+    lines = run(
+        "in1=" + kind,
+        "import errno\nsensor = Sensor(INPUT_1)\nprint(sensor.commands)\n"
+        "try:\n    sensor.command = 'RESET'\n"
+        "except OSError as error:\n    print(errno.errorcode[error.errno])\n"
+        "except ValueError as error:\n    print(errno.errorcode[error.__cause__.errno])\n",
+    )
+    assert lines == ["[]", "EINVAL"]
+
+
 def test_an_empty_input_has_no_sensor(run):
     lines = run(
         "in1=none in2=none in3=none in4=none",
