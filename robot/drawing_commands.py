@@ -24,7 +24,6 @@ from; in space an upright, a level and a slanting one."""
 
 EXAMPLES = """\
   driver.py line 10,0 5,10
-  driver.py check --camera --code KS82-DNHF-7WQM
   driver.py --arm spatial line 14,0,4 14,0,16"""
 """Of the help."""
 

@@ -32,8 +32,9 @@ SIGMAS, MEDIAN_SIGMA = 4.0, 1.25
 """By chance a place is off by so many standard deviations at most; that of a median, over that of
 a mean."""
 
-UNSTEADY = 3.0
-"""Standard deviation of a place at rest from which on the picture is not to be measured by, px."""
+JITTER, DRIFT = 1.5, 2.5
+"""Standard deviation of a place at rest, and way between the halves of a look, from which on the
+picture is not to be measured by, px."""
 
 PLACING = (
     "Lay the arm {straight} under the camera, which looks from above: the marker effector on its "
@@ -156,15 +157,17 @@ class JogWatcher(object):
         for camera in sorted(new):
             if self.camera in (None, camera):
                 frame = self._sightings.frame(new[camera], now, moving)
-                goal = new[camera].markers.get(GOAL)
-                base = goal[:2] if goal and goal[2] >= LEAST_CONFIDENCE else None
-                tip = frame and frame.s
-                self._missing[camera] = [
-                    name for name, there in ((EFFECTOR, tip), (GOAL, base)) if not there
+                markers = new[camera].markers
+                there = [
+                    name
+                    for name in (EFFECTOR, GOAL)
+                    if markers.get(name) and markers[name][2] >= LEAST_CONFIDENCE
                 ]
-                if tip and (base or moving):
+                self._missing[camera] = [n for n in (EFFECTOR, GOAL) if n not in there]
+                if frame and (GOAL in there or moving):
                     self._seen_at = now
-                    seen.append((camera, new[camera].t, tip, base))
+                    base = markers[GOAL][:2] if GOAL in there else None
+                    seen.append((camera, new[camera].t, frame.s, base))
         return seen
 
     def _watching(self, k):
@@ -206,14 +209,15 @@ def _view(frames):
     places, doubts = [], []
     for name, pixels in zip((EFFECTOR, GOAL), zip(*frames)):
         middle, sigma, kept = robust_mean(pixels)
-        doubt = SIGMAS * MEDIAN_SIGMA * max(sigma, MIN_SIGMA) / kept**0.5
+        # Noise of which a part stays for a while is not to be averaged away.
+        doubt = SIGMAS * MEDIAN_SIGMA * max(sigma, MIN_SIGMA) / min(kept, LOOK_FRAMES) ** 0.5
         half = len(pixels) // 2
         early, late = [
             place([median(column) for column in zip(*part)])
             for part in (pixels[:half], pixels[half:])
         ]
         drift = abs(late - early)
-        if drift > CLEAR * doubt or sigma > UNSTEADY:
+        if drift > min(CLEAR * doubt, DRIFT) or sigma > JITTER:
             return None, "the marker {} moves by {:.1f} px in the picture,".format(
                 name, max(drift, sigma)
             )

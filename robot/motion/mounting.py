@@ -112,7 +112,7 @@ def as_mounted(arm, seen):
             raise nothing_moved(arm, joint)
         if part == PEN:
             raise NotMounted(
-                "the motor at port {} moves the pen, and the one at {} should: exchange their "
+                "the motor at port {} moves the pen, and the one at port {} should: exchange their "
                 "cables, or the lines port of [{}] and [pen] in {}; then check again".format(
                     joint.port, arm.pen.port, joint.name, arm.file
                 )
