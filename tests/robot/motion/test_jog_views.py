@@ -105,6 +105,13 @@ def test_motions_in_between_are_left_to_a_person():
     assert "1.0" in why
 
 
+def test_motions_that_fit_in_no_order_are_left_to_a_person():
+    # 8 deg of 20.8 cm are 5.8 times 3 deg of 9.5 cm, or 5.96 as seen from the marker.
+    seen, why = recognised(arm(), [jog(0j, 8), jog(ELBOW, 3)])
+    assert seen == [None, None]
+    assert "5.96 times" in why
+
+
 @pytest.mark.parametrize(
     ("base", "mirrored", "words"),
     [
@@ -173,6 +180,12 @@ def test_in_space_what_goes_round_is_the_base(place_of_base, way):
     wanted[place_of_base] = Observed("base", way > 0)
     assert seen == wanted
     assert "shoulder and elbow move the tip in one upright plane" in why
+
+
+def test_in_space_the_base_is_known_behind_another_gear():
+    # What turned a joint behind 2:1 by 8 deg turns the base behind 8:1 by 2.
+    seen, _ = recognised(arm("spatial", (8, 2, 2)), [upright(-3), jog(0j, 2), upright(20)])
+    assert seen == [None, Observed("base", True), None]
 
 
 def test_in_space_no_base_or_two_are_left_to_a_person():
