@@ -1,4 +1,4 @@
-"""`driver.py check`: which motor is where and which way it turns, asked of whoever looks.
+"""`driver.py check`: which motor is where and which way it turns, by who looks, or by a camera.
 
 The answer goes into the arm's file, if that says otherwise, and is kept; until then nothing moves.
 """
@@ -21,27 +21,35 @@ class NotWritten(ArmError, OSError):
     """The arm's file cannot be changed; the message says what to write there."""
 
 
-def run(description, clock, take=False, person=None):
-    """Turn each joint a little, ask what moved, correct the arm's file, keep the answer.
+def run(description, clock, take=False, person=None, tracker=None):
+    """Turn each joint a little, find out what moved, correct the arm's file, keep the answer.
 
     Args:
         description: shared.arm_description.Arm.
         clock: has `now()` and `sleep(seconds)`.
         take: see program.claim.
         person: asking.Person; whoever started the program if None.
+        tracker: tracker_address.ServerAddress of what sees the arm; None: only the person does.
 
     Raises:
-        NotMounted, NobodyAnswers, NotWritten, and what RobotArm raises: after stopping.
+        NotMounted, NobodyAnswers, NotWritten, with a tracker jog_views.NotSeen and Refusal, and
+        what RobotArm raises: after stopping.
     """
     person = person or Person(clock)
     arm = program.connect(description, clock, take, unchecked=True)
     battery.check(clock)
     with contextlib.suppress(NotHomed):
         arm.load_zero()  # if it is known, it stays so
-    print("Each motor turns a little, and back. Watch which part moves first, and which way.")
-    person.confirm("Lift the pen, keep hands and cables out of the way.")
+    seen = [None] * len(arm.joints)
     with program.parking(arm):
-        seen = [_seen(arm, k, person) for k in range(len(arm.joints))]
+        if tracker:
+            seen = _seen_by_camera(arm, tracker, clock)
+        if None in seen:
+            print(
+                "Each motor turns a little, and back. Watch which part moves first, and which way."
+            )
+            person.confirm("Lift the pen, keep hands and cables out of the way.")
+            seen = [one or _seen(arm, k, person) for k, one in enumerate(seen)]
     program.raise_on_signals()
     found = mounting.as_mounted(description, seen)
     said, values = mounting.differences(description, found)
@@ -55,13 +63,41 @@ def run(description, clock, take=False, person=None):
     )
 
 
+def _seen_by_camera(arm, tracker, clock):
+    """What the camera has seen of each motor: mounting.Observed, or None where it cannot tell."""
+    # Not above: only who looks through a camera waits for all this to be loaded.
+    from robot.jog_watching import PLACING, JogWatcher
+    from robot.motion import jog_views
+    from robot.tracking import TrackingClient
+
+    description = arm.description
+    straight = "at home" if description.chain in PULLED_DOWN else "straight"
+    print(PLACING.format(straight=straight, joint=description.joints[0].name))
+    client = TrackingClient(*tracker, clock=clock, say=_say)
+    try:
+        watcher = JogWatcher(arm, client, clock)
+        seen, why_not = jog_views.recognised(description, watcher.jogs())
+    finally:
+        client.close("the check has ended")
+    for joint, one in zip(description.joints, seen):
+        if one:
+            print(jog_views.in_words(watcher.camera, joint.port, one))
+    if why_not:
+        print(why_not)
+    return seen
+
+
+def _say(line):
+    print(line, flush=True)  # what is printed late is of no use to who waits
+
+
 def _seen(arm, k, person):
     """What was seen when the motor turned that should be joint `k`'s: mounting.Observed."""
     description = arm.description
     joint, gears = description.joints[k], mounting.jog_angles(description, k)
     parts = [(one.name, one.name[0]) for one in description.joints]
     if description.pen and description.pen.motor in [one.motor for one in description.joints]:
-        parts.append(("pen", "p"))
+        parts.append((mounting.PEN, "p"))
     angle = gears[0]
     while True:
         print("{} of {}: the motor at port {}".format(k + 1, len(arm.joints), joint.port))

@@ -75,7 +75,16 @@ def _parser():
     add("where", "where the tip is")
     inverse = add("inverse", "the joint angles for a point, found in three ways; moves nothing")
     inverse.add_argument("point", type=_point, metavar="X,Y[,Z]")
-    add("check", "which motor is where and which way it turns: turns each a little, and asks")
+    check = add("check", "which motor is where and which way it turns: turns each a little, asks")
+    check.add_argument(
+        "place", nargs="?", default="", metavar="HOST",
+        help="with --camera the laptop of the tracker, or HOST:PORT (default: where ssh came from, "
+        "else as remembered)",
+    )  # fmt: skip
+    check.add_argument(
+        "--camera", action="store_true", help="does not ask, but looks through the tracker's camera"
+    )
+    check.add_argument("--code", help="as the tracker prints it (default: as remembered)")
     home = add("home", "find the zero: you put the arm in its home pose, it says where that is")
     home.add_argument("--here", action="store_true", help="it stands there already")
     home.add_argument(
@@ -165,10 +174,21 @@ def _home(arm, driver):
     driver.home()
 
 
-def _check(description, take):
+def _check(description, take, tracker=None):
     from robot import check_command  # not above: it is seldom needed
 
-    check_command.run(description, Clock(), take)
+    check_command.run(description, Clock(), take, tracker=tracker)
+
+
+def _tracker(parser, args):
+    """The ServerAddress of the tracker that `check` is to see by; None: nobody said so."""
+    if not args.camera:
+        if args.place or args.code is not None:
+            parser.error("HOST and --code are of the tracker that a camera sees by; add --camera")
+        return None
+    from robot.tracker_address import find_tracker  # not above: most programs see nothing
+
+    return find_tracker(args.place, args.code)
 
 
 def _from_menu():
@@ -190,7 +210,7 @@ def _run(parser, args):
     if args.command == "home" and args.here and args.seek:
         parser.error("--here means that nothing is sought; leave it or --seek out")
     if args.command == "check":
-        _check(description, args.take)
+        _check(description, args.take, _tracker(parser, args))
         return
     drawings = _strokes(parser, args, description)
     plans = [trajectory.plan(description, s, args.speed, args.elbow) for s in drawings]

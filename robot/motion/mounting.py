@@ -22,6 +22,9 @@ PAUSE = 0.7
 NOTHING = "nothing"
 """The part that was seen to move where none was."""
 
+PEN = "pen"
+"""The part whose motor may be at a joint's port."""
+
 Observed = record("Observed", "part positive")
 Observed.__doc__ = """What a person has seen when a motor turned as its joint's angle was to grow.
 
@@ -50,8 +53,12 @@ def jog_angles(arm, k):
     return JOG * least / gear, min(JOG, MAX_JOG * least / gear)
 
 
-def jog(robot, k, angle):
+def jog(robot, k, angle, pause=None, on_tick=None):
     """Turn the motor of joint `k` so far that its angle grows by `angle` (rad), and back again.
+
+    Args:
+        pause: called at the end of either way; waits for PAUSE if None.
+        on_tick: as for RobotArm.follow; what it ends is for `pause` to notice.
 
     Raises:
         NotMounted: it does not turn, or not freely; all motors are stopped.
@@ -62,13 +69,28 @@ def jog(robot, k, angle):
         with robot.lend_motors():
             begin = motor.angle()
             for start, end in ((begin, begin + angle), (begin + angle, begin)):
-                robot.move_motor(motor, JointMove([start], [end], [JOG_SPEED]))
-                robot.clock.sleep(PAUSE)
+                move = JointMove([start], [end], [JOG_SPEED])
+                robot.move_motor(motor, move, on_tick=on_tick)
+                if pause:
+                    pause()
+                else:
+                    robot.clock.sleep(PAUSE)
     except Stalled as problem:
         raise NotMounted(
             problem.fact + ": if its link stands at a stop, move it away by hand; else free it, or "
             "look at its cable; then check again"
         ) from None
+
+
+def nothing_moved(arm, joint):
+    """The NotMounted of a motor that turned, `joint`'s by the arm's file, and moved nothing."""
+    return NotMounted(
+        "the motor at port {0} turned, and nothing moved: its play is far beyond "
+        "backlash = {1:g} of [{2}] in {3}, or what it should turn has come loose; fasten "
+        "that, measure the play, then check again".format(
+            joint.port, math.degrees(joint.backlash), joint.name, arm.file
+        )
+    )
 
 
 def as_mounted(arm, seen):
@@ -82,16 +104,17 @@ def as_mounted(arm, seen):
         {joint's name: (port, direction)}.
 
     Raises:
-        NotMounted: no joint, or one by two motors.
+        NotMounted: no joint but nothing or the pen, or one by two motors.
     """
     found = {}
     for joint, (part, positive) in zip(arm.joints, seen):
         if part == NOTHING:
+            raise nothing_moved(arm, joint)
+        if part == PEN:
             raise NotMounted(
-                "the motor at port {0} turned, and nothing moved: its play is far beyond "
-                "backlash = {1:g} of [{2}] in {3}, or what it should turn has come loose; fasten "
-                "that, measure the play, then check again".format(
-                    joint.port, math.degrees(joint.backlash), joint.name, arm.file
+                "the motor at port {} moves the pen, and the one at port {} should: exchange their "
+                "cables, or the lines port of [{}] and [pen] in {}; then check again".format(
+                    joint.port, arm.pen.port, joint.name, arm.file
                 )
             )
         if part in found:

@@ -65,18 +65,22 @@ class LossOfSight(object):
         """
         word = self.word(now)
         if word == LINK_LOST:
-            gone = now - seen_at > LINK_PATIENCE
-            return Halt(LINK_LOST, self._client.why) if gone else None
-        if word == CAMERA_SLOW:  # it has been looked at for long enough
-            return Halt(CAMERA_SLOW, self._why_slow(now))
-        if now - max(seen_at, unlinked_at) <= SIGHT_PATIENCE:
-            return None
+            patient = now - seen_at <= LINK_PATIENCE
+        else:  # of a slow one it has been looked at for long enough
+            patient = word != CAMERA_SLOW and now - max(seen_at, unlinked_at) <= SIGHT_PATIENCE
+        return None if patient else Halt(word, self.why(word, now))
+
+    def why(self, word, now):
+        """The reason that belongs to such a word."""
+        if word == LINK_LOST:
+            return self._client.why
+        if word == CAMERA_SLOW:
+            return self._why_slow(now)
         if word == PICTURE_FROZEN:
-            return Halt(PICTURE_FROZEN, self._why_frozen())
+            return self._why_frozen()
         if word == CAMERA_LATE:
-            return Halt(CAMERA_LATE, self._why_late())
-        why = self._sightings.what_is_missing(now, self._joints, SIGHT_PATIENCE)
-        return Halt(MARKER_LOST, why)
+            return self._why_late()
+        return self._sightings.what_is_missing(now, self._joints, SIGHT_PATIENCE)
 
     def refusal(self):
         """The Halt if nothing may begin, since a camera shows where no goal is; None."""

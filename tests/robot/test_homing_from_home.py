@@ -7,11 +7,11 @@ import re
 import pytest
 from places import ROBOT
 from refusals import in_one_line
-from rig import Shell, degrees, zero_of
+from rig import REPORT_LINES, Shell, degrees, from_line, zero_of
 
 from laptop.simulator.device.buttons import read_press
 from laptop.simulator.device.sensor_orders import read_sensors
-from laptop.simulator.session import read_fault, run
+from laptop.simulator.session import read_fault, read_start, run
 from robot.motion.checked import Checked
 from shared.arm_description import SEEK_BEYOND, find_arm, read_arm
 
@@ -105,6 +105,27 @@ def test_stops_that_are_there_are_found_from_about_home(tmp_path, homed, name, w
     assert off(sh, put) < 1.3
     assert beyond(arm, sh.brick.record) < MOST + (0 if put == (0, 0) else 14)
     assert max(abs(q - joint.home) for q, joint in zip(sh.q, arm.joints)) < math.radians(3)
+
+
+@pytest.mark.short("seek")
+@pytest.mark.parametrize("way", ["seek", "both"])
+def test_an_arm_at_an_unknown_pose_draws_once_its_stops_are_found(tmp_path, homed, way):
+    """Sought from anywhere, or, as the arm's file says, from where somebody has put it."""
+    arm = arm_file(tmp_path, find_home="both" if way == "both" else "here")
+    lost = [math.degrees(angle) for angle in read_start("lost", arm)[0]]
+    assert max(map(abs, lost)) > 30
+    put = lost if way == "seek" else (13, -12)
+    sh, shown = homed(arm, put=put, words=("home", "--seek") if way == "seek" else ("home",))
+    assert (shown.status, shown.err) == (0, "")
+    shown = sh.run()
+    assert (shown.status, shown.err) == (0, "")
+    assert "homing" not in shown.out
+    inks = sh.ink()
+    assert len(inks) == 3
+    for ink, line in zip(inks, REPORT_LINES):
+        assert max(from_line((sample.x, sample.y), line) for sample in ink) < 0.8
+        for sample, end in ((ink[0], line[0]), (ink[-1], line[1])):
+            assert math.hypot(sample.x - end[0], sample.y - end[1]) < 0.8
 
 
 @pytest.mark.short("both-planar")

@@ -854,6 +854,21 @@ def test_what_turns_is_the_arm_as_it_was_built(simulate, tmp_path, changes, trul
     assert json.loads((result.out / "summary.json").read_text())["built"] == "built"
 
 
+@pytest.mark.long
+def test_a_rendered_camera_finds_what_was_built_otherwise(simulate, tmp_path):
+    changes = [("shoulder", "port = B"), ("shoulder", "direction = -1"), ("elbow", "port = A")]
+    file, mine = built(tmp_path, *changes), tmp_path / "mine.ini"
+    mine.write_text(Path(find_arm("planar")).read_text())
+    result = simulate(
+        *("--arm", str(mine), "--built", file, "--start", "unchecked", "--no-picture"),
+        *("--scene", "goal_x=0,goal_y=8,tilt=20", DRIVER, "check", "--camera"),
+    )
+    assert result.exit_code == 0, result.output
+    assert "shoulder and elbow are swapped; the shoulder turns the other way" in result.output
+    for joint, truly in zip(read_arm(str(mine)).joints, read_arm(file).joints, strict=True):
+        assert (joint.port, joint.direction) == (truly.port, truly.direction)
+
+
 def test_an_arm_without_stops_turns_on(simulate, tmp_path):
     file = built(tmp_path, ("elbow", "stop_upper = none"), ("elbow", "find_home = here"))
     result = simulate("--built", file, "--start", "lost", DRIVER, "home", "--seek")
