@@ -78,10 +78,11 @@ def check(files: tuple[Path, ...]) -> None:
 
     wrong = 0
     with in_one_line():
-        for file in files:
-            click.echo(f"{file}: {handout_of(file).title}")
-            for finding in handout_of(file).check(file):
-                wrong += not finding.right
-                click.echo(f"  {'right' if finding.right else 'WRONG'}  {finding.text}")
+        handouts = [handout_of(file) for file in files]
+    for file, handout in zip(files, handouts, strict=True):
+        click.echo(f"{file}: {handout.title}")
+        for finding in handout.findings(file):
+            wrong += not finding.right
+            click.echo(f"  {'right' if finding.right else 'WRONG'}  {finding.text}")
     click.echo("all is right" if not wrong else f"{wrong} of it is wrong")
     sys.exit(1 if wrong else 0)
