@@ -8,21 +8,14 @@ from pathlib import Path
 
 import click
 
-from laptop.cli.options import examples, importing, in_one_line
+from laptop.cli.options import arm_option, examples, importing, in_one_line
 
 
 @click.group(
     invoke_without_command=True,
     epilog=examples("guide", "guide handouts --out class", "guide check kinematics.py"),
 )
-@click.option(
-    "--arm",
-    "arm_file",
-    default="planar",
-    show_default=True,
-    metavar="FILE",
-    help="The arm to be drawn: planar, geared, spatial or a file.",
-)
+@arm_option("Arm to be drawn")
 @click.option(
     "--out",
     default=None,
