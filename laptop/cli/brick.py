@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from laptop.cli.options import importing, in_one_line
-from shared import state
+from laptop.cli.options import arm_option, importing, in_one_line
 from shared.arm_description import find_arm, read_arm
 
 if TYPE_CHECKING:
@@ -73,16 +72,7 @@ def run(name: str | None, script: str, args: tuple[str, ...]) -> None:
 
 @brick.command()
 @THE_BRICK
-@click.option(
-    "--arm",
-    "arm_file",
-    default="planar",
-    envvar=state.ARM,
-    show_default=True,
-    show_envvar=True,
-    metavar="FILE",
-    help="Arm that should be plugged in.",
-)
+@arm_option("Arm that should be plugged in")
 @click.option("--motors", is_flag=True, help="Watch the counts while you turn joints by hand.")
 def doctor(name: str | None, arm_file: str, motors: bool) -> None:
     """Tell how the brick is: each line is fine, or says what to do; the status is 1 then.

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from laptop.cli.options import examples, importing, on_the_brick, on_the_page
+from laptop.cli.options import arm_option, examples, importing, on_the_page
 from laptop.simulator.host.process_exit import BUSY
 from shared.arm_description import ArmError
 
@@ -21,7 +21,7 @@ class TryLater(click.ClickException):
 
 
 @click.command(epilog=examples("demo", "demo --arm spatial --seed 7"))
-@on_the_brick()
+@arm_option("Arm on the emulated brick")
 @click.option(
     "--seed",
     type=click.IntRange(0, 2**31 - 1),

@@ -8,21 +8,14 @@ from pathlib import Path
 
 import click
 
-from laptop.cli.options import examples, importing, in_one_line
+from laptop.cli.options import arm_option, examples, importing, in_one_line
 
 
 @click.group(
     invoke_without_command=True,
     epilog=examples("guide", "guide handouts --out class", "guide check kinematics.py"),
 )
-@click.option(
-    "--arm",
-    "arm_file",
-    default="planar",
-    show_default=True,
-    metavar="FILE",
-    help="The arm to be drawn: planar, geared, spatial or a file.",
-)
+@arm_option("Arm to be drawn")
 @click.option(
     "--out",
     default=None,
@@ -78,10 +71,11 @@ def check(files: tuple[Path, ...]) -> None:
 
     wrong = 0
     with in_one_line():
-        for file in files:
-            click.echo(f"{file}: {handout_of(file).title}")
-            for finding in handout_of(file).check(file):
-                wrong += not finding.right
-                click.echo(f"  {'right' if finding.right else 'WRONG'}  {finding.text}")
+        handouts = [handout_of(file) for file in files]
+    for file, handout in zip(files, handouts, strict=True):
+        click.echo(f"{file}: {handout.title}")
+        for finding in handout.findings(file):
+            wrong += not finding.right
+            click.echo(f"  {'right' if finding.right else 'WRONG'}  {finding.text}")
     click.echo("all is right" if not wrong else f"{wrong} of it is wrong")
     sys.exit(1 if wrong else 0)

@@ -59,8 +59,8 @@ class FiniteRange(click.FloatRange):
         return number
 
 
-def on_the_brick(more: str = "") -> Callable[[Any], Any]:
-    """Return the option for the arm on the emulated brick; `more` is its help's end."""
+def arm_option(what: str, more: str = "") -> Callable[[Any], Any]:
+    """Return the option for an arm; `what` and `more` are its help's begin and end."""
     return click.option(
         "--arm",
         "arm_file",
@@ -69,7 +69,7 @@ def on_the_brick(more: str = "") -> Callable[[Any], Any]:
         show_default=True,
         show_envvar=True,
         metavar="FILE",
-        help=f"Arm on the emulated brick: planar, geared, spatial or a file{more}.",
+        help=f"{what}: planar, geared, spatial or a file{more}.",
     )
 
 

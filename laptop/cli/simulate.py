@@ -19,7 +19,7 @@ import click
 from click.core import ParameterSource
 
 from laptop import system
-from laptop.cli.options import FiniteRange, examples, importing, on_the_brick
+from laptop.cli.options import FiniteRange, arm_option, examples, importing
 from laptop.cli.plugs import NO_ARM, plugged, wheels_of
 from laptop.simulator import measured_brick, session
 from laptop.simulator.device.buttons import LATEST, read_press
@@ -63,7 +63,7 @@ class BrickScript(click.Path):
     epilog=f"Sensors: {listing()}.\n\nWheels: {WHEELS.listing()}.\n\n"
     f"Plant constants: {TABLE.listing()}.\n\n{EXAMPLES}",
 )
-@on_the_brick("; none for a brick without one")
+@arm_option("Arm on the emulated brick", "; none for a brick without one")
 @click.option("--plant", "plant_text", default="", metavar="KEY=VALUE,...", help="See below.")
 @click.option(
     "--constants",

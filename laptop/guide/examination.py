@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import json
+import linecache
 import re
 import shutil
 import sys
@@ -18,14 +20,19 @@ import numpy as np
 
 from laptop.simulator import session
 from laptop.simulator.device.plant_constants import read_plant
+from laptop.simulator.host.runner import Outcome, in_words
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
 
 EXAMINER = Path(__file__).with_name("examiner.py")
 NAME = "handout"
 """Name of the copy of a script whose functions are called."""
 
-TIMEOUT, ANSWER_TIMEOUT = 90.0, 15.0
-"""For a script to end, and for its functions to answer, s of the brick."""
+TIMEOUT, ANSWER_TIMEOUT = 45.0, 15.0
+"""For a script to end, and for its functions to answer, s of the brick: a good one takes 23."""
+PATIENCE = 5.0
+"""For so long a script may compute without looking at the clock, s of this computer."""
+ENDLESS = ("timeout", "stuck", "deadlock")
+"""Reasons for which a run is cut off."""
 
 Question = tuple[str, Sequence[Any]]
 """Name of a function, and its arguments."""
@@ -37,10 +44,11 @@ class CannotExamine(ArmError):
 
 @dataclass(frozen=True)
 class Returned:
-    """What a function returned, or in `error` what went wrong."""
+    """What a function returned, or in `error` what went wrong; `endless`: it did not return."""
 
     value: Any
     error: str
+    endless: bool = False
 
     def array(self, *shape: int) -> np.ndarray | None:
         """Return the value as numbers of some shape; None if it is none."""
@@ -56,6 +64,7 @@ class TrialRun:
     """One run of a script.
 
     complaint  why it failed, in a line; "" if its exit status was 0
+    endless    whether it was cut off
     t          s, n of them
     q          true joint angles, rad, n x 2
     tip        true place of the tip, cm, n x 2
@@ -63,6 +72,7 @@ class TrialRun:
     """
 
     complaint: str
+    endless: bool
     t: np.ndarray
     q: np.ndarray
     tip: np.ndarray
@@ -94,18 +104,23 @@ def run(script: Path, plant: str = "", scene: str | None = None) -> TrialRun:
         watched = watching(scene, arm)
     with _unseen() as complaints:
         result = session.run(
-            arm, str(script), (), plant=read_plant(plant), timeout=TIMEOUT, watched=watched
+            arm,
+            str(script),
+            (),
+            plant=read_plant(plant),
+            timeout=TIMEOUT,
+            patience=PATIENCE,
+            watched=watched,
         )
-    rows = result.record
-    complaint = ""
-    if result.outcome.status:
-        complaint = (
-            f"it did not end within {TIMEOUT:g} s of the brick's time"
-            if result.outcome.reason in ("timeout", "stuck")
-            else _cause(complaints.getvalue(), script) or f"exit status {result.outcome.status}"
-        )
+    rows, outcome = result.record, result.outcome
+    complaint, endless = "", outcome.reason in ENDLESS
+    if endless:
+        complaint = _endless(outcome, script, TIMEOUT)
+    elif outcome.status:
+        complaint = _cause(complaints.getvalue(), script) or f"exit status {outcome.status}"
     return TrialRun(
         complaint,
+        endless,
         np.array([row.t for row in rows]),
         np.array([row.q for row in rows]).reshape(len(rows), -1),
         np.array([(row.x, row.y) for row in rows]).reshape(len(rows), 2),
@@ -116,8 +131,30 @@ def run(script: Path, plant: str = "", scene: str | None = None) -> TrialRun:
 def ask(script: Path, questions: Sequence[Question]) -> list[Returned]:
     """Return what functions of a script answer, each in turn, on an emulated brick.
 
+    A function that does not come to an end is not asked again.
+
     Raises:
-        CannotExamine: it cannot be imported, or does not come to an end.
+        CannotExamine: it cannot be imported.
+    """
+    answers: list[Returned] = []
+    endless: dict[str, Returned] = {}
+    while len(answers) < len(questions):
+        name, _ = questions[len(answers)]
+        if name in endless:
+            answers.append(endless[name])
+            continue
+        rest = itertools.takewhile(lambda one: one[0] not in endless, questions[len(answers) :])
+        answers += _answers(script, list(rest))
+        if answers[-1].endless:
+            endless[questions[len(answers) - 1][0]] = answers[-1]
+    return answers
+
+
+def _answers(script: Path, questions: Sequence[Question]) -> list[Returned]:
+    """Return what functions answer, up to the first that does not come to an end.
+
+    Raises:
+        CannotExamine: the script cannot be imported.
     """
     if not script.is_file():
         raise CannotExamine(f"{script}: there is no such file; give the path of your script")
@@ -136,17 +173,20 @@ def ask(script: Path, questions: Sequence[Question]) -> list[Returned]:
                 (NAME, str(asked), str(answered)),
                 plant=read_plant(""),
                 timeout=ANSWER_TIMEOUT,
+                patience=PATIENCE,
             )
-        if result.outcome.reason != "ended":  # out of time, or never looking at the clock
-            raise CannotExamine(
-                f"{script.name}: a function did not answer within {ANSWER_TIMEOUT:g} s of the "
-                "brick's time; does a loop in it ever end?"
-            )
+        outcome = result.outcome
+        why = _endless(outcome, folder / f"{NAME}.py", ANSWER_TIMEOUT)
         if not answered.exists():
-            why = _cause(complaints.getvalue(), folder / f"{NAME}.py") or "it ends by itself"
+            if outcome.reason not in ENDLESS:
+                why = _cause(complaints.getvalue(), folder / f"{NAME}.py") or "it ends by itself"
             raise CannotExamine(f"{script.name} cannot be imported: {why}; correct it")
-        found = json.loads(answered.read_text(encoding="utf-8"))
-    return [Returned(one.get("value"), one.get("error", "")) for one in found]
+        _, *lines = answered.read_text(encoding="utf-8").splitlines()
+    told = map(json.loads, lines)
+    found = [Returned(one.get("value"), one.get("error", "")) for one in told]
+    if len(found) < len(questions):
+        found.append(Returned(None, why, endless=True))
+    return found
 
 
 @contextlib.contextmanager
@@ -159,6 +199,20 @@ def _unseen() -> Iterator[io.StringIO]:
             yield complaints
     finally:
         sys.stdin = keyboard
+
+
+def _endless(outcome: Outcome, script: Path, limit: float) -> str:
+    """Say that a script was cut off, and what it was doing: the line, and how that begins."""
+    stack = [call for call in outcome.stack if call[0] == script.name]
+    when = f"after {limit:g} s of the brick's time" if outcome.reason == "timeout" else "at last"
+    if not stack:
+        return f"it does not end; {when} it is still not done"
+    linecache.checkcache(str(script))
+    line = linecache.getline(str(script), stack[0][1]).strip()
+    return (
+        f"it does not end; {when} it was at {in_words(stack)}: `{line:.50}`. "
+        "Does the loop there ever end?"
+    )
 
 
 def _cause(complaints: str, script: Path) -> str:

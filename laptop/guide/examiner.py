@@ -2,15 +2,16 @@
 
     examiner.py MODULE QUESTIONS ANSWERS
 
-Two files of JSON: a list of [name of a function, its arguments], and a list of {"value": ...} or
-{"error": words}.  It runs as a script of its own, so that a function that never returns ends with
-the brick's time.
+The one is a list of [name of a function, its arguments] as JSON. The other gets a line once the
+module is imported, then one for each answer: {"value": ...} or {"error": words}.  It runs as a
+script of its own, so that a function that never returns ends with the brick's time.
 """
 
 import importlib
 import json
 import os
 import sys
+import time
 import traceback
 
 
@@ -18,7 +19,7 @@ def answer(module, name, arguments):
     """Return what a function answers, or what went wrong, with the line."""
     try:
         return {"value": getattr(module, name)(*arguments)}
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         lines = [
             entry[1]
             for entry in traceback.extract_tb(sys.exc_info()[2])
@@ -33,9 +34,12 @@ def main(module, questions, answers):
     with open(questions) as file:
         asked = json.load(file)
     student = importlib.import_module(module)
-    found = [answer(student, name, arguments) for name, arguments in asked]
+    time.sleep(0)  # from here on what is computed takes the brick's time
     with open(answers, "w") as file:
-        json.dump(found, file, default=repr)
+        file.write("imported\n")
+        for name, arguments in asked:
+            file.flush()  # it may be the last that is heard
+            file.write(json.dumps(answer(student, name, arguments), default=repr) + "\n")
 
 
 if __name__ == "__main__":

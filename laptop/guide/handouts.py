@@ -10,6 +10,7 @@ from typing import Any
 
 from laptop.guide import criteria
 from laptop.guide.criteria import CheckPoint
+from laptop.guide.examination import CannotExamine
 from laptop.reporting.document import render_report
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.state import laptop_program
@@ -50,6 +51,13 @@ class Handout:
     def solution(self) -> Path:
         """A script that passes."""
         return HERE / SOLUTIONS / self.script
+
+    def findings(self, file: Path) -> Iterator[CheckPoint]:
+        """Yield what is right and what is wrong with a script, also one that cannot be tried."""
+        try:
+            yield from self.check(file)
+        except CannotExamine as problem:
+            yield CheckPoint(False, str(problem))
 
     def page(self) -> str:
         """Return the page as the text of an HTML file."""

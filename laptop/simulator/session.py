@@ -208,6 +208,7 @@ def run(
     extra=None,
     realtime=False,
     timeout=600.0,
+    patience=60.0,
     watched=None,
     sensors=None,
     wheels=None,
@@ -223,7 +224,7 @@ def run(
         faults: Faults.
         presses: buttons.Press values.
         extra: port -> motor kind, motors beside the arm's.
-        realtime, timeout: see World and run_script.
+        realtime, timeout, patience: see World and run_script.
         watched: `watched(brick)` gives a context manager for a tracker's `port` on this machine
             its `code` and `key`, and its `pictures` (PictureFaults) by camera in `frames`; the
             script finds it as one that it remembers.
@@ -283,6 +284,7 @@ def run(
             devices,
             presses,
             timeout=timeout,
+            patience=patience,
             **ordered,
         )
         wanted = _wanted(os.path.join(folder, "plan"))

@@ -142,7 +142,10 @@ class _Counting(object):
     def _while(self, node):
         test = self._test(node.test) + PRICES["branch"]
         node.body = self._block(node.body, test)
-        node.body.insert(0, ast.parse("if {} > {}: {}()".format(COUNT, DUE, LOOK)).body[0])
+        look = _expression("if {} > {}: {}()".format(COUNT, DUE, LOOK))
+        for part in ast.walk(look):
+            ast.copy_location(part, node)  # who asks where the program is finds the loop
+        node.body.insert(0, look)
         node.orelse = self._block(node.orelse) if node.orelse else []
         return test + PRICES["branch"]
 

@@ -35,6 +35,10 @@ HOME = "/home/robot"
 
 _HOUSE = json.dumps(HOUSE)[1:-1]  # as a text in JSON has it
 
+LONGEST_START = 60.0
+"""Time that a program may compute before it has to do with the world; what is more passes on the
+world's clock, so that a program that goes on for ever comes to its time limit, s."""
+
 SWITCH_INTERVAL = 5e-3
 """Time after which Python lets another thread have its turn, s (`sys.getswitchinterval`)."""
 
@@ -163,6 +167,8 @@ class Processor(object):
         seconds = self._per_instruction * self.instructions()
         if self.start is None:
             self._starting += seconds
+            if self._starting > LONGEST_START:
+                self.start = self._starting
             return 0.0
         return seconds
 

@@ -31,7 +31,7 @@ from laptop.simulator.host.processor import Processor
 from laptop.simulator.host.shims import Shims
 from laptop.simulator.host.watchdog import Over
 
-Outcome = collections.namedtuple("Outcome", ["status", "reason", "t", "accesses", "start"])
+Outcome = collections.namedtuple("Outcome", ["status", "reason", "t", "accesses", "start", "stack"])
 Outcome.__doc__ = """The end of a run.
 
 status    exit status
@@ -41,6 +41,8 @@ t         virtual time at its end, s
 accesses  sysfs accesses it made
 start     what Python, imports and all else took before it first used the brick, waited, began a
           thread or called somebody, s; None on one that computes in no time
+stack     where it was when it was cut off, in files of its own folder: (name, line, function) of
+          each call, the innermost first; () if it has ended
 """
 
 _WHY = {
@@ -53,6 +55,9 @@ _WHY = {
     "for {awaited}; end other programs and try again",
     "stuck": "at {t:.3f} s it computed for {patience:g} s without looking at the clock",
 }
+
+_MODULE = "<module>"
+"""Python's name for what stands in no function."""
 
 
 def run_script(
@@ -97,7 +102,7 @@ def run_script(
         _complain(
             "can't open script {!r}: {}; give the path of a Python file", script, error.strerror
         )
-        return Outcome(2, "no script", world.now(), 0, None)
+        return Outcome(2, "no script", world.now(), 0, None, ())
     if peripherals is None:
         peripherals = Peripherals(world, sysfs)
     world.processor = _processor(brick)
@@ -126,18 +131,38 @@ def run_script(
         ended = world.run(lambda: _main(shims, script, source), start + timeout, patience)
         sys.stdout.flush()
         end = world.now()
+        stack = tuple(
+            (os.path.basename(file), line, function)
+            for file, line, function in world.cut_at
+            if os.path.dirname(os.path.realpath(file)) == folder
+        )
         if ended.reason in _WHY:
             why = _WHY[ended.reason].format(
                 t=end, limit=timeout, patience=patience, awaited=world.awaited or "this program"
             )
-            _complain("{}: {}", os.path.basename(script), why)
+            where = "; it was at {}".format(in_words(stack)) if stack else ""
+            _complain("{}: {}{}", os.path.basename(script), why, where)
         began = world.processor.behind if world.processor else None
-        outcome = Outcome(ended.status, ended.reason, end, sysfs.accesses - accesses, began)
+        outcome = Outcome(ended.status, ended.reason, end, sysfs.accesses - accesses, began, stack)
         world.processor = None
         peripherals.on_back = None
         world.realtime = False  # nobody waits for what comes after the end
         world.advance(end + aftermath)
     return outcome
+
+
+def in_words(stack):
+    """Return for people where a script was cut off: of Outcome.stack the innermost two calls."""
+    main = stack[-1][0]
+    calls = [call for call in stack if call[2] != _MODULE] or stack
+    return ", called at ".join(
+        "{}line {}{}".format(
+            "" if name == main else name + " ",
+            line,
+            "" if function == _MODULE else " ({})".format(function),
+        )
+        for name, line, function in calls[:2]
+    )
 
 
 def _processor(brick):

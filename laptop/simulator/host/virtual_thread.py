@@ -1,6 +1,7 @@
 """The threads of a program under test, and what they spend while they are away from the clock."""
 
 import io
+import sys
 import threading
 import time as wall
 
@@ -32,6 +33,14 @@ class VirtualThread(object):
         self.ticket = None
         self.waiting = True
         self.loose = False
+
+    def stack(self):
+        """Return where it is now: (file, line, function) of each call, the innermost first."""
+        frame, found = sys._current_frames().get(self.ident), []
+        while frame is not None:
+            found.append((frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name))
+            frame = frame.f_back
+        return found
 
 
 class ThreadEffort(object):

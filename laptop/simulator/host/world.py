@@ -44,6 +44,7 @@ class World(object):
     Attributes:
         t: virtual time, s.
         exit: ProcessExit of the program; None while it runs.
+        cut_at: where its main thread was if it was cut off, see VirtualThread.stack.
         realtime: whether it keeps pace with the clock.
         pace, long_pace: PaceMeter of the clock over seconds, and over a minute; None without one.
         tell: called now and then with a line for people while the host is busy.
@@ -69,6 +70,7 @@ class World(object):
         self.select = None
         self.busy = 0.0
         self.exit = None
+        self.cut_at = ()
         self.limit = None
         self._events = []
         self._order = 0
@@ -189,6 +191,7 @@ class World(object):
         collecting = gc.isenabled()  # a program that is killed does not put it back
         self._run = object()
         self.exit = None
+        self.cut_at = ()
         self.limit = limit
         self._holder = self._failure = None
         self._loose = 0
@@ -241,6 +244,8 @@ class World(object):
         with self._mutex:
             if self.exit is None:
                 self.exit = process_exit
+                if process_exit.status == ENDLESS and self._main is not None:
+                    self.cut_at = self._main.stack()
                 self._over.set()
                 self._news.notify_all()
 

@@ -8,9 +8,10 @@ import pytest
 from click.testing import CliRunner
 
 from laptop.cli.main import laptop
-from laptop.guide import basins, criteria
+from laptop.guide import basins, criteria, examination
 from laptop.guide.examination import CannotExamine, ask
 from laptop.guide.handouts import HANDOUTS, NoHandout, handout_of, write_handouts
+from laptop.simulator.host import processor
 from robot.motion.inverse_iteration import newton_inverse
 from shared.arm_description import find_arm, read_arm
 
@@ -133,11 +134,66 @@ def test_a_function_that_raises_is_told_with_its_line(tmp_path):
         ask(file, [("f", [2])])
 
 
-def test_a_function_that_never_ends_is_told(tmp_path):
+@pytest.mark.parametrize(
+    ("loop", "when"),
+    [
+        ("while True: time.sleep(0.1)", "after 15 s of the brick's time"),
+        ("while True: pass", "after 15 s of the brick's time"),
+        ("for _ in itertools.count(): pass", "at last"),
+    ],
+)
+def test_a_function_that_never_ends_is_told_and_the_others_answer(
+    loop, when, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(examination, "PATIENCE", 0.5)  # for what never looks at the clock
     file = tmp_path / "mine.py"
-    file.write_text("import time\n\ndef g():\n    while True:\n        time.sleep(0.1)\n")
-    with pytest.raises(CannotExamine, match="did not answer within 15 s .* does a loop in it ever"):
-        ask(file, [("g", [])])
+    file.write_text(
+        f"import itertools, time\n\ndef f():\n    return 1\n\ndef g():\n    {loop}\n\n"
+        "def h():\n    return g()\n"
+    )
+    answers = ask(file, [("f", []), ("g", []), ("f", []), ("h", []), ("g", []), ("f", [])])
+    assert [answer.value for answer in answers] == [1, None, 1, None, None, 1]
+    assert [answer.endless for answer in answers] == [False, True, False, True, True, False]
+    told = f"it does not end; {when} it was at line 7 (g)"
+    assert answers[1].error == f"{told}: `{loop}`. Does the loop there ever end?"
+    assert answers[3].error.startswith(f"{told}, called at line 10 (h): ")
+
+
+def test_a_script_that_never_ends_when_it_is_imported_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr(processor, "LONGEST_START", 0.5)
+    file = tmp_path / "mine.py"
+    file.write_text("k = 0\nwhile True:\n    k += 1\n")
+    with pytest.raises(CannotExamine, match=r"imported: it does not end; .* line 2: `while True:`"):
+        ask(file, [("f", [])])
+
+
+@pytest.mark.parametrize(
+    ("name", "right", "wrong", "told"),
+    [
+        (
+            "kinematics",
+            "square = dq",
+            "while dq: pass\n    square = dq",
+            r"broyden_update fails: it does not end; .*line 44 (.|\n)*the arm is not tried while",
+        ),
+        ("pid", "time.monotonic() - begin < STAY", "True", r"after 45 s .* at line 40 \(main\)"),
+        ("line", "t = time.monotonic() - begin", "t = 0.0", r"after 45 s .* at line \d+ \(\w+\)"),
+    ],
+)
+def test_of_a_script_that_never_ends_no_more_is_told_than_that(name, right, wrong, told, tmp_path):
+    status, output = check(changed(named(name), tmp_path, (right, wrong)))
+    assert status == 1
+    assert re.search(told, output), output
+    assert "truly" not in output
+    assert output.count("WRONG") <= 3
+
+
+@pytest.mark.long
+def test_a_script_that_never_ends_is_not_tried_before_another_camera(tmp_path):
+    change = ("math.hypot(*e) < NEAR_ENOUGH", "False"), ("range(1, MOST_STEPS + 1)", "iter(int, 1)")
+    status, output = check(changed(named("servoing"), tmp_path, *change))
+    assert (status, output.count("WRONG")) == (1, 1), output
+    assert "it does not end; after 45 s" in output
 
 
 def test_an_answer_that_is_no_number_is_shown(tmp_path):
@@ -161,13 +217,16 @@ def test_a_wrong_file_is_refused_in_a_line(name, told, tmp_path):
 
 def test_a_whole_class_is_checked_at_once(tmp_path):
     line = named("line")
-    files = [tmp_path / "line_anna.py", tmp_path / "line-Björn.py"]
-    files[0].write_bytes(line.solution.read_bytes())
-    files[1].write_bytes(line.skeleton.read_bytes())
+    files = [tmp_path / name for name in ("kinematics_cy.py", "line_anna.py", "line-Björn.py")]
+    files[0].write_text("def forward(q)\n")  # it stops nobody else's check
+    files[1].write_bytes(line.solution.read_bytes())
+    files[2].write_bytes(line.skeleton.read_bytes())
     status, output = check(*files)
     assert status == 1
-    assert [word in output for word in ("line_anna.py: 3. A", "line-Björn.py: 3. A")] == [True] * 2
-    assert output.count("WRONG") == 2
+    told = "kinematics_cy.py: 1. F", "line_anna.py: 3. A", "line-Björn.py: 3. A"
+    assert [word in output for word in told] == [True] * 3
+    assert "WRONG  kinematics_cy.py cannot be imported: line 1: SyntaxError" in output
+    assert output.count("WRONG") == 3
 
 
 def test_the_handouts_go_into_a_class_folder(tmp_path, monkeypatch):
@@ -221,7 +280,9 @@ def test_resting_places_are_where_the_tip_stays():
     t = np.arange(0, 3, 0.005)
     x = np.where(t < 1, 0.0, np.where(t < 2, 5 * (t - 1), 5.0))
     zero = np.zeros_like(t)
-    run = criteria.TrialRun("", t, np.zeros((len(t), 2)), np.column_stack([x, zero]), zero > 0)
+    run = criteria.TrialRun(
+        "", False, t, np.zeros((len(t), 2)), np.column_stack([x, zero]), zero > 0
+    )
     places = sorted({round(place[0], 1) for place in criteria.resting_places(run)})
     assert places == [0.0, 5.0]
 

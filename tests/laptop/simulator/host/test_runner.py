@@ -17,7 +17,7 @@ from waiting import PATIENCE
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.buttons import read_press
 from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.host import counting
+from laptop.simulator.host import counting, processor
 from laptop.simulator.host.processor import SWITCH_INTERVAL
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.watchdog import Watchdog
@@ -419,6 +419,24 @@ def test_a_signal_is_heard_by_who_goes_round(run, monkeypatch):
     outcome, _, _ = run(source, signals=[(2.0, number("SIGINT"))], patience=10)
     assert (outcome.status, outcome.reason) == (130, "ended")
     assert outcome.t == pytest.approx(2.0, abs=0.02)
+
+
+def test_who_computes_for_ever_comes_to_the_time_limit_and_is_told_where(run, monkeypatch):
+    monkeypatch.setattr(processor, "LONGEST_START", 0.5)
+    source = "def go():\n    k = 0\n    while True:\n        k += 1\n\n\ngo()\n"
+    outcome, _, err = run(source, timeout=1, patience=PATIENCE)
+    assert (outcome.status, outcome.reason, outcome.t) == (124, "timeout", 1)
+    assert outcome.stack == (("script.py", 3, "go"), ("script.py", 7, "<module>"))
+    assert err.endswith("; it was at line 3 (go)\n")
+
+
+def test_where_a_script_was_cut_off_is_told_by_the_calls_in_its_folder(run, tmp_path):
+    (tmp_path / "helper.py").write_text("import time\ndef wait():\n    time.sleep(1)\n")
+    source = "from helper import wait\nimport json\ndef go():\n    while True: wait()\ngo()\n"
+    outcome, _, err = run(source, timeout=2.5)
+    assert outcome.stack[0] == ("helper.py", 3, "wait")
+    assert err.endswith("; it was at helper.py line 3 (wait), called at line 4 (go)\n")
+    assert run("print(1)")[0].stack == ()
 
 
 @pytest.mark.short(every=2)
