@@ -86,8 +86,8 @@ def pytest_configure(config):
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config):
-    """A worker for each core, and one more for long tests: those in a browser mostly wait."""
-    return (os.cpu_count() or 1) + (config.option.markexpr != SHORT)
+    """A worker for each core, and one more: some tests wait for a process, an ssh or a browser."""
+    return (os.cpu_count() or 1) + 1
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -7,7 +7,7 @@ import math
 import cv2
 import numpy as np
 
-from laptop.simulator.scene.optics import Box, coverage, light_of
+from laptop.simulator.scene.optics import Box, box_of, coverage, light_of
 
 Circle = tuple[float, float, float]
 """Where a marker truly is: u, v, radius, px."""
@@ -56,5 +56,8 @@ def leaves(luck: np.random.Generator, tone: np.ndarray, size: tuple[int, int]) -
         )
         leaf = _turned(leaf, luck.uniform(0, 2 * math.pi)) + luck.uniform((0, 0), size)
         shade = tone * luck.uniform(0.5, 1.3) * luck.uniform(0.75, 1.3, 3)
-        image += coverage([leaf], Box(0, 0, width, height))[..., None] * (shade - image)
+        box = box_of(leaf, Box(0, 0, width, height))
+        if not box.empty:
+            covered = box.cut(image)
+            covered += coverage([leaf], box)[..., None] * (shade - covered)
     return image

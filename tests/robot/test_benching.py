@@ -66,6 +66,20 @@ def bench(tmp_path):
     return run
 
 
+@pytest.fixture(scope="module")
+def moved(tmp_path_factory):
+    """A planar arm that is measured, after which another program asks it where it is."""
+    folder = tmp_path_factory.mktemp("moved")
+    script = folder / "both.py"
+    script.write_text(
+        "import sys\n"
+        f"sys.path.insert(0, {str(ROOT)!r})\n"
+        "from robot import bench_brick, driver\n"
+        "sys.exit(bench_brick.main() or driver.main(['where']))\n"
+    )
+    return Shown(folder, "--move", script=str(script))
+
+
 def within(share, found, true):
     return abs(found - true) <= share * abs(true)
 
@@ -145,8 +159,10 @@ def test_full_duty_of_a_bare_motor_is_what_was_published(bench):
     assert max(max(map(abs, sample.q)) for sample in run.record) < 1e-9  # the arm stays
 
 
-def test_an_arm_in_space_is_measured_off_the_table_and_never_let_go(bench):
-    run = bench("--move", arm="spatial")
+@pytest.mark.short("cpu=0")
+@pytest.mark.parametrize("plant", ["cpu=0", "cpu=1"])
+def test_an_arm_in_space_is_measured_off_the_table_and_never_let_go(bench, plant):
+    run = bench("--move", arm="spatial", plant=plant)
     assert (run.outcome.status, run.err) == (0, "")
     measured = measured_brick.read_constants(run.file, run.arm)
     for joint in run.arm.joints:
@@ -263,10 +279,9 @@ def test_it_always_stops(bench, fault, status, told):
     assert not os.path.exists(run.file)
 
 
-def test_joints_stay_within_their_limits_but_for_their_stops(bench):
-    run = bench("--move")
-    assert run.outcome.status == 0
-    for joint, angles in zip(run.arm.joints, zip(*(sample.q for sample in run.record))):
+def test_joints_stay_within_their_limits_but_for_their_stops(moved):
+    assert moved.outcome.status == 0
+    for joint, angles in zip(moved.arm.joints, zip(*(sample.q for sample in moved.record))):
         inside = [a for a in angles if joint.lower <= a <= joint.upper]
         assert len(inside) > 0.9 * len(angles)
         # What lies beyond is a touch: slower than any pass.
@@ -278,17 +293,9 @@ def test_joints_stay_within_their_limits_but_for_their_stops(bench):
         assert max(speeds) < math.radians(140)
 
 
-def test_afterwards_the_arm_knows_where_it_is(bench, tmp_path):
-    script = tmp_path / "both.py"
-    script.write_text(
-        "import sys\n"
-        f"sys.path.insert(0, {str(ROOT)!r})\n"
-        "from robot import bench_brick, driver\n"
-        "sys.exit(bench_brick.main() or driver.main(['where']))\n"
-    )
-    run = bench("--move", script=str(script))
-    assert (run.outcome.status, run.err) == (0, "")
-    assert "tip at 20.80," in run.out
+def test_afterwards_the_arm_knows_where_it_is(moved):
+    assert (moved.outcome.status, moved.err) == (0, "")
+    assert "tip at 20.80," in moved.out
 
 
 # The pieces

@@ -271,7 +271,7 @@ class World(object):
                 event = self._events[0] if self._events and self._events[0][0] <= t else None
                 due = t if event is None else max(event[0], self.t)
                 limited = before is None and self.limit is not None and due >= self.limit
-                if not self._move(self.limit if limited and due > self.limit else due):
+                if not self._move(self.limit if limited and due > self.limit else due, before):
                     return
                 if limited and (event is None or due > self.limit):
                     if self._run is not None:
@@ -291,8 +291,8 @@ class World(object):
                 raise
             self._fail(error)
 
-    def _move(self, t):
-        """Go to `t`; True when it is reached."""
+    def _move(self, t, before):
+        """Go to `t`; True when it is reached, not when the program has ended since `before`."""
         if t <= self.t:
             return True
         while self.realtime:
@@ -303,7 +303,7 @@ class World(object):
                     break
                 self._carry(step)
                 continue
-            if self._hurry:
+            if self._hurry or self.exit is not before:
                 return False
             self._pacing = True
             self._news.wait(self._clock.worth_waiting(self._zero + step))

@@ -371,7 +371,8 @@ def ball_light(
 
     Args:
         light: (3,), of its colour.
-        normals, to_eye: (height, width, 3); normals of any length.
+        normals, to_eye: (height, width, 3), to_eye (1, 1, 3) if all look from afar; normals of any
+            length.
         to_lamp: unit vector.
 
     Returns:
@@ -425,6 +426,8 @@ def marker_light(
     for k in range(count):
         share = (k + 0.5) / count - 0.5
         place = np.array([u + share * motion[0], v + share * motion[1]])
+        reach = radius * (4 / 3 if kind == "aruco" else 1) + 1
+        own = box_of(np.array([place - reach, place + reach]), frame)
         layers: Iterable[tuple[list[np.ndarray], Any]]
         if kind == "aruco":
             white, black = light_of("white"), light_of("black")
@@ -436,13 +439,15 @@ def marker_light(
             layers = [*layers, (bits, white)]
         elif kind == "ball":
             layers = [
-                ([place + circle(radius, 256)], _ball_straight_on(place, radius, light, box, lamp))
+                ([place + circle(radius, 256)], _ball_straight_on(place, radius, light, own, lamp))
             ]
         else:
             layers = [([place + circle(radius, 256)], np.asarray(light))]
         painted = pixels.astype(float)
-        for rings, tone in layers:
-            painted += coverage(rings, box)[..., None] * (tone - painted)
+        if not own.empty:
+            covered = own.seen_from(box).cut(painted)
+            for rings, tone in layers:
+                covered += coverage(rings, own)[..., None] * (tone - covered)
         total += painted
     pixels[:] = total / count
     return image
@@ -455,5 +460,4 @@ def _ball_straight_on(
     y = (np.arange(box.top, box.bottom) - place[1]) / radius
     x, y = np.meshgrid(x, y)
     normals = np.dstack([x, y, -np.sqrt(np.maximum(1 - x**2 - y**2, 0))])
-    to_eye = np.broadcast_to([0.0, 0.0, -1.0], normals.shape)
-    return ball_light(light, normals, to_eye, lamp)
+    return ball_light(light, normals, np.array([[(0.0, 0.0, -1.0)]]), lamp)

@@ -435,6 +435,24 @@ def test_in_realtime_what_waits_for_the_host_takes_time(paced):
     assert log[0][0] > 0.101
 
 
+def test_in_realtime_whose_run_has_ended_waits_for_the_clock_no_more(paced, monkeypatch):
+    """It used to go on until it had computed for half a second, in waits that take no computing."""
+    waits, worth_waiting = [], paced._clock.worth_waiting
+
+    def count(until):
+        waits.append(paced.exit)
+        if len(waits) == 3:
+            threading.Thread(target=lambda: paced.halt(ProcessExit(1, "ended"))).start()
+        return worth_waiting(until)
+
+    monkeypatch.setattr(paced._clock, "worth_waiting", count)
+    other = paced._clock.join("a tracker")  # that does nothing
+    verdict, _ = play(paced, lambda say: paced.sleep(3600))
+    other.leave()
+    assert verdict.reason == "ended"
+    assert not any(waits)
+
+
 def test_a_host_that_is_too_busy_ends_the_run_for_its_own_reason(paced, monkeypatch):
     monkeypatch.setattr(paced, "long_pace", pace.PaceMeter(paced._clock, 0.3))
     other = paced._clock.join("a tracker")  # that does nothing
