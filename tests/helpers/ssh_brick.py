@@ -140,6 +140,11 @@ class SshBrick:
                 (tools / path.name).symlink_to(path)
         self.set_up(f"PATH={tools}")
 
+    def use_plain_python(self):
+        """Let scripts run as they are from now on, with nothing emulated."""
+        program = f'#!/bin/sh\nexec {sys.executable} "$@"\n'
+        (self.folder / "bin" / "python3").write_text(program)
+
     def emulate(self, *words):
         """Let scripts be emulated from now on with more words for `simulate`."""
         (self.folder / "options").write_text("\n".join(words))
