@@ -167,6 +167,16 @@ def shell(name: str | None) -> None:
 
 @brick.command()
 @THE_BRICK
+def key(name: str | None) -> None:
+    """Let the brick let this computer in without a password from now on."""
+    with importing():
+        from laptop.brick import login_key
+
+    _talk(name, login_key.trust)
+
+
+@brick.command()
+@THE_BRICK
 def forget(name: str | None) -> None:
     """Remove what is remembered of a brick: its key, and that it was the last one."""
     with importing():
