@@ -31,6 +31,9 @@ ENDING = tuple(
 )
 """The signals by which this system asks a program to end; Ctrl-C's is the first."""
 
+TERMINAL_CHANGES = getattr(signal, "SIGWINCH", None)
+"""The signal by which this system tells of a terminal's new size; None where it does not."""
+
 STOPS_PROCESSES = hasattr(signal, "SIGSTOP")
 """Whether a process can be stopped and sent on its way again, as the faults of benches are made."""
 

@@ -37,6 +37,8 @@
                                                                             the arm; empty
     emulated-brick/   track: its own brick         people                   what that brick said
     brick             brick                        brick                    the last real brick
+    brick-runs/       brick                        the same, people         what programs on bricks
+                                                                            have said
     brick.txt         track's page                 people                   what a brick that it
                                                                             called has said
 
@@ -58,6 +60,7 @@ LIVE_FOLDER, CLOCK_FILE, BRICK_FOLDER = "live", "clock", "emulated-brick"
 MOTORS_FILE = "emulated-motors"
 LAST_BRICK_FILE = "brick"
 CALLED_BRICK_FILE = "brick.txt"
+BRICK_RUNS_FOLDER = "brick-runs"
 OWN_ARMS_FOLDER = "arms"
 """Names in the state folder."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import ipaddress
+import os
 import re
 import socket
 from collections.abc import AsyncIterator, Callable, Iterator
@@ -245,8 +246,10 @@ def _unreached(address: BrickAddress, error: Exception) -> str:
             f"{address} does not answer within {CONNECT_TIMEOUT:g} s; is the brick on, and that "
             "its address? It stands on its screen"
         )
+    # (Of asyncio's own words the number alone says why.)
+    why = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
     return (
-        f"there is no way to {address}: {error.strerror if isinstance(error, OSError) else error}; "
+        f"there is no way to {address}: {why}; "
         "is the cable in, or this computer in the brick's network?"
     )
 
@@ -259,7 +262,7 @@ class _Login(asyncssh.SSHClient):
         self._before = known.keys_of(address.host, address.port)
         self._new: asyncssh.SSHKey | None = None
         self._asked = 0
-        self._tried_usual = self._given_up = False
+        self._tried_usual = self._given_up = self._takes_passwords = False
 
     def known_keys(self, host: str, addr: str, port: int | None) -> tuple:
         """Return the keys that are trusted, as asyncssh takes them."""
@@ -287,12 +290,15 @@ class _Login(asyncssh.SSHClient):
 
     def password_auth_requested(self) -> str | None:
         """Return the next password to try: ev3dev's own, then what is typed; None ends it."""
+        self._takes_passwords = True
         if self._address.user == USER and not self._tried_usual:
             self._tried_usual = True
             self._dialogue.say("no ssh key lets in: trying ev3dev's usual password")
             return PASSWORD
         if self._dialogue.ask_password is None or self._given_up or self._asked == MOST_QUESTIONS:
             return None
+        if self._asked:
+            self._dialogue.say("that was a wrong password")
         self._asked += 1
         password = self._dialogue.ask_password(f"Password of {self._address.user} on the brick")
         self._given_up = password is None
@@ -334,13 +340,13 @@ class _Login(asyncssh.SSHClient):
         who = f"{self._address.user} on {self._address}"
         if self._asked:
             return f"wrong password for {who}: {self._asked} times; on a new card it is {PASSWORD}"
-        tried = ["your ssh keys"] + ["ev3dev's usual password"] * self._tried_usual
+        tried = " nor by ".join(["your ssh keys"] + ["ev3dev's usual password"] * self._tried_usual)
+        refused = f"{who} is let in {'neither' if self._tried_usual else 'not'} by {tried}"
+        if not self._takes_passwords:
+            return f"{refused}, and takes no passwords; is {self._address.user} the right user?"
         return (
-            f"{who} is let in neither by {' nor by '.join(tried)}; type this at a terminal to be "
-            "asked for the password"
-            if self._tried_usual
-            else f"{who} is not let in by {tried[0]}; type this at a terminal to be asked for the "
-            "password"
+            f"{refused}; nobody can be asked for the password here, so type once in a terminal: "
+            f"{COMMAND} key --brick {self._address}"
         )
 
 

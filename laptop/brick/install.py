@@ -3,7 +3,8 @@
 In `~/.brickservo` there, `versions/` holds folders with a whole program each, and the link
 `program` says which one counts. A new one is made beside it, of hard links to what has not changed,
 checked and compiled; then the link is replaced in one step. So whatever is cut, and whenever, a
-whole program counts. The one before stays until the next, for what runs of it.
+whole program counts. The one before stays until the next, and as long as something runs of it:
+Python loads some modules late.
 """
 
 from __future__ import annotations
@@ -64,8 +65,9 @@ cd .brickservo
 exec 9>install.lock
 flock -n 9 || exit {busy}
 old=$(readlink program) || old=
-for one in versions/*; do
-    [ "$one" = "$old" ] || rm -rf "$one"
+for one in versions/*/; do
+    one=${{one%/}}
+    [ ! -d "$one" ] || [ "$one" = "$old" ] || flock -n -E 0 "$one" rm -rf "$one"
 done
 new=versions/{name}
 trap 'cd "$HOME/.brickservo"; rm -rf "$new"' EXIT

@@ -20,10 +20,20 @@ ROOT = Path(shared.__file__).resolve().parent.parent
 SOURCES = ("robot/**/*.py", "shared/**/*.py", "shared/arms/*.ini")
 """Patterns of the files that the brick needs."""
 
+HOLD = 'exec 8<"$HOME/.brickservo/program/" && flock -s 8'
+"""Lets the version that counts stay until what is started behind this has ended."""
+THIS_VERSION = '"$(readlink -f "$HOME/.brickservo/program")"'
+"""Its folder, for sh; the link would lead elsewhere after the next install."""
+
 MENU = {
-    "menu/draw": b'#!/bin/sh\nexec "$HOME/robot/driver.py" "$@"\n',
-    "menu/servo": b'#!/bin/sh\ncd "$HOME" && '
-    b'exec robot/visual_servoing.py --wait --log .brickservo/logs/menu-servo.jsonl "$@"\n',
+    "menu/draw": f"""#!/bin/sh
+{HOLD}
+exec "$HOME/robot/driver.py" "$@"
+""",
+    "menu/servo": f"""#!/bin/sh
+{HOLD}
+cd "$HOME" && exec robot/visual_servoing.py --wait --log .brickservo/logs/menu-servo.jsonl "$@"
+""",
 }
 """Files that stand in the brick's menu, beside those."""
 
@@ -62,7 +72,8 @@ def program_files(root: Path = ROOT) -> dict[str, ProgramFile]:
         path.relative_to(root).as_posix(): path.read_bytes().replace(b"\r\n", b"\n")
         for path in paths
     }
-    return {name: ProgramFile(data) for name, data in sorted({**read, **MENU}.items())}
+    read.update((name, text.encode()) for name, text in MENU.items())
+    return {name: ProgramFile(data) for name, data in sorted(read.items())}
 
 
 def version_of(files: Mapping[str, ProgramFile]) -> str:

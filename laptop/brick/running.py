@@ -27,8 +27,9 @@ from laptop import system
 from laptop.brick import BrickProblem
 from laptop.brick.connection import CUT, BrickAddress, Dialogue, ask, shown_here
 from laptop.brick.install import update
-from laptop.brick.program_files import EXECUTABLE, program_files
+from laptop.brick.program_files import EXECUTABLE, HOLD, THIS_VERSION, program_files
 from laptop.brick.remote_files import put
+from laptop.brick.run_log import KeptRun
 
 BEAT_PERIOD, SILENCE_TIMEOUT = 3.0, 15.0
 """Period of the laptop's beats to the watch, and how long it waits for one, s: radio stalls."""
@@ -42,15 +43,21 @@ OWN_SCRIPTS, LOGS = ".brickservo/scripts", ".brickservo/logs"
 SERVO, KEPT_LOGS = "robot/visual_servoing.py", 10
 """The script that keeps a log, and how many of them stay."""
 
-PROGRAM = "exec env BRICK_RUN={token}.$$ {command}"
+PROGRAM = HOLD + "; exec env BRICK_RUN={token}.$$ {command}"
 """Starts a program that can be found again: by its number in its own environment."""
 
+ASKED = 3
+"""Exit status of the below where it has asked the program to end."""
 WATCH = """exec bash -c '
 while read -r -t {timeout:g} word; do [ "$word" != end ] || exit 0; done
+status=0
 for found in $(grep -lzx "BRICK_RUN={token}[.][0-9]*" /proc/[0-9]*/environ 2>/dev/null); do
     number=${{found//[!0-9]/}}  # but what it has started has its number, too
-    ! grep -qzx "BRICK_RUN={token}[.]$number" "$found" || kill -HUP "$number"
-done'"""
+    if grep -qzx "BRICK_RUN={token}[.]$number" "$found"; then
+        kill -HUP "$number" && status={asked}
+    fi
+done
+exit $status'"""
 """Asks it to end once the laptop has been silent for too long, or gone without a word."""
 
 
@@ -67,22 +74,26 @@ async def run(
         BrickProblem: there is no such script, the program cannot be installed, or the connection is
             lost.
     """
-    ours = _ours(script)
-    own = Path() if ours else _own(script)
+    ours = find_script(script)
     await update(brick, address, dialogue)
     if ours == SERVO and not any(word.startswith("--log") for word in words):
         words = (*words, "--log", await _new_log(brick))
+    start = ours
     if not ours:
-        await put(brick, f"{OWN_SCRIPTS}/{own.name}", own.read_bytes().replace(b"\r\n", b"\n"))
-    start = ours or f'PYTHONPATH="$HOME" python3 {shlex.quote(f"{OWN_SCRIPTS}/{own.name}")}'
-    return await _watched(brick, address, dialogue, " ".join([start, *map(shlex.quote, words)]))
+        own = f"{OWN_SCRIPTS}/{Path(script).name}"
+        await put(brick, own, Path(script).read_bytes().replace(b"\r\n", b"\n"))
+        start = f"PYTHONPATH={THIS_VERSION} python3 {shlex.quote(own)}"
+    with KeptRun(address, (script, *words), dialogue.say) as log:
+        command = " ".join([start, *map(shlex.quote, words)])
+        log.status = await _watched(brick, address, dialogue, command, log.hear)
+        return log.status
 
 
 async def shell(
     brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue
 ) -> int:
     """Let somebody type commands there; return the exit status of the last one."""
-    return await on_terminal(brick, dialogue, None)
+    return await on_terminal(brick, None)
 
 
 def _scripts() -> dict[str, str]:
@@ -94,24 +105,24 @@ def _scripts() -> dict[str, str]:
     }
 
 
-def _ours(script: str) -> str | None:
-    """Return the path of a script of the program, by its path, name or name without .py."""
-    scripts = _scripts()
-    return script if script in scripts.values() else scripts.get(f"{script.removesuffix('.py')}.py")
+def find_script(script: str) -> str:
+    """Return the path on the brick of a script of the program; "" for a file of somebody's own.
 
-
-def _own(script: str) -> Path:
-    """Return a file of somebody's own.
+    Args:
+        script: its path, its name, its name without .py, or a file here.
 
     Raises:
         BrickProblem: there is none.
     """
-    path = Path(script)
-    if path.is_file():
-        return path
-    raise BrickProblem(
-        f"there is no script {script}; give a file, or one of {', '.join(_scripts())}"
-    )
+    scripts = _scripts()
+    if script in scripts.values():
+        return script
+    ours = scripts.get(f"{script.removesuffix('.py')}.py", "")
+    if not ours and not Path(script).is_file():
+        raise BrickProblem(
+            f"there is no script {script} here; give a file, or one of {', '.join(scripts)}"
+        )
+    return ours
 
 
 async def _new_log(brick: asyncssh.SSHClientConnection) -> str:
@@ -123,23 +134,31 @@ async def _new_log(brick: asyncssh.SSHClientConnection) -> str:
 
 
 async def _watched(
-    brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue, command: str
+    brick: asyncssh.SSHClientConnection,
+    address: BrickAddress,
+    dialogue: Dialogue,
+    command: str,
+    hear: Callable[[bytes], None],
 ) -> int:
     """Run a command that is asked to end when the laptop falls silent; return its exit status."""
     token = secrets.token_hex(8)
     program = PROGRAM.format(token=token, command=command)
     try:
         watch = await brick.create_process(
-            WATCH.format(timeout=SILENCE_TIMEOUT, token=token), encoding="utf-8"
+            WATCH.format(timeout=SILENCE_TIMEOUT, token=token, asked=ASKED), encoding="utf-8"
         )
         beating = asyncio.ensure_future(_beat(watch, dialogue))
         try:
-            status = await on_terminal(brick, dialogue, program)
+            status = await on_terminal(brick, program, hear)
         finally:
             beating.cancel()
-        if not watch.stdin.is_closing():
+        with contextlib.suppress(BrokenPipeError):  # it has ended: it has asked the program to
             watch.stdin.write("end\n")
-        await watch.wait()
+        if (await watch.wait()).exit_status == ASKED:
+            dialogue.say(
+                f"{address} heard nothing of this computer for {SILENCE_TIMEOUT:g} s, as where it "
+                "sleeps or radio stalls, and has asked the program to stop the arm"
+            )
         return status
     except CUT:
         raise BrickProblem(
@@ -152,19 +171,29 @@ async def _beat(watch: asyncssh.SSHClientProcess, dialogue: Dialogue) -> None:
     while not watch.stdin.is_closing():
         watch.stdin.write("beat\n")
         await asyncio.sleep(BEAT_PERIOD)
-    dialogue.say(
-        "the watch on the brick has ended, after a long silence or for want of memory; if this "
-        "computer falls silent now, nothing there stops the arm: press Ctrl-C, and start again"
-    )
+    await watch.wait_closed()
+    if watch.exit_status != ASKED:
+        dialogue.say(
+            "the watch on the brick has ended, as for want of memory; if this computer falls "
+            "silent now, nothing there stops the arm: press Ctrl-C, and start again"
+        )
 
 
 async def on_terminal(
-    brick: asyncssh.SSHClientConnection, dialogue: Dialogue, command: str | None
+    brick: asyncssh.SSHClientConnection,
+    command: str | None,
+    hear: Callable[[bytes], None] = lambda data: None,
 ) -> int:
     """Run a command, or a shell, on a terminal there as if it were here; return its exit status.
 
+    Args:
+        brick: the connection.
+        command: for the brick's shell; None for that shell itself.
+        hear: is called with all that is written there.
+
     Raises:
         asyncssh.ConnectionLost: it has not come to its end.
+        BrickProblem: somebody has left it to itself.
         NobodyReads: its output is read no more; the terminal there is hung up.
     """
     typed = sys.stdin is not None and sys.stdin.isatty()
@@ -174,30 +203,60 @@ async def on_terminal(
     process = await brick.create_process(
         command,
         term_type=os.environ.get("TERM") or "vt100",
-        term_size=shutil.get_terminal_size(),
+        term_size=_window(),
         term_modes=modes,
         encoding=None,
     )
     asked = 0
 
+    def is_left() -> bool:
+        return asked >= LEAVES and command is not None
+
     def send(data: bytes) -> None:
         nonlocal asked
         asked += data.count(CTRL_C)
-        if asked >= LEAVES and command is not None:
-            dialogue.say("left to itself: the program is asked once more to stop the arm")
+        if is_left():
             brick.abort()
         elif not process.stdin.is_closing():
             process.stdin.write(data)
 
-    with system.keys_one_by_one(), _reading(send), _ctrl_c(lambda: send(CTRL_C)):
-        while data := await process.stdout.read(1 << 16):
-            with shown_here():
-                sys.stdout.buffer.write(data)
-                sys.stdout.buffer.flush()
-        await process.wait_closed()
+    def resize() -> None:
+        if not process.stdin.is_closing():
+            process.change_terminal_size(*_window())
+
+    with (
+        system.keys_one_by_one(),
+        _reading(send),
+        _on_signal(signal.SIGINT, lambda: send(CTRL_C)),
+        _on_signal(system.TERMINAL_CHANGES, resize),
+    ):
+        try:
+            while data := await process.stdout.read(1 << 16):
+                hear(data)
+                with shown_here():
+                    sys.stdout.buffer.write(data)
+                    sys.stdout.buffer.flush()
+            await process.wait_closed()
+        except CUT:
+            if not is_left():
+                raise
+    if is_left() and process.returncode is None:
+        raise BrickProblem(
+            "left to itself at the third Ctrl-C: the program is asked once more to stop the arm, "
+            f"within {SILENCE_TIMEOUT:g} s. See that it does",
+            130,
+        )
     if process.returncode is None:
         raise asyncssh.ConnectionLost("no exit status")
     return process.returncode if process.returncode >= 0 else 128 - process.returncode
+
+
+def _window() -> tuple[int, int]:
+    """Return columns and lines of the terminal here, whatever COLUMNS says, which never changes."""
+    try:
+        return os.get_terminal_size(sys.stdout.fileno())
+    except (OSError, ValueError):  # it is none
+        return shutil.get_terminal_size()
 
 
 @contextlib.contextmanager
@@ -223,13 +282,14 @@ def _reading(send: Callable[[bytes], None]) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _ctrl_c(interrupt: Callable[[], None]) -> Iterator[None]:
-    """Let Ctrl-C call this, for a `with` block, where the terminal makes a signal of it."""
+def _on_signal(number: int | None, act: Callable[[], None]) -> Iterator[None]:
+    """Act at a signal, for a `with` block, where this system has it."""
+    if number is None:
+        yield
+        return
     loop = asyncio.get_running_loop()
-    before = signal.signal(
-        signal.SIGINT, lambda number, frame: loop.call_soon_threadsafe(interrupt)
-    )
+    before = signal.signal(number, lambda *_: loop.call_soon_threadsafe(act))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(number, before)

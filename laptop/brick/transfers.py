@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import posixpath
+import shlex
 import tarfile
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import asyncssh
 from laptop.brick import COMMAND, BrickProblem
 from laptop.brick.connection import BrickAddress, Dialogue, ask
 from laptop.brick.remote_files import put, read
+from laptop.brick.run_log import is_of, kept_runs
 from laptop.brick.running import LOGS, run
 from shared.arm_description import read_arm
 from shared.small_files import MAX_SIZE
@@ -49,7 +51,7 @@ async def put_arm(
         )
     if there != data:
         await put(brick, f"{ARMS}/{name}", data)
-    dialogue.say(f"{address}: programs there take it by --arm {name[:-4]}")
+    dialogue.say(f"{address}: programs there take it by --arm {shlex.quote(name[:-4])}")
 
 
 async def fetch_arm(
@@ -92,7 +94,7 @@ async def _arms(brick: asyncssh.SSHClientConnection) -> str:
 async def fetch_logs(
     brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue, folder: Path
 ) -> None:
-    """Fetch the logs of the last runs into a folder.
+    """Fetch the logs of the last runs into a folder: the brick's, and what was kept of it here.
 
     Raises:
         BrickProblem: there are none, or they cannot be fetched.
@@ -106,20 +108,21 @@ async def fetch_logs(
     )
     if packed.status:
         raise BrickProblem(f"{address} cannot send its logs: {packed.errors.strip()}")
-    names = []
+    found = {file.name: file.read_bytes() for file in kept_runs() if is_of(file, address)}
     with tarfile.open(fileobj=io.BytesIO(packed.data)) as tar:
         for member in tar:
             content = tar.extractfile(member)
             if content is not None:
-                names.append(posixpath.basename(member.name))
-                folder.mkdir(parents=True, exist_ok=True)
-                write_whole(folder / names[-1], content.read())
-    if not names:
+                found[posixpath.basename(member.name)] = content.read()
+    if not found:
         raise BrickProblem(
-            f"{address} has no logs; {COMMAND} run visual_servoing.py makes one, and so does what "
-            "its menu starts where it fails"
+            f"{address} has no logs; each {COMMAND} run leaves one, and so does what its menu "
+            "starts where it fails"
         )
-    dialogue.say(f"in {folder}: {', '.join(names)}")
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, data in found.items():
+        write_whole(folder / name, data)
+    dialogue.say(f"in {folder}: {', '.join(sorted(found))}")
 
 
 async def bench(

@@ -67,6 +67,8 @@ def run(name: str | None, script: str, args: tuple[str, ...]) -> None:
     with importing():
         from laptop.brick import running
 
+    with in_one_line():
+        running.find_script(script)  # before the brick is asked for anything
     sys.exit(_talk(name, running.run, script, args))
 
 
@@ -93,7 +95,7 @@ def doctor(name: str | None, arm_file: str, motors: bool) -> None:
     "--out", default="logs", show_default=True, metavar="DIR", type=click.Path(path_type=Path)
 )
 def log(name: str | None, out: Path) -> None:
-    """Fetch the logs of the last runs: of servo runs, and of what the brick's menu started."""
+    """Fetch the logs of the last runs: of `brick run` here, and of what the brick has kept."""
     with importing():
         from laptop.brick import transfers
 
@@ -151,6 +153,16 @@ def shell(name: str | None) -> None:
         from laptop.brick import running
 
     sys.exit(_talk(name, running.shell))
+
+
+@brick.command()
+@THE_BRICK
+def key(name: str | None) -> None:
+    """Let the brick let this computer in without a password from now on."""
+    with importing():
+        from laptop.brick import login_key
+
+    _talk(name, login_key.trust)
 
 
 @brick.command()

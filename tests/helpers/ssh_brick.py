@@ -39,7 +39,7 @@ StrictModes no
 UsePAM no
 PasswordAuthentication no
 KbdInteractiveAuthentication no
-AuthorizedKeysFile {folder}/authorized_keys
+AuthorizedKeysFile {folder}/authorized_keys {folder}/home/.ssh/authorized_keys
 PrintMotd no
 PrintLastLog no
 ForceCommand {folder}/session
@@ -139,6 +139,11 @@ class SshBrick:
             if not path.name.startswith("python"):
                 (tools / path.name).symlink_to(path)
         self.set_up(f"PATH={tools}")
+
+    def use_plain_python(self):
+        """Let scripts run as they are from now on, with nothing emulated."""
+        program = f'#!/bin/sh\nexec {sys.executable} "$@"\n'
+        (self.folder / "bin" / "python3").write_text(program)
 
     def emulate(self, *words):
         """Let scripts be emulated from now on with more words for `simulate`."""

@@ -11,9 +11,11 @@ import asyncssh
 import pytest
 from ssh_brick import PasswordServer, Proxy
 
-from laptop.brick import BrickProblem, choosing, connection
+from laptop.brick import BrickProblem, choosing, connection, login_key
 from laptop.brick.connection import BrickAddress, Dialogue, connected, read_address
 from laptop.brick.known_hosts import KnownHosts
+
+WRONG = "that was a wrong password"
 
 
 class Person:
@@ -150,15 +152,61 @@ def test_the_usual_password_is_for_the_usual_user_alone(home):
 def test_a_password_is_asked_for_and_a_wrong_one_is_wrong(home):
     with password_server("secret", home) as server:
         address = BrickAddress("127.0.0.1", server.port)
-        assert "neither by your ssh keys nor by ev3dev's usual password" in refused(address)
+        problem = refused(address)
+        assert "neither by your ssh keys nor by ev3dev's usual password" in problem
+        assert problem.endswith(f"type once in a terminal: brickservo brick key --brick {address}")
         person = Person("wrong", "secret")
         assert said(address, person) == ""
         assert person.asked == 2
+        assert person.read[-2:] == ["no ssh key lets in: trying ev3dev's usual password", WRONG]
         assert "wrong password for robot" in refused(address, Person("a", "b", "c", "d"))
         gives_up = Person(None)
         with pytest.raises(BrickProblem, match="stopped") as caught:
             said(address, gives_up)
         assert caught.value.status == 130
+
+
+def test_a_brick_that_takes_keys_alone_is_told_from_one_that_takes_passwords(ssh_brick, home):
+    problem = refused(BrickAddress("127.0.0.1", ssh_brick.port, "nobody-here"))
+    assert "is let in not by your ssh keys, and takes no passwords; is nobody-here" in problem
+
+
+def test_a_way_that_is_not_there_is_told_by_the_system_s_reason():
+    error = OSError(errno.ENETUNREACH, "Connect call failed ('10.42.0.3', 22)")
+    line = connection._unreached(BrickAddress("10.42.0.3"), error)
+    assert line.startswith("there is no way to 10.42.0.3: Network is unreachable; is the cable in")
+
+
+def test_a_key_lets_in_from_now_on_and_stands_there_once(ssh_brick, home, monkeypatch):
+    address, new = read_address(ssh_brick.place), home / "new"
+    there = ssh_brick.home / ".ssh" / "authorized_keys"
+    there.parent.mkdir()
+    there.write_text("ssh-ed25519 somebody's")  # (and no newline at its end)
+
+    async def trust(person):
+        async with connected(address, person.dialogue) as brick:
+            monkeypatch.setenv("HOME", str(new))  # of somebody who has no key yet
+            await login_key.trust(brick, address, person.dialogue)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HOME", str(ssh_brick.laptop))
+        person = Person()
+        asyncio.run(trust(person))
+    monkeypatch.setenv("HOME", str(new))
+    file = new / ".ssh" / "id_ed25519"
+    assert person.read[-2:] == [
+        f"a key is made for this computer: {file}",
+        f"{address} lets this computer in by {file} from now on, without a password",
+    ]
+    assert file.stat().st_mode & 0o777 == 0o600
+    asyncio.run(trust(Person()))  # is let in by it
+    lines = there.read_text().splitlines()
+    assert lines == ["ssh-ed25519 somebody's", file.with_suffix(".pub").read_text().strip()]
+
+    key = asyncssh.generate_private_key("ssh-ed25519")
+    file.write_bytes(key.export_private_key("pkcs8-pem", passphrase="secret"))
+    with pytest.raises(BrickProblem, match="a key with a passphrase is for your ssh"):
+        login_key._own_key(person.dialogue)
 
 
 def test_who_is_not_there_is_told_from_who_is_no_brick(home, monkeypatch):

@@ -1,11 +1,14 @@
 """`run`, over Debian's sshd on the emulated brick: its output and status, and how it is stopped."""
 
+import asyncio
 import csv
+import fcntl
 import json
 import os
 import pty
 import select
 import signal
+import struct
 import subprocess
 import sys
 import termios
@@ -14,7 +17,9 @@ import pytest
 from ssh_brick import Proxy
 from waiting import PATIENCE, until
 
-from laptop.brick.running import PROGRAM, WATCH
+from laptop.brick import install as installing
+from laptop.brick import running
+from laptop.brick.connection import Dialogue, connected, read_address
 
 LINE = "run", "driver.py", "line", "--speed", "0.5", "10,0", "5,10"
 """Twenty seconds of drawing, so that there is a middle."""
@@ -44,7 +49,123 @@ def test_scripts_are_found_by_path_name_and_file(ssh_brick, tmp_path):
     assert "you typed ''" in out  # there is nothing to type from
     status, _, errors = ssh_brick.run("run", "nothing.py")
     assert (status, errors.count("\n")) == (1, 1)
-    assert "there is no script nothing.py; give a file, or one of bench_brick.py, doctor" in errors
+    assert "there is no script nothing.py here; give a file, or one of bench_brick.py, d" in errors
+
+
+def test_a_script_that_is_not_there_is_told_before_the_brick_is_looked_for(ssh_brick):
+    status, _, errors = ssh_brick.run("run", "nothing.py")
+    assert (status, errors.count("\n")) == (1, 1)
+    assert "there is no script nothing.py here" in errors
+    assert ssh_brick.connections == 0
+
+
+ENDS_BY_SIGHUP = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+def end(*_):
+    open(sys.argv[1], "w").write("hung up")
+    sys.exit(129)
+signal.signal(signal.SIGHUP, end)
+open(sys.argv[1], "w").close()
+print("ready", flush=True)
+while True:
+    signal.pause()
+"""
+
+
+@pytest.fixture
+def waiting_script(ssh_brick, tmp_path):
+    """A script that does nothing until it is hung up on; not even Ctrl-C ends it."""
+    ssh_brick.use_plain_python()
+    script = tmp_path / "waits.py"
+    script.write_text(ENDS_BY_SIGHUP)
+    return script
+
+
+def test_the_third_ctrl_c_leaves_a_program_to_itself(ssh_brick, waiting_script, tmp_path):
+    process = ssh_brick.command("run", waiting_script, tmp_path / "ended")
+    assert process.stdout.readline() == "ready\n"
+    for _ in range(3):
+        process.send_signal(signal.SIGINT)
+        # (Signals that come at the same time are one.)
+        until(lambda: not pending(process.pid), "the signal's being taken")
+    _, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 130, errors
+    assert "left to itself at the third Ctrl-C" in errors.splitlines()[-1]
+    assert "is lost" not in errors
+    ssh_brick.wait_for_sessions()
+    assert (tmp_path / "ended").read_text() == "hung up"
+
+
+def pending(number):
+    """The signals that wait for a process, as the system shows them."""
+    with open(f"/proc/{number}/status") as file:
+        lines = dict(line.split(":\t") for line in file.read().splitlines() if ":\t" in line)
+    return int(lines["SigPnd"], 16) | int(lines["ShdPnd"], 16)
+
+
+def test_two_programs_at_once_are_each_stopped_where_the_laptop_falls_silent(
+    ssh_brick, waiting_script, tmp_path, monkeypatch
+):
+    async def fall_silent(watch):
+        """Once both run; the end of what is said is a silence that need not be waited for."""
+        while len(list(tmp_path.glob("ended-*"))) < 2:
+            await asyncio.sleep(0.01)
+        watch.stdin.write_eof()
+
+    monkeypatch.setattr(running, "_beat", fall_silent)
+    address, said = read_address(ssh_brick.place), []
+    dialogue = Dialogue(said.append)
+
+    async def run(k):
+        async with connected(address, dialogue) as brick:
+            return await running.run(
+                brick, address, dialogue, str(waiting_script), (str(tmp_path / f"ended-{k}"),)
+            )
+
+    async def both():
+        async with connected(address, dialogue) as brick:
+            await running.update(brick, address, dialogue)
+        return await asyncio.wait_for(asyncio.gather(run(1), run(2)), PATIENCE)
+
+    assert asyncio.run(both()) == [129, 129]
+    assert [path.read_text() for path in tmp_path.glob("ended-*")] == ["hung up", "hung up"]
+    told = [line for line in said if "heard nothing of this computer for 15 s" in line]
+    assert len(told) == 2
+    ssh_brick.wait_for_sessions()
+
+
+def test_a_version_stays_while_something_runs_of_it(ssh_brick, tmp_path, monkeypatch):
+    ssh_brick.use_plain_python()
+    script = tmp_path / "late.py"
+    script.write_text(
+        "import robot.clock\nprint('ready', flush=True)\ninput()\n"
+        "import robot.motion.parking\nprint(robot.motion.parking.__file__)\n"
+    )
+    process = ssh_brick.command("run", script, stdin=-1)
+    assert process.stdout.readline() == "ready\n", process.communicate()[1]
+    before = (ssh_brick.home / ".brickservo" / "program").resolve()
+    for k in range(3):
+        files = running.program_files()
+        files["robot/clock.py"] = type(files["robot/clock.py"])(b"# %d\n" % k)
+        with monkeypatch.context() as patch:
+            patch.setattr(installing, "program_files", lambda files=files: files)
+            update(ssh_brick)
+    out, errors = process.communicate("\n", timeout=PATIENCE)
+    assert (process.returncode, out.strip()) == (0, str(before / "robot/motion/parking.py")), errors
+    update(ssh_brick)
+    assert not before.exists()  # once it is left
+
+
+def update(brick):
+    """Install what `program_files` gives."""
+    address, dialogue = read_address(brick.place), Dialogue(lambda line: None)
+
+    async def talk():
+        async with connected(address, dialogue) as connection:
+            await running.update(connection, address, dialogue)
+
+    asyncio.run(talk())
 
 
 @pytest.fixture
@@ -118,20 +239,24 @@ def test_a_laptop_that_falls_asleep_stops_the_arm(ssh_brick, drawing):
     assert_stopped_in_mid_line(ssh_brick, 128 + signal.SIGHUP)
 
 
-def test_a_watch_ends_its_own_program_though_another_has_begun_since():
+def test_a_watch_ends_its_own_program_though_another_has_begun_since(tmp_path):
     """Its laptop goes without a word, as one that falls asleep."""
 
-    def begin(words, **places):
-        return subprocess.Popen(["sh", "-c", words.format(**places)], stdin=subprocess.PIPE)
+    (tmp_path / ".brickservo" / "program").mkdir(parents=True)
+    environment = {**os.environ, "HOME": str(tmp_path)}
 
-    programs = [begin(PROGRAM, token=token, command="cat") for token in ("first", "second")]
-    watch = begin(WATCH, timeout=PATIENCE, token="first")
+    def begin(words, **places):
+        command = ["sh", "-c", words.format(**places)]
+        return subprocess.Popen(command, stdin=subprocess.PIPE, env=environment)
+
+    programs = [begin(running.PROGRAM, token=token, command="cat") for token in ("first", "second")]
+    watch = begin(running.WATCH, timeout=PATIENCE, token="first", asked=running.ASKED)
     try:
         for program in programs:  # each is what it becomes
             until(lambda number=program.pid: words_of(number) == b"cat\0", "the program")
         watch.stdin.close()
         assert programs[0].wait(PATIENCE) == -signal.SIGHUP
-        assert watch.wait(PATIENCE) == 0
+        assert watch.wait(PATIENCE) == running.ASKED
         assert programs[1].poll() is None
     finally:
         for process in (watch, *programs):
@@ -177,47 +302,102 @@ def test_keys_go_there_one_by_one_and_the_terminal_is_as_before(ssh_brick, tmp_p
         "import sys\nprint('ready')\nprint('line', repr(sys.stdin.readline()))\n"
         "sys.stdin.readline()\n"
     )
-    (ssh_brick.folder / "bin" / "python3").write_text(f'#!/bin/sh\nexec {sys.executable} "$@"\n')
-    here, there = pty.openpty()
-    before = termios.tcgetattr(there)
-    process = ssh_brick.command(
-        "run", script, stdin=there, stdout=there, env={"TERM": "vt100"}, start_new_session=True
-    )
-    read = bytearray()
-
-    def shows(words):
-        while select.select([here], [], [], 0)[0]:
-            read.extend(os.read(here, 4096))
-        return words in read
-
+    ssh_brick.use_plain_python()
+    terminal = Terminal()
+    before = termios.tcgetattr(terminal.inside)
+    process = ssh_brick.command("run", script, **terminal.options)
     try:
-        until(lambda: shows(b"ready\r\n"), "the script")
-        os.write(here, b"ab\x7fc\r")  # with a correction
-        until(lambda: shows(b"line 'ac\\n'\r\n"), "the line")
-        os.write(here, b"\x03")
-        until(lambda: shows(b"") and process.poll() is not None, "the end")
+        until(lambda: terminal.shows(b"ready\r\n"), "the script")
+        terminal.type(b"ab\x7fc\r")  # with a correction
+        until(lambda: terminal.shows(b"line 'ac\\n'\r\n"), "the line")
+        terminal.type(b"\x03")
+        until(lambda: terminal.shows(b"") and process.poll() is not None, "the end")
     finally:
         process.kill()
         process.communicate()
-    assert process.returncode == 130, bytes(read)
-    assert termios.tcgetattr(there) == before
-    os.close(here)
-    os.close(there)
+    assert process.returncode == 130, bytes(terminal.read)
+    assert termios.tcgetattr(terminal.inside) == before
+    terminal.close()
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_command_that_is_told_to_end_leaves_the_terminal_as_it_was(ssh_brick, number):
-    here, there = pty.openpty()
-    before = termios.tcgetattr(there)
-    process = ssh_brick.command("shell", stdin=there, stdout=there, start_new_session=True)
+    terminal = Terminal()
+    before = termios.tcgetattr(terminal.inside)
+    process = ssh_brick.command("shell", **terminal.options)
     try:
-        until(lambda: termios.tcgetattr(there) != before, "keys that go there one by one")
+        until(lambda: termios.tcgetattr(terminal.inside) != before, "keys that go there one by one")
         process.send_signal(number)
         _, errors = process.communicate(timeout=PATIENCE)
     finally:
         process.kill()
         process.communicate()
     assert process.returncode == -number, errors
-    assert termios.tcgetattr(there) == before
-    os.close(here)
-    os.close(there)
+    assert termios.tcgetattr(terminal.inside) == before
+    terminal.close()
+
+
+SHOWS_ITS_SIZE = """
+import os, signal, sys
+def show(*_):
+    size = os.get_terminal_size()
+    print(size.columns, "by", size.lines, flush=True)
+def end(*_):
+    show()
+    sys.exit(4)
+signal.signal(signal.SIGWINCH, end)
+show()
+while True:
+    signal.pause()
+"""
+
+
+def test_a_window_that_is_resized_is_resized_there(ssh_brick, tmp_path):
+    ssh_brick.use_plain_python()
+    script = tmp_path / "size.py"
+    script.write_text(SHOWS_ITS_SIZE)
+    terminal = Terminal(columns=90, lines=30)
+    process = ssh_brick.command("run", script, **terminal.options)
+    try:
+        until(lambda: terminal.shows(b"90 by 30\r\n"), "its size")
+        terminal.resize(columns=132, lines=40)
+        process.send_signal(signal.SIGWINCH)  # as the system does where it is its own terminal
+        until(lambda: terminal.shows(b"132 by 40\r\n"), "the other size")
+        until(lambda: terminal.shows(b"") and process.poll() is not None, "the end")
+    finally:
+        process.kill()
+        process.communicate()
+        terminal.close()
+    assert process.returncode == 4, bytes(terminal.read)
+
+
+class Terminal:
+    """A window that somebody types in."""
+
+    def __init__(self, columns=80, lines=24):
+        self._here, self.inside = pty.openpty()
+        self.resize(columns, lines)
+        self.read = bytearray()
+
+    @property
+    def options(self):
+        """For a command that runs in it."""
+        ends = dict.fromkeys(("stdin", "stdout"), self.inside)
+        return {**ends, "env": {"TERM": "vt100"}, "start_new_session": True}
+
+    def resize(self, columns, lines):
+        size = struct.pack("HHHH", lines, columns, 0, 0)
+        fcntl.ioctl(self.inside, termios.TIOCSWINSZ, size)
+
+    def shows(self, words):
+        """Whether it has shown these words so far."""
+        while select.select([self._here], [], [], 0)[0]:
+            self.read.extend(os.read(self._here, 4096))
+        return words in self.read
+
+    def type(self, keys):
+        os.write(self._here, keys)
+
+    def close(self):
+        os.close(self._here)
+        os.close(self.inside)

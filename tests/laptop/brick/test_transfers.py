@@ -111,7 +111,14 @@ def test_the_last_runs_leave_logs_and_the_oldest_go(ssh_brick, here):
     assert here("run", "visual_servoing.py", "--tolerance", "20")[0] == 0
     status, _, errors = here("log", "--out", "all of them")
     assert status == 0, errors
-    fetched = sorted(path.name for path in (here.folder / "all of them").iterdir())
+    everything = sorted(path.name for path in (here.folder / "all of them").iterdir())
+    runs = [name for name in everything if name.endswith(".txt")]
+    assert [name[18:] for name in runs] == ["driver.txt", "visual_servoing.txt"]
+    homed = (here.folder / "all of them" / runs[0]).read_text()
+    assert f" brick run driver.py home --seek\non {ssh_brick.place}, " in homed
+    assert "tip at " in homed
+    assert homed.splitlines()[-1].startswith("status 0, after ")
+    fetched = [name for name in everything if name not in runs]
     assert len(fetched) == 10 + 1
     assert fetched[-1] == "brickservo-draw.err.log"
     assert fetched[0] == "2026-01-04-120000-servo.jsonl"
