@@ -107,7 +107,7 @@ def pending(number):
 def test_two_programs_at_once_are_each_stopped_where_the_laptop_falls_silent(
     ssh_brick, waiting_script, tmp_path, monkeypatch
 ):
-    async def fall_silent(watch):
+    async def fall_silent(watch, dialogue):
         """Once both run; the end of what is said is a silence that need not be waited for."""
         while len(list(tmp_path.glob("ended-*"))) < 2:
             await asyncio.sleep(0.01)
