@@ -147,8 +147,8 @@ def draw_links(arm: Arm) -> Drawing:
     """Draw the links side by side, to lay beams on: holes, axes, wheels, the marker."""
     joints = [joint for joint in arm.joints if joint.name != "base"]
     longest = max(max(10 * joint.link, link_of(joint.link).built) for joint in joints)
-    pitch, left = 62.0, -34.0
-    top, bottom = 34.0, -pitch * len(joints) + 12
+    pitch, left = 58.0, -34.0
+    top, bottom = 34.0, -pitch * (len(joints) - 1) - 36
     sheet = _Sheet((left, bottom, max(longest + 30, 126.0 + left + 20), top))
     for k, joint in enumerate(joints):
         y = -pitch * k
@@ -328,7 +328,8 @@ def draw_camera(arm: Arm) -> Drawing:
     sheet.line((middle + 3 * s, height + 1.5 * s), (post, height + 1.5 * s), lw=2, color=STEEL)
     sheet.line((post, height + 1.5 * s), (post, table), lw=2, color=STEEL)
     sheet.line((x0, 0.6 * s), (x1, 0.6 * s), color=LIMIT, lw=2)
-    sheet.text(middle, -3 * s, f"all that the marker gets to: {x1 - x0:.0f}", size=7, color=LIMIT)
+    y = -3 * s if table else 3 * s
+    sheet.text(middle, y, f"all that the marker gets to: {x1 - x0:.0f}", size=7, color=LIMIT)
     side = middle - 1.15 * half
     for bottom, top, words in ((0.0, height, f"{height:.0f}"), (table, 0.0, f"{-table:.0f}")):
         if top > bottom:
