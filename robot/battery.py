@@ -12,7 +12,14 @@ ADVICE = "the battery is flat, {:.1f} V; charge it"
 
 
 class BatteryFlat(ArmError):
-    """There is too little left to begin with."""
+    """There is too little left to begin with.
+
+    Args:
+        volts: what it has, V.
+    """
+
+    def __init__(self, volts):
+        ArmError.__init__(self, ADVICE.format(volts) + ", then start again")
 
 
 def flat(clock):
@@ -25,7 +32,7 @@ def check(clock):
     """Refuse to begin, by BatteryFlat, what a flat battery would spoil."""
     volts = flat(clock)
     if volts is not None:
-        raise BatteryFlat(ADVICE.format(volts) + ", then start again")
+        raise BatteryFlat(volts)
 
 
 class Battery(object):

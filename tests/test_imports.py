@@ -3,7 +3,7 @@
 laptop.cli -> laptop.bench -> laptop.demo -> laptop.simulator -> laptop.tracking -> laptop.vision
 laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.reporting
 laptop.cli -> laptop.brick -> shared
-laptop.cli -> laptop.guide -> laptop.simulator
+laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
 laptop.bench, laptop.demo, laptop.guide, laptop.simulator -> robot; all of them -> shared
 """
 
@@ -60,7 +60,8 @@ RULES = {
     ),
     "laptop.demo": ("laptop.demo", "laptop.simulator", *BELOW_SIMULATOR, "shared", *LIBRARIES),
     "laptop.guide": (
-        *("laptop.guide", "laptop.simulator", "laptop.reporting", "robot", "shared"),
+        *("laptop.guide", "laptop.brick", "laptop.simulator", "laptop.reporting"),
+        *("robot", "shared"),
         *("numpy", "matplotlib", "jinja2", "markupsafe"),
     ),
     "laptop.guide.examiner": (),

@@ -16,9 +16,9 @@ import sys
 import time
 from pathlib import Path
 
-import click
 import pytest
 from click.testing import CliRunner
+from commands import parse
 from places import ROOT, SCRIPTS
 from waiting import PATIENCE, until
 
@@ -289,15 +289,6 @@ class Shell:
         if self.tracker:
             tracker, self.tracker = self.tracker, None
             end(*tracker)
-
-
-def parse(words):
-    """Parse a command's options; fails unless it would take them."""
-    command, name = laptop, "laptop"
-    context = click.Context(command)
-    while isinstance(command, click.Group):
-        name, command, words = command.resolve_command(context, words)
-    command.make_context(name, list(words))
 
 
 def end(process, file):

@@ -227,14 +227,14 @@ async def _reach(address: BrickAddress) -> socket.socket:
             return sock
         except (OSError, asyncio.TimeoutError) as error:
             sock.close()
-            problem = problem or _unreached(address, error)
+            problem = problem or unreached(address, error)
         except BaseException:
             sock.close()
             raise
     raise BrickProblem(problem)
 
 
-def _unreached(address: BrickAddress, error: Exception) -> str:
+def unreached(address: BrickAddress, error: Exception) -> str:
     """Say why nobody takes a connection."""
     if isinstance(error, ConnectionRefusedError):
         return (
@@ -327,12 +327,7 @@ class _Login(asyncssh.SSHClient):
         )
 
     def _changed(self, now: str) -> str:
-        before = " or ".join(fingerprint(key) for key in self._before)
-        return (
-            f"{self._address} is not the brick of that name that was met before: its key was "
-            f"{before}, {now}. If you know why (another brick, or a new card), type {COMMAND} "
-            f"forget --brick {self._address}"
-        )
+        return another_brick(self._address, " or ".join(map(fingerprint, self._before)), now)
 
     def _refused(self) -> str:
         if self._given_up:
@@ -348,6 +343,15 @@ class _Login(asyncssh.SSHClient):
             f"{refused}; nobody can be asked for the password here, so type once in a terminal: "
             f"{COMMAND} key --brick {self._address}"
         )
+
+
+def another_brick(address: BrickAddress, before: str, now: str) -> str:
+    """Say that a brick has another key than before; `now` says which."""
+    return (
+        f"{address} is not the brick of that name that was met before: its key was {before}, "
+        f"{now}. If you know why (another brick, or a new card), type {COMMAND} forget --brick "
+        f"{address}"
+    )
 
 
 def fingerprint(key: asyncssh.SSHKey) -> str:

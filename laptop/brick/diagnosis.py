@@ -74,10 +74,10 @@ async def doctor(
     Raises:
         BrickProblem: it cannot tell.
     """
-    findings = [_link(await _round_trips(brick))]
+    findings = [judge_link(await _round_trips(brick))]
     installed = parse_installed((await ask(brick, ASK)).out)
     here = version_of(program_files())
-    findings.append(_program(installed.version, here))
+    findings.append(judge_program(installed.version, here))
     script = program_files()["robot/doctor.py"].data
     process = await brick.create_process(
         "python3 -" + " --motors" * by_hand, encoding="utf-8", errors="replace"
@@ -130,14 +130,16 @@ async def _round_trips(brick: asyncssh.SSHClientConnection) -> list[float]:
     return times[1:]  # the first is also the start of that program
 
 
-def _link(times: Sequence[float]) -> Finding:
+def judge_link(times: Sequence[float]) -> Finding:
+    """Return what is found of the times (s) there and back."""
     middle, worst = statistics.median(times), max(times)
     value = f"there and back in {1000 * middle:.1f} ms, {1000 * worst:.1f} ms at most"
     slow = middle > MAX_ROUND_TRIP
     return Finding("link", value, "slow; take the cable, or go nearer" if slow else "")
 
 
-def _program(there: str, here: str) -> Finding:
+def judge_program(there: str, here: str) -> Finding:
+    """Return what is found of the versions there ("" for none) and here."""
     if there == here:
         return Finding("program", f"{there} is there and here")
     return Finding("program", f"{there or 'none'} is there, {here} here", f"type {COMMAND} install")
@@ -249,16 +251,26 @@ async def _by_hand(
         tell(f"  {port} counts {way:+d}")
     found = []
     for port in sorted(facts["motors"]):
-        if port in gone:
-            off = "its motor came off meanwhile", "push its cable in, and look again"
-            found.append(Finding(f"port {port}", *off))
-            tell(str(found[-1]))
-            continue
-        still = "" if port in turned else "if you have turned it, change its cable, then the motor"
-        value = f"counts {turned[port]} by hand" if port in turned else "has not counted"
-        found.append(Finding(f"port {port}", value, still))
+        found.append(judge_turned(port, turned.get(port), port in gone))
         tell(str(found[-1]))
     return found
+
+
+def judge_turned(port: str, counts: int | None, gone: bool = False) -> Finding:
+    """Return what is found of a motor after the time to turn it; None: it has not counted.
+
+    Args:
+        port: where it is.
+        counts: all that it has counted, either way.
+        gone: whether it came off meanwhile.
+    """
+    if gone:
+        off = "its motor came off meanwhile", "push its cable in, and look again"
+        return Finding(f"port {port}", *off)
+    if counts is not None:
+        return Finding(f"port {port}", f"counts {counts} by hand")
+    advice = "if you have turned it, change its cable, then the motor"
+    return Finding(f"port {port}", "has not counted", advice)
 
 
 def _old(version: str, oldest: tuple[int, ...]) -> str:

@@ -202,8 +202,9 @@ async def update(
             "one. Look at the cable, and try again"
         ) from None
     if done.status:
+        why = why_not_taken(done.status, done.errors + done.out)
         raise BrickProblem(
-            f"{address} cannot take the program: {_why(done.status, done.errors + done.out)}; "
+            f"{address} cannot take the program: {why}; "
             f"{f'{there.version} is there, as before' if there.version else 'none is there'}"
         )
     for line in done.out.splitlines():
@@ -254,7 +255,7 @@ def _in_words(there: Installed, lacking: list[str], leftover: list[str]) -> str:
     return " and ".join(parts) or "what leads there from the home folder is put right"
 
 
-def _why(status: int, errors: str) -> str:
+def why_not_taken(status: int, errors: str) -> str:
     """Say why the script has ended so."""
     if status == NO_PYTHON:
         return "there is no python3, so its card is not one with ev3dev; write one, see ev3dev.org"

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import base64
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
+from laptop.brick.connection import PASSWORD, USER
+from laptop.brick.install import LINKS
 from laptop.guide import drawing, lego
 from laptop.guide.troubles import troubles
 from laptop.reporting.document import render_report
-from shared.arm_description import Arm, ArmError, find_arm, read_arm
+from robot.motion.mounting import jog_angles
+from shared.arm_description import SEEK_BEYOND, Arm, ArmError, comes_along, find_arm, read_arm
 from shared.state import laptop_program
 from shared.version import VERSION
 
 TEMPLATE = Path(__file__).with_name("templates") / "guide.html"
+VIEW_ANGLES = (drawing.VIEW_ANGLE, *map(math.radians, (60, 70, 78)))
+"""How wide cameras see, rad, of which the guide tells the height."""
 
 
 class BadGuide(ArmError, OSError):
@@ -56,6 +63,7 @@ def render_guide(arm: Arm, arm_file: str) -> str:
     Args:
         arm_file: as people name it.
     """
+    is_own = not comes_along(arm)
     links = [(joint.name, lego.link_of(joint.link)) for joint in moving(arm)]
     pairs = [(joint.name, joint.gear, lego.gear_pairs(joint.gear)) for joint in arm.joints]
     return render_report(
@@ -64,7 +72,15 @@ def render_guide(arm: Arm, arm_file: str) -> str:
         kind=f"BrickServo {VERSION}: a building guide",
         arm=arm,
         arm_file=arm_file,
+        is_own=is_own,
         chosen="" if arm_file == "planar" else f" --arm {arm_file}",
+        there="" if arm.name == "planar" else f" --arm {arm.name}",
+        source="data:text/plain;base64," + base64.b64encode(Path(arm.file).read_bytes()).decode(),
+        usual=PASSWORD,
+        user=USER,
+        on_brick=[*LINKS, ".brickservo"],
+        jog=f"{max(math.degrees(jog_angles(arm, k)[1]) for k in range(len(arm.joints))):.0f}",
+        believed=f"{math.degrees(SEEK_BEYOND):.0f}",
         program=laptop_program(),
         sets=lego.SETS,
         needs=list(needs(arm)),
@@ -79,7 +95,11 @@ def render_guide(arm: Arm, arm_file: str) -> str:
                 ("camera", drawing.draw_camera),
             )
         },
-        camera_height=drawing.camera_height(arm) / 10,
+        stops=stops(arm),
+        view_angle=math.degrees(drawing.VIEW_ANGLE),
+        camera_heights=[
+            (math.degrees(angle), drawing.camera_height(arm, angle) / 10) for angle in VIEW_ANGLES
+        ],
         troubles=troubles(arm),
     )
 
@@ -87,6 +107,16 @@ def render_guide(arm: Arm, arm_file: str) -> str:
 def moving(arm: Arm) -> list:
     """Return the joints whose links are made of beams: all but a base."""
     return [joint for joint in arm.joints if joint.name != "base"]
+
+
+def stops(arm: Arm) -> list[tuple[str, float]]:
+    """Return each hard stop as the name of its joint and its angle, deg."""
+    return [
+        (joint.name, math.degrees(stop))
+        for joint in arm.joints
+        for stop in (joint.stop_lower, joint.stop_upper)
+        if stop is not None
+    ]
 
 
 def needs(arm: Arm) -> Iterable[Need]:
@@ -112,7 +142,10 @@ def needs(arm: Arm) -> Iterable[Need]:
     if len(motors) > 3:
         want(lego.OTHERS[3], len(motors) - 3)
     for part in lego.OTHERS[4:]:
-        want(part, {"frame 5 x 7": 1, "angle beam 3 x 5": 2}.get(part.name, 10))
+        want(part, {"frame 5 x 7": 1, "angle beam 3 x 5": len(stops(arm))}.get(part.name, 10))
+    if arm.pen:
+        want(lego.Part("straight beam, 5 holes", lego.BEAMS[5]), 2)
+        want(lego.Part("straight beam, 3 holes", lego.BEAMS[3]), 1)
     for part, count in wanted.items():
         yield Need(
             part.name,

@@ -28,6 +28,10 @@ INK, QUIET, BEAM, HOLE, STEEL, STOP, LIMIT, ROOM, TIP, GOAL = (
 )  # fmt: skip
 MARKER, RIM = 20.0, 34.0
 """Diameters of a marker and of the circle along which it is cut out, mm."""
+MARKER_HEIGHT = 128.0
+"""Of a planar arm's marker above the table, mm."""
+BRICK, BRICK_ROOM = (72.0, 112.0), 12.0
+"""How wide and long the EV3 brick is, and what must be free around it, mm."""
 VIEW_ANGLE = 2 * math.atan(320 / 650)
 """How wide the emulated camera sees, rad; many webcams see as wide."""
 
@@ -143,8 +147,8 @@ def draw_links(arm: Arm) -> Drawing:
     """Draw the links side by side, to lay beams on: holes, axes, wheels, the marker."""
     joints = [joint for joint in arm.joints if joint.name != "base"]
     longest = max(max(10 * joint.link, link_of(joint.link).built) for joint in joints)
-    pitch, left = 62.0, -34.0
-    top, bottom = 34.0, -pitch * len(joints) + 12
+    pitch, left = 58.0, -34.0
+    top, bottom = 34.0, -pitch * (len(joints) - 1) - 36
     sheet = _Sheet((left, bottom, max(longest + 30, 126.0 + left + 20), top))
     for k, joint in enumerate(joints):
         y = -pitch * k
@@ -161,13 +165,14 @@ def draw_links(arm: Arm) -> Drawing:
             (0, y), (link.built, y), -13,
             f"{link.holes} holes, {link.pitches} x 8 = {link.built:g} mm", back=5,
         )  # fmt: skip
-        sheet.text(-6, y - 8, f"{joint.name}'s axis", ha="right", size=6.5, color=QUIET)
+        sheet.text(0, y - 24, f"{joint.name}'s axis", size=6.5, color=QUIET)
         if is_last:
             sheet.circle(end, MARKER / 2, ec=TIP, lw=1.2, ls=(0, (3, 2)), zorder=8)
             sheet.circle(end, RIM / 2, ec=QUIET, lw=0.4, ls=(0, (2, 2)), zorder=8)
-            sheet.text(end[0], y - 21, "pen, and the red marker above it", size=6.5, color=TIP)
+            words = f"pen, and the red marker above it: {MARKER:g}, its rim {RIM:g}"
+            sheet.text(end[0], y - 24, words, size=6.5, color=TIP)
         else:
-            sheet.text(end[0], y - 21, f"{joints[k + 1].name}'s axis", size=6.5, color=QUIET)
+            sheet.text(end[0], y - 24, f"{joints[k + 1].name}'s axis", size=6.5, color=QUIET)
     if sheet.scale == 1:
         y = bottom + 5
         sheet.line((left + 2, y), (left + 102, y), lw=1.2, solid_capstyle="butt")
@@ -203,6 +208,9 @@ def draw_plan(arm: Arm) -> Drawing:
     edge = 1.1 * far + 8
     sheet = _Sheet((-edge, -1.14 * edge, edge, edge))
     _shade_workspace(sheet, arm)
+    if arm.chain == "planar":
+        place = brick_place(arm)
+        sheet.box(*place, *BRICK, "EV3 brick", fc="#d9dde1")
     origin = (0.0, 0.0)
     turn = arm.joints[0]  # what turns about the upright axis
     if arm.chain == "planar":
@@ -265,7 +273,7 @@ def _draw_planar_side(arm: Arm) -> Drawing:
         sheet.text(tip + 10, fore + 18, "collar", size=6.5, color=QUIET, ha="left")
     sheet.box(tip - 4, 1.5, 8, fore + 44, fc="#fdfdfd", ec=INK, zorder=4.5)
     sheet.line((tip - 4, 1.5), (tip, 0.6), (tip + 4, 1.5), zorder=5)
-    top = fore + 47
+    top = MARKER_HEIGHT
     sheet.line((tip - MARKER / 2, top), (tip + MARKER / 2, top), color=TIP, lw=3, zorder=6)
     sheet.text(tip - 14, top, "red marker, flat", size=7, color=TIP, ha="right")
     for at, words in ((0.0, "shoulder's axis"), (first, "elbow's axis"), (tip, "pen")):
@@ -284,7 +292,7 @@ def _draw_planar_side(arm: Arm) -> Drawing:
 def _draw_spatial_side(arm: Arm) -> Drawing:
     base, shoulder, elbow = arm.joints
     height, far = 10 * base.link, 10 * reach(arm)[1]
-    sheet = _Sheet((-0.75 * far, -0.12 * far, far + 30, height + far + 30), height=130)
+    sheet = _Sheet((-0.75 * far, -0.12 * far, far + 30, height + far + 30), height=120)
     left, right = sheet.axes.get_xlim()
     sheet.box(left, -5, right - left, 5, fc="#d9d2c5", ec="none")
     sheet.box(-36, 0, 72, 16, "turntable")
@@ -306,32 +314,45 @@ def draw_camera(arm: Arm) -> Drawing:
     """Draw the camera's place above the plane, for one that sees VIEW_ANGLE wide."""
     x0, _, x1, _ = workspace(arm)
     height, middle = camera_height(arm), (x0 + x1) / 2
-    half = height * math.tan(VIEW_ANGLE / 2)
-    box = (middle - 1.5 * half, -0.16 * height, middle + 1.5 * half, 1.2 * height)
-    sheet = _Sheet(box, height=90)
+    half, table = height * math.tan(VIEW_ANGLE / 2), -_marker_height(arm)
+    box = (middle - 1.5 * half, table - 0.16 * height, middle + 1.5 * half, 1.2 * height)
+    sheet = _Sheet(box, height=120)
     left, right = sheet.axes.get_xlim()
     s = sheet.scale
-    sheet.box(left, -1.5 * s, right - left, 1.5 * s, fc="#d9d2c5", ec="none")
+    sheet.box(left, table - 1.5 * s, right - left, 1.5 * s, fc="#d9d2c5", ec="none")
     for side in (-1, 1):
         sheet.line((middle, height), (middle + side * half, 0), color=GOAL, lw=0.7)
     sheet.box(middle - 3 * s, height, 6 * s, 3 * s)
     sheet.text(middle, height + 5 * s, "camera", size=7)
     post = middle + 1.1 * half
     sheet.line((middle + 3 * s, height + 1.5 * s), (post, height + 1.5 * s), lw=2, color=STEEL)
-    sheet.line((post, height + 1.5 * s), (post, 0), lw=2, color=STEEL)
+    sheet.line((post, height + 1.5 * s), (post, table), lw=2, color=STEEL)
     sheet.line((x0, 0.6 * s), (x1, 0.6 * s), color=LIMIT, lw=2)
-    sheet.text(middle, 3 * s, f"all that the tip gets to: {x1 - x0:.0f} mm", size=7, color=LIMIT)
-    sheet.dimension((middle - half, 0), (middle - half, height), 0, "", back=0)
-    sheet.text(middle - half + 2 * s, height / 2, f"{height:.0f} mm", size=8, ha="left")
-    sheet.scale_bar(left + 2 * s, -0.11 * height, 200.0)
+    y = -3 * s if table else 3 * s
+    sheet.text(middle, y, f"all that the marker gets to: {x1 - x0:.0f}", size=7, color=LIMIT)
+    side = middle - 1.15 * half
+    for bottom, top, words in ((0.0, height, f"{height:.0f}"), (table, 0.0, f"{-table:.0f}")):
+        if top > bottom:
+            sheet.dimension((side, bottom), (side, top), 0, "")
+            sheet.text(side + 2 * s, (bottom + top) / 2, words, size=8, ha="left")
+    sheet.scale_bar(left + 2 * s, table - 0.11 * height, 200.0)
     return sheet.drawing()
 
 
-def camera_height(arm: Arm) -> float:
-    """Return how high a camera sees all that the tip gets to, mm, with a tenth to spare."""
+def _marker_height(arm: Arm) -> float:
+    """Return how high the marker is above the table, mm: a proposal; in space 0, for it varies."""
+    return MARKER_HEIGHT if arm.chain == "planar" else 0.0
+
+
+def camera_height(arm: Arm, angle: float = VIEW_ANGLE) -> float:
+    """Return how high above the marker a camera sees all its places, mm, with a tenth to spare.
+
+    Args:
+        angle: how wide it sees, rad.
+    """
     x0, y0, x1, y1 = workspace(arm)
     width = max(x1 - x0, (y1 - y0) * 4 / 3)
-    return 1.1 * width / 2 / math.tan(VIEW_ANGLE / 2)
+    return 1.1 * width / 2 / math.tan(angle / 2)
 
 
 def workspace(arm: Arm, count: int = 60) -> tuple[float, float, float, float]:
@@ -345,20 +366,83 @@ def workspace(arm: Arm, count: int = 60) -> tuple[float, float, float, float]:
     return float(x0), float(y0), float(x1), float(y1)
 
 
-def _shade_workspace(sheet: _Sheet, arm: Arm, count: int = 140) -> None:
+def _shade_workspace(sheet: _Sheet, arm: Arm) -> None:
     """Shade where the tip gets to; in space at the height of the shoulder."""
-    x0, y0, x1, y1 = workspace(arm)
-    xs, ys = np.linspace(x0 - 5, x1 + 5, count), np.linspace(y0 - 5, y1 + 5, count)
-    third = (arm.joints[0].link,) if arm.chain == "spatial" else ()
-    mask = np.zeros((count, count))
-    for row, y in enumerate(ys):
-        for column, x in enumerate(xs):
-            try:
-                mask[row, column] = bool(branches(arm, (x / 10, y / 10, *third)))
-            except Unreachable:
-                continue
-    sheet.axes.contourf(xs, ys, mask, levels=[0.5, 1.5], colors=[ROOM], zorder=0)
-    sheet.axes.set(xlim=sheet.axes.get_xlim(), ylim=sheet.axes.get_ylim())
+    for outline in _outlines(arm):
+        sheet.axes.fill(*outline.T, color=ROOM, lw=0, zorder=0)
+
+
+def _outlines(arm: Arm, count: int = 181) -> list[np.ndarray]:
+    """Return the outlines of all that the tip gets to, mm; together they cover it."""
+    turn = arm.joints[0]
+    if arm.chain == "planar":
+        # On either side of the stretched arm each place is reached by one pose.
+        bend = arm.joints[1]
+        sides = [(max(bend.lower, 0.0), bend.upper), (bend.lower, min(bend.upper, 0.0))]
+        return [
+            np.array(
+                [
+                    [10 * x for x in forward(arm, q)]
+                    for q in _around((turn.lower, turn.upper), side, count)
+                ]
+            )
+            for side in sides
+            if side[0] < side[1]
+        ]
+    far, outlines, begin = reach(arm)[1], [], None
+    for radius in np.linspace(0.0, 1.001 * far, 1000):
+        inside = _reached(arm, (float(radius), 0.0, turn.link))
+        if inside and begin is None:
+            begin = radius
+        if not inside and begin is not None:
+            ring = np.array(_around((turn.lower, turn.upper), (begin, radius), count))
+            outlines.append(
+                10 * ring[:, 1:] * np.column_stack([np.cos(ring[:, 0]), np.sin(ring[:, 0])])
+            )
+            begin = None
+    return outlines
+
+
+def _around(
+    a: tuple[float, float], b: tuple[float, float], count: int
+) -> list[tuple[float, float]]:
+    """Return places along the edges of the rectangle of two ranges."""
+    along, across = np.linspace(*a, count), np.linspace(*b, count)
+    edges = (
+        [(x, b[0]) for x in along],
+        [(a[1], y) for y in across],
+        [(x, b[1]) for x in along[::-1]],
+        [(a[0], y) for y in across[::-1]],
+    )
+    return [(float(x), float(y)) for edge in edges for x, y in edge]
+
+
+def _reached(arm: Arm, place: tuple[float, ...]) -> bool:
+    try:
+        return bool(branches(arm, place))
+    except Unreachable:
+        return False
+
+
+def brick_place(arm: Arm) -> tuple[float, float]:
+    """Return the left lower corner of the place of the brick, near a planar arm, mm.
+
+    Nothing there is reached by the tip, nor passed by the upper arm.
+    """
+    turn = arm.joints[0]
+    middle = (turn.lower + turn.upper) / 2 + math.pi
+    size = np.array(BRICK)
+    swept = 10 * turn.link + BRICK_ROOM
+    for distance in np.arange(60.0, 20 * reach(arm)[1], 5.0):
+        centre = distance * np.array((math.cos(middle), math.sin(middle)))
+        grid = np.stack(np.meshgrid(*(np.linspace(-1, 1, 9),) * 2), axis=-1).reshape(-1, 2)
+        places = centre + grid * (size / 2 + BRICK_ROOM)
+        if min(np.linalg.norm(places, axis=1)) > swept and not any(
+            _reached(arm, (float(x) / 10, float(y) / 10)) for x, y in places
+        ):
+            break
+    x, y = centre - size / 2
+    return float(x), float(y)
 
 
 def _draw_pose(sheet: _Sheet, places: Sequence[Sequence[float]], arm: Arm) -> None:

@@ -30,6 +30,11 @@ def formula(tex: str) -> Markup:
     )
 
 
+def matrix(a: str, b: str, c: str, d: str) -> str:
+    """Return a matrix of two rows, [a b] and [c d], in TeX as matplotlib knows it."""
+    return rf"\genfrac{{[}}{{]}}{{0}}{{0}}{{{a}\quad {b}}}{{{c}\quad {d}}}"
+
+
 def svg(figure: Figure, tight: bool = False) -> str:
     """Return a figure as the text of an SVG, the same text for the same figure.
 

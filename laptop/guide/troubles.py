@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from laptop.brick.connection import BrickAddress, another_brick, unreached
+from laptop.brick.diagnosis import judge, judge_link, judge_program, judge_turned
+from laptop.brick.finding import NOBODY
+from laptop.brick.install import why_not_taken
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.host.world import World
+from robot.battery import BatteryFlat
 from robot.motion import kinematics
 from robot.motion.arm import RobotArm
 from robot.motion.arm_motors import PenDisplaced
+from robot.motion.checked import Checked
 from robot.motion.control_loop import Stalled, TooSlow
 from robot.motion.zero import Zero
 from shared import verdicts
@@ -20,71 +27,147 @@ from shared.arm_description import Arm, ArmError, read_arm
 
 
 class Trouble(NamedTuple):
-    """Something that goes wrong: what is seen, the sentence, what was the matter."""
+    """Something that goes wrong: when it is met, the sentence, what to do."""
 
     seen: str
     sentence: str
-    cause: str
+    remedy: str
+
+
+ADDRESS = BrickAddress("ev3dev.local")
+"""Of a brick in the sentences."""
+
+NOW = 1.8e9
+"""Time of the laptop in the sentences, s: in 2027."""
+
+HEALTHY: dict[str, Any] = {
+    "python": "3.5.3", "library": "2.1.0", "kernel": "4.14.117-ev3dev-2.3.5-ev3", "memory": 21.0,
+    "load": 0.4, "cores": 1, "others": [], "room": 900.0, "battery": 7.9, "time": NOW,
+    "host": "ev3dev", "connection": "", "problem": None,
+}  # fmt: skip
+"""What doctor.py tells of a brick with which all is fine, but for its motors."""
 
 
 def troubles(arm: Arm) -> list[Trouble]:
     """Return what can go wrong with an arm, in the order in which one meets it."""
-    return [
-        Trouble(
-            "a program of the brick begins",
-            _said(lambda: _without_motor(arm)),
-            "A plug is not in to the click, or it is in another port than the arm's file says.",
+    return [*_on_the_way(), *_of_the_doctor(arm), *_at_the_arm(arm), *_in_a_servo_run()]
+
+
+def _on_the_way() -> Iterator[Trouble]:
+    """Yield what the commands say that do not get to the brick."""
+    find, any_command, install = "brick find", "any brick command", "brick install"
+    yield Trouble(find, NOBODY, "Do what is said under Card, cable, network; then try again.")
+    yield Trouble(
+        any_command,
+        unreached(ADDRESS, ConnectionRefusedError()),
+        "It is still starting: the lights are orange until it is done.",
+    )
+    yield Trouble(
+        any_command,
+        unreached(ADDRESS, TimeoutError()),
+        "Mostly the network: take the USB cable, and choose Connect in the brick's menu.",
+    )
+    yield Trouble(
+        any_command,
+        another_brick(ADDRESS, "SHA256:abc...", "this one has SHA256:def..."),
+        "After a new card this is so. In a class each brick needs a name of its own.",
+    )
+    full = why_not_taken(1, "No space left on device")
+    yield Trouble(install, full, "The old program stays whole and goes on working.")
+
+
+def _of_the_doctor(arm: Arm) -> Iterator[Trouble]:
+    """Yield the lines of `brick doctor` that are not fine."""
+    motors = {joint.port: {"kind": joint.motor, "position": 0} for joint in arm.joints}
+    if arm.pen:
+        motors[arm.pen.port] = {"kind": arm.pen.motor, "position": 0}
+    last = arm.joints[-1].port
+    others = {port: motor for port, motor in motors.items() if port != last}
+    exchanged = {**motors, last: {"kind": "medium", "position": 0}}
+    busy = {"load": 2.4, "others": [[412, "python3 robot/driver.py"]]}
+
+    def told(facts: dict[str, Any], motors: dict[str, Any] = motors) -> str:
+        found = judge({**HEALTHY, "motors": motors, **facts}, arm, NOW)
+        (line,) = (str(finding) for finding in found if finding.advice)
+        return line
+
+    for sentence, remedy in (
+        (str(judge_link([0.21] * 3)), "WiFi through walls is slow. The cable takes 1 ms."),
+        (str(judge_program("", "0.2.0+1a2b3c4d")), "brick run does that by itself, too."),
+        (told({"library": None}), "It is another system than ev3dev, or an old one."),
+        (told({"room": 3.0}), "In the shell: df shows what is left, rm deletes a file."),
+        (told(busy), "Only one program at a time: end the others in the brick's menu by Back."),
+        (told({"battery": 6.2}), "Charge, or put in six new ones. A weak battery draws badly."),
+        (
+            told({"time": NOW - 3e8}),
+            "When it is off its clock stands still. Nothing else is wrong.",
         ),
-        Trouble(
-            "any command that moves",
-            _said(lambda: _unknown_zero(arm)),
-            "The brick was switched off, or Brickman ended the last program.",
-        ),
-        Trouble(
-            "your own arm file",
-            _said(lambda: _wrong_file(arm)),
-            "A number was mistyped. The line names it and what is allowed.",
-        ),
-        Trouble(
+        (told({}, others), "Push both plugs in until they click; try another cable."),
+        (told({}, exchanged), "Plug it in where the line says, or write the port into your file."),
+    ):
+        yield Trouble("brick doctor", re.sub(" +", " ", sentence), remedy)
+    blind = "Its encoder is dead, or you turned another joint."
+    yield Trouble("brick doctor --motors", str(judge_turned(last, None)), blind)
+
+
+def _at_the_arm(arm: Arm) -> Iterator[Trouble]:
+    """Yield what the programs on the brick say."""
+    moves = "whatever moves"
+    yield Trouble(
+        moves,
+        _said(lambda: _unchecked(arm)),
+        "Do what it says, with somebody who looks at the arm. Once is enough.",
+    )
+    yield Trouble(
+        moves,
+        _said(lambda: _without_motor(arm)),
+        "A plug is not in to the click, or it is in another port than the arm's file says.",
+    )
+    yield Trouble("check, home", str(BatteryFlat(5.7)), "It takes some hours; or put in new ones.")
+    yield Trouble(
+        moves,
+        _said(lambda: _unknown_zero(arm)),
+        "The brick was switched off, or its menu ended the last program. Home again.",
+    )
+    yield Trouble(
+        "your own arm file",
+        _said(lambda: _wrong_file(arm)),
+        "A number was mistyped. The line names it and what is allowed.",
+    )
+    yield Trouble(
+        "drawing",
+        _said(lambda: kinematics.inverse(arm, _far_point(arm))),
+        "The point lies outside of the blue region of the plan.",
+    )
+    yield Trouble(
+        "homing, drawing",
+        str(Stalled(arm.joints[0], "12.0 deg are missing")),
+        "A beam or a cable is in the way, a gear jams, or the cable has come off. Turn the joint "
+        "by hand, with the motor off: it must go freely.",
+    )
+    if arm.pen:
+        yield Trouble(
             "drawing",
-            _said(lambda: kinematics.inverse(arm, _far_point(arm))),
-            "The point lies outside of the blue region of the plan.",
-        ),
-        Trouble(
-            "homing, drawing",
-            _said(lambda: _stall(arm)),
-            "A beam or a cable is in the way, a gear jams, or the cable has come off.",
-        ),
-        *(
-            [
-                Trouble(
-                    "drawing",
-                    _said(lambda: _displace_pen(arm)),
-                    "The pen is pressed on too hard, or the lift slips on its axle.",
-                )
-            ]
-            if arm.pen
-            else []
-        ),
-        Trouble(
-            "any motion",
-            str(TooSlow(0.3)),
-            "Something else computes on the brick, such as a second ssh or an update.",
-        ),
-        *(
-            Trouble("servoing", verdicts.VERDICT_TEXTS[word], cause)
-            for word, cause in (
-                (
-                    verdicts.MARKER_LOST,
-                    "A hand, a cable or the arm hides it, or the light changed.",
-                ),
-                (verdicts.SINGULAR, "The arm is stretched, or the marker is not on the tip."),
-                (verdicts.LIMIT, "The goal lies beyond a blue limit of the plan."),
-                (verdicts.CAMERA_SLOW, "It is dark, so the camera exposes for long."),
-                (verdicts.LINK_LOST, "WiFi stalls at times; the USB cable does not."),
-            )
-        ),
-    ]
+            str(PenDisplaced(arm.pen, 0.35)),
+            "The pen is pressed on too hard, or the lift slips on its axle. Let it fall freely.",
+        )
+    yield Trouble(
+        "any motion",
+        str(TooSlow(0.3)),
+        "Something else computes on the brick, such as a second ssh or an update. Wait for it.",
+    )
+
+
+def _in_a_servo_run() -> Iterator[Trouble]:
+    """Yield the verdicts that one may meet."""
+    for word, remedy in (
+        (verdicts.MARKER_LOST, "A hand, a cable or the arm hides it, or the light changed."),
+        (verdicts.SINGULAR, "The arm is stretched: bend it. Or the marker is not on the tip."),
+        (verdicts.LIMIT, "The goal lies beyond a blue limit of the plan. Move it."),
+        (verdicts.CAMERA_SLOW, "It is dark, so the camera exposes for long. Switch on a lamp."),
+        (verdicts.LINK_LOST, "WiFi stalls at times; the USB cable does not."),
+    ):
+        yield Trouble("servoing", verdicts.VERDICT_TEXTS[word], remedy)
 
 
 def _said(provoke: Callable[[], object]) -> str:
@@ -102,6 +185,11 @@ def _without_motor(arm: Arm) -> None:
     brick.unplug(arm.joints[-1].port)
     with brick.sysfs.installed():
         RobotArm(arm, world)
+
+
+def _unchecked(arm: Arm) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        Checked(arm, folder).confirm(dict)
 
 
 def _unknown_zero(arm: Arm) -> None:
@@ -128,11 +216,3 @@ def _wrong_file(arm: Arm) -> None:
 def _far_point(arm: Arm) -> tuple[float, ...]:
     far = kinematics.reach(arm)[1] + 4.2
     return (far, 0.0) if arm.chain == "planar" else (far, 0.0, arm.joints[0].link)
-
-
-def _stall(arm: Arm) -> None:
-    raise Stalled(arm.joints[0], "12.0 deg are missing")
-
-
-def _displace_pen(arm: Arm) -> None:
-    raise PenDisplaced(arm.pen, 0.35)

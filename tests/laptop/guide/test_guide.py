@@ -1,17 +1,23 @@
 """The building guide: true to the arm's numbers, true to scale, and made of the programs' words."""
 
 import html
+import math
 import re
 import webbrowser
 
+import matplotlib.path
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from page_tracker import a_browser
 
+from laptop.brick.diagnosis import judge
+from laptop.brick.finding import NOBODY
 from laptop.cli.main import laptop
 from laptop.guide import build, drawing, lego, troubles
 from laptop.guide.handouts import HANDOUTS
 from robot.motion import kinematics
+from robot.motion.checked import Checked, NotChecked
 from shared import verdicts
 from shared.arm_description import find_arm, read_arm
 
@@ -89,6 +95,14 @@ def test_the_parts_of_the_planar_arm_are_in_either_set():
     rows = {need.name: need for need in build.needs(the_arm())}
     assert (rows["large motor"].wanted, rows["medium motor"].wanted) == (2, 1)
     assert {need.sets for need in rows.values()} == {"45544 and 31313"}
+    assert rows["angle beam 3 x 5"].wanted == 4  # one for each stop of the plan
+    without = the_arm()._replace(
+        pen=None,
+        joints=tuple(j._replace(stop_lower=None, stop_upper=None) for j in the_arm().joints),
+    )
+    names = {need.name: need.wanted for need in build.needs(without)}
+    assert names["angle beam 3 x 5"] == 0
+    assert not {"medium motor", "straight beam, 3 holes"} & set(names)
     geared = {need.name: need for need in build.needs(the_arm("geared"))}
     assert geared["gear wheel, 40 teeth"].sets == "45544"
     assert {need.name: need.sets for need in build.needs(the_arm("spatial"))}["large motor"] == (
@@ -111,7 +125,7 @@ def test_the_workspace_holds_what_the_tip_gets_to():
 def test_the_guide_holds_the_arms_numbers_and_needs_nothing_else(name):
     page = build.render_guide(the_arm(name), name)
     assert re.findall(r"(?:src|href)=\"(?!data:)", page) == []
-    text = html.unescape(re.sub(r"<[^>]+>", " ", page))
+    text = html.unescape(re.sub(r"<[^>]+>", " ", re.sub(r"</?span[^>]*>", "", page)))
     assert "Nobody here has built this arm yet." in text
     for joint in the_arm(name).joints:
         for stop in (joint.stop_lower, joint.stop_upper):
@@ -122,13 +136,69 @@ def test_the_guide_holds_the_arms_numbers_and_needs_nothing_else(name):
         assert command in text
 
 
-def test_the_sentences_are_those_of_the_programs():
+def test_the_sentences_are_those_of_the_programs(tmp_path):
     said = [trouble.sentence for trouble in troubles.troubles(the_arm())]
+    facts = {**troubles.HEALTHY, "motors": {}, "battery": 6.2}
+    lines = [re.sub(" +", " ", str(line)) for line in judge(facts, the_arm(), troubles.NOW)]
+    told = [line for line in lines if not line.endswith(": fine")]
+    assert [line.partition(":")[0] for line in told] == [
+        "battery 6.20 V", "port A no motor", "port B no motor", "port C no motor",
+    ]  # fmt: skip
+    assert {told[0], told[2]} <= set(said)
+    assert NOBODY in said
+    with pytest.raises(NotChecked) as unchecked:
+        Checked(the_arm(), str(tmp_path)).confirm(dict)
+    assert str(unchecked.value) in said
     assert any(re.match(r"no large motor at port B for the elbow; found outA", s) for s in said)
     assert any(s.startswith("my.ini: [shoulder] backlash = two: must be a number") for s in said)
     assert any("25 cm from the shoulder, out of reach" in s for s in said)
     assert verdicts.VERDICT_TEXTS[verdicts.MARKER_LOST] in said
     assert all(said)
+    assert len(said) == len(set(said))
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_a_brick_with_which_all_is_fine_has_no_trouble(name):
+    arm = the_arm(name)
+    motors = {joint.port: {"kind": joint.motor, "position": 0} for joint in (*arm.joints, arm.pen)}
+    found = judge({**troubles.HEALTHY, "motors": motors}, arm, troubles.NOW)
+    assert [str(line) for line in found if line.advice] == []
+    assert len(found) > 9
+
+
+@pytest.mark.parametrize("name", ["planar", "geared"])
+def test_the_brick_lies_where_nothing_meets_it(name):
+    arm = the_arm(name)
+    x, y = drawing.brick_place(arm)
+    for q1 in np.linspace(arm.joints[0].lower, arm.joints[0].upper, 90):
+        for q2 in np.linspace(arm.joints[1].lower, arm.joints[1].upper, 90):
+            for place in kinematics.joint_positions(arm, (float(q1), float(q2)))[1:]:
+                u, v = (10 * value for value in place)
+                inside = x < u < x + drawing.BRICK[0] and y < v < y + drawing.BRICK[1]
+                assert not inside, (q1, q2)
+    assert np.hypot(x + 36, y + 56) < 250  # and a cable gets there
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_the_outlines_hold_all_that_the_tip_gets_to(name):
+    arm = the_arm(name)
+    outlines = [matplotlib.path.Path(outline) for outline in drawing._outlines(arm)]
+    draw = np.random.default_rng(3)
+    for x, y in draw.uniform(-22, 22, (400, 2)):
+        place = (x, y) if arm.chain == "planar" else (x, y, arm.joints[0].link)
+        try:
+            reached = bool(kinematics.branches(arm, place))
+        except kinematics.Unreachable:
+            reached = False
+        assert reached == any(one.contains_point((10 * x, 10 * y)) for one in outlines), (x, y)
+
+
+def test_a_wider_camera_stands_lower():
+    heights = [drawing.camera_height(the_arm(), angle) for angle in build.VIEW_ANGLES]
+    assert heights == sorted(heights, reverse=True)
+    x0, _, x1, _ = drawing.workspace(the_arm())
+    seen = 2 * heights[1] * math.tan(math.radians(30))  # by a camera of 60 degrees
+    assert seen > 4 / 3 * (x1 - x0)  # the picture is 4 : 3
 
 
 def test_the_command_writes_a_file_or_opens_the_page(tmp_path, monkeypatch):
