@@ -3,6 +3,7 @@
 import base64
 import http.client
 import json
+import math
 import os
 import signal
 import socket
@@ -26,6 +27,8 @@ from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
 from shared.arm_description import find_arm, read_arm
 
+LATE = "look, then do it again"
+"""What the page says of an order that it refuses because it came late."""
 WINDOW = {"width": 1100, "height": 760}
 SYNTHETIC = "--camera", "synthetic", "--scene", "fps=10,jpeg=0,exposure=0.004"
 """Quicker to paint: others wait for the same two cores."""
@@ -180,12 +183,14 @@ class Surfer:
 
     def steer(self):
         """Give the orders from now on, if it is not so already."""
-        take = self.page.get_by_role("button", name="Take over")
-        steers = self.page.get_by_text("You steer")
-        steers.or_(take.and_(self.page.locator(":visible"))).first.wait_for()
-        if take.is_visible():
-            take.click()
-        self.reads("You steer")
+        shown = self.page.locator(":visible")
+        steers = self.page.get_by_text("You steer").and_(shown)
+        take = self.page.get_by_role("button", name="Take over").and_(shown)
+        steers.or_(take).first.wait_for()
+        if not steers.count():
+            # By a script: a click would wait for ever for a button that has just gone.
+            self.order(lambda: take.evaluate_all("them => them.forEach(one => one.click())"))
+            self.wait(steers)
 
     def at(self, u, v):
         """Where a pixel of the picture is on the page."""
@@ -194,30 +199,63 @@ class Surfer:
 
     def order(self, act):
         """Do what the page may refuse because it came late; then it is done again."""
+        self._until_not_late()  # of an earlier order
         self._order = act
         act()
 
+    def _until_not_late(self):
+        said = f"document.body.textContent.includes({LATE!r})"
+        self.page.wait_for_function(f"!{said}")
+
+    def repeat_if_late(self):
+        """Repeat an order that the page refuses because it came late, as on a busy computer."""
+        if self._order and self.page.get_by_text(LATE).count():
+            self._until_not_late()
+            self._order()
+
     def wait(self, found):
-        """Wait for what a locator finds; repeat an order that came late, as on a busy computer."""
-        late = self.page.get_by_text("look, then do it again")
+        """Wait for what a locator finds; repeat an order that came late."""
         while self._order:
-            found.or_(late).first.wait_for(state="attached")
+            found.or_(self.page.get_by_text(LATE)).first.wait_for(state="attached")
             if found.count():
                 self._order = None
-            elif late.count():
-                late.wait_for(state="detached")
-                self._order()
+            else:
+                self.repeat_if_late()
         found.first.wait_for(state="attached")
+
+    def until(self, condition, what):
+        """Wait for what no locator finds; repeat an order that came late."""
+
+        def meanwhile():
+            self.repeat_if_late()
+            self.page.wait_for_timeout(10)
+
+        until(condition, what, meanwhile)
+        self._order = None
 
     def click(self, u, v):
         self.order(lambda: self.page.mouse.click(*self.at(u, v)))
 
+    def aim(self, u, v):
+        """Click on a goal, until it is the one that is shown: an earlier one may be so still."""
+        read = "them => them.map(one => one.dataset.aim.split(',').map(Number))"
+
+        def is_there():
+            shown = self.page.locator("[data-aim]").evaluate_all(read)
+            return any(math.dist(goal, (u, v)) < 2 for goal in shown)
+
+        self.click(u, v)
+        self.until(is_there, "the goal")
+
     def drag(self, *points):
-        self.page.mouse.move(*self.at(*points[0]))
-        self.page.mouse.down()
-        for point in points[1:]:
-            self.page.mouse.move(*self.at(*point), steps=8)
-        self.page.mouse.up()
+        def draw():
+            self.page.mouse.move(*self.at(*points[0]))
+            self.page.mouse.down()
+            for point in points[1:]:
+                self.page.mouse.move(*self.at(*point), steps=8)
+            self.page.mouse.up()
+
+        self.order(draw)
 
     def button(self, name):
         return self.page.get_by_role("button", name=name)
@@ -232,6 +270,12 @@ class Surfer:
     def start(self):
         self.can_start()
         self.order(self.button("Start").click)
+
+    def start_and_move(self):
+        """Order a run, and wait until the true arm is on its way, whatever is shown of that."""
+        began = self.joints()  # later, it might be nearly there
+        self.start()
+        self.until(lambda: math.dist(self.joints(), began) > 0.1, "a motion")
 
     def verdict(self, text):
         """Wait for a verdict."""

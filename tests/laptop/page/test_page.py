@@ -242,8 +242,7 @@ def surfer(open_page):
 
 def test_two_clicks_bring_the_true_tip_to_the_goal(surfer):
     goal = surfer.scene.truth((0.5, 0.6))["effector"]
-    surfer.click(*goal)
-    surfer.wait(surfer.page.locator("[data-aim]"))
+    surfer.aim(*goal)
     surfer.start()
     surfer.verdict("On its way")
     surfer.verdict("Arrived")
@@ -351,12 +350,8 @@ def test_stop_in_mid_run_makes_it_stand_still(surfer, by):
         (surfer.scene.truth(q)["effector"] for q in ((0.9, 0.5), (-0.7, -0.6))),
         key=lambda goal: math.dist(goal, here),
     )
-    surfer.click(*far)
-    surfer.start()
-    surfer.verdict("On its way")
-    began = surfer.joints()
-    while math.dist(surfer.joints(), began) < 0.1:
-        surfer.page.wait_for_timeout(10)
+    surfer.aim(*far)
+    surfer.start_and_move()
     if by == "Escape":
         surfer.page.keyboard.press("Escape")
     else:
@@ -367,9 +362,10 @@ def test_stop_in_mid_run_makes_it_stand_still(surfer, by):
 
 
 def test_a_start_while_a_run_is_on_is_refused(surfer):
-    surfer.click(*surfer.scene.truth((0.2, -0.9))["effector"])
+    surfer.aim(*surfer.scene.truth((0.2, -0.9))["effector"])
     surfer.start()
-    surfer.page.keyboard.press("s")
+    surfer.verdict("On its way")  # pressed before, it might be what starts the run
+    surfer.order(lambda: surfer.page.keyboard.press("s"))
     surfer.reads("a run is on; hold or stop it first")
 
 
@@ -378,7 +374,7 @@ def test_what_was_pressed_while_cut_off_may_stop_but_not_start_the_arm(surfer):
         button.evaluate("button => { window.socket.io.engine.close(); button.click(); }")
         surfer.page.wait_for_function("window.socket.connected && !isCutOff()")
 
-    surfer.click(*surfer.scene.truth((-0.4, 0.9))["effector"])
+    surfer.aim(*surfer.scene.truth((-0.4, 0.9))["effector"])
     surfer.start()
     surfer.verdict("On its way")
     press_while_cut_off(surfer.page.locator(".stop"))
@@ -411,8 +407,9 @@ def test_a_dragged_path_is_followed(surfer):
     began = time.monotonic()
     words = ""
     while "Arrived" not in words:
-        words = surfer.page.get_by_label("drive").inner_text()
-        assert re.search("Along the path|On its way|Starting|Held|Arrived", words), words
+        # None is shown while it is cut off, as on a busy computer.
+        words = " ".join(surfer.page.locator(".verdict:visible").all_inner_texts())
+        assert re.search("Along the path|On its way|Starting|Held|Arrived|^$", words), words
         nearest = [
             min(near, math.dist(surfer.tip(), where))
             for near, where in zip(nearest, way, strict=True)
@@ -437,13 +434,12 @@ def boxes(page, selector):
 
 
 def test_a_start_moves_nothing_and_hides_nothing(surfer):
-    surfer.click(*surfer.scene.truth((0.6, -0.8))["effector"])
-    surfer.wait(surfer.page.locator("[data-aim]"))
+    surfer.aim(*surfer.scene.truth((0.6, -0.8))["effector"])
     pressed = ".side button, .side a, .side .q-checkbox, .picture, .side h2, .stop"
     before = [box[1:] for box in boxes(surfer.page, pressed)]
     surfer.start()
     surfer.verdict("On its way")
-    surfer.page.get_by_text("1 moves").wait_for()
+    surfer.page.get_by_text(re.compile(r", [1-9]\d* moves")).wait_for()
     assert [box[1:] for box in boxes(surfer.page, pressed)] == before
     assert surfer.page.locator(".q-tooltip").count() == 0
 
