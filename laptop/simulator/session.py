@@ -10,6 +10,7 @@ import math
 import os
 import random
 import re
+import shutil
 import sys
 import time
 from collections import namedtuple
@@ -30,7 +31,7 @@ from robot.motion.zero import Zero
 from robot.tracking_client import Memory, ServerAddress
 from shared.arm_description import ArmError
 from shared.message_fields import one_line
-from shared.state import ARM, LOCK, MOTORS_FILE, PLAN, STATE, state_folder
+from shared.state import ARM, LOCK, MOTORS_FILE, OWN_ARMS_FOLDER, PLAN, STATE, state_folder
 
 Fault = namedtuple("Fault", "kind what t")
 """Something that goes wrong: its kind, a port or value (or None), and when (s)."""
@@ -437,6 +438,7 @@ def _home_folder(brick, arm, q, homed, tracker):
         environment[LOCK] = os.path.join(os.path.abspath(state_folder()), MOTORS_FILE)
     before = {key: os.environ.get(key) for key in environment}
     try:
+        _copy_own_arms(folder)
         if homed:
             park_on_file(arm, q, folder)
         if tracker:
@@ -450,6 +452,18 @@ def _home_folder(brick, arm, q, homed, tracker):
             else:
                 os.environ[key] = value
         temporary_folders.remove(folder)
+
+
+def _copy_own_arms(folder):
+    """Let the brick with its state in `folder` know the arms of one's own; it keeps no others."""
+    here, there = (os.path.join(place, OWN_ARMS_FOLDER) for place in (state_folder(), folder))
+    os.mkdir(there, 0o700)
+    if not os.path.isdir(here):
+        return
+    for name in os.listdir(here):
+        file = os.path.join(here, name)
+        if name.endswith(".ini") and os.path.isfile(file) and os.access(file, os.R_OK):
+            shutil.copyfile(file, os.path.join(there, name))
 
 
 def _wanted(file):

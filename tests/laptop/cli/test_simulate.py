@@ -567,6 +567,22 @@ def test_a_bad_order_is_refused_in_one_line(simulate, script, words, says):
     assert not result.out.exists() or os.listdir(result.out) == []
 
 
+def test_arms_of_ones_own_are_known_on_the_emulated_brick_too(simulate, tmp_path, monkeypatch):
+    """Whoever tells the script which arm it is means the same file as on this side."""
+    own = tmp_path / "state" / "arms"
+    own.mkdir(parents=True)
+    text = Path(find_arm("planar")).read_text()
+    for name in ("mine", "planar"):
+        (own / f"{name}.ini").write_text(text.replace("link = 11.3", "link = 15.5"))
+    before = {path: path.read_bytes() for path in own.iterdir()}
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
+    for name in ("mine", "planar"):
+        result = simulate("--arm", name, DRIVER, "--arm", name, "where")
+        assert result.exit_code == 0, result.output
+        assert "tip at 25.00,0.00 cm" in result.output
+    assert {path: path.read_bytes() for path in own.iterdir()} == before
+
+
 @pytest.mark.parametrize("words", [["--arm", "{}"], ["--arm={}"]], ids=["apart", "in one"])
 def test_an_arm_told_to_the_script_alone_is_not_the_one_on_the_brick(
     simulate, script, tmp_path, words
