@@ -58,7 +58,9 @@ async def choose(name: str | None, dialogue: Dialogue) -> BrickAddress:
             raise BrickProblem(finding.NOBODY)
         if len(found) > 1:
             finding.show(found, None, dialogue.say)
-            raise BrickProblem(f"{len(found)} bricks are there; say which one: --brick NAME")
+            raise BrickProblem(
+                f"{len(found)} bricks are there; say which one: --brick NAME, or its address"
+            )
         dialogue.say(f"the brick is {found[0].name or '?'} at {found[0].address}")
         return found[0].address
     same = [one for one in found if one.name == wanted.host]
