@@ -27,7 +27,12 @@ def last_brick() -> BrickAddress | None:
         return read_address(read_text(str(_file())).strip())
     except FileNotFoundError:
         return None
-    except (OSError, SpoiltFile, BrickProblem) as error:
+    except OSError as error:
+        raise BrickProblem(
+            f"cannot read {_file()}: {error.strerror}; put that right, or say which brick: "
+            "--brick NAME"
+        ) from None
+    except (SpoiltFile, BrickProblem) as error:
         raise BrickProblem(
             f"{_file()}: {error}; delete it, and say which brick: --brick NAME"
         ) from None
@@ -53,7 +58,9 @@ async def choose(name: str | None, dialogue: Dialogue) -> BrickAddress:
             raise BrickProblem(finding.NOBODY)
         if len(found) > 1:
             finding.show(found, None, dialogue.say)
-            raise BrickProblem(f"{len(found)} bricks are there; say which one: --brick NAME")
+            raise BrickProblem(
+                f"{len(found)} bricks are there; say which one: --brick NAME, or its address"
+            )
         dialogue.say(f"the brick is {found[0].name or '?'} at {found[0].address}")
         return found[0].address
     same = [one for one in found if one.name == wanted.host]
@@ -70,11 +77,12 @@ def _is_bare(host: str) -> bool:
 
 def remember(address: BrickAddress, dialogue: Dialogue) -> None:
     """Keep it as the last one; where that cannot be, say so."""
+    spoilt = None
     try:
         if last_brick() == address:
             return
     except BrickProblem as problem:
-        dialogue.say(f"{problem}; now it is replaced")
+        spoilt = problem
     file = _file()
     new = file.with_name(file.name + ".new")
     try:
@@ -83,6 +91,9 @@ def remember(address: BrickAddress, dialogue: Dialogue) -> None:
         os.replace(new, file)
     except OSError as error:
         dialogue.say(f"cannot remember {address}: {error.strerror}: {file}")
+        return
+    if spoilt:
+        dialogue.say(f"{spoilt}; now it is replaced")
 
 
 def forget(name: str | None, dialogue: Dialogue, known: KnownHosts | None = None) -> None:

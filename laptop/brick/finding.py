@@ -12,7 +12,6 @@ import asyncio
 import contextlib
 import ipaddress
 import socket
-from collections import defaultdict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -159,22 +158,50 @@ async def _key(address: BrickAddress) -> str:
 
 
 def _each_once(found: list[FoundBrick]) -> list[FoundBrick]:
-    """Return one of all ways to the same brick, as its key shows: the first, IPv4 before IPv6."""
-    by_brick: dict[tuple[str, str], list[FoundBrick]] = defaultdict(list)
-    for brick in found:
-        by_brick[brick.key, "" if brick.key else str(brick.address)].append(brick)
-    return [
-        min(ways, key=lambda way: (":" in way.address.host, not way.name))
-        for ways in by_brick.values()
-    ]
+    """Return one of all ways to the same brick, as key and name show: the first, IPv4 before IPv6.
+
+    Cards that are copies of one another have one key. But bricks see to it that they announce
+    different names, and one brick is not twice in the same network of a cable or radio.
+    """
+    chosen: list[FoundBrick] = []
+    for brick in sorted(found, key=lambda way: (":" in way.address.host, not way.name)):
+        if not any(_is_same(brick, other) for other in chosen):
+            chosen.append(brick)
+    return chosen
+
+
+def _is_same(one: FoundBrick, other: FoundBrick) -> bool:
+    """Return True if both are ways to the same brick."""
+    if one.address == other.address:
+        return True
+    names = {one.name, other.name} - {""}
+    return (
+        bool(one.key)
+        and one.key == other.key
+        and len(names) < 2
+        and not _are_neighbours(one.address.host, other.address.host)
+    )
+
+
+def _are_neighbours(host: str, other: str) -> bool:
+    """Return True if these are addresses of IPv4 in one network of 256."""
+    return ":" not in host + other and host.rpartition(".")[0] == other.rpartition(".")[0]
 
 
 def show(found: list[FoundBrick], last: BrickAddress | None, tell: Callable[[str], None]) -> None:
     """Say which bricks there are, and what to type where two have one name."""
     for brick in found:
-        mark = "  (the last one)" if brick.address == last else ""
+        is_last = last is not None and brick.address == replace(last, user=brick.address.user)
+        mark = "  (the last one)" if is_last else ""
         key = brick.key or "it shows no key"
         tell(f"{brick.name or '?':12} {brick.address!s:22} {brick.how}, {key}{mark}")
+    keys = [brick.key for brick in found if brick.key]
+    if len(keys) > len(set(keys)):
+        tell(
+            "several bricks have one key, so their cards are copies of one another; to make another"
+            " key, type on all but one: sudo rm /etc/ssh/ssh_host_*; sudo dpkg-reconfigure "
+            "openssh-server"
+        )
     names = [brick.name for brick in found]
     for name in sorted({name for name in names if name and names.count(name) > 1}):
         tell(same_name(name, found))

@@ -86,7 +86,7 @@ class KeptRun:
             self._write(f"\n... {self._left_out} bytes are left out here ...\n")
         self._write(self._end)
         how = f"status {self.status}" if self.status is not None else f"{error or 'stopped here'}"
-        self._write(f"\n{how}, after {time.monotonic() - self._began:.1f} s\n")
+        self._write(f"\nended after {time.monotonic() - self._began:.1f} s: {how}\n")
         if self._file:
             self._file.close()
 

@@ -92,7 +92,11 @@ def doctor(name: str | None, arm_file: str, motors: bool) -> None:
 @brick.command()
 @THE_BRICK
 @click.option(
-    "--out", default="logs", show_default=True, metavar="DIR", type=click.Path(path_type=Path)
+    "--out",
+    default="logs",
+    show_default=True,
+    metavar="DIR",
+    type=click.Path(file_okay=False, path_type=Path),
 )
 def log(name: str | None, out: Path) -> None:
     """Fetch the logs of the last runs: of `brick run` here, and of what the brick has kept."""
@@ -110,7 +114,7 @@ def log(name: str | None, out: Path) -> None:
     default="brick.json",
     show_default=True,
     metavar="FILE",
-    type=click.Path(path_type=Path),
+    type=click.Path(dir_okay=False, path_type=Path),
 )
 @click.argument("args", nargs=-1, type=click.UNPROCESSED)
 def bench(name: str | None, file: Path, args: tuple[str, ...]) -> None:
@@ -118,6 +122,8 @@ def bench(name: str | None, file: Path, args: tuple[str, ...]) -> None:
     with importing():
         from laptop.brick import transfers
 
+    if not file.parent.is_dir():  # measuring takes a brick minutes
+        raise click.UsageError(f"there is no folder {file.parent} for {file.name}")
     sys.exit(_talk(name, transfers.bench, args, file))
 
 

@@ -300,6 +300,20 @@ def test_the_last_brick_is_remembered_and_what_is_spoilt_is_told(home):
     (home / "state" / "brick").write_text("a b c")
     with pytest.raises(BrickProblem, match="delete it"):
         choosing.last_brick()
+    choosing.remember(BrickAddress("10.42.0.3"), person.dialogue)
+    assert person.read[-1].endswith(
+        "delete it, and say which brick: --brick NAME; now it is replaced"
+    )
+    assert choosing.last_brick() == BrickAddress("10.42.0.3")
+
+
+def test_a_state_folder_that_is_none_is_told_once(home):
+    (home / "state").write_text("in the way")
+    person = Person()
+    choosing.remember(BrickAddress("10.42.0.3"), person.dialogue)
+    assert person.read == [f"cannot remember 10.42.0.3: File exists: {home / 'state' / 'brick'}"]
+    with pytest.raises(BrickProblem, match=r"cannot read .*: Not a directory; put that right, or"):
+        choosing.last_brick()
 
 
 def test_a_bare_name_is_looked_for_on_the_local_network():

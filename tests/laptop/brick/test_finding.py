@@ -144,6 +144,31 @@ def test_one_brick_on_two_ways_is_one_and_two_of_one_name_are_two():
     )
 
 
+def test_the_last_one_is_marked_whoever_logs_in():
+    said = []
+    finding.show([BLUE, RED], BrickAddress("10.42.0.3", user="anna"), said.append)
+    assert [line.endswith("(the last one)") for line in said] == [True, False]
+
+
+def test_copies_of_one_card_are_bricks_of_their_own():
+    copies = [
+        FoundBrick(name, BrickAddress(address), "announces itself", "SHA256:a")
+        for name, address in (("ev3dev", "10.42.0.3"), ("ev3dev-2", "10.42.0.4"))
+    ]
+    by_cable = [
+        FoundBrick("", BrickAddress(f"10.42.0.{k}"), "takes ssh on a cable", "SHA256:a")
+        for k in (3, 5)
+    ]
+    found = finding._each_once(copies + by_cable)
+    assert [str(brick.address) for brick in found] == ["10.42.0.3", "10.42.0.4", "10.42.0.5"]
+    said = []
+    finding.show(found, None, said.append)
+    assert "several bricks have one key, so their cards are copies of one another" in said[-1]
+    assert len(said) == 4
+    far = FoundBrick("ev3dev-2", BrickAddress("192.168.0.4"), "announces itself", "SHA256:a")
+    assert finding._each_once([copies[0], far]) == [copies[0], far]
+
+
 def test_only_who_shares_a_network_over_a_cable_asks_all_in_it():
     assert len(list(finding._neighbours(["10.42.0.1"]))) == 253
     assert list(finding._neighbours(["192.168.2.17", "192.168.178.1", "127.0.0.1"])) == []

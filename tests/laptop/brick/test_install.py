@@ -245,6 +245,23 @@ def test_a_full_card_leaves_the_old_program_whole(ssh_brick, clone):
         subprocess.run(["umount", "--lazy", str(ssh_brick.home)], check=True)
 
 
+def test_a_card_that_gets_full_on_the_way_leaves_the_old_program_whole(ssh_brick, clone):
+    """Also where no small file system can be had: what unpacks it there ends as on a full card."""
+    put(ssh_brick)
+    before, old = tree(program(ssh_brick)), versions(ssh_brick)
+    (clone / "robot" / "clock.py").write_text("# other\n")
+    tar = ssh_brick.folder / "bin" / "tar"
+    tar.write_text('#!/bin/sh\n/usr/bin/tar "$@" && exec cat robot/clock.py >/dev/full\n')
+    tar.chmod(0o755)
+    line = problem(ssh_brick, clone=clone)
+    assert "its card is full; delete files of yours there" in line
+    assert line.endswith(f"{version_of(program_files())} is there, as before")
+    assert (tree(program(ssh_brick)), versions(ssh_brick)) == (before, old)
+    tar.unlink()
+    put(ssh_brick, clone)
+    assert tree(program(ssh_brick)) == wanted(clone)
+
+
 def test_what_a_brick_tells_is_read_and_what_it_does_not_tell_is_skipped():
     text = "link robot .brickservo/program/robot\nfolder versions/0123-ab\nours robot/a b.py\n"
     text += "mode 755 robot/a b.py\nsum 99  ./robot/a b.py\nmode x y\nlast login: never\n\n"

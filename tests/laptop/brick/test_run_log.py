@@ -38,14 +38,16 @@ def test_a_run_is_kept_with_command_output_and_status():
     assert first == "brickservo brick run driver.py line 10,0 'a b'"
     assert second.startswith("on 10.42.0.3, 20")
     assert rest[:4] == ["", "one", "two", ""]
-    assert rest[4].startswith("status 2, after ")
+    assert rest[4].startswith("ended after ")
+    assert rest[4].endswith(" s: status 2")
     assert said == []
     assert kept_runs()[-1].name.endswith("-driver.txt")
 
 
 def test_what_ended_a_run_is_kept_too():
     text, _ = kept("driver.py", output=[b"half\n"], error=ValueError("the cable is cut"))
-    assert "half\n\nthe cable is cut, after " in text
+    assert "half\n\nended after " in text
+    assert text.endswith(" s: the cable is cut\n")
 
 
 @pytest.mark.parametrize("words", [("--code", "ABCD-EFGH-JKMN"), ("--code=ABCD-EFGH-JKMN",)])
@@ -62,7 +64,7 @@ def test_of_a_long_run_the_beginning_and_the_end_are_kept():
     assert "begin" in text
     left_out = 6 + (1 << 21) + 4 - run_log.MOST_FIRST - run_log.MOST_LAST
     assert f"... {left_out} bytes are left out here ..." in text
-    assert " end\nstatus 0" in text
+    assert " end\nended after " in text
 
 
 def test_the_oldest_run_goes_and_two_in_a_second_are_two():

@@ -117,7 +117,7 @@ def test_the_last_runs_leave_logs_and_the_oldest_go(ssh_brick, here):
     homed = (here.folder / "all of them" / runs[0]).read_text()
     assert f" brick run driver.py home --seek\non {ssh_brick.place}, " in homed
     assert "tip at " in homed
-    assert homed.splitlines()[-1].startswith("status 0, after ")
+    assert homed.endswith(" s: status 0\n")
     fetched = [name for name in everything if name not in runs]
     assert len(fetched) == 10 + 1
     assert fetched[-1] == "brickservo-draw.err.log"
@@ -125,6 +125,14 @@ def test_the_last_runs_leave_logs_and_the_oldest_go(ssh_brick, here):
     lines = (here.folder / "all of them" / fetched[-2]).read_text().splitlines()
     assert all(isinstance(json.loads(line), dict) for line in lines)
     assert len(lines) > 10
+
+
+def test_what_cannot_be_written_here_is_told_before_the_brick_is_asked(ssh_brick, here):
+    status, _, errors = here("bench", "--json", "nowhere/it.json", "planar")
+    assert (status, "there is no folder nowhere for it.json" in errors) == (2, True), errors
+    status, _, errors = here("log", "--out", "mine.ini")
+    assert (status, "'mine.ini' is a file" in errors) == (2, True), errors
+    assert ssh_brick.connections == 0
 
 
 @pytest.mark.long
