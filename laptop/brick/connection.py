@@ -219,7 +219,7 @@ async def _reach(address: BrickAddress) -> socket.socket:
         try:
             sock = socket.socket(family, kind, protocol)
         except OSError as error:  # a system without IPv6
-            problem = problem or _unreached(address, error)
+            problem = problem or unreached(address, error)
             continue
         sock.setblocking(False)
         try:
