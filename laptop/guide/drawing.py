@@ -328,13 +328,13 @@ def draw_camera(arm: Arm) -> Drawing:
     sheet.line((middle + 3 * s, height + 1.5 * s), (post, height + 1.5 * s), lw=2, color=STEEL)
     sheet.line((post, height + 1.5 * s), (post, table), lw=2, color=STEEL)
     sheet.line((x0, 0.6 * s), (x1, 0.6 * s), color=LIMIT, lw=2)
-    y = -3 * s if table else 3 * s
-    sheet.text(middle, y, f"all that the marker gets to: {x1 - x0:.0f}", size=7, color=LIMIT)
-    side = middle - 1.15 * half
+    under = -3 * s if table else 3 * s
+    sheet.text(middle, under, f"all that the marker gets to: {x1 - x0:.0f}", size=7, color=LIMIT)
+    ruler = middle - 1.15 * half
     for bottom, top, words in ((0.0, height, f"{height:.0f}"), (table, 0.0, f"{-table:.0f}")):
         if top > bottom:
-            sheet.dimension((side, bottom), (side, top), 0, "")
-            sheet.text(side + 2 * s, (bottom + top) / 2, words, size=8, ha="left")
+            sheet.dimension((ruler, bottom), (ruler, top), 0, "")
+            sheet.text(ruler + 2 * s, (bottom + top) / 2, words, size=8, ha="left")
     sheet.scale_bar(left + 2 * s, table - 0.11 * height, 200.0)
     return sheet.drawing()
 
