@@ -10,9 +10,12 @@ import math
 import os
 import random
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+from places import ROOT
 from refusals import in_one_line
 from rig import DRIVER, degrees
 from servo_rig import Camera, SpaceCamera, Watched
@@ -342,6 +345,14 @@ def test_where_nobody_can_answer_nothing_is_written(looked):
 
 
 # What is typed
+
+
+def test_who_is_asked_does_not_wait_for_the_link_to_be_loaded():
+    words = "import sys, robot.driver, robot.check_command as c; print(*sys.modules)"
+    told = subprocess.run([sys.executable, "-c", words], cwd=str(ROOT), stdout=subprocess.PIPE)
+    loaded = told.stdout.decode().split()
+    assert "robot.motion.mounting" in loaded
+    assert [n for n in loaded if "servoing" in n or "track" in n or "jog" in n or "link" in n] == []
 
 
 @pytest.mark.parametrize("words", [("--code", "ABCD-EFGH-JKMN"), ("192.168.0.5",)])
