@@ -143,6 +143,35 @@ def test_a_file_of_ones_own_keeps_its_comments(looked, tmp_path):
     ]  # fmt: skip
 
 
+@pytest.mark.short(every=6)
+@pytest.mark.parametrize("seed", range(12))
+def test_whatever_the_camera_and_the_play_nothing_wrong_is_written(looked, seed):
+    """A slanting camera, a marker not quite in its place, an arm not quite straight."""
+    draw = random.Random(seed)
+    ports, reverse = draw.choice([None, "BA"]), [k for k in (0, 1) if draw.random() < 0.5]
+    camera = Camera(math.radians(draw.uniform(0, 30)), math.radians(draw.uniform(-180, 180)))
+    mirrored, pixel = draw.random() < 0.3, camera.pixel
+    if mirrored:
+        camera.pixel = lambda p: (640 - pixel(p)[0], pixel(p)[1])
+    w = looked(
+        draw.choice(["planar", "geared"]), ports, reverse, cameras={"A": camera},
+        goal=(draw.uniform(-3, 2), draw.uniform(6, 10)), noise=draw.choice([0.1, 0.5, 0.7]),
+        plant=f"seed={seed},backlash={draw.uniform(0.5, 3):.1f}",
+        start=degrees(draw.uniform(-8, 8), draw.uniform(-8, 8)), seed=seed,
+    )  # fmt: skip
+    status, out, err = w.check()
+    assert (status == 1) == mirrored, err
+    if mirrored:
+        assert in_one_line(err, "the picture is mirrored")
+        assert "written" not in out
+    else:
+        found = read_arm(find_arm(os.path.basename(w.arm.file)))
+        assert [(j.port, j.direction) for j in found.joints] == [
+            (j.port, j.direction) for j in w.arm.joints
+        ]
+    assert w.turned() < MOST
+
+
 def test_pictures_of_a_while_ago_are_not_taken_for_what_a_jog_has_done(looked):
     w = looked(ports="BA", tracker={"latency": 0.8})
     status, out, err = w.check()
