@@ -308,6 +308,8 @@ def _for_the_brick(words):
         options += ["--arm", words[words.index("--arm") + 1]]
     if BRICK.match(words[0]).group(1) in ("visual_servoing.py", "tracking_client.py"):
         options += ["--scene", ""]
+    if "--camera" in words:
+        options += ["--scene", "goal_x=0,goal_y=8"]
     if "--wait" in words:
         options += ["--fault", "int@2"]
     if words[-1] in ("home", "check"):  # somebody confirms, and answers, at the brick

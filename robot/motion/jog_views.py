@@ -18,7 +18,7 @@ from shared.arm_description import PULLED_DOWN, ArmError
 from shared.record import record
 
 CLEAR = 3.0
-"""So many times as far as chance might have it each jog is to move the tip in the picture."""
+"""Each jog is to move the tip in the picture by so many times what may be chance."""
 
 SHAKEN = 1.0
 """A marker that lies may seem to move by so much more when the arm beside it does, px."""
@@ -39,7 +39,7 @@ guessed, the marker lies somewhat before or behind the axle."""
 
 FITS, APART = math.log(1.6), math.log(1.5)
 """The jogs fit the joints if their sizes are to one another as described up to this factor, and if
-no other order of the joints fits half as well as this one tells apart."""
+in another order the joints fit worse by that one."""
 
 BENT = math.radians(35)
 """The tip goes different ways round shoulder and elbow by so much: the arm is bent, rad."""

@@ -26,6 +26,12 @@ CONFIRMED_BY, TRACK_FRAMES, STANDING_FRAMES = 3, 4, 3
 """So many frames in a row, near each other, confirm a jump; the track is that of so many frames.
 What was measured at rest counts as so many frames."""
 
+DOES_NOT_MOVE = (
+    "the marker does not move when the joints do: it is not on the tip, or what the motors turn is "
+    "loose, its play far beyond backlash in the arm's file; driver.py check tells"
+)
+"""The reason of a run that ends since what is taken for the tip follows no joint."""
+
 
 def jumped(frames, size):
     """Whether the tip has left its track for good.

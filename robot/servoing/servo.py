@@ -14,7 +14,7 @@ from operator import sub
 
 from robot.motion import kinematics
 from robot.servoing.camera_selection import CameraSelection
-from robot.servoing.doubts import Doubts
+from robot.servoing.doubts import DOES_NOT_MOVE, Doubts
 from robot.servoing.image_models import ImageModels
 from robot.servoing.linear_algebra import apart, length
 from robot.servoing.measurement import MedianEstimator, error_of
@@ -48,7 +48,6 @@ EXPLORING_STEP = math.radians(8)
 MIN_EXPLORED_SIGMAS = 3.0
 """An exploring step that moves the marker by fewer standard deviations shows nothing."""
 
-DOES_NOT_MOVE = "the marker does not move when the joints do"
 FLAT_VIEW = "seen by {}, the tip may be off along the line of sight; look from another side, too"
 
 WAYPOINT_DISTANCE = 150.0

@@ -7,6 +7,7 @@ reached is read from the emulated plant and the camera's own formula.
 
 import math
 import os
+import random
 import signal
 from collections import namedtuple
 
@@ -295,6 +296,17 @@ def test_a_marker_that_is_never_seen_is_named_and_nothing_moves(watched, name):
     shown = w.run()
     assert judge(w, shown, "marker lost", "effector and goal have not been seen together")
     assert not w.moved()
+
+
+def test_a_marker_that_no_joint_moves_is_told_with_what_may_be_loose(watched):
+    w = watched()
+    see, luck = w.tracker.see, random.Random(1)
+    w.tracker.see = lambda *frame: dict(
+        see(*frame), effector=(300 + luck.gauss(0, 0.3), 200 + luck.gauss(0, 0.3), 1.0)
+    )
+    shown = w.run()
+    assert judge(w, shown, "singular", "not on the tip")
+    assert "far beyond backlash in the arm's file; driver.py check tells" in shown.err
 
 
 # The disk
