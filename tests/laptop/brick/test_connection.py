@@ -173,7 +173,7 @@ def test_a_brick_that_takes_keys_alone_is_told_from_one_that_takes_passwords(ssh
 
 def test_a_way_that_is_not_there_is_told_by_the_system_s_reason():
     error = OSError(errno.ENETUNREACH, "Connect call failed ('10.42.0.3', 22)")
-    line = connection._unreached(BrickAddress("10.42.0.3"), error)
+    line = connection.unreached(BrickAddress("10.42.0.3"), error)
     assert line.startswith("there is no way to 10.42.0.3: Network is unreachable; is the cable in")
 
 
