@@ -135,7 +135,7 @@ def read_arm(path):
     names = CHAINS[arm["chain"]]
     joints = tuple(_read_joint(path, sections, name, arm["chain"]) for name in names)
     pen = _read_pen(path, sections) if "pen" in sections else None
-    _check_ports(path, sections, names + (("pen",) if pen else ()), joints)
+    _check_ports(path, sections, names + (("pen",) if pen else ()))
     name = os.path.splitext(os.path.basename(path))[0]
     return Arm(name, arm["chain"], joints, pen, arm["elbow"], arm["speed"], path)
 
@@ -291,7 +291,7 @@ def _read_pen(path, sections):
     return pen
 
 
-def _check_ports(path, sections, names, joints):
+def _check_ports(path, sections, names):
     taken = {}
     for section in names:
         port = sections[section]["port"]
@@ -304,21 +304,6 @@ def _check_ports(path, sections, names, joints):
                 sections,
             )
         taken[port] = section
-    touched = {}
-    for joint in joints:
-        if joint.touch_port is None:
-            continue
-        if joint.touch_port in touched:
-            raise _bad(
-                path,
-                joint.name,
-                "find_home",
-                "is the sensor of [{}]; each joint needs one of its own, in1 to in4".format(
-                    touched[joint.touch_port]
-                ),
-                sections,
-            )
-        touched[joint.touch_port] = joint.name
 
 
 # ---- wording

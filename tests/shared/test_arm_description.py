@@ -353,13 +353,6 @@ MALFORMED = [
         "[elbow] touch_at = 166: must be at a limit or up to 15 beyond it",
     ),
     (
-        "touch sensor of two joints",
-        changed("elbow", "find_home", "find_home = touch in1\ntouch_at = 155").replace(
-            "find_home = both", "find_home = touch in1\ntouch_at = -95", 1
-        ),
-        "[elbow] find_home = touch in1: is the sensor of [shoulder]; each joint needs one of its",
-    ),
-    (
         "angle of no touch sensor",
         changed("elbow", "find_home", "find_home = both\ntouch_at = 155"),
         "[elbow] touch_at = 155: is of a touch sensor; give its port, too",
