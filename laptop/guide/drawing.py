@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -433,7 +434,7 @@ def brick_place(arm: Arm) -> tuple[float, float]:
     middle = (turn.lower + turn.upper) / 2 + math.pi
     size = np.array(BRICK)
     swept = 10 * turn.link + BRICK_ROOM
-    for distance in np.arange(60.0, 20 * reach(arm)[1], 5.0):
+    for distance in itertools.count(60.0, 5.0):  # far enough away nothing is reached
         centre = distance * np.array((math.cos(middle), math.sin(middle)))
         grid = np.stack(np.meshgrid(*(np.linspace(-1, 1, 9),) * 2), axis=-1).reshape(-1, 2)
         places = centre + grid * (size / 2 + BRICK_ROOM)

@@ -98,7 +98,8 @@ def test_the_emulated_brick_is_told_of_over_ssh(ssh_brick):
 
 @pytest.mark.long
 def test_motors_that_a_hand_turns_count(ssh_brick):
-    ssh_brick.emulate("--fault", "push:A@2")
+    # (What there is beside it, it looks at first: that takes the longer the more runs here.)
+    ssh_brick.emulate("--fault", "push:A@12")
     status, out, _ = ssh_brick.run("doctor", "--motors")
     assert status == 1
     assert "port A    counts 19 by hand: fine" in out
@@ -107,7 +108,7 @@ def test_motors_that_a_hand_turns_count(ssh_brick):
 
 @pytest.mark.long
 def test_a_cable_that_comes_off_by_hand_is_told(ssh_brick):
-    ssh_brick.emulate("--fault", "unplug:A@2", "--fault", "push:B@3")
+    ssh_brick.emulate("--fault", "unplug:A@12", "--fault", "push:B@15")
     status, out, _ = ssh_brick.run("doctor", "--motors")
     assert status == 1
     assert "port A    its motor came off meanwhile: push its cable in, and look again" in out
