@@ -332,13 +332,19 @@ class _Login(asyncssh.SSHClient):
     def _refused(self) -> str:
         if self._given_up:
             return "no password was given: stopped"
-        who = f"{self._address.user} on {self._address}"
+        user = self._address.user
         if self._asked:
-            return f"wrong password for {who}: {self._asked} times; on a new card it is {PASSWORD}"
-        tried = " nor by ".join(["your ssh keys"] + ["ev3dev's usual password"] * self._tried_usual)
-        refused = f"{who} is let in {'neither' if self._tried_usual else 'not'} by {tried}"
+            return (
+                f"wrong password for {user} on {self._address}: {self._asked} times; on a new card "
+                f"it is {PASSWORD}"
+            )
+        if self._tried_usual:
+            refused = f"lets {user} in neither by your ssh keys nor by ev3dev's usual password"
+        else:
+            refused = f"does not let {user} in by your ssh keys"
+        refused = f"{self._address} {refused}"
         if not self._takes_passwords:
-            return f"{refused}, and takes no passwords; is {self._address.user} the right user?"
+            return f"{refused}, and takes no passwords; is {user} the right user?"
         return (
             f"{refused}; nobody can be asked for the password here, so type once in a terminal: "
             f"{COMMAND} key --brick {self._address}"

@@ -168,7 +168,10 @@ def test_a_password_is_asked_for_and_a_wrong_one_is_wrong(home):
 
 def test_a_brick_that_takes_keys_alone_is_told_from_one_that_takes_passwords(ssh_brick, home):
     problem = refused(BrickAddress("127.0.0.1", ssh_brick.port, "nobody-here"))
-    assert "is let in not by your ssh keys, and takes no passwords; is nobody-here" in problem
+    assert (
+        "does not let nobody-here in by your ssh keys, and takes no passwords; is nobody-here"
+        in problem
+    )
 
 
 def test_a_way_that_is_not_there_is_told_by_the_system_s_reason():
