@@ -145,7 +145,7 @@ def test_the_usual_password_is_tried_with_its_being_said_and_kept_nowhere(home):
 def test_the_usual_password_is_for_the_usual_user_alone(home):
     with password_server("maker", home) as server:
         address = BrickAddress("127.0.0.1", server.port, "anna")
-        assert "anna on anna@127.0.0.1" in refused(address)
+        assert "does not let anna in by your ssh keys; nobody can be asked" in refused(address)
     assert server.tried == []
 
 
