@@ -19,7 +19,48 @@ INPUT_MODES = (
 OUTPUT_MODES = (AUTO, TACHO_MOTOR, "dc-motor", "led", "raw")
 
 
-class InputPort(Device):
+class _Port(Device):
+    """A lego-port: its mode, and what it says is plugged in.
+
+    Args:
+        address: as ev3dev has it.
+        driver: name of the port's own driver.
+        modes: that may be chosen.
+        mode: that it begins with.
+    """
+
+    def __init__(self, address, driver, modes, mode=AUTO):
+        super(_Port, self).__init__(
+            {"address": address, "driver_name": driver, "modes": " ".join(modes)}
+        )
+        self._modes = modes
+        self._mode = mode
+
+    def read(self, attribute):
+        """Return the attribute's text."""
+        if attribute == "mode":
+            return self._mode
+        if attribute == "status":
+            return self._detected() if self._mode == AUTO else self._mode
+        return super(_Port, self).read(attribute)
+
+    def write(self, attribute, value):
+        """Set the attribute."""
+        if attribute == "mode":
+            if value not in self._modes:
+                raise invalid()
+            self._mode = value
+            self._change()
+        elif attribute == "set_device":
+            self._set_device(value)
+        else:
+            super(_Port, self).write(attribute, value)
+
+    # Subclasses: `_detected()` returns the status in `auto`, `_change()` goes over to the mode, and
+    # `_set_device(driver)` loads a driver for what is there.
+
+
+class InputPort(_Port):
     """A lego-port: what is plugged into one input, and the driver that is loaded for it.
 
     Args:
@@ -34,12 +75,10 @@ class InputPort(Device):
     """
 
     def __init__(self, world, sysfs, order, scene):
+        # What only people can tell the brick they have told it before.
+        told = order.kind != NONE and KINDS[order.kind].driver in UNKNOWN
         super(InputPort, self).__init__(
-            {
-                "address": "ev3-ports:" + order.port,
-                "driver_name": "ev3-input-port",
-                "modes": " ".join(INPUT_MODES),
-            }
+            "ev3-ports:" + order.port, "ev3-input-port", INPUT_MODES, NXT_ANALOG if told else AUTO
         )
         self._world = world
         self._sysfs = sysfs
@@ -49,10 +88,6 @@ class InputPort(Device):
         self._device = None  # name and EmulatedSensor of what is loaded
         self._loads = 0
         self._due = None
-        self._mode = AUTO
-        # What only people can tell the brick they have told it before.
-        if self.kind != NONE and KINDS[self.kind].driver in UNKNOWN:
-            self._mode = NXT_ANALOG
         self._load(None if self.kind == NONE else KINDS[self.kind])
 
     @property
@@ -77,34 +112,15 @@ class InputPort(Device):
         self._device = "sensor{}".format(number), sensor
         self._sysfs.add("lego-sensor", self._device[0], found, sensor)
 
-    def read(self, attribute):
-        """Return the attribute's text."""
-        if attribute == "mode":
-            return self._mode
-        if attribute == "status":
-            if self._mode != AUTO:
-                return self._mode
-            return self.plugged.connection if self._device else "no-sensor"
-        return super(InputPort, self).read(attribute)
-
-    def write(self, attribute, value):
-        """Set the attribute."""
-        if attribute == "mode":
-            if value not in INPUT_MODES:
-                raise invalid()
-            self._mode = value
-            self._detect_later()
-        elif attribute == "set_device":
-            self._set_device(value)
-        else:
-            super(InputPort, self).write(attribute, value)
+    def _detected(self):
+        return self.plugged.connection if self._device else "no-sensor"
 
     def unplug(self):
         """Pull the cable; pulling it again does nothing."""
         self.kind = NONE
-        self._detect_later()
+        self._change()
 
-    def _detect_later(self):
+    def _change(self):
         """Take the sensor away; it comes again where the port's mode is for such ones."""
         self._load(None)
         kind = self.plugged
@@ -131,7 +147,7 @@ class InputPort(Device):
             self._load(None)
 
 
-class OutputPort(Device):
+class OutputPort(_Port):
     """A lego-port of one output; a motor's driver is loaded in `auto` and `tacho-motor`.
 
     Args:
@@ -142,38 +158,18 @@ class OutputPort(Device):
     """
 
     def __init__(self, port, connect, is_there):
-        super(OutputPort, self).__init__(
-            {
-                "address": "ev3-ports:out" + port,
-                "driver_name": "ev3-output-port",
-                "modes": " ".join(OUTPUT_MODES),
-            }
-        )
+        super(OutputPort, self).__init__("ev3-ports:out" + port, "ev3-output-port", OUTPUT_MODES)
         self._port = port
         self._connect = connect
         self._is_there = is_there
-        self._mode = AUTO
 
-    def read(self, attribute):
-        """Return the attribute's text."""
-        if attribute == "mode":
-            return self._mode
-        if attribute == "status":
-            if self._mode != AUTO:
-                return self._mode
-            return TACHO_MOTOR if self._is_there(self._port) else "no-motor"
-        return super(OutputPort, self).read(attribute)
+    def _detected(self):
+        return TACHO_MOTOR if self._is_there(self._port) else "no-motor"
 
-    def write(self, attribute, value):
-        """Set the attribute."""
-        if attribute == "mode":
-            if value not in OUTPUT_MODES:
-                raise invalid()
-            self._mode = value
-            self._connect(self._port, value in (AUTO, TACHO_MOTOR))
-        elif attribute == "set_device":
-            if self._mode != TACHO_MOTOR:
-                raise error(errno.EOPNOTSUPP)
-            # It says what is there anyway, or what is not, and then nothing works.
-        else:
-            super(OutputPort, self).write(attribute, value)
+    def _change(self):
+        self._connect(self._port, self._mode in (AUTO, TACHO_MOTOR))
+
+    def _set_device(self, driver):
+        # It says what is there anyway, or what is not, and then nothing works.
+        if self._mode != TACHO_MOTOR:
+            raise error(errno.EOPNOTSUPP)
