@@ -138,7 +138,6 @@ async def bench(
         BrickProblem: it cannot be run.
         OSError: what it has measured cannot be written here.
     """
-    file.parent.mkdir(parents=True, exist_ok=True)  # not first after minutes of measuring
     await ask(brick, f"rm -f {FIGURES}")
     status = await run(brick, address, dialogue, "bench_brick.py", (*words, "--json", FIGURES))
     data = await read(brick, FIGURES, most=16 * MAX_SIZE)
