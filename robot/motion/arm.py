@@ -159,7 +159,7 @@ class RobotArm(object):
         """
         self._engage()
         with self._stopping_on_error():
-            # All of it is planned before anything moves: from one stroke to the next the motors are
+            # All of it is planned before anything moves: from one piece to the next the motors are
             # driven, and their dead-man would stop them.
             plans, sides = [], self.backlash_sides
             for motion in motions:

@@ -1,9 +1,9 @@
-"""Paths to draw, as strokes: lines, arcs, circles, rectangles.
+"""Paths to draw, as pieces: lines, arcs, circles, rectangles, and strokes of any shape.
 
-Pure.  A *stroke* is a tuple of points (x, y) or, in space, (x, y, z), cm: two for a straight line,
+Pure.  A *piece* is a tuple of points (x, y) or, in space, (x, y, z), cm: two for a straight line,
 or more for the smooth curve through them, so close together where it bends that straight lines
-between them would do, too; the tip moves along it without stopping.  Corners lie between strokes.
-What is curved lies at one height z.
+between them would do, too; the tip moves along it without stopping.  Corners lie between pieces.
+A *stroke* is what is drawn from pen down to pen up.  What is curved lies at one height z.
 """
 
 import math
@@ -17,6 +17,14 @@ SPACING = 0.05
 LONGEST_ARC = 200.0
 """Between two points, cm."""
 
+
+CORNER = math.radians(20)
+"""A stroke that turns by more at a point has a corner there, rad; what turns less is a curve."""
+
+COS_CORNER = math.cos(CORNER)
+
+SAME_PLACE = 1e-6
+"""Points nearer to one another are one, cm."""
 
 FARTHEST = 1000.0
 """Greatest coordinate of a point, cm: no arm reaches so far, and its square is a number."""
@@ -43,7 +51,7 @@ def _checked(points, fewest, what):
                 "reach, in cm".format(what, _numbers(point), FARTHEST)
             )
     for a, b in zip(points, points[1:]):
-        if kinematics.distance(a, b) < 1e-6:
+        if kinematics.distance(a, b) < SAME_PLACE:
             raise BadPath(
                 "{} has the point ({}) twice in a row; leave one out".format(what, _numbers(a))
             )
@@ -66,13 +74,38 @@ def _height(points, what):
 
 
 def polyline(points):
-    """The strokes through `points`, straight from each to the next; a line is two points."""
+    """The pieces through `points`, straight from each to the next; a line is two points."""
     points = _checked(points, 2, "a line")
     return [(a, b) for a, b in zip(points, points[1:])]
 
 
+def pieces_of(points):
+    """The pieces of a stroke through `points`, cut where it has a corner.
+
+    Points that coincide are one.
+
+    Raises:
+        BadPath: fewer than two places, or what is no place.
+    """
+    points = [tuple(map(float, point)) for point in points]
+    apart = points[:1] + [
+        b for a, b in zip(points, points[1:]) if not kinematics.distance(a, b) < SAME_PLACE
+    ]
+    apart = _checked(apart, 2, "a stroke")
+    ways = [
+        [(v - u) / kinematics.distance(a, b) for u, v in zip(a, b)]
+        for a, b in zip(apart, apart[1:])
+    ]
+    pieces, first = [], 0
+    for k, (way, after) in enumerate(zip(ways, ways[1:]), 1):
+        if sum([u * v for u, v in zip(way, after)]) < COS_CORNER:
+            pieces.append(tuple(apart[first : k + 1]))
+            first = k
+    return pieces + [tuple(apart[first:])]
+
+
 def line_from(start, angle, length):
-    """The stroke from `start` in the level direction `angle` (rad from x, counter-clockwise)."""
+    """The piece from `start` in the level direction `angle` (rad from x, counter-clockwise)."""
     if not length > 0:
         raise BadPath("a line of length {:g} cm is none; give more than 0".format(length))
     way = (length * math.cos(angle), length * math.sin(angle)) + (0.0,) * (len(start) - 2)
@@ -80,7 +113,7 @@ def line_from(start, angle, length):
 
 
 def rectangle(corner, opposite):
-    """The four strokes of an upright rectangle, from `corner` round to it again."""
+    """The four pieces of an upright rectangle, from `corner` round to it again."""
     height = _height([corner, opposite], "a rectangle")
     (x0, y0), (x1, y1) = corner[:2], opposite[:2]
     if x0 == x1 or y0 == y1:
@@ -94,7 +127,7 @@ def rectangle(corner, opposite):
 
 
 def circle(centre, radius):
-    """The stroke once round `centre`, counter-clockwise, from the point nearest to the base."""
+    """The piece once round `centre`, counter-clockwise, from the point nearest to the base."""
     if not 0 < radius <= FARTHEST:
         raise BadPath(
             "a circle of radius {:g} cm is none; give more than 0 and at most {:g}".format(
@@ -117,7 +150,7 @@ def circle(centre, radius):
 
 
 def arc(points):
-    """The smooth stroke through n >= 3 points.
+    """The smooth piece through n >= 3 points.
 
     Between two points it fades from the circle through them and the point before to the circle
     through them and the point after; so points of one circle give that circle, points of a line
@@ -187,12 +220,12 @@ class _Circle(object):
         )
 
 
-def spread(stroke):
-    """The stroke's points at most SPACING apart, ends and given points included, at least three."""
-    out = [tuple(stroke[0])]
-    for a, b in zip(stroke, stroke[1:]):
+def spread(piece):
+    """The piece's points at most SPACING apart, ends and given points included, at least three."""
+    out = [tuple(piece[0])]
+    for a, b in zip(piece, piece[1:]):
         n = int(math.ceil(kinematics.distance(a, b) / SPACING))
-        n = max(n, 2 if len(stroke) == 2 else 1)
+        n = max(n, 2 if len(piece) == 2 else 1)
         for k in range(1, n + 1):
             out.append(tuple(u + (v - u) * k / float(n) for u, v in zip(a, b)))
     return out

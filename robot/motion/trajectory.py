@@ -1,8 +1,8 @@
-"""Joint set-points in time: along the strokes of a drawing, or from pose to pose.
+"""Joint set-points in time: along the pieces of a stroke, or from pose to pose.
 
 Pure: no I/O, no clock.  `q` joint angles rad, `p` a tip position cm, `s` the length of the way, cm.
 
-A control tick has little time.  So a stroke becomes a few cubics here, one between any two *knots*,
+A control tick has little time.  So a piece becomes a few cubics here, one between any two *knots*,
 and a tick no more than evaluates them.
 """
 
@@ -17,7 +17,7 @@ KNOT_SHARE = 0.15
 """Of the length over which joint angles bend (kinematics.scale), knots are no more apart."""
 
 MAX_KNOT_BEND = math.radians(20)
-"""From knot to knot a stroke bends by no more, rad."""
+"""From knot to knot a piece bends by no more, rad."""
 
 SPEED_UP_TIME = 0.2
 """Time in which the tip reaches its speed at the least, s."""
@@ -33,7 +33,7 @@ MAX_JOINT_LEAP = math.radians(45)
 
 
 class Trajectory(object):
-    """Joint set-points in time along one stroke.
+    """Joint set-points in time along one piece.
 
     Args:
         times: of the knots, s, from 0 on.
@@ -58,6 +58,21 @@ class Trajectory(object):
         self.duration = times[-1]
         self.start, self.end = tuple(cubic[0] for cubic in segments[0][2]), tuple(end)
         self.directions, self.reversals = self._turns()
+
+    def numbers(self):
+        """(times, segments, end) as given, rounded to what matters, to be kept in a file."""
+        return (
+            [round(t, 6) for t in self._times],
+            [
+                (
+                    round(v, 5), round(a, 4),
+                    [[round(c, 7) for c in cubic] for cubic in cubics],
+                    across and [round(x, 4) for x in across],
+                )
+                for v, a, cubics, across in self._segments
+            ],
+            [round(q, 7) for q in self.end],
+        )  # fmt: skip
 
     def _passing(self, t):
         """(cm since the last knot, cm/s, cubics, J' t) at the time `t` (s), which is on the way."""
@@ -170,30 +185,30 @@ class JointMove(object):
 # ---- planning
 
 
-def plan(arm, strokes, speed=None, elbow=None):
-    """The timed Trajectories along the strokes of one drawing, on one branch throughout.
+def plan(arm, pieces, speed=None, elbow=None):
+    """The timed Trajectories along the pieces of one stroke, on one branch throughout.
 
     Args:
-        strokes: see robot.motion.paths; each begins where the one before ends.
+        pieces: see robot.motion.paths; each begins where the one before ends.
         speed: greatest speed of the tip, cm/s; the arm's own if None.
         elbow: "up" | "down"; None tries the arm's own branch, then the other.
 
     Raises:
         kinematics.Unreachable: naming the first point that cannot be had; nothing has moved.
     """
-    for stroke in strokes:
-        # Before a line to the moon is cut into pieces.
-        kinematics.inverse(arm, stroke[0])
-        kinematics.inverse(arm, stroke[-1])
+    for piece in pieces:
+        # Before a line to the moon is cut up.
+        kinematics.inverse(arm, piece[0])
+        kinematics.inverse(arm, piece[-1])
 
     def follow(q):
         paths = []
-        for stroke in strokes:
-            paths.append(_knots(arm, _stations(stroke), q))
+        for piece in pieces:
+            paths.append(_knots(arm, _stations(piece), q))
             q = paths[-1][-1][1]
         return paths
 
-    paths = _on_a_branch(arm, strokes[0][0], elbow, follow)
+    paths = _on_a_branch(arm, pieces[0][0], elbow, follow)
     return [_timed(arm, knots, speed or arm.speed) for knots in paths]
 
 
@@ -244,19 +259,18 @@ def _next(arm, p, q):
     return there
 
 
-def _stations(stroke):
-    """Those of a stroke's points that will do, and the directions in which it passes them.
+def _stations(piece):
+    """Those of a piece's points that will do, and the directions in which it passes them.
 
     Returns:
         [(s, p, t)]: length of the way and place, cm, and unit vector.
     """
-    lengths = [kinematics.distance(a, b) for a, b in zip(stroke, stroke[1:])]
+    lengths = [kinematics.distance(a, b) for a, b in zip(piece, piece[1:])]
     ways = [
-        [(v - u) / length for u, v in zip(a, b)]
-        for a, b, length in zip(stroke, stroke[1:], lengths)
+        [(v - u) / length for u, v in zip(a, b)] for a, b, length in zip(piece, piece[1:], lengths)
     ]
     if len(ways) == 1:
-        return [(0.0, stroke[0], ways[0]), (lengths[0], stroke[1], ways[0])]
+        return [(0.0, piece[0], ways[0]), (lengths[0], piece[1], ways[0])]
     # The tangent of the parabola through a point and its neighbours; at the ends, of the next one.
     tangents = [ways[0]]
     for a, b, x, y in zip(ways, ways[1:], lengths, lengths[1:]):
@@ -264,7 +278,7 @@ def _stations(stroke):
     tangents[0] = [2 * u - v for u, v in zip(ways[0], tangents[1])]
     tangents.append([2 * u - v for u, v in zip(ways[-1], tangents[-1])])
     out, s, turned = [], 0.0, 0.0
-    for k, (p, tangent) in enumerate(zip(stroke, tangents)):
+    for k, (p, tangent) in enumerate(zip(piece, tangents)):
         if (
             k in (0, len(ways))
             or s + lengths[k] - out[-1][0] > KNOT_SPACING

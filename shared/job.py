@@ -1,0 +1,329 @@
+"""A drawing that the brick draws alone: its file, written by the laptop, read stroke by stroke.
+
+Lines of JSON. The first is the JobHeader, then comes a line per Stroke, from pen down to pen up;
+the last ends the file and holds the checksum of all before it:
+
+    {"job": 1, "name": "rose", "arm": "planar", "chain": "planar", "links": [11.3, 9.5],
+     "speed": 12, "strokes": 37, "cm": 412.3, "pen_up_cm": 80.1, "seconds": 312.5}
+    {"stroke": 1, "layer": "", "cm": 12.3, "start_s": 3.1, "pieces": [[times, segments, end], ...]}
+    {"end": 37, "crc": 305419896}
+
+Planning costs the brick more time than drawing; so a piece, a smooth part of a stroke, is planned
+already: what robot.motion.trajectory.Trajectory is made of. Where a piece ends the tip stands.
+Lengths are cm, angles rad, times s.
+"""
+
+import json
+import math
+import os
+import zlib
+
+from shared.arm_description import ArmError
+from shared.record import record
+from shared.small_files import SpoiltFile, number, open_file, open_to_write
+
+VERSION = 1
+"""Of the format; it rises when something in it changes its meaning."""
+
+MAX_SIZE, MAX_LINE = 16000000, 600000
+"""Greatest size of a file and of a line, bytes: of one stroke the brick has room for some MB."""
+
+MAX_NAME = 60
+"""Greatest length of a name, characters."""
+
+MAX_JUMP = 0.01
+"""Greatest difference of a joint's angle from where a piece or segment ends to where the next
+begins, rad."""
+
+SPEED_MARGIN = 1.1
+"""A joint is planned no faster than so many times its greatest speed."""
+
+LINK_TOLERANCE = 1e-6
+"""Links differ where they differ by more, cm."""
+
+JobHeader = record("JobHeader", "name arm chain links speed strokes cm pen_up_cm seconds")
+JobHeader.__doc__ = """What a job is.
+
+name        for people
+arm         name of the arm that it was planned for
+chain       name of its kinematic chain
+links       lengths of its links, cm
+speed       greatest of the tip, cm/s
+strokes     how many there are
+cm          length of them all
+pen_up_cm   length of the ways between them
+seconds     that the brick is to take for all of it
+"""
+
+Stroke = record("Stroke", "layer cm start_s pieces")
+Stroke.__doc__ = """From pen down to pen up.
+
+layer       name of its layer, "" where it has none
+cm          its length
+start_s     when the pen is to come down on it, from the job's start
+pieces      [(times, segments, end)], see robot.motion.trajectory.Trajectory
+"""
+
+
+class BadJob(ArmError, ValueError):
+    """A file that is no job, or none for this arm."""
+
+
+def header_of(arm, name, speed, strokes, pen_up_cm, seconds):
+    """The JobHeader of Strokes for an Arm."""
+    return JobHeader(
+        name[:MAX_NAME], arm.name, arm.chain, tuple(joint.link for joint in arm.joints), speed,
+        len(strokes), sum(stroke.cm for stroke in strokes), pen_up_cm, seconds,
+    )  # fmt: skip
+
+
+def write_job(path, header, strokes):
+    """Write a job, whole or not at all.
+
+    Raises:
+        BadJob: a stroke is too long for the brick.
+        OSError: there is no room.
+    """
+    draft = path + ".part"
+    crc = 0
+    try:
+        with open(open_to_write(draft), "wb") as file:
+            for line in _lines(header, strokes):
+                file.write(line)
+                crc = zlib.crc32(line, crc)
+            file.write(_line({"end": header.strokes, "crc": crc & 0xFFFFFFFF}))
+        os.replace(draft, path)
+    except BaseException:
+        if os.path.exists(draft):
+            os.remove(draft)
+        raise
+
+
+def _lines(header, strokes):
+    yield _line(dict(header._asdict(), job=VERSION))
+    for k, stroke in enumerate(strokes, 1):
+        line = _line(dict(stroke._asdict(), stroke=k))
+        if len(line) > MAX_LINE:
+            raise BadJob(
+                "stroke {} takes {} bytes, more than the brick's {}; lift the pen somewhere, or "
+                "simplify it".format(k, len(line), MAX_LINE)
+            )
+        yield line
+
+
+def _line(value):
+    return (json.dumps(value, sort_keys=True, separators=(",", ":")) + "\n").encode("ascii")
+
+
+class Job(object):
+    """A job on file, checked as a whole; its strokes are read and checked one by one.
+
+    Args:
+        path: of the file.
+        arm: shared.arm_description.Arm that is to draw it; None: whoever asks draws nothing.
+
+    Attributes:
+        path: as given.
+        header: JobHeader.
+        crc: of its contents; another drawing has another one.
+
+    Raises:
+        BadJob: it cannot be read, is damaged, or is for another arm.
+    """
+
+    def __init__(self, path, arm=None):
+        self.path = path
+        self._arm = arm
+        try:
+            self._offsets, self.crc = self._scan()
+            self.header = self._read_header()
+        except OSError as error:
+            raise BadJob("{}: {}; give a job's file".format(path, error.strerror)) from None
+        except (SpoiltFile, ValueError, KeyError, TypeError, RecursionError) as error:
+            raise self._bad(error) from None
+        if arm:
+            self._check_arm(arm)
+
+    def stroke(self, k):
+        """The k-th Stroke, from 1 on.
+
+        Raises:
+            BadJob: it was damaged or taken away meanwhile, or asks of the arm what that cannot do.
+        """
+        try:
+            value = self._parsed(k)
+            if value["stroke"] != k:
+                raise SpoiltFile("has stroke {!r} where {} should be".format(value["stroke"], k))
+            pieces = [_piece(piece, len(self.header.links)) for piece in value["pieces"]]
+            if not pieces:
+                raise SpoiltFile("has a stroke without a piece")
+            stroke = Stroke(
+                str(value["layer"]), number(value["cm"]), number(value["start_s"]), pieces
+            )
+            _check_joined(pieces)
+        except OSError as error:
+            raise BadJob("{}: {}; send it again".format(self.path, error.strerror)) from None
+        except (SpoiltFile, ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
+            raise self._bad(error) from None
+        if self._arm:
+            _check_joints(self.path, k, pieces, self._arm.joints)
+        return stroke
+
+    def _bad(self, error):
+        what = str(error) if isinstance(error, SpoiltFile) else "does not hold what a job holds"
+        return BadJob("{} is no job, or is damaged: it {}; make it again".format(self.path, what))
+
+    def _scan(self):
+        """([offset of each line], checksum of all but the last), after one pass."""
+        offsets, crc, size, last = [], 0, 0, b""
+        with open(open_file(self.path), "rb") as file:
+            while True:
+                line = file.readline(MAX_LINE + 1)
+                if not line:
+                    break
+                if len(line) > MAX_LINE or size > MAX_SIZE:
+                    raise SpoiltFile("is longer than a job may be")
+                offsets.append(size)
+                size += len(line)
+                crc, last = zlib.crc32(last, crc), line
+        end = _object(last)
+        if "end" not in end or end["end"] != len(offsets) - 2:
+            raise SpoiltFile("is cut off")
+        if end["crc"] != crc & 0xFFFFFFFF:
+            raise SpoiltFile("was changed on its way")
+        return offsets, end["crc"]
+
+    def _parsed(self, k):
+        with open(open_file(self.path), "rb") as file:
+            file.seek(self._offsets[k])
+            return _object(file.readline(MAX_LINE))
+
+    def _read_header(self):
+        value = self._parsed(0)
+        if value["job"] != VERSION:
+            raise SpoiltFile("has format {!r}, and this program knows {}".format(
+                value["job"], VERSION
+            ))  # fmt: skip
+        words = [str(value[key])[:MAX_NAME] for key in ("name", "arm", "chain")]
+        links = tuple(number(link) for link in value["links"])
+        numbers = [number(value[key]) for key in ("speed", "strokes", "cm", "pen_up_cm", "seconds")]
+        if numbers[1] != len(self._offsets) - 2 or numbers[1] < 1 or min(numbers) < 0:
+            raise SpoiltFile("has another number of strokes than it says")
+        numbers[1] = int(numbers[1])
+        return JobHeader(*(words + [links] + numbers))
+
+    def _check_arm(self, arm):
+        links = tuple(joint.link for joint in arm.joints)
+        header = self.header
+        same = (
+            header.chain == arm.chain
+            and len(links) == len(header.links)
+            and all(abs(a - b) <= LINK_TOLERANCE for a, b in zip(links, header.links))
+        )
+        if not same:
+            raise BadJob(
+                "{} was planned for {} ({}, links {} cm), and this arm is {} ({}, links {} cm); "
+                "plan it for this one".format(
+                    self.path, header.arm, header.chain, _listed(header.links),
+                    arm.name, arm.chain, _listed(links),
+                )
+            )  # fmt: skip
+
+
+def _listed(values):
+    return ", ".join("{:g}".format(value) for value in values)
+
+
+def _object(line):
+    value = json.loads(line.decode("ascii"), parse_constant=_refuse)
+    if not isinstance(value, dict):
+        raise SpoiltFile("holds something else")
+    return value
+
+
+def _refuse(word):
+    raise SpoiltFile("holds " + word)
+
+
+def _piece(value, joints):
+    """(times, segments, end) as a Trajectory takes them, of numbers only."""
+    times, segments, end = value
+    times = [number(t) for t in times]
+    if times[0] != 0 or len(times) != len(segments) + 1 or len(segments) < 1:
+        raise SpoiltFile("has a piece whose times do not fit")
+    if any(b <= a for a, b in zip(times, times[1:])):
+        raise SpoiltFile("has a piece whose time does not go on")
+    out = []
+    for v, a, cubics, across in segments:
+        cubics = [tuple(number(c) for c in cubic) for cubic in cubics]
+        if across is not None:
+            across = [number(x) for x in across]
+        if len(cubics) != joints or any(len(cubic) != 4 for cubic in cubics):
+            raise SpoiltFile("has a piece of another arm")
+        if across is not None and len(across) != joints:
+            raise SpoiltFile("has a piece of another arm")
+        out.append((number(v), number(a), cubics, across))
+    end = tuple(number(q) for q in end)
+    if len(end) != joints:
+        raise SpoiltFile("has a piece of another arm")
+    return times, out, end
+
+
+def _ends(times, segments):
+    """Per segment, per joint: angle at its beginning and end, rad, and speed there, rad/s."""
+    for t, t_end, (v, a, cubics, _) in zip(times, times[1:], segments):
+        dt = t_end - t
+        s, v_end = dt * (v + 0.5 * a * dt), v + a * dt
+        yield [
+            (
+                c0,
+                c0 + s * (c1 + s * (c2 + s * c3)),
+                v * c1,
+                v_end * (c1 + s * (c2 + c2 + 3 * c3 * s)),
+            )
+            for c0, c1, c2, c3 in cubics
+        ]
+
+
+def _check_joined(pieces):
+    """Refuse angles that jump."""
+    before = None
+    for times, segments, end in pieces:
+        for joints in _ends(times, segments):
+            if before is not None:
+                _check_jump(before, [joint[0] for joint in joints])
+            before = [joint[1] for joint in joints]
+        _check_jump(before, end)
+        before = end
+
+
+def _check_jump(before, after):
+    jump = max([abs(a - b) for a, b in zip(before, after)])
+    if not jump <= MAX_JUMP:
+        raise SpoiltFile("has a joint that jumps by {:.1f} deg".format(math.degrees(jump)))
+
+
+def _check_joints(path, k, pieces, joints):
+    """Refuse angles and speeds that the joints may not have."""
+    for times, segments, _ in pieces:
+        for states in _ends(times, segments):
+            for joint, (q, q_end, speed, speed_end) in zip(joints, states):
+                low, high = min(q, q_end), max(q, q_end)
+                if low < joint.lower - MAX_JUMP or high > joint.upper + MAX_JUMP:
+                    raise BadJob(
+                        "{}: stroke {} needs the {} at {:.1f} deg, beyond its limits {:g} to {:g}; "
+                        "plan it for this arm as it is".format(
+                            path, k, joint.name,
+                            math.degrees(low if low < joint.lower else high),
+                            math.degrees(joint.lower), math.degrees(joint.upper),
+                        )
+                    )  # fmt: skip
+                fastest = max(abs(speed), abs(speed_end))
+                if fastest > SPEED_MARGIN * joint.max_speed:
+                    raise BadJob(
+                        "{}: stroke {} needs the {} at {:.0f} deg/s, beyond its {:g}; plan it for "
+                        "this arm as it is".format(
+                            path, k, joint.name, math.degrees(fastest),
+                            math.degrees(joint.max_speed),
+                        )
+                    )  # fmt: skip

@@ -1,0 +1,149 @@
+"""The job file: what is written is read again, and what is no job is refused in one line."""
+
+import json
+import math
+
+import pytest
+
+from robot.motion import paths, trajectory
+from shared.arm_description import find_arm, read_arm
+from shared.job import BadJob, Job, Stroke, header_of, write_job
+
+PLANAR = read_arm(find_arm("planar"))
+SHAPES = (
+    paths.polyline([(10, 0), (8, 4), (5, 10)]),
+    paths.circle((10, 5), 2),
+)
+
+
+def planned(arm=PLANAR, shapes=SHAPES):
+    strokes = []
+    for shape in shapes:
+        pieces = [motion.numbers() for motion in trajectory.plan(arm, shape)]
+        strokes.append(Stroke("", 5.0, 1.0, pieces))
+    return strokes
+
+
+def written(tmp_path, strokes=None):
+    strokes = planned() if strokes is None else strokes
+    path = str(tmp_path / "a.job")
+    write_job(path, header_of(PLANAR, "two shapes", 12.0, strokes, 3.5, 20.0), strokes)
+    return path
+
+
+def refusal(path, arm=PLANAR):
+    with pytest.raises(BadJob) as error:
+        read_all(path, arm)
+    return str(error.value)
+
+
+def read_all(path, arm):
+    job = Job(path, arm)
+    return [job.stroke(k) for k in range(1, job.header.strokes + 1)]
+
+
+def test_a_job_is_read_as_it_was_written(tmp_path):
+    job = Job(written(tmp_path), PLANAR)
+    assert job.header.name == "two shapes"
+    assert job.header.links == (11.3, 9.5)
+    assert job.header.strokes == 2
+    assert job.header.cm == 10.0
+    for k, shape in enumerate(SHAPES, 1):
+        for piece, motion in zip(job.stroke(k).pieces, trajectory.plan(PLANAR, shape)):
+            again = trajectory.Trajectory(*piece)
+            assert again.duration == pytest.approx(motion.duration, abs=1e-5)
+            assert again.reversals[0] == pytest.approx(motion.reversals[0], abs=1e-3)
+            for x in range(21):
+                t = x / 20.0 * motion.duration
+                assert again.at(t)[0] == pytest.approx(motion.at(t)[0], abs=1e-5)
+                assert again.speeds(t) == pytest.approx(motion.speeds(t), abs=1e-3)
+
+
+def lines_of(path):
+    with open(path) as file:
+        return file.read().splitlines()
+
+
+def test_a_file_that_was_cut_off_or_changed_is_no_job(tmp_path):
+    path = written(tmp_path)
+    lines = lines_of(path)
+    for text, words in (
+        ("\n".join(lines[:2]), "is cut off"),
+        ("", "does not hold"),
+        ("\n".join(lines).replace('"cm":5.0', '"cm":6.0', 1), "was changed on its way"),
+        ("\x00" * 100, "does not hold"),
+        ("{}\n{}\n", "is cut off"),
+    ):
+        with open(path, "w") as file:
+            file.write(text)
+        assert words in refusal(path)
+    assert "give a job's file" in refusal(str(tmp_path / "none"))
+    assert "is a folder" in refusal(str(tmp_path))
+
+
+def test_a_job_for_other_links_is_refused(tmp_path):
+    other = PLANAR._replace(joints=(PLANAR.joints[0]._replace(link=12.0), PLANAR.joints[1]))
+    words = refusal(written(tmp_path), other)
+    assert "links 11.3, 9.5 cm" in words
+    assert "links 12, 9.5 cm" in words
+
+
+def changed(stroke, change):
+    pieces = json.loads(json.dumps(stroke.pieces))
+    change(pieces)
+    return stroke._replace(pieces=pieces)
+
+
+def jump(pieces):
+    pieces[0][1][3][2][0][0] += 0.1
+
+
+def not_a_number(pieces):
+    pieces[0][1][0][2][1][2] = math.nan
+
+
+def back_in_time(pieces):
+    pieces[0][0][2] = pieces[0][0][1]
+
+
+def beyond(pieces):
+    for _, segments, end in pieces:
+        for segment in segments:
+            segment[2][0][0] += 4.0
+        end[0] += 4.0
+
+
+def too_fast(pieces):
+    for times, segments, _ in pieces:
+        times[:] = [t / 10 for t in times]
+        for segment in segments:
+            segment[0] *= 10
+            segment[1] *= 100
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (jump, "jumps by 5.7 deg"),
+        (not_a_number, "holds NaN"),
+        (back_in_time, "time does not go on"),
+        (beyond, "beyond its limits -90 to 170"),
+        (too_fast, "beyond its 180"),
+        (lambda pieces: pieces[0][1][0][2].pop(), "another arm"),
+        (lambda pieces: pieces.clear(), "without a piece"),
+        (lambda pieces: pieces[0][1][0].pop(), "does not hold"),
+    ],
+    ids=lambda x: getattr(x, "__name__", "")[:12],
+)
+def test_a_stroke_that_the_arm_cannot_follow_is_refused(tmp_path, change, words):
+    strokes = planned()
+    strokes[1] = changed(strokes[1], change)
+    assert words in refusal(written(tmp_path, strokes))
+
+
+def test_a_stroke_too_long_for_the_brick_is_not_written(tmp_path):
+    stroke = planned()[1]
+    strokes = [stroke._replace(pieces=stroke.pieces * 200)]
+    with pytest.raises(BadJob, match="lift the pen somewhere"):
+        written(tmp_path, strokes)
+    assert not list(tmp_path.iterdir())
