@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
-import errno
 import json
-import os
 import sys
-import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -18,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from laptop import system
 from laptop.cli.options import FiniteRange, arm_option, examples, importing
 from laptop.cli.plugs import NO_ARM, plugged, wheels_of
+from laptop.cli.run_folder import alone_in, check_room, write_files
 from laptop.simulator import measured_brick, session
 from laptop.simulator.device.buttons import LATEST, read_press
 from laptop.simulator.device.plant_constants import TABLE, read_plant
@@ -218,8 +214,8 @@ def simulate(
             ),
         ]
         _check_in_time(ordered, timeout)
-        _check_room(out)
-        click.get_current_context().with_resource(_alone_in(out))
+        check_room(out)
+        click.get_current_context().with_resource(alone_in(out))
         began = time.perf_counter()
         run = session.run(arm, script, args, **options)
         took = time.perf_counter() - began
@@ -242,10 +238,7 @@ def simulate(
     late = [words for words, t in ordered if t > run.outcome.t]
     summary["never_came"] = late
     click.echo(_report(summary, took))
-    try:
-        _write(out, arm, run, wanted, measures, summary, drawn)
-    except OSError as error:
-        raise _no_room(out, error) from None
+    _write(out, arm, run, wanted, measures, summary, drawn)
     if drawn:
         click.echo(f"{out}/{PICTURE}, trace.csv, summary.json")
     else:
@@ -284,25 +277,6 @@ def _check_in_time(ordered: list[tuple[str, float]], timeout: float) -> None:
             )
 
 
-@contextlib.contextmanager
-def _alone_in(out: Path) -> Iterator[None]:
-    """Keep the folder to this run; the system frees it when the process ends, however it does.
-
-    Raises:
-        InvalidSimulationOption: another run has it.
-    """
-    descriptor = system.open_folder(os.path.realpath(out))
-    try:
-        if not system.lock(descriptor):
-            raise session.InvalidSimulationOption(
-                f"another simulate is at work for {out}; "
-                "wait for its end, or choose another folder with --out"
-            )
-        yield
-    finally:
-        os.close(descriptor)
-
-
 def _check_arm_of_script(arm_file: str, script: str, args: tuple[str, ...]) -> None:
     """Refuse an arm told to the script alone: it would find no zero of that arm on the brick."""
     source = click.get_current_context().get_parameter_source("arm_file")
@@ -335,24 +309,6 @@ def _watched(text: str, arm: Arm | None, realtime: bool) -> Callable[[Any], Any]
     from laptop.simulator.scene.watching import watching  # OpenCV is slow to import
 
     return watching(text, arm)
-
-
-def _check_room(out: Path) -> None:
-    """Refuse a folder that cannot take the results before anything runs."""
-    try:
-        out.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=out) as file:
-            file.write(bytes(1 << 20))
-            file.flush()
-    except OSError as error:
-        raise _no_room(out, error) from None
-
-
-def _no_room(out: Path, error: OSError) -> click.ClickException:
-    advice = "make room or " if error.errno == errno.ENOSPC else ""
-    return click.ClickException(
-        f"cannot write to {out}: {error.strerror}; {advice}choose another folder with --out"
-    )
 
 
 def _write(
@@ -398,15 +354,7 @@ def _write(
         files[FROM_THE_SIDE] = partial(draw, axes="xz")
     if pictured:
         files[PICTURE] = draw if arm else draw_robot
-    for name, write in files.items():
-        draft = out / f".{name}.part"
-        try:
-            write(str(draft))
-            os.replace(draft, out / name)
-        finally:
-            draft.unlink(missing_ok=True)
-    for name in {PICTURE, FROM_THE_SIDE} - set(files):
-        (out / name).unlink(missing_ok=True)
+    write_files(out, files, (PICTURE, FROM_THE_SIDE))
 
 
 def _summary(

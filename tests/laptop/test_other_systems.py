@@ -68,7 +68,7 @@ def test_of_two_runs_for_one_folder_the_second_is_refused(system, tmp_path):
     try:
         assert first.stdout.readline() == "here\n"
         status, _, errors = run(system, tmp_path, *words)
-        assert (status, "another simulate is at work" in errors) == (1, True), errors
+        assert (status, "another run is at work" in errors) == (1, True), errors
     finally:
         first.send_signal(signal.SIGINT)
         first.communicate(timeout=PATIENCE)

@@ -475,7 +475,7 @@ def test_two_runs_do_not_write_into_one_folder(tmp_path, script):
     second = process("--out", out, slow, stdin=subprocess.DEVNULL)
     assert second.returncode == 1
     assert second.stderr == (
-        f"laptop: another simulate is at work for {out}; "
+        f"laptop: another run is at work for {out}; "
         "wait for its end, or choose another folder with --out\n"
     )
     assert not (out / "summary.json").exists()
