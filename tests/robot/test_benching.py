@@ -159,7 +159,7 @@ def test_full_duty_of_a_bare_motor_is_what_was_published(bench):
     assert max(max(map(abs, sample.q)) for sample in run.record) < 1e-9  # the arm stays
 
 
-@pytest.mark.short("cpu=0")
+@pytest.mark.long
 @pytest.mark.parametrize("plant", ["cpu=0", "cpu=1"])
 def test_an_arm_in_space_is_measured_off_the_table_and_never_let_go(bench, plant):
     run = bench("--move", arm="spatial", plant=plant)

@@ -138,8 +138,10 @@ def test_a_function_that_raises_is_told_with_its_line(tmp_path):
     ("loop", "when"),
     [
         ("while True: time.sleep(0.1)", "after 15 s of the brick's time"),
-        ("while True: pass", "after 15 s of the brick's time"),
-        ("for _ in itertools.count(): pass", "at last"),
+        pytest.param(
+            *("while True: pass", "after 15 s of the brick's time"), marks=pytest.mark.long
+        ),
+        pytest.param("for _ in itertools.count(): pass", "at last", marks=pytest.mark.long),
     ],
 )
 def test_a_function_that_never_ends_is_told_and_the_others_answer(
@@ -177,7 +179,11 @@ def test_a_script_that_never_ends_when_it_is_imported_is_told(tmp_path, monkeypa
             r"broyden_update fails: it does not end; .*line 44 (.|\n)*the arm is not tried while",
         ),
         ("pid", "time.monotonic() - begin < STAY", "True", r"after 45 s .* at line 40 \(main\)"),
-        ("line", "t = time.monotonic() - begin", "t = 0.0", r"after 45 s .* at line \d+ \(\w+\)"),
+        pytest.param(
+            *("line", "t = time.monotonic() - begin", "t = 0.0"),
+            r"after 45 s .* at line \d+ \(\w+\)",
+            marks=pytest.mark.long,
+        ),
     ],
 )
 def test_of_a_script_that_never_ends_no_more_is_told_than_that(name, right, wrong, told, tmp_path):
