@@ -13,12 +13,10 @@ import contextlib
 import os
 import secrets
 import shlex
-import shutil
 import signal
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path, PurePosixPath
 
 import asyncssh
@@ -30,11 +28,11 @@ from laptop.brick.install import update
 from laptop.brick.program_files import EXECUTABLE, HOLD, THIS_VERSION, program_files
 from laptop.brick.remote_files import put
 from laptop.brick.run_log import KeptRun
+from laptop.brick.terminal import CTRL_C, on_signal, reading, window_size
 
 BEAT_PERIOD, SILENCE_TIMEOUT = 3.0, 15.0
 """Period of the laptop's beats to the watch, and how long it waits for one, s: radio stalls."""
 
-CTRL_C, END_OF_INPUT = b"\x03", b"\x04"
 LEAVES = 3
 """The Ctrl-C by which the program is left to itself."""
 
@@ -203,7 +201,7 @@ async def on_terminal(
     process = await brick.create_process(
         command,
         term_type=os.environ.get("TERM") or "vt100",
-        term_size=_window(),
+        term_size=window_size(),
         term_modes=modes,
         encoding=None,
     )
@@ -222,13 +220,13 @@ async def on_terminal(
 
     def resize() -> None:
         if not process.stdin.is_closing():
-            process.change_terminal_size(*_window())
+            process.change_terminal_size(*window_size())
 
     with (
         system.keys_one_by_one(),
-        _reading(send),
-        _on_signal(signal.SIGINT, lambda: send(CTRL_C)),
-        _on_signal(system.TERMINAL_CHANGES, resize),
+        reading(send),
+        on_signal(signal.SIGINT, lambda: send(CTRL_C)),
+        on_signal(system.TERMINAL_CHANGES, resize),
     ):
         try:
             while data := await process.stdout.read(1 << 16):
@@ -249,47 +247,3 @@ async def on_terminal(
     if process.returncode is None:
         raise asyncssh.ConnectionLost("no exit status")
     return process.returncode if process.returncode >= 0 else 128 - process.returncode
-
-
-def _window() -> tuple[int, int]:
-    """Return columns and lines of the terminal here, whatever COLUMNS says, which never changes."""
-    try:
-        return os.get_terminal_size(sys.stdout.fileno())
-    except (OSError, ValueError):  # it is none
-        return shutil.get_terminal_size()
-
-
-@contextlib.contextmanager
-def _reading(send: Callable[[bytes], None]) -> Iterator[None]:
-    """Hand over what comes on standard input, for a `with` block; then its end, if it has one."""
-    loop, going_on = asyncio.get_running_loop(), True
-
-    def hand_over(data: bytes) -> None:
-        if going_on:
-            send(data or END_OF_INPUT)
-
-    def read() -> None:
-        with contextlib.suppress(OSError, RuntimeError):  # there is no input, or no loop any more
-            while data := system.read_typed():
-                loop.call_soon_threadsafe(hand_over, data)
-            loop.call_soon_threadsafe(hand_over, b"")
-
-    threading.Thread(target=read, daemon=True).start()
-    try:
-        yield
-    finally:
-        going_on = False
-
-
-@contextlib.contextmanager
-def _on_signal(number: int | None, act: Callable[[], None]) -> Iterator[None]:
-    """Act at a signal, for a `with` block, where this system has it."""
-    if number is None:
-        yield
-        return
-    loop = asyncio.get_running_loop()
-    before = signal.signal(number, lambda *_: loop.call_soon_threadsafe(act))
-    try:
-        yield
-    finally:
-        signal.signal(number, before)
