@@ -1,0 +1,369 @@
+"""Jobs on the brick, drawings that it draws alone: sent, started, watched and given orders.
+
+The program there is started apart from the connection, and goes on when that ends. Its status is
+followed by a `tail`, and its orders are lines in a file: neither takes the brick a Python.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import codecs
+import json
+import math
+import re
+import shlex
+import signal
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import asyncssh
+
+from laptop import system
+from laptop.brick import BrickProblem
+from laptop.brick.connection import CUT, BrickAddress, Dialogue, ask
+from laptop.brick.install import update
+from laptop.brick.program_files import HOLD
+from laptop.brick.remote_files import put
+from laptop.brick.terminal import CTRL_C, END_OF_INPUT, on_signal, reading
+from shared.message_fields import printable
+
+JOBS, STATUS, ORDERS = ".brickservo/jobs", ".brickservo/job-status", ".brickservo/job-orders"
+LOG = ".brickservo/logs/job.log"
+"""Places in the brick's home, see shared.state; the last holds what the program says."""
+
+DRIVER = "robot/driver.py"
+
+NUMBER = r"\"pid\": *\([0-9]*\)"
+IS_ON = f"""
+pid=$(sed -n 's/.*{NUMBER}.*/\\1/p' {STATUS} 2>/dev/null | head -n 1)
+[ -n "$pid" ] && tr '\\0' ' ' <"/proc/$pid/cmdline" 2>/dev/null | grep -q ' job '
+"""
+"""Whether the program of the job in the status is on, which then has the number $pid."""
+
+START = """
+mkdir -p {jobs} .brickservo/logs && rm -f {status} && cd "$HOME" || exit 1
+setsid sh -c '{hold}; exec env PYTHONUNBUFFERED=1 {command}' >{log} 2>&1 </dev/null &
+echo $!
+"""
+"""Starts the program apart from the connection; tells its number."""
+
+FOLLOW = """
+tail --pid={pid} -s 1 -n +1 -F {status} 2>/dev/null
+echo
+echo '{{"over": true}}'
+tail -c 2000 {log}
+"""
+"""Tells every status while the program is on, then the end of what it has said."""
+
+ENDED_WELL = "done"
+ENDS = (ENDED_WELL, "aborted", "stopped", "failed")
+"""States in which a job is over."""
+
+SPEED_STEP, PEN_STEP = 10, 2.0
+"""What a key changes: per cent of the planned speed, degrees of the pen's motor."""
+
+PATIENCE_WITH_ABORT = 30.0
+"""Time in which a job that was aborted is over, s: the arm parks."""
+
+
+@dataclass(frozen=True)
+class JobStatus:
+    """How a job goes, as the brick tells it; see robot.jobs.report.
+
+    Attributes:
+        state: "drawing" | "paused" | one of ENDS.
+        reason: of the state, for people; or "".
+        job: its name.
+        stroke, strokes: under way, and how many there are.
+        cm, cm_all: drawn so far of this time, and all of it.
+        left_s: time left, s.
+        repeat, repeats: which time it is drawn, of how many.
+        tip: as planned, cm; None on its way.
+        volts: of the battery; None where not known.
+        speed: per cent of what is planned.
+        pen: how much deeper it comes down, degrees.
+    """
+
+    state: str
+    job: str = ""
+    reason: str = ""
+    stroke: int = 0
+    strokes: int = 0
+    cm: float = 0.0
+    cm_all: float = 0.0
+    left_s: float = 0.0
+    repeat: int = 1
+    repeats: int = 1
+    tip: tuple[float, ...] | None = None
+    volts: float | None = None
+    speed: float = 100.0
+    pen: float = 0.0
+
+    @property
+    def share(self) -> float:
+        """Share of its length that is drawn, 0 to 1."""
+        return min(1.0, self.cm / self.cm_all) if self.cm_all > 0 else 0.0
+
+
+def read_status(value: object) -> JobStatus | None:
+    """Read what the brick has told, which may be anything; None: it is no status."""
+    if not isinstance(value, dict) or not isinstance(value.get("state"), str):
+        return None
+    told: dict[str, Any] = {}
+    for field in fields(JobStatus):
+        one = value.get(field.name)
+        if field.name in ("state", "job", "reason"):
+            told[field.name] = printable(str(one or ""))[:200]
+        elif field.name == "tip":
+            if isinstance(one, list) and len(one) in (2, 3) and all(map(_is_number, one)):
+                told[field.name] = tuple(one)
+        elif _is_number(one):
+            told[field.name] = one
+    return JobStatus(**told)
+
+
+def _is_number(value: object) -> bool:
+    return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]
+
+
+class StatusReader:
+    """Cuts statuses out of what `tail` tells, as it comes."""
+
+    def __init__(self) -> None:
+        self._text = ""
+        self._decode = codecs.getincrementaldecoder("utf-8")("replace").decode
+        self.said: str | None = None
+
+    def feed(self, data: bytes) -> Iterator[JobStatus]:
+        """Yield the statuses that are complete; once they are over, the rest is `said`."""
+        if self.said is not None:
+            self.said += self._decode(data)
+            return
+        self._text += self._decode(data)
+        while (begin := self._text.find("{")) >= 0:
+            try:
+                value, end = json.JSONDecoder().raw_decode(self._text, begin)
+            except ValueError:  # the rest is still to come, or it was replaced while it was read
+                later = self._text.find('{"', begin + 1)
+                if later < 0:
+                    return
+                self._text = self._text[later:]
+                continue
+            self._text = self._text[end:]
+            if isinstance(value, dict) and value.get("over") is True:
+                self.said = self._text
+                return
+            if (status := read_status(value)) is not None:
+                yield status
+
+
+class JobKeys:
+    """What is typed while a job is drawn, as orders to it.
+
+    Args:
+        order: sends one.
+        leave: ends the watching; the job goes on.
+    """
+
+    HELP = "space pauses and goes on, a aborts, + - speed, u d pen up and down, q leaves it to draw"
+
+    def __init__(self, order: Callable[[str], None], leave: Callable[[], None]) -> None:
+        self._order, self._leave = order, leave
+        self.status = JobStatus("drawing")
+        self._wants_pause = False
+
+    def take(self, typed: bytes) -> None:
+        """Take some keys; Ctrl-C pauses, and where that was so, aborts."""
+        for key in typed:
+            letter = bytes((key,))
+            paused = self._wants_pause
+            if letter == CTRL_C:
+                self._order("abort" if paused else "pause")
+                self._wants_pause = True
+            elif letter in b" p\r\n":
+                self._order("resume" if paused else "pause")
+                self._wants_pause = not paused
+            elif letter == b"a":
+                self._order("abort")
+            elif letter in b"+-":
+                step = SPEED_STEP if letter == b"+" else -SPEED_STEP
+                speed = min(max(round(self.status.speed) + step, 10), 100)
+                self._order(f"speed {speed}")
+                self.status = replace(self.status, speed=speed)
+            elif letter in b"ud":
+                deeper = PEN_STEP if letter == b"d" else -PEN_STEP
+                self._order(f"pen {self.status.pen + deeper:g}")
+                self.status = replace(self.status, pen=self.status.pen + deeper)
+            elif letter == b"q":
+                self._leave()
+
+    def see(self, status: JobStatus) -> None:
+        """Take in how the job goes."""
+        self._wants_pause = status.state == "paused" or (
+            self._wants_pause and self.status.state != "paused"
+        )
+        self.status = status
+
+
+async def draw(
+    brick: asyncssh.SSHClientConnection,
+    address: BrickAddress,
+    dialogue: Dialogue,
+    job: Path,
+    words: tuple[str, ...],
+    show: Callable[[JobStatus], None],
+    detach: bool = False,
+) -> int:
+    """Send a job, let the brick draw it, and watch it; return its exit status.
+
+    Args:
+        brick: the connection.
+        address: the brick's.
+        dialogue: with who watches.
+        job: its file here.
+        words: options of `driver.py job`.
+        show: called with every status.
+        detach: it is left alone once it is started.
+
+    Raises:
+        BrickProblem: another job is on, it cannot be sent or started, or it ended badly.
+    """
+    if (await ask(brick, IS_ON)).status == 0:
+        raise BrickProblem(
+            f"{address} draws another job; watch it by draw --watch, or abort it there"
+        )
+    await update(brick, address, dialogue)
+    there = f"{JOBS}/{_file_name(job.name)}"
+    await put(brick, there, job.read_bytes())
+    command = " ".join([DRIVER, "job", shlex.quote(there), *map(shlex.quote, words)])
+    started = await ask(
+        brick, START.format(jobs=JOBS, status=STATUS, hold=HOLD, log=LOG, command=_inner(command))
+    )
+    if started.status or not started.out.strip().isdecimal():
+        raise BrickProblem(f"{address} cannot start it: {started.errors.strip() or 'no answer'}")
+    dialogue.say(f"{address}: sent, and started; that takes a brick some seconds")
+    if detach:
+        dialogue.say("it draws alone; draw --watch shows how it goes")
+        return 0
+    return await _watch(brick, address, dialogue, int(started.out), show)
+
+
+async def watch(
+    brick: asyncssh.SSHClientConnection,
+    address: BrickAddress,
+    dialogue: Dialogue,
+    show: Callable[[JobStatus], None],
+) -> int:
+    """Watch the job that is drawn already; return its exit status.
+
+    Raises:
+        BrickProblem: none is, or it ended badly.
+    """
+    found = await ask(brick, f"{IS_ON} && echo $pid")
+    if found.status:
+        raise BrickProblem(f"{address} draws no job; send one by draw FILE")
+    return await _watch(brick, address, dialogue, int(found.out), show)
+
+
+async def jobs(
+    brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue
+) -> str:
+    """Return what `driver.py jobs` lists."""
+    await update(brick, address, dialogue)
+    return await _driver(brick, address, "jobs")
+
+
+async def cancel(
+    brick: asyncssh.SSHClientConnection, address: BrickAddress, dialogue: Dialogue, name: str
+) -> str:
+    """Remove a job from the brick; return what it says.
+
+    Raises:
+        BrickProblem: there is none of that name, or it is drawn.
+    """
+    await update(brick, address, dialogue)
+    return await _driver(brick, address, f"jobs {shlex.quote(name)} --remove")
+
+
+async def _driver(brick: asyncssh.SSHClientConnection, address: BrickAddress, words: str) -> str:
+    done = await ask(brick, f"{DRIVER} {words}")
+    if done.status:
+        raise BrickProblem(f"{address}: {printable(done.errors.strip() or done.out.strip())}")
+    return done.out.rstrip()
+
+
+def _file_name(name: str) -> str:
+    """Return a name that any file system takes, and no shell minds."""
+    return re.sub(r"[^\w.-]+", "_", name)
+
+
+def _inner(command: str) -> str:
+    """Return a command as it stands between the quotes of another."""
+    return command.replace("'", "'\\''")
+
+
+async def _watch(
+    brick: asyncssh.SSHClientConnection,
+    address: BrickAddress,
+    dialogue: Dialogue,
+    pid: int,
+    show: Callable[[JobStatus], None],
+) -> int:
+    """Show how it goes, and pass orders on, until it is over or left."""
+    last: JobStatus | None = None
+    left = asyncio.Event()
+    sending: set[asyncio.Task] = set()
+
+    def order(line: str) -> None:
+        # (Appended by one write each: neither is lost where two come at once.)
+        task = asyncio.ensure_future(ask(brick, f"echo {shlex.quote(line)} >>{ORDERS}"))
+        sending.add(task)
+        task.add_done_callback(sending.discard)
+
+    keys = JobKeys(order, left.set)
+
+    def take(data: bytes) -> None:
+        if data != END_OF_INPUT:  # nobody types: then it is watched only
+            keys.take(data)
+
+    reader = StatusReader()
+    try:
+        process = await brick.create_process(
+            FOLLOW.format(pid=pid, status=STATUS, log=LOG), encoding=None, stdin=asyncssh.DEVNULL
+        )
+        with (
+            system.keys_one_by_one(),
+            reading(take),
+            on_signal(signal.SIGINT, lambda: take(CTRL_C)),
+        ):
+            leaving = asyncio.ensure_future(left.wait())
+            while True:
+                coming = asyncio.ensure_future(process.stdout.read(1 << 16))
+                await asyncio.wait({coming, leaving}, return_when=asyncio.FIRST_COMPLETED)
+                if left.is_set():
+                    coming.cancel()
+                    dialogue.say("left to draw alone; draw --watch shows it again")
+                    return 0
+                data = coming.result()
+                if not data:
+                    break
+                for status in reader.feed(data):
+                    last = status
+                    keys.see(status)
+                    show(status)
+            leaving.cancel()
+    except CUT:
+        raise BrickProblem(
+            f"the connection to {address} is lost; the job goes on there: draw --watch shows it "
+            "again, the brick's centre button pauses it"
+        ) from None
+    if reader.said is None:
+        raise BrickProblem(f"{address} ended the watching; draw --watch shows the job again")
+    if last is not None and last.state in ENDS:
+        if last.state == ENDED_WELL:
+            return 0
+        raise BrickProblem(f"{last.job}: {last.state}{': ' if last.reason else ''}{last.reason}")
+    why = reader.said.strip().splitlines()[-1:] or ["it was killed, or the brick ran out of memory"]
+    raise BrickProblem(f"the job has ended on {address}: {printable(why[0])}")

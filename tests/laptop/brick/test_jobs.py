@@ -1,0 +1,112 @@
+"""Jobs on a brick: what is told of one, and what is typed while it is drawn."""
+
+import json
+
+import pytest
+
+from laptop.brick.jobs import JobKeys, JobStatus, StatusReader, read_status
+
+TOLD = {
+    "state": "drawing", "job": "rose", "crc": 1, "pid": 8, "reason": "", "stroke": 3,
+    "strokes": 9, "cm": 12.5, "cm_all": 50.0, "left_s": 33, "repeat": 1, "repeats": 2,
+    "tip": [10.1, 4.2], "volts": 7.6, "speed": 100, "pen": 0.0,
+}  # fmt: skip
+
+
+def test_a_status_is_read_as_the_brick_tells_it():
+    status = read_status(TOLD)
+    assert status == JobStatus(
+        "drawing", "rose", "", 3, 9, 12.5, 50.0, 33, 1, 2, (10.1, 4.2), 7.6, 100, 0.0
+    )
+    assert status.share == 0.25
+
+
+@pytest.mark.parametrize("value", [None, 7, [], {}, {"state": 1}, "drawing"])
+def test_what_is_no_status_is_none(value):
+    assert read_status(value) is None
+
+
+def test_nothing_strange_in_a_status_gets_through():
+    strange = {
+        "state": "draw\x1b[2J", "job": None, "cm": "12", "cm_all": float("nan"), "tip": [1, "2"],
+        "volts": True, "left_s": [],
+    }  # fmt: skip
+    assert read_status(strange) == JobStatus("draw [2J", "")
+
+
+@pytest.mark.parametrize("size", [1, 7, 100000])
+def test_statuses_are_cut_out_of_what_comes_in_any_portions(size):
+    second = dict(TOLD, stroke=4)
+    text = json.dumps(TOLD) + json.dumps(second) + "\n"
+    text += '{"over": true}\ndriver.py: the elbow is blocked\n'
+    reader, found = StatusReader(), []
+    for k in range(0, len(text), size):
+        found += reader.feed(text.encode()[k : k + size])
+    assert [status.stroke for status in found] == [3, 4]
+    assert reader.said.strip() == "driver.py: the elbow is blocked"
+
+
+def test_a_status_that_was_replaced_while_it_was_read_is_left_out():
+    text = json.dumps(TOLD)
+    reader = StatusReader()
+    assert [status.stroke for status in reader.feed((text[:60] + text).encode())] == [3]
+    assert reader.said is None
+
+
+@pytest.fixture
+def keys():
+    orders = []
+    keys = JobKeys(orders.append, lambda: orders.append("left"))
+    keys.orders = orders
+    return keys
+
+
+def test_ctrl_c_pauses_and_a_second_one_aborts(keys):
+    keys.take(b"\x03")
+    assert keys.orders == ["pause"]
+    keys.see(JobStatus("drawing"))  # it has not come to a stop yet
+    keys.take(b"\x03")
+    assert keys.orders == ["pause", "abort"]
+
+
+def test_after_a_pause_that_is_over_ctrl_c_pauses_again(keys):
+    keys.take(b"\x03")
+    keys.see(JobStatus("paused"))
+    keys.take(b" ")
+    keys.see(JobStatus("paused"))  # told before it took the order
+    keys.see(JobStatus("drawing"))
+    keys.take(b"\x03")
+    assert keys.orders == ["pause", "resume", "pause"]
+
+
+def test_space_pauses_and_goes_on(keys):
+    keys.take(b" ")
+    keys.see(JobStatus("paused"))
+    keys.take(b"\r")
+    assert keys.orders == ["pause", "resume"]
+
+
+@pytest.mark.parametrize(
+    ("typed", "orders"),
+    [
+        (b"+", ["speed 60"]),
+        (b"-", ["speed 40"]),
+        (b"dd", ["pen 3", "pen 5"]),
+        (b"u", ["pen -1"]),
+        (b"a", ["abort"]),
+        (b"q", ["left"]),
+        (b"x\x1b[A\xff", []),
+    ],
+)
+def test_keys_are_orders(keys, typed, orders):
+    keys.see(JobStatus("drawing", speed=50, pen=1))
+    keys.take(typed)
+    assert keys.orders == orders
+
+
+def test_speed_stays_within_what_the_brick_takes(keys):
+    keys.see(JobStatus("drawing", speed=10))
+    keys.take(b"-")
+    keys.see(JobStatus("drawing", speed=100))
+    keys.take(b"+")
+    assert keys.orders == ["speed 10", "speed 100"]
