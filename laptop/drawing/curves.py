@@ -168,3 +168,49 @@ def _refined(curve: Bezier | Elliptic, t: np.ndarray, tolerance: float) -> np.nd
             break
         t = np.sort(np.concatenate([t, (t[:-1][halved] + t[1:][halved]) / 2]))
     return t
+
+
+LONG_SIDE = 2.2
+"""Where a line meets one so many times as long, that one is straight: the curve begins there."""
+
+
+def rounded(points: np.ndarray, corner: float, tolerance: float) -> np.ndarray:
+    """A smooth curve through points (n, 2) that were set sparsely; corners stay.
+
+    Cubic pieces meet with one direction at each point: across from neighbour to neighbour, as a
+    circle through the three has it.
+
+    Args:
+        corner: what turns by more, rad, is a corner.
+        tolerance: of the points that are returned, see `curve_points`.
+    """
+    points = without_repeats(points)
+    if len(points) < 3:
+        return points
+    is_closed = bool(np.array_equal(points[0], points[-1]))
+    steps = np.diff(points, axis=0)
+    far = np.hypot(*steps.T)
+    unit = steps / far[:, None]
+    arriving, leaving = unit.copy(), unit.copy()  # directions at each step's end and begin
+    inner = list(zip(range(len(unit) - 1), range(1, len(unit)), strict=True))
+    for before, after in [*inner, *([(len(unit) - 1, 0)] if is_closed else [])]:
+        if unit[before] @ unit[after] < math.cos(corner):
+            continue
+        if far[before] > LONG_SIDE * far[after]:
+            shared = unit[before]
+        elif far[after] > LONG_SIDE * far[before]:
+            shared = unit[after]
+        else:  # the tangent of the circle: each weighed by the other's length
+            shared = unit[before] * far[after] + unit[after] * far[before]
+            shared = shared / math.hypot(*shared)
+        arriving[before] = leaving[after] = shared
+    pieces: list[Piece] = []
+    for k, (begin, end) in enumerate(zip(points[:-1], points[1:], strict=True)):
+        turned = float(np.clip(leaving[k] @ arriving[k], -1.0, 1.0))
+        # The handle of an arc of that angle: 4/3 tan(a/4) radii, its chord being 2 sin(a/2)
+        quarter = math.acos(turned) / 4
+        handle = far[k] / 3 * (1 + math.tan(quarter) ** 2) ** 2 / (1 - math.tan(quarter) ** 2)
+        handle = handle if quarter < math.pi / 8 else far[k] / 3
+        control = [begin, begin + handle * leaving[k], end - handle * arriving[k], end]
+        pieces.append(Bezier(np.array(control)))
+    return flatten(pieces, tolerance)
