@@ -125,7 +125,9 @@ def reach_card(arm: Arm, margin: float = MARGIN) -> Artwork:
     """
     strokes = []
     for curve in _boundary_curves(arm):
-        along = np.gradient(curve, axis=0)
+        is_ring = np.allclose(curve[0], curve[-1])
+        padded = np.vstack([curve[-2:-1], curve, curve[1:2]]) if is_ring else curve
+        along = np.gradient(padded, axis=0)[1:-1] if is_ring else np.gradient(curve, axis=0)
         across = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
         for side in (1.0, -1.0):
             inside = curve + side * margin * across
@@ -134,7 +136,7 @@ def reach_card(arm: Arm, margin: float = MARGIN) -> Artwork:
                 not _is_reachable(arm, out) and _has_room(arm, point, 0.8 * margin)
                 for out, point in zip(outside, inside, strict=True)
             ]
-            if np.allclose(inside[0], inside[-1]) and not all(is_boundary):
+            if is_ring and not all(is_boundary):
                 # What goes on over the end of a ring is one stroke
                 first = is_boundary.index(False)
                 inside = np.vstack([inside[first:-1], inside[: first + 1]])
