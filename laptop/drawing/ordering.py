@@ -8,10 +8,13 @@ end, and a closed one from any of its points.
 from __future__ import annotations
 
 import math
-from collections import defaultdict
+import random
+from collections import defaultdict, deque
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
+import cv2
 import numpy as np
 
 from laptop.drawing.strokes import PlacedStroke
@@ -19,11 +22,26 @@ from laptop.drawing.strokes import PlacedStroke
 MEETING = 0.02
 """Ends so near to one another meet, cm."""
 
-LONGEST_MOVED = 3
+LONGEST_MOVED = 8
 """Or-opt moves so many strokes at once, at the most."""
 
-MOST_TRIED = 60_000_000
+MOST_TRIED = 150_000
 """So many changes of the order are tried, at the most: it is the same on every computer."""
+
+NEIGHBOURS = 10
+"""So many nearest ends are looked at from each end."""
+
+KD_TREE = 4
+"""FLANN's number for one tree that is searched exactly."""
+
+PARTS_EXCHANGED, EXCHANGED_WITHIN = 4, 30
+"""So many cuts make the parts that are exchanged at random, within so many strokes."""
+
+EXCHANGE_COST = 20
+"""An exchange at random costs as much as so many changes that are tried."""
+
+BEGINNINGS, MANY = 4, 1500
+"""Nearest neighbours are followed from so many places, of strokes that are not so many."""
 
 LEAST_GAIN = 1e-6
 """A change that saves less is none, cm."""
@@ -47,7 +65,7 @@ def merged(strokes: Sequence[PlacedStroke], meeting: float = MEETING) -> list[Pl
         used[k] = True
         parts, postures = [stroke.points], stroke.postures
         for forwards in (True, False):
-            while not _is_closed(parts, meeting):
+            while True:
                 line = parts[-1] if forwards else parts[0][::-1]
                 found = ends.next(line, stroke.layer, postures, used)
                 if found is None:
@@ -62,12 +80,6 @@ def merged(strokes: Sequence[PlacedStroke], meeting: float = MEETING) -> list[Pl
             joined = joined[np.append(True, apart)]
         out.append(replace(stroke, points=joined, postures=postures))
     return out
-
-
-def _is_closed(parts: list[np.ndarray], meeting: float) -> bool:
-    return bool(np.hypot(*(parts[-1][-1] - parts[0][0])) <= meeting) and (
-        len(parts) > 1 or len(parts[0]) > 2
-    )
 
 
 class _Ends:
@@ -139,9 +151,16 @@ def _layer_in_order(
 ) -> list[PlacedStroke]:
     heads, tails = _ends_of(strokes)
     begin = np.append(start, 0.0)
-    order, reverse = _nearest_neighbours(heads, tails, begin)
-    tour = _Tour(heads, tails, order, reverse, begin)
+    tours = []
+    for first in (begin, *heads[: BEGINNINGS - 1]):
+        tours.append(_Tour(heads, tails, *_nearest_neighbours(heads, tails, first)))
+        most_tried -= tours[-1].shorten(most_tried)
+        if most_tried <= 0 or len(heads) > MANY:
+            break
+    tour = min(tours, key=_Tour.length)
     tour.improve(most_tried)
+    if math.dist(start, tour.end(-1)) < math.dist(start, tour.end(0)):
+        tour.turn_round()
     out = [
         strokes[k].turned_round() if turned else strokes[k]
         for k, turned in zip(tour.order, tour.reverse, strict=True)
@@ -186,113 +205,203 @@ def _nearest_neighbours(
 
 
 class _Tour:
-    """An order of strokes that can be improved.
+    """An order of strokes that can be improved; where it begins and ends is free.
 
-    Attributes:
+    Args:
+        heads, tails: first and last points of the strokes, (n, 3).
         order: numbers of strokes.
         reverse: whether each is drawn from its end.
     """
 
     def __init__(
-        self,
-        heads: np.ndarray,
-        tails: np.ndarray,
-        order: np.ndarray,
-        reverse: np.ndarray,
-        start: np.ndarray,
+        self, heads: np.ndarray, tails: np.ndarray, order: np.ndarray, reverse: np.ndarray
     ) -> None:
-        self.order, self.reverse = order, reverse
-        turned = reverse[:, None]
-        # A stroke without length stands for where the arm comes from.
-        self._in = np.vstack([start, np.where(turned, tails[order], heads[order])])
-        self._out = np.vstack([start, np.where(turned, heads[order], tails[order])])
-        self._tried = 0
+        self.order: list[int] = order.tolist()
+        self._n = len(order)
+        # End e of stroke s is s (its head) or s + n (its tail).
+        self._ends: list[tuple[float, ...]] = [tuple(p) for p in np.vstack([heads, tails]).tolist()]
+        self._near = _neighbours(np.vstack([heads, tails]))
+        self._in = [0] * self._n
+        for stroke, turned in zip(self.order, reverse.tolist(), strict=True):
+            self._in[stroke] = stroke + self._n if turned else stroke
+        self._place = [0] * self._n
+        for k, stroke in enumerate(self.order):
+            self._place[stroke] = k
+
+    @property
+    def reverse(self) -> list[bool]:
+        """In the order: whether each stroke is drawn from its end."""
+        return [self._in[stroke] >= self._n for stroke in self.order]
+
+    def shorten(self, most_tried: int) -> int:
+        """Change the order until no single change gains: how many were tried."""
+        self._left = most_tried
+        self._settle(self.order)
+        return most_tried - self._left
 
     def improve(self, most_tried: int) -> None:
-        """Change the order until nothing more is gained, or so many changes were tried."""
-        while self._turn_parts(most_tried) + self._move_parts(most_tried) > LEAST_GAIN:
-            pass
+        """Shorten a tour in which no single change does, until so many changes were tried.
 
-    def _turn_parts(self, most_tried: int) -> float:
-        """2-opt, each part that begins at i by the best end j: what it gained, cm."""
-        n, gained = len(self._in), 0.0
-        for i in range(1, n):
-            if self._tried > most_tried:
-                break
-            self._tried += n - i
-            came = self._out[i - 1]
-            # from i - 1 to i and j to j + 1 becomes: from i - 1 to j, and i to j + 1
-            ends, nexts = self._out[i:], self._in[i + 1 :]
-            before = _length(came - self._in[i]) + np.append(_lengths(ends[:-1] - nexts), 0.0)
-            after = _lengths(ends - came) + np.append(_lengths(nexts - self._in[i]), 0.0)
-            gains = before - after
-            j = i + int(np.argmax(gains))
-            if gains[j - i] > LEAST_GAIN:
-                gained += float(gains[j - i])
-                self._reverse(i, j)
-        return gained
+        Three short parts that follow one another are exchanged at random and what comes of it is
+        improved; it is undone if it did not help (iterated local search; the "double bridge" of
+        Martin, Otto and Felten 1991).
+        """
+        self._left = most_tried
+        dice = random.Random(self._n)
+        while self._left > 0 and self._n > PARTS_EXCHANGED:
+            order, ends = self.order[:], self._in[:]
+            before = self.length()
+            cuts = sorted(
+                dice.sample(range(min(self._n, EXCHANGED_WITHIN) + 1), PARTS_EXCHANGED)
+            )
+            offset = dice.randrange(self._n - cuts[-1] + 1)
+            a, b, c, d = (cut + offset for cut in cuts)
+            self._write(a, self.order[c:d] + self.order[b:c] + self.order[a:b])
+            self._settle(self._at(a - 1, a, a + d - c - 1, a + d - c, d - b + a, d - 1, d))
+            self._left -= EXCHANGE_COST
+            if self.length() > before - LEAST_GAIN:
+                self.order, self._in = order, ends
+                for k, stroke in enumerate(order):
+                    self._place[stroke] = k
 
-    def _move_parts(self, most_tried: int) -> float:
-        """Or-opt, each short part to its best place: what it gained, cm."""
-        gained = 0.0
-        for length in range(1, LONGEST_MOVED + 1):
-            i = 1
-            while i + length <= len(self._in) and self._tried <= most_tried:
-                gained += self._move(i, i + length)
-                i += 1
-        return gained
-
-    def _move(self, i: int, j: int) -> float:
-        """Move the strokes i to j - 1 where they fit best."""
-        n = len(self._in)
-        self._tried += n
-        rest_in, rest_out = np.delete(self._in, slice(i, j), 0), np.delete(
-            self._out, slice(i, j), 0
+    def length(self) -> float:
+        """Of all ways, cm."""
+        return sum(
+            math.dist(self._ends[self._out_of(a)], self._ends[self._in[b]])
+            for a, b in pairwise(self.order)
         )
-        head, tail = self._in[i], self._out[j - 1]
-        saved = _length(self._out[i - 1] - head)
-        if j < n:
-            saved += _length(tail - self._in[j]) - _length(self._out[i - 1] - self._in[j])
-        # behind the k-th of the rest
-        gaps = np.append(_lengths(rest_out[:-1] - rest_in[1:]), 0.0)
-        from_head, from_tail = _lengths(rest_out - head), _lengths(rest_out - tail)
-        to_head = np.append(_lengths(rest_in[1:] - head), 0.0)
-        to_tail = np.append(_lengths(rest_in[1:] - tail), 0.0)
-        straight, turned = from_head + to_tail - gaps, from_tail + to_head - gaps
-        cost = np.minimum(straight, turned)
-        k = int(np.argmin(cost))
-        gain = saved - float(cost[k])
-        if gain <= LEAST_GAIN:
+
+    def _settle(self, strokes: list[int]) -> None:
+        """Improve the order around these strokes until nothing more is gained."""
+        waiting = deque(strokes)
+        queued = set(strokes)
+        while waiting and self._left > 0:
+            stroke = waiting.popleft()
+            queued.discard(stroke)
+            for other in self._improve_at(stroke):
+                if other not in queued:
+                    queued.add(other)
+                    waiting.append(other)
+
+    def end(self, k: int) -> tuple[float, ...]:
+        """Where the tour begins (k = 0) or ends (-1): x, y, cm."""
+        stroke = self.order[k]
+        return self._ends[self._in[stroke] if k == 0 else self._out_of(stroke)][:2]
+
+    def turn_round(self) -> None:
+        """Draw it all from its end."""
+        self._write(0, self._flipped(self.order))
+
+    def _out_of(self, stroke: int) -> int:
+        end = self._in[stroke]
+        return end - self._n if end >= self._n else end + self._n
+
+    def _way(self, before: int | None, after: int | None) -> float:
+        """From one end to another, cm; 0 where the tour begins or ends."""
+        if before is None or after is None:
             return 0.0
-        part = np.arange(i, j)
-        rest = np.delete(np.arange(n), part)
-        back = bool(turned[k] < straight[k])
-        self._take(np.concatenate([rest[: k + 1], part, rest[k + 1 :]]))
-        if back:
-            self._reverse(k + 1, k + j - i)
-        return gain
+        return math.dist(self._ends[before], self._ends[after])
 
-    def _take(self, places: np.ndarray) -> None:
-        self._in, self._out = self._in[places], self._out[places]
-        self.order = self.order[places[1:] - 1]
-        self.reverse = self.reverse[places[1:] - 1]
+    def _in_at(self, k: int) -> int | None:
+        return self._in[self.order[k]] if 0 <= k < self._n else None
 
-    def _reverse(self, i: int, j: int) -> None:
-        part = slice(i, j + 1)
-        ins = self._in[part][::-1].copy()
-        self._in[part] = self._out[part][::-1]
-        self._out[part] = ins
-        own = slice(i - 1, j)
-        self.order[own] = self.order[own][::-1].copy()
-        self.reverse[own] = ~self.reverse[own][::-1]
+    def _out_at(self, k: int) -> int | None:
+        return self._out_of(self.order[k]) if 0 <= k < self._n else None
+
+    def _improve_at(self, stroke: int) -> list[int]:
+        """Do the first change found that shortens a way from or to a stroke: whom it concerned."""
+        n, i = self._n, self._place[stroke]
+        for ahead in (True, False):
+            own = self._out_of(stroke) if ahead else self._in[stroke]
+            gap = i if ahead else i - 1  # the way is from place gap to the next
+            other = self._in_at(i + 1) if ahead else self._out_at(i - 1)
+            now = self._way(own, other)
+            for end in self._near[own]:
+                near = end - n if end >= n else end
+                if near == stroke:
+                    continue
+                way = math.dist(self._ends[own], self._ends[end])
+                if way >= now - LEAST_GAIN or other is None:
+                    break
+                is_in = end == self._in[near]
+                j = self._place[near]
+                if is_in != ahead and self._turned(gap, j if ahead else j - 1, now - way):
+                    return [stroke, near, *self._at(gap, gap + 1, j - 1, j, j + 1)]
+                if self._moved(gap, j, is_in, ahead, now - way):
+                    j = self._place[near]
+                    return [stroke, near, *self._at(gap, gap + 1, j - 3, j - 1, j + 1, j + 3)]
+        return []
+
+    def _at(self, *places: int) -> list[int]:
+        return [self.order[k] for k in places if 0 <= k < self._n]
+
+    def _turned(self, gap: int, other_gap: int, saved: float) -> bool:
+        """2-opt: turn round what is between two gaps, if that gains."""
+        first, last = min(gap, other_gap), max(gap, other_gap)
+        self._left -= 1
+        # One of the two new ways is known; the other joins what is left.
+        ahead = self._way(self._out_at(first), self._out_at(last))
+        behind = self._way(self._in_at(first + 1), self._in_at(last + 1))
+        gain = (
+            self._way(self._out_at(first), self._in_at(first + 1))
+            + self._way(self._out_at(last), self._in_at(last + 1))
+            - ahead
+            - behind
+        )
+        if gain <= LEAST_GAIN or first == last:
+            return False
+        self._write(first + 1, self._flipped(self.order[first + 1 : last + 1]))
+        return True
+
+    def _moved(self, gap: int, j: int, is_in: bool, ahead: bool, saved: float) -> bool:
+        """Or-opt: move a short part, whose end at place j comes to lie at the gap, if that gains.
+
+        Args:
+            is_in: whether that end is where the part begins, else where it ends.
+            ahead: whether the end comes next after the gap, else right before its other side.
+            saved: what it saves on that side, cm.
+        """
+        n = self._n
+        for length in range(1, LONGEST_MOVED + 1):
+            first, last = (j, j + length - 1) if is_in else (j - length + 1, j)
+            if first < 0 or last >= n or first - 1 <= gap <= last:
+                break
+            self._left -= 1
+            far = self._out_at(last) if is_in else self._in_at(first)
+            beyond = self._in_at(gap + 1) if ahead else self._out_at(gap)
+            taken = self._way(self._out_at(first - 1), self._in_at(first)) + self._way(
+                self._out_at(last), self._in_at(last + 1)
+            )
+            closed = self._way(self._out_at(first - 1), self._in_at(last + 1))
+            if saved + taken - closed - self._way(far, beyond) <= LEAST_GAIN:
+                continue
+            part = self.order[first : last + 1]
+            if is_in != ahead:
+                part = self._flipped(part)
+            if gap < first:
+                self._write(gap + 1, part + self.order[gap + 1 : first])
+            else:
+                self._write(first, self.order[last + 1 : gap + 1] + part)
+            return True
+        return False
+
+    def _flipped(self, part: list[int]) -> list[int]:
+        for stroke in part:
+            self._in[stroke] = self._out_of(stroke)
+        return part[::-1]
+
+    def _write(self, first: int, part: list[int]) -> None:
+        self.order[first : first + len(part)] = part
+        for k, stroke in enumerate(part, first):
+            self._place[stroke] = k
 
 
-def _lengths(ways: np.ndarray) -> np.ndarray:
-    return np.sqrt(np.einsum("ij,ij->i", ways, ways))
-
-
-def _length(way: np.ndarray) -> float:
-    return math.sqrt(float(way @ way))
+def _neighbours(ends: np.ndarray) -> list[list[int]]:
+    """Of each end the NEIGHBOURS nearest others, the nearest first."""
+    data = ends.astype(np.float32)
+    index = cv2.flann.Index(data, {"algorithm": KD_TREE, "leaf_max_size": 16})
+    found, _ = index.knnSearch(data, min(NEIGHBOURS + 2, len(data)), params={"checks": -1})
+    return [[e for e in row if e != k] for k, row in enumerate(found.tolist())]
 
 
 def _closed_from_best(strokes: list[PlacedStroke], start: np.ndarray) -> list[PlacedStroke]:
