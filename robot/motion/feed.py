@@ -57,6 +57,10 @@ class FeedOverride(object):
         self.index = 0
         self.reached = 0.0
 
+    def begin_at(self, rate):
+        """The next motion begins at this rate."""
+        self._r1 = rate
+
     def each(self, plans):
         """Yield itself for every plan in turn; no more once it is held."""
         for self.index, plan in enumerate(plans):
