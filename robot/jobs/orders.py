@@ -18,7 +18,7 @@ from shared.arm_description import ArmError
 from shared.message_fields import printable
 from shared.state import JOB_ORDERS_FILE, state_folder
 
-LOOK_PERIOD = 0.08
+LOOK_PERIOD = 0.06
 """Period of looks at the buttons and at the file, s."""
 
 SPEEDS, PEN_TRIM, MAX_NUDGE = (10.0, 100.0), 30.0, 10.0

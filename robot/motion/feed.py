@@ -13,14 +13,14 @@ import math
 from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import JOINT_ACCELERATION
 
-RAMP_TIME, LONGEST_RAMP = 0.15, 0.3
+RAMP_TIME, LONGEST_RAMP = 0.15, 0.25
 """The rate goes from 1 to 0 in this time at the least, s, and at the most: joints that turn fast
 take longer, as they are to slow down no harder than a plan does (JOINT_ACCELERATION)."""
 
-LOOK_PERIOD = 0.08
+LOOK_PERIOD = 0.06
 """So often is the wanted rate asked for, s."""
 
-HOLD_TIME = 0.04
+HOLD_TIME = 0.02
 """A motion that is held is over so long after its set-points stand, s, wherever the joints are: the
 pen is to leave the paper."""
 
