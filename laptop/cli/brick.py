@@ -51,7 +51,7 @@ def install(name: str | None) -> None:
     with importing():
         from laptop.brick import install as installing
 
-    _talk(name, installing.install)
+    talk(name, installing.install)
 
 
 @brick.command(context_settings={"ignore_unknown_options": True, "allow_interspersed_args": False})
@@ -69,7 +69,7 @@ def run(name: str | None, script: str, args: tuple[str, ...]) -> None:
 
     with in_one_line():
         running.find_script(script)  # before the brick is asked for anything
-    sys.exit(_talk(name, running.run, script, args))
+    sys.exit(talk(name, running.run, script, args))
 
 
 @brick.command()
@@ -86,7 +86,7 @@ def doctor(name: str | None, arm_file: str, motors: bool) -> None:
 
     with in_one_line():
         plugged = read_arm(find_arm(arm_file))
-    sys.exit(0 if _talk(name, diagnosis.doctor, plugged, motors, _show) else 1)
+    sys.exit(0 if talk(name, diagnosis.doctor, plugged, motors, _show) else 1)
 
 
 @brick.command()
@@ -103,7 +103,7 @@ def log(name: str | None, out: Path) -> None:
     with importing():
         from laptop.brick import transfers
 
-    _talk(name, transfers.fetch_logs, out)
+    talk(name, transfers.fetch_logs, out)
 
 
 @brick.command(context_settings={"ignore_unknown_options": True})
@@ -124,7 +124,7 @@ def bench(name: str | None, file: Path, args: tuple[str, ...]) -> None:
 
     if not file.parent.is_dir():  # measuring takes a brick minutes
         raise click.UsageError(f"there is no folder {file.parent} for {file.name}")
-    sys.exit(_talk(name, transfers.bench, args, file))
+    sys.exit(talk(name, transfers.bench, args, file))
 
 
 @brick.command()
@@ -144,11 +144,11 @@ def arm(name: str | None, wanted: str | None, replace: bool, file: Path | None) 
     if file:
         with in_one_line():
             read_arm(file)  # before the brick is asked for anything
-        _talk(name, transfers.put_arm, file, replace)
+        talk(name, transfers.put_arm, file, replace)
     elif wanted:
-        _talk(name, transfers.fetch_arm, wanted, replace)
+        talk(name, transfers.fetch_arm, wanted, replace)
     else:
-        _talk(name, transfers.list_arms)
+        talk(name, transfers.list_arms)
 
 
 @brick.command()
@@ -158,7 +158,7 @@ def shell(name: str | None) -> None:
     with importing():
         from laptop.brick import running
 
-    sys.exit(_talk(name, running.shell))
+    sys.exit(talk(name, running.shell))
 
 
 @brick.command()
@@ -168,7 +168,7 @@ def key(name: str | None) -> None:
     with importing():
         from laptop.brick import login_key
 
-    _talk(name, login_key.trust)
+    talk(name, login_key.trust)
 
 
 @brick.command()
@@ -182,7 +182,7 @@ def forget(name: str | None) -> None:
         choosing.forget(name, _dialogue())
 
 
-def _talk(name: str | None, command: Callable[..., Coroutine[Any, Any, T]], *words: Any) -> T:
+def talk(name: str | None, command: Callable[..., Coroutine[Any, Any, T]], *words: Any) -> T:
     """Let a command talk with the brick that is meant: `command(brick, address, dialogue, *words)`.
 
     A problem is told in one line.
