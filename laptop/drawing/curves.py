@@ -26,6 +26,9 @@ SAMPLES = 96
 SHORTEST = 0.25
 """A chord this short, in tolerances, is not halved any more: a bend so tight is a corner."""
 
+SAME = 1e-6
+"""What is so near, in tolerances, is one point, but for rounding."""
+
 MAX_CURVE_POINTS = 720
 """Most points of one curve; an ellipse has some 70."""
 
@@ -116,13 +119,19 @@ def flatten(pieces: Sequence[Piece], tolerance: float) -> np.ndarray:
         piece.points if isinstance(piece, Straight) else curve_points(piece, tolerance)
         for piece in pieces
     ]
-    return without_repeats(np.concatenate(parts))
+    return without_repeats(np.concatenate(parts), SAME * tolerance)
 
 
-def without_repeats(points: np.ndarray) -> np.ndarray:
-    """Points (n, 2) without those that are where the one before is."""
-    moved = np.any(points[1:] != points[:-1], axis=1)
-    return points[np.concatenate([[True], moved])]
+def without_repeats(points: np.ndarray, least: float = 0.0) -> np.ndarray:
+    """Points (n, 2) without those that are where the one before is, or nearer than `least`.
+
+    The first and the last stay as they are, so that a ring stays closed.
+    """
+    moved = np.hypot(*np.diff(points, axis=0).T) > least
+    kept = points[np.concatenate([[True], moved])]
+    if len(kept) > 1:
+        kept[-1] = points[-1]
+    return kept
 
 
 def curve_points(curve: Bezier | Elliptic, tolerance: float) -> np.ndarray:
@@ -133,8 +142,8 @@ def curve_points(curve: Bezier | Elliptic, tolerance: float) -> np.ndarray:
     """
     t = np.linspace(0.0, 1.0, SAMPLES + 1)
     chord, turn = _shape(curve.at(t))
-    # Each sample's turn and way, half of it to either side
-    turned = np.concatenate([[turn[0]], turn[:-1] + turn[1:], [turn[-1]]]) / 2
+    # A chord turns by the mean of what its ends do
+    turned = np.concatenate([turn[:1], (turn[:-1] + turn[1:]) / 2, turn[-1:]])
     density = np.maximum(turned / AIMED_TURN, np.sqrt(chord * turned / (8 * tolerance)))
     passed = np.concatenate([[0.0], np.cumsum(density)])
     count = min(max(1, math.ceil(passed[-1])), MAX_CURVE_POINTS)
@@ -144,7 +153,12 @@ def curve_points(curve: Bezier | Elliptic, tolerance: float) -> np.ndarray:
         t = np.interp(np.linspace(0.0, passed[-1], count + 1), passed, t)
     else:
         t = t[[0, -1]]
-    return curve.at(_refined(curve, t, tolerance))
+    points = curve.at(_refined(curve, t, tolerance))
+    if isinstance(curve, Bezier):  # to the last digit, so that what follows begins there
+        points[0], points[-1] = curve.control[0], curve.control[-1]
+    elif math.isclose(abs(curve.sweep), 2 * math.pi):
+        points[-1] = points[0]
+    return points
 
 
 def _shape(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
