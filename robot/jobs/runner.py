@@ -9,7 +9,7 @@ import os
 
 from robot.drawing import announce
 from robot.jobs.orders import LOOK_PERIOD
-from robot.jobs.progress import Progress, forget_progress, save_progress
+from robot.jobs.progress import JobProgress, forget_progress, save_progress
 from robot.jobs.report import Place
 from robot.motion import kinematics
 from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_behind
@@ -252,7 +252,7 @@ class JobRunner(object):
     def _save(self, k, repeat):
         zeros = self._arm.motors.zeros()
         try:
-            save_progress(self._job.crc, Progress(k, repeat, zeros, self._orders.pen))
+            save_progress(self._job.crc, JobProgress(k, repeat, zeros, self._orders.pen))
         except OSError as error:
             self._orders.notes.append(
                 "how far it is cannot be put on file ({}): make room, or --resume will know of less"
@@ -307,14 +307,14 @@ class Way(object):
     def points(self, arm):
         """The tip's way, cm."""
         out = []
-        for times, segments, end in self.pieces:
+        for times, segments, _ in self.pieces:
             for t, t_end, (v, a, cubics, _) in zip(times, times[1:], segments):
                 whole = (t_end - t) * (v + 0.5 * a * (t_end - t))
                 for n in range(PIECES_PER_SEGMENT):
                     s = whole * n / PIECES_PER_SEGMENT
                     q = [c0 + s * (c1 + s * (c2 + s * c3)) for c0, c1, c2, c3 in cubics]
                     out.append(kinematics.forward(arm, q))
-        return out + [kinematics.forward(arm, end)]
+        return out + [kinematics.forward(arm, self.pieces[-1][2])]
 
 
 def _joined(stroke, after):
@@ -333,7 +333,9 @@ def apart(arm, motors, stroke, same_zero):
         same_zero: whether the zero is the one of before; else it was found anew.
     """
     q = [cubic[0] for cubic in stroke.pieces[0][1][0][2]]
-    levers = [math.sqrt(sum([x * x for x in column])) for column in zip(*kinematics.jacobian(arm, q))]
+    levers = [
+        math.sqrt(sum([x * x for x in column])) for column in zip(*kinematics.jacobian(arm, q))
+    ]
     total = 0.0
     for joint, motor, lever in zip(arm.joints, motors, levers):
         off = motor.resolution  # half a count each time

@@ -218,4 +218,3 @@ def _from_rest(ways, end, along):
         out.append((v0, (v1 * v1 - v0 * v0) / (2 * length), cubics, across))
         times.append(times[-1] + 2 * length / (v0 + v1))
     return times, out, end
-
