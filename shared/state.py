@@ -44,11 +44,11 @@
     jobs/             brick, people, driver        driver                   NAME.job: drawings, see
                                                                             shared.job; and how far
                                                                             each has come
-    job-status        driver                       driver, brick            how the job that is
+    jobs/status       driver                       driver, brick            how the job that is
                                                                             drawn goes, or how the
                                                                             last one ended; see
                                                                             robot.jobs.report
-    job-orders        driver, brick, people        driver                   orders to it, appended
+    jobs/orders       driver, brick, people        driver                   orders to it, appended
                                                                             line by line; see
                                                                             robot.jobs.orders
 
@@ -72,7 +72,7 @@ LAST_BRICK_FILE = "brick"
 CALLED_BRICK_FILE = "brick.txt"
 BRICK_RUNS_FOLDER = "brick-runs"
 OWN_ARMS_FOLDER = "arms"
-JOBS_FOLDER, JOB_STATUS_FILE, JOB_ORDERS_FILE = "jobs", "job-status", "job-orders"
+JOBS_FOLDER, JOB_STATUS_FILE, JOB_ORDERS_FILE = "jobs", "jobs/status", "jobs/orders"
 """Names in the state folder."""
 
 

@@ -1,7 +1,7 @@
 """Jobs on the brick, drawings that it draws alone: sent, started, watched and given orders.
 
 The program there is started apart from the connection, and goes on when that ends. Its status is
-followed by a `tail`, and its orders are lines in a file: neither takes the brick a Python.
+a file, and its orders are lines in another one: a shell there hands both on, and no Python.
 """
 
 from __future__ import annotations
@@ -29,11 +29,13 @@ from laptop.brick.remote_files import put
 from laptop.brick.terminal import CTRL_C, END_OF_INPUT, on_signal, reading
 from shared.message_fields import printable
 
-JOBS, STATUS, ORDERS = ".brickservo/jobs", ".brickservo/job-status", ".brickservo/job-orders"
+JOBS = ".brickservo/jobs"
+STATUS, ORDERS = f"{JOBS}/status", f"{JOBS}/orders"
 LOG = ".brickservo/logs/job.log"
 """Places in the brick's home, see shared.state; the last holds what the program says."""
 
-DRIVER = "robot/driver.py"
+DRIVER, PROBLEM = "robot/driver.py", "driver.py: "
+"""The program there, and how it begins to tell what is wrong."""
 
 NUMBER = r"\"pid\": *\([0-9]*\)"
 IS_ON = f"""
@@ -49,13 +51,23 @@ echo $!
 """
 """Starts the program apart from the connection; tells its number."""
 
-FOLLOW = """
-tail --pid={pid} -s 1 -n +1 -F {status} 2>/dev/null
-echo
-echo '{{"over": true}}'
-tail -c 2000 {log}
-"""
-"""Tells every status while the program is on, then the end of what it has said."""
+FOLLOW = """exec bash -c '
+told=
+tell() {{
+    status=
+    read -r status 2>/dev/null <{status} || [ -n "$status" ] || return
+    [ "$status" = "$told" ] || printf "%s\\n" "$status"
+    told=$status
+}}
+while [ -d /proc/{pid} ]; do
+    tell
+    if read -r -t 1 order; then echo "$order" >>{orders}; else [ $? -gt 128 ] || exit 0; fi
+done
+tell
+echo "{{\\"over\\": true}}"
+tail -c 2000 {log}'"""
+"""Tells every new status while the program is on, then the end of what it has said; hands on
+orders. It is one shell, which starts nothing: each program that starts takes the arm's time."""
 
 ENDED_WELL = "done"
 ENDS = (ENDED_WELL, "aborted", "stopped", "failed")
@@ -129,7 +141,7 @@ def _is_number(value: object) -> bool:
 
 
 class StatusReader:
-    """Cuts statuses out of what `tail` tells, as it comes."""
+    """Cuts statuses out of what FOLLOW tells, as it comes."""
 
     def __init__(self) -> None:
         self._text = ""
@@ -314,13 +326,10 @@ async def _watch(
     """Show how it goes, and pass orders on, until it is over or left."""
     last: JobStatus | None = None
     left = asyncio.Event()
-    sending: set[asyncio.Task] = set()
 
     def order(line: str) -> None:
-        # (Appended by one write each: neither is lost where two come at once.)
-        task = asyncio.ensure_future(ask(brick, f"echo {shlex.quote(line)} >>{ORDERS}"))
-        sending.add(task)
-        task.add_done_callback(sending.discard)
+        if not process.stdin.is_closing():
+            process.stdin.write(f"{line}\n".encode())
 
     keys = JobKeys(order, left.set)
 
@@ -331,7 +340,7 @@ async def _watch(
     reader = StatusReader()
     try:
         process = await brick.create_process(
-            FOLLOW.format(pid=pid, status=STATUS, log=LOG), encoding=None, stdin=asyncssh.DEVNULL
+            FOLLOW.format(pid=pid, status=STATUS, orders=ORDERS, log=LOG), encoding=None
         )
         with (
             system.keys_one_by_one(),
@@ -365,5 +374,6 @@ async def _watch(
         if last.state == ENDED_WELL:
             return 0
         raise BrickProblem(f"{last.job}: {last.state}{': ' if last.reason else ''}{last.reason}")
-    why = reader.said.strip().splitlines()[-1:] or ["it was killed, or the brick ran out of memory"]
-    raise BrickProblem(f"the job has ended on {address}: {printable(why[0])}")
+    problems = [line for line in reader.said.splitlines() if line.startswith(PROBLEM)]
+    why = problems[-1][len(PROBLEM) :] if problems else "it was killed, or there was no memory"
+    raise BrickProblem(f"the job has ended on {address}: {printable(why)}")

@@ -251,9 +251,7 @@ class _Tour:
         while self._left > 0 and self._n > PARTS_EXCHANGED:
             order, ends = self.order[:], self._in[:]
             before = self.length()
-            cuts = sorted(
-                dice.sample(range(min(self._n, EXCHANGED_WITHIN) + 1), PARTS_EXCHANGED)
-            )
+            cuts = sorted(dice.sample(range(min(self._n, EXCHANGED_WITHIN) + 1), PARTS_EXCHANGED))
             offset = dice.randrange(self._n - cuts[-1] + 1)
             a, b, c, d = (cut + offset for cut in cuts)
             self._write(a, self.order[c:d] + self.order[b:c] + self.order[a:b])

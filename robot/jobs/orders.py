@@ -1,7 +1,7 @@
 """Orders to a job that is drawn: from the brick's buttons, a terminal's keys, the laptop.
 
 The laptop's are lines appended to a file in the state folder, which costs neither side a
-connection: `echo pause >> ~/.brickservo/job-orders`.
+connection: `echo pause >> ~/.brickservo/jobs/orders`.
 
     pause          the tip slows down on its way, the pen lifts, and all is held
     resume         the pen comes down where it was, and goes on
@@ -102,6 +102,7 @@ class JobOrders(object):
         self._file = None
         self._begin, self._read = 0, b""
         if path is not None:
+            os.makedirs(os.path.dirname(path), exist_ok=True)
             flags = os.O_RDWR | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0)
             self._file = os.open(path, flags, 0o666)
 

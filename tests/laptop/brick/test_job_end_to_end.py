@@ -1,0 +1,63 @@
+"""A drawing over sshd to the emulated brick: sent, watched, paused, left alone, seen again."""
+
+import asyncio
+
+import pytest
+
+from laptop.brick import BrickProblem, jobs
+from laptop.brick.connection import Dialogue, connected, read_address
+from robot.motion import paths, trajectory
+from shared.arm_description import find_arm, read_arm
+from shared.job import Stroke, header_of, write_job
+
+ARM = read_arm(find_arm("planar"))
+
+
+@pytest.fixture
+def job(tmp_path):
+    """A job of two lines and a circle, some ten seconds."""
+    strokes = []
+    for shape in (
+        paths.polyline([(10, 0), (10, 6)]),
+        paths.circle((12, 0), 2),
+        paths.polyline([(14, 4), (9, -4)]),
+    ):
+        pieces = [motion.numbers() for motion in trajectory.plan(ARM, shape, 4.0)]
+        strokes.append(Stroke("", 6.0, 2.0, pieces))
+    file = tmp_path / "my shapes.job"
+    write_job(str(file), header_of(ARM, "my shapes", 4.0, strokes, 20.0, 12.0), strokes)
+    return file
+
+
+def on_brick(ssh_brick, command, *words):
+    """What a command gives, and the lines that it said."""
+    said = []
+
+    async def talk():
+        address = read_address(ssh_brick.place)
+        async with connected(address, Dialogue(said.append)) as brick:
+            return await command(brick, address, Dialogue(said.append), *words)
+
+    return asyncio.run(talk()), said
+
+
+@pytest.mark.long
+def test_it_is_drawn_and_watched_to_its_end(ssh_brick, job):
+    assert ssh_brick.run("run", "driver.py", "home", "--seek")[0] == 0
+    ssh_brick.emulate("--realtime")
+    shown = []
+    status, said = on_brick(ssh_brick, jobs.draw, job, (), shown.append)
+    assert status == 0, (said, shown)
+    assert {one.state for one in shown} == {"drawing", "done"}
+    assert shown[-1].share == 1
+    assert any("sent, and started" in line for line in said)
+    assert (ssh_brick.home / ".brickservo" / "jobs" / "my_shapes.job").read_bytes() == (
+        job.read_bytes()
+    )
+
+
+@pytest.mark.long
+def test_an_arm_that_was_not_homed_draws_nothing_and_says_why(ssh_brick, job):
+    ssh_brick.emulate("--realtime")
+    with pytest.raises(BrickProblem, match="has not been homed"):
+        on_brick(ssh_brick, jobs.draw, job, (), lambda status: None)
