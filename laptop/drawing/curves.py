@@ -164,9 +164,7 @@ def curve_points(curve: Bezier | Elliptic, tolerance: float) -> np.ndarray:
 def _shape(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Chords' lengths (n - 1,) and the unsigned turns between them (n - 2,), rad."""
     steps = np.diff(points, axis=0)
-    cross = steps[:-1, 0] * steps[1:, 1] - steps[:-1, 1] * steps[1:, 0]
-    dot = (steps[:-1] * steps[1:]).sum(axis=1)
-    return np.hypot(*steps.T), np.abs(np.arctan2(cross, dot))
+    return np.hypot(*steps.T), np.abs(_angle(steps[:-1], steps[1:]))
 
 
 def _refined(curve: Bezier | Elliptic, t: np.ndarray, tolerance: float) -> np.ndarray:
@@ -201,30 +199,64 @@ def rounded(points: np.ndarray, corner: float, tolerance: float) -> np.ndarray:
     points = without_repeats(points)
     if len(points) < 3:
         return points
-    is_closed = bool(np.array_equal(points[0], points[-1]))
-    steps = np.diff(points, axis=0)
-    far = np.hypot(*steps.T)
-    unit = steps / far[:, None]
-    arriving, leaving = unit.copy(), unit.copy()  # directions at each step's end and begin
-    inner = list(zip(range(len(unit) - 1), range(1, len(unit)), strict=True))
-    for before, after in [*inner, *([(len(unit) - 1, 0)] if is_closed else [])]:
-        if unit[before] @ unit[after] < math.cos(corner):
-            continue
-        if far[before] > LONG_SIDE * far[after]:
-            shared = unit[before]
-        elif far[after] > LONG_SIDE * far[before]:
-            shared = unit[after]
-        else:  # the tangent of the circle: each weighed by the other's length
-            shared = unit[before] * far[after] + unit[after] * far[before]
-            shared = shared / math.hypot(*shared)
-        arriving[before] = leaving[after] = shared
-    pieces: list[Piece] = []
-    for k, (begin, end) in enumerate(zip(points[:-1], points[1:], strict=True)):
-        turned = float(np.clip(leaving[k] @ arriving[k], -1.0, 1.0))
-        # The handle of an arc of that angle: 4/3 tan(a/4) radii, its chord being 2 sin(a/2)
-        quarter = math.acos(turned) / 4
-        handle = far[k] / 3 * (1 + math.tan(quarter) ** 2) ** 2 / (1 - math.tan(quarter) ** 2)
-        handle = handle if quarter < math.pi / 8 else far[k] / 3
-        control = [begin, begin + handle * leaving[k], end - handle * arriving[k], end]
-        pieces.append(Bezier(np.array(control)))
-    return flatten(pieces, tolerance)
+    far = np.hypot(*np.diff(points, axis=0).T)
+    chord = np.diff(points, axis=0) / far[:, None]
+    leaving, arriving = _directions(chord, far, corner, np.array_equal(points[0], points[-1]))
+    # The handle of an arc that turns so: 4/3 tan(a/4) radii, its chord being 2 sin(a/2) of them
+    tangent = np.tan(np.minimum(np.abs(_angle(leaving, arriving)), math.pi / 2) / 4) ** 2
+    handle = (far / 3 * (1 + tangent) ** 2 / (1 - tangent))[:, None]
+    begin, end = points[:-1], points[1:]
+    control = np.stack([begin, begin + handle * leaving, end - handle * arriving, end], axis=1)
+    counts = _counts(control, far, tolerance)
+    places = np.concatenate([[0], np.cumsum(counts)])
+    smooth = np.empty((places[-1] + 1, 2))
+    smooth[-1] = points[-1]
+    for count in np.unique(counts):
+        chosen = np.flatnonzero(counts == count)
+        curve = _cubics(control[chosen], np.arange(count) / count)
+        smooth[places[chosen][:, None] + np.arange(count)] = curve
+    return without_repeats(smooth, SAME * tolerance)
+
+
+def _cubics(control: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Points (m, n, 2) of cubic curves (m, 4, 2) at parameters t (n,)."""
+    weights = np.stack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3])
+    return np.einsum("kn,mkc->mnc", weights, control)
+
+
+def _counts(control: np.ndarray, far: np.ndarray, tolerance: float) -> np.ndarray:
+    """How many equal steps of the parameter each of short cubics (m, 4, 2) needs: (m,).
+
+    As many as where it bends most: looked at in eight steps.
+    """
+    steps = np.diff(_cubics(control, np.linspace(0.0, 1.0, 9)), axis=1)
+    turned = np.abs(_angle(steps[:, :-1], steps[:, 1:]))
+    wanted = np.maximum(
+        8 * turned.max(axis=1) / AIMED_TURN, np.sqrt(far * turned.sum(axis=1) / (8 * tolerance))
+    )
+    return np.clip(np.ceil(wanted), 1, MAX_CURVE_POINTS).astype(int)
+
+
+def _directions(
+    chord: np.ndarray, far: np.ndarray, corner: float, is_closed: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (n, 2) in which a smooth curve begins and ends each chord of a length (n,)."""
+    leaving, arriving = chord.copy(), chord.copy()
+    before = np.arange(len(chord) - (not is_closed))
+    after = (before + 1) % len(chord)
+    smooth = np.abs(_angle(chord[before], chord[after])) <= corner
+    before, after = before[smooth], after[smooth]
+    # The tangent of the circle through three points: each chord weighed by the other's length
+    weigh_before, weigh_after = far[after].copy(), far[before].copy()
+    weigh_after[far[before] > LONG_SIDE * far[after]] = 0.0
+    weigh_before[far[after] > LONG_SIDE * far[before]] = 0.0
+    shared = chord[before] * weigh_before[:, None] + chord[after] * weigh_after[:, None]
+    shared /= np.hypot(*shared.T)[:, None]
+    arriving[before] = leaving[after] = shared
+    return leaving, arriving
+
+
+def _angle(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Signed angles (...) from directions (..., 2) to others, rad."""
+    cross = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
+    return np.arctan2(cross, (first * second).sum(axis=-1))
