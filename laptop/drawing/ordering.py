@@ -142,7 +142,7 @@ def ordered(
 
 def pen_up_way(strokes: Sequence[PlacedStroke]) -> float:
     """Length of the ways between strokes, cm."""
-    ends = np.array([(a.points[-1], b.points[0]) for a, b in zip(strokes, strokes[1:])])
+    ends = np.array([(a.points[-1], b.points[0]) for a, b in pairwise(strokes)])
     return float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum()) if len(ends) else 0.0
 
 
@@ -251,9 +251,7 @@ class _Tour:
         while self._left > 0 and self._n > PARTS_EXCHANGED:
             order, ends = self.order[:], self._in[:]
             before = self.length()
-            cuts = sorted(
-                dice.sample(range(min(self._n, EXCHANGED_WITHIN) + 1), PARTS_EXCHANGED)
-            )
+            cuts = sorted(dice.sample(range(min(self._n, EXCHANGED_WITHIN) + 1), PARTS_EXCHANGED))
             offset = dice.randrange(self._n - cuts[-1] + 1)
             a, b, c, d = (cut + offset for cut in cuts)
             self._write(a, self.order[c:d] + self.order[b:c] + self.order[a:b])
