@@ -142,7 +142,7 @@ def ordered(
 
 def pen_up_way(strokes: Sequence[PlacedStroke]) -> float:
     """Length of the ways between strokes, cm."""
-    ends = np.array([(a.points[-1], b.points[0]) for a, b in zip(strokes, strokes[1:])])
+    ends = np.array([(a.points[-1], b.points[0]) for a, b in pairwise(strokes)])
     return float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum()) if len(ends) else 0.0
 
 

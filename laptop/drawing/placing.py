@@ -73,7 +73,7 @@ def paper_size(text: str) -> tuple[float, float]:
             "it lies across, or WIDTHxHEIGHT in cm"
         )
     width, height = float(size[1]), float(size[2])
-    if not (2 * PAPER_MARGIN < min(width, height) and max(width, height) <= LARGEST):
+    if not (min(width, height) > 2 * PAPER_MARGIN and max(width, height) <= LARGEST):
         raise BadPlace(
             f"paper of {width:g} x {height:g} cm: give sides of more than {2 * PAPER_MARGIN:g} and "
             f"at most {LARGEST:g} cm"

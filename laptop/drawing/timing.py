@@ -37,11 +37,11 @@ PIECE_SETTLES = {DIRECT: 0.081, GEARED: 0.122, IN_SPACE: 0.114}
 PEN_SETTLES = 0.085
 """And the pen, s."""
 
-BETWEEN_STROKES = 0.015
-"""What the brick computes for each stroke, s."""
+BETWEEN_STROKES = {DIRECT: 0.025, GEARED: 0.025, IN_SPACE: 0.055}
+"""What the brick computes and keeps on file for each stroke, s."""
 
-READING = 0.0024
-"""And for each cubic of its motions, for each joint, s."""
+READING = {DIRECT: 0.0078, GEARED: 0.0078, IN_SPACE: 0.0142}
+"""And for each cubic of its motions, s."""
 
 JOINED = 0.02
 """The pen is not lifted where no joint is farther from where the next stroke begins, rad."""
@@ -94,7 +94,7 @@ class _Run:
         self.seconds = 0.0
 
     def read(self, stroke: PlannedStroke) -> None:
-        self.seconds += BETWEEN_STROKES + READING * len(self._joints) * stroke.segments()
+        self.seconds += BETWEEN_STROKES[self._kind] + READING[self._kind] * stroke.segments()
 
     def is_at(self, q: Sequence[float]) -> bool:
         return self._pen_is_down and max(abs(a - b) for a, b in zip(q, self._q, strict=True)) <= (
