@@ -208,9 +208,9 @@ class JobRunner(object):
                     motor.check_plugged_in()
 
     def _nudge(self, nudge, motion):
-        """Shift what follows by so much, cm: the zero is corrected by what that is of the joints.
+        """Correct the joints' zero so that the tip comes down so much farther, cm.
 
-        So an arm that was homed anew, a little off, draws on where it left off.
+        So an arm that was homed anew, a little off, draws on where it left off, and not only there.
         """
         description = self._arm.description
         p = kinematics.forward(description, motion.start)
