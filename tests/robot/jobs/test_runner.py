@@ -334,6 +334,28 @@ def test_the_status_tells_how_it_goes_also_in_motion(tmp_path):
         assert told["left_s"] <= seen[0]["left_s"]
 
 
+def test_no_tick_comes_late_for_what_is_told_in_motion(tmp_path):
+    path = jobs.write(tmp_path, [LONG + [(6.0, 10.1)]])
+    ticks, told = [], []
+    with switched_on(tmp_path) as rig:
+        drawn = Drawn(rig, path, status=str(tmp_path / "status"))
+        pace, tell = drawn.robot.motors.loop.pace, drawn.report.tell
+        note = pace.note
+
+        def noted(t, since, computing):
+            ticks.append(since)
+            note(t, since, computing)
+
+        def telling(*args, **options):
+            told.append(options.get("moving", False))
+            tell(*args, **options)
+
+        pace.note, drawn.report.tell = noted, telling
+        drawn.run()
+    assert sum(told) >= 2
+    assert max(ticks) < 0.022
+
+
 def test_the_wanted_path_is_told_to_whoever_watches(tmp_path, monkeypatch):
     plan = tmp_path / "plan"
     monkeypatch.setenv("BRICKSERVO_PLAN", str(plan))
