@@ -1,5 +1,6 @@
 """What a job leaves on file: how far it has come, so that it goes on after a crash."""
 
+import errno
 import json
 import os
 
@@ -52,9 +53,13 @@ def progress_file(crc):
 
 def write_whole(path, text):
     """Write a small file, whole or not at all; OSError where there is no room."""
-    draft = path + ".part"
-    with open(open_to_write(draft), "w") as file:
-        file.write(text)
+    draft, data = path + ".part", text.encode("utf-8")
+    file = open_to_write(draft)
+    try:
+        if os.write(file, data) < len(data):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    finally:
+        os.close(file)
     os.replace(draft, path)
 
 

@@ -57,7 +57,7 @@ class JobRunner(object):
         self._feed = FeedOverride(self._look)
         self._pen_is_down = None
         self._repeat = 1
-        self._way = None
+        self._way, self._motions = None, []  # what is drawn now
 
     def run(self, first=1, repeat=1, repeats=1):
         """Draw from the stroke `first` (from 1 on) on, then all again until the last of `repeats`.
@@ -126,11 +126,11 @@ class JobRunner(object):
         """Draw from pen down to pen up; False if that is aborted."""
         is_there = False
         while way.pieces:
-            motions = [Trajectory(*piece) for piece in way.pieces]
-            if not self._is_ready(motions[0], joints, is_there):
+            self._motions = [Trajectory(*piece) for piece in way.pieces]
+            if not self._is_ready(self._motions[0], joints, is_there):
                 return False
             self._feed.begin_at(self._orders.share)
-            self._arm.follow_fed(motions, self._feed, self._pen_down)
+            self._arm.follow_fed(self._motions, self._feed, self._pen_down)
             self._pen_up()
             if not self._feed.held:
                 break
@@ -144,7 +144,8 @@ class JobRunner(object):
         rate = self._orders.look(now)
         if rate and self._report.due(now):
             self._place = self._way.place(self._feed.index, self._feed.reached)
-            tip = self._way.tip(self._arm.description, self._feed.index, self._feed.reached)
+            q, _ = self._motions[self._feed.index].at(self._feed.reached)
+            tip = kinematics.forward(self._arm.description, q)
             self._report.tell("drawing", self._place, self._orders, tip, moving=True)
         return rate
 
@@ -207,9 +208,9 @@ class JobRunner(object):
                     motor.check_plugged_in()
 
     def _nudge(self, nudge, motion):
-        """Shift what follows by so much, cm: the zero is corrected by what that is of the joints.
+        """Correct the joints' zero so that the tip comes down so much farther, cm.
 
-        So an arm that was homed anew, a little off, draws on where it left off.
+        So an arm that was homed anew, a little off, draws on where it left off, and not only there.
         """
         description = self._arm.description
         p = kinematics.forward(description, motion.start)
@@ -290,10 +291,6 @@ class Way(object):
         n, planned, cm, speed = self._starts[min(index, len(self._starts) - 1)]
         tau = max(tau, 0.0)
         return Place(self._repeat, n, cm + speed * tau, planned + tau)
-
-    def tip(self, arm, index, tau):
-        """Where the tip is to be then, cm."""
-        return kinematics.forward(arm, Trajectory(*self.pieces[index]).at(tau)[0])
 
     def cut(self, index, tau):
         """All before the time `tau` (s) of a piece is drawn."""

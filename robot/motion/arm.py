@@ -173,7 +173,7 @@ class RobotArm(object):
     def follow_fed(self, motions, feed, ready):
         """As `follow`, at the rate of a robot.motion.feed.FeedOverride, which may hold it.
 
-        `ready` is called when all is planned and nothing moves yet: the pen may come down then, say.
+        `ready` is called when all is planned and nothing moves yet: the pen may come down then.
         """
         self._engage()
         with self._stopping_on_error():
