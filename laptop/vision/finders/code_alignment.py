@@ -148,6 +148,36 @@ def project(homography: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.asarray(x[:, :2] / x[:, 2:])
 
 
+def edge_blur(grey: np.ndarray, corners: np.ndarray) -> float:
+    """Sigma (px) of the blur of a code's outline, from how steep its edges are.
+
+    Args:
+        grey: uint8, (height, width).
+        corners: px, (4, 2).
+    """
+    cell = 2 / CELLS
+    along, across = np.linspace(-0.8, 0.8, 33), 1 + cell * np.linspace(-0.7, 0.45, 24)
+    a, b = (x.ravel() for x in np.meshgrid(along, across))
+    edges = np.stack([(a, b), (a, -b), (b, a), (-b, a)])
+    at = [project(_homography(corners), edge.T).astype(np.float32) for edge in edges]
+    light = cv2.LUT(grey, LIGHT)
+    profiles = [
+        cv2.remap(
+            light, place[:, 0], place[:, 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
+        .reshape(len(across), len(along))
+        .mean(axis=1)
+        for place in at
+    ]
+    spacing = (
+        (across[1] - across[0]) * np.sqrt(abs(cv2.contourArea(corners.astype(np.float32)))) / 2
+    )
+    steps = np.diff(np.array(profiles), axis=1)
+    contrast = np.ptp(profiles, axis=1)
+    steepest = np.maximum(steps.max(axis=1), 1e-9) / spacing
+    return float(np.median(contrast / steepest) / math.sqrt(2 * math.pi))
+
+
 FINE = 8
 """Points of the drawn pattern along a sample."""
 
