@@ -52,7 +52,8 @@ RULES = {
     "laptop.brick.finding": ("laptop.brick", "asyncssh", "ifaddr", "zeroconf"),
     "laptop.simulator": ("laptop.simulator", "laptop.system", "robot", "shared", "ev3dev2"),
     "laptop.simulator.scene": (
-        *("laptop.simulator", "laptop.vision.frames", "robot", "shared", "numpy", "cv2"),
+        *("laptop.simulator", "laptop.vision.frames", "laptop.vision.board", "robot", "shared"),
+        *("numpy", "cv2"),
     ),
     "laptop.simulator.virtual_tracker": (
         *("laptop.simulator", "laptop.tracking.server", "robot", "shared"),
