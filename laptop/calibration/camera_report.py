@@ -33,7 +33,7 @@ def describe(calibration: Calibration) -> list[str]:
         f"board {board.paper}: {seen} of {every} markers in {views}; "
         f"the model misses them by {calibration.rms:.3f} px, {calibration.rms_mm:.3f} mm (RMS)",
         f"camera: {away:.1f} cm above the table, {tilt:.0f} degrees from straight down",
-        f"lens: focal length {focal:.0f} px +- {100 * calibration.focal_sigma:.1f} %, "
+        f"lens: focal length {focal:.0f} px +- {100 * calibration.focal_sigma:.2g} %, "
         f"k1 {camera.lens[3]:.3f} +- {sigmas[3]:.3f}, k2 {camera.lens[4]:.3f} +- {sigmas[4]:.3f}",
         f"a point on the table is sure to {on_table:.2f} mm (sigma), "
         f"one {DISC_HEIGHT:g} cm above it to {above:.2f} mm",
