@@ -27,7 +27,8 @@ PER_CM = 100.0
 DEGREE, FIXED_POINT_STEPS = 20, 100
 """Of the polynomials between rays, and to find those between them."""
 TABLE = np.array((0.18, 0.24, 0.33), np.float32)
-"""Light of the table, B, G, R."""
+CLOTH = np.array((0.3, 0.1, 0.1), np.float32)
+"""Light of table and cloth, B, G, R."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,7 @@ def photograph(
     stand: Stand,
     paper: str = "a4",
     scale: float = 1.0,
-    covered: tuple[float, float] | None = None,
+    free: tuple[float, float, float, float] | None = None,
     blur: float = 0.7,
     noise: float = 3.0,
     jpeg: int = 90,
@@ -149,7 +150,7 @@ def photograph(
         stand: where that is; its board is as large as it should be.
         paper: of the board.
         scale: of the print: 0.97 for one whose bar is 97 mm long.
-        covered: everything with x from .. to, cm, on the board is under a cloth.
+        free: all but x0, y0, x1, y1, cm, of the board is under a cloth; None: nothing is.
         blur: sigma of the point spread, px.
         noise: sigma, DN.
         jpeg: quality; 0 for none.
@@ -171,8 +172,8 @@ def photograph(
     )  # fmt: skip
     on_paper = (abs(x) < scale * board.width / 2) & (abs(y) < scale * board.height / 2)
     light = np.where(on_paper[..., None], np.maximum(grey, 0.03)[..., None], TABLE)
-    if covered is not None:
-        light[(x > covered[0]) & (x < covered[1])] = (0.3, 0.1, 0.1)
+    if free is not None:
+        light[(x < free[0]) | (y < free[1]) | (x > free[2]) | (y > free[3])] = CLOTH
     width, height = lens.size
     small = cv2.resize(light.astype(np.float32), (width, height), interpolation=cv2.INTER_AREA)
     values = to_srgb(blurred(small, blur))
