@@ -173,7 +173,7 @@ def track(
     with in_one_line():
         status = track.track(
             TrackOptions(**options),
-            partial(_open_synthetic, arm),
+            partial(open_synthetic, arm),
             Console(stderr=announce),
             start_brick=partial(start_brick, arm) if brick else None,
             open_page=partial(
@@ -312,7 +312,7 @@ def _beside(words: list[str], file: Path, name: str) -> Iterator[Callable[[], st
         process.communicate()
 
 
-def _open_synthetic(
+def open_synthetic(
     arm: str, name: str, scene: str, fps: float | None
 ) -> tuple[Any, dict[str, str]]:
     """Open the synthetic camera of this name, see OpenSynthetic."""
