@@ -273,7 +273,7 @@ async def watch(
     Raises:
         BrickProblem: none is, or it ended badly.
     """
-    found = await ask(brick, f"{IS_ON} && echo $pid")
+    found = await ask(brick, f"{IS_ON.rstrip()} && echo $pid")
     if found.status:
         raise BrickProblem(f"{address} draws no job; send one by draw FILE")
     return await _watch(brick, address, dialogue, int(found.out), show)

@@ -1,8 +1,10 @@
 """A drawing over sshd to the emulated brick: sent, watched, paused, left alone, seen again."""
 
 import asyncio
+import contextlib
 
 import pytest
+from ssh_brick import Proxy
 
 from laptop.brick import BrickProblem, jobs
 from laptop.brick.connection import Dialogue, connected, read_address
@@ -11,6 +13,20 @@ from shared.arm_description import find_arm, read_arm
 from shared.job import Stroke, header_of, write_job
 
 ARM = read_arm(find_arm("planar"))
+
+
+@pytest.fixture
+def typed(monkeypatch):
+    """Hands keys to whoever watches."""
+    hands = []
+
+    @contextlib.contextmanager
+    def reading(take):
+        hands.append(take)
+        yield
+
+    monkeypatch.setattr(jobs, "reading", reading)
+    return lambda keys: hands[-1](keys)
 
 
 @pytest.fixture
@@ -61,3 +77,61 @@ def test_an_arm_that_was_not_homed_draws_nothing_and_says_why(ssh_brick, job):
     ssh_brick.emulate("--realtime")
     with pytest.raises(BrickProblem, match="has not been homed"):
         on_brick(ssh_brick, jobs.draw, job, (), lambda status: None)
+
+
+@pytest.mark.long
+def test_ctrl_c_pauses_it_space_goes_on_and_a_second_ctrl_c_aborts(ssh_brick, job, typed):
+    assert ssh_brick.run("run", "driver.py", "home", "--seek")[0] == 0
+    ssh_brick.emulate("--realtime")
+    states = []
+
+    def show(status):
+        if not states or states[-1] != status.state:
+            states.append(status.state)
+            keys = {1: b"\x03", 2: b" ", 3: b"\x03", 4: b"\x03"}.get(len(states))
+            if keys:
+                typed(keys)
+
+    with pytest.raises(BrickProblem, match="my shapes: aborted"):
+        on_brick(ssh_brick, jobs.draw, job, (), show)
+    assert states == ["drawing", "paused", "drawing", "paused", "aborted"]
+
+
+@pytest.mark.long
+def test_it_goes_on_when_the_laptop_has_gone_and_is_seen_again(ssh_brick, job, typed):
+    assert ssh_brick.run("run", "driver.py", "home", "--seek")[0] == 0
+    ssh_brick.emulate("--realtime")
+    status, said = on_brick(ssh_brick, jobs.draw, job, (), lambda status: typed(b"q"))
+    assert (status, said[-1]) == (0, "left to draw alone; draw --watch shows it again")
+    with pytest.raises(BrickProblem, match="draws another job; watch it by draw --watch"):
+        on_brick(ssh_brick, jobs.draw, job, (), lambda status: None)
+    seen = []
+    assert on_brick(ssh_brick, jobs.watch, seen.append)[0] == 0
+    assert seen[-1].state == "done"
+    with pytest.raises(BrickProblem, match="draws no job"):
+        on_brick(ssh_brick, jobs.watch, seen.append)
+    assert "my_shapes" in on_brick(ssh_brick, jobs.jobs)[0]
+    assert "my_shapes" in on_brick(ssh_brick, jobs.cancel, "my_shapes")[0]
+    assert not (ssh_brick.home / ".brickservo" / "jobs" / "my_shapes.job").exists()
+    with pytest.raises(BrickProblem, match="there is no job"):
+        on_brick(ssh_brick, jobs.cancel, "my_shapes")
+
+
+@pytest.mark.long
+def test_a_cable_that_is_pulled_lets_it_go_on(ssh_brick, job):
+    assert ssh_brick.run("run", "driver.py", "home", "--seek")[0] == 0
+    ssh_brick.emulate("--realtime")
+    cable = Proxy(ssh_brick.port)
+
+    async def talk():
+        address = read_address(ssh_brick.by_way_of(cable))
+        async with connected(address, Dialogue(print)) as brick:
+            show = lambda status: cable.cut()  # noqa: E731
+            await jobs.draw(brick, address, Dialogue(print), job, (), show)
+
+    with pytest.raises(BrickProblem, match="is lost; the job goes on there"):
+        asyncio.run(talk())
+    cable.close()
+    seen = []
+    assert on_brick(ssh_brick, jobs.watch, seen.append)[0] == 0
+    assert seen[-1].state == "done"
