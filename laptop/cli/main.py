@@ -12,6 +12,7 @@ from laptop.cli.bench import bench
 from laptop.cli.brick import brick
 from laptop.cli.camera import camera
 from laptop.cli.demo import demo
+from laptop.cli.draw import draw
 from laptop.cli.guide import guide
 from laptop.cli.markers import markers
 from laptop.cli.simulate import simulate
@@ -27,7 +28,7 @@ def laptop() -> None:
     """Everything that runs beside the brick."""
 
 
-for command in (simulate, demo, track, markers, camera, brick, guide, bench):
+for command in (simulate, draw, demo, track, markers, camera, brick, guide, bench):
     laptop.add_command(command)
 
 

@@ -16,6 +16,9 @@ from robot.motion import kinematics, trajectory
 from shared import job
 from shared.arm_description import Arm
 
+JOINED = 0.02
+"""Where no joint differs by more, rad, the brick draws the next stroke without lifting the pen."""
+
 SEGMENT_BYTES, JOINT_BYTES = 75, 62
 """What a segment takes of a job's line at the most, and what each joint adds."""
 
@@ -176,6 +179,22 @@ def _postures(arm: Arm, strokes: Sequence[PlacedStroke], height: float) -> list[
 def _time(q: np.ndarray, there: np.ndarray, top: np.ndarray) -> float:
     """About how long a joint move takes, s."""
     return float((np.abs(there - q) / top).max())
+
+
+def chains(strokes: Sequence[PlannedStroke], arm: Arm, height: float) -> list[list[np.ndarray]]:
+    """Strokes as the tip is to go along them, cm, grouped by what is drawn without a lift."""
+    out: list[list[np.ndarray]] = []
+    for before, stroke in zip([None, *strokes], strokes, strict=False):
+        if before is None or not is_joined(before, stroke):
+            out.append([])
+        out[-1].append(reach.on_table(arm, stroke.placed.points, height))
+    return out
+
+
+def is_joined(stroke: PlannedStroke, after: PlannedStroke) -> bool:
+    """Whether the pen stays down from one stroke to the one after it."""
+    ends = zip(stroke.motions[-1].end, after.motions[0].start, strict=True)
+    return max(abs(a - b) for a, b in ends) <= JOINED
 
 
 def write(

@@ -112,7 +112,7 @@ def scene(plan: DrawingPlan) -> Scene:
     total = max(plan.estimate.seconds, 1e-9)
     return Scene(
         plan.name,
-        tuple(_lines(plan)),
+        tuple(lines_of(plan)),
         shown.min(axis=0) - MARGIN,
         shown.max(axis=0) + MARGIN,
         tuple(outlines),
@@ -144,7 +144,9 @@ def reach_outlines(plan: DrawingPlan) -> list[np.ndarray]:
     soft = cv2.GaussianBlur((table.cells > 0).astype(np.float32), (0, 0), 1.5)
     size = (FINER * (len(soft) - 1) + 1,) * 2
     inner = cv2.remap(
-        soft, *np.meshgrid(*[np.arange(n, dtype=np.float32) / FINER for n in size]), cv2.INTER_LINEAR
+        soft,
+        *np.meshgrid(*[np.arange(n, dtype=np.float32) / FINER for n in size]),
+        cv2.INTER_LINEAR,
     )
     found, _ = cv2.findContours(
         (inner > 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE
@@ -168,7 +170,8 @@ def minutes(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
-def _lines(plan: DrawingPlan) -> list[str]:
+def lines_of(plan: DrawingPlan) -> list[str]:
+    """Say what a plan is, a few lines for people."""
     width, height = plan.placement.size
     count = len(plan.strokes)
     lines = [

@@ -132,8 +132,8 @@ def match(paths: Sequence[np.ndarray], inks: Sequence[np.ndarray]) -> list[int |
     if len(paths) and len(inks):
         thin_paths = [_resampled(path) for path in paths]
         thin_inks = [_resampled(ink) for ink in inks]
-        to_path = [_distances(np.concatenate(thin_inks), path) for path in thin_paths]
-        to_ink = [_distances(np.concatenate(thin_paths), ink) for ink in thin_inks]
+        to_path = [distances(np.concatenate(thin_inks), path) for path in thin_paths]
+        to_ink = [distances(np.concatenate(thin_paths), ink) for ink in thin_inks]
         table[: len(paths), : len(inks)] = (
             np.reshape(to_path, (len(paths), len(inks), -1)).mean(axis=2)
             + np.reshape(to_ink, (len(inks), len(paths), -1)).mean(axis=2).T
@@ -195,7 +195,7 @@ def _checked(number: int, path: Points, size: int | None) -> np.ndarray:
 
 
 def _measured(path: np.ndarray, ink: np.ndarray, seconds: float) -> Measure:
-    points = _refined(ink)
+    points = refined(ink)
     steps = _steps(points)
     along, deviation = _profile(points, path)
     weights = (np.append(steps, 0.0) + np.insert(steps, 0, 0.0)) / 2
@@ -205,7 +205,7 @@ def _measured(path: np.ndarray, ink: np.ndarray, seconds: float) -> Measure:
         rms_mm=10 * float(np.sqrt(mean_square)),
         start_mm=10 * float(np.linalg.norm(ink[0] - path[0])),
         end_mm=10 * float(np.linalg.norm(ink[-1] - path[-1])),
-        missed_mm=10 * float(_distances(_refined(path), ink).max()),
+        missed_mm=10 * float(distances(refined(path), ink).max()),
         seconds=float(seconds),
         length_cm=float(_steps(path).sum()),
         ink_cm=float(steps.sum()),
@@ -254,7 +254,7 @@ def _segments(points: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndar
     return np.linalg.norm(miss, axis=2), share, side
 
 
-def _distances(points: np.ndarray, path: np.ndarray) -> np.ndarray:
+def distances(points: np.ndarray, path: np.ndarray) -> np.ndarray:
     """Distance of each point from a polyline, cm."""
     if len(path) == 1:
         return np.linalg.norm(points - path[0], axis=1)
@@ -273,7 +273,7 @@ def _steps(points: np.ndarray) -> np.ndarray:
     return np.linalg.norm(np.diff(points, axis=0), axis=1)
 
 
-def _refined(points: np.ndarray) -> np.ndarray:
+def refined(points: np.ndarray) -> np.ndarray:
     """The same polyline with points at most INK_SPACING apart, without repeated ones."""
     points = points[np.concatenate([[True], _steps(points) > 1e-9])]
     counts = np.maximum(1, np.ceil(_steps(points) / INK_SPACING)).astype(int)

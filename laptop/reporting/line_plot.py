@@ -104,7 +104,7 @@ def write_line_plot(
     if len(wanted) != len(measures):
         raise ValueError(f"{len(measures)} measures for {len(wanted)} wanted paths")
     with new_figure() as figure:
-        _write_title(figure, title, notes)
+        write_title(figure, title, notes)
         _draw_sheet(figure, rows, wanted, skeleton, reach, axes)
         _draw_column(figure, rows, wanted, measures)
         picture = png_of(figure)
@@ -455,7 +455,7 @@ def _stack(n: int, gap: float) -> list[tuple[float, float, float, float]]:
 # Text that nobody knows beforehand
 
 
-def _write_title(figure: Figure, title: str, notes: str) -> None:
+def write_title(figure: Figure, title: str, notes: str) -> None:
     """The title on one line, smaller on two where it must be; the notes on what that leaves."""
     title, notes = _printable(title), _printable(notes)
     artist = figure.text(SHEET[0], 0.975, "", va="top", size=13.5, color=INK, weight="bold")

@@ -1,0 +1,398 @@
+"""`draw`: an SVG, a text, a picture or a test card; seen before, tried, and drawn by the brick."""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from laptop.cli.brick import THE_BRICK, talk
+from laptop.cli.options import arm_option, examples, importing, in_one_line
+from shared.arm_description import Arm, find_arm, read_arm
+
+if TYPE_CHECKING:
+    from laptop.drawing.artwork import Artwork
+    from laptop.drawing.options import DrawingOptions
+    from laptop.drawing.preparing import DrawingPlan
+
+MAX_INPUT = 20_000_000
+"""Greatest size of what comes on standard input, bytes."""
+
+EXAMPLES = examples(
+    "draw rose --preview rose.png",
+    "draw house.svg --size 9 --simulate",
+    'draw --text "Hello\\nworld" --font script --at 12,4',
+    "draw photo.jpg --detail 60 --shades 2 --clip --brick ev3dev",
+    "draw --watch",
+)
+
+
+class Centimetres(click.ParamType):
+    """Two numbers with a letter or comma between, or where `one` is set, one."""
+
+    def __init__(self, between: str, one: bool = False) -> None:
+        self.name = f"A{between}B"
+        self._between, self._one = between, one
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return (a, b), b None where it was left out; fail if these are no numbers."""
+        if isinstance(value, tuple):
+            return value
+        try:
+            numbers = [float(part) for part in value.split(self._between)]
+        except ValueError:
+            numbers = []
+        if len(numbers) == 2:
+            return tuple(numbers)
+        if len(numbers) == 1 and self._one:
+            return numbers[0], None
+        form = f"5{self._between}10" + (" or 5" if self._one else "")
+        self.fail(f"'{value}' is no size or place; write it as {form}, in cm", param, ctx)
+
+
+def _group(*options: Any) -> Any:
+    def add(command: Any) -> Any:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
+SOURCE = _group(
+    click.argument("what", required=False),
+    click.option("--text", metavar="TEXT", help="Write this; \\n begins a new line."),
+    click.option(
+        "--card", metavar="NAME", help="A test card: grid, star, circles, iso9283, reach."
+    ),
+    click.option("--font", default="plain", show_default=True, help="Of a text."),
+    click.option(
+        "--letters", default=1.0, show_default=True, metavar="CM", help="Height of capitals."
+    ),
+    click.option("--slant", default=0.0, metavar="DEG", help="Of the letters, to the right."),
+    click.option("--spacing", default=1.0, metavar="X", help="From letter to letter; 1 as usual."),
+    click.option("--align", default="left", show_default=True, help="Lines: left, centre, right."),
+    click.option(
+        "--detail",
+        default=50.0,
+        show_default=True,
+        metavar="0..100",
+        help="Of a picture: how weak an edge gets an outline; 0 draws none.",
+    ),
+    click.option(
+        "--shades",
+        default=3,
+        show_default=True,
+        metavar="0..4",
+        help="Of a picture: tones that are hatched.",
+    ),
+    click.option(
+        "--smoothing",
+        default=30.0,
+        show_default=True,
+        metavar="0..100",
+        help="Of a picture: how much that is fine is left out.",
+    ),
+    click.option(
+        "--layer",
+        "layers",
+        multiple=True,
+        metavar="NAME",
+        help="Draw this layer of an SVG; several times if needed.",
+    ),
+)
+
+PLACE = _group(
+    click.option(
+        "--fit", is_flag=True, help="As large as the arm reaches, or as the paper is (default)."
+    ),
+    click.option(
+        "--paper", metavar="SIZE", help="Sheet: a6, a5, a4, letter, a5-landscape, or WxH in cm."
+    ),
+    click.option(
+        "--at",
+        type=Centimetres(","),
+        metavar="X,Y",
+        help="Its centre, cm; of the sheet with --paper.",
+    ),
+    click.option(
+        "--size",
+        type=Centimetres("x", one=True),
+        metavar="W[xH]",
+        help="How large it is to be, cm.",
+    ),
+    click.option(
+        "--rotate",
+        default=0.0,
+        metavar="DEG",
+        help="Counter-clockwise; 0 is upright for who sits behind the arm.",
+    ),
+    click.option(
+        "--height",
+        default=0.0,
+        metavar="CM",
+        help="Of the paper above the table, for an arm in space.",
+    ),
+    click.option("--clip", is_flag=True, help="Leave out what the arm does not reach."),
+    click.option("--elbow", metavar="up|down", help="Keep the elbow so.  [default: as it reaches]"),
+    click.option(
+        "--speed", type=float, metavar="CM_PER_S", help="Of the tip.  [default: the arm's]"
+    ),
+    click.option(
+        "--tolerance",
+        type=float,
+        metavar="MM",
+        help="By which lines may be simplified.  [default: 0.1]",
+    ),
+    click.option(
+        "--keep-order", is_flag=True, help="Draw stroke by stroke as it stands in the file."
+    ),
+)
+
+WHERE_TO = _group(
+    click.option(
+        "--preview",
+        "previews",
+        multiple=True,
+        type=click.Path(dir_okay=False, path_type=Path),
+        metavar="FILE",
+        help="Show it in an .svg or .png, and draw nothing.",
+    ),
+    click.option(
+        "--job",
+        "job_file",
+        type=click.Path(dir_okay=False, path_type=Path),
+        metavar="FILE",
+        help="Write the job's file, and draw nothing.",
+    ),
+    click.option(
+        "--simulate", is_flag=True, help="Draw it on the emulated brick; leaves its files in --out."
+    ),
+    click.option(
+        "--out",
+        default="out",
+        show_default=True,
+        metavar="DIR",
+        type=click.Path(path_type=Path),
+        help="For --simulate.",
+    ),
+    click.option(
+        "--plant", default="", metavar="KEY=VALUE,...", help="For --simulate, see simulate."
+    ),
+    click.option(
+        "--repeat",
+        type=click.IntRange(1, 10000),
+        default=1,
+        metavar="N",
+        help="Draw it so many times.",
+    ),
+    click.option(
+        "--resume", is_flag=True, help="Go on where this drawing was left by a crash or a stop."
+    ),
+    click.option(
+        "--from", "share", metavar="PERCENT", help="Begin at so much of its length, as 40%."
+    ),
+    click.option("--detach", is_flag=True, help="Let the brick draw alone from the start."),
+    click.option("--watch", is_flag=True, help="Show the drawing that is on, and give it orders."),
+    click.option("--jobs", is_flag=True, help="List the jobs on the brick."),
+    click.option("--cancel", metavar="NAME", help="Remove a job from the brick."),
+    THE_BRICK,
+)
+
+
+@click.command(epilog=EXAMPLES)
+@SOURCE
+@PLACE
+@WHERE_TO
+@arm_option("Arm that draws")
+def draw(
+    what: str | None,
+    arm_file: str,
+    previews: tuple[Path, ...],
+    job_file: Path | None,
+    simulate: bool,
+    out: Path,
+    plant: str,
+    repeat: int,
+    resume: bool,
+    share: str | None,
+    detach: bool,
+    watch: bool,
+    jobs: bool,
+    cancel: str | None,
+    name: str | None,
+    **options: Any,
+) -> None:
+    """Draw WHAT: an SVG, PNG or JPEG file, a text, - for standard input, or a drawing by its name.
+
+    Drawings that come along: house, knot, owl, rose, spirograph.  Without --preview, --job or
+    --simulate the brick draws it: Ctrl-C pauses, a second one aborts, and when this computer is
+    closed the brick goes on.
+    """
+    if watch or jobs or cancel:
+        if sum(map(bool, (what, options["text"], options["card"], watch, jobs, cancel))) > 1:
+            raise click.UsageError("--watch, --jobs and --cancel stand alone: leave all else out.")
+        sys.exit(_told(name, jobs, cancel))
+    with importing():  # numpy and OpenCV
+        from laptop.drawing import preview
+
+    with in_one_line():
+        words = _words(repeat, resume, share)
+        arm = read_arm(find_arm(arm_file))
+        plan = _prepared(_artwork(what, arm, options), arm, _options(options))
+        for line in preview.lines_of(plan):
+            click.echo(line)
+        for file in previews:
+            _written(file, lambda file: preview.write_preview(plan, file))
+        if not (previews and plan.missed):
+            plan.check()
+        if job_file:
+            _written(job_file, plan.write_job)
+        if simulate:
+            from laptop.cli.draw_simulated import draw_simulated  # more to import
+
+            sys.exit(draw_simulated(plan, out, plant, words))
+        if previews or job_file:
+            return
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
+            plan.write_job(file)
+            sys.exit(_sent(name, file, ("--arm", arm.name, *words), detach))
+
+
+def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:
+    """Return what is to be drawn."""
+    from laptop.drawing import cards, lettering, pictures, sources
+
+    text, card = options["text"], options["card"]
+    if sum(one is not None for one in (what, text, card)) != 1:
+        raise click.UsageError(
+            "give one thing to draw: a FILE, - or a drawing's name, or --text, or --card."
+        )
+    letters = lettering.Lettering(
+        options["font"],
+        options["letters"],
+        math.radians(options["slant"]),
+        options["spacing"],
+        align=options["align"],
+    )
+    tracing = pictures.Tracing(options["detail"], options["shades"], options["smoothing"])
+    if text is not None:
+        return lettering.write_text(text.replace("\\n", "\n"), letters)
+    if card is not None:
+        return cards.draw_card(card, arm=arm)
+    if what == "-":
+        data = sys.stdin.buffer.read(MAX_INPUT + 1)
+        if len(data) > MAX_INPUT:
+            raise click.ClickException(
+                f"more than {MAX_INPUT // 1_000_000} MB on standard input; simplify the drawing"
+            )
+        return sources.read_source(data, "standard input", letters, tracing)
+    assert what is not None
+    return sources.read_source(what, "", letters, tracing)
+
+
+def _options(options: dict[str, Any]) -> DrawingOptions:
+    """Return how it is to be drawn."""
+    from laptop.drawing.options import TOLERANCE, DrawingOptions
+
+    if options["fit"] and options["size"]:
+        raise click.UsageError("--fit is as large as possible: leave it or --size out.")
+    tolerance = options["tolerance"]
+    return DrawingOptions(
+        options["paper"],
+        options["at"],
+        options["size"],
+        options["rotate"],
+        options["height"],
+        options["speed"],
+        options["elbow"],
+        options["clip"],
+        TOLERANCE if tolerance is None else tolerance / 10,
+        not options["keep_order"],
+        options["layers"] or None,
+    )
+
+
+def _prepared(artwork: Artwork, arm: Arm, options: DrawingOptions) -> DrawingPlan:
+    """Return the plan, with a bar while that takes time."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    from laptop.drawing.preparing import prepare
+
+    for sentence in artwork.left_out:
+        click.echo(sentence, err=True)
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        return prepare(artwork, arm, options)
+    columns = (BarColumn(bar_width=30), TextColumn("{task.description}"))
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+        return prepare(
+            artwork,
+            arm,
+            options,
+            lambda stage, share: bar.update(task, completed=share, description=stage),
+        )
+
+
+def _written(file: Path, write: Callable[[Path], object]) -> None:
+    """Write a file, and say so."""
+    try:
+        write(file)
+    except OSError as error:
+        raise click.ClickException(
+            f"cannot write {file}: {error.strerror}; choose another file"
+        ) from None
+    click.echo(f"{file} is written")
+
+
+def _words(repeat: int, resume: bool, share: str | None) -> tuple[str, ...]:
+    """Return what the program on the brick is told of how to draw it."""
+    if resume and share is not None:
+        raise click.UsageError("--resume knows where to go on: leave it or --from out.")
+    words: tuple[str, ...] = ("--repeat", str(repeat)) if repeat > 1 else ()
+    words += ("--resume",) if resume else ()
+    if share is None:
+        return words
+    if not re.fullmatch(r"\d{1,3}(\.\d*)?%?", share) or float(share.rstrip("%")) >= 100:
+        raise click.UsageError(f"--from {share}: give a share of its length, as 40%.")
+    return (*words, "--from", share)
+
+
+def _sent(name: str | None, file: Path, words: tuple[str, ...], detach: bool) -> int:
+    """Let the brick draw a job; return the exit status."""
+    from rich.console import Console
+
+    from laptop.brick import jobs
+    from laptop.cli.job_display import JobDisplay
+
+    display = JobDisplay(Console())
+    with display.shown():
+        return talk(name, jobs.draw, file, words, display.show, detach)
+
+
+def _told(name: str | None, listed: bool, cancelled: str | None) -> int:
+    """Watch, list or remove jobs; return the exit status."""
+    with importing():
+        from rich.console import Console
+
+        from laptop.brick import jobs
+        from laptop.cli.job_display import JobDisplay
+
+    if listed:
+        click.echo(talk(name, jobs.jobs))
+        return 0
+    if cancelled:
+        click.echo(talk(name, jobs.cancel, cancelled))
+        return 0
+    display = JobDisplay(Console())
+    with display.shown():
+        return talk(name, jobs.watch, display.show)
