@@ -1,0 +1,249 @@
+"""Drawings, measured: their order beside vpype's, their estimate beside the run, their ink."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from itertools import pairwise, product
+from pathlib import Path
+
+import numpy as np
+
+from laptop.bench import plot_drawings, workers
+from laptop.drawing import planning, preparing, sources, strokes
+from laptop.drawing.artwork import Artwork
+from laptop.drawing.options import DrawingOptions
+from laptop.reporting import drawing_plot
+from laptop.simulator import session
+from laptop.simulator.own_programs import find_script
+from robot.motion import kinematics
+from shared.arm_description import find_arm, read_arm
+
+ARMS = ("planar", "geared", "spatial")
+
+TIMEOUT = 24 * 3600.0
+"""A drawing may take so long on the emulated brick, s."""
+
+VPYPE = ("read", "--no-crop", "-", "linemerge", "linesort", "write", "--format", "svg", "-")
+"""What vpype is told to do with a drawing on its standard input."""
+
+VPYPE_PATIENCE = 300.0
+"""For that, s."""
+
+
+@dataclass(frozen=True)
+class PlotCase:
+    """A drawing, given by its name or file, and the arm that draws it."""
+
+    drawing: str
+    arm: str
+    pictures: str | None = None
+
+
+@dataclass(frozen=True)
+class PlotResult:
+    """One drawing drawn.
+
+    Attributes:
+        drawing, arm: what and by which.
+        strokes, points: as the drawing has them within the arm's reach.
+        drawn_strokes, drawn_points: as they are drawn.
+        before_cm: pen-up way as the drawing has it.
+        vpype_cm: the same after vpype's `linemerge linesort`; None where that is not installed.
+        vpype_strokes: as many has that.
+        ours_cm: as it is planned.
+        true_cm: what the tip went with the pen up, which takes up backlash from behind.
+        ink_cm: drawn.
+        estimated_s, drawn_s: on the brick.
+        greatest_mm, rms_mm, missed_mm: see laptop.reporting.drawing_plot.DrawingAccuracy.
+        floor_mm: half an encoder count at every joint, at its largest along the drawing.
+        standing_s: longest time for which the tip stood with the pen down.
+        prepared_s: that preparing it took this computer.
+        error: why it was not drawn; or "".
+    """
+
+    drawing: str
+    arm: str
+    strokes: int = 0
+    points: int = 0
+    drawn_strokes: int = 0
+    drawn_points: int = 0
+    before_cm: float = math.nan
+    vpype_cm: float | None = None
+    vpype_strokes: int | None = None
+    ours_cm: float = math.nan
+    true_cm: float = math.nan
+    ink_cm: float = math.nan
+    estimated_s: float = math.nan
+    drawn_s: float = math.nan
+    greatest_mm: float = math.nan
+    rms_mm: float = math.nan
+    missed_mm: float = math.nan
+    floor_mm: float = math.nan
+    standing_s: float = math.nan
+    prepared_s: float = math.nan
+    error: str = ""
+
+
+def cases(files: Sequence[str], arms: Sequence[str], pictures: str | None) -> list[PlotCase]:
+    """Every drawing by every arm; ten of them if no file is given."""
+    drawings = files or (*sources.gallery(), *plot_drawings.NAMES)
+    return [PlotCase(drawing, arm, pictures) for drawing, arm in product(drawings, arms)]
+
+
+def run(todo: Sequence[PlotCase], executor: Executor | None = None) -> Iterator[PlotResult]:
+    """Yield the results of the cases, in their order."""
+    return workers.map_cases(draw, todo, executor=executor)
+
+
+def artwork_of(drawing: str) -> Artwork:
+    """Return a drawing of the bench, of the gallery or of a file."""
+    if drawing in plot_drawings.NAMES:
+        return plot_drawings.artwork(drawing)
+    return sources.read_source(drawing)
+
+
+def draw(case: PlotCase) -> PlotResult:
+    """Draw one case on the emulated brick, at the brick's pace."""
+    arm = read_arm(find_arm(case.arm))
+    artwork = artwork_of(case.drawing)
+    began = time.perf_counter()
+    plan = preparing.prepare(artwork, arm, DrawingOptions(clip=True))
+    prepared = time.perf_counter() - began
+    placed = strokes.cut(
+        *(arm, plan.placement.strokes, artwork.layers, plan.options.height),
+        plan.options.postures(arm),
+    )
+    vpype = by_vpype([stroke.points for stroke in placed.strokes])
+    with tempfile.TemporaryDirectory() as folder:
+        file = str(Path(folder) / "drawing.job")
+        plan.write_job(file)
+        done = session.run(arm, find_script("driver.py"), ("job", file), timeout=TIMEOUT)
+    chains = planning.chains(plan.strokes, arm, plan.options.height)
+    accuracy = drawing_plot.compare(done.record, chains)
+    if case.pictures:
+        name = f"{Path(case.drawing).stem}-{case.arm}"
+        drawing_plot.write_drawing_plot(
+            Path(case.pictures) / f"{name}.png",
+            done.record,
+            chains,
+            accuracy,
+            f"{artwork.name}, {arm.name}",
+            f"greatest {accuracy.greatest_mm:.2f} mm, rms {accuracy.rms_mm:.2f} mm",
+        )
+    return PlotResult(
+        case.drawing,
+        case.arm,
+        plan.before.strokes,
+        plan.before.points,
+        plan.after.strokes,
+        plan.after.points,
+        plan.before.pen_up_cm,
+        vpype and vpype[0],
+        vpype and vpype[1],
+        plan.after.pen_up_cm,
+        accuracy.pen_up_cm,
+        accuracy.ink_cm,
+        plan.estimate.seconds,
+        done.outcome.t,
+        accuracy.greatest_mm,
+        accuracy.rms_mm,
+        accuracy.missed_mm,
+        floor(plan),
+        accuracy.standing_s,
+        prepared,
+        "" if done.outcome.status == 0 else done.outcome.reason,
+    )
+
+
+def floor(plan: preparing.DrawingPlan) -> float:
+    """Deviation of a perfect controller that knows each joint to half a count, mm.
+
+    Half a count at every joint in the worst signs, mapped through the Jacobian onto the normal of
+    the way, at its largest along the drawing.
+    """
+    halves = [math.radians(0.5) / joint.gear for joint in plan.arm.joints]
+    errors = np.array(list(product(*((-half, half) for half in halves)))).T
+    greatest = 0.0
+    for stroke in plan.strokes:
+        for motion in stroke.motions:
+            _, segments, _ = motion.numbers()
+            for _, _, cubics, _ in segments:
+                q = [cubic[0] for cubic in cubics]
+                jacobian = np.array(kinematics.jacobian(plan.arm, q))
+                way = jacobian @ [cubic[1] for cubic in cubics]
+                way /= np.linalg.norm(way)
+                across = np.eye(len(way)) - np.outer(way, way)
+                off = np.linalg.norm(across @ jacobian @ errors, axis=0).max()
+                greatest = max(greatest, float(off))
+    return 10 * greatest
+
+
+def by_vpype(lines: Sequence[np.ndarray]) -> tuple[float, int] | None:
+    """Pen-up way (cm) and number of strokes after vpype; None where it is not installed."""
+    program = shutil.which("vpype")
+    if program is None:
+        return None
+    done = subprocess.run(
+        [program, *VPYPE],
+        input=_svg(lines),
+        capture_output=True,
+        text=True,
+        timeout=VPYPE_PATIENCE,
+        check=True,
+    )
+    found = sources.read_source(done.stdout.encode(), "vpype").strokes
+    return sum(math.dist(a[-1], b[0]) for a, b in pairwise(found)), len(found)
+
+
+def _svg(lines: Sequence[np.ndarray]) -> str:
+    """Strokes as an SVG of 60 x 60 cm."""
+    text = "".join(
+        '<polyline points="{}"/>'.format(" ".join(f"{x + 30:.5f},{y + 30:.5f}" for x, y in line))
+        for line in lines
+    )
+    return (
+        '<svg xmlns="http://www.w3.org/2000/svg" width="60cm" height="60cm" viewBox="0 0 60 60" '
+        f'fill="none" stroke="black">{text}</svg>'
+    )
+
+
+HEADINGS = (
+    "drawing", "arm", "strokes", "points", "pen up cm", "vpype", "ours", "true", "about s",
+    "drawn s", "off by", "greatest mm", "rms mm", "left out", "stands s", "failed",
+)  # fmt: skip
+LEGEND = (
+    "strokes and points > as drawn; pen up: as it came, in vpype's order (strokes), in ours, and "
+    "truly; mm (in floors)"
+)
+
+
+def table(results: Sequence[PlotResult]) -> list[list[str]]:
+    """One row per drawing and arm."""
+    return [
+        [
+            Path(r.drawing).stem,
+            r.arm,
+            f"{r.strokes} > {r.drawn_strokes}",
+            f"{r.points} > {r.drawn_points}",
+            f"{r.before_cm:.0f}",
+            "-" if r.vpype_cm is None else f"{r.vpype_cm:.0f} ({r.vpype_strokes})",
+            f"{r.ours_cm:.0f}",
+            f"{r.true_cm:.0f}",
+            f"{r.estimated_s:.0f}",
+            f"{r.drawn_s:.0f}",
+            f"{100 * (r.estimated_s / r.drawn_s - 1):+.1f} %",
+            f"{r.greatest_mm:.2f} ({r.greatest_mm / r.floor_mm:.1f})",
+            f"{r.rms_mm:.2f} ({r.rms_mm / r.floor_mm:.1f})",
+            f"{r.missed_mm:.2f}",
+            f"{r.standing_s:.2f}",
+            r.error,
+        ]
+        for r in results
+    ]
