@@ -173,11 +173,9 @@ def floor(plan: preparing.DrawingPlan) -> float:
     greatest = 0.0
     for stroke in plan.strokes:
         for motion in stroke.motions:
-            _, segments, _ = motion.numbers()
-            for _, _, cubics, _ in segments:
-                q = [cubic[0] for cubic in cubics]
-                jacobian = np.array(kinematics.jacobian(plan.arm, q))
-                way = jacobian @ [cubic[1] for cubic in cubics]
+            for t in np.linspace(0.0, motion.duration, 2 * len(motion.numbers()[1]) + 1)[1:-1]:
+                jacobian = np.array(kinematics.jacobian(plan.arm, motion.at(t)[0]))
+                way = jacobian @ motion.speeds(t)
                 way /= np.linalg.norm(way)
                 across = np.eye(len(way)) - np.outer(way, way)
                 off = np.linalg.norm(across @ jacobian @ errors, axis=0).max()

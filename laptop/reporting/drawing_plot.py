@@ -165,8 +165,8 @@ def write_drawing_plot(
             axes.plot(-wished[:, 1], wished[:, 0], color=WISHED, lw=3.2, alpha=0.5, zorder=2)
         _draw_ways(axes, rows)
         colours = _draw_ink(axes, rows, accuracy)
-        axes.set_aspect("equal")
-        axes.margins(0.04)
+        low, high = _limits([np.concatenate(chain) for chain in chains])
+        axes.set(xlim=(-high[1], -low[1]), ylim=(low[0], high[0]), aspect="equal")
         axes.xaxis.set_major_formatter(lambda x, _: f"{0.0 - x:g}")
         axes.set_xlabel("y, cm (to the left)")
         axes.set_ylabel("x, cm (forward)")
@@ -174,6 +174,13 @@ def write_drawing_plot(
         bar.set_label("distance of the true ink from what was wished (grey), mm")
         png = png_of(figure)
     Path(file).write_bytes(png)
+
+
+def _limits(wished: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return least and greatest x and y of what is shown, cm."""
+    points = np.concatenate(wished)[:, :2]
+    room = 0.06 * max(float(np.ptp(points, axis=0).max()), 1.0)
+    return points.min(axis=0) - room, points.max(axis=0) + room
 
 
 def _draw_ways(axes: Axes, rows: Sequence[Any]) -> None:

@@ -1,0 +1,160 @@
+"""`draw`: what is typed becomes pictures, a job, a run on the emulated brick; or is refused."""
+
+import io
+import json
+import re
+
+import cv2
+import pytest
+from click.testing import CliRunner
+
+from laptop.brick.jobs import JobStatus
+from laptop.cli.job_display import JobDisplay, in_minutes, line_of
+from laptop.cli.main import laptop
+from shared.arm_description import find_arm, read_arm
+from shared.job import Job
+
+SQUARE = (
+    '<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm" viewBox="0 0 4 4">'
+    '<rect x="0" y="0" width="3" height="3" fill="none" stroke="black"/></svg>'
+)
+
+
+@pytest.fixture
+def draw(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words, **options):
+        return CliRunner().invoke(laptop, ["draw", *words], **options)
+
+    return run
+
+
+def test_the_help_has_five_examples(draw):
+    done = draw("--help")
+    assert done.exit_code == 0
+    assert len(re.findall(r"(?m)^    \S.* draw ", done.output.split("Examples:")[1])) == 5
+
+
+def test_a_drawing_is_shown_before_and_nothing_moves(draw, tmp_path):
+    done = draw("house", "--preview", "rose.svg", "--preview", "rose.png")
+    assert done.exit_code == 0, done.output
+    assert "about " in done.output
+    assert "rose.svg is written" in done.output
+    assert "<svg" in (tmp_path / "rose.svg").read_text()
+    assert cv2.imread(str(tmp_path / "rose.png")) is not None
+
+
+def test_what_cannot_be_reached_is_refused_but_shown(draw, tmp_path):
+    done = draw("rose", "--at", "20,0", "--size", "10", "--preview", "rose.svg", "--job", "a.job")
+    assert "cannot be reached (red)" in done.output
+    assert (tmp_path / "rose.svg").exists()
+    assert done.exit_code == 1
+    assert not (tmp_path / "a.job").exists()
+
+
+def test_a_job_is_written_for_the_arm(draw, tmp_path):
+    (tmp_path / "square.svg").write_text(SQUARE)
+    done = draw("square.svg", "--size", "4", "--job", "square.job")
+    assert done.exit_code == 0, done.output
+    header = Job(str(tmp_path / "square.job"), read_arm(find_arm("planar"))).header
+    assert header.cm == pytest.approx(16.0, abs=0.01)
+    assert header.strokes == 1
+
+
+def test_standard_input_is_read(draw, tmp_path):
+    done = draw("-", "--size", "4", "--job", "a.job", input=SQUARE)
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "a.job").exists()
+
+
+@pytest.mark.parametrize("words", [("--text", "Hi\\nyou"), ("--card", "star")])
+def test_texts_and_cards_are_drawn(draw, words):
+    assert draw(*words, "--size", "4", "--job", "a.job").exit_code == 0
+
+
+def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
+    (tmp_path / "square.svg").write_text(SQUARE)
+    done = draw("square.svg", "--size", "4", "--simulate", "--out", "try")
+    assert done.exit_code == 0, done.output
+    assert sorted(path.name for path in (tmp_path / "try").iterdir()) == [
+        *("picture.png", "summary.json", "trace.csv")
+    ]
+    summary = json.loads((tmp_path / "try" / "summary.json").read_text())
+    assert summary["estimated_s"] == pytest.approx(summary["drawn_s"], rel=0.05)
+    assert summary["greatest_mm"] < 4
+    assert 0 < summary["rms_mm"] < summary["greatest_mm"]
+    assert summary["pen_up_cm"] == 0
+    assert "off by" in done.output
+
+
+@pytest.mark.long
+def test_it_is_begun_at_a_share_and_repeated_there(draw):
+    words = ("house", "--size", "6", "--simulate", "--out", "try", "--from", "90%", "--repeat", "2")
+    done = draw(*words)
+    assert done.exit_code == 0, done.output
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ((), "give one thing to draw"),
+        (("rose", "--text", "a"), "give one thing to draw"),
+        (("nothing.svg",), "there is no such file; give one, or a drawing that comes along"),
+        (("rose", "--size", "5x"), "write it as 5x10 or 5, in cm"),
+        (("rose", "--at", "5"), "write it as 5,10, in cm"),
+        (("rose", "--fit", "--size", "5"), "leave it or --size out"),
+        (("rose", "--speed", "nan"), "speed nan: give 0.5 to 50 cm/s"),
+        (("rose", "--tolerance", "9"), "tolerance 0.9: give 0 to 0.2 cm"),
+        (("rose", "--paper", "a9"), "paper 'a9' is no sheet"),
+        (("rose", "--elbow", "left"), "elbow 'left': give one of"),
+        (("rose", "--layer", "ink"), "layer 'ink'"),
+        (("rose", "--from", "140%"), "--from 140%: give a share of its length, as 40%"),
+        (("rose", "--from", "4", "--resume"), "leave it or --from out"),
+        (("rose", "--watch"), "stand alone"),
+        (("--jobs", "--cancel", "a"), "stand alone"),
+        (("rose", "--preview", "rose.gif"), "a preview is written as .svg or .png"),
+        (("rose", "--preview", "no/rose.svg"), "cannot write no/rose.svg"),
+        (("--card", "house"), "there is no such test card"),
+        (("--text", "a", "--letters", "0"), "size = 0 cm: it must be from 0.1"),
+        (("rose", "--arm", "nobody"), "nobody"),
+    ],
+)
+def test_bad_input_is_told_in_a_line(draw, words, told):
+    done = draw(*words)
+    assert done.exit_code in (1, 2)
+    assert told in done.output
+    assert "Traceback" not in done.output
+
+
+def test_a_job_on_its_way_is_told_in_a_line():
+    status = JobStatus(
+        "drawing", "rose", "", 3, 9, 12.5, 50.0, 75, 2, 3, (10.06, 4.2), 7.62, 60, -5.0
+    )
+    assert line_of(status) == (
+        "rose: drawing, 25 %, stroke 3 of 9, time 2 of 3, 1:15 left, tip 10.1, 4.2 cm, 7.6 V, "
+        "speed 60 %, pen -5 deg"
+    )
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"), [(0, "0:00"), (59.6, "1:00"), (725, "12:05"), (3723, "1:02:03")]
+)
+def test_times_are_told_as_people_say_them(seconds, told):
+    assert in_minutes(seconds) == told
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+def test_every_state_is_shown(terminal):
+    from rich.console import Console
+
+    out = io.StringIO()
+    display = JobDisplay(Console(file=out, force_terminal=terminal, width=200))
+    with display.shown():
+        for state in ("drawing", "paused", "drawing", "done"):
+            display.show(JobStatus(state, "rose", cm=5, cm_all=10))
+    assert ("space pauses" in out.getvalue()) == terminal
+    if not terminal:
+        assert [line.split(",")[0] for line in out.getvalue().splitlines()] == [
+            *("rose: drawing", "rose: paused", "rose: drawing", "rose: done")
+        ]
