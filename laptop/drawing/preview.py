@@ -144,7 +144,9 @@ def reach_outlines(plan: DrawingPlan) -> list[np.ndarray]:
     soft = cv2.GaussianBlur((table.cells > 0).astype(np.float32), (0, 0), 1.5)
     size = (FINER * (len(soft) - 1) + 1,) * 2
     inner = cv2.remap(
-        soft, *np.meshgrid(*[np.arange(n, dtype=np.float32) / FINER for n in size]), cv2.INTER_LINEAR
+        soft,
+        *np.meshgrid(*[np.arange(n, dtype=np.float32) / FINER for n in size]),
+        cv2.INTER_LINEAR,
     )
     found, _ = cv2.findContours(
         (inner > 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE

@@ -129,9 +129,7 @@ class _Page:
     def missed(self) -> None:
         path = " ".join(self._path(points) for points in self._scene.missed)
         if path:
-            self._out.append(
-                f'<path d="{path}" stroke="#e00000" stroke-width="{2 * LINE_WIDTH}"/>'
-            )
+            self._out.append(f'<path d="{path}" stroke="#e00000" stroke-width="{2 * LINE_WIDTH}"/>')
 
     def start(self) -> None:
         if self._scene.start is not None:

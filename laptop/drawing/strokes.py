@@ -8,7 +8,7 @@ import numpy as np
 
 from laptop.drawing import reach
 from laptop.drawing.artwork import stroke_length
-from robot.motion import kinematics, trajectory
+from robot.motion import kinematics
 from shared.arm_description import Arm
 
 CUT_PRECISION = 0.005
@@ -77,7 +77,7 @@ def cut(
 
     A stroke that needs two postures is cut where both have it, so that nothing of it is missing.
     """
-    reached = reach.try_strokes(arm, list(strokes), height, postures)
+    reached = reach.try_strokes(arm, strokes, height, postures)
     bounds = np.searchsorted(reached.stroke, np.arange(len(strokes) + 1))
     runs = {posture: reached.runs(posture) for posture in postures}
     found: list[PlacedStroke] = []
@@ -178,13 +178,3 @@ def refusal(missed: tuple[Missed, ...], total: int) -> kinematics.Unreachable:
         f"{length:.1f} cm of stroke{plural} {named} (of {total}) cannot be drawn: "
         f"{missed[0].reason}; place it elsewhere, make it smaller, or leave that out by --clip"
     )
-
-
-def follows(arm: Arm, points: np.ndarray, height: float, posture: str) -> bool:
-    """Whether the brick's own planning goes along all of it in this posture; slow, for tests."""
-    dense = reach.on_table(arm, reach.densified(points), height)
-    try:
-        trajectory.joint_path(arm, [tuple(map(float, p)) for p in dense], posture)
-    except kinematics.Unreachable:
-        return False
-    return True
