@@ -142,12 +142,9 @@ def reach_outlines(plan: DrawingPlan) -> list[np.ndarray]:
     """Outlines of what the arm reaches in the postures that it may take, outer and inner ones."""
     table = reach.reach_map(plan.arm, plan.options.height, plan.options.postures(plan.arm))
     soft = cv2.GaussianBlur((table.cells > 0).astype(np.float32), (0, 0), 1.5)
-    size = (FINER * (len(soft) - 1) + 1,) * 2
-    inner = cv2.remap(
-        soft,
-        *np.meshgrid(*[np.arange(n, dtype=np.float32) / FINER for n in size]),
-        cv2.INTER_LINEAR,
-    )
+    finer = np.arange(FINER * (len(soft) - 1) + 1, dtype=np.float32) / FINER
+    x, y = np.meshgrid(finer, finer)
+    inner = cv2.remap(soft, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR)
     found, _ = cv2.findContours(
         (inner > 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE
     )

@@ -93,7 +93,7 @@ def cut(
         spans, gaps = _spans([runs[posture][part] for posture in postures])
         before = len(found)
         for first, last in spans:
-            line = _ended(arm, dense, first, last, height, postures)
+            line = _ended(arm, dense, first, last, gaps, height, postures)
             can = tuple(p for p in postures if runs[p][part][first] > last - first)
             if stroke_length(line) >= LEAST_PART:
                 found.append(PlacedStroke(line, layer, k + 1, can))
@@ -133,13 +133,14 @@ def _ended(
     dense: np.ndarray,
     first: int,
     last: int,
+    gaps: list[tuple[int, int]],
     height: float,
     postures: tuple[str, ...],
 ) -> np.ndarray:
-    """The line between two of its points, drawn on at both ends to where the reach ends."""
+    """The line between two of its points, drawn on into the gaps to where the reach ends."""
     line = dense[first : last + 1]
     for end, beyond in ((0, first - 1), (-1, last + 1)):
-        if not 0 <= beyond < len(dense):
+        if not any(begin <= beyond <= finish for begin, finish in gaps):
             continue
         inside, outside = line[end], dense[beyond]
         while np.hypot(*(outside - inside)) > CUT_PRECISION:

@@ -108,7 +108,6 @@ def test_the_map_knows_the_hole_and_the_rim():
     arm = arm_named("planar")
     table = reach.reach_map(arm, 0.0)
     hole, rim = kinematics.reach(arm)
-    assert table.at(np.array([[10.0, 0.0], [0.0, 0.0], [rim + 0.3, 0.0], [400.0, 0.0]])).tolist() == [
-        3, 0, 0, 0,
-    ]  # fmt: skip
+    there = np.array([[10.0, 0.0], [0.0, 0.0], [rim + 0.3, 0.0], [400.0, 0.0]])
+    assert table.at(there).tolist() == [3, 0, 0, 0]
     assert hole < 5 < rim
