@@ -130,7 +130,7 @@ def _outlines(grey: np.ndarray, detail: float) -> tuple[list[np.ndarray], int]:
     for chain in chains[:MAX_STROKES]:
         points = _without_steps(chain)
         # OpenCV leaves out the end of a line that comes back to where it began
-        line = cv2.approxPolyDP(points.astype(np.float32).reshape(-1, 1, 2), 0.6, False)
+        line = cv2.approxPolyDP(points.astype(np.float32).reshape(-1, 1, 2), 0.45, False)
         points = np.vstack([line.reshape(-1, 2), points[-1:].astype(np.float32)]).astype(float)
         lines.append(rounded(points + 0.5, CORNER, 0.1))  # pixels' centres
     return [line for line in lines if len(line) > 1], len(chains) - len(lines)

@@ -353,12 +353,20 @@ def test_styles_hide_by_their_weight(rules, attributes, is_drawn):
     assert len(artwork.strokes) == 1 + is_drawn
 
 
-def test_a_broken_path_is_drawn_up_to_its_fault():
-    artwork = read('<path d="M1 1h5v5 l 3 nan 9 9"/>')
+@pytest.mark.parametrize(
+    "fault", ["l 3 nan 9 9", "H", "H nan", "l3", "h", "C1 1 2 2", "X 3 4", "a1 1 0 0 1 5", "t nan"]
+)
+def test_a_broken_path_is_drawn_up_to_its_fault(fault):
+    artwork = read(f'<path d="M1 1h5v5 {fault}"/>')
     assert artwork.strokes[0] == pytest.approx(mm([(1, 1), (6, 1), (6, 6)]))
-    assert artwork.left_out == (
-        'A path is broken, and drawn up to there ("M1 1h5v5 l 3 nan 9 9").',
-    )
+    assert artwork.left_out == (f'A path is broken, and drawn up to there ("M1 1h5v5 {fault}").',)
+
+
+@pytest.mark.parametrize("data", ["L3 3", "3 3 M1 1L2 2", "H5", "nan"])
+def test_a_path_must_begin_with_a_move(data):
+    artwork = read(f'<path d="M0 0h1"/><path d="{data}"/>')
+    assert len(artwork.strokes) == 1
+    assert artwork.left_out == (f'A path is broken, and drawn up to there ("{data}").',)
 
 
 def test_several_of_a_kind_are_counted_and_some_named():
