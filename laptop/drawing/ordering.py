@@ -152,7 +152,9 @@ def _layer_in_order(
 ) -> list[PlacedStroke]:
     heads, tails = _ends_of(strokes)
     begin = np.append(start, 0.0)
-    tours = []
+    # (As they came, they may lie in a good order already.)
+    tours = [_Tour(heads, tails, np.arange(len(heads)), np.zeros(len(heads), bool))]
+    most_tried -= tours[0].shorten(most_tried)
     for first in (begin, *heads[: BEGINNINGS - 1]):
         tours.append(_Tour(heads, tails, *_nearest_neighbours(heads, tails, first)))
         most_tried -= tours[-1].shorten(most_tried)

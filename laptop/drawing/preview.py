@@ -35,7 +35,7 @@ class BadPreview(BadArtwork):
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class PreviewScene:
     """What a preview shows; all points (n, 2) are cm on the picture, x to the right, y up.
 
     title, lines  what is written over it
@@ -94,7 +94,7 @@ def seen_from_behind(points: np.ndarray) -> np.ndarray:
     return np.column_stack([-points[:, 1], points[:, 0]])
 
 
-def scene(plan: DrawingPlan) -> Scene:
+def scene(plan: DrawingPlan) -> PreviewScene:
     """What the preview of a plan shows."""
     strokes = [seen_from_behind(stroke.placed.points) for stroke in plan.strokes]
     ways = [
@@ -110,7 +110,7 @@ def scene(plan: DrawingPlan) -> Scene:
     shown = np.vstack([*outlines, *strokes, *missed, joints, *([] if paper is None else [paper])])
     starts = plan.estimate.starts
     total = max(plan.estimate.seconds, 1e-9)
-    return Scene(
+    return PreviewScene(
         plan.name,
         tuple(_lines(plan)),
         shown.min(axis=0) - MARGIN,

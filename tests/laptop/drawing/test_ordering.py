@@ -32,7 +32,8 @@ def segments(strokes):
 
 def test_lines_that_meet_become_one_whichever_way_they_go():
     found = ordering.merged([
-        stroke((0, 0), (1, 0)), stroke((2, 1), (1, 1)), stroke((1, 0), (1, 1)), stroke((5, 5), (6, 6)),
+        stroke((0, 0), (1, 0)), stroke((2, 1), (1, 1)), stroke((1, 0), (1, 1)),
+        stroke((5, 5), (6, 6)),
     ])  # fmt: skip
     assert [s.points.tolist() for s in found] == [
         [[0, 0], [1, 0], [1, 1], [2, 1]],

@@ -79,7 +79,9 @@ def test_the_refusal_says_which_how_much_and_where():
     found = cut(*lines)
     text = str(strokes.refusal(found.missed, 5))
     assert re.match(r"46\.\d cm of strokes 1, 2, 3 and 2 more \(of 5\) cannot be drawn: \(2", text)
-    assert "out of reach" in text and "--clip" in text and "\n" not in text
+    assert "out of reach" in text
+    assert "--clip" in text
+    assert "\n" not in text
 
 
 def test_scraps_of_a_cut_line_are_left_out():
