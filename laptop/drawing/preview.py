@@ -35,7 +35,7 @@ class BadPreview(BadArtwork):
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class PreviewScene:
     """What a preview shows; all points (n, 2) are cm on the picture, x to the right, y up.
 
     title, lines  what is written over it
@@ -94,7 +94,7 @@ def seen_from_behind(points: np.ndarray) -> np.ndarray:
     return np.column_stack([-points[:, 1], points[:, 0]])
 
 
-def scene(plan: DrawingPlan) -> Scene:
+def scene(plan: DrawingPlan) -> PreviewScene:
     """What the preview of a plan shows."""
     strokes = [seen_from_behind(stroke.placed.points) for stroke in plan.strokes]
     ways = [
@@ -110,7 +110,7 @@ def scene(plan: DrawingPlan) -> Scene:
     shown = np.vstack([*outlines, *strokes, *missed, joints, *([] if paper is None else [paper])])
     starts = plan.estimate.starts
     total = max(plan.estimate.seconds, 1e-9)
-    return Scene(
+    return PreviewScene(
         plan.name,
         tuple(lines_of(plan)),
         shown.min(axis=0) - MARGIN,
@@ -142,10 +142,9 @@ def reach_outlines(plan: DrawingPlan) -> list[np.ndarray]:
     """Outlines of what the arm reaches in the postures that it may take, outer and inner ones."""
     table = reach.reach_map(plan.arm, plan.options.height, plan.options.postures(plan.arm))
     soft = cv2.GaussianBlur((table.cells > 0).astype(np.float32), (0, 0), 1.5)
-    size = (FINER * (len(soft) - 1) + 1,) * 2
-    steps = [np.arange(n, dtype=np.float32) / FINER for n in size]
-    right, down = np.meshgrid(*steps)
-    inner = cv2.remap(soft, right, down, cv2.INTER_LINEAR)
+    finer = np.arange(FINER * (len(soft) - 1) + 1, dtype=np.float32) / FINER
+    x, y = np.meshgrid(finer, finer)
+    inner = cv2.remap(soft, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR)
     found, _ = cv2.findContours(
         (inner > 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE
     )

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Polygon
 from matplotlib.path import Path
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
-from laptop.drawing.preview import Scene, minutes
+from laptop.drawing.preview import PreviewScene, minutes
 from laptop.reporting.line_plot import ARM, ARM_EDGE, REACH, REACH_EDGE, new_figure, png_of
 
 HEIGHT = 1200
@@ -29,16 +31,10 @@ WIDEST_LINE = 130
 """More letters than these take a second line."""
 
 
-def png_bytes(scene: Scene) -> bytes:
+def png_bytes(scene: PreviewScene) -> bytes:
     """The picture of a scene, a PNG file."""
     with new_figure(HEIGHT) as figure:
-        figure.text(0.03, 0.965, scene.title, fontsize=14, fontweight="bold", va="center")
-        y = 0.935
-        for line in scene.lines:
-            colour = "#c00000" if "cannot be reached" in line else "#333333"
-            for part in textwrap.wrap(line, WIDEST_LINE):
-                figure.text(0.03, y, part, fontsize=9, color=colour, va="center")
-                y -= 0.021
+        write_words(figure, scene.title, scene.lines)
         axes = figure.add_axes(SHEET)
         _draw_table(axes, scene)
         _draw_lines(axes, scene)
@@ -51,21 +47,39 @@ def png_bytes(scene: Scene) -> bytes:
         return png_of(figure)
 
 
-def _coloured(scene: Scene):  # type: ignore[no-untyped-def]
+def write_words(figure: Figure, title: str, lines: Sequence[str]) -> None:
+    """Write what stands over a picture."""
+    figure.text(0.03, 0.965, title, fontsize=14, fontweight="bold", va="center")
+    y = 0.935
+    for line in lines:
+        colour = "#c00000" if "cannot be reached" in line else "#333333"
+        for part in textwrap.wrap(line, WIDEST_LINE):
+            figure.text(0.03, y, part, fontsize=9, color=colour, va="center")
+            y -= 0.021
+
+
+def set_table(axes: Axes, low: np.ndarray, high: np.ndarray) -> None:
+    """Show the table between two corners of the picture, cm, with the arm's coordinates."""
+    axes.set_aspect("equal", anchor="NW")
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_xlabel("y, cm (to the left)")
+    axes.set_ylabel("x, cm (forward)")
+    tick = 5 if max(high - low) > 15 else 1
+    axes.xaxis.set_major_locator(MultipleLocator(tick))
+    axes.yaxis.set_major_locator(MultipleLocator(tick))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{0 - round(value)}"))
+    axes.grid(True, color="#000000", alpha=0.06)
+
+
+def _coloured(scene: PreviewScene):  # type: ignore[no-untyped-def]
     from matplotlib.cm import ScalarMappable
 
     return ScalarMappable(Normalize(0, scene.seconds), ListedColormap(list(scene.scale)))
 
 
-def _draw_table(axes: Axes, scene: Scene) -> None:
-    axes.set_aspect("equal", anchor="NW")
-    axes.set_xlim(scene.low[0], scene.high[0])
-    axes.set_ylim(scene.low[1], scene.high[1])
-    axes.set_xlabel("y, cm (to the left)")
-    axes.set_ylabel("x, cm (forward)")
-    axes.xaxis.set_major_locator(MultipleLocator(5))
-    axes.yaxis.set_major_locator(MultipleLocator(5))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{0 - round(value)}"))
+def _draw_table(axes: Axes, scene: PreviewScene) -> None:
+    set_table(axes, scene.low, scene.high)
     if scene.reach:
         codes, points = [], []
         for outline in scene.reach:
@@ -92,10 +106,9 @@ def _draw_table(axes: Axes, scene: Scene) -> None:
         *scene.joints[0], "o", color=ARM, markeredgecolor=ARM_EDGE, markersize=13, zorder=3,
         label="the arm, at home",
     )  # fmt: skip
-    axes.grid(True, color="#000000", alpha=0.06)
 
 
-def _draw_lines(axes: Axes, scene: Scene) -> None:
+def _draw_lines(axes: Axes, scene: PreviewScene) -> None:
     axes.add_collection(
         LineCollection(
             list(scene.ways), colors="#7d8790", linewidths=0.5, linestyles=(0, (4, 4)),

@@ -6,7 +6,7 @@ from html import escape
 
 import numpy as np
 
-from laptop.drawing.preview import Scene, minutes
+from laptop.drawing.preview import PreviewScene, minutes
 
 SCALE = 24.0
 """Units of the picture per cm."""
@@ -29,7 +29,7 @@ path, line, polygon { fill: none; stroke-linecap: round; stroke-linejoin: round 
 """
 
 
-def svg_text(scene: Scene) -> str:
+def svg_text(scene: PreviewScene) -> str:
     """The picture of a scene, an SVG document."""
     page = _Page(scene)
     page.reach()
@@ -46,7 +46,7 @@ def svg_text(scene: Scene) -> str:
 
 
 class _Page:
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: PreviewScene) -> None:
         self._scene = scene
         self._head = 22.0 + (len(scene.lines) + 1) * 1.5 * TEXT
         self._size = (scene.high - scene.low) * SCALE
