@@ -174,14 +174,19 @@ def _without_outliers(views: Sequence[BoardView], off: np.ndarray) -> list[Board
     return kept
 
 
-def _check(views: Sequence[BoardView], bar: float | None) -> None:
-    if not views:
-        raise BadCalibration("no marker of the board is seen; show it whole, sharp and lit")
+def check_bar(bar: float | None) -> None:
+    """Raise BadCalibration if a bar cannot be so long, mm; None: it was not measured."""
     if bar is not None and not BAR_LIMITS[0] <= bar <= BAR_LIMITS[1]:
         raise BadCalibration(
             f"bar {bar:g} mm: it is 100 mm long on paper; give its length as measured, "
             f"from {BAR_LIMITS[0]:g} to {BAR_LIMITS[1]:g}"
         )
+
+
+def _check(views: Sequence[BoardView], bar: float | None) -> None:
+    if not views:
+        raise BadCalibration("no marker of the board is seen; show it whole, sharp and lit")
+    check_bar(bar)
     if len({view.size for view in views}) > 1:
         sizes = ", ".join(sorted({f"{w}x{h}" for w, h in (view.size for view in views)}))
         raise BadCalibration(f"pictures of {sizes}: take all of one camera at one size")
