@@ -100,7 +100,9 @@ class Calibration:
         pixels = self.camera.project(np.column_stack([grid, np.full(len(grid), height)]))
         placed = self.camera.placed(pixels, height)
         sigmas = np.sqrt(np.trace(placed.covariance, axis1=1, axis2=2))
-        return float(np.nanmedian(sigmas))
+        return (
+            float(np.median(sigmas[np.isfinite(sigmas)])) if np.isfinite(sigmas).any() else math.nan
+        )
 
 
 def calibrate(views: Sequence[BoardView], bar: float | None = None) -> Calibration:
@@ -117,15 +119,17 @@ def calibrate(views: Sequence[BoardView], bar: float | None = None) -> Calibrati
     scale = (bar or 10 * BAR) / (10 * BAR)
     state, off, information = _fit(views, scale)
     kept = _without_outliers(views, off)
-    left_out = sum(len(view.numbers) for view in views) - sum(len(v.numbers) for v in kept)
-    if left_out:
-        _check(kept, bar)
+    count = sum(len(view.numbers) for view in views)
+    left_out = count - sum(len(view.numbers) for view in kept)
+    few = left_out > MAX_LEFT_OUT * count or min(len(v.numbers) for v in kept) < MIN_MARKERS
+    if left_out and not few:
         state, off, information = _fit(kept, scale)
     rms = math.sqrt((off**2).sum(axis=1).mean())
-    if not rms < MAX_RMS or left_out > MAX_LEFT_OUT * sum(len(view.numbers) for view in views):
+    if few or not rms < MAX_RMS:
         raise BadCalibration(
-            f"the board does not fit: {rms:.1f} px RMS, {left_out} markers far off; lay it flat, "
-            "let nothing else show its markers, and take pictures of one camera and one zoom"
+            f"what is seen does not fit a flat board: {left_out} of {count} markers are far off, "
+            f"{rms:.1f} px RMS; lay it flat, let nothing else show its markers, and take pictures "
+            "of one camera and one zoom"
         )
     own = [*range(8), *range(len(state) - 6, len(state))]
     covariance = np.linalg.inv(information)[np.ix_(own, own)]
@@ -137,7 +141,7 @@ def calibrate(views: Sequence[BoardView], bar: float | None = None) -> Calibrati
         )
     last = kept[-1]
     missed = camera.to_table(last.pixels) - scale * last.points[:, :2]
-    rms_mm = 10 * math.sqrt(float(np.nanmean((missed**2).sum(axis=1))))
+    rms_mm = 10 * math.sqrt(float((missed**2).sum(axis=1).mean()))
     markers = tuple(len(view.numbers) for view in kept)
     return Calibration(camera, last.board, bar, markers, rms, rms_mm, last.blur, left_out)
 
@@ -174,14 +178,19 @@ def _without_outliers(views: Sequence[BoardView], off: np.ndarray) -> list[Board
     return kept
 
 
-def _check(views: Sequence[BoardView], bar: float | None) -> None:
-    if not views:
-        raise BadCalibration("no marker of the board is seen; show it whole, sharp and lit")
+def check_bar(bar: float | None) -> None:
+    """Raise BadCalibration if a bar cannot be so long, mm; None: it was not measured."""
     if bar is not None and not BAR_LIMITS[0] <= bar <= BAR_LIMITS[1]:
         raise BadCalibration(
             f"bar {bar:g} mm: it is 100 mm long on paper; give its length as measured, "
             f"from {BAR_LIMITS[0]:g} to {BAR_LIMITS[1]:g}"
         )
+
+
+def _check(views: Sequence[BoardView], bar: float | None) -> None:
+    if not views:
+        raise BadCalibration("no marker of the board is seen; show it whole, sharp and lit")
+    check_bar(bar)
     if len({view.size for view in views}) > 1:
         sizes = ", ".join(sorted({f"{w}x{h}" for w, h in (view.size for view in views)}))
         raise BadCalibration(f"pictures of {sizes}: take all of one camera at one size")
@@ -221,9 +230,13 @@ def _first_guess(views: Sequence[BoardView], points: Sequence[np.ndarray]) -> np
         matrix = np.array([[focal, 0, lens[1]], [0, focal, lens[2]], [0, 0, 1]])
         state, score = [lens], 0.0
         for view, own in zip(views, points, strict=True):
-            _, turns, shifts, errors = cv2.solvePnPGeneric(
+            found, turns, shifts, errors = cv2.solvePnPGeneric(
                 own[:, None], view.pixels[:, None], matrix, None, flags=cv2.SOLVEPNP_IPPE
             )
+            if not found or not np.isfinite([*turns[0], *shifts[0]]).all():
+                raise BadCalibration(
+                    "what is seen does not fit a flat board: all of it in one place; show it anew"
+                )
             state += [turns[0].ravel(), shifts[0].ravel()]
             score += float(np.ravel(errors)[0]) ** 2
         states.append(np.concatenate(state))

@@ -82,7 +82,8 @@ def parallax(calibration: Calibration, height: float = 1.0) -> float:
     width, high = (side / 2 for side in calibration.board.middle)
     corners = np.array([(x, y, height) for x in (-width, width) for y in (-high, high)])
     seen = calibration.camera.to_table(calibration.camera.project(corners))
-    return float(np.nanmax(np.linalg.norm(seen - corners[:, :2], axis=1)))
+    off = np.linalg.norm(seen - corners[:, :2], axis=1)
+    return float(np.max(off, where=np.isfinite(off), initial=0.0))
 
 
 @dataclass(frozen=True)
@@ -126,6 +127,6 @@ def shift_since(calibration: Calibration, view: BoardView) -> Shift:
     points = calibration.scale * view.points
     px = np.linalg.norm(view.pixels - calibration.camera.project(points), axis=1)
     mm = 10 * np.linalg.norm(calibration.camera.to_table(view.pixels) - points[:, :2], axis=1)
-    median = float(np.nanmedian(px))
+    median = float(np.median(px))
     limit = max(MOVED_PX, MOVED_RMS * calibration.rms)
-    return Shift(median, float(np.nanmedian(mm)), not median < limit)
+    return Shift(median, float(np.median(mm)), not median < limit)

@@ -114,7 +114,9 @@ def test_a_marker_that_is_not_where_it_should_be_is_left_out(shift):
 def test_where_many_markers_are_elsewhere_nothing_is_believed():
     seen = view(TILTED, LUCK(6))
     seen.pixels[: 4 * 8] += (9, 5)
-    with pytest.raises(BadCalibration, match="does not fit: .* px RMS, .* markers far off"):
+    with pytest.raises(
+        BadCalibration, match="does not fit a flat board: .* markers are far off, .* px RMS"
+    ):
         calibrate([seen])
 
 
@@ -165,5 +167,15 @@ def test_what_cannot_be_used_is_refused_with_its_cause(views, bar, told):
 def test_noise_instead_of_a_board_is_refused():
     seen = view(TILTED)
     seen.pixels[:] = LUCK(3).uniform(0, 480, seen.pixels.shape)
-    with pytest.raises(BadCalibration, match="does not fit"):
+    with pytest.raises(BadCalibration, match="does not fit a flat board"):
+        calibrate([seen])
+    seen.pixels[:] = 200.0
+    with pytest.raises(BadCalibration, match="all of it in one place|does not fit a flat board"):
+        calibrate([seen])
+
+
+def test_that_few_markers_fit_is_not_called_that_few_are_seen():
+    seen = view(TILTED, keep=lambda x, y: x < 0 < y)
+    seen.pixels[:] += np.repeat(LUCK(4).normal(0, 30, (len(seen.numbers), 2)), 4, axis=0)
+    with pytest.raises(BadCalibration, match="does not fit a flat board"):
         calibrate([seen])

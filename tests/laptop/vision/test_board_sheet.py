@@ -91,6 +91,7 @@ def test_the_bar_is_100_mm_long(page):
     line = image[row - 1 : row + 2].min(axis=0)
     inside = np.flatnonzero(line[int(middle) - 650 : int(middle) + 650] < 128)
     assert np.ptp(inside) + 1 == pytest.approx(1000, abs=5)
+    assert len(inside) > 990  # and straight
 
 
 def test_its_crosses_are_where_the_board_says(page):
