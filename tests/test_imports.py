@@ -62,7 +62,7 @@ RULES = {
         f"laptop.drawing.{name}": (
             *("laptop.drawing", "laptop.reporting", "shared", "numpy", "cv2", "matplotlib"),
         )
-        for name in ("preview_png", "overlay")
+        for name in ("preview_png",)
     },
     "laptop.brick": ("laptop.brick", "laptop.system", "shared", "asyncssh"),
     "laptop.brick.finding": ("laptop.brick", "asyncssh", "ifaddr", "zeroconf"),
@@ -91,6 +91,11 @@ RULES = {
         *(*BELOW_SIMULATOR, "robot", "shared", *LIBRARIES),
     ),
     "laptop.bench.workers": ("laptop.bench", "shared", "cv2", "distributed"),
+    "laptop.bench.plot": (
+        *("laptop.bench", "laptop.drawing", "laptop.reporting", "laptop.simulator"),
+        *("robot", "shared", "numpy"),
+    ),
+    "laptop.bench.plot_drawings": ("laptop.drawing.artwork", "numpy"),
     "laptop.bench.page": (
         *("laptop.bench", "laptop.demo", "laptop.simulator", *BELOW_SIMULATOR),
         *("robot", "shared", *LIBRARIES, "playwright"),

@@ -79,7 +79,7 @@ STATUS = {"--fault unplug": 1, "--wait": 130, "guide check": 1}
 EXAMPLE = re.compile(r"demo$|bench (draw|limits|track)$|bench servo --seeds")
 """Of `demo` and `bench` these are begun; of the others the options are parsed, no more."""
 
-SHORTHAND = ("demo", "track", "simulate", "markers", "camera", "brick", "guide", "bench")
+SHORTHAND = ("demo", "track", "simulate", "markers", "camera", "brick", "draw", "guide", "bench")
 """In a table, what begins so has `.uv/bin/uv run python -m laptop` in front."""
 
 BRICK = re.compile(r"(?:robot/)?(\w+\.py)\b")
@@ -224,6 +224,8 @@ class Shell:
                 parse(words[3:])
         elif words[3] == "brick":  # it needs one to reach by ssh; tests/laptop/brick has it
             parse(words[3:])
+        elif words[3] == "draw" and not {"--preview", "--job"} & set(words):
+            parse(words[3:])  # the same; tests/laptop/cli/test_draw.py has --simulate
         elif words[3] == "track":
             self.close()
             self._until(words[3:], UNTIL["track"])

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 MAX_INPUT = 20_000_000
 """Greatest size of what comes on standard input, bytes."""
 
+IN_PLACE = "reach"
+"""The card that is not placed: it shows where the arm's reach ends."""
+
 EXAMPLES = examples(
     "draw rose --preview rose.png",
     "draw house.svg --size 9 --simulate",
@@ -245,7 +248,8 @@ def draw(
     with in_one_line():
         words = _words(repeat, resume, share)
         arm = read_arm(find_arm(arm_file))
-        plan = _prepared(_artwork(what, arm, options), arm, _options(options))
+        artwork = _artwork(what, arm, options)
+        plan = _prepared(artwork, arm, _options(options, artwork))
         for line in preview.lines_of(plan):
             click.echo(line)
         for file in previews:
@@ -298,13 +302,22 @@ def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:
     return sources.read_source(what, "", letters, tracing)
 
 
-def _options(options: dict[str, Any]) -> DrawingOptions:
+def _options(options: dict[str, Any], artwork: Artwork) -> DrawingOptions:
     """Return how it is to be drawn."""
+    from laptop.drawing.artwork import bounds
     from laptop.drawing.options import TOLERANCE, DrawingOptions
 
     if options["fit"] and options["size"]:
         raise click.UsageError("--fit is as large as possible: leave it or --size out.")
     tolerance = options["tolerance"]
+    if options["card"] == IN_PLACE:
+        low, high = bounds(artwork.strokes, artwork.name)
+        across, along = (low + high) / 2
+        in_place = {"at": (across, along), "size": (high[0] - low[0], None), "rotate": 90.0}
+        given = [key for key in ("fit", "paper", *in_place) if options[key]]
+        if given:
+            raise click.UsageError(f"the card {IN_PLACE} lies where it is: leave --{given[0]} out.")
+        options = {**options, **in_place}
     return DrawingOptions(
         options["paper"],
         options["at"],

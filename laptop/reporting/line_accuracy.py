@@ -138,14 +138,14 @@ def match(paths: Sequence[np.ndarray], inks: Sequence[np.ndarray]) -> list[int |
             np.reshape(to_path, (len(paths), len(inks), -1)).mean(axis=2)
             + np.reshape(to_ink, (len(inks), len(paths), -1)).mean(axis=2).T
         ) / 2
-    distances = table.tolist()
+    apart = table.tolist()
     order = list(range(n))
     exchanged = True
     while exchanged:
         exchanged = False
         for i, j in itertools.combinations(range(n), 2):
-            now = distances[i][order[i]] + distances[j][order[j]]
-            if distances[i][order[j]] + distances[j][order[i]] < now - 1e-9:
+            now = apart[i][order[i]] + apart[j][order[j]]
+            if apart[i][order[j]] + apart[j][order[i]] < now - 1e-9:
                 order[i], order[j] = order[j], order[i]
                 exchanged = True
     return [k if k < len(inks) else None for k in order[: len(paths)]]

@@ -5,12 +5,16 @@ import json
 import re
 
 import cv2
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from laptop.brick.jobs import JobStatus
 from laptop.cli.job_display import JobDisplay, in_minutes, line_of
 from laptop.cli.main import laptop
+from laptop.drawing.cards import reach_card
+from laptop.reporting.line_accuracy import distances
+from robot.motion.kinematics import forward
 from shared.arm_description import find_arm, read_arm
 from shared.job import Job
 
@@ -93,6 +97,18 @@ def test_it_is_begun_at_a_share_and_repeated_there(draw):
     words = ("house", "--size", "6", "--simulate", "--out", "try", "--from", "90%", "--repeat", "2")
     done = draw(*words)
     assert done.exit_code == 0, done.output
+
+
+def test_the_boundary_of_the_reach_is_drawn_where_it_is(draw, tmp_path):
+    assert draw("--card", "reach", "--job", "reach.job").exit_code == 0
+    arm = read_arm(find_arm("planar"))
+    wished = reach_card(arm).strokes
+    job = Job(str(tmp_path / "reach.job"), arm)
+    pieces = [piece for k in range(1, job.header.strokes + 1) for piece in job.stroke(k).pieces]
+    ends = np.array([forward(arm, piece[2]) for piece in pieces])
+    assert np.min([distances(ends, stroke) for stroke in wished], axis=0).max() < 0.02
+    done = draw("--card", "reach", "--rotate", "5", "--job", "reach.job")
+    assert "the card reach lies where it is: leave --rotate out" in done.output
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from laptop.drawing.overlay import distances
 
 from laptop.drawing import planning, preparing, timing
 from laptop.drawing.artwork import Artwork, BadArtwork
 from laptop.drawing.options import DrawingOptions
-from laptop.drawing.overlay import distances
 from robot.motion import kinematics
 from shared import job
 from shared.arm_description import find_arm, read_arm
