@@ -383,7 +383,7 @@ def test_what_has_a_transform_that_says_nothing_is_left_out(text):
 
 def test_points_are_counted_as_they_stand_there_and_as_they_are_drawn(monkeypatch):
     monkeypatch.setattr(svg, "MAX_POINTS", 500)
-    assert read('<circle r="5"/>' * 4).points() > 250
+    assert read('<circle r="5"/>' * 3).points() > 250
     with pytest.raises(BadArtwork, match="has more than 500 points"):
         read('<circle r="5"/>' * 10)
     with pytest.raises(BadArtwork, match="has more than 500 points"):
