@@ -104,12 +104,6 @@ class JobReport(object):
         self.state, self._place, self._tip, self._wrote_at = state, place, tip, now
         if not moving:
             self._volts = self._battery.volts()
-            for note in orders.notes:
-                self.say(note)
-            del orders.notes[:]
-            if changed or now - self._said_at >= SAY_PERIOD:
-                self._said_at = now
-                self.say(self._line(orders, reason))
         if self._path is not None:
             try:
                 write_whole(self._path, self._text(orders, reason))
@@ -118,6 +112,13 @@ class JobReport(object):
                 orders.notes.append(
                     "the job's status cannot be written ({}); make room".format(error.strerror)
                 )
+        if not moving:
+            notes, orders.notes[:] = list(orders.notes), []
+            for note in notes:
+                self.say(note)
+            if changed or now - self._said_at >= SAY_PERIOD:
+                self._said_at = now
+                self.say(self._line(orders, reason))
 
     def _keep_time(self, now, place, orders):
         """Note what was worked since the last time, as if at the planned speed, s."""

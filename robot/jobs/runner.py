@@ -4,6 +4,7 @@ All that takes the brick long is done while the pen is up: reading a stroke, pla
 backlash is crossed, files.
 """
 
+import contextlib
 import math
 import os
 
@@ -56,7 +57,7 @@ class JobRunner(object):
         self._orders, self._report = orders, report
         self._feed = FeedOverride(self._look)
         self._pen_is_down = None
-        self._repeat = 1
+        self._repeat, self._place = 1, Place(1, 1, 0.0, 0.0)
         self._way, self._motions = None, []  # what is drawn now
 
     def run(self, first=1, repeat=1, repeats=1):
@@ -77,8 +78,6 @@ class JobRunner(object):
                     self._pen_up()
                     self._tell("aborted")
                     return False
-                if self._repeat < repeats:
-                    self._save(1, self._repeat + 1)
             forget_progress(self._job.crc)
             self._tell("done")
             return True
@@ -86,7 +85,8 @@ class JobRunner(object):
             stopped = not isinstance(error, Exception)
             if stopped:
                 ignore_signals()
-            self._tell("stopped" if stopped else "failed", str(error))
+            with contextlib.suppress(OSError):  # its terminal may be what has gone
+                self._tell("stopped" if stopped else "failed", str(error))
             raise
 
     # Strokes
@@ -96,6 +96,7 @@ class JobRunner(object):
         joints = self._arm.description.joints
         stroke = self._job.stroke(k)
         self._place = self._before(k, stroke)
+        self._save(k, self._repeat)
         self._tell("drawing")
         while stroke is not None:
             chain, after = self._chain(k, stroke)

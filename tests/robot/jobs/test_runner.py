@@ -221,6 +221,17 @@ def test_nudges_over_the_first_point_put_a_zero_right_that_was_found_a_little_of
 
 
 @pytest.mark.long
+def test_a_nudge_in_mid_stroke_shifts_where_the_pen_comes_down_again(tmp_path):
+    path = jobs.write(tmp_path, [LONG], "geared")
+    with switched_on(tmp_path, "geared") as rig:
+        orders = [(8.0, "pause"), (9.0, "nudge 3 0"), (15.0, "resume")]
+        Drawn(rig, path, orders).run()
+    before, after = rig.ink()
+    assert after[0].x - before[-1].x == pytest.approx(0.3, abs=0.1)
+    assert after[0].y - before[-1].y == pytest.approx(0.0, abs=0.1)
+
+
+@pytest.mark.long
 def test_a_nudge_beyond_the_reach_is_refused_and_nothing_is_lost(tmp_path):
     path = jobs.write(tmp_path, [[(20.2, 0.0), (19.0, 4.0)]])
     with switched_on(tmp_path) as rig:
