@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from laptop.drawing import svg
 from laptop.drawing.artwork import SMOOTH_TURN, BadArtwork, stroke_length, turns
 from laptop.drawing.svg import read_svg
 
@@ -367,6 +368,26 @@ def test_a_path_must_begin_with_a_move(data):
     artwork = read(f'<path d="M0 0h1"/><path d="{data}"/>')
     assert len(artwork.strokes) == 1
     assert artwork.left_out == (f'A path is broken, and drawn up to there ("{data}").',)
+
+
+@pytest.mark.parametrize(
+    "text", ["rotate(30!)", "scale()", "turn(3)", "rotate(1 2)", "translate(1 2) x", "scale(1e999)"]
+)
+def test_what_has_a_transform_that_says_nothing_is_left_out(text):
+    artwork = read(f'<path d="M0 0h1"/><g transform="{text}"><path d="M1 1h1"/></g>')
+    assert len(artwork.strokes) == 1
+    assert artwork.left_out == (
+        f'An element is not drawn since it has a value that cannot be read ("{text}").',
+    )
+
+
+def test_points_are_counted_as_they_stand_there_and_as_they_are_drawn(monkeypatch):
+    monkeypatch.setattr(svg, "MAX_POINTS", 500)
+    assert read('<circle r="5"/>' * 4).points() > 250
+    with pytest.raises(BadArtwork, match="has more than 500 points"):
+        read('<circle r="5"/>' * 10)
+    with pytest.raises(BadArtwork, match="has more than 500 points"):
+        read('<path d="M1 1h0"/>' + '<polyline points="1 1 2 2 3 3"/>' * 200)
 
 
 def test_several_of_a_kind_are_counted_and_some_named():
