@@ -45,8 +45,8 @@ BETWEEN_STROKES = {DIRECT: 0.025, GEARED: 0.025, IN_SPACE: 0.055}
 READING = {DIRECT: 0.0078, GEARED: 0.0078, IN_SPACE: 0.0142}
 """And for each cubic of its motions, s."""
 
-HAIR = 0.1
-"""So far off its plan in height an arm in space may stand, cm."""
+HAIR = 0.02
+"""So far off its plan in height an arm in space stands, cm."""
 
 JOINED = 0.02
 """The pen is not lifted where no joint is farther from where the next stroke begins, rad."""
