@@ -280,13 +280,14 @@ class _Finder:
         )
 
     def _nowhere(self) -> BadPlace:
-        return BadPlace(
-            f"at {self._wish.height:g} cm above the table nothing of {LEAST_SIZE:g} cm can be "
-            "drawn: the arm does not reach there; give another --height"
-            if self._arm.chain == "spatial"
-            else "there is no place at which the arm can draw it whole; give --size, --at and "
-            "--clip to draw what can be reached"
-        )
+        whole = "there is no place at which the arm can draw it whole"
+        if len(self._postures) == 1:
+            return BadPlace(f"{whole} with its elbow {self._postures[0]}; leave --elbow out")
+        if self._arm.chain == "spatial":
+            return BadPlace(
+                f"{whole}, {self._wish.height:g} cm above the table; give another --height"
+            )
+        return BadPlace(f"{whole}; give --size, --at and --clip to draw what can be reached")
 
     def _near(self, centre: np.ndarray) -> np.ndarray:
         steps = np.arange(-COARSE, COARSE + FINE / 2, FINE)

@@ -79,8 +79,13 @@ def test_a_turn_is_counter_clockwise_from_above():
 def test_in_space_the_height_counts():
     low, high = (place(rings(), "spatial", height=h).size for h in (0.0, 8.0))
     assert high[0] > low[0] + 1
-    with pytest.raises(BadArtwork, match="height"):
+    with pytest.raises(BadArtwork, match="60 cm above the table"):
         place(rings(), "spatial", height=60.0)
+
+
+def test_an_elbow_that_reaches_nothing_is_named():
+    with pytest.raises(BadArtwork, match="its elbow down"):
+        place(rings(), "spatial", elbow="down")
 
 
 def test_a_height_is_refused_where_there_is_none():
