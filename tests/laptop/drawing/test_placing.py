@@ -181,3 +181,10 @@ def test_wrong_options_are_refused_at_once(wrong):
     with pytest.raises(ArmError) as caught:
         DrawingOptions(**wrong)
     assert "\n" not in str(caught.value)
+
+
+def test_it_lies_straight_ahead_where_that_costs_little():
+    for arm in ARMS:
+        x, y = place(rings(flat=1.0), arm).centre
+        assert x > 8
+        assert abs(y) <= 1
