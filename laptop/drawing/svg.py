@@ -54,7 +54,7 @@ MAX_POINTS = 300_000
 MAX_COORDINATE = 1e5
 """Where a drawing may be, cm: what is a kilometre away is a mistake."""
 
-TOLERANCE = 1e-4
+TOLERANCE = 3e-4
 """How far a curve may be from its chords, as a share of the drawing's greater side."""
 
 DOT = 0.02

@@ -135,6 +135,10 @@ def test_of_too_many_lines_the_longest_are_drawn(monkeypatch):
     assert sorted(map(stroke_length, artwork.strokes)) == pytest.approx(longest)
     left = len(whole.strokes) - 200
     assert artwork.left_out == (f"The {left} shortest lines are not drawn: 200 are the most.",)
+    monkeypatch.setattr(pictures, "MAX_STROKES", 10)  # fewer than there are outlines
+    left = len(whole.strokes) - 10
+    (told,) = read_picture(packed(image), how=how).left_out
+    assert told == f"The {left} shortest lines are not drawn: 10 are the most."
 
 
 @pytest.mark.parametrize(
