@@ -167,15 +167,23 @@ def _reason(arm: Arm, point: np.ndarray, height: float) -> str:
     )
 
 
-def refusal(missed: tuple[Missed, ...], total: int) -> kinematics.Unreachable:
-    """The error for strokes that cannot be reached, in one line: which, how much, where."""
+def refusal(
+    missed: tuple[Missed, ...], total: int, clipped: bool = False
+) -> kinematics.Unreachable:
+    """The error for strokes that cannot be reached, in one line: which, how much, where.
+
+    clipped: whether they were left out already, and nothing is left.
+    """
     numbers = sorted({miss.number for miss in missed})
     length = sum(stroke_length(miss.points) for miss in missed)
     named = ", ".join(map(str, numbers[:NAMED]))
     if len(numbers) > NAMED:
         named += f" and {len(numbers) - NAMED} more"
     plural = "s" if len(numbers) > 1 else ""
+    advice = "place it elsewhere, make it smaller, or leave that out by --clip"
+    if clipped:
+        advice = "nothing is left; place it elsewhere, or make it smaller"
     return kinematics.Unreachable(
         f"{length:.1f} cm of stroke{plural} {named} (of {total}) cannot be drawn: "
-        f"{missed[0].reason}; place it elsewhere, make it smaller, or leave that out by --clip"
+        f"{missed[0].reason}; {advice}"
     )

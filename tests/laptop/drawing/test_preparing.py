@@ -65,7 +65,7 @@ def test_nothing_left_is_refused_in_spite_of_clipping():
     options = DrawingOptions(at=(60, 0), size=(8, None), clip=True)
     plan = preparing.prepare(artwork(), ARMS["planar"], options)
     assert plan.strokes == ()
-    with pytest.raises(kinematics.Unreachable):
+    with pytest.raises(kinematics.Unreachable, match="nothing is left"):
         plan.check()
 
 
@@ -96,8 +96,9 @@ def test_progress_grows_to_the_end():
     assert shares[-1] == 1
 
 
-def test_points_that_are_no_places_are_refused():
-    bad = Artwork("bad", (np.array([(0, 0), (np.nan, 1)]),), ("",))
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e300])
+def test_points_that_are_no_places_are_refused(value):
+    bad = Artwork("bad", (np.array([(0, 0), (value, 1)]),), ("",))
     with pytest.raises(BadArtwork, match="no place"):
         preparing.prepare(bad, ARMS["planar"])
 
