@@ -61,7 +61,7 @@ def read_camera(file: str | Path) -> Calibration:
         raise BadCalibration(
             f"cannot read {name}: {error.strerror}; make it with the command camera"
         ) from None
-    except (SpoiltFile, ValueError) as error:
+    except (SpoiltFile, ValueError, RecursionError) as error:
         raise BadCalibration(
             f"{name}: this is no camera's file ({printable(str(error))}); make it anew"
         ) from None

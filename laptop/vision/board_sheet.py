@@ -32,7 +32,8 @@ def write_board(file: Path, paper: str = "a4") -> Board:
     check_file(file)
     board = BOARDS[paper]
     x, y = board.width / 2, board.height / 2
-    figure = Figure(figsize=(board.width / 2.54, board.height / 2.54))
+    # A whisker more: what is a hair's breadth below a whole pixel loses that pixel.
+    figure = Figure(figsize=(board.width / 2.54 + 1e-6, board.height / 2.54 + 1e-6))
     page = figure.add_axes((0, 0, 1, 1))
     page.axis("off")
     _draw_markers(page, board)
@@ -68,7 +69,7 @@ def _square(left: float, bottom: float, side: float) -> tuple[list[float], list[
 def _draw_crosses(page: Axes) -> None:
     for number, (x, y) in enumerate(CROSSES, 1):
         for dx, dy in ((CROSS_ARM, 0), (0, CROSS_ARM)):
-            page.plot((x - dx, x + dx), (y - dy, y + dy), color=INK, lw=LINE)
+            page.plot((x - dx, x + dx), (y - dy, y + dy), color=INK, lw=LINE, snap=False)
         page.text(x + 0.2, y + 0.2, str(number), fontsize=7, color=INK)
 
 
@@ -82,9 +83,9 @@ def _draw_words(page: Axes, board: Board) -> None:
         )
         page.text(dx * 1.08, dy * 1.08, name, fontsize=7, color=INK, ha="center", va="center")
     ends = -BAR / 2, BAR / 2
-    page.plot(ends, (BAR_AT, BAR_AT), color="0", lw=LINE)
+    page.plot(ends, (BAR_AT, BAR_AT), color="0", lw=LINE, snap=False)
     for x in ends:
-        page.plot((x, x), (BAR_AT - 0.2, BAR_AT + 0.2), color="0", lw=LINE)
+        page.plot((x, x), (BAR_AT - 0.2, BAR_AT + 0.2), color="0", lw=LINE, snap=False)
     page.text(
         0,
         BAR_AT + 0.35,

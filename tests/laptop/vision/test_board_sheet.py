@@ -33,7 +33,7 @@ def on_board(board, pixels):
 def test_the_page_has_the_papers_size(page):
     board, image = page
     millimetres = {"a4": (210, 297), "letter": (215.9, 279.4)}[board.paper]
-    assert image.shape[::-1] == pytest.approx(np.array(millimetres) * 10, abs=1)
+    assert image.shape[::-1] == pytest.approx(np.array(millimetres) * 10, abs=0.01)
 
 
 def test_its_markers_are_where_the_board_says_and_as_large(page):
@@ -102,7 +102,7 @@ def test_its_crosses_are_where_the_board_says(page):
         down = image[int(v) - 20 : int(v) + 20, int(u) - 30]
         for line, whole in ((across, u), (down, v)):
             dark = np.average(np.arange(40) + 0.5, weights=255.0 - line) + int(whole) - 20
-            assert dark == pytest.approx(whole, abs=0.8)
+            assert dark == pytest.approx(whole, abs=0.3)
 
 
 def test_the_middle_is_free_but_for_crosses_and_words(page):
