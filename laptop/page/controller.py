@@ -26,7 +26,7 @@ from laptop.page.snapshots import (
 )
 from laptop.page.steering import UNHEARD_TIMEOUT, Steering
 from laptop.tracking.pipeline import CameraPipeline
-from laptop.tracking.server import ServerState as LinkState
+from laptop.tracking.server_state import ServerState as LinkState
 
 VIEWER_TIMEOUT = 5.0
 """Time without a question, s, after which the page counts as closed."""

@@ -22,7 +22,7 @@ from laptop.page.run_states import (
 )
 from laptop.page.snapshots import DEFAULTS, points
 from laptop.tracking.pipeline import Point
-from laptop.tracking.server import ServerState as LinkState
+from laptop.tracking.server_state import ServerState as LinkState
 from shared.arm_description import ArmError
 from shared.messages import BUDGET, GOAL, TOLERANCE, Start, Status, Stop
 from shared.run_options import check_options

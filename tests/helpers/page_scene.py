@@ -12,7 +12,7 @@ from laptop.page import camera_feed
 from laptop.page.controller import PageController
 from laptop.page.rpc import RpcClient, serve_requests
 from laptop.tracking.pipeline import CameraPipeline
-from laptop.tracking.server import ServerState as LinkState
+from laptop.tracking.server_state import ServerState as LinkState
 from laptop.vision.frames import Frame
 from laptop.vision.markers import read_spec
 from laptop.vision.tracker import Tracker
