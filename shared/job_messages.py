@@ -23,11 +23,11 @@ PAUSE, RESUME, ABORT, SPEED, PEN = "pause", "resume", "abort", "speed", "pen"
 ORDERS = PAUSE, RESUME, ABORT, SPEED, PEN
 """What may be ordered on the way."""
 
-RELATIVE_SPEED = 0.1, 2.0, ""
+RELATIVE_SPEED = 10.0, 100.0, "%"
 """Of the speed that was planned: from, to, unit."""
 
 PEN_STEP = -30.0, 30.0, "deg"
-"""By which the pen's motor goes farther down: from, to, unit."""
+"""By which the pen's motor goes farther down than planned: from, to, unit."""
 
 FETCHING, DRAWING, PAUSED, DONE, ABORTED, FAILED = (
     "fetching", "drawing", "paused", "done", "aborted", "failed",
@@ -38,7 +38,7 @@ ENDS = DONE, ABORTED, FAILED
 """States after which nothing more comes of it."""
 
 
-class Draw(record("Draw", "name size parts crc first alone")):
+class Draw(record("Draw", "name size parts crc first alone dry")):
     """The laptop offers a job, to be drawn at once.
 
     name   for people
@@ -47,13 +47,14 @@ class Draw(record("Draw", "name size parts crc first alone")):
     crc    CRC-32 of its file; it is called by this from here on
     first  stroke to begin with, from 1 on
     alone  it goes on when the link is lost; else it pauses until that is back
+    dry    the pen stays up all the time
     """
 
     __slots__ = ()
 
-    def __new__(cls, name, size, parts, crc, first=1, alone=False):
+    def __new__(cls, name, size, parts, crc, first=1, alone=False, dry=False):
         """A job from its beginning, unless something else is said."""
-        return super(Draw, cls).__new__(cls, name, size, parts, crc, first, alone)
+        return super(Draw, cls).__new__(cls, name, size, parts, crc, first, alone, dry)
 
 
 Want = record("Want", "crc part")
@@ -126,6 +127,7 @@ KINDS = {
             ("crc", CRC),
             ("first", fields.whole_number(1, MAX_SIZE)),
             ("alone", fields.flag),
+            ("dry", fields.flag),
         ),
     ),
     "want": (Want, (("crc", CRC), ("part", PART))),

@@ -16,6 +16,7 @@ class JobOffer:
         path: of the file; it is read here, and may be gone afterwards.
         first: stroke to begin with, from 1 on.
         alone: the brick goes on when the link is lost.
+        dry: the pen stays up.
 
     Attributes:
         job: the shared.job.Job.
@@ -26,13 +27,13 @@ class JobOffer:
         shared.job.BadJob: the file is no job.
     """
 
-    def __init__(self, path: Path, first: int = 1, alone: bool = False) -> None:
+    def __init__(self, path: Path, first: int = 1, alone: bool = False, dry: bool = False) -> None:
         self.job = Job(str(path))
         data = path.read_bytes()
         self._packed = zlib.compress(data, 9)
         parts = -(-len(self._packed) // PART_SIZE)
         crc = zlib.crc32(data)
-        self.draw = Draw(self.job.header.name, len(data), parts, crc, first, alone)
+        self.draw = Draw(self.job.header.name, len(data), parts, crc, first, alone, dry)
         self.asked = 0
 
     def part(self, want: Want) -> JobPart | None:

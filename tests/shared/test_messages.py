@@ -64,11 +64,11 @@ MESSAGES = [
     Start("report", "stream", "xyz", 2.5, 120.0, True, {"A": (400.5, 200.0), "B": (-3.0, 9.25)}),
     Stop("the button on the page"),
     Draw("a rose", 123456, 40, 0xCAFE0123),
-    Draw("", 1, 1, 0, 7, True),
+    Draw("", 1, 1, 0, 7, True, True),
     Want(0xCAFE0123, 39),
     JobPart(0xCAFE0123, 39, "aGVsbG8="),
     Order("pause", None),
-    Order("speed", 0.5),
+    Order("speed", 50.0),
     JobProgress(9.5, 7, "a rose", "drawing", 3, 37, 12.25, 412.5, 99.5, True, ""),
     JobProgress(9.5, 7, "", "failed", 0, 0, 0.0, 0.0, None, False, "the elbow is blocked"),
     Bye(""),
@@ -333,8 +333,8 @@ def test_the_parts_of_a_job_are_the_job():
 @pytest.mark.parametrize(
     ("order", "words"),
     [
-        (Order("speed", None), "speed None: give a number from 0.1 to 2$"),
-        (Order("speed", 2.5), "speed 2.5: give a number from 0.1 to 2$"),
+        (Order("speed", None), "speed None: give a number from 10 to 100 %$"),
+        (Order("speed", 101.0), "speed 101.0: give a number from 10 to 100 %$"),
         (Order("pen", 31.0), "pen 31.0: give a number from -30 to 30 deg"),
     ],
 )
@@ -345,7 +345,7 @@ def test_an_order_that_makes_no_sense_is_refused(order, words):
 
 def test_orders_that_make_sense_are_taken():
     for what in ORDERS:
-        check_order(Order(what, {"speed": 0.1, "pen": -30.0}.get(what)))
+        check_order(Order(what, {"speed": 10.0, "pen": -30.0}.get(what)))
 
 
 def test_a_status_of_a_brick_that_knows_no_battery_is_understood():
