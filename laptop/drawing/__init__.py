@@ -1,0 +1,1 @@
+"""What is to be drawn: read from files, text or the arm itself, placed and put into order."""

@@ -1,0 +1,229 @@
+"""Text becomes an Artwork, in letters of single strokes as a pen writes them (Hershey's fonts)."""
+
+from __future__ import annotations
+
+import math
+import unicodedata
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+from HersheyFonts import HersheyFonts
+
+from laptop.drawing.accents import ACCENTS, accent_strokes, ring
+from laptop.drawing.artwork import Artwork, BadArtwork
+from laptop.drawing.curves import rounded
+
+FONTS = {
+    "plain": "futural",
+    "roman": "rowmans",
+    "script": "scripts",
+    "cursive": "cursive",
+    "times": "timesr",
+    "gothic": "gothiceng",
+}
+"""Names for people, and those of the library. All but the last two are of single strokes."""
+
+GREEK = "greeks"
+"""Where the letters of that alphabet come from, for all fonts, in place of A to X and a to x."""
+
+MAX_CHARACTERS = 2000
+"""An A4 page, written closely."""
+
+CAPITALS = 21.0
+"""Height of capitals in the units of Hershey's fonts."""
+CAP_LINE, BASE_LINE = -12.0, 9.0
+"""Where they begin and end; y goes down there."""
+
+CORNER = math.radians(55)
+"""The fonts' curves turn by up to 50 degrees a point, their corners by 60 and more."""
+
+ALIKE = str.maketrans(
+    {
+        **dict.fromkeys("\u2018\u2019\u201a\u2032\u00b4", "'"),
+        **dict.fromkeys("\u201c\u201d\u201e\u2033\u00ab\u00bb", '"'),
+        **dict.fromkeys("\u2010\u2011\u2012\u2013\u2014\u2212", "-"),
+        **{"\u2026": "...", "\u00a0": " ", "\u202f": " ", "\t": "    ", "\u00b5": "\u03bc"},
+        **{"\u00d7": "x", "\u00b7": ".", "\u2022": "*", "\u00ad": ""},
+        **{"\u00df": "ss", "\u1e9e": "SS", "\u00e6": "ae", "\u00c6": "AE"},
+        **{"\u0153": "oe", "\u0152": "OE", "\ufb01": "fi", "\ufb02": "fl"},
+    }
+)
+"""What the fonts lack, and what is written for it."""
+
+
+@dataclass(frozen=True)
+class Lettering:
+    """How a text is written.
+
+    font     a key of FONTS
+    size     height of capitals, cm
+    slant    lean to the right, rad
+    spacing  the way from letter to letter, 1 as the font has it
+    leading  from one baseline to the next, in heights of capitals
+    align    "left" | "centre" | "right": where lines of different length meet
+    """
+
+    font: str = "plain"
+    size: float = 1.0
+    slant: float = 0.0
+    spacing: float = 1.0
+    leading: float = 1.8
+    align: str = "left"
+
+    def check(self) -> None:
+        """Refuse (BadArtwork) what cannot be written so."""
+        for name, value, least, most, unit in (
+            ("size", self.size, 0.1, 100.0, " cm"),
+            ("slant", math.degrees(self.slant), -45.0, 45.0, " degrees"),
+            ("spacing", self.spacing, 0.5, 5.0, ""),
+            ("leading", self.leading, 1.0, 10.0, ""),
+        ):
+            if not least <= value <= most:
+                raise BadArtwork(
+                    f"{name} = {value:g}{unit}: it must be from {least:g} to {most:g}{unit}"
+                )
+        for name, word, known in (
+            ("font", self.font, tuple(FONTS)),
+            ("align", self.align, ("left", "centre", "right")),
+        ):
+            if word not in known:
+                raise BadArtwork(f"{name} = {word[:30]}: it must be one of {', '.join(known)}")
+
+
+@dataclass(frozen=True)
+class _Letter:
+    """Strokes (n, 2) in the font's units, y upwards from the baseline, and the way to the next."""
+
+    strokes: list[np.ndarray]
+    width: float
+
+
+@dataclass
+class _Line:
+    strokes: list[np.ndarray] = field(default_factory=list)
+    width: float = 0.0
+
+
+def write_text(text: str, how: Lettering | None = None, name: str = "") -> Artwork:
+    """The Artwork of a text: its last baseline is at y = 0, and its box begins at x = 0.
+
+    Args:
+        text: its lines are ended by newlines.
+        how: font, size and the like; as a Lettering is by itself where it is None.
+        name: for people; the text's first words where it is "".
+
+    Raises:
+        BadArtwork: Nothing is to be written, too much is, or it cannot be written so.
+    """
+    how = how or Lettering()
+    how.check()
+    name = name or _first_words(text)
+    if len(text) > MAX_CHARACTERS:
+        raise BadArtwork(
+            f"{name}: is a text of {len(text)} characters; at most {MAX_CHARACTERS} are written: "
+            "write a part of it"
+        )
+    lacking: list[str] = []
+    lines = [_line(line, how, lacking) for line in text.strip("\r\n").splitlines()]
+    if not any(line.strokes for line in lines):
+        raise BadArtwork(
+            f"{name or 'text'}: nothing in it can be written"
+            f"{_told(lacking)}; give letters of the Latin or Greek alphabet"
+        )
+    scale = how.size / CAPITALS
+    widest = max(line.width for line in lines)
+    share = {"left": 0.0, "centre": 0.5, "right": 1.0}[how.align]
+    lean = np.array([[1.0, 0.0], [math.tan(how.slant), 1.0]])
+    strokes = []
+    for row, line in enumerate(reversed(lines)):
+        place = [share * (widest - line.width), row * how.leading * CAPITALS]
+        for stroke in line.strokes:
+            # Leaning about its own baseline, so that lines stay below each other
+            strokes.append((stroke @ lean + place) * scale)
+    told = (f"The font lacks{_told(lacking, brackets=False)}.",) if lacking else ()
+    return Artwork(name, tuple(strokes), ("",) * len(strokes), None, told)
+
+
+def _line(text: str, how: Lettering, lacking: list[str]) -> _Line:
+    line = _Line()
+    for character in _characters(text.translate(ALIKE)):
+        letter = _letter(how.font, character)
+        if letter is None:
+            if character not in lacking:
+                lacking.append(character)
+            continue
+        line.strokes += [stroke + [line.width, 0.0] for stroke in letter.strokes]
+        line.width += letter.width * how.spacing
+    return line
+
+
+def _characters(text: str) -> list[str]:
+    """The letters of a text, each with the accents that follow it."""
+    found: list[str] = []
+    for character in unicodedata.normalize("NFC", text):
+        if found and unicodedata.combining(character):
+            found[-1] += character
+        else:
+            found.append(character)
+    return found
+
+
+@cache
+def _letter(font: str, character: str) -> _Letter | None:
+    """One letter, with its accents on; None where the font lacks it."""
+    apart = unicodedata.normalize("NFD", character)
+    base, marks = apart[:1], apart[1:]
+    if not all(mark in ACCENTS for mark in marks):
+        return None
+    drawn = _glyphs(FONTS[font]).get(base) or _glyphs(GREEK).get(_greek(base))
+    if drawn is None:
+        return None
+    strokes, width = drawn
+    if marks and base in "ij" and any(ACCENTS[mark].is_above for mark in marks):
+        # The dot gives way to what comes above
+        strokes = [stroke for stroke in strokes if stroke[:, 1].min() < 0.72 * CAPITALS]
+    for mark in marks:
+        strokes = strokes + accent_strokes(mark, strokes)
+    return _Letter([rounded(stroke, CORNER, CAPITALS / 1000) for stroke in strokes], width)
+
+
+@cache
+def _glyphs(font: str) -> dict[str, tuple[list[np.ndarray], float]]:
+    """Strokes, y upwards from the baseline, and width by character."""
+    library = HersheyFonts()
+    library.load_default_font(font)
+    found = {}
+    for character, glyph in library.all_glyphs.items():
+        strokes = [np.array(stroke, float) for stroke in glyph.strokes if len(stroke) > 1]
+        place = [-glyph.left_offset, BASE_LINE]
+        found[character] = ([stroke * [1, -1] + place for stroke in strokes], glyph.char_width)
+    found.pop("\x7f", None)  # what that is differs from font to font
+    found["\u00b0"] = ([np.array(ring(5.0, CAPITALS - 3.0, 3.0, 16))], 10.0)
+    return found
+
+
+def _greek(character: str) -> str:
+    """Where the Greek font has a letter of that alphabet; "" for any other."""
+    for first, last, begin in (("\u0391", "\u03a9", "A"), ("\u03b1", "\u03c9", "a")):
+        if first <= character <= last:
+            place = ord(character) - ord(first)
+            # Between rho and sigma Unicode has a final sigma, which is written as the other one
+            return chr(ord(begin) + place - (place > 17))
+    return ""
+
+
+def _told(characters: list[str], brackets: bool = True) -> str:
+    if not characters:
+        return ""
+    shown = " ".join(
+        character if character.isprintable() else f"U+{ord(character[0]):04X}"
+        for character in characters[:10]
+    ) + (" ..." if len(characters) > 10 else "")
+    return f" (not {shown})" if brackets else f" {shown}"
+
+
+def _first_words(text: str) -> str:
+    words = " ".join(text[:200].split())
+    shown = "".join(character for character in words if character.isprintable())
+    return shown if len(shown) <= 30 else shown[:30] + "..."

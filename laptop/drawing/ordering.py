@@ -1,0 +1,422 @@
+"""Strokes joined where they meet, and put into an order with little way between them.  Pure.
+
+The order begins as that of the nearest neighbour and is improved by turning parts of it round
+(2-opt) and moving short parts elsewhere (Or-opt), with every stroke free to be drawn from either
+end, and a closed one from any of its points.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import defaultdict, deque
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import cv2
+import numpy as np
+
+from laptop.drawing.strokes import PlacedStroke
+
+MEETING = 0.02
+"""Ends so near to one another meet, cm."""
+
+LONGEST_MOVED = 8
+"""Or-opt moves so many strokes at once, at the most."""
+
+MOST_TRIED = 150_000
+"""So many changes of the order are tried, at the most: it is the same on every computer."""
+
+NEIGHBOURS = 10
+"""So many nearest ends are looked at from each end."""
+
+KD_TREE = 4
+"""FLANN's number for one tree that is searched exactly."""
+
+PARTS_EXCHANGED, EXCHANGED_WITHIN = 4, 30
+"""So many cuts make the parts that are exchanged at random, within so many strokes."""
+
+EXCHANGE_COST = 20
+"""An exchange at random costs as much as so many changes that are tried."""
+
+BEGINNINGS, MANY = 4, 1500
+"""Nearest neighbours are followed from so many places, of strokes that are not so many."""
+
+LEAST_GAIN = 1e-6
+"""A change that saves less is none, cm."""
+
+POSTURE_WAY = 6.0
+"""A change of posture takes as long as a way of so much, cm."""
+
+
+def merged(strokes: Sequence[PlacedStroke], meeting: float = MEETING) -> list[PlacedStroke]:
+    """Strokes of which one begins where another of its layer ends, made one.
+
+    Two are joined only where one posture can draw both.  Where more than two ends meet, the line
+    goes on as straight as it can.
+    """
+    ends = _Ends(strokes, meeting)
+    out: list[PlacedStroke] = []
+    used = [False] * len(strokes)
+    for k, stroke in enumerate(strokes):
+        if used[k]:
+            continue
+        used[k] = True
+        parts, postures = [stroke.points], stroke.postures
+        for forwards in (True, False):
+            while True:
+                line = parts[-1] if forwards else parts[0][::-1]
+                found = ends.next(line, stroke.layer, postures, used)
+                if found is None:
+                    break
+                j, points = found
+                used[j] = True
+                postures = tuple(p for p in postures if p in strokes[j].postures)
+                parts = [*parts, points] if forwards else [points[::-1], *parts]
+        joined = parts[0] if len(parts) == 1 else np.vstack(parts)
+        if len(parts) > 1:
+            apart = np.hypot(*np.diff(joined, axis=0).T) > 1e-9
+            joined = joined[np.append(True, apart)]
+        out.append(replace(stroke, points=joined, postures=postures))
+    return out
+
+
+class _Ends:
+    """Finds ends of strokes by place."""
+
+    def __init__(self, strokes: Sequence[PlacedStroke], meeting: float) -> None:
+        self._strokes, self._meeting = strokes, meeting
+        self._cells: dict[tuple[str, int, int], list[tuple[int, bool]]] = defaultdict(list)
+        for k, stroke in enumerate(strokes):
+            for reverse, p in ((False, stroke.points[0]), (True, stroke.points[-1])):
+                self._cells[(stroke.layer, *self._cell(p))].append((k, reverse))
+
+    def _cell(self, p: np.ndarray) -> tuple[int, int]:
+        size = max(self._meeting, 1e-9)
+        return math.floor(p[0] / size), math.floor(p[1] / size)
+
+    def next(
+        self, line: np.ndarray, layer: str, postures: tuple[str, ...], used: list[bool]
+    ) -> tuple[int, np.ndarray] | None:
+        """(which stroke, its points from where `line` ends) that goes on best, or None."""
+        p, (x, y) = line[-1], self._cell(line[-1])
+        best, least = None, math.inf
+        for i in (x - 1, x, x + 1):
+            for j in (y - 1, y, y + 1):
+                for k, reverse in self._cells.get((layer, i, j), ()):
+                    if used[k] or not set(postures) & set(self._strokes[k].postures):
+                        continue
+                    points = self._strokes[k].points[:: -1 if reverse else 1]
+                    if math.hypot(*(points[0] - p)) > self._meeting:
+                        continue
+                    a, b = p - line[-2], points[1] - points[0]
+                    turn = abs(math.atan2(a[0] * b[1] - a[1] * b[0], a @ b))
+                    if turn < least - 1e-9:
+                        best, least = (k, points), turn
+        return best
+
+
+def ordered(
+    strokes: Sequence[PlacedStroke], start: np.ndarray, most_tried: int = MOST_TRIED
+) -> list[PlacedStroke]:
+    """Strokes in an order, and turned round, so that the ways between them are short.
+
+    Layers stay in their order.
+
+    Args:
+        strokes: of any layers.
+        start: place of the tip before, (2,), cm.
+        most_tried: changes of the order that are tried.
+    """
+    layers = dict.fromkeys(stroke.layer for stroke in strokes)
+    out: list[PlacedStroke] = []
+    for layer in layers:
+        own = [stroke for stroke in strokes if stroke.layer == layer]
+        share = max(1, most_tried * len(own) // len(strokes))
+        for stroke in _layer_in_order(own, start, share):
+            out.append(stroke)
+            start = stroke.points[-1]
+    return out
+
+
+def pen_up_way(strokes: Sequence[PlacedStroke]) -> float:
+    """Length of the ways between strokes, cm."""
+    ends = np.array([(a.points[-1], b.points[0]) for a, b in zip(strokes, strokes[1:])])
+    return float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum()) if len(ends) else 0.0
+
+
+def _layer_in_order(
+    strokes: Sequence[PlacedStroke], start: np.ndarray, most_tried: int
+) -> list[PlacedStroke]:
+    heads, tails = _ends_of(strokes)
+    begin = np.append(start, 0.0)
+    tours = []
+    for first in (begin, *heads[: BEGINNINGS - 1]):
+        tours.append(_Tour(heads, tails, *_nearest_neighbours(heads, tails, first)))
+        most_tried -= tours[-1].shorten(most_tried)
+        if most_tried <= 0 or len(heads) > MANY:
+            break
+    tour = min(tours, key=_Tour.length)
+    tour.improve(most_tried)
+    if math.dist(start, tour.end(-1)) < math.dist(start, tour.end(0)):
+        tour.turn_round()
+    out = [
+        strokes[k].turned_round() if turned else strokes[k]
+        for k, turned in zip(tour.order, tour.reverse, strict=True)
+    ]
+    return _closed_from_best(out, start)
+
+
+def _ends_of(strokes: Sequence[PlacedStroke]) -> tuple[np.ndarray, np.ndarray]:
+    """First and last points (n, 3) each; the third number keeps postures apart, cm."""
+    # One that any posture can draw lies with those that only the preferred one can.
+    other = [stroke.postures[0] for stroke in strokes]
+    base = max(set(other), key=lambda posture: (other.count(posture), posture))
+    apart = np.array([0.0 if base in stroke.postures else POSTURE_WAY for stroke in strokes])
+    heads = np.array([stroke.points[0] for stroke in strokes])
+    tails = np.array([stroke.points[-1] for stroke in strokes])
+    return np.column_stack([heads, apart]), np.column_stack([tails, apart])
+
+
+def _nearest_neighbours(
+    heads: np.ndarray, tails: np.ndarray, start: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    n = len(heads)
+    ends = np.vstack([heads, tails])
+    left = np.arange(2 * n)  # ends of strokes that are not drawn yet
+    drawn = np.zeros(2 * n, bool)
+    order, reverse = np.empty(n, int), np.empty(n, bool)
+    here = start
+    points = ends.copy()
+    for k in range(n):
+        off = points - here
+        distance = np.einsum("ij,ij->i", off, off)
+        distance[drawn[left]] = np.inf
+        end = int(left[np.argmin(distance)])
+        stroke, turned = end % n, end >= n
+        order[k], reverse[k] = stroke, turned
+        here = heads[stroke] if turned else tails[stroke]
+        drawn[stroke] = drawn[stroke + n] = True
+        if k % 64 == 63:
+            left = left[~drawn[left]]
+            points = ends[left]
+    return order, reverse
+
+
+class _Tour:
+    """An order of strokes that can be improved; where it begins and ends is free.
+
+    Args:
+        heads, tails: first and last points of the strokes, (n, 3).
+        order: numbers of strokes.
+        reverse: whether each is drawn from its end.
+    """
+
+    def __init__(
+        self, heads: np.ndarray, tails: np.ndarray, order: np.ndarray, reverse: np.ndarray
+    ) -> None:
+        self.order: list[int] = order.tolist()
+        self._n = len(order)
+        # End e of stroke s is s (its head) or s + n (its tail).
+        self._ends: list[tuple[float, ...]] = [tuple(p) for p in np.vstack([heads, tails]).tolist()]
+        self._near = _neighbours(np.vstack([heads, tails]))
+        self._in = [0] * self._n
+        for stroke, turned in zip(self.order, reverse.tolist(), strict=True):
+            self._in[stroke] = stroke + self._n if turned else stroke
+        self._place = [0] * self._n
+        for k, stroke in enumerate(self.order):
+            self._place[stroke] = k
+
+    @property
+    def reverse(self) -> list[bool]:
+        """In the order: whether each stroke is drawn from its end."""
+        return [self._in[stroke] >= self._n for stroke in self.order]
+
+    def shorten(self, most_tried: int) -> int:
+        """Change the order until no single change gains: how many were tried."""
+        self._left = most_tried
+        self._settle(self.order)
+        return most_tried - self._left
+
+    def improve(self, most_tried: int) -> None:
+        """Shorten a tour in which no single change does, until so many changes were tried.
+
+        Three short parts that follow one another are exchanged at random and what comes of it is
+        improved; it is undone if it did not help (iterated local search; the "double bridge" of
+        Martin, Otto and Felten 1991).
+        """
+        self._left = most_tried
+        dice = random.Random(self._n)
+        while self._left > 0 and self._n > PARTS_EXCHANGED:
+            order, ends = self.order[:], self._in[:]
+            before = self.length()
+            cuts = sorted(
+                dice.sample(range(min(self._n, EXCHANGED_WITHIN) + 1), PARTS_EXCHANGED)
+            )
+            offset = dice.randrange(self._n - cuts[-1] + 1)
+            a, b, c, d = (cut + offset for cut in cuts)
+            self._write(a, self.order[c:d] + self.order[b:c] + self.order[a:b])
+            self._settle(self._at(a - 1, a, a + d - c - 1, a + d - c, d - b + a, d - 1, d))
+            self._left -= EXCHANGE_COST
+            if self.length() > before - LEAST_GAIN:
+                self.order, self._in = order, ends
+                for k, stroke in enumerate(order):
+                    self._place[stroke] = k
+
+    def length(self) -> float:
+        """Of all ways, cm."""
+        return sum(
+            math.dist(self._ends[self._out_of(a)], self._ends[self._in[b]])
+            for a, b in pairwise(self.order)
+        )
+
+    def _settle(self, strokes: list[int]) -> None:
+        """Improve the order around these strokes until nothing more is gained."""
+        waiting = deque(strokes)
+        queued = set(strokes)
+        while waiting and self._left > 0:
+            stroke = waiting.popleft()
+            queued.discard(stroke)
+            for other in self._improve_at(stroke):
+                if other not in queued:
+                    queued.add(other)
+                    waiting.append(other)
+
+    def end(self, k: int) -> tuple[float, ...]:
+        """Where the tour begins (k = 0) or ends (-1): x, y, cm."""
+        stroke = self.order[k]
+        return self._ends[self._in[stroke] if k == 0 else self._out_of(stroke)][:2]
+
+    def turn_round(self) -> None:
+        """Draw it all from its end."""
+        self._write(0, self._flipped(self.order))
+
+    def _out_of(self, stroke: int) -> int:
+        end = self._in[stroke]
+        return end - self._n if end >= self._n else end + self._n
+
+    def _way(self, before: int | None, after: int | None) -> float:
+        """From one end to another, cm; 0 where the tour begins or ends."""
+        if before is None or after is None:
+            return 0.0
+        return math.dist(self._ends[before], self._ends[after])
+
+    def _in_at(self, k: int) -> int | None:
+        return self._in[self.order[k]] if 0 <= k < self._n else None
+
+    def _out_at(self, k: int) -> int | None:
+        return self._out_of(self.order[k]) if 0 <= k < self._n else None
+
+    def _improve_at(self, stroke: int) -> list[int]:
+        """Do the first change found that shortens a way from or to a stroke: whom it concerned."""
+        n, i = self._n, self._place[stroke]
+        for ahead in (True, False):
+            own = self._out_of(stroke) if ahead else self._in[stroke]
+            gap = i if ahead else i - 1  # the way is from place gap to the next
+            other = self._in_at(i + 1) if ahead else self._out_at(i - 1)
+            now = self._way(own, other)
+            for end in self._near[own]:
+                near = end - n if end >= n else end
+                if near == stroke:
+                    continue
+                way = math.dist(self._ends[own], self._ends[end])
+                if way >= now - LEAST_GAIN or other is None:
+                    break
+                is_in = end == self._in[near]
+                j = self._place[near]
+                if is_in != ahead and self._turned(gap, j if ahead else j - 1, now - way):
+                    return [stroke, near, *self._at(gap, gap + 1, j - 1, j, j + 1)]
+                if self._moved(gap, j, is_in, ahead, now - way):
+                    j = self._place[near]
+                    return [stroke, near, *self._at(gap, gap + 1, j - 3, j - 1, j + 1, j + 3)]
+        return []
+
+    def _at(self, *places: int) -> list[int]:
+        return [self.order[k] for k in places if 0 <= k < self._n]
+
+    def _turned(self, gap: int, other_gap: int, saved: float) -> bool:
+        """2-opt: turn round what is between two gaps, if that gains."""
+        first, last = min(gap, other_gap), max(gap, other_gap)
+        self._left -= 1
+        # One of the two new ways is known; the other joins what is left.
+        ahead = self._way(self._out_at(first), self._out_at(last))
+        behind = self._way(self._in_at(first + 1), self._in_at(last + 1))
+        gain = (
+            self._way(self._out_at(first), self._in_at(first + 1))
+            + self._way(self._out_at(last), self._in_at(last + 1))
+            - ahead
+            - behind
+        )
+        if gain <= LEAST_GAIN or first == last:
+            return False
+        self._write(first + 1, self._flipped(self.order[first + 1 : last + 1]))
+        return True
+
+    def _moved(self, gap: int, j: int, is_in: bool, ahead: bool, saved: float) -> bool:
+        """Or-opt: move a short part, whose end at place j comes to lie at the gap, if that gains.
+
+        Args:
+            is_in: whether that end is where the part begins, else where it ends.
+            ahead: whether the end comes next after the gap, else right before its other side.
+            saved: what it saves on that side, cm.
+        """
+        n = self._n
+        for length in range(1, LONGEST_MOVED + 1):
+            first, last = (j, j + length - 1) if is_in else (j - length + 1, j)
+            if first < 0 or last >= n or first - 1 <= gap <= last:
+                break
+            self._left -= 1
+            far = self._out_at(last) if is_in else self._in_at(first)
+            beyond = self._in_at(gap + 1) if ahead else self._out_at(gap)
+            taken = self._way(self._out_at(first - 1), self._in_at(first)) + self._way(
+                self._out_at(last), self._in_at(last + 1)
+            )
+            closed = self._way(self._out_at(first - 1), self._in_at(last + 1))
+            if saved + taken - closed - self._way(far, beyond) <= LEAST_GAIN:
+                continue
+            part = self.order[first : last + 1]
+            if is_in != ahead:
+                part = self._flipped(part)
+            if gap < first:
+                self._write(gap + 1, part + self.order[gap + 1 : first])
+            else:
+                self._write(first, self.order[last + 1 : gap + 1] + part)
+            return True
+        return False
+
+    def _flipped(self, part: list[int]) -> list[int]:
+        for stroke in part:
+            self._in[stroke] = self._out_of(stroke)
+        return part[::-1]
+
+    def _write(self, first: int, part: list[int]) -> None:
+        self.order[first : first + len(part)] = part
+        for k, stroke in enumerate(part, first):
+            self._place[stroke] = k
+
+
+def _neighbours(ends: np.ndarray) -> list[list[int]]:
+    """Of each end the NEIGHBOURS nearest others, the nearest first."""
+    data = ends.astype(np.float32)
+    index = cv2.flann.Index(data, {"algorithm": KD_TREE, "leaf_max_size": 16})
+    found, _ = index.knnSearch(data, min(NEIGHBOURS + 2, len(data)), params={"checks": -1})
+    return [[e for e in row if e != k] for k, row in enumerate(found.tolist())]
+
+
+def _closed_from_best(strokes: list[PlacedStroke], start: np.ndarray) -> list[PlacedStroke]:
+    """The same, closed strokes begun where that saves most of the ways to and from them."""
+    out: list[PlacedStroke] = []
+    for k, stroke in enumerate(strokes):
+        points = stroke.points
+        if len(points) > 3 and np.hypot(*(points[0] - points[-1])) <= 1e-6:
+            cost = np.hypot(*(points - start).T)
+            if k + 1 < len(strokes):
+                cost += np.hypot(*(points - strokes[k + 1].points[0]).T)
+            first = int(np.argmin(cost[:-1]))
+            if cost[first] < cost[0] - LEAST_GAIN:
+                points = np.vstack([points[first:-1], points[: first + 1]])
+                stroke = replace(stroke, points=points)
+        start = points[-1]
+        out.append(stroke)
+    return out

@@ -1,0 +1,221 @@
+"""A picture becomes an Artwork: outlines where its brightness steps, hatching by its tone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from laptop.drawing.artwork import Artwork, BadArtwork, stroke_length
+from laptop.drawing.curves import rounded, without_repeats
+from laptop.drawing.picture_files import read_grey
+
+MAX_STROKES = 3000
+"""Most strokes of a picture; the shortest of more are left out. Each costs the pen two seconds."""
+
+HATCH_ANGLES = tuple(math.radians(angle) for angle in (45, 135, 0, 90))
+"""Directions of the hatching, from the lightest tone to the darkest."""
+
+HATCH_LINES = 60
+"""So many lines of hatching lie side by side across the longer side."""
+
+SHORTEST_HATCH = 0.6
+"""Shorter ones are left out, in distances between two lines."""
+
+CORNER = math.radians(50)
+"""What an outline turns by more is a corner."""
+
+FLAT = 24
+"""A picture whose tones differ by less shows nothing, of 255."""
+
+
+@dataclass(frozen=True)
+class Tracing:
+    """How a picture is drawn.
+
+    detail     0 to 100: how weak a step of brightness still gets an outline; 0 draws none
+    shades     0 to 4: tones that are hatched, each in a direction of its own; 0 hatches none
+    smoothing  0 to 100: how much of what is fine in the picture is blurred away
+    width      of the sheet, cm; its height follows
+    """
+
+    detail: float = 50.0
+    shades: int = 3
+    smoothing: float = 30.0
+    width: float = 10.0
+
+    def check(self) -> None:
+        """Refuse (BadArtwork) what says nothing."""
+        for name, value, least, most in (
+            ("detail", self.detail, 0, 100),
+            ("shades", self.shades, 0, 4),
+            ("smoothing", self.smoothing, 0, 100),
+            ("width", self.width, 0.1, 1000),
+        ):
+            if not least <= value <= most or (name == "shades" and value != int(value)):
+                whole = " a whole number" if name == "shades" else ""
+                raise BadArtwork(f"{name} = {value:g}: it must be{whole} from {least} to {most}")
+        if not self.detail and not self.shades:
+            raise BadArtwork("detail = 0 and shades = 0: nothing would be drawn; raise one of them")
+
+
+def read_picture(data: bytes, name: str = "picture", how: Tracing | None = None) -> Artwork:
+    """The Artwork of a PNG or JPEG, on a sheet that it fills.
+
+    Args:
+        data: all of the file.
+        name: of the file, for people.
+        how: as a Tracing is by itself where it is None.
+
+    Raises:
+        BadArtwork: It is no picture, beyond a limit, or shows nothing.
+    """
+    how = how or Tracing()
+    how.check()
+    grey = _prepared(read_grey(data, name), how.smoothing)
+    outlines = _outlines(grey, how.detail) if how.detail else []
+    hatching = _hatching(grey, how.shades)
+    if not outlines and not hatching:
+        raise BadArtwork(
+            f"{name}: shows nothing to draw at detail = {how.detail:g} and shades = {how.shades}; "
+            "raise them, or take a picture with more contrast"
+        )
+    rows, columns = grey.shape
+    scale = how.width / columns
+    size = (how.width, rows * scale)
+    kept, left_out = _longest(outlines, hatching)
+    strokes = [(stroke * [1, -1] + [0, rows]) * scale for stroke in kept]
+    told = (
+        (f"The {left_out} shortest lines are not drawn: {MAX_STROKES} are the most.",)
+        if left_out
+        else ()
+    )
+    return Artwork(name, tuple(strokes), ("",) * len(strokes), size, told)
+
+
+def _prepared(grey: np.ndarray, smoothing: float) -> np.ndarray:
+    """Smoothed, and stretched to all tones from black to white, uint8."""
+    if smoothing:
+        grey = cv2.GaussianBlur(grey, (0, 0), max(grey.shape) / 640 * (0.3 + smoothing / 15))
+    dark, light = np.percentile(grey, (1, 99))
+    if light - dark < FLAT:
+        return grey
+    return np.clip((grey - dark) * (255 / (light - dark)), 0, 255).astype(np.uint8)
+
+
+def _longest(
+    outlines: list[np.ndarray], hatching: list[np.ndarray]
+) -> tuple[list[np.ndarray], int]:
+    """As many as are drawn, in their order, and how many are not."""
+    strokes = outlines + hatching
+    spare = len(strokes) - MAX_STROKES
+    if spare <= 0:
+        return strokes, 0
+    least = sorted(range(len(strokes)), key=lambda k: stroke_length(strokes[k]))[:spare]
+    dropped = set(least)
+    return [stroke for k, stroke in enumerate(strokes) if k not in dropped], spare
+
+
+# ---- outlines
+
+
+def _outlines(grey: np.ndarray, detail: float) -> list[np.ndarray]:
+    """Smooth lines (n, 2), px, along the steps of brightness, by Canny's detector."""
+    high = 20 + 280 * (1 - detail / 100) ** 2
+    edges = cv2.Canny(grey, 0.4 * high, high, apertureSize=3, L2gradient=True)
+    least = max(grey.shape) / (20 + detail)
+    found = []
+    for chain in _chains(edges > 0):
+        if len(chain) < 8:
+            continue
+        points = _without_steps(chain)
+        # OpenCV leaves out the end of a line that comes back to where it began
+        line = cv2.approxPolyDP(points.astype(np.float32).reshape(-1, 1, 2), 0.6, False)
+        points = np.vstack([line.reshape(-1, 2), points[-1:].astype(np.float32)]).astype(float)
+        points = without_repeats(points + 0.5)  # pixels' centres
+        if len(points) > 1 and stroke_length(points) >= least:
+            found.append(rounded(points, CORNER, 0.1))
+    return [line for line in found if len(line) > 1]
+
+
+def _chains(edges: np.ndarray) -> list[np.ndarray]:
+    """Edge pixels that touch as chains (n, 2) of x, y; each pixel is in one chain only."""
+    left = {(int(x), int(y)) for y, x in np.argwhere(edges)}
+    around = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
+
+    def beside(x: int, y: int) -> list[tuple[int, int]]:
+        return [(x + dx, y + dy) for dx, dy in around if (x + dx, y + dy) in left]
+
+    def walk(pixel: tuple[int, int]) -> list[tuple[int, int]]:
+        way = []
+        while ahead := beside(*pixel):
+            pixel = ahead[0]
+            left.remove(pixel)
+            way.append(pixel)
+        return way
+
+    found = []
+    for start in sorted(left):
+        if start not in left:
+            continue
+        left.remove(start)
+        chain = [*reversed(walk(start)), start]
+        chain += walk(start)  # what the first way left on the other side
+        (x, y), (last_x, last_y) = chain[0], chain[-1]
+        if len(chain) > 8 and max(abs(last_x - x), abs(last_y - y)) <= 2:
+            chain.append(chain[0])
+        found.append(np.array(chain, float))
+    return found
+
+
+def _without_steps(chain: np.ndarray) -> np.ndarray:
+    """A chain of pixels (n, 2) without the stairs that pixels make; its ends stay."""
+    reach = 3
+    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / 1.2) ** 2)
+    weights /= weights.sum()
+    if np.array_equal(chain[0], chain[-1]):
+        padded = np.vstack([chain[-1 - reach : -1], chain, chain[1 : 1 + reach]])
+    else:  # mirrored in its ends, which stay so
+        padded = np.vstack(
+            [2 * chain[0] - chain[reach:0:-1], chain, 2 * chain[-1] - chain[-2 : -2 - reach : -1]]
+        )
+    return np.column_stack([np.convolve(column, weights, "valid") for column in padded.T])
+
+
+# ---- hatching
+
+
+def _hatching(grey: np.ndarray, shades: int) -> list[np.ndarray]:
+    """Straight lines (2, 2), px: the darker the tone, the more directions cross there."""
+    found = []
+    distance = max(grey.shape) / HATCH_LINES
+    for shade in range(shades):
+        darker = 255 * (shades - shade) / (shades + 1)
+        found += _hatch(grey < darker, HATCH_ANGLES[shade], distance)
+    return found
+
+
+def _hatch(dark: np.ndarray, angle: float, distance: float) -> list[np.ndarray]:
+    """Lines (2, 2) at an angle where it is dark, px; y goes down."""
+    rows, columns = dark.shape
+    along = np.array([math.cos(angle), -math.sin(angle)])
+    across = np.array([-along[1], along[0]])
+    corners = np.array([[0, 0], [columns, 0], [0, rows], [columns, rows]])
+    low, high = np.sort(corners @ across)[[0, -1]]
+    begin, end = np.sort(corners @ along)[[0, -1]]
+    steps = np.arange(begin, end, 0.5)
+    shortest, found = SHORTEST_HATCH * distance, []
+    for number, place in enumerate(np.arange(low + distance / 2, high, distance)):
+        points = place * across + steps[:, None] * along
+        x, y = np.floor(points).astype(int).T
+        inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
+        is_dark = np.zeros(len(steps) + 2, int)
+        is_dark[1:-1][inside] = dark[y[inside], x[inside]]
+        changes = np.flatnonzero(np.diff(is_dark))
+        for first, last in changes.reshape(-1, 2):
+            if steps[last - 1] - steps[first] >= shortest:
+                ends = points[[first, last - 1]]
+                found.append(ends[::-1] if number % 2 else ends)  # to and fro
+    return found

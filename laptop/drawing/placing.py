@@ -1,0 +1,384 @@
+"""Where on the table a drawing comes to lie.  Pure.
+
+A sheet lies so that whoever sits behind the arm and looks the way it points (along x) sees the
+drawing upright: up on the sheet is x, to the right is -y.  It is turned by `rotate` from there,
+counter-clockwise as seen from above.  180 is upright for who sits opposite.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from laptop.drawing import reach
+from laptop.drawing.artwork import Artwork, BadArtwork, bounds
+from shared.arm_description import Arm
+
+PAPERS = {"a6": (10.5, 14.8), "a5": (14.8, 21.0), "a4": (21.0, 29.7), "letter": (21.59, 27.94)}
+"""Width and height of sheets, cm."""
+
+LARGEST = 200.0
+"""Greatest size of a sheet or drawing, cm."""
+
+PAPER_MARGIN = 1.0
+"""At the edge of a sheet nothing is drawn, cm."""
+
+STAND = 3.0
+"""So near to its axis the arm stands on the table: no sheet lies there, cm."""
+
+LEAST_SIZE = 0.2
+"""A drawing smaller than this is none, cm."""
+
+COARSE, FINE = 1.0, 0.2
+"""Steps in which a place is sought, cm: all over the table, then near the best."""
+
+COARSE_CELLS, FINE_CELLS = 24, 96
+"""A drawing is tried by one point of each stroke in a cell, so many to its greatest side."""
+
+MOST_TRIED = 2500
+"""More points than these are tried by larger cells."""
+
+OUTLINE = 24
+"""So many points of its outline are tried before all others."""
+
+HALVINGS = 12
+"""So often the interval is halved in which the greatest size lies."""
+
+SHRINK, SHRINKINGS = 0.99, 30
+"""What turns out to be too large by so little is made smaller, and how often."""
+
+
+class BadPlace(BadArtwork):
+    """A place or size at which nothing can be drawn."""
+
+
+def paper_size(text: str) -> tuple[float, float]:
+    """Width and height of a sheet by name (a5, a4, letter) or as WxH, cm.
+
+    Raises:
+        BadPlace: no such sheet.
+    """
+    name, _, turned = text.lower().partition("-")
+    if name in PAPERS and turned in ("", "landscape"):
+        width, height = PAPERS[name]
+        return (height, width) if turned else (width, height)
+    size = re.fullmatch(r"(\d+\.?\d*)x(\d+\.?\d*)", text.lower())
+    if size is None:
+        raise BadPlace(
+            f"paper {text!r} is no sheet; give one of {', '.join(PAPERS)}, with -landscape where "
+            "it lies across, or WIDTHxHEIGHT in cm"
+        )
+    width, height = float(size[1]), float(size[2])
+    if not (2 * PAPER_MARGIN < min(width, height) and max(width, height) <= LARGEST):
+        raise BadPlace(
+            f"paper of {width:g} x {height:g} cm: give sides of more than {2 * PAPER_MARGIN:g} and "
+            f"at most {LARGEST:g} cm"
+        )
+    return width, height
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """A drawing on the table, in the arm's coordinates, cm.
+
+    strokes  (n, 2) each: x forward, y left
+    scale    from the artwork's size to that on the table
+    size     width and height of the drawing, as its viewer has them
+    centre   of the drawing: x, y
+    paper    corners of the sheet (4, 2), or None
+    notes    sentences for people
+    """
+
+    strokes: tuple[np.ndarray, ...]
+    scale: float
+    size: tuple[float, float]
+    centre: tuple[float, float]
+    paper: np.ndarray | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Wish:
+    """Where and how large a drawing is to be; see laptop.drawing.options."""
+
+    paper: tuple[float, float] | None = None
+    at: tuple[float, float] | None = None
+    size: tuple[float, float | None] | None = None
+    rotate: float = 0.0
+    height: float = 0.0
+    clip: bool = False
+
+
+def place(artwork: Artwork, arm: Arm, wish: Wish, postures: tuple[str, ...]) -> Placement:
+    """Place a drawing: where it is wished, or else as large and where the arm draws it easily.
+
+    Raises:
+        BadPlace: there is no such place, or none for the size.
+        BadArtwork: there is nothing to draw.
+    """
+    low, high = bounds(artwork.strokes, artwork.name)
+    size = np.maximum(high - low, 0.0)
+    if not size.max() > 0 or not np.isfinite(size).all():
+        raise BadPlace(f"{artwork.name}: all of it lies in one point; give lines")
+    middle = (low + high) / 2
+    turn = _turn(wish.rotate)
+    shapes = [(stroke - middle) @ turn.T for stroke in artwork.strokes]
+    scale, most, notes = _wished_scale(artwork, wish, size)
+    offset = np.zeros(2)  # from the sheet's middle to the drawing's, not yet scaled
+    if wish.paper and scale and artwork.size and wish.size is None:
+        offset = turn @ (middle - np.array(artwork.size) / 2)
+    finder = _Finder(shapes, arm, wish, postures, turn, offset)
+    centre: np.ndarray
+    if wish.at is not None:
+        at = np.array(wish.at, float)
+        if scale is None:
+            scale = finder.largest_at(at, most)
+        centre = at + scale * offset
+    elif scale is not None:
+        centre = finder.centre_for(scale) + scale * offset
+    else:
+        scale, centre = finder.largest(most)
+    if most and scale < 0.98 * most and wish.paper:
+        notes.append(
+            f"of the sheet {scale * size[0]:.1f} x {scale * size[1]:.1f} cm are drawn on: "
+            "the arm reaches no more of it"
+        )
+    sheet = None
+    if wish.paper:
+        sheet = _corners(wish.paper) @ turn.T + (centre - scale * offset)
+        if _covers_stand(sheet):
+            notes.append("the sheet reaches under the arm: cut it there, or give --at")
+    width, height = float(scale * size[0]), float(scale * size[1])
+    strokes = tuple(scale * shape + centre for shape in shapes)
+    return Placement(
+        strokes,
+        float(scale),
+        (width, height),
+        (float(centre[0]), float(centre[1])),
+        sheet,
+        tuple(notes),
+    )
+
+
+def _turn(rotate: float) -> np.ndarray:
+    """The matrix from the sheet's x (right), y (up) to the arm's, turned by `rotate` degrees."""
+    angle = math.radians(rotate + 90)
+    # The sheet's right is the arm's -y.
+    return np.array(
+        [[math.cos(angle - math.pi), -math.sin(angle - math.pi)],
+         [math.sin(angle - math.pi), math.cos(angle - math.pi)]]
+    )  # fmt: skip
+
+
+def _wished_scale(
+    artwork: Artwork, wish: Wish, size: np.ndarray
+) -> tuple[float | None, float | None, list[str]]:
+    """(scale or None: the largest, the greatest that is allowed or None, notes)."""
+    if wish.size is not None:
+        ratios = [
+            side / own
+            for side, own in zip(wish.size, size, strict=True)
+            if side is not None and own > 0
+        ]
+        if not ratios:
+            raise BadPlace(
+                f"{artwork.name}: it has no width; give its height, too, as --size WxH in cm"
+            )
+        return min(ratios), None, []
+    if wish.paper is None:
+        return None, None, []
+    if artwork.size and np.allclose(artwork.size, wish.paper, atol=0.1):
+        return 1.0, None, []  # it is made for this sheet
+    room = np.array(wish.paper) - 2 * PAPER_MARGIN
+    with np.errstate(divide="ignore"):
+        return None, float((room / size).min()), []
+
+
+def _corners(paper: tuple[float, float]) -> np.ndarray:
+    width, height = paper
+    return np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * (width / 2, height / 2)
+
+
+def _covers_stand(sheet: np.ndarray) -> bool:
+    return cv2.pointPolygonTest(sheet.astype(np.float32), (0.0, 0.0), True) > -STAND
+
+
+class _Finder:
+    """Looks for where a drawing can be, and how large."""
+
+    def __init__(
+        self,
+        shapes: list[np.ndarray],
+        arm: Arm,
+        wish: Wish,
+        postures: tuple[str, ...],
+        turn: np.ndarray,
+        offset: np.ndarray,
+    ) -> None:
+        self._arm, self._wish, self._postures = arm, wish, postures
+        self._shapes, self._turn, self._offset = shapes, turn, offset
+        self._map = reach.reach_map(
+            arm, wish.height, postures, reach.EASY_MARGIN, reach.EASY_SINGULARITY
+        )
+        self._coarse = _thinned(shapes, COARSE_CELLS)
+        self._fine = _thinned(shapes, FINE_CELLS)
+        self._extent = max(float(np.ptp(np.vstack(shapes), axis=0).max()), 1e-9)
+        outline = cv2.convexHull(np.vstack(shapes).astype(np.float32))[:, 0]
+        self._outline = outline[:: max(1, len(outline) // OUTLINE)]
+        edge = -self._map.origin
+        places = np.arange(-math.floor(edge), math.floor(edge) + 1) * COARSE
+        x, y = np.meshgrid(places, places)
+        self._centres = np.column_stack([x.ravel(), y.ravel()])
+        self._row = len(places)
+
+    def largest(self, most: float | None) -> tuple[float, np.ndarray]:
+        """(scale, centre) at which the drawing is largest."""
+        top = min(most or math.inf, -2 * self._map.origin / self._extent)
+        scale = self._halved(top, lambda s: self._best(s, self._centres, self._coarse))
+        if scale is None:
+            raise self._nowhere()
+        centre = self._best(scale, self._centres, self._coarse)
+        assert centre is not None
+        near = self._near(centre)
+        finer = self._halved(
+            min(top, 1.3 * scale), lambda s: self._best(s, near, self._fine), 0.7 * scale
+        )
+        best = None if finer is None else self._best(finer, near, self._fine)
+        if finer is not None and best is not None:
+            scale, centre = finer, best
+        return self._shrunk(scale, centre), centre
+
+    def largest_at(self, at: np.ndarray, most: float | None) -> float:
+        """The greatest scale around a place."""
+        top = min(most or math.inf, -2 * self._map.origin / self._extent)
+        scale = self._halved(top, lambda s: self._best(s, at[None] + s * self._offset, self._fine))
+        if scale is None:
+            raise BadPlace(
+                f"around ({at[0]:g}, {at[1]:g}) cm nothing of {LEAST_SIZE:g} cm can be drawn; give "
+                "--at a place that the arm reaches, or leave it out"
+            )
+        return self._shrunk(scale, at)
+
+    def centre_for(self, scale: float) -> np.ndarray:
+        """The sheet's middle for a drawing of this scale: where most room is left around it."""
+        found = self._best(scale, self._centres + scale * self._offset, self._coarse)
+        if found is None:
+            near = self._centres[np.hypot(*self._centres.T) < -self._map.origin]
+            fine = np.vstack([near + (dx, dy) for dx in (0, 0.5) for dy in (0, 0.5)])
+            found = self._best(scale, fine + scale * self._offset, self._fine)
+        if found is not None:
+            return found - scale * self._offset
+        if self._wish.clip:
+            return self.largest(scale)[1]
+        try:
+            largest, _ = self.largest(None)
+        except BadPlace:
+            raise self._nowhere() from None
+        sides = np.ptp(np.vstack(self._shapes) @ self._turn, axis=0)
+        wanted, fits = scale * sides, 0.99 * largest * sides
+        raise BadPlace(
+            f"{wanted[0]:.1f} x {wanted[1]:.1f} cm are nowhere in the arm's reach; at most "
+            f"{fits[0]:.1f} x {fits[1]:.1f} cm are: give --size {fits[0]:.1f}, or --clip to leave "
+            "out what is beyond"
+        )
+
+    def _nowhere(self) -> BadPlace:
+        return BadPlace(
+            f"at {self._wish.height:g} cm above the table nothing of {LEAST_SIZE:g} cm can be "
+            "drawn: the arm does not reach there; give another --height"
+            if self._arm.chain == "spatial"
+            else "there is no place at which the arm can draw it whole; give --size, --at and "
+            "--clip to draw what can be reached"
+        )
+
+    def _near(self, centre: np.ndarray) -> np.ndarray:
+        steps = np.arange(-COARSE, COARSE + FINE / 2, FINE)
+        x, y = np.meshgrid(steps, steps)
+        return centre + np.column_stack([x.ravel(), y.ravel()])
+
+    def _halved(self, top, found, bottom=None):  # type: ignore[no-untyped-def]
+        """The greatest scale for which `found` finds a place, or None."""
+        low = bottom or LEAST_SIZE / self._extent
+        if found(top) is not None:
+            return top
+        if found(low) is None:
+            return None
+        for _ in range(HALVINGS):
+            middle = math.sqrt(low * top)
+            if found(middle) is not None:
+                low = middle
+            else:
+                top = middle
+        return low
+
+    def _best(
+        self, scale: float, centres: np.ndarray, thinned: tuple[np.ndarray, np.ndarray]
+    ) -> np.ndarray | None:
+        """Of the centres at which every stroke is in reach, the one amid most of them; or None."""
+        points, firsts = thinned
+        # Most places are out by the outline alone.
+        good = (self._map.at(centres[:, None, :] + scale * self._outline[None]) != 0).all(axis=1)
+        left = centres[good]
+        bits = self._map.at(left[:, None, :] + scale * points[None])
+        good[good] = (np.bitwise_and.reduceat(bits, firsts, axis=1) != 0).all(axis=1)
+        if self._wish.paper and good.any():
+            clear = good & ~self._over_stand(centres - scale * self._offset)
+            good = clear if clear.any() else good
+        if not good.any():
+            return None
+        if len(centres) == len(self._centres):
+            # Amid the good ones: farthest from what is not.
+            grid = np.pad(good.reshape(self._row, self._row).astype(np.uint8), 1)
+            depth = cv2.distanceTransform(grid, cv2.DIST_L2, 5)[1:-1, 1:-1].ravel()
+        else:
+            depth = -np.linalg.norm(centres - centres[good].mean(axis=0), axis=1)
+        depth = np.where(good, depth, -np.inf)
+        # Of all but equal ones, that nearest to straight ahead.
+        tied = np.flatnonzero(depth >= depth.max() - 0.7)
+        return centres[tied[np.argmin(np.abs(centres[tied, 1]))]]
+
+    def _over_stand(self, middles: np.ndarray) -> np.ndarray:
+        """(n,): whether a sheet around these middles would lie under the arm."""
+        assert self._wish.paper is not None
+        half = np.array(self._wish.paper) / 2
+        own = np.abs(middles @ self._turn)  # the axis, seen from the sheet
+        return np.hypot(*np.maximum(own - half, 0.0).T) < STAND
+
+    def _shrunk(self, scale: float, centre: np.ndarray) -> float:
+        """The scale at which all points, not only those tried, can be drawn in one posture."""
+        for _ in range(SHRINKINGS):
+            middle = centre if self._wish.at is None else centre + scale * self._offset
+            tried = reach.try_strokes(
+                self._arm,
+                [scale * shape + middle for shape in self._shapes],
+                self._wish.height,
+                self._postures,
+            )
+            if np.any(list(tried.whole.values()), axis=0).all():
+                return scale
+            scale *= SHRINK
+        raise self._nowhere()
+
+
+def _thinned(shapes: list[np.ndarray], cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """(points (n, 2), where each stroke's begin): of each stroke one point in every cell."""
+    extent = max(float(np.ptp(np.vstack(shapes), axis=0).max()), 1e-9)
+    cell = extent / cells
+    dense = [reach.densified(shape, cell) for shape in shapes]
+    stroke = np.repeat(np.arange(len(dense)), [len(shape) for shape in dense])
+    points = np.vstack(dense)
+    while True:
+        keys = np.column_stack([stroke, np.rint(points / cell).astype(np.int64)])
+        _, kept = np.unique(keys, axis=0, return_index=True)
+        if len(kept) <= MOST_TRIED or cell > extent / 4:
+            break
+        cell *= 1.5
+    if len(kept) > MOST_TRIED:  # so many strokes: their places alone, as if they were one
+        _, kept = np.unique(np.rint(points / (extent / 40)).astype(int), axis=0, return_index=True)
+        return points[kept], np.array([0])
+    kept.sort()
+    return points[kept], np.flatnonzero(np.diff(stroke[kept], prepend=-1))

@@ -1,0 +1,133 @@
+"""What of an SVG is not drawn, counted while it is read and told in sentences.  Pure."""
+
+from __future__ import annotations
+
+EXAMPLES = 3
+"""So many of a kind are named, the others counted."""
+LONGEST_EXAMPLE = 40
+
+WORDS = {
+    "layer": (
+        "The layer {names} is hidden: show it in the editor to draw it.",
+        "{count} layers are hidden{which}: show them in the editor to draw them.",
+    ),
+    "hidden": (
+        "An element is hidden{which}.",
+        "{count} elements are hidden{which}.",
+    ),
+    "text": (
+        "The text {names} is in a font: make it a path first (Inkscape: Path > Object to Path).",
+        "{count} texts are in a font{which}: make them paths first "
+        "(Inkscape: Path > Object to Path).",
+    ),
+    "image": (
+        "A picture is not drawn{which}: draw the picture's own file.",
+        "{count} pictures are not drawn{which}: draw each picture's own file.",
+    ),
+    "clipped": (
+        "A shape of which a clip or mask shows a part is not drawn{which}: "
+        "release the clip in the editor.",
+        "{count} shapes of which a clip or mask shows a part are not drawn{which}: "
+        "release the clip in the editor.",
+    ),
+    "area": (
+        "An area is drawn by its outline, not filled.",
+        "{count} areas are drawn by their outlines, not filled.",
+    ),
+    "white": (
+        "A white area without an outline is not drawn.",
+        "{count} white areas without an outline are not drawn.",
+    ),
+    "unpainted": (
+        "A shape has neither line nor fill{which}, and is not drawn.",
+        "{count} shapes have neither line nor fill{which}, and are not drawn.",
+    ),
+    "dashes": (
+        "A dashed line is drawn through.",
+        "{count} dashed lines are drawn through.",
+    ),
+    "markers": (
+        "An arrow head or other marker on a line is not drawn.",
+        "Arrow heads or other markers on {count} lines are not drawn.",
+    ),
+    "broken": (
+        "A path is broken, and drawn up to there{which}.",
+        "{count} paths are broken, and drawn up to there{which}.",
+    ),
+    "value": (
+        "An element is not drawn since it has a value that cannot be read{which}.",
+        "{count} elements are not drawn since they have values that cannot be read{which}.",
+    ),
+    "use": (
+        "A reference leads nowhere{which}.",
+        "{count} references lead nowhere{which}.",
+    ),
+    "circle": (
+        "A reference leads back to itself{which}, and is not followed.",
+        "{count} references lead back to themselves{which}, and are not followed.",
+    ),
+    "outside": (
+        "A reference to another file is not followed{which}.",
+        "{count} references to other files are not followed{which}.",
+    ),
+    "import": (
+        "A style sheet in another file is not read{which}.",
+        "{count} style sheets in other files are not read{which}.",
+    ),
+    "selector": (
+        "A style rule is not understood, and not followed{which}.",
+        "{count} style rules are not understood, and not followed{which}.",
+    ),
+    "script": (
+        "A script is not run.",
+        "{count} scripts are not run.",
+    ),
+    "foreignObject": (
+        "Something foreign inside the drawing is not drawn.",
+        "{count} foreign things inside the drawing are not drawn.",
+    ),
+    "point": (
+        "A line without length is not drawn.",
+        "{count} lines without length are not drawn.",
+    ),
+}
+"""What is said of one and of several of each kind; `which` is the names in brackets."""
+
+
+class Leftovers:
+    """Counts what is left out, by the kinds of WORDS, with examples."""
+
+    def __init__(self) -> None:
+        self._counts: dict[str, int] = {}
+        self._names: dict[str, list[str]] = {}
+
+    def add(self, kind: str, name: str = "") -> None:
+        """Count one, with a name or a text for people."""
+        self._counts[kind] = self._counts.get(kind, 0) + 1
+        names = self._names.setdefault(kind, [])
+        name = _shown(name)
+        if name and name not in names and len(names) <= EXAMPLES:
+            names.append(name)
+
+    def sentences(self) -> tuple[str, ...]:
+        """A sentence for each kind that there is, in the order in which they were met."""
+        found = []
+        for kind, count in self._counts.items():
+            names = self._names[kind]
+            shown = ", ".join(names[:EXAMPLES]) + (", ..." if len(names) > EXAMPLES else "")
+            one, several = WORDS[kind]
+            which = f" ({shown})" if names else ""
+            found.append(
+                (one if count == 1 else several).format(
+                    count=count, names=shown or '""', which=which
+                )
+            )
+        return tuple(found)
+
+
+def _shown(text: str) -> str:
+    """A text in one line, quoted, not too long."""
+    text = "".join(c if c.isprintable() else " " for c in text[: 2 * LONGEST_EXAMPLE]).strip()
+    if len(text) > LONGEST_EXAMPLE:
+        text = text[:LONGEST_EXAMPLE] + "..."
+    return text if text.startswith("<") or not text else f'"{text}"'

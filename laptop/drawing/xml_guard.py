@@ -1,0 +1,112 @@
+"""XML from strangers: read into a tree within bounds, or refused in one sentence.
+
+Expat reads, and opens nothing: no DTD, no entity, no other file, no address. What a file may have
+is bounded while it is read, not afterwards.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from xml.parsers import expat
+
+from laptop.drawing.artwork import BadArtwork
+
+MAX_DEPTH = 200
+"""So many elements may be inside one another; editors nest some ten."""
+
+MAX_ELEMENTS = 100_000
+"""Most elements of a file, and of all that its `use` elements repeat."""
+
+MAX_TEXT = 1_000_000
+"""Most characters kept between tags, all together: style sheets and texts, which are short."""
+
+LONGEST_EMBEDDED = 100
+"""Of a picture that is embedded as text so many characters are kept."""
+
+
+def read_xml(data: bytes, name: str) -> tuple[ET.Element, tuple[str, ...]]:
+    """The root of the tree, its tags as `{namespace}name`, and the processing instructions.
+
+    Args:
+        name: of the file, for what is said.
+
+    Raises:
+        BadArtwork: It is no XML, declares entities, or is deeper or longer than allowed.
+    """
+    reader = _BoundedReader(name)
+    try:
+        reader.parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise BadArtwork(
+            f"{name}: is broken XML ({expat.ErrorString(error.code)}, line {error.lineno}, column "
+            f"{error.offset + 1}); save it again, from the program that made it"
+        ) from None
+    except (LookupError, ValueError):  # an encoding that neither expat nor Python reads
+        raise BadArtwork(
+            f"{name}: is in an encoding that is not read; save it again as UTF-8"
+        ) from None
+    return reader.builder.close(), tuple(reader.instructions)
+
+
+class _BoundedReader:
+    """Builds the tree from what expat says, and counts."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.builder = ET.TreeBuilder()
+        self.instructions: list[str] = []
+        self._depth = self._elements = self._text = 0
+        self.parser = expat.ParserCreate(namespace_separator="}")
+        self.parser.buffer_text = True
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+        self.parser.CharacterDataHandler = self._characters
+        self.parser.ProcessingInstructionHandler = self._instruct
+        self.parser.EntityDeclHandler = self._refuse_entity
+        self.parser.SetParamEntityParsing(expat.XML_PARAM_ENTITY_PARSING_NEVER)
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        self._depth += 1
+        self._elements += 1
+        if self._depth > MAX_DEPTH:
+            raise BadArtwork(
+                f"{self.name}: has more than {MAX_DEPTH} elements inside one another; "
+                "ungroup it in the program that made it"
+            )
+        if self._elements > MAX_ELEMENTS:
+            raise BadArtwork(
+                f"{self.name}: has more than {MAX_ELEMENTS} elements; draw a part of it"
+            )
+        kept = {}
+        for key, value in attributes.items():
+            embedded = value.startswith("data:")
+            kept[_full(key)] = value[:LONGEST_EMBEDDED] if embedded else value
+        self.builder.start(_full(tag), kept)
+
+    def _end(self, tag: str) -> None:
+        self._depth -= 1
+        self.builder.end(_full(tag))
+
+    def _characters(self, text: str) -> None:
+        self._text += len(text) if text.strip() else 0
+        if self._text > MAX_TEXT:
+            raise BadArtwork(
+                f"{self.name}: has more than {MAX_TEXT} characters of text; "
+                "a drawing has lines instead"
+            )
+        self.builder.data(text)
+
+    def _instruct(self, target: str, data: str) -> None:
+        if len(self.instructions) < 10:
+            self.instructions.append(f"{target} {data}"[:LONGEST_EMBEDDED])
+
+    def _refuse_entity(self, entity: str, *_: object) -> None:
+        raise BadArtwork(
+            f"{self.name}: declares an entity (&{entity[:30]};), which may hide anything and is "
+            "not read; save it as plain SVG"
+        )
+
+
+def _full(name: str) -> str:
+    """A name as ElementTree writes it."""
+    return "{" + name if "}" in name else name
