@@ -5,12 +5,13 @@ the last ends the file and holds the checksum of all before it:
 
     {"job": 1, "name": "rose", "arm": "planar", "chain": "planar", "links": [11.3, 9.5],
      "speed": 12, "strokes": 37, "cm": 412.3, "pen_up_cm": 80.1, "seconds": 312.5}
-    {"stroke": 1, "layer": "", "cm": 12.3, "start_s": 3.1, "pieces": [[times, segments, end], ...]}
+    {"cm": 12.3, "layer": "", "pieces": [[times, segments, end], ...], "start_s": 3.1, "stroke": 1}
     {"end": 37, "crc": 305419896}
 
-Planning costs the brick more time than drawing; so a piece, a smooth part of a stroke, is planned
-already: what robot.motion.trajectory.Trajectory is made of. Where a piece ends the tip stands.
-Lengths are cm, angles rad, times s.
+There is no space between the parts of a line, and its keys are sorted. Planning costs the brick
+more time than drawing; so a piece, a smooth part of a stroke, is planned already: what
+robot.motion.trajectory.Trajectory is made of. Where a piece ends the tip stands. Lengths are cm,
+angles rad, times s.
 """
 
 import json
@@ -24,6 +25,9 @@ from shared.small_files import SpoiltFile, number, open_file, open_to_write
 
 VERSION = 1
 """Of the format; it rises when something in it changes its meaning."""
+
+CM = b'{"cm":'
+"""So the line of a stroke begins, which then need not be read for its length."""
 
 MAX_SIZE, MAX_LINE = 16000000, 600000
 """Greatest size of a file and of a line, bytes: of one stroke the brick has room for some MB."""
@@ -135,7 +139,7 @@ class Job(object):
         self.path = path
         self._arm = arm
         try:
-            self._offsets, self.crc = self._scan()
+            self._offsets, self._lengths, self.crc = self._scan()
             self.header = self._read_header()
         except OSError as error:
             raise BadJob("{}: {}; give a job's file".format(path, error.strerror)) from None
@@ -169,13 +173,28 @@ class Job(object):
             _check_joints(self.path, k, pieces, self._arm.joints)
         return stroke
 
+    def cm_before(self, k):
+        """Length of all strokes before the k-th, cm; k from 1 on, also one past the last."""
+        return sum(self._lengths[: k - 1])
+
+    def stroke_at(self, share):
+        """Number of the stroke that lies at this share, 0 to 1, of the length of all."""
+        sought, k = share * self.cm_before(self.header.strokes + 1), 1
+        while k < self.header.strokes and self.cm_before(k + 1) <= sought:
+            k += 1
+        return k
+
+    def size(self, k):
+        """What the k-th stroke takes of the file, bytes."""
+        return self._offsets[k + 1] - self._offsets[k]
+
     def _bad(self, error):
         what = str(error) if isinstance(error, SpoiltFile) else "does not hold what a job holds"
         return BadJob("{} is no job, or is damaged: it {}; make it again".format(self.path, what))
 
     def _scan(self):
-        """([offset of each line], checksum of all but the last), after one pass."""
-        offsets, crc, size, last = [], 0, 0, b""
+        """(offset of each line, lengths of the strokes, checksum of all but the last line)."""
+        offsets, lengths, crc, size, last = [], [], 0, 0, b""
         with open(open_file(self.path), "rb") as file:
             while True:
                 line = file.readline(MAX_LINE + 1)
@@ -185,13 +204,17 @@ class Job(object):
                     raise SpoiltFile("is longer than a job may be")
                 offsets.append(size)
                 size += len(line)
+                if line.startswith(CM):
+                    lengths.append(number(float(line[len(CM) : line.index(b",")])))
                 crc, last = zlib.crc32(last, crc), line
         end = _object(last)
         if "end" not in end or end["end"] != len(offsets) - 2:
             raise SpoiltFile("is cut off")
         if end["crc"] != crc & 0xFFFFFFFF:
             raise SpoiltFile("was changed on its way")
-        return offsets, end["crc"]
+        if len(lengths) != end["end"] or min(lengths) < 0:
+            raise SpoiltFile("has a stroke that does not begin with its length")
+        return offsets, lengths, end["crc"]
 
     def _parsed(self, k):
         with open(open_file(self.path), "rb") as file:

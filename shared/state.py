@@ -41,6 +41,16 @@
                                                                             have said
     brick.txt         track's page                 people                   what a brick that it
                                                                             called has said
+    jobs/             brick, people, driver        driver                   NAME.job: drawings, see
+                                                                            shared.job; and how far
+                                                                            each has come
+    job-status        driver                       driver, brick            how the job that is
+                                                                            drawn goes, or how the
+                                                                            last one ended; see
+                                                                            robot.jobs.report
+    job-orders        driver, brick, people        driver                   orders to it, appended
+                                                                            line by line; see
+                                                                            robot.jobs.orders
 
 Those that are read are read by shared.small_files: a regular file of a sensible size, and any error
 in it is a sentence.
@@ -62,6 +72,7 @@ LAST_BRICK_FILE = "brick"
 CALLED_BRICK_FILE = "brick.txt"
 BRICK_RUNS_FOLDER = "brick-runs"
 OWN_ARMS_FOLDER = "arms"
+JOBS_FOLDER, JOB_STATUS_FILE, JOB_ORDERS_FILE = "jobs", "job-status", "job-orders"
 """Names in the state folder."""
 
 

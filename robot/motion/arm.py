@@ -1,7 +1,6 @@
 """An arm built from its description and its motors: where it is, go there, follow this, stop.
 
-The only place that clamps to limits.  Every wait here has a deadline, every way out stops the
-motors.
+The only place that clamps to limits.  Each wait has a deadline, each way out stops the motors.
 """
 
 import contextlib
@@ -13,13 +12,8 @@ from robot.motion.arm_motors import ArmMotors
 from robot.motion.backlash import BacklashCompensation, pose_behind
 from robot.motion.checked import Checked
 from robot.motion.control_loop import (
-    COARSE_COUNTS,
-    FINE_COUNTS,
-    LONG_SETTLING,
-    MAX_ERROR,
-    SETTLING_TIME,
-    Stalled,
-)
+    COARSE_COUNTS, FINE_COUNTS, LONG_SETTLING, MAX_ERROR, SETTLING_TIME, Stalled
+)  # fmt: skip
 from robot.motion.gravity import Gravity
 from robot.motion.joint_controller import GAINS
 from robot.motion.online_trajectory import STOP, OnlineTrajectory
@@ -98,11 +92,7 @@ class RobotArm(object):
         self.checked.confirm(self.motors.devices)
 
     def load_zero(self):
-        """Believe the remembered zero.
-
-        Raises:
-            NotHomed, BrickInUse: see ArmMotors.load_zeros.
-        """
+        """Believe the remembered zero; raises NotHomed or BrickInUse, see ArmMotors.load_zeros."""
         self.motors.load_zeros(self.zero)
         self._homed = True
 
@@ -178,6 +168,28 @@ class RobotArm(object):
                 self.backlash_sides = self._plan.sides
             self.motors.hold(self.joints)
 
+    def follow_fed(self, motions, feed, ready):
+        """As `follow`, at the rate of a robot.motion.feed.FeedOverride, which may hold it.
+
+        `ready` is called when all is planned, before anything moves: then the pen may come down.
+        """
+        self._engage()
+        with self._stopping_on_error():
+            plans, sides, joints = [], self.backlash_sides, self.description.joints
+            for motion in motions:
+                sides = self._gravity.sides(motion.start, sides)
+                plans.append(BacklashCompensation(joints, motion, sides, self._preload))
+                sides = plans[-1].sides
+            ready()
+            for self._plan in feed.each(plans):
+                over = self.motors.loop.run(
+                    self.joints, feed, on_tick=feed.tick, weigh=self._weigh
+                )
+                self.backlash_sides = feed.sides
+                if not over:
+                    self._note_braked()
+            self.motors.hold(self.joints)
+
     def reach(
         self, q, speed=1.0, acceleration=JOINT_ACCELERATION, on_tick=None, within=FINE_COUNTS,
         spare=None
@@ -192,9 +204,7 @@ class RobotArm(object):
             on_tick: as for `follow`.
             spare: as for ControlLoop.run.
 
-        Raises:
-            kinematics.Unreachable: a joint angle past its limit; nothing has moved.
-            Stalled, TooSlow, MotorNotFound: after stopping.
+        Raises as `go_to`.
         """
         kinematics.check_limits(self.description.joints, q)
 
@@ -218,9 +228,7 @@ class RobotArm(object):
                 for the last bit, and who measures where it is has no need of that.
             spare: as for ControlLoop.run.
 
-        Raises:
-            kinematics.Unreachable: an aim that is not a number.
-            Stalled, TooSlow, MotorNotFound: after stopping.
+        Raises as `follow`, and kinematics.Unreachable for an aim that is not a number.
         """
         self._pursue(aim, speed, acceleration, within, False, spare)
 
@@ -316,7 +324,6 @@ class RobotArm(object):
 
         With `here` it is taken to be there; with `seek` its stops are sought from anywhere.  The
         pen is taken to be up.  Returns one homing.Found per joint, none if nothing was sought.
-
         Raises homing.Blocked, Stalled or MotorNotFound after stopping.
         """
         from robot.motion import homing  # not above: most programs find the zero remembered
@@ -332,11 +339,7 @@ class RobotArm(object):
         return found
 
     def step_to(self, q):
-        """The report's move: both joints commanded together, then settled to a count for 60 ms.
-
-        Raises:
-            Stalled: a joint does not get there in time.
-        """
+        """The report's move: both joints commanded together, then settled to a count for 60 ms."""
         kinematics.check_limits(self.description.joints, q)
         self._engage()
         with self._stopping_on_error():
@@ -350,8 +353,7 @@ class RobotArm(object):
     def stop(self):
         """Stop and hold every motor that still answers; then tell of the first that does not.
 
-        Raises:
-            MotorNotFound, or what else a motor answered.
+        Raises MotorNotFound, or what else a motor answered.
         """
         lost = self._halt()
         if lost:
@@ -364,12 +366,9 @@ class RobotArm(object):
     def go_low(self):
         """Go slowly, the base staying, to where the arm is to rest, as its description says.
 
-        Returns:
-            Whether it went; not if nothing was moved, or no resting place is described.
+        Returns whether it went; not if nothing was moved, or no resting place is described.
 
-        Raises:
-            kinematics.Unreachable: no way there keeps off the table; nothing has moved.
-            Stalled, TooSlow, MotorNotFound: after stopping.
+        Raises as `go_to`: kinematics.Unreachable where no way there keeps off the table.
         """
         from robot.motion import parking  # only at the end of a run
 

@@ -1,0 +1,151 @@
+"""What a job that is drawn tells of itself: lines for people, and a file for whoever watches.
+
+The file holds one JSON object, replaced as a whole:
+
+    {"state": "drawing", "job": "rose", "crc": 305419896, "pid": 812, "reason": "",
+     "stroke": 12, "strokes": 40, "cm": 152.5, "cm_all": 412.3, "left_s": 130, "repeat": 1,
+     "repeats": 1, "tip": [10.1, 4.2], "volts": 7.6, "speed": 100, "pen": 0}
+
+state    drawing, paused; and in the end done, aborted, stopped (by a signal), failed
+cm       drawn of this time
+left_s   by the job's own estimate and the pace so far, s, all repeats; not counting pauses
+tip      cm, as planned; null while it is on its way
+speed    per cent; pen: degrees deeper
+"""
+
+import json
+import math
+import os
+
+from robot.battery import Battery
+from robot.jobs.progress import write_whole
+from shared.record import record
+from shared.state import JOB_STATUS_FILE, state_folder
+
+SAY_PERIOD, WRITE_PERIOD = 5.0, 2.0
+"""Least times between two lines for people, and between two writes in motion, s."""
+
+TRUSTED_TIME, PACES = 10.0, (0.5, 5.0)
+"""From so much of the planned time on, s, the pace so far counts; and its bounds."""
+
+Place = record("Place", "repeat stroke cm planned")
+Place.__doc__ = """Where in its job the arm is.
+
+repeat   which time it is drawn, from 1 on
+stroke   from 1 on
+cm       drawn so far of this time
+planned  time from the job's start to there, as planned, s
+"""
+
+
+def status_file():
+    """Path of the file of whichever job is drawn, or was last."""
+    return os.path.join(state_folder(), JOB_STATUS_FILE)
+
+
+class JobReport(object):
+    """What is told of one job.
+
+    Args:
+        header: shared.job.JobHeader.
+        crc: of the job.
+        clock: has `now()`.
+        repeats: how often it is drawn.
+        say: called with each line for people.
+        path: of the file; None: nobody watches.
+
+    Attributes:
+        state: the last that was told.
+    """
+
+    def __init__(self, header, crc, clock, repeats=1, say=print, path=None):
+        self._header, self._crc, self._clock, self._repeats = header, crc, clock, repeats
+        self.say = say
+        self._path = path
+        self._battery = Battery(clock)
+        self._volts = self._battery.volts()
+        self.state = ""
+        self._place = None
+        self._tip = None
+        self._said_at = self._wrote_at = -math.inf
+        self._worked = self._planned = 0.0
+        self._at = None
+
+    def due(self, now):
+        """Whether it is time to tell in motion where it is."""
+        return now - self._wrote_at >= WRITE_PERIOD
+
+    def tell(self, state, place, orders, tip=None, moving=False, reason=""):
+        """Tell how it goes.
+
+        Args:
+            state: see above.
+            place: Place.
+            orders: robot.jobs.orders.JobOrders.
+            tip: cm; None on the way.
+            moving: whether the tip moves, so that nothing may take long: nothing is said then.
+        """
+        now = self._clock.now()
+        self._keep_time(now, place, orders)
+        changed = state != self.state
+        self.state, self._place, self._tip, self._wrote_at = state, place, tip, now
+        if not moving:
+            self._volts = self._battery.volts()
+            for note in orders.notes:
+                self.say(note)
+            del orders.notes[:]
+            if changed or now - self._said_at >= SAY_PERIOD:
+                self._said_at = now
+                self.say(self._line(orders, reason))
+        if self._path is not None:
+            try:
+                write_whole(self._path, self._text(orders, reason))
+            except OSError as error:
+                self._path = None
+                orders.notes.append(
+                    "the job's status cannot be written ({}); make room".format(error.strerror)
+                )
+
+    def _keep_time(self, now, place, orders):
+        """Note what was worked since the last time, as if at the planned speed, s."""
+        before = self._place
+        if before and self.state == "drawing" and before.repeat == place.repeat:
+            self._worked += (now - self._at) * orders.share
+            self._planned += max(0.0, place.planned - before.planned)
+        self._at = now
+
+    def left(self, place, share):
+        """How long it still takes, s."""
+        pace = 1.0
+        if self._planned > TRUSTED_TIME:
+            pace = min(max(self._worked / self._planned, PACES[0]), PACES[1])
+        seconds = self._header.seconds
+        planned = max(0.0, seconds - place.planned) + seconds * (self._repeats - place.repeat)
+        return planned * pace / share
+
+    def _line(self, orders, reason):
+        place, header = self._place, self._header
+        where = "{:.0f} %, stroke {} of {}".format(
+            100 * place.cm / header.cm if header.cm else 100, place.stroke, header.strokes
+        )
+        if self._repeats > 1:
+            where += ", time {} of {}".format(place.repeat, self._repeats)
+        if self.state == "drawing":
+            left = int(round(self.left(place, orders.share)))
+            return "{}, {}:{:02d} left".format(where, left // 60, left % 60)
+        return "{} at {}{}".format(self.state, where, ": " + reason if reason else "")
+
+    def _text(self, orders, reason):
+        place, header = self._place, self._header
+        tip = self._tip and [round(x, 2) for x in self._tip]
+        return json.dumps(
+            {
+                "state": self.state, "job": header.name, "crc": self._crc, "pid": os.getpid(),
+                "reason": reason, "stroke": place.stroke, "strokes": header.strokes,
+                "cm": round(place.cm, 1), "cm_all": round(header.cm, 1),
+                "left_s": int(round(self.left(place, orders.share))), "repeat": place.repeat,
+                "repeats": self._repeats, "tip": tip, "volts": self._volts,
+                "speed": int(round(100 * orders.share)), "pen": round(math.degrees(orders.pen), 1),
+            },
+            sort_keys=True,
+        )  # fmt: skip

@@ -1,0 +1,344 @@
+"""Draws a job: stroke by stroke, pausing on its path where that is ordered.
+
+All that takes the brick long is done while the pen is up: reading a stroke, planning how its
+backlash is crossed, files.
+"""
+
+import math
+import os
+
+from robot.drawing import announce
+from robot.jobs.orders import LOOK_PERIOD
+from robot.jobs.progress import Progress, forget_progress, save_progress
+from robot.jobs.report import Place
+from robot.motion import kinematics
+from robot.motion.arm import APPROACH_ACCELERATION, APPROACH_SPEED
+from robot.motion.backlash import pose_behind
+from robot.motion.feed import FeedOverride, rest_of
+from robot.motion.online_trajectory import STOP
+from robot.motion.trajectory import Trajectory
+from robot.program import ignore_signals
+from shared.state import PLAN
+
+JOINED = 0.02
+"""A stroke begins where the last one ended if no joint differs by more, rad: it is no more than an
+encoder shows."""
+
+LONGEST_CHAIN = 100000
+"""So many bytes of strokes that are joined are read before the pen comes down on the first: the
+brick has room for them. Where more are joined, it lifts."""
+
+CHECK_PERIOD = 1.0
+"""So often a paused arm is looked at, whether its motors are there, s."""
+
+PIECES_PER_SEGMENT = 2
+"""Straight parts of the wanted path, told to whoever watches, between two knots."""
+
+MAX_SHIFT = math.radians(10)
+"""A nudge turns no joint farther, rad."""
+
+BY_HAND = math.radians(1.0)
+"""How well a joint is put in its home pose by hand, rad."""
+
+
+class JobRunner(object):
+    """Draws a job with an arm whose zero is known.
+
+    Args:
+        arm: robot.motion.arm.RobotArm.
+        clock: has `now()` and `sleep(seconds)`.
+        job: shared.job.Job, for this arm.
+        orders: robot.jobs.orders.JobOrders.
+        report: robot.jobs.report.JobReport.
+    """
+
+    def __init__(self, arm, clock, job, orders, report):
+        self._arm, self._clock, self._job = arm, clock, job
+        self._orders, self._report = orders, report
+        self._feed = FeedOverride(self._look)
+        self._pen_is_down = None
+        self._repeat = 1
+        self._way = None
+
+    def run(self, first=1, repeat=1, repeats=1):
+        """Draw from the stroke `first` (from 1 on) on, then all again until the last of `repeats`.
+
+        Args:
+            repeat: which time that is, from 1 on.
+
+        Returns:
+            Whether all was drawn; else it was aborted. The pen is up, the arm held.
+
+        Raises:
+            ArmError, Stopped: the motors stopped, and the status says why.
+        """
+        try:
+            for self._repeat in range(repeat, repeats + 1):
+                if not self._draw_from(first if self._repeat == repeat else 1):
+                    self._pen_up()
+                    self._tell("aborted")
+                    return False
+                if self._repeat < repeats:
+                    self._save(1, self._repeat + 1)
+            forget_progress(self._job.crc)
+            self._tell("done")
+            return True
+        except BaseException as error:
+            stopped = not isinstance(error, Exception)
+            if stopped:
+                ignore_signals()
+            self._tell("stopped" if stopped else "failed", str(error))
+            raise
+
+    # Strokes
+
+    def _draw_from(self, k):
+        """Draw the strokes from the k-th on; False if that is aborted."""
+        joints = self._arm.description.joints
+        stroke = self._job.stroke(k)
+        self._place = self._before(k, stroke)
+        self._tell("drawing")
+        while stroke is not None:
+            chain, after = self._chain(k, stroke)
+            self._way = Way(self._job, k, chain, self._repeat)
+            if os.environ.get(PLAN):
+                announce([self._way.points(self._arm.description)])
+            if not self._follow(self._way, joints):
+                return False
+            k, stroke = k + len(chain), after
+            self._save(k, self._repeat)
+            self._place = self._before(k, stroke)
+            if stroke is not None:
+                self._tell("drawing")
+        return True
+
+    def _chain(self, k, stroke):
+        """The strokes from the k-th on, given, that are drawn in one go; and the one after them."""
+        chain, size = [stroke], self._job.size(k)
+        for n in range(k + 1, self._job.header.strokes + 1):
+            after = self._job.stroke(n)
+            size += self._job.size(n)
+            if size > LONGEST_CHAIN or not _joined(chain[-1], after):
+                return chain, after
+            chain.append(after)
+        return chain, None
+
+    def _follow(self, way, joints):
+        """Draw from pen down to pen up; False if that is aborted."""
+        is_there = False
+        while way.pieces:
+            motions = [Trajectory(*piece) for piece in way.pieces]
+            if not self._is_ready(motions[0], joints, is_there):
+                return False
+            self._feed.begin_at(self._orders.share)
+            self._arm.follow_fed(motions, self._feed, self._pen_down)
+            self._pen_up()
+            if not self._feed.held:
+                break
+            self._place = way.place(self._feed.index, self._feed.tau)
+            way.cut(self._feed.index, self._feed.tau)
+            is_there = True
+        return not self._orders.aborted
+
+    def _look(self, now):
+        """The rate that is wanted, in motion."""
+        rate = self._orders.look(now)
+        if rate and self._report.due(now):
+            self._place = self._way.place(self._feed.index, self._feed.reached)
+            tip = self._way.tip(self._arm.description, self._feed.index, self._feed.reached)
+            self._report.tell("drawing", self._place, self._orders, tip, moving=True)
+        return rate
+
+    # With the pen up
+
+    def _is_ready(self, motion, joints, is_there):
+        """Be where a motion begins, its backlash taken up, and not paused; False if aborted."""
+        while not self._orders.aborted:
+            if not is_there:
+                is_there = self._approach(motion, joints)
+            if self._orders.aborted:
+                break
+            if not self._orders.paused:
+                if is_there:
+                    return True
+                continue
+            self._tell("paused")
+            is_there = self._stand(motion, joints, is_there)
+            if not self._orders.aborted:
+                self._tell("drawing")
+        return False
+
+    def _approach(self, motion, joints):
+        """Go there from behind, as RobotArm.pre_approach; False if an order came between."""
+        orders, was_paused = self._orders, self._orders.paused
+
+        def is_over():
+            return orders.aborted or (orders.paused and not was_paused)
+
+        def look(now, links):
+            orders.look(now)
+            return STOP if is_over() else None
+
+        self._pen_up()
+        self._arm.go_to(pose_behind(joints, motion), on_tick=look)
+        if not is_over():
+            self._arm.go_to(motion.start, APPROACH_SPEED, APPROACH_ACCELERATION, look)
+        return not is_over()
+
+    def _stand(self, motion, joints, is_there):
+        """Hold until the job is resumed or aborted; whether the arm is still where it was."""
+        orders, clock = self._orders, self._clock
+        check_at = clock.now() + CHECK_PERIOD
+        while True:
+            nudge = orders.taken_nudge()
+            if nudge and not orders.aborted:
+                self._nudge(nudge, motion)
+                is_there = self._approach(motion, joints)
+            for note in orders.notes:
+                self._report.say(note)
+            del orders.notes[:]
+            if orders.aborted or not orders.paused:
+                return is_there
+            clock.sleep(LOOK_PERIOD)
+            now = clock.now()
+            orders.look(now)
+            if now >= check_at:
+                check_at = now + CHECK_PERIOD
+                for motor in self._arm.joints:
+                    motor.check_plugged_in()
+
+    def _nudge(self, nudge, motion):
+        """Shift what follows by so much, cm: the zero is corrected by what that is of the joints.
+
+        So an arm that was homed anew, a little off, draws on where it left off.
+        """
+        description = self._arm.description
+        p = kinematics.forward(description, motion.start)
+        there = tuple(a + b for a, b in zip(p, nudge)) + tuple(p[2:])
+        try:
+            q = kinematics.inverse(description, there, near=motion.start)
+        except kinematics.Unreachable as problem:
+            self._orders.notes.append("not shifted: {}".format(problem))
+            return
+        if max([abs(a - b) for a, b in zip(q, motion.start)]) > MAX_SHIFT:
+            self._orders.notes.append("not shifted: the arm is nearly singular there")
+            return
+        for motor, a, b in zip(self._arm.joints, motion.start, q):
+            motor.zero += motor.in_counts(b - a)
+
+    def _pen_up(self):
+        self._move_pen(False)
+
+    def _pen_down(self):
+        self._move_pen(True)
+
+    def _move_pen(self, down):
+        pen = self._arm.description.pen
+        if pen and self._pen_is_down is not down:
+            deeper = math.copysign(self._orders.pen, self._orders.pen * (pen.down - pen.up))
+            self._arm.move_pen(pen.down + deeper if down else pen.up)
+            self._pen_is_down = down
+
+    # Telling
+
+    def _before(self, k, stroke):
+        """The Place where the k-th stroke begins; where there is none, the end."""
+        header = self._job.header
+        planned = stroke.start_s if stroke else header.seconds
+        return Place(self._repeat, min(k, header.strokes), self._job.cm_before(k), planned)
+
+    def _tell(self, state, reason=""):
+        self._report.tell(state, self._place, self._orders, reason=reason)
+
+    def _save(self, k, repeat):
+        zeros = self._arm.motors.zeros()
+        try:
+            save_progress(self._job.crc, Progress(k, repeat, zeros, self._orders.pen))
+        except OSError as error:
+            self._orders.notes.append(
+                "how far it is cannot be put on file ({}): make room, or --resume will know of less"
+                "".format(error.strerror)
+            )
+
+
+class Way(object):
+    """What is drawn from pen down to pen up: the pieces of one stroke, or of some that are joined.
+
+    Args:
+        job: shared.job.Job.
+        k: number of the first stroke.
+        chain: Strokes.
+        repeat: which time the job is drawn.
+
+    Attributes:
+        pieces: (times, segments, end) of what is not drawn yet.
+    """
+
+    def __init__(self, job, k, chain, repeat):
+        self._repeat = repeat
+        self.pieces, self._starts = [], []  # of each piece its stroke's number, and s and cm there
+        for n, stroke in enumerate(chain, k):
+            seconds = sum([piece[0][-1] for piece in stroke.pieces])
+            planned, cm = stroke.start_s, job.cm_before(n)
+            for piece in stroke.pieces:
+                self.pieces.append(piece)
+                speed = stroke.cm / seconds
+                self._starts.append((n, planned, cm, speed))
+                planned, cm = planned + piece[0][-1], cm + piece[0][-1] * speed
+
+    def place(self, index, tau):
+        """The Place at the time `tau` (s) of a piece."""
+        n, planned, cm, speed = self._starts[min(index, len(self._starts) - 1)]
+        tau = max(tau, 0.0)
+        return Place(self._repeat, n, cm + speed * tau, planned + tau)
+
+    def tip(self, arm, index, tau):
+        """Where the tip is to be then, cm."""
+        return kinematics.forward(arm, Trajectory(*self.pieces[index]).at(tau)[0])
+
+    def cut(self, index, tau):
+        """All before the time `tau` (s) of a piece is drawn."""
+        rest = rest_of(self.pieces[index], tau)
+        n, planned, cm, speed = self._starts[index]
+        tau = max(tau, 0.0)
+        first = [(n, planned + tau, cm + speed * tau, speed)] if rest else []
+        self._starts = first + self._starts[index + 1 :]
+        self.pieces = ([rest] if rest else []) + self.pieces[index + 1 :]
+
+    def points(self, arm):
+        """The tip's way, cm."""
+        out = []
+        for times, segments, end in self.pieces:
+            for t, t_end, (v, a, cubics, _) in zip(times, times[1:], segments):
+                whole = (t_end - t) * (v + 0.5 * a * (t_end - t))
+                for n in range(PIECES_PER_SEGMENT):
+                    s = whole * n / PIECES_PER_SEGMENT
+                    q = [c0 + s * (c1 + s * (c2 + s * c3)) for c0, c1, c2, c3 in cubics]
+                    out.append(kinematics.forward(arm, q))
+        return out + [kinematics.forward(arm, end)]
+
+
+def _joined(stroke, after):
+    """Whether a stroke begins where the one before ended."""
+    begin = [cubic[0] for cubic in after.pieces[0][1][0][2]]
+    return max([abs(a - b) for a, b in zip(stroke.pieces[-1][2], begin)]) <= JOINED
+
+
+def apart(arm, motors, stroke, same_zero):
+    """How far what is drawn now may lie from what was drawn before, at the most, cm.
+
+    Args:
+        arm: shared.arm_description.Arm.
+        motors: its joints' JointMotors.
+        stroke: shared.job.Stroke that is drawn next.
+        same_zero: whether the zero is the one of before; else it was found anew.
+    """
+    q = [cubic[0] for cubic in stroke.pieces[0][1][0][2]]
+    levers = [math.sqrt(sum([x * x for x in column])) for column in zip(*kinematics.jacobian(arm, q))]
+    total = 0.0
+    for joint, motor, lever in zip(arm.joints, motors, levers):
+        off = motor.resolution  # half a count each time
+        if not same_zero:
+            off += BY_HAND if joint.find_home == "here" else 2 * motor.resolution
+        total += lever * off
+    return total
