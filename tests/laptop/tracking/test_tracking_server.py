@@ -31,7 +31,7 @@ from laptop.tracking.listening import CannotListen, own_addresses
 from laptop.tracking.pairing_file import BadPairing, Pairing, read_pairing
 from laptop.tracking.server import MAX_CALLERS, TrackingServer
 from robot import tracking_client
-from robot.job_fetching import JobFetching
+from robot.jobs.fetching import JobFetching
 from robot.tracking import MAX_PAUSE
 from robot.tracking_client import Memory, TrackingClient
 from shared import pairing

@@ -7,7 +7,7 @@ import pytest
 from jobs import job_file
 
 from laptop.tracking.job_offer import JobOffer
-from robot.job_fetching import ASK_AGAIN, FETCH_TIMEOUT, JobFetching, NotFetched
+from robot.jobs.fetching import ASK_AGAIN, FETCH_TIMEOUT, JobFetching, NotFetched
 from shared.job import BadJob
 from shared.job_messages import Draw, JobPart, Want, part_of
 
