@@ -108,6 +108,7 @@ class LinkedJob(object):
         file = os.path.join(jobs_folder(), FILE)
         fetching = JobFetching(self._draw, file, self._clock.now())
         self._say("fetching '{}': {} parts".format(self._draw.name, self._draw.parts))
+        self._send()
         with contextlib.closing(fetching):
             while not fetching.whole:
                 want = fetching.due(self._clock.now(), self._client.linked)
