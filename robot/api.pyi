@@ -232,6 +232,10 @@ class RobotArm:
         self, motions: Sequence[Any], settle: float = 0.2, on_tick: _OnTick | None = None
     ) -> None:
         """Let the links follow Trajectories or JointMoves, one after the other."""
+    def follow_fed(
+        self, motions: Sequence[Any], feed: Any, ready: Callable[[], object]
+    ) -> None:
+        """As `follow`, at the rate of a robot.motion.feed.FeedOverride, which may hold it."""
     def reach(
         self,
         q: _Pose,
@@ -303,14 +307,14 @@ class Driver:
     def draw_line(self, start: _Point, end: _Point, method: _Method = "smooth") -> None:
         """Draw the straight line from `start` to `end`, cm."""
     def draw(self, strokes: Sequence[Sequence[_Point]], method: _Method = "smooth") -> None:
-        """Draw strokes (see robot.motion.paths), each beginning where the one before ends."""
+        """Draw strokes, each a sequence of points (x, y) or (x, y, z), cm, of any shape."""
     def draw_planned(
         self,
-        strokes: Sequence[Sequence[_Point]],
+        pieces: Sequence[Sequence[_Point]],
         plans: Sequence[Any],
         method: _Method = "smooth",
     ) -> None:
-        """Draw strokes whose Trajectories (trajectory.plan) are known."""
+        """Draw the pieces of one stroke (robot.motion.paths), planned by trajectory.plan."""
 
 def find_tracker(
     place: str = "",

@@ -113,41 +113,59 @@ class Driver(object):
         Raises:
             kinematics.Unreachable: some point of it cannot be had; nothing has moved.
         """
-        self.draw(paths.polyline([start, end]), method)
+        pieces = paths.polyline([start, end])
+        plans = trajectory.plan(self.arm.description, pieces, self.speed, self.elbow)
+        self.draw_planned(pieces, plans, method)
 
     def draw(self, strokes, method="smooth"):
-        """Draw strokes (see robot.motion.paths), each beginning where the one before ends.
+        """Draw strokes, each a sequence of points (x, y) or (x, y, z), cm, of any shape.
+
+        The pen lifts between two strokes, but where one begins where the one before ends.
 
         Raises:
+            paths.BadPath: a stroke that is none.
             kinematics.Unreachable: some point cannot be had; nothing has moved.
         """
-        plans = trajectory.plan(self.arm.description, strokes, self.speed, self.elbow)
-        self.draw_planned(strokes, plans, method)
+        ways = []
+        for stroke in strokes:
+            pieces = paths.pieces_of(stroke)
+            if ways and kinematics.distance(ways[-1][-1][-1], pieces[0][0]) < paths.SAME_PLACE:
+                ways[-1].extend(pieces)
+            else:
+                ways.append(pieces)
+        arm = self.arm.description
+        planned = [trajectory.plan(arm, pieces, self.speed, self.elbow) for pieces in ways]
+        if method == "steps":
+            for pieces, plans in zip(ways, planned):
+                for piece, plan in zip(pieces, plans):
+                    classic_steps.jacobian_step(arm, plan.start, _way(piece))
+        for pieces, plans in zip(ways, planned):
+            self.draw_planned(pieces, plans, method)
 
-    def draw_planned(self, strokes, plans, method="smooth"):
-        """Draw strokes whose Trajectories (trajectory.plan) are known."""
+    def draw_planned(self, pieces, plans, method="smooth"):
+        """Draw the pieces of one stroke (robot.motion.paths), planned by trajectory.plan."""
         if method not in METHODS:
             raise ArmError(
                 "there is no method '{}'; take one of {}".format(method, ", ".join(METHODS))
             )
         if method == "steps":
-            for stroke, plan in zip(strokes, plans):
-                classic_steps.jacobian_step(self.arm.description, plan.start, _way(stroke))
-        announce(strokes)
+            for piece, plan in zip(pieces, plans):
+                classic_steps.jacobian_step(self.arm.description, plan.start, _way(piece))
+        announce(pieces)
         self.pen_up()
         if method == "steps":
-            self._draw_in_steps(strokes, plans)
+            self._draw_in_steps(pieces, plans)
         else:
             self.arm.pre_approach(plans[0])
             self.pen_down()
             self.arm.follow(plans)
         self.pen_up()
 
-    def _draw_in_steps(self, strokes, plans):
+    def _draw_in_steps(self, pieces, plans):
         self.arm.go_to(plans[0].start)
         self.pen_down()
-        for stroke in strokes:
-            for start, goal in zip(stroke, stroke[1:]):
+        for piece in pieces:
+            for start, goal in zip(piece, piece[1:]):
                 self._steps(start, goal)
 
     def _steps(self, start, goal):
@@ -167,16 +185,16 @@ class Driver(object):
         )
 
 
-def _way(stroke):
-    """From the first point of a stroke towards the second, cm."""
-    return tuple(b - a for a, b in zip(*stroke[:2]))
+def _way(piece):
+    """From the first point of a piece towards the second, cm."""
+    return tuple(b - a for a, b in zip(*piece[:2]))
 
 
-def announce(strokes):
+def announce(pieces):
     """Append the wanted path to the file $BRICKSERVO_PLAN, for whoever watches; one JSON line."""
     file = os.environ.get(PLAN)
     if file:
-        points = [strokes[0][0]] + [p for stroke in strokes for p in stroke[1:]]
+        points = [pieces[0][0]] + [p for piece in pieces for p in piece[1:]]
         import json  # not above: few are watched
 
         try:

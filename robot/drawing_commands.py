@@ -24,7 +24,9 @@ from; in space an upright, a level and a slanting one."""
 
 EXAMPLES = """\
   driver.py line 10,0 5,10
-  driver.py --arm spatial line 14,0,4 14,0,16"""
+  driver.py --arm spatial line 14,0,4 14,0,16
+  driver.py job rose --arm geared
+  driver.py order pause"""
 """Of the help."""
 
 
@@ -145,8 +147,8 @@ def _placed(description, point, height):
     return point
 
 
-def _strokes(parser, args, description):
-    """What to draw: a list of drawings, each a list of strokes."""
+def _drawings(parser, args, description):
+    """What to draw: a list of drawings, each the pieces of a stroke."""
     if args.command in ("where", "inverse", "check", "home", "move"):
         return []
     if args.command == "line":
@@ -212,7 +214,7 @@ def _run(parser, args):
     if args.command == "check":
         _check(description, args.take, _tracker(parser, args))
         return
-    drawings = _strokes(parser, args, description)
+    drawings = _drawings(parser, args, description)
     plans = [trajectory.plan(description, s, args.speed, args.elbow) for s in drawings]
     take = None if args.command == "where" else args.take
     try:
@@ -240,10 +242,10 @@ def _run(parser, args):
                 _home(arm, driver)
         if args.command == "move":
             driver.move_to(args.point)
-        for number, strokes in enumerate(drawings, 1):
-            length = sum(kinematics.distance(a, b) for s in strokes for a, b in zip(s, s[1:]))
+        for number, pieces in enumerate(drawings, 1):
+            length = sum(kinematics.distance(a, b) for s in pieces for a, b in zip(s, s[1:]))
             print("drawing {} of {}: {:.1f} cm".format(number, len(drawings), length))
-            driver.draw_planned(strokes, plans[number - 1], args.method)
+            driver.draw_planned(pieces, plans[number - 1], args.method)
         tip = ",".join("{:.2f}".format(value) for value in driver.position())
         angles = ", ".join("{:.1f}".format(math.degrees(a)) for a in arm.angles())
         print("tip at {} cm, joints at {} deg, as the encoders have it".format(tip, angles))

@@ -19,7 +19,7 @@ import numpy as np
 
 from laptop.drawing.strokes import PlacedStroke
 
-MEETING = 0.02
+MEETING = 0.05
 """Ends so near to one another meet, cm."""
 
 LONGEST_MOVED = 8

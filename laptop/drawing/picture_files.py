@@ -26,6 +26,8 @@ WORKING_SIDE = 640
 
 PNG = b"\x89PNG\r\n\x1a\n"
 JPEG = b"\xff\xd8\xff"
+CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
+"""Numbers a pixel, by a PNG's kind of colour."""
 STANDALONE = (0x01, *range(0xD0, 0xD9))
 """Markers of a JPEG that bear no length."""
 FRAMES = tuple(code for code in range(0xC0, 0xD0) if code not in (0xC4, 0xC8, 0xCC))
@@ -107,20 +109,41 @@ def _working_size(grey: np.ndarray) -> np.ndarray:
 
 def _png_size(data: bytes, name: str) -> tuple[int, int]:
     """Width and height, once all chunks up to the end are there and sound."""
-    size, at = (0, 0), len(PNG)
+    size, row, at = (0, 0), 0, len(PNG)
+    packed = []
     while True:
         length, kind = struct.unpack_from(">I4s", data, at)
-        end = at + 12 + length
+        begin, end = at + 8, at + 12 + length
         (check,) = struct.unpack_from(">I", data, end - 4)
         if zlib.crc32(data[at + 4 : end - 4]) != check:
             raise BadArtwork(f"{name}: is a damaged PNG; copy it again, or save it anew")
         if kind == b"IHDR":
-            size = struct.unpack_from(">II", data, at + 8)
+            *size_, depth, colour, _, _, interlaced = struct.unpack_from(">IIBBBBB", data, begin)
+            size = size_[0], size_[1]
             if not 0 < size[0] * size[1] <= MAX_PIXELS:
                 return size
-        if kind == b"IEND":
+            row = 0 if interlaced else 1 + (size[0] * depth * CHANNELS.get(colour, 1) + 7) // 8
+        elif kind == b"IDAT":
+            packed.append(memoryview(data)[begin : end - 4])
+        elif kind == b"IEND":
+            if not _holds(packed, row * size[1]):
+                _refuse_cut_off(name)
             return size
         at = end
+
+
+def _holds(packed: list[memoryview], wanted: int) -> bool:
+    """Whether packed data hold so many bytes, without keeping them."""
+    unpacker = zlib.decompressobj()
+    try:
+        for part in packed:
+            rest: bytes | memoryview = part
+            while wanted > 0 and len(rest):
+                wanted -= len(unpacker.decompress(rest, 1_000_000))
+                rest = unpacker.unconsumed_tail
+    except zlib.error:
+        return False
+    return wanted <= 0
 
 
 def _jpeg_size(data: bytes, name: str) -> tuple[int, int]:

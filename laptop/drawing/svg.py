@@ -11,13 +11,14 @@ import xml.etree.ElementTree as ET
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
 from laptop.drawing.artwork import Artwork, BadArtwork
 from laptop.drawing.curves import Piece, flatten
 from laptop.drawing.svg_leftovers import Leftovers
-from laptop.drawing.svg_shapes import BadShape, NoShape, shape_pieces
+from laptop.drawing.svg_shapes import BadShape, NoShape, Subpaths, shape_pieces
 from laptop.drawing.svg_style import (
     INITIAL,
     MARKERS,
@@ -36,10 +37,16 @@ from laptop.drawing.svg_units import (
     transform,
     view_box,
 )
-from laptop.drawing.xml_guard import MAX_DEPTH, MAX_ELEMENTS, read_xml
+from laptop.drawing.xml_guard import MAX_DEPTH, read_xml
 
 MAX_SVG_BYTES = 20_000_000
 """Longest SVG that is read, unpacked; drawings for plotters have some megabytes."""
+
+MAX_REPEATED = 20_000
+"""Most elements that `use` elements repeat."""
+
+MAX_READ = 3 * MAX_SVG_BYTES
+"""Most bytes that are looked at, with all that `use` elements repeat."""
 
 MAX_POINTS = 300_000
 """Most points of a drawing: at a point a millimetre a pen of 2 cm/s takes four hours."""
@@ -133,6 +140,8 @@ def _unpacked(data: bytes, name: str) -> bytes:
             raise BadArtwork(f"{name}: is packed (gzip) and damaged; copy it again") from None
         if not unpacker.eof and len(data) <= MAX_SVG_BYTES:
             raise BadArtwork(f"{name}: is packed (gzip) and cut off; copy it again")
+        if data.startswith(GZIP) or not is_svg(data):
+            raise BadArtwork(f"{name}: is packed (gzip), but holds no SVG; give a drawing")
     if len(data) > MAX_SVG_BYTES:
         raise BadArtwork(
             f"{name}: is longer than {MAX_SVG_BYTES // 1_000_000} MB, which is too much for a "
@@ -164,7 +173,8 @@ class _SvgReader:
             for value in values:
                 self.left_out.add(kind, value)
         self._strokes: list[_Stroke] = []
-        self._points = self._met = 0
+        self._points = self._repeated = self._read = 0
+        self._known: dict[tuple[ET.Element, tuple[float, float]], Subpaths] = {}
         self.size: tuple[float, float] | None = None
 
     def artwork(self) -> Artwork:
@@ -173,7 +183,8 @@ class _SvgReader:
         Raises:
             BadArtwork: See `read_svg`.
         """
-        self._walk()
+        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused below
+            self._walk()
         if not self._strokes:
             reasons = " ".join(self.left_out.sentences())
             raise BadArtwork(
@@ -225,11 +236,12 @@ class _SvgReader:
         waiting = [(self.root, self._sheet_place())]
         while waiting:
             element, outer = waiting.pop()
-            self._met += 1
-            if self._met > MAX_ELEMENTS:
+            self._repeated += bool(outer.uses)
+            self._read += sum(map(len, element.attrib.values()))
+            if self._repeated > MAX_REPEATED or self._read > MAX_READ:
                 raise BadArtwork(
-                    f"{self.name}: its <use> elements make more than {MAX_ELEMENTS} elements of "
-                    "it; draw a part of it"
+                    f"{self.name}: its <use> elements repeat more than {MAX_REPEATED} elements, or "
+                    f"{MAX_READ // 1_000_000} MB; draw a part of it"
                 )
             waiting.extend(reversed(list(self._visit(element, outer))))
 
@@ -251,8 +263,10 @@ class _SvgReader:
             affine = outer.affine
             if "transform" in style and style["transform"] != "none":
                 affine = compose(affine, transform(style["transform"]))
-            place = replace(outer, affine=affine, style=style, layer=layer or outer.layer)
-            place = replace(place, clips=outer.clips + self._clips(style, place))
+            own = (outer.viewport, layer or outer.layer, outer.clips, outer.uses)
+            place = _Place(affine, style, *own)
+            if "clip-path" in style or "mask" in style:
+                place = replace(place, clips=outer.clips + self._clips(style, place))
             if tag in CONTAINERS:
                 if tag == "svg" and element is not self.root:
                     place = self._viewport(attributes, place)
@@ -371,7 +385,8 @@ class _SvgReader:
             self.left_out.add("hidden", f"<{tag}>")
             return
         if tag == "text":
-            self.left_out.add("text", " ".join("".join(element.itertext()).split()))
+            words = "".join(part[:100] for part in islice(element.itertext(), 10)).split()
+            self.left_out.add("text", " ".join(words))
             return
         if tag == "image":
             href = next((attributes[key] for key in HREF if key in attributes), "")
@@ -381,15 +396,7 @@ class _SvgReader:
         if not has_line and (not has_area or is_white(style["fill"])):
             self.left_out.add("white" if has_area else "unpainted", f"<{tag}>")
             return
-        try:
-            shapes = shape_pieces(tag, attributes, place.viewport, MAX_POINTS - self._points)
-        except NoShape:
-            return
-        except BadShape as error:
-            if error.is_too_long:
-                raise self._too_many() from None
-            self.left_out.add("broken", error.text)
-            shapes = error.before
+        shapes = self._shapes(tag, element, place)
         mapped = [[piece.mapped(place.affine) for piece in pieces] for pieces in shapes]
         if not mapped:
             return
@@ -406,6 +413,24 @@ class _SvgReader:
         for pieces in mapped:
             self._count(sum(len(piece.hull()) for piece in pieces))
             self._strokes.append(_Stroke(pieces, place.layer, has_round_ends))
+
+    def _shapes(self, tag: str, element: ET.Element, place: _Place) -> Subpaths:
+        """An element's strokes in its own coordinates; one that is used again is read once."""
+        key = (element, place.viewport)
+        if key in self._known:
+            return self._known[key]
+        try:
+            found = shape_pieces(tag, element.attrib, place.viewport, MAX_POINTS - self._points)
+        except NoShape:
+            found = []
+        except BadShape as error:
+            if error.is_too_long:
+                raise self._too_many() from None
+            self.left_out.add("broken", error.text)
+            found = error.before
+        if place.uses:
+            self._known[key] = found
+        return found
 
     def _clips(self, style: Style, place: _Place) -> tuple[np.ndarray | None, ...]:
         """What an element is clipped by besides what is around it."""

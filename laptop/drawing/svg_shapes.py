@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 
@@ -101,9 +102,8 @@ def _radius(attributes: Mapping[str, str], key: str, whole: float) -> float | No
 
 
 def _path(text: str, most: int) -> Subpaths:
-    """The strokes of a path's data; each command has at least a letter or a number."""
-    bound = sum(1 for _ in islice(NUMBERS.finditer(text), 7 * most + 1))
-    if bound > 7 * most or sum(text.count(z) for z in "zZ") > most:  # an arc has 7 numbers
+    """The strokes of a path's data."""
+    if _segments(text, most) > most:
         raise BadShape("", [], is_too_long=True)
     path = Path()
     try:
@@ -112,9 +112,28 @@ def _path(text: str, most: int) -> Subpaths:
         raise BadShape(text, _up_to_fault(path)) from None
     if _leaves_a_rest(text):
         raise BadShape(text, _up_to_fault(path))
-    if len(path) > most:
-        raise BadShape("", [], is_too_long=True)
     return subpaths(path)
+
+
+LETTERS = "MmLlHhVvCcSsQqTtAaZz"
+COMMANDS = re.compile(f"([{LETTERS}])([^{LETTERS}]*)")
+TAKES = {"h": 1, "v": 1, "c": 6, "s": 4, "q": 4, "a": 5}
+"""How many numbers make a segment, if not two; an arc has seven, the flags glued to others."""
+
+
+def _segments(text: str, most: int) -> int:
+    """How many segments a path has, or a number above `most`; before any is made."""
+    count = sum(text.count(letter) for letter in LETTERS)
+    if count > most:
+        return count
+    count = 0
+    for command in COMMANDS.finditer(text):
+        takes = TAKES.get(command[1].lower(), 2)
+        room = takes * (most - count + 1)
+        count += max(1, sum(1 for _ in islice(NUMBERS.finditer(command[2]), room)) // takes)
+        if count > most:
+            break
+    return count
 
 
 def _leaves_a_rest(text: str) -> bool:

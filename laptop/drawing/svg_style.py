@@ -23,6 +23,8 @@ INITIAL = {
 MARKERS = ("marker-start", "marker-mid", "marker-end")
 SIMPLE = re.compile(r"(?P<tag>\*|[\w-]+)?(?P<kind>[.#])?(?P<word>(?(kind)[\w-]+))")
 LONGEST_SELECTOR = 200
+MAX_CLASSES = 50
+"""So many classes of an element are looked at."""
 
 Style = Mapping[str, str]
 
@@ -37,7 +39,7 @@ class StyleSheet:
     def __init__(self, texts: Iterable[str]) -> None:
         self.imports: list[str] = []
         self.unread: list[str] = []
-        self._rules: dict[tuple[str, str], list[tuple[int, dict[str, str]]]] = {}
+        self._rules: dict[tuple[str, str], dict[str, tuple[int, str]]] = {}
         self._count = 0
         for text in texts:
             self._read(_without_comments(text))
@@ -68,25 +70,23 @@ class StyleSheet:
         weight = {"#": 4, ".": 2}.get(match["kind"] or "", 0) + (tag != "*")
         key = (tag, f"{match['kind'] or ''}{match['word'] or ''}")
         self._count += 1
-        self._rules.setdefault(key, []).append((weight * 1_000_000 + self._count, declared))
+        rank = weight * 1_000_000_000 + self._count
+        said = self._rules.setdefault(key, {})
+        for name, value in declared.items():  # a later one of the same selector counts
+            said[name] = (rank, value)
 
     def of(self, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
         """What the rules say of an element, the more special and the later ones last."""
         if not self._rules:
             return {}
-        words = ["", *(f".{word}" for word in attributes.get("class", "").split())]
+        words = ["", *(f".{word}" for word in attributes.get("class", "").split()[:MAX_CLASSES])]
         if "id" in attributes:
             words.append(f"#{attributes['id']}")
-        found = [
-            rule
-            for element in ("*", tag)
-            for word in words
-            for rule in self._rules.get((element, word), ())
-        ]
-        merged: dict[str, str] = {}
-        for _, declared in sorted(found, key=lambda rule: rule[0]):
-            merged.update(declared)
-        return merged
+        merged: dict[str, tuple[int, str]] = {}
+        for key in ((element, word) for element in ("*", tag) for word in words):
+            for name, ranked in self._rules.get(key, {}).items():
+                merged[name] = max(merged.get(name, ranked), ranked)
+        return {name: value for name, (_, value) in merged.items()}
 
 
 def declarations(text: str) -> dict[str, str]:

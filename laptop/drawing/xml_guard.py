@@ -15,7 +15,7 @@ MAX_DEPTH = 200
 """So many elements may be inside one another; editors nest some ten."""
 
 MAX_ELEMENTS = 100_000
-"""Most elements of a file, and of all that its `use` elements repeat."""
+"""Most elements of a file."""
 
 MAX_TEXT = 1_000_000
 """Most characters kept between tags, all together: style sheets and texts, which are short."""
@@ -41,6 +41,8 @@ def read_xml(data: bytes, name: str) -> tuple[ET.Element, tuple[str, ...]]:
             f"{name}: is broken XML ({expat.ErrorString(error.code)}, line {error.lineno}, column "
             f"{error.offset + 1}); save it again, from the program that made it"
         ) from None
+    except BadArtwork:
+        raise
     except (LookupError, ValueError):  # an encoding that neither expat nor Python reads
         raise BadArtwork(
             f"{name}: is in an encoding that is not read; save it again as UTF-8"

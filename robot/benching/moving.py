@@ -7,7 +7,7 @@ import math
 
 from robot.benching.figures import Pass, figures
 from robot.motion import homing, kinematics
-from robot.motion.arm import APPROACH_ACCELERATION, APPROACH_SPEED
+from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED
 from robot.motion.control_loop import Stalled
 from robot.motion.joint_controller import GAINS
 from robot.motion.motors import DEAD_MAN, JointMotor

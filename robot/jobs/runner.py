@@ -12,8 +12,7 @@ from robot.jobs.orders import LOOK_PERIOD
 from robot.jobs.progress import Progress, forget_progress, save_progress
 from robot.jobs.report import Place
 from robot.motion import kinematics
-from robot.motion.arm import APPROACH_ACCELERATION, APPROACH_SPEED
-from robot.motion.backlash import pose_behind
+from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_behind
 from robot.motion.feed import FeedOverride, rest_of
 from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import Trajectory

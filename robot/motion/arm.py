@@ -7,7 +7,7 @@ import contextlib
 import math
 import os
 
-from robot.motion import kinematics
+from robot.motion import backlash, kinematics, motor_model
 from robot.motion.arm_motors import ArmMotors
 from robot.motion.backlash import BacklashCompensation, pose_behind
 from robot.motion.checked import Checked
@@ -20,17 +20,14 @@ from robot.motion.online_trajectory import STOP, OnlineTrajectory
 from robot.motion.trajectory import JOINT_ACCELERATION, JointMove
 from robot.motion.zero import Zero
 
-APPROACH_SPEED, APPROACH_ACCELERATION = 0.3, math.radians(15)
-"""Share of full speed, and rad/s^2, at which links stay on the side that they are pushed by."""
-
 COASTING_SPEED = math.radians(10)
 """A motor stopped at more than this speed leaves its link running on into the backlash, rad/s."""
 
 MAX_CHASE_ERROR = math.radians(5)
 """Greatest error in a chase, rad: a motor faster than described runs ahead on a long way."""
 
-PEN_SPEED, PEN_ACCELERATION, MAX_PEN_ERROR = (math.radians(x) for x in (400, 3000, 25))
-"""Of the pen's motor: greatest speed and acceleration, rad/s and rad/s^2, and error, rad."""
+MAX_PEN_ERROR = math.radians(25)
+"""Of the pen's motor, rad."""
 
 
 class RobotArm(object):
@@ -132,7 +129,7 @@ class RobotArm(object):
     def pre_approach(self, motion):
         """Go to the start of `motion` from behind, so that all backlash is taken up its way."""
         self.go_to(pose_behind(self.description.joints, motion))
-        self.go_to(motion.start, APPROACH_SPEED, APPROACH_ACCELERATION)
+        self.go_to(motion.start, backlash.APPROACH_SPEED, backlash.APPROACH_ACCELERATION)
 
     def follow(self, motions, settle=SETTLING_TIME, on_tick=None):
         """Let the links follow Trajectories or JointMoves, one after the other; end at rest, held.
@@ -298,7 +295,9 @@ class RobotArm(object):
         """Turn the pen's motor to `angle`, rad; raises Stalled if it does not get there."""
         self._engage()
         self.motors.release_pen()
-        move = JointMove([self.pen.angle()], [angle], [PEN_SPEED], PEN_ACCELERATION)
+        move = JointMove(
+            [self.pen.angle()], [angle], [motor_model.PEN_SPEED], motor_model.PEN_ACCELERATION
+        )
         self.move_motor(self.pen, move, MAX_PEN_ERROR)
 
     def move_motor(self, motor, move, max_error=MAX_ERROR, on_tick=None):

@@ -11,6 +11,9 @@ CROSSING_SPEED = math.radians(109)
 APPROACH_MARGIN = math.radians(2)
 """A start is approached from the backlash and so much more, rad."""
 
+APPROACH_SPEED, APPROACH_ACCELERATION = 0.3, math.radians(15)
+"""Share of full speed, and rad/s^2, at which links stay on the side that they are pushed by."""
+
 PRELOAD_STEP, PRELOAD_RESOLUTION = 0.12, 0.01
 """How often along a motion it is asked where gravity presses; where that changes is then found to
 so much, s."""

@@ -20,6 +20,9 @@ a link that stands."""
 KNOWN_DOUBT = 0.15
 """And for what was pushed on the whole it may be greater by this share of the first guess."""
 
+PEN_SPEED, PEN_ACCELERATION = math.radians(400), math.radians(3000)
+"""Greatest of the pen's motor, rad/s and rad/s^2."""
+
 STOPPING_TIME = 0.015
 """A joint may come to rest by the way of so much time earlier than predicted, s."""
 

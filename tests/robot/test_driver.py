@@ -161,11 +161,11 @@ SHAPES = [
 @pytest.mark.parametrize(
     ("name", "method"), [("planar", "smooth"), ("planar", "steps"), ("geared", "smooth")]
 )
-@pytest.mark.parametrize("strokes", [s for _, s in SHAPES], ids=[n for n, _ in SHAPES])
-def test_shapes_are_drawn_in_one_go(tmp_path, name, strokes, method):
-    path = [strokes[0][0]] + [p for stroke in strokes for p in stroke[1:]]
+@pytest.mark.parametrize("pieces", [s for _, s in SHAPES], ids=[n for n, _ in SHAPES])
+def test_shapes_are_drawn_in_one_go(tmp_path, name, pieces, method):
+    path = [pieces[0][0]] + [p for piece in pieces for p in piece[1:]]
     with switched_on(tmp_path, name) as rig:
-        rig.driver(speed=4).draw(strokes, method)
+        rig.driver(speed=4).draw(pieces, method)
     (ink,) = rig.ink()
     near, missed = {"smooth": (4.0, 4.0), "steps": (20.0, 25.0)}[method]
     if (name, method) == ("geared", "smooth"):

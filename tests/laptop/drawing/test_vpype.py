@@ -22,9 +22,7 @@ ROUNDED = 1e-4 * PX
 def test_each_line_of_vpype_is_a_stroke_point_by_point(name):
     artwork = read_svg((FOLDER / f"{name}.svg").read_bytes(), name)
     said = SAID[name]
-    lines = [
-        (layer, np.array(line)) for layer, lines in said["layers"].items() for line in lines
-    ]
+    lines = [(layer, np.array(line)) for layer, lines in said["layers"].items() for line in lines]
     height = artwork.size[1]
     assert artwork.layers == tuple(layer for layer, _ in lines)
     for stroke, (_, line) in zip(artwork.strokes, lines, strict=True):

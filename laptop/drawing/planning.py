@@ -1,0 +1,220 @@
+"""Strokes become joint motions and a job that the brick draws alone.  Pure but for the file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from laptop.drawing import reach, simplify
+from laptop.drawing.artwork import stroke_length
+from laptop.drawing.strokes import Missed, PlacedStroke
+from robot.motion import kinematics, trajectory
+from shared import job
+from shared.arm_description import Arm
+
+SEGMENT_BYTES, JOINT_BYTES = 75, 62
+"""What a segment takes of a job's line at the most, and what each joint adds."""
+
+LINE_SHARE = 0.9
+"""So much of a job's longest line is used."""
+
+Progress = Callable[[float], None]
+"""Called now and then with the share that is done, 0 to 1."""
+
+Piece = list[tuple[float, ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedStroke:
+    """A stroke with its motions, from pen down to pen up.
+
+    placed   PlacedStroke, as simplified
+    posture  in which it is drawn
+    motions  robot.motion.trajectory.Trajectory of each piece
+    cm       its length
+    """
+
+    placed: PlacedStroke
+    posture: str
+    motions: tuple[trajectory.Trajectory, ...]
+    cm: float
+
+    def segments(self) -> int:
+        """Of how many cubics its motions are made."""
+        return sum(len(motion.numbers()[1]) for motion in self.motions)
+
+
+def plan_strokes(
+    arm: Arm,
+    strokes: Sequence[PlacedStroke],
+    height: float,
+    speed: float,
+    tolerance: float,
+    progress: Progress = lambda share: None,
+) -> tuple[list[PlannedStroke], list[Missed]]:
+    """Simplify strokes and plan their motions.
+
+    Args:
+        arm: shared.arm_description.Arm.
+        strokes: in the order in which they are drawn.
+        height: of the paper, cm; in space only.
+        speed: greatest of the tip, cm/s.
+        tolerance: by which lines are simplified, cm.
+        progress: told what share of the length is planned.
+
+    Returns:
+        What is planned, and what cannot be followed after all.
+    """
+    total = sum(stroke_length(stroke.points) for stroke in strokes) or 1.0
+    planned: list[PlannedStroke] = []
+    missed: list[Missed] = []
+    done = 0.0
+    for stroke, posture in zip(strokes, _postures(arm, strokes, height), strict=True):
+        pieces = simplify.pieces(stroke.points, tolerance)
+        try:
+            planned += _planned(arm, stroke, pieces, posture, height, speed)
+        except kinematics.Unreachable as error:
+            reason = str(error).rsplit(";", 1)[0]
+            missed.append(Missed(stroke.points, stroke.number, stroke.layer, reason))
+        done += stroke_length(stroke.points)
+        progress(min(1.0, done / total))
+    return planned, missed
+
+
+def _planned(
+    arm: Arm,
+    stroke: PlacedStroke,
+    pieces: list[np.ndarray],
+    posture: str,
+    height: float,
+    speed: float,
+) -> list[PlannedStroke]:
+    """The stroke, or the parts between which the pen is lifted, being too long for the brick."""
+    ways = [_tuples(reach.on_table(arm, piece, height)) for piece in pieces]
+    postures = (posture, *(other for other in stroke.postures if other != posture))
+    for number, own in enumerate(postures, 1):
+        try:
+            motions = trajectory.plan(arm, ways, speed, own)
+            break
+        except kinematics.Unreachable:
+            if number == len(postures):
+                raise
+    most = LINE_SHARE * job.MAX_LINE / (SEGMENT_BYTES + JOINT_BYTES * len(arm.joints))
+    parts: list[tuple[list[np.ndarray], list[trajectory.Trajectory]]] = [([], [])]
+    count = 0
+    for piece, motion in zip(pieces, motions, strict=True):
+        size = len(motion.numbers()[1])
+        if size > most:
+            half = len(piece) // 2
+            whole = [p for part, _ in parts for p in part]
+            after = pieces[len(whole) + 1 :]
+            first, second = [*whole, piece[: half + 1]], [piece[half:], *after]
+            return _planned(arm, stroke, first, own, height, speed) + _planned(
+                arm, stroke, second, own, height, speed
+            )
+        if count + size > most:
+            parts.append(([], []))
+            count = 0
+        parts[-1][0].append(piece)
+        parts[-1][1].append(motion)
+        count += size
+    out = []
+    for drawn, own_motions in parts:
+        points = np.vstack([drawn[0][:1], *(piece[1:] for piece in drawn)])
+        cm = sum(stroke_length(piece) for piece in drawn)
+        out.append(PlannedStroke(replace(stroke, points=points), own, tuple(own_motions), cm))
+    return out
+
+
+def _tuples(points: np.ndarray) -> Piece:
+    return [tuple(p) for p in points.tolist()]
+
+
+def _postures(arm: Arm, strokes: Sequence[PlacedStroke], height: float) -> list[str]:
+    """In which posture each stroke is drawn, so that the moves between them take least time.
+
+    The shortest way through a table of strokes and postures (Viterbi 1967).
+    """
+    if not strokes:
+        return []
+    ends = np.array([(stroke.points[0], stroke.points[-1]) for stroke in strokes])
+    top = np.array([joint.max_speed for joint in arm.joints])
+    begin, finish = (
+        {
+            posture: reach.joint_angles(arm, reach.on_table(arm, ends[:, k], height), posture)
+            for posture in reach.POSTURES
+        }
+        for k in (0, 1)
+    )
+    home = np.array([joint.home for joint in arm.joints])
+    costs: dict[str, float] = {
+        posture: _time(home, begin[posture][0], top) for posture in strokes[0].postures
+    }
+    came: list[dict[str, str]] = []
+    for k, (before, stroke) in enumerate(pairwise(strokes), 1):
+        ways = {
+            posture: {
+                old: costs[old] + _time(finish[old][k - 1], begin[posture][k], top)
+                for old in before.postures
+            }
+            for posture in stroke.postures
+        }
+        came.append({posture: min(way, key=way.__getitem__) for posture, way in ways.items()})
+        costs = {posture: min(way.values()) for posture, way in ways.items()}
+    posture = min(costs, key=costs.__getitem__)
+    chosen = [posture]
+    for back in reversed(came):
+        posture = back[posture]
+        chosen.append(posture)
+    return chosen[::-1]
+
+
+def _time(q: np.ndarray, there: np.ndarray, top: np.ndarray) -> float:
+    """About how long a joint move takes, s."""
+    return float((np.abs(there - q) / top).max())
+
+
+def write(
+    file: str | Path,
+    arm: Arm,
+    name: str,
+    speed: float,
+    strokes: Sequence[PlannedStroke],
+    starts: Sequence[float],
+    pen_up_cm: float,
+    seconds: float,
+) -> job.JobHeader:
+    """Write the job's file, whole or not at all.
+
+    Args:
+        file: where to.
+        arm: shared.arm_description.Arm.
+        name: of the drawing.
+        speed: greatest of the tip, cm/s.
+        strokes: in order.
+        starts: when the pen comes down on each, s.
+        pen_up_cm: length of the ways between them.
+        seconds: for all of it.
+
+    Raises:
+        job.BadJob: too much for the brick.
+        OSError: as the system says it.
+    """
+    lines = [
+        job.Stroke(
+            stroke.placed.layer,
+            round(stroke.cm, 3),
+            round(start, 2),
+            [motion.numbers() for motion in stroke.motions],
+        )
+        for stroke, start in zip(strokes, starts, strict=True)
+    ]
+    header: job.JobHeader = job.header_of(
+        arm, name, speed, lines, round(pen_up_cm, 3), round(seconds, 2)
+    )
+    job.write_job(str(file), header, lines)
+    return header

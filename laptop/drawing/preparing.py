@@ -1,0 +1,208 @@
+"""From an artwork to all that is known of its drawing: the room's door.  Pure but for the job."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from laptop.drawing import ordering, placing, planning, strokes
+from laptop.drawing.artwork import Artwork, BadArtwork
+from laptop.drawing.options import BadDrawingOption, DrawingOptions
+from laptop.drawing.planning import PlannedStroke
+from laptop.drawing.strokes import Missed, PlacedStroke
+from laptop.drawing.timing import Estimate, estimate
+from robot.motion import kinematics
+from shared import job
+from shared.arm_description import Arm
+
+MOST_POINTS = 1_000_000
+"""More points than this are no drawing for an arm."""
+
+STAGES = {"placing": 0.0, "ordering": 0.2, "planning": 0.35, "timing": 0.85}
+"""What is done, and the share of all at which it begins, about."""
+
+Progress = Callable[[str, float], None]
+"""Called now and then with what is done, one of STAGES, and the share of all, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Numbers of a drawing before it was put into order, or after.
+
+    strokes    from pen down to pen up
+    points     of them all
+    pen_up_cm  length of the ways between them, cm
+    """
+
+    strokes: int
+    points: int
+    pen_up_cm: float
+
+
+@dataclass(frozen=True, eq=False)
+class DrawingPlan:
+    """A drawing placed, put into order, planned and timed.
+
+    name       for people
+    arm        shared.arm_description.Arm that draws it
+    options    DrawingOptions
+    placement  where it lies
+    strokes    PlannedStrokes, in order
+    missed     parts of strokes that cannot be reached
+    total      how many strokes the artwork has
+    before     Figures as they came, and
+    after      as they are drawn
+    estimate   how long it takes
+    speed      greatest of the tip, cm/s
+    notes      sentences for people
+    """
+
+    name: str
+    arm: Arm
+    options: DrawingOptions
+    placement: placing.Placement
+    strokes: tuple[PlannedStroke, ...]
+    missed: tuple[Missed, ...]
+    total: int
+    before: Figures
+    after: Figures
+    estimate: Estimate
+    speed: float
+    notes: tuple[str, ...]
+
+    @property
+    def cm(self) -> float:
+        """Length of what is drawn, cm."""
+        return sum(stroke.cm for stroke in self.strokes)
+
+    def check(self) -> None:
+        """Refuse what cannot be drawn, before anything moves.
+
+        Raises:
+            kinematics.Unreachable: it lies partly out of reach and is not to be clipped, or all of
+                it does.
+        """
+        if self.missed and not (self.options.clip and self.strokes):
+            raise strokes.refusal(self.missed, self.total)
+
+    def write_job(self, file: str | os.PathLike[str]) -> job.JobHeader:
+        """Write the job that the brick draws.
+
+        Raises:
+            kinematics.Unreachable: see `check`.
+            job.BadJob: too much for the brick.
+            OSError: as the system says it.
+        """
+        self.check()
+        return planning.write(
+            Path(file),
+            self.arm,
+            self.name,
+            self.speed,
+            self.strokes,
+            self.estimate.starts,
+            self.after.pen_up_cm,
+            self.estimate.seconds,
+        )
+
+
+def prepare(
+    artwork: Artwork,
+    arm: Arm,
+    options: DrawingOptions | None = None,
+    progress: Progress = lambda stage, share: None,
+) -> DrawingPlan:
+    """Place an artwork, put it into order, plan and time it.
+
+    What cannot be reached is told by the plan (`missed`), so that it can be shown; `check` refuses
+    it.
+
+    Raises:
+        BadArtwork: there is nothing to draw, or no place for it; see the options' errors.
+    """
+    options = options or DrawingOptions()
+    progress("placing", STAGES["placing"])
+    artwork = _chosen(artwork, options)
+    postures = options.postures(arm)
+    placement = placing.place(artwork, arm, options.wish(arm), postures)
+    found = strokes.cut(arm, placement.strokes, artwork.layers, options.height, postures)
+    notes = list(placement.notes)
+    if found.in_parts:
+        named = ", ".join(map(str, found.in_parts[: strokes.NAMED]))
+        more = len(found.in_parts) - strokes.NAMED
+        notes.append(
+            f"stroke {named}{f' and {more} more' if more > 0 else ''} is drawn in parts, between "
+            "which the elbow bends the other way"
+        )
+    progress("ordering", STAGES["ordering"])
+    before = _figures(found.strokes)
+    laid: list[PlacedStroke] = list(found.strokes)
+    if options.order and laid:
+        home = kinematics.forward(arm, [joint.home for joint in arm.joints])
+        laid = ordering.ordered(ordering.merged(laid), np.array(home[:2], float))
+    progress("planning", STAGES["planning"])
+    speed = float(options.speed or arm.speed)
+    planned, left = planning.plan_strokes(
+        arm,
+        laid,
+        options.height,
+        speed,
+        options.tolerance,
+        lambda share: progress(
+            "planning",
+            STAGES["planning"] + share * (STAGES["timing"] - STAGES["planning"]),
+        ),
+    )
+    progress("timing", STAGES["timing"])
+    expected = estimate(arm, planned)
+    progress("timing", 1.0)
+    return DrawingPlan(
+        artwork.name,
+        arm,
+        options,
+        placement,
+        tuple(planned),
+        found.missed + tuple(left),
+        len(artwork.strokes),
+        before,
+        _figures([stroke.placed for stroke in planned]),
+        expected,
+        speed,
+        tuple(notes),
+    )
+
+
+def _figures(laid: list[PlacedStroke] | tuple[PlacedStroke, ...]) -> Figures:
+    points = sum(len(stroke.points) for stroke in laid)
+    return Figures(len(laid), points, ordering.pen_up_way(laid))
+
+
+def _chosen(artwork: Artwork, options: DrawingOptions) -> Artwork:
+    """The artwork's layers that are wished."""
+    if artwork.points() > MOST_POINTS:
+        raise BadArtwork(
+            f"{artwork.name}: {artwork.points()} points are more than the {MOST_POINTS} that can "
+            "be prepared; simplify it"
+        )
+    for stroke in artwork.strokes:
+        if not np.isfinite(stroke).all():
+            raise BadArtwork(f"{artwork.name}: it has a point that is no place; make it anew")
+    if options.layers is None:
+        return artwork
+    known = list(dict.fromkeys(artwork.layers))
+    for layer in options.layers:
+        if layer not in known:
+            raise BadDrawingOption(
+                f"layer {layer!r}: {artwork.name} has {', '.join(map(repr, known)) or 'none'}; "
+                "give one of these"
+            )
+    kept = [k for k, layer in enumerate(artwork.layers) if layer in options.layers]
+    return replace(
+        artwork,
+        strokes=tuple(artwork.strokes[k] for k in kept),
+        layers=tuple(artwork.layers[k] for k in kept),
+    )

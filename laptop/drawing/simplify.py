@@ -1,0 +1,147 @@
+"""Strokes as pieces to follow: corners kept, no more points than the arm can show.  Pure.
+
+A piece is passed as a smooth curve through its points, see robot.motion.paths, and ends at a
+corner.  Corners are found before anything is left out, since a curve with few points has corners
+everywhere.  A corner is only one if leaving it out would show: what jitters by less than the
+tolerance has none.
+"""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+
+from laptop.drawing.artwork import turns
+from robot.motion.paths import CORNER
+
+PEN_WIDTH = 0.03
+"""What is shorter is a dot, and drawn as a line of this length, cm."""
+
+SAME = 0.002
+"""Points nearer to one another are one, cm."""
+
+CURVE_TURN, CURVE_STEP = math.radians(6), 0.25
+"""From point to point a curve turns by no more (rad) and goes no farther (cm), so that the tangents
+worked out from them are its own."""
+
+STRAIGHT_SHARE = 0.3
+"""A piece is straight that bends by no more than this share of the tolerance."""
+
+SMOOTHINGS = 20
+"""So often corners that do not show are left out, which may show others."""
+
+
+def pieces(points: np.ndarray, tolerance: float) -> list[np.ndarray]:
+    """A stroke (n, 2), cm, as smooth pieces (m, 2), m >= 2, each from where the last one ends.
+
+    Args:
+        points: from pen down to pen up.
+        tolerance: greatest distance of what is left out from what is kept, cm.
+    """
+    points = _apart(points)
+    if len(points) < 2 or np.hypot(*np.diff(points, axis=0).T).sum() < PEN_WIDTH:
+        return [_dot(points)]
+    points = _without_jitter(points, tolerance)
+    corners = np.flatnonzero(turns(points) > CORNER) + 1
+    cuts = [0, *corners.tolist(), len(points) - 1]
+    return [_thinned(points[a : b + 1], tolerance) for a, b in zip(cuts, cuts[1:], strict=False)]
+
+
+def _dot(points: np.ndarray) -> np.ndarray:
+    middle, way = (points[0] + points[-1]) / 2, points[-1] - points[0]
+    length = math.hypot(*way)
+    half = way / length if length > SAME else np.array([1.0, 0.0])
+    half = half * PEN_WIDTH / 2
+    return np.vstack([middle - half, middle + half])
+
+
+def _apart(points: np.ndarray) -> np.ndarray:
+    """Without points too near to those before; the first and the last are kept."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    if len(steps) and steps.min() >= SAME:
+        return points
+    kept = [0]
+    last = points[0]
+    for k in range(1, len(points)):
+        if math.hypot(points[k, 0] - last[0], points[k, 1] - last[1]) >= SAME:
+            kept.append(k)
+            last = points[k]
+    if kept[-1] != len(points) - 1:
+        if len(kept) > 1:
+            kept[-1] = len(points) - 1
+        elif steps.sum() >= PEN_WIDTH:  # there and back
+            kept.append(int(np.argmax(np.hypot(*(points - points[0]).T))))
+    return points[kept]
+
+
+def _without_jitter(points: np.ndarray, tolerance: float) -> np.ndarray:
+    """Without corners whose absence does not show."""
+    shown: np.ndarray | None = None
+    for _ in range(SMOOTHINGS):
+        sharp = np.append(np.append(False, turns(points) > CORNER), False)
+        if not sharp.any():
+            break
+        if shown is None:
+            shown = _needed(points, tolerance)
+        gone = sharp & ~shown
+        if not gone.any():
+            break
+        points, shown = points[~gone], shown[~gone]
+        near = np.append(np.hypot(*np.diff(points, axis=0).T) < SAME, False)
+        near[0] = False
+        points, shown = points[~near], shown[~near]  # there and back
+    return points
+
+
+def _needed(points: np.ndarray, tolerance: float) -> np.ndarray:
+    """Which points Ramer, Douglas and Peucker keep: (n,) bool."""
+    low = points.min(axis=0)
+    own = (points - low).astype(np.float32).reshape(-1, 1, 2)
+    kept = cv2.approxPolyDP(own, tolerance, False)[:, 0]
+    # They come in order: each is found behind the one before.
+    needed = np.zeros(len(points), bool)
+    flat, k = own[:, 0], 0
+    for p in kept:
+        while k < len(flat) and not (flat[k, 0] == p[0] and flat[k, 1] == p[1]):
+            k += 1
+        if k < len(flat):
+            needed[k] = True
+            k += 1
+    needed[[0, -1]] = True
+    return needed
+
+
+def _thinned(piece: np.ndarray, tolerance: float) -> np.ndarray:
+    """A smooth piece with as many points as its bends need; two if it is straight."""
+    way = piece[-1] - piece[0]
+    length = math.hypot(*way)
+    if length > 0:
+        off = piece - piece[0]
+        aside = np.abs(off[:, 0] * way[1] - off[:, 1] * way[0]) / length
+        along = off @ way / length
+        if aside.max() <= STRAIGHT_SHARE * tolerance and (np.diff(along) > 0).all():
+            return piece[[0, -1]]
+    # By how much it has turned, and how far it has gone, to each point: one in each step is kept.
+    steps = np.hypot(*np.diff(piece, axis=0).T)
+    turned = np.concatenate([[0.0], np.cumsum(turns(piece)), [0.0]])
+    turned[-1] = turned[-2]
+    gone = np.floor(turned / CURVE_TURN + np.append(0.0, np.cumsum(steps)) / CURVE_STEP + 1e-9)
+    kept = np.append(True, np.diff(gone) > 0)
+    kept[-1] = True
+    thin = piece[kept]
+    # A straight part of it has points, too: far ones would bend it by their neighbours' tangents.
+    steps = np.hypot(*np.diff(thin, axis=0).T)
+    if steps.max() > 1.5 * CURVE_STEP:
+        thin = _filled(thin, steps)
+    return thin
+
+
+def _filled(points: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """With points so close together that no step is longer than 1.5 CURVE_STEP."""
+    counts = np.maximum(1, np.ceil(steps / (1.5 * CURVE_STEP))).astype(int)
+    first = np.cumsum(counts) - counts
+    share = (np.arange(counts.sum()) - np.repeat(first, counts)) / np.repeat(counts, counts)
+    k = np.repeat(np.arange(len(counts)), counts)
+    return np.vstack([points[k] + share[:, None] * (points[k + 1] - points[k]), points[-1:]])

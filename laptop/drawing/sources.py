@@ -1,0 +1,124 @@
+"""The door for what is to be drawn: files, bytes, and the drawings that come along.
+
+What a file is, its contents tell, not its name. Nothing but the file itself is opened.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from laptop.drawing.artwork import Artwork, BadArtwork
+from laptop.drawing.lettering import Lettering, write_text
+from laptop.drawing.picture_files import MAX_PICTURE_BYTES, is_picture
+from laptop.drawing.pictures import Tracing, read_picture
+from laptop.drawing.svg import is_svg, read_svg
+from shared.small_files import SpoiltFile, open_file
+
+GALLERY = Path(__file__).parent / "gallery"
+
+OTHERS = (
+    (b"%PDF", "a PDF", "save it as SVG, for instance with Inkscape"),
+    (b"%!PS", "PostScript", "save it as SVG, for instance with Inkscape"),
+    (b"GIF8", "a GIF", "save it as PNG"),
+    (b"BM", "a BMP", "save it as PNG"),
+    (b"II*\x00", "a TIFF", "save it as PNG"),
+    (b"MM\x00*", "a TIFF", "save it as PNG"),
+    (b"RIFF", "a WebP, or a sound or a film", "save the picture as PNG"),
+    (b"PK\x03\x04", "a ZIP archive, or an office document", "save the drawing as SVG"),
+    (b"AC10", "a DWG", "save it as SVG"),
+)
+"""Other files that people try: how they begin, what they are, and what to do."""
+
+DRAWING_ENDINGS = (".svg", ".svgz", ".png", ".jpg", ".jpeg")
+"""What is named so, and holds a text, is no text to write."""
+
+
+def gallery() -> tuple[str, ...]:
+    """Names of the drawings that come along."""
+    return tuple(sorted(path.stem for path in GALLERY.glob("*.svg")))
+
+
+def read_source(
+    source: str | Path | bytes,
+    name: str = "",
+    lettering: Lettering | None = None,
+    tracing: Tracing | None = None,
+) -> Artwork:
+    """The Artwork of a file, of what was in one, or of the gallery.
+
+    Args:
+        source: path of an SVG, packed or not, a PNG, a JPEG or a text; or all of its bytes; or the
+            name of a drawing in the gallery, where there is no file of that name.
+        name: for people; the file's name where it is "".
+        lettering: how a text is written.
+        tracing: how a picture is drawn.
+
+    Raises:
+        BadArtwork: Nothing can be drawn of it, or it is beyond a limit; in one sentence.
+    """
+    if isinstance(source, bytes):
+        data, name = source, name or "drawing"
+    else:
+        data, path = _read(Path(source))
+        name = name or path.name or str(path)
+    name = _one_line(name)
+    if not data.strip():
+        raise BadArtwork(f"{name}: is empty; give an SVG, a PNG, a JPEG or a text")
+    if is_picture(data):
+        return read_picture(data, name, tracing)
+    if is_svg(data):
+        return read_svg(data, name)
+    for begin, what, advice in OTHERS:
+        if data.startswith(begin):
+            raise BadArtwork(f"{name}: is {what}, which is not read; {advice}")
+    text = _text(data)
+    if text is None:
+        raise BadArtwork(f"{name}: is no drawing that is known here; give an SVG, a PNG or a JPEG")
+    if name.lower().endswith(DRAWING_ENDINGS):
+        raise BadArtwork(
+            f"{name}: is a text, whatever its name says; "
+            "name it .txt to write it in letters, or give a drawing"
+        )
+    return write_text(text, lettering, name)
+
+
+def _read(path: Path) -> tuple[bytes, Path]:
+    """What is in a file, or in a drawing of the gallery; and which file it is."""
+    here = _one_line(str(path))
+    comes_along = GALLERY / f"{path.name.removesuffix('.svg')}.svg"
+    try:
+        if not path.exists() and path.parent == Path() and comes_along.exists():
+            path = comes_along
+        with open(open_file(str(path)), "rb") as file:
+            data = file.read(MAX_PICTURE_BYTES + 1)
+    except SpoiltFile as error:
+        raise BadArtwork(f"{here}: {error}; give an SVG, a PNG, a JPEG or a text") from None
+    except FileNotFoundError:
+        raise BadArtwork(
+            f"{here}: there is no such file; give one, or a drawing that comes along: "
+            f"{', '.join(gallery())}"
+        ) from None
+    except (OSError, ValueError) as error:  # ValueError: a null character in a path
+        reason = getattr(error, "strerror", None) or str(error)
+        raise BadArtwork(f"{here}: cannot be read ({reason}); choose another file") from None
+    if len(data) > MAX_PICTURE_BYTES:
+        raise BadArtwork(
+            f"{here}: is longer than {MAX_PICTURE_BYTES // 1_000_000} MB; "
+            "make it smaller, or draw a part of it"
+        )
+    return data, path
+
+
+def _text(data: bytes) -> str | None:
+    """A text in UTF-8, None where it is no text."""
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return None
+    head = text[:10_000]
+    return text if all(c.isprintable() or c in "\t\r\n\f" for c in head) else None
+
+
+def _one_line(name: str) -> str:
+    shown = "".join(c if c.isprintable() else "?" for c in name)
+    return shown if len(shown) <= 200 else shown[:200] + "..."

@@ -1,0 +1,157 @@
+"""How long the brick takes for a drawing: the estimate.  Pure.
+
+Motions last what the brick's own code says, crossings of the backlash included.  What that does not
+tell is measured on the emulated brick: how long joints settle where a motion ends, and what the
+brick computes between motions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from laptop.drawing.planning import PlannedStroke
+from robot.motion import kinematics, parking
+from robot.motion.backlash import (
+    APPROACH_ACCELERATION,
+    APPROACH_SPEED,
+    BacklashCompensation,
+    pose_behind,
+)
+from robot.motion.gravity import Gravity
+from robot.motion.motor_model import PEN_ACCELERATION, PEN_SPEED
+from robot.motion.trajectory import JOINT_ACCELERATION, JointMove, Trajectory
+from shared.arm_description import Arm, Joint
+
+DIRECT, GEARED, IN_SPACE = "direct", "geared", "in space"
+
+MOVE_SETTLES = {DIRECT: 0.092, GEARED: 0.145, IN_SPACE: 0.195}
+"""What a fast move with the pen up takes longer than planned, by the kind of arm, s."""
+
+APPROACH_SETTLES = {DIRECT: 0.068, GEARED: 0.07, IN_SPACE: 0.1}
+"""And the slow one to where a stroke begins, s."""
+
+PIECE_SETTLES = {DIRECT: 0.081, GEARED: 0.122, IN_SPACE: 0.114}
+"""And each piece of a stroke, s."""
+
+PEN_SETTLES = 0.085
+"""And the pen, s."""
+
+BETWEEN_STROKES = 0.015
+"""What the brick computes for each stroke, s."""
+
+READING = 0.0024
+"""And for each cubic of its motions, for each joint, s."""
+
+JOINED = 0.02
+"""The pen is not lifted where no joint is farther from where the next stroke begins, rad."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """How long a drawing takes.
+
+    seconds     from the start to where the arm rests again
+    starts      when the pen comes down on each stroke, s
+    drawing_s   of it with the pen down
+    """
+
+    seconds: float
+    starts: tuple[float, ...]
+    drawing_s: float
+
+
+def estimate(arm: Arm, strokes: Sequence[PlannedStroke]) -> Estimate:
+    """How long the brick takes for strokes, from its home pose to where it rests."""
+    run = _Run(arm)
+    starts, drawing = [], 0.0
+    for stroke in strokes:
+        run.read(stroke)
+        if not run.is_at(stroke.motions[0].start):
+            run.lift()
+            run.approach(stroke.motions[0])
+        run.lower()
+        starts.append(run.seconds)
+        for motion in stroke.motions:
+            run.follow(motion)
+        drawing += run.seconds - starts[-1]
+    run.lift()
+    run.rest()
+    return Estimate(run.seconds, tuple(starts), drawing)
+
+
+class _Run:
+    """The brick on its way through a drawing: where it is, and how late it is, s."""
+
+    def __init__(self, arm: Arm) -> None:
+        self._arm, self._joints = arm, arm.joints
+        self._gravity = Gravity(arm)
+        self._preload = self._gravity.preload_sides if self._gravity.loaded else None
+        self._q = tuple(joint.home for joint in arm.joints)
+        self._sides = (0,) * len(arm.joints)
+        self._pen_is_down = False
+        self._kind = kind_of(arm)
+        self.seconds = 0.0
+
+    def read(self, stroke: PlannedStroke) -> None:
+        self.seconds += BETWEEN_STROKES + READING * len(self._joints) * stroke.segments()
+
+    def is_at(self, q: Sequence[float]) -> bool:
+        return self._pen_is_down and max(abs(a - b) for a, b in zip(q, self._q, strict=True)) <= (
+            JOINED
+        )
+
+    def lift(self) -> None:
+        self._move_pen(False)
+
+    def lower(self) -> None:
+        self._move_pen(True)
+
+    def _move_pen(self, down: bool) -> None:
+        pen = self._arm.pen
+        if pen and self._pen_is_down is not down:
+            move = JointMove([pen.up], [pen.down], [PEN_SPEED], PEN_ACCELERATION)
+            self.seconds += move.duration + PEN_SETTLES
+        self._pen_is_down = down
+
+    def approach(self, motion: Trajectory) -> None:
+        """As RobotArm.pre_approach."""
+        self._go(pose_behind(self._joints, motion))
+        self._go(motion.start, APPROACH_SPEED, APPROACH_ACCELERATION, APPROACH_SETTLES)
+
+    def follow(self, motion: Trajectory) -> None:
+        self._take(motion, PIECE_SETTLES)
+
+    def rest(self) -> None:
+        """As RobotArm.go_low."""
+        if any(joint.park_angle is not None for joint in self._joints):
+            try:
+                way = parking.way_down(self._arm, self._q)
+            except kinematics.Unreachable:
+                return
+            for place in way:
+                self._go(place, parking.SPEED)
+
+    def _go(
+        self,
+        q: Sequence[float],
+        speed: float = 1.0,
+        acceleration: float = JOINT_ACCELERATION,
+        settles: dict[str, float] = MOVE_SETTLES,
+    ) -> None:
+        fastest = [speed * joint.max_speed for joint in self._joints]
+        self._take(JointMove(self._q, q, fastest, acceleration), settles)
+
+    def _take(self, motion: Trajectory | JointMove, settles: dict[str, float]) -> None:
+        sides = self._gravity.sides(motion.start, self._sides)
+        plan = BacklashCompensation(self._joints, motion, sides, self._preload)
+        self._sides, self._q = plan.sides, tuple(motion.end)
+        self.seconds += plan.before + plan.duration + settles[self._kind]
+
+
+def kind_of(arm: Arm) -> str:
+    """How its joints settle: DIRECT, GEARED or IN_SPACE."""
+    joints: Sequence[Joint] = arm.joints
+    if arm.chain == "spatial":
+        return IN_SPACE
+    return DIRECT if all(joint.gear == 1 for joint in joints) else GEARED
