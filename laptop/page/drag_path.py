@@ -27,9 +27,13 @@ def smooth_path(points: Sequence[Point]) -> np.ndarray:
     dragged = dragged[np.append(True, steps > 1e-6)]
     if len(dragged) < 2:
         return dragged
-    rough = cv2.approxPolyDP(dragged.astype(np.float32)[:, None], ROUGH, False)[:, 0].astype(float)
-    if len(dragged) > 3 and math.dist(dragged[0], dragged[-1]) < CLOSING:
-        dragged[-1] = rough[-1] = dragged[0]
+    is_closed = len(dragged) > 3 and math.dist(dragged[0], dragged[-1]) < CLOSING
+    # (Of a way that ends where it begins it would leave out the end.)
+    open_way = dragged[:-1] if is_closed else dragged
+    rough = cv2.approxPolyDP(open_way.astype(np.float32)[:, None], ROUGH, False)[:, 0]
+    if is_closed:
+        dragged[-1] = dragged[0]
+        rough = np.vstack([rough, dragged[:1]])
     corners = [0, *_corners(dragged, rough), len(dragged) - 1]
     parts = [
         _smooth(dragged[first : last + 1])

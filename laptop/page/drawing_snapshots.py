@@ -16,8 +16,7 @@ Lines = tuple[np.ndarray, ...]
 class Source(NamedTuple):
     """What a drawing is made of.
 
-    kind  "file", "text", "gallery", "path" (dragged in a picture), "look" (moves that tell where
-          the table is)
+    kind  "file", "text", "gallery", "path" (dragged in a picture)
     name  for people; of a gallery's drawing its key
     data  of a file or a text, as UTF-8
     path  of what was dragged (n, 2), cm, in the arm's coordinates
@@ -33,13 +32,13 @@ class Placing(NamedTuple):
     """Where a drawing is to lie; None: where the arm draws it largest.
 
     x, y    its centre in the arm's coordinates, cm
-    width   of the drawing, cm; None: as large as the arm reaches there
+    size    its greater side, cm; None: as large as the arm reaches there
     rotate  degrees, counter-clockwise as seen from above
     """
 
     x: float | None = None
     y: float | None = None
-    width: float | None = None
+    size: float | None = None
     rotate: float = 0.0
 
 
@@ -83,6 +82,26 @@ class Deviation(NamedTuple):
     rms: float
     points: int
     ink: Lines
+
+
+class Request(NamedTuple):
+    """What is to be done: a drawing is read, unless it is the one of before, and placed.
+
+    number  of the source, by which it is told whether it is the one of before
+    height  of the paper, cm
+    wish    lines (n, 2), cm, with `ink`: how far one is from the other; then nothing else is done
+    """
+
+    number: int
+    source: Source | None
+    placing: Placing = Placing()
+    height: float = 0.0
+    wish: Lines = ()
+    ink: Lines = ()
+
+
+Answer = PlacedDrawing | Deviation | str
+"""A drawing, placed and then planned; a deviation; or why it was not done."""
 
 
 class JobState(NamedTuple):

@@ -15,8 +15,6 @@ SPACING = 1.5
 """Least distance between two points of the ink, px."""
 MAX_POINTS = 6000
 """An ink of more points is thinned to half of them."""
-LOWERING = 0.15
-"""Where the pen has just come down or is about to lift it may be in the air, s."""
 MAX_GAP = 0.5
 """A tip that was not seen for so long leaves a gap, s."""
 
@@ -25,7 +23,7 @@ class InkTrack:
     """The ink of one job in one camera's picture.
 
     When the pen was down is told by the brick, later than the camera sees the tip: so places wait
-    until they are known to be ink.
+    until it is known of them.  While the pen goes down or up the tip stands.
 
     Attributes:
         version: rises when points are taken away, so that whoever has some begins anew.
@@ -34,19 +32,17 @@ class InkTrack:
 
     def __init__(self) -> None:
         self.version = 0
-        self.points: list[InkPoint] = []
-        self._seen: deque[tuple[float, Point]] = deque(maxlen=600)
-        self._spacing = SPACING
-        self._down = False
-        self._since = -math.inf  # s, the pen is as it is
-        self._told = -math.inf  # s, of the last word of the brick
-        self._last: tuple[float, Point] | None = None
+        self.begin()
 
     def begin(self) -> None:
         """Forget all: another job begins."""
-        version = self.version + 1
-        self.__init__()  # type: ignore[misc]
-        self.version = version
+        self.version += 1
+        self.points: list[InkPoint] = []
+        self._seen: deque[tuple[float, Point]] = deque(maxlen=600)  # and not judged yet
+        self._spacing = SPACING
+        self._changes: deque[tuple[float, bool]] = deque([(-math.inf, False)], maxlen=64)
+        self._told = -math.inf  # s, of the last word of the brick
+        self._last: tuple[float, Point] | None = None
 
     def see(self, t: float, pixel: Point) -> None:
         """Take in where the tip was at t (s), px."""
@@ -54,27 +50,21 @@ class InkTrack:
             self._seen.append((t, pixel))
 
     def tell(self, t: float, down: bool) -> None:
-        """Take in whether the pen was down at t (s): if before, too, then all the time between."""
+        """Take in whether the pen was down at t (s), and judge what was seen by then."""
         if t <= self._told:
             return
-        self._told, before = t, self._told
-        if down != self._down:
-            if down:
-                self._since = t  # perhaps a little earlier
-            self._take(before - LOWERING if not down else -math.inf, down=not down)
-            self._down = down
-            self._last = None
-        self._take(t - LOWERING, down)
+        self._told = t
+        if down != self._changes[-1][1]:
+            self._changes.append((t, down))
+        while self._seen and self._seen[0][0] <= t:
+            seen, pixel = self._seen.popleft()
+            if self._was_down(seen):
+                self._add(seen, pixel)
+            else:
+                self._last = None
 
-    def _take(self, until: float, down: bool) -> None:
-        """Take up what was seen by `until` (s); all else waits."""
-        while self._seen and self._seen[0][0] <= until:
-            t, pixel = self._seen.popleft()
-            if down and t >= self._since + LOWERING:
-                self._add(t, pixel)
-        if not down:
-            while self._seen and self._seen[0][0] <= self._told - LOWERING:
-                self._seen.popleft()
+    def _was_down(self, t: float) -> bool:
+        return next((down for since, down in reversed(self._changes) if since <= t), False)
 
     def _add(self, t: float, pixel: Point) -> None:
         begins = self._last is None or t - self._last[0] > MAX_GAP

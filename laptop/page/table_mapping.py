@@ -28,7 +28,7 @@ MIN_PLACES = 8
 MIN_AREA, MIN_WIDTH = 0.10, 0.18
 """Area that the places cover, as a share of the reach squared, and their least width as a share of
 the reach: on what lies far outside nothing is known."""
-MAX_TIP_SPEED = 120.0
+MAX_TIP_SPEED = 250.0
 """A faster tip tells nothing, px/s: when it was where is not known to the millisecond."""
 MAX_MISFIT = 5.0
 """Places that fit worse, px (RMS), come of no camera that stands still before this arm."""
@@ -136,25 +136,24 @@ class TableMapping:
         if self.why:
             self.view = None
             return
+        matrix: np.ndarray
         if points.shape[1] == 2:
-            matrix, _ = cv2.findHomography(points, pixels, cv2.RANSAC, 2 * MAX_MISFIT)
-            fitted = None if matrix is None else _mapped(matrix, points)
+            found, _ = cv2.findHomography(points, pixels, cv2.RANSAC, 2 * MAX_MISFIT)
+            matrix = np.full((3, 3), np.nan) if found is None else found
+            fitted = _mapped(matrix, points)
         else:
             camera = _camera_matrix(points, pixels)
             fitted = _projected(camera, points)
-            matrix = camera[:, [0, 1, 3]].copy()
-            matrix[:, 2] += self._height * camera[:, 2]
-        if matrix is None or fitted is None:
-            self.view, self.why = None, "the places of the tip do not fit together"
-            return
+            along = camera[:, 3] + self._height * camera[:, 2]
+            matrix = np.column_stack([camera[:, :2], along])
         off = np.hypot(*(fitted - pixels).T)
         fits = off <= 2 * MAX_MISFIT
         misfit = float(np.sqrt(np.mean(off[fits] ** 2))) if fits.any() else math.inf
         if fits.mean() < 0.7 or misfit > MAX_MISFIT:
             self.view = None
             self.why = (
-                f"what camera and joints say differs by {np.median(off):.0f} px; is it the arm of "
-                "this file, with its zero found?"
+                f"what camera and joints say differs by {np.nan_to_num(np.median(off)):.0f} px; is "
+                "it the arm of this file, with its zero found?"
             )
             return
         view = TableView(matrix / matrix[2, 2], len(points))
@@ -214,6 +213,11 @@ class TipTrack:
     def __init__(self, duration: float = 3.0) -> None:
         self._duration = duration
         self._seen: deque[tuple[float, Point]] = deque()
+
+    @property
+    def last(self) -> float:
+        """Time at which it was seen last, s."""
+        return self._seen[-1][0] if self._seen else -math.inf
 
     def add(self, t: float, pixel: Point) -> None:
         """Take in where the tip was at t (s), px."""
