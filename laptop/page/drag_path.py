@@ -27,13 +27,9 @@ def smooth_path(points: Sequence[Point]) -> np.ndarray:
     dragged = dragged[np.append(True, steps > 1e-6)]
     if len(dragged) < 2:
         return dragged
-    is_closed = len(dragged) > 3 and math.dist(dragged[0], dragged[-1]) < CLOSING
-    # (Of a way that ends where it begins it would leave out the end.)
-    open_way = dragged[:-1] if is_closed else dragged
-    rough = cv2.approxPolyDP(open_way.astype(np.float32)[:, None], ROUGH, False)[:, 0]
-    if is_closed:
+    if len(dragged) > 3 and math.dist(dragged[0], dragged[-1]) < CLOSING:
         dragged[-1] = dragged[0]
-        rough = np.vstack([rough, dragged[:1]])
+    rough = simplified(dragged, ROUGH)
     corners = [0, *_corners(dragged, rough), len(dragged) - 1]
     parts = [
         _smooth(dragged[first : last + 1])
@@ -41,6 +37,18 @@ def smooth_path(points: Sequence[Point]) -> np.ndarray:
         if last > first
     ]
     return np.vstack([parts[0], *(part[1:] for part in parts[1:])])
+
+
+def simplified(line: np.ndarray, by: float) -> np.ndarray:
+    """Return a line (n, 2) without the points that are no farther than `by` off (Douglas-Peucker).
+
+    A line that ends where it begins does so afterwards.
+    """
+    closed = len(line) > 3 and bool((line[0] == line[-1]).all())
+    # (Of one that does OpenCV would leave out the end.)
+    way = line[:-1] if closed else line
+    kept = cv2.approxPolyDP(way.astype(np.float32)[:, None], by, False)[:, 0].astype(float)
+    return np.vstack([kept, kept[:1]]) if closed else kept
 
 
 def _corners(dragged: np.ndarray, rough: np.ndarray) -> list[int]:

@@ -69,7 +69,8 @@ class TableView:
 def _mapped(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
     points = np.asarray(points, float).reshape(-1, 2)
     homogeneous = np.column_stack([points, np.ones(len(points))]) @ matrix.T
-    return homogeneous[:, :2] / homogeneous[:, 2:]
+    with np.errstate(divide="ignore", invalid="ignore"):  # on the horizon
+        return homogeneous[:, :2] / homogeneous[:, 2:]
 
 
 class TableMapping:
