@@ -164,7 +164,8 @@ class TableMapping:
     def _too_few(self, points: np.ndarray) -> str:
         """Return why these places (n, 2 or 3), cm, are not enough, or ""."""
         if len(points) < MIN_PLACES:
-            return f"the tip was seen at {len(points)} places so far; more must tell"
+            many = f"{len(points)} place{'s' * (len(points) != 1)}"
+            return f"the tip was seen at {many} so far; more must tell"
         flat = points[:, :2].astype(np.float32)
         area = cv2.contourArea(cv2.convexHull(flat))
         width = min(cv2.minAreaRect(flat)[1])
