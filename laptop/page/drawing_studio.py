@@ -14,7 +14,7 @@ import numpy as np
 
 from laptop import system
 from laptop.drawing import lettering, strokes
-from laptop.drawing.artwork import Artwork
+from laptop.drawing.artwork import Artwork, stroke_length
 from laptop.drawing.lettering import Lettering
 from laptop.drawing.options import DrawingOptions
 from laptop.drawing.placing import LEAST_SIZE, place
@@ -30,11 +30,16 @@ NICENESS = 10
 
 
 def work(pipe: Connection, arm: Arm) -> None:
-    """Do requests until the other side is gone; the process does no more."""
+    """Be the process of the drawings, which does no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
     system.give_way(NICENESS)
     system.limit_memory(MEMORY)
     cv2.setNumThreads(1)
+    serve(pipe, arm)
+
+
+def serve(pipe: Connection, arm: Arm) -> None:
+    """Do requests until the other side is gone."""
     studio = Studio(arm)
     with suppress(EOFError, OSError):
         while True:
@@ -112,8 +117,9 @@ class Studio:
         cut = strokes.cut(self._arm, placement.strokes, artwork.layers, options.height, postures)
         why_not = ""
         if cut.missed:
-            refusal = str(strokes.refusal(cut.missed, len(placement.strokes)))
-            why_not = f"{refusal.split('; place it')[0]}; move it, or make it smaller"
+            out = sum(stroke_length(missed.points) for missed in cut.missed)
+            share = "all" if not cut.strokes else f"{out:.1f} cm"
+            why_not = f"{share} of it cannot be reached (red): move it, or make it smaller"
         placed = PlacedDrawing(
             artwork.name,
             tuple(stroke.points for stroke in cut.strokes),

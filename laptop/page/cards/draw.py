@@ -146,7 +146,7 @@ class DrawCard:
                 )
                 self._speed.props(remove=":label-value")
                 self._speed.on("change", self._on_speed)
-                for label, step in (("Pen deeper", PEN_STEP), ("lighter", -PEN_STEP)):
+                for label, step in (("Pen lower", PEN_STEP), ("higher", -PEN_STEP)):
                     ui.button(label, on_click=partial(self._move_pen, step)).props(
                         "flat dense no-caps"
                     )
@@ -215,8 +215,9 @@ class DrawCard:
             )
         elif drawing.misfit is not None:
             self._mapping.set_text(
-                f"Where the table is in the picture is known by the tip's own moves, "
-                f"to {drawing.misfit:.1f} mm."
+                f"Where the table is in the picture is known by the tip's own moves, to "
+                f"{drawing.misfit:.1f} mm: at the height of its marker. Ink on the paper below is "
+                "seen a little beside it."
             )
         self._look.set_visibility(bool(unmapped))
 
@@ -230,7 +231,7 @@ class DrawCard:
         if not self._typing:
             at = placing_of(placed)
             for key, field in self._fields.items():
-                field.set_value(round(getattr(at, key), 1))
+                field.set_value(round(getattr(at, key), 1) + 0.0)  # no -0.0
         with self._notes:
             for note in placed.notes[:4]:
                 ui.label(note).classes("quiet")

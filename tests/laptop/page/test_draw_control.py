@@ -1,6 +1,9 @@
 """A drawing on the page, from the file to the brick's last word, without a browser."""
 
 import math
+import multiprocessing
+import re
+import threading
 import zlib
 
 import numpy as np
@@ -8,7 +11,9 @@ import pytest
 from page_scene import PageScene
 from waiting import until
 
-from laptop.page.drawing_snapshots import Placing
+from laptop.page import draw_control, drawing_studio
+from laptop.page.drawing_snapshots import PlacedDrawing, Placing, Request, Source
+from laptop.page.drawing_worker import DrawingWorker
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 from shared.job import Job
@@ -56,8 +61,21 @@ class DrawScene(PageScene):
         return drawings.drawing()
 
 
+class ThreadWorker(DrawingWorker):
+    """The same, in a thread instead of a process, which takes a second to start."""
+
+    def _begin(self):
+        if self._pipe is None:
+            self._pipe, theirs = multiprocessing.Pipe()
+            studio = threading.Thread(target=drawing_studio.serve, args=(theirs, self._arm))
+            studio.daemon = True
+            studio.start()
+        return self._pipe
+
+
 @pytest.fixture
-def scene(tmp_path):
+def scene(tmp_path, monkeypatch):
+    monkeypatch.setattr(draw_control, "DrawingWorker", ThreadWorker)
     scene = DrawScene(tmp_path, arm=ARM)
     yield scene
     scene.controller.drawings.close()
@@ -122,8 +140,9 @@ def test_what_is_out_of_reach_is_shown_and_not_started(scene, drawings):
     placed = scene.drawn().placed
     assert placed.good
     assert placed.missed
-    assert "cannot be drawn" in placed.why_not
-    assert "move it, or make it smaller" in placed.why_not
+    assert re.fullmatch(
+        r"\d\.\d cm of it cannot be reached \(red\): move it, or make it smaller", placed.why_not
+    )
     assert not drawings.state().can_start
     assert drawings.start() == placed.why_not
     drawings.place(Placing(14.0, 0.0, 4.0))
@@ -295,3 +314,36 @@ def test_of_a_drawing_that_was_cleared_nothing_is_left(scene, drawings):
     assert drawings.drawing().placed is None
     assert drawings.state().revision > revision
     assert not drawings.state().can_start
+
+
+@pytest.fixture
+def worker():
+    answers = []
+    worker = DrawingWorker(ARM, lambda *answer: answers.append(answer))
+    yield worker, answers
+    worker.close()
+
+
+def last(answers):
+    until(lambda: answers and answers[-1][2], "the last answer")
+    return answers[-1][1]
+
+
+def test_the_process_plans_and_one_that_dies_is_replaced(worker):
+    worker, answers = worker
+    worker.ask(Request(1, Source("gallery", "rose"), Placing(14.0, 0.0, 5.0)))
+    assert isinstance(last(answers), PlacedDrawing)
+    assert last(answers).job
+    assert answers[0][1].seconds is None, "where it lies is told before it is planned"
+    first = worker._process
+    first.kill()
+    first.join()
+    answers.clear()
+    worker.ask(Request(1, Source("gallery", "rose"), Placing(15.0, 0.0, 5.0)))
+    assert last(answers) == "this needs too much memory; make the drawing simpler" or last(
+        answers
+    ).centre == (15.0, 0.0)
+    answers.clear()
+    worker.ask(Request(1, Source("gallery", "rose"), Placing(16.0, 0.0, 5.0)))
+    assert last(answers).centre == (16.0, 0.0)
+    assert worker._process.pid != first.pid
