@@ -295,19 +295,23 @@ class CameraView:
             drawing.press(point, self._shown.width)
         elif event.type == "pointermove" and drawing.is_held:
             if not event.buttons:
-                drawing.cancel()  # it was let go of outside the picture
+                await self._let_go()  # it was let go of outside the picture
             elif time.monotonic() - self._drawn_at > DRAG_PERIOD:
                 drawing.move(point)
                 self.show_drawing()
         elif event.type == "pointerup" and drawing.is_held:
             drawing.move(point)
-            placing = drawing.release()
-            if placing and not await self._session.draw(DrawCalls.place, placing):
-                drawing.cancel()
-            self.show_drawing()
+            await self._let_go()
         elif event.type == "pointercancel":
             drawing.cancel()
             self.show_drawing()
+
+    async def _let_go(self) -> None:
+        """Have the drawing lie where a hand has brought it."""
+        placing = self.drawing.release()
+        if placing and not await self._session.draw(DrawCalls.place, placing):
+            self.drawing.cancel()
+        self.show_drawing()
 
     def show_drawing(self) -> None:
         """Show the drawing as it is now, with handles while it can be moved."""
