@@ -15,6 +15,7 @@ from shared.arm_keys import (
     FIND_HOME,
     HOMING_KEYS,
     JOINT_KEYS,
+    MARKER_KEYS,
     MOTOR_SPEEDS,
     PEN_KEYS,
     PULLED_DOWN,
@@ -39,7 +40,7 @@ class BadArmFile(ArmError, ValueError):
     """An arm file that is missing, unreadable or wrong."""
 
 
-Arm = record("Arm", "name chain joints pen elbow speed file")
+Arm = record("Arm", "name chain joints pen elbow speed file marker_offset", defaults=((0.0, 0.0),))
 Arm.__doc__ = """One arm.
 
 name    the file's name without its ending
@@ -50,6 +51,8 @@ elbow   "up" | "down": the branch preferred where both reach a point; up = plana
         angle; spatial: the elbow above
 speed   of the tip while drawing, cm/s
 file    path of the file it was read from
+marker_offset  of the marker that cameras look for from the pen's tip, (x, y) in the last link's
+        frame, cm: x along the link, y to its left; spatial: y upwards of it
 """
 
 Joint = record(
@@ -131,13 +134,14 @@ def read_arm(path):
                 None,
                 "is an unknown section; known here: {}".format(", ".join(known)),
             )
-    arm = _read_section(path, sections, "arm", ARM_KEYS)
+    arm = _read_section(path, sections, "arm", ARM_KEYS, MARKER_KEYS)
     names = CHAINS[arm["chain"]]
     joints = tuple(_read_joint(path, sections, name, arm["chain"]) for name in names)
     pen = _read_pen(path, sections) if "pen" in sections else None
     _check_ports(path, sections, names + (("pen",) if pen else ()))
     name = os.path.splitext(os.path.basename(path))[0]
-    return Arm(name, arm["chain"], joints, pen, arm["elbow"], arm["speed"], path)
+    offset = arm.get("marker_offset", (0.0, 0.0))
+    return Arm(name, arm["chain"], joints, pen, arm["elbow"], arm["speed"], path, offset)
 
 
 # ---- reading

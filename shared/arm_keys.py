@@ -79,12 +79,24 @@ def _way_home(text):
     return text, None
 
 
+def _two_lengths(text):
+    """(x, y), cm."""
+    parts = text.replace(",", " ").split()
+    try:
+        if len(parts) != 2:
+            raise ValueError
+        return tuple(map(_OFFSET, parts))
+    except ValueError:
+        raise ValueError("must be two numbers from -20 to 20, like 0.3 -0.1") from None
+
+
 def _sign(text):
     return int(_one_of(("1", "+1", "-1"))(text))
 
 
 _DEGREE = math.pi / 180
 _ANGLE = _number(-360, 360, _DEGREE)
+_OFFSET = _number(-20, 20)
 _PORT = _one_of(("A", "B", "C", "D"))
 _MOTOR = _one_of(tuple(sorted(MOTOR_SPEEDS)))
 
@@ -94,6 +106,8 @@ ARM_KEYS = (
     ("elbow", _one_of(("up", "down"))),
     ("speed", _number(0.1, 50)),
 )
+# What need not be said: where the marker that cameras look for sits beside the pen.
+MARKER_KEYS = (("marker_offset", _two_lengths),)
 JOINT_KEYS = (
     ("link", _number(1, 100)),
     ("port", _PORT),

@@ -3,6 +3,7 @@
 laptop.cli -> laptop.bench -> laptop.demo -> laptop.simulator -> laptop.tracking -> laptop.vision
 laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.reporting
 laptop.cli -> laptop.brick -> shared
+laptop.cli, laptop.bench -> laptop.calibration -> laptop.vision
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
 laptop.bench, laptop.demo, laptop.guide, laptop.simulator -> robot; all of them -> shared
 """
@@ -34,6 +35,7 @@ RULES = {
         *("laptop.system", "laptop.tracking", "laptop.vision", "shared"),
         *("numpy", "cv2", "ifaddr", "rich"),
     ),
+    "laptop.calibration": (*("laptop.calibration", "laptop.vision", "shared", "numpy", "cv2"),),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
     "laptop.page": (
         *("laptop.page", "laptop.drawing", *BELOW_SIMULATOR, "shared"),
@@ -54,7 +56,8 @@ RULES = {
     "laptop.brick.finding": ("laptop.brick", "asyncssh", "ifaddr", "zeroconf"),
     "laptop.simulator": ("laptop.simulator", "laptop.system", "robot", "shared", "ev3dev2"),
     "laptop.simulator.scene": (
-        *("laptop.simulator", "laptop.vision.frames", "robot", "shared", "numpy", "cv2"),
+        *("laptop.simulator", "laptop.vision.frames", "laptop.vision.board", "robot", "shared"),
+        *("numpy", "cv2"),
     ),
     "laptop.simulator.virtual_tracker": (
         *("laptop.simulator", "laptop.tracking.server", "robot", "shared"),
@@ -72,8 +75,8 @@ RULES = {
     # What students write imports what they may import.
     **{f"laptop.guide.{room}": ("robot.api", "ev3dev2.motor") for room in ("tasks", "solutions")},
     "laptop.bench": (
-        *("laptop.bench", "laptop.demo", "laptop.simulator", *BELOW_SIMULATOR),
-        *("robot", "shared", *LIBRARIES),
+        *("laptop.bench", "laptop.demo", "laptop.simulator", "laptop.calibration"),
+        *(*BELOW_SIMULATOR, "robot", "shared", *LIBRARIES),
     ),
     "laptop.bench.workers": ("laptop.bench", "shared", "cv2", "distributed"),
     "laptop.bench.page": (
@@ -201,6 +204,8 @@ def test_imports_follow_the_direction():
         ("laptop.vision.tracker", "from laptop.tracking import server", "laptop.tracking.server"),
         ("laptop.page.controller", "from laptop.simulator import live", "laptop.simulator.live"),
         ("laptop.brick.choosing", "from laptop.tracking import server", "laptop.tracking.server"),
+        ("laptop.calibration.camera_fit", "from laptop.cli import main", "laptop.cli.main"),
+        ("laptop.vision.tracker", "from laptop import calibration", "laptop.calibration"),
         ("laptop.tracking.track", "from laptop.brick import choosing", "laptop.brick.choosing"),
         ("laptop.cli.brick", "import asyncssh", "asyncssh"),
         ("laptop.page.controller", "from laptop.demo import results", "laptop.demo.results"),

@@ -79,7 +79,7 @@ STATUS = {"--fault unplug": 1, "--wait": 130, "guide check": 1}
 EXAMPLE = re.compile(r"demo$|bench (draw|limits|track)$|bench servo --seeds")
 """Of `demo` and `bench` these are begun; of the others the options are parsed, no more."""
 
-SHORTHAND = ("demo", "track", "simulate", "markers", "brick", "guide", "bench")
+SHORTHAND = ("demo", "track", "simulate", "markers", "camera", "brick", "guide", "bench")
 """In a table, what begins so has `.uv/bin/uv run python -m laptop` in front."""
 
 BRICK = re.compile(r"(?:robot/)?(\w+\.py)\b")

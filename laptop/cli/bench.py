@@ -10,6 +10,7 @@ from dataclasses import asdict
 
 import click
 
+from laptop.cli.bench_camera import bench_camera
 from laptop.cli.bench_page import bench_page, bench_stop
 from laptop.cli.options import FiniteRange, Seeds, bench_examples, importing, in_one_line
 from laptop.simulator.device.plant_constants import CPU
@@ -452,5 +453,5 @@ def bench_brick() -> None:
     show.table(title, brick.HEADINGS, brick.table(rows), sections=0)
 
 
-for command in (bench_page, bench_stop):
+for command in (bench_camera, bench_page, bench_stop):
     bench.add_command(command)

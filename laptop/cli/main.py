@@ -10,6 +10,7 @@ import click
 from laptop import system
 from laptop.cli.bench import bench
 from laptop.cli.brick import brick
+from laptop.cli.camera import camera
 from laptop.cli.demo import demo
 from laptop.cli.guide import guide
 from laptop.cli.markers import markers
@@ -26,7 +27,7 @@ def laptop() -> None:
     """Everything that runs beside the brick."""
 
 
-for command in (simulate, demo, track, markers, brick, guide, bench):
+for command in (simulate, demo, track, markers, camera, brick, guide, bench):
     laptop.add_command(command)
 
 

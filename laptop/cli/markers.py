@@ -1,4 +1,4 @@
-"""`markers`: a page of them to print."""
+"""`markers`: a page of them to print, or the board."""
 
 from __future__ import annotations
 
@@ -11,12 +11,38 @@ from laptop.cli.options import importing, in_one_line
 
 @click.command()
 @click.option("--size", default=20.0, metavar="MM", show_default=True, help="Of a disc, mm.")
-@click.argument("file", default="markers.pdf", type=click.Path(dir_okay=False, path_type=Path))
-def markers(size: float, file: Path) -> None:
-    """Make a page of markers to print: FILE is .pdf (markers.pdf if not said), .svg or .png."""
+@click.option("--board", is_flag=True, help="The board that tells a camera where it stands.")
+@click.option(
+    "--paper",
+    type=click.Choice(("a4", "letter")),
+    help="Of the board.  [default: a4]",
+)
+@click.argument("file", required=False, type=click.Path(dir_okay=False, path_type=Path))
+@click.pass_context
+def markers(
+    context: click.Context, size: float, board: bool, paper: str | None, file: Path | None
+) -> None:
+    """Make a page to print: FILE is .pdf (markers.pdf or board.pdf if not said), .svg or .png."""
+    if paper and not board:
+        raise click.ClickException(f"--paper {paper} is of the board; say --board, too")
+    given = context.get_parameter_source("size") is click.core.ParameterSource.COMMANDLINE
+    if board and given:
+        raise click.ClickException(
+            f"--size {size:g} is of the page of discs; the board's markers are 25 mm: leave it out"
+        )
     with importing():  # OpenCV
+        from laptop.vision.board_sheet import write_board
         from laptop.vision.marker_sheet import write_sheet
 
+    file = file or Path("board.pdf" if board else "markers.pdf")
     with in_one_line():
+        if board:
+            printed = write_board(file, paper or "a4")
+            width, height = printed.middle
+            click.echo(
+                f"{file}: print it on {printed.paper} at 100 % and measure its bar, 100 mm; "
+                f"{10 * width:.0f} x {10 * height:.0f} mm in the middle are free to draw on"
+            )
+            return
         write_sheet(file, size)
     click.echo(f"{file}: print it at 100 %")

@@ -18,6 +18,7 @@ from laptop.cli.options import FiniteRange, examples, importing, in_one_line, on
 from laptop.simulator.own_programs import HOUSE, SERVO
 from shared import pairing, state
 from shared.arm_description import find_arm, read_arm
+from shared.messages import EFFECTOR
 
 if TYPE_CHECKING:
     from laptop.tracking.track import PageInputs, ServedPage
@@ -94,7 +95,25 @@ run()
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
     help="One row per frame and marker: frame,t,marker,u,v,confidence; of several cameras with "
-    "another column, camera.",
+    "another column, camera; with --board x and y on it, cm.",
+)
+@click.option(
+    "--board",
+    is_flag=True,
+    help="A printed board lies on the table (markers --board): once it is seen, markers are told "
+    "in cm on it, too.",
+)
+@click.option(
+    "--bar",
+    type=float,
+    metavar="MM",
+    help="Length of the board's bar as measured.  [default: 100, not measured]",
+)
+@click.option(
+    "--height",
+    type=FiniteRange(0, 500),
+    metavar="MM",
+    help="Of the arm's marker over the table, for --board.  [default: 0]",
 )
 @click.option(
     "--serve/--no-serve",
@@ -165,6 +184,9 @@ def track(
         from laptop.tracking import announcements, track
         from laptop.tracking.options import TrackOptions
 
+    for name in ("bar", "height"):
+        if options[name] is not None and not options["board"]:
+            raise click.UsageError(f"--{name} is of the board; say --board, too.")
     shown = options["serve"] if page is None else page
     # The page brings an emulated brick along; its arm is there from the beginning.
     usual = "spatial" if shown and options["camera"].count("synthetic") > 1 else "planar"
@@ -172,9 +194,17 @@ def track(
     if options["open"] and not shown:
         raise click.UsageError("--open opens the page; leave --no-page out.")
     with in_one_line():
+        watch_board = None
+        if options["board"]:
+            from laptop.calibration.board_watch import BoardWatch
+            from laptop.calibration.camera_fit import check_bar
+
+            check_bar(options["bar"])
+            height = (options["height"] or 0.0) / 10
+            watch_board = partial(BoardWatch, options["bar"], {EFFECTOR: height})
         status = track.track(
             TrackOptions(**options),
-            partial(_open_synthetic, arm),
+            partial(open_synthetic, arm),
             Console(stderr=announce),
             start_brick=partial(start_brick, arm) if brick else None,
             open_page=partial(
@@ -188,6 +218,7 @@ def track(
             if shown
             else None,
             announce=announcements.json_lines(sys.stdout) if announce else announcements.silence,
+            watch_board=watch_board,
         )
     sys.exit(status)
 
@@ -326,7 +357,7 @@ def _beside(words: list[str], file: Path, name: str) -> Iterator[Callable[[], st
         process.communicate()
 
 
-def _open_synthetic(
+def open_synthetic(
     arm: str, name: str, scene: str, fps: float | None
 ) -> tuple[Any, dict[str, str]]:
     """Open the synthetic camera of this name, see OpenSynthetic."""

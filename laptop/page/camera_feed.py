@@ -170,9 +170,11 @@ def marks(view: AnnotatedFrame) -> list[MarkerSnapshot]:
         else:
             why = view.why.get(name) or ("doubtful" if seen.confidence < LEAST_CONFIDENCE else "")
             u, v, confidence, radius = seen
-            marks.append(MarkerSnapshot(name, u, v, radius, confidence, why, _advice(why), window))
+            advice, place = _advice(why), view.places.get(name)
+            marks.append(MarkerSnapshot(name, u, v, radius, confidence, why, advice, window, place))
     for name, (u, v, _) in view.fixed.items():
-        marks.append(MarkerSnapshot(name, u, v, None, None, "", "", None))
+        place = view.places.get(name)
+        marks.append(MarkerSnapshot(name, u, v, None, None, "", "", None, place))
     return marks
 
 

@@ -28,6 +28,7 @@ class MarkerSnapshot(NamedTuple):
     confidence     0 to 1; None of a fixed goal
     why, advice    why it is lost or doubted, and what to do; "" where it is seen
     window         where it was looked for first, px; None: in the whole picture
+    place          where it is on the table, (x, y), cm; None: no board was seen
     """
 
     name: str
@@ -38,6 +39,7 @@ class MarkerSnapshot(NamedTuple):
     why: str
     advice: str
     window: Window | None
+    place: tuple[float, float] | None = None
 
 
 class FrameSnapshot(NamedTuple):

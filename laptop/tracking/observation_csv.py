@@ -8,6 +8,7 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from laptop.vision.frames import Frame
@@ -24,13 +25,15 @@ class ObservationCsv:
     Args:
         file: an old one is replaced.
         several: several cameras, so that each row names its own.
+        placed: with columns for places on the table, cm.
 
     Raises:
         TrackingInterrupted: from every method, if the file cannot be written.
     """
 
-    def __init__(self, file: Path, several: bool) -> None:
+    def __init__(self, file: Path, several: bool, placed: bool = False) -> None:
         self.file = file
+        self._placed = placed
         self._several = several
         self._lock = threading.Lock()  # one row after the other, whoever writes it
         with self._refusing():
@@ -38,25 +41,37 @@ class ObservationCsv:
             self._writer = csv.writer(self._out, lineterminator="\n")
             heading = ["frame", "t", "marker", "u", "v", "confidence"]
             try:
-                self._writer.writerow(heading + ["camera"] * several)
+                self._writer.writerow(heading + ["x", "y"] * placed + ["camera"] * several)
                 self._out.flush()
             except OSError:
                 with suppress(OSError):  # there is still no room
                     self._out.close()
                 raise
 
-    def add(self, camera: str, frame: Frame, markers: Mapping[str, Any]) -> None:
+    def add(
+        self,
+        camera: str,
+        frame: Frame,
+        markers: Mapping[str, Any],
+        places: Mapping[str, tuple[float, float]] = MappingProxyType({}),
+    ) -> None:
         """Write the rows of one frame.
 
         Args:
             camera: its short name.
             frame: index and capture time are taken from it.
             markers: as in an Observation: (u, v, confidence) or None, by name.
+            places: (x, y) on the table, cm, by name; as far as that is known.
         """
         t = f"{frame.t:.6f}"
         last = [camera] * self._several
         rows = [
-            [frame.index, t, name, *(_cells(seen) if seen else ("", "", "0.000")), *last]
+            [
+                *(frame.index, t, name),
+                *(_cells(seen) if seen else ("", "", "0.000")),
+                *([f"{x:.4f}" for x in places.get(name, ())] or ["", ""]) * self._placed,
+                *last,
+            ]
             for name, seen in markers.items()
         ]
         with self._refusing(), self._lock:

@@ -39,6 +39,9 @@ class TrackOptions:
     size: str | None
     picture: str | None
     open: bool = False
+    board: bool = False
+    bar: float | None = None
+    height: float | None = None
 
 
 class Pick(NamedTuple):

@@ -55,6 +55,13 @@ class ObservationSink(Protocol):
     def publish(self, observation: Observation) -> None: ...  # noqa: D102
 
 
+class TablePlacer(Protocol):
+    """What knows where on the table a pixel is, once it has seen how; see `calibration`."""
+
+    def look(self, image: np.ndarray) -> None: ...  # noqa: D102
+    def place(self, marker: str, pixel: Point) -> Point | None: ...  # noqa: D102
+
+
 class CameraPipeline:
     """One camera with its tracker, and what became of its frames.
 
@@ -68,6 +75,7 @@ class CameraPipeline:
         live: the camera goes on whether or not its frames are taken.
         keep: index of the frame to keep as a picture; None: the last one.
         now: the clock of live capture times, s.
+        placer: tells where on the table a marker is, cm, or None.
 
     Attributes:
         ended: the camera gives no more frames.
@@ -88,6 +96,7 @@ class CameraPipeline:
         live: bool = True,
         keep: int | None = None,
         now: Callable[[], float] = time.monotonic,
+        placer: TablePlacer | None = None,
     ) -> None:
         self.name = name
         self.camera = camera
@@ -105,6 +114,7 @@ class CameraPipeline:
         self._keep = keep
         self._kept: AnnotatedFrame | None = None
         self._now = now
+        self._placer = placer
         self._ages: deque[float] = deque(maxlen=30)
         self._counts: deque[tuple[float, int]] = deque(maxlen=60)  # when (s), frames by then
         self._last_index: int | None = None
@@ -130,12 +140,29 @@ class CameraPipeline:
             self._server.publish(Observation(frame.index, self.name, frame.t, markers))
         if self.live:
             self._ages.append(self._now() - frame.t)
+        places = self._places(frame, markers)
         if self._csv:
-            self._csv.add(self.name, frame, markers)
-        self._count(frame, found)
+            self._csv.add(self.name, frame, markers, places)
+        self._count(frame, found, places)
         return True
 
-    def _count(self, frame: Frame, found: dict[str, Sighting | None]) -> None:
+    def _places(
+        self, frame: Frame, markers: Mapping[str, tuple[float, float, float] | None]
+    ) -> dict[str, Point]:
+        """Return where on the table the markers are, cm, by name; {} where that is not known."""
+        if self._placer is None:
+            return {}
+        self._placer.look(frame.image)
+        places = {
+            name: self._placer.place(name, (seen[0], seen[1]))
+            for name, seen in markers.items()
+            if seen
+        }
+        return {name: place for name, place in places.items() if place}
+
+    def _count(
+        self, frame: Frame, found: dict[str, Sighting | None], places: dict[str, Point]
+    ) -> None:
         why = dict(self._tracker.why)
         for name, seen in found.items():
             stats = self.stats.setdefault(name, DetectionStats())
@@ -145,7 +172,7 @@ class CameraPipeline:
         self._last_index = frame.index
         self.frames += 1
         with self._view_changed:
-            self.view = AnnotatedFrame(frame, found, why, self.fixed, self._tracker.windows)
+            self.view = AnnotatedFrame(frame, found, why, self.fixed, self._tracker.windows, places)
             self._view_changed.notify_all()
         if self._keep is not None and self._kept is None and frame.index >= self._keep:
             self._kept = self.view

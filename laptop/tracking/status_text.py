@@ -29,7 +29,9 @@ def pipeline_status(pipeline: CameraPipeline) -> str:
     if view := pipeline.view:
         for name, seen in view.found.items():
             if seen:
-                parts.append(f"{name} {seen.u:.1f},{seen.v:.1f} ({seen.confidence:.2f})")
+                at = view.places.get(name)
+                cm = " = {:.2f},{:.2f} cm".format(*(round(c, 2) + 0.0 for c in at)) if at else ""
+                parts.append(f"{name} {seen.u:.1f},{seen.v:.1f}{cm} ({seen.confidence:.2f})")
             else:
                 parts.append(f"{name} lost: {view.why.get(name) or 'not seen'}")
     parts += [f"{name} {u:g},{v:g} (fixed)" for name, (u, v, _) in pipeline.fixed.items()]

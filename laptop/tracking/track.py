@@ -20,7 +20,7 @@ from laptop.tracking.announcements import Announce
 from laptop.tracking.observation_csv import ObservationCsv, TrackingInterrupted
 from laptop.tracking.options import CAMERA_NAMES, TrackOptions
 from laptop.tracking.pairing_file import read_pairing
-from laptop.tracking.pipeline import CameraPipeline, FrameSource
+from laptop.tracking.pipeline import CameraPipeline, FrameSource, TablePlacer
 from laptop.tracking.process_signals import signals_ignored
 from laptop.tracking.server import TrackingServer
 from laptop.tracking.session import TrackingSession
@@ -44,6 +44,10 @@ from shared.arm_description import ArmError
 StartBrick = Callable[[str, str], AbstractContextManager[Callable[[], str]]]
 """From HOST:PORT and the code to an emulated brick that connects there until it is left; it gives a
 function that tells why the brick has ended, "" while it has not."""
+
+
+WatchBoard = Callable[[str, Callable[[str], None]], TablePlacer]
+"""From a camera's name, and what tells people a line, to what places its markers on the table."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +103,7 @@ def track(
     start_brick: StartBrick | None = None,
     open_page: OpenPage | None = None,
     announce: Announce = announcements.silence,
+    watch_board: WatchBoard | None = None,
 ) -> int:
     """Track as the options say, and return the exit status.
 
@@ -109,13 +114,20 @@ def track(
         start_brick: for a page before a synthetic camera; None: the page brings no brick.
         open_page: makes the page; None: there is none.
         announce: tells programs how it goes.
+        watch_board: makes what waits for the board, for each camera; None: there is none.
 
     Raises:
         ArmError: one line that says what is wrong.
     """
     try:
         status, reason = _track(
-            options, open_synthetic, console or Console(), start_brick, open_page, announce
+            options,
+            open_synthetic,
+            console or Console(),
+            start_brick,
+            open_page,
+            announce,
+            watch_board,
         )
     except ArmError as error:
         announce(announcements.END, status=1, reason=str(error))
@@ -131,6 +143,7 @@ def _track(
     start_brick: StartBrick | None,
     open_page: OpenPage | None,
     announce: Announce,
+    watch_board: WatchBoard | None,
 ) -> tuple[int, str]:
     """Do as `track`; exit status, and why it ended."""
     cv2.setNumThreads(1)  # on windows as small as the tracker's, more only wait for each other
@@ -146,13 +159,25 @@ def _track(
         if setup.learned:
             write_markers(setup.file, {**setup.known, **setup.learned})
         # Only now: an old file is not given up for a run that does not begin.
-        csv = ObservationCsv(options.csv, len(setup.cameras) > 1) if options.csv else None
+        several = len(setup.cameras) > 1
+        csv = ObservationCsv(options.csv, several, options.board) if options.csv else None
         if csv:
             stack.callback(csv.close)
         keep = setup.picture and setup.picture[1]
         trackers = [Tracker(setup.markers) for _ in setup.cameras]
         pipelines = [
-            CameraPipeline(name, camera, tracker, point, server, csv, setup.live, keep, now)
+            CameraPipeline(
+                name,
+                camera,
+                tracker,
+                point,
+                server,
+                csv,
+                setup.live,
+                keep,
+                now,
+                watch_board and watch_board(name, print_line),
+            )  # fmt: skip
             for name, camera, tracker, point in zip(
                 CAMERA_NAMES, setup.cameras, trackers, setup.points, strict=False
             )

@@ -38,10 +38,7 @@ def write_sheet(file: Path, diameter: float = 20.0) -> None:
             f"size {diameter:g} mm: choose from {LIMITS[0]:g} to {LIMITS[1]:g}; "
             "20 suits a camera half a metre away"
         )
-    if not file.parent.is_dir():
-        raise BadSheet(f"{file}: there is no folder {file.parent}; make it first")
-    if file.suffix not in (".pdf", ".svg", ".png"):
-        raise BadSheet(f"{file}: end its name in .pdf, .svg or .png")
+    check_file(file)
     figure = Figure(figsize=(PAGE[0] / 25.4, PAGE[1] / 25.4))
     page = figure.add_axes((0, 0, 1, 1), xlim=(0, PAGE[0]), ylim=(PAGE[1], 0))
     page.axis("off")
@@ -67,6 +64,14 @@ def write_sheet(file: Path, diameter: float = 20.0) -> None:
         figure.savefig(file, dpi=254)
     except OSError as error:
         raise BadSheet(f"cannot write {file}: {error.strerror}; choose another file") from None
+
+
+def check_file(file: Path) -> None:
+    """Raise BadSheet if no page can be written to this file."""
+    if not file.parent.is_dir():
+        raise BadSheet(f"{file}: there is no folder {file.parent}; make it first")
+    if file.suffix not in (".pdf", ".svg", ".png"):
+        raise BadSheet(f"{file}: end its name in .pdf, .svg or .png")
 
 
 def _row(

@@ -25,6 +25,7 @@ class AnnotatedFrame(NamedTuple):
     """A frame, and what a tracker found in it.
 
     windows  per marker where it was looked for first, see Tracker
+    places   per marker where it is on the table, (x, y), cm, as far as that is known
     """
 
     frame: Frame
@@ -32,6 +33,7 @@ class AnnotatedFrame(NamedTuple):
     why: dict[str, str]
     fixed: dict[str, tuple[float, float, float]]
     windows: Mapping[str, Window | None] = MappingProxyType({})
+    places: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
 
 _INK = {"effector": (40, 240, 255), "goal": (255, 230, 60)}

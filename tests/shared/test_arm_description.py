@@ -200,6 +200,17 @@ def test_everything_is_frozen(tmp_path):
             lambda arm: arm.joints[1].backlash == math.radians(20),
             id="greatest value",
         ),
+        pytest.param(GOOD, lambda arm: arm.marker_offset == (0, 0), id="marker on the pen"),
+        pytest.param(
+            GOOD.replace("[arm]", "[arm]\nmarker_offset = 0.35 -0.2"),
+            lambda arm: arm.marker_offset == (0.35, -0.2),
+            id="marker beside the pen",
+        ),
+        pytest.param(
+            GOOD.replace("[arm]", "[arm]\nmarker_offset = -1,20"),
+            lambda arm: arm.marker_offset == (-1, 20),
+            id="marker beside the pen, with a comma",
+        ),
     ],
 )
 def test_what_a_file_may_say(tmp_path, text, check):
@@ -384,6 +395,14 @@ MALFORMED = [
         "unknown key",
         changed("elbow", "gear", "gear = 1\ngaer = 2"),
         "[elbow] gaer = 2: is an unknown key; known here: link, port, motor, gear,",
+    ),
+    *(
+        (
+            "marker offset " + given,
+            GOOD.replace("[arm]", "[arm]\nmarker_offset = " + given),
+            "[arm] marker_offset = " + given + ": must be two numbers from -20 to 20, like 0.3",
+        )
+        for given in ("0.3", "1 2 3", "1 21", "nan 0", "left right")
     ),
     (
         "unknown section",

@@ -10,6 +10,7 @@ import numpy as np
 
 from laptop.simulator.scene.items import Item, place_outline
 from laptop.simulator.scene.optics import Pinhole, alike, bit_rings, circle, light_of, rectangle
+from shared.arm_description import Arm
 
 ARUCO_IDS = {"effector": 0, "goal": 1}
 ARUCO_SIDE = 3.0
@@ -24,6 +25,16 @@ def shown_markers(constants: dict[str, Any]) -> list[str]:
 def marker_lift(constants: dict[str, Any]) -> float:
     """Height of a marker's centre above what it lies on, cm."""
     return float(constants["marker_radius"]) if constants["marker"] == "ball" else 0.0
+
+
+def marker_offset(arm: Arm, constants: dict[str, Any]) -> np.ndarray:
+    """Offset (2,), cm, of the tip's marker from the tip, in the last link's frame.
+
+    It is as the arm's file has it, and off by `marker_stray` in a direction from the seed.
+    """
+    direction = np.random.default_rng([constants["seed"], 4]).uniform(0, 2 * math.pi)
+    stray = constants["marker_stray"] * np.array([math.cos(direction), math.sin(direction)])
+    return np.array(arm.marker_offset) + stray
 
 
 def outer_radius(constants: dict[str, Any]) -> float:

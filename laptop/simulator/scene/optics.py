@@ -354,7 +354,7 @@ def rectangle(x0: float, y0: float, x1: float, y1: float, pieces: int = 6) -> np
 
 def bit_rings(number: int) -> list[np.ndarray]:
     """The white cells (4, 2) of an ArUco marker whose black square spans -1 .. 1; y is up."""
-    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_100)  # begins as 4X4_50
     bits = cv2.aruco.generateImageMarker(dictionary, number, 6)
     cell = 1 / 3
     return [

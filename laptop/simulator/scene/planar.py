@@ -33,6 +33,7 @@ from laptop.simulator.scene.marker_items import (
     beam_light,
     marker_items,
     marker_lift,
+    marker_offset,
     outer_radius,
     shown_markers,
 )
@@ -111,12 +112,21 @@ class PlanarWorkcell:
     def _beam_light(self) -> np.ndarray:
         return beam_light(self.constants)
 
+    @functools.cached_property
+    def _marker_offset(self) -> np.ndarray:
+        return marker_offset(self.arm, self.constants)
+
     # Where things are
 
     def tip_marker(self, q: Sequence[float]) -> np.ndarray:
         """Centre (3,), cm, of the marker on the tip with the joints at q, rad."""
         c = self.constants
-        return np.array([*kinematics.forward(self.arm, q), c["marker_height"] + marker_lift(c)])
+        heading = sum(q)
+        x, y = kinematics.forward(self.arm, q)
+        along, left = self._marker_offset
+        x += along * math.cos(heading) - left * math.sin(heading)
+        y += along * math.sin(heading) + left * math.cos(heading)
+        return np.array([x, y, c["marker_height"] + marker_lift(c)])
 
     def goal_marker(self) -> np.ndarray:
         """Centre (3,), cm, of the marker on the paper."""
@@ -181,7 +191,7 @@ class PlanarWorkcell:
         marker = self.tip_marker(q)
         items += marker_items(self.constants, "effector", marker, angle, camera)
         disc = circle(outer_radius(self.constants), 32)
-        shadows.append(cast_shadow(place_outline(disc, tip, 0, self.constants["marker_height"])))
+        shadows.append(cast_shadow(place_outline(disc, marker, 0, self.constants["marker_height"])))
         hand = self._hand(marker, t)
         shadows += [cast_shadow(item.rings[0]) for item in hand]
         items += hand

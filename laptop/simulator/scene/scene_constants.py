@@ -9,6 +9,7 @@ from typing import Any
 
 from laptop.simulator.constants import Constant, ConstantTable
 from laptop.simulator.scene.optics import COLOURS
+from laptop.vision.board import BOARDS
 from shared.arm_description import ArmError
 
 CAMERAS = "ABCDEFGH"
@@ -63,6 +64,14 @@ CONSTANTS = {
     ),
     "marker_height": Constant(2.5, (0.0, 50.0), "cm", "in the plane, of the tip's marker"),
     "rim": Constant(0.35, (0.0, 5.0), "cm", "white rim around a disc"),
+    "marker_stray": Constant(
+        0.0, (0.0, 2.0), "cm", "the tip's marker sits so far off the pen, where the seed has it"
+    ),
+    "board": Constant("none", ("none", *BOARDS), "", "printed board on the table", str),
+    "board_x": Constant(9.0, (-200.0, 200.0), "cm", "where the board's middle is"),
+    "board_y": Constant(0.0, (-200.0, 200.0), "cm", "where the board's middle is"),
+    "board_turn": Constant(0.0, (-180.0, 180.0), "deg", "to which its x points from the arm's"),
+    "board_scale": Constant(1.0, (0.5, 2.0), "x", "size of its print; 0.97: its bar is 97 mm long"),
     "clutter": Constant(8, (0, 60), "", "LEGO bricks lying about, with brick and cable", int),
     "decoys": Constant(0, (0, 30), "", "bricks in the markers' own colours", int),
     "shadow": Constant(0.4, (0.0, 0.95), "", "light that the arm's shadow takes"),

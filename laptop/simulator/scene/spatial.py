@@ -17,7 +17,12 @@ from laptop.simulator.scene.hand import (
     hand_pass,
 )
 from laptop.simulator.scene.items import Item, cast_shadow, table_hull
-from laptop.simulator.scene.marker_items import beam_light, marker_items, shown_markers
+from laptop.simulator.scene.marker_items import (
+    beam_light,
+    marker_items,
+    marker_offset,
+    shown_markers,
+)
 from laptop.simulator.scene.optics import Pinhole
 from laptop.simulator.scene.planar import sampled_tips
 from laptop.simulator.scene.scene_constants import CAMERAS, BadScene
@@ -93,6 +98,10 @@ class SpatialWorkcell:
         return 2.4 * self.reach
 
     @functools.cached_property
+    def _marker_offset(self) -> np.ndarray:
+        return marker_offset(self.arm, self.constants)
+
+    @functools.cached_property
     def skeleton(self) -> Skeleton:
         """The arm's bodies."""
         return Skeleton(self.arm, beam_light(self.constants), self.constants["marker_radius"])
@@ -101,7 +110,13 @@ class SpatialWorkcell:
 
     def tip_marker(self, q: Sequence[float]) -> np.ndarray:
         """Centre (3,), cm, of the ball on the tip with the joints at q, rad."""
-        return np.array(kinematics.forward(self.arm, q))
+        base, *pitches = q
+        pitch = sum(pitches)
+        along, up = self._marker_offset
+        out = along * math.cos(pitch) - up * math.sin(pitch)
+        raised = along * math.sin(pitch) + up * math.cos(pitch)
+        off = out * math.cos(base), out * math.sin(base), raised
+        return np.array(kinematics.forward(self.arm, q)) + off
 
     def goal_marker(self) -> np.ndarray:
         """Centre (3,), cm, of the ball on the stand."""

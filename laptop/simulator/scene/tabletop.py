@@ -9,6 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from laptop.simulator.scene.board_items import board_items
 from laptop.simulator.scene.items import SIDE_SHARE, Item, block, place_outline
 from laptop.simulator.scene.marker_items import shown_markers
 from laptop.simulator.scene.optics import alike, circle, light_of, rectangle
@@ -39,7 +40,8 @@ def paint_ground(cell: Workcell, painter: Painter) -> np.ndarray:
     """Paint all that stands still: float32 (height, width, 3), light."""
     constants, camera = cell.constants, painter.camera
     ground = _table(cell, painter).astype(np.float32)
-    painter.paint(ground, [*_paper(cell.reach), *cell.still_items(camera)])
+    flat = [*_paper(cell.reach), *board_items(constants), *cell.still_items(camera)]
+    painter.paint(ground, flat)
     blocks = _bricks(cell, np.random.default_rng([constants["seed"], 1]))
     if constants["clutter"]:
         blocks.append((_controller(cell.reach), np.append(CONTROLLER_AT * cell.reach, 0.0)))

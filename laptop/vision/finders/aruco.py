@@ -1,4 +1,7 @@
-"""Finds ArUco markers, by OpenCV's detector: first in the window, then in the whole frame."""
+"""Finds ArUco markers, by OpenCV's detector: first in the window, then in the whole frame.
+
+The detector says which ones there are and about where; all of a marker's cells say where exactly.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
+from laptop.vision.finders.code_alignment import align, project
 from laptop.vision.finders.confidence import ramp
 from laptop.vision.markers import Marker
 from laptop.vision.tracks import Sighting, Track
@@ -34,36 +38,38 @@ def find_aruco(image: np.ndarray, t: float, marker: Marker, track: Track) -> Tra
             windows.insert(0, box)
     for left, top, right, bottom in windows:
         grey = cv2.cvtColor(image[top:bottom, left:right], cv2.COLOR_BGR2GRAY)
-        corners, ids, _ = _detector().detectMarkers(grey)
+        corners, ids, _ = detector().detectMarkers(grey)
         for quad, id_ in zip(corners, [] if ids is None else ids.flatten(), strict=True):
             if id_ == marker.id:
-                new = _sighting_of(quad[0].astype(float) + (left, top))
+                new = _sighting_of(grey, quad[0].astype(float), int(id_), (left, top))
                 return track.update(Track(new, seen=new), t)
     return track.miss(None, f"no ArUco marker {marker.id}")
 
 
-@lru_cache(maxsize=1)
-def _detector() -> cv2.aruco.ArucoDetector:
+@lru_cache(maxsize=2)
+def detector(dictionary: int = cv2.aruco.DICT_4X4_50) -> cv2.aruco.ArucoDetector:
+    """OpenCV's detector of a dictionary's codes, its number, also of slightly blurred ones."""
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     # Read the bits where blur leaves them: finer, and off their edges.  (Of 60 frames with a side
     # of 32 px it missed 5 by default, and misses none.)
     parameters.perspectiveRemovePixelPerCell = 8
     parameters.perspectiveRemoveIgnoredMarginPerCell = 0.3
-    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
-    return cv2.aruco.ArucoDetector(dictionary, parameters)
+    return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(dictionary), parameters)
 
 
-def _sighting_of(corners: np.ndarray) -> Sighting:
-    """Place a marker where its diagonals cross, which is the centre under any perspective.
+def _sighting_of(
+    grey: np.ndarray, corners: np.ndarray, number: int, origin: tuple[int, int]
+) -> Sighting:
+    """Place a marker where the middle of its square is, under any perspective.
 
     Args:
-        corners: in turn, px, shape (4, 2).
+        grey: the window, uint8.
+        corners: in turn, px in the window, shape (4, 2).
+        number: the marker's id.
+        origin: of the window in the frame, px.
     """
-    a, b, c, d = corners
-    ac, bd = c - a, d - b
-    cross = ac[0] * bd[1] - ac[1] * bd[0]
-    along = ((b - a)[0] * bd[1] - (b - a)[1] * bd[0]) / cross
-    u, v = a + along * ac
-    side = math.sqrt(abs(cross) / 2)
+    homography, _ = align(grey, corners, number, cv2.aruco.DICT_4X4_50)
+    u, v = project(homography, np.zeros((1, 2)))[0] + origin
+    side = math.sqrt(abs(cv2.contourArea(corners.astype(np.float32))))
     return Sighting(float(u), float(v), ramp(side, 10, 24), side / math.sqrt(2))

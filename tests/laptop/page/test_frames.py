@@ -11,7 +11,9 @@ from page_scene import BLUE, HEIGHT, WIDTH, PageScene, mark
 from waiting import PATIENCE
 
 from laptop.page import camera_feed
+from laptop.page.camera_feed import marks
 from laptop.page.controller import PageController
+from laptop.page.overlay import overlay
 from laptop.tracking.pipeline import CameraPipeline
 from laptop.vision.cameras import open_camera
 from laptop.vision.markers import read_spec
@@ -143,3 +145,19 @@ def test_of_a_live_camera_a_picture_that_was_given_out_is_looked_at_anew(scene):
     assert (still.index, mark(still).u) == (shown.index, pytest.approx(100, abs=0.5))
     assert still.jpeg == shown.jpeg
     assert "too old" in scene.controller.frames.still("A", shown.index + 1)
+
+
+def test_places_on_the_board_stand_beside_the_markers(scene):
+    scene.show()
+    shown = scene.controller.frames.view("A")
+    assert "cm" not in overlay(shown)
+    placed = shown._replace(marks=(mark(shown)._replace(place=(11.807, -0.25)),))
+    assert " 11.81, -0.25 cm</text>" in overlay(placed)
+
+
+def test_the_places_are_those_of_the_frame(scene):
+    scene.show()
+    view = scene.controller.frames._cameras["A"].watcher.view
+    seen, fixed = marks(view._replace(places={EFFECTOR: (1.5, 2.5)})), marks(view)
+    assert [m.place for m in seen if m.name == EFFECTOR] == [(1.5, 2.5)]
+    assert {m.place for m in fixed} == {None}

@@ -325,3 +325,48 @@ def test_who_has_several_cameras_is_told_how_to_say_that_the_arm_is_in_space():
     two = status_text.brick_instructions(["visual_servoing.py --code ABCD-EFGH"], cameras=2)
     assert one == two[:1]
     assert "--arm spatial" in two[1]
+
+
+class FakePlacer:
+    """Knows the table from its second look on: 10 px are 1 cm."""
+
+    def __init__(self):
+        self.looks = 0
+
+    def look(self, image):
+        self.looks += 1
+
+    def place(self, marker, pixel):
+        return (pixel[0] / 10, pixel[1] / 10) if self.looks > 1 and marker != "away" else None
+
+
+def test_places_on_the_table_stand_in_the_file_once_they_are_known(tmp_path):
+    file = tmp_path / "out.csv"
+    out = ObservationCsv(file, True, True)
+    camera = FakeCamera(frame(0, 0.0, 1), frame(1, 0.1, 1))
+    pipeline = CameraPipeline(
+        "A", camera, FakeTracker(), (40.0, 20.0), csv=out, live=False, placer=FakePlacer()
+    )
+    while pipeline.step(0.1):
+        pass
+    out.close()
+    heading, *lines = file.read_text().splitlines()
+    assert heading == "frame,t,marker,u,v,confidence,x,y,camera"
+    goals = [line.split(",") for line in lines if ",goal," in line]
+    assert [cells[3:] for cells in goals] == [
+        ["40.000", "20.000", "1.000", "", "", "A"],
+        ["40.000", "20.000", "1.000", "4.0000", "2.0000", "A"],
+    ]
+    assert pipeline.view.places["goal"] == (4.0, 2.0)
+
+
+def test_without_a_board_the_file_is_as_ever(tmp_path):
+    file = tmp_path / "out.csv"
+    out = ObservationCsv(file, False)
+    out.add("A", frame(0, 0.0, 1), {"m": (1.0, 2.0, 0.5), "n": None}, {"m": (3.0, 4.0)})
+    out.close()
+    assert file.read_text().splitlines() == [
+        "frame,t,marker,u,v,confidence",
+        "0,0.000000,m,1.000,2.000,0.500",
+        "0,0.000000,n,,,0.000",
+    ]

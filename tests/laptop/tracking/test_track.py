@@ -22,6 +22,9 @@ from waiting import PATIENCE
 
 from laptop.cli.main import laptop
 from laptop.cli.track import track as track_command
+from laptop.simulator.scene.optics import to_srgb
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
 from laptop.tracking import setup
 from laptop.tracking import track as tracking
 from laptop.tracking.marker_selection import MarkerSelection
@@ -32,6 +35,8 @@ from laptop.vision.frames import Frame
 from laptop.vision.markers import Marker, read_markers, read_spec, write_markers
 from laptop.vision.tracker import Sighting
 from laptop.vision.view import AnnotatedFrame, draw
+from robot.motion import kinematics
+from shared.arm_description import find_arm, read_arm
 from shared.messages import PORT
 
 WIDTH, HEIGHT, RADIUS = 160, 120, 10
@@ -406,7 +411,7 @@ def test_a_full_disk_at_the_start(run, video):
 def test_a_disk_that_fills_up_on_the_way_ends_it_in_one_line(run, video, monkeypatch, tmp_path):
     real = ObservationCsv.__init__
 
-    def filled(self, file, several):
+    def filled(self, file, several, placed):
         real(self, tmp_path / "out.csv", several)
         full = os.open("/dev/full", os.O_WRONLY)
         os.dup2(full, self._out.fileno())
@@ -620,3 +625,54 @@ def test_on_real_footage_as_in_the_readme(run, tmp_path):
     assert len(off) > len(truth) / 2
     assert statistics.median(off) <= 4
     assert float(table[24]["t"]) == pytest.approx(24 / (24000 / 1001), abs=1e-6)
+
+
+# The printed board
+
+
+def test_with_a_board_markers_are_told_in_cm_on_it(run, tmp_path):
+    """The disc rides 2.5 cm up, and the board's middle is at 9, 0: all of it from the scene."""
+    arm = read_arm(find_arm("planar"))
+    q = (0.9, -0.6)
+    scene = Scene(arm, read_scene("board=a4,clutter=0,shadow=0"))
+    image = np.round(to_srgb(scene.image(q))).astype(np.uint8)
+    for k in range(2):
+        cv2.imwrite(str(tmp_path / f"{k}.png"), image)
+    words = ["--camera", tmp_path, "--no-serve", "--csv", tmp_path / "out.csv"]
+    shown = run(*words, "--board", "--bar", 100, "--height", 25)
+    assert "camera A: board a4: " in shown.output
+    assert "scale: the bar is 100 mm long, as measured" in shown.output
+    tip = kinematics.forward(arm, q)
+    table = rows(tmp_path / "out.csv")
+    assert len(table) == 4
+    for row in table:
+        wanted = tip if row["marker"] == "effector" else (12, -9)
+        place = float(row["x"]) + 9, float(row["y"])
+        assert place == pytest.approx(wanted, abs=0.06), row
+    bare = run(*words)
+    assert "markers in 1 view" not in bare.output
+    assert "x" not in rows(tmp_path / "out.csv")[0]
+
+
+def test_a_camera_that_sees_no_board_tells_pixels_and_no_cm(run, video, tmp_path):
+    shown = run("--camera", video(), "--no-serve", "--board", "--csv", tmp_path / "out.csv")
+    assert "cm" not in shown.output
+    assert {(row["x"], row["y"]) for row in rows(tmp_path / "out.csv")} == {("", "")}
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "told"),
+    [
+        (["--bar", "97"], 2, "--bar is of the board; say --board, too."),
+        (["--height", "25"], 2, "--height is of the board; say --board, too."),
+        (["--board", "--bar", "9.7"], 1, "bar 9.7 mm: it is 100 mm long on paper"),
+        (["--board", "--height", "-3"], 2, "-3"),
+    ],
+)
+def test_what_is_said_of_a_board_is_checked_before_anything_starts(
+    run, video, tmp_path, words, status, told
+):
+    out = tmp_path / "out.csv"
+    shown = run("--camera", video(), "--no-serve", "--csv", out, *words, status=status)
+    assert told in shown.output
+    assert not out.exists()

@@ -26,6 +26,7 @@ from laptop.simulator.scene.scene_constants import CAMERAS, CONSTANTS, BadScene,
 from laptop.simulator.scene.synthetic_camera import SyntheticCamera
 from laptop.simulator.scene.tabletop import _bricks
 from laptop.simulator.scene.workcell import cameras, marker_centre
+from laptop.vision.board import BOARDS
 from laptop.vision.markers import read_spec
 from laptop.vision.tracker import Tracker
 from robot.motion import kinematics
@@ -731,3 +732,67 @@ def test_no_two_cameras_on_an_arm_in_space_stand_at_one_place():
     apart = [math.dist(a, b) for k, a in enumerate(places) for b in places[:k]]
     assert len(places) == 8
     assert min(apart) > 20
+
+
+# ---- a marker beside the pen, and the board
+
+
+def test_a_marker_sits_beside_the_pen_as_the_arms_file_says():
+    offset = (0.6, -0.25)
+    q, bare = (0.4, -0.9), Scene(ARM, read_scene(PLAIN))
+    moved = Scene(ARM._replace(marker_offset=offset), read_scene(PLAIN))
+    x, y, z = bare.centres(q)["effector"]
+    link = np.array([math.cos(q[0] + q[1]), math.sin(q[0] + q[1])])
+    left = np.array([-link[1], link[0]])
+    there = np.array([x, y]) + offset[0] * link + offset[1] * left
+    assert moved.centres(q)["effector"] == pytest.approx([*there, z])
+    light = moved.image(q)
+    radius = 1.1 * 650 / moved.camera.position[2]
+    seen = centroid(light, moved.truth(q)["effector"], radius * 1.4)
+    assert math.dist(seen, moved.truth(q)["effector"]) < 0.3
+
+
+def test_in_space_it_is_along_the_last_link_and_upwards_of_it():
+    q = (0.5, 0.7, -0.9)
+    tip, elbow = (np.array(p) for p in kinematics.joint_positions(SPATIAL, q)[:1:-1][:2])
+    along = (tip - elbow) / np.linalg.norm(tip - elbow)
+    side = np.array([-math.sin(q[0]), math.cos(q[0]), 0])
+    up = np.cross(along, side)
+    moved = Scene(SPATIAL._replace(marker_offset=(0.5, 0.3)), read_scene())
+    assert moved.centres(q)["effector"] == pytest.approx(tip + 0.5 * along + 0.3 * up)
+    assert up[2] > 0
+
+
+def test_a_stray_marker_is_so_far_off_where_the_seed_has_it():
+    q = (0.4, -0.9)
+    places = [scene(f"marker_stray=0.4,seed={k}").centres(q)["effector"][:2] for k in range(3)]
+    tip = scene().centres(q)["effector"][:2]
+    assert [math.dist(place, tip) for place in places] == pytest.approx([0.4] * 3)
+    assert len({tuple(np.round(place, 6)) for place in places}) == 3
+
+
+def test_the_board_lies_where_it_is_said_and_is_seen_there():
+    place = scene("board=letter,board_x=9,board_y=-1,board_turn=20,board_scale=0.9,clutter=0")
+    image = np.round(to_srgb(place.image((2.5, 1.0)))).astype(np.uint8)
+    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_100)
+    quads, numbers, _ = cv2.aruco.ArucoDetector(dictionary).detectMarkers(image)
+    board = BOARDS["letter"]
+    assert len(numbers) >= 15
+    assert set(numbers.ravel()) <= set(board.numbers)
+    c, s = math.cos(math.radians(20)), math.sin(math.radians(20))
+    for quad, number in zip(quads, numbers.ravel()):
+        x, y = 0.9 * board.centres[number - board.first]
+        there = place.project(np.array([(9 + c * x - s * y, -1 + s * x + c * y, 0.0)]))[0]
+        assert quad[0].mean(axis=0) == pytest.approx(there, abs=1.5)
+
+
+def test_without_a_board_there_is_none():
+    image = np.round(to_srgb(scene("clutter=0").image((2.5, 1.0)))).astype(np.uint8)
+    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_100)
+    assert cv2.aruco.ArucoDetector(dictionary).detectMarkers(image)[1] is None
+
+
+@pytest.mark.parametrize("text", ["board=a3", "board_turn=200", "marker_stray=3", "A.board=a4"])
+def test_a_board_or_offset_that_cannot_be_is_refused(text):
+    with pytest.raises(BadScene):
+        read_scene(text)

@@ -1,0 +1,182 @@
+"""Photographs of the printed board through lenses that bend it: for `bench camera`.
+
+The page that is printed is the texture; every pixel is many rays, each undone by OpenCV's own
+undistortion and met with the plane.  None of it goes through the calibration's code.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from laptop.simulator.scene.optics import to_linear, to_srgb
+from laptop.simulator.scene.sensor import blurred, through_jpeg
+from laptop.vision.board import BOARDS
+from laptop.vision.board_sheet import write_board
+
+RAYS = 4
+"""Rays a pixel and axis."""
+PER_CM = 100.0
+"""Points of the page's texture a centimetre."""
+DEGREE, FIXED_POINT_STEPS = 20, 100
+"""Of the polynomials between rays, and to find those between them."""
+TABLE = np.array((0.18, 0.24, 0.33), np.float32)
+CLOTH = np.array((0.3, 0.1, 0.1), np.float32)
+"""Light of table and cloth, B, G, R."""
+
+
+@dataclass(frozen=True)
+class Lens:
+    """A lens and its sensor, as OpenCV counts them.
+
+    focal       px, both axes
+    centre      principal point, px
+    distortion  k1, k2, p1, p2, k3
+    size        (width, height), px
+    """
+
+    focal: float
+    centre: tuple[float, float]
+    distortion: tuple[float, float, float, float, float]
+    size: tuple[int, int] = (640, 480)
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """The camera's matrix, (3, 3)."""
+        return np.array(
+            [[self.focal, 0, self.centre[0]], [0, self.focal, self.centre[1]], [0, 0, 1]]
+        )
+
+
+@dataclass(frozen=True)
+class Stand:
+    """Where a camera stands over a board.
+
+    rotation     (3, 3), board to camera
+    translation  (3,), cm
+    """
+
+    rotation: np.ndarray
+    translation: np.ndarray
+
+    @classmethod
+    def looking(
+        cls, distance: float, tilt: float, azimuth: float, roll: float, at: tuple[float, float]
+    ) -> Stand:
+        """A camera that looks at a place of the board, cm, from a distance, cm; angles in rad."""
+        away = np.array(
+            [
+                math.sin(tilt) * math.cos(azimuth),
+                math.sin(tilt) * math.sin(azimuth),
+                math.cos(tilt),
+            ]
+        )
+        right = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
+        down = np.cross(-away, right)
+        c, s = math.cos(roll), math.sin(roll)
+        rotation = np.array([c * right + s * down, c * down - s * right, -away])
+        position = np.array([*at, 0.0]) + distance * away
+        return cls(rotation, -rotation @ position)
+
+    def pixels(self, lens: Lens, points: np.ndarray) -> np.ndarray:
+        """Where points (n, 3), cm, truly are in the picture: (n, 2), px."""
+        x = points @ self.rotation.T + self.translation
+        a, b = (x[:, :2] / x[:, 2:]).T
+        k1, k2, p1, p2, k3 = lens.distortion
+        r2 = a * a + b * b
+        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        u = a * radial + 2 * p1 * a * b + p2 * (r2 + 2 * a * a)
+        v = b * radial + p1 * (r2 + 2 * b * b) + 2 * p2 * a * b
+        return lens.focal * np.column_stack([u, v]) + lens.centre
+
+
+@lru_cache(maxsize=2)
+def page(paper: str) -> np.ndarray:
+    """The printed page, light (height, width), PER_CM points a centimetre."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "board.png"
+        write_board(file, paper)
+        drawn = np.asarray(cv2.imread(str(file), cv2.IMREAD_GRAYSCALE))
+    board = BOARDS[paper]
+    size = round(board.width * PER_CM), round(board.height * PER_CM)
+    small = cv2.resize(drawn, size, interpolation=cv2.INTER_AREA)
+    return np.asarray(0.03 + 0.8 * to_linear(small), np.float32)
+
+
+@lru_cache(maxsize=8)
+def _rays(lens: Lens) -> np.ndarray:
+    """Directions (rows, columns, 2), x and y at z = 1, of all rays of all pixels."""
+    at = [(np.arange(n * RAYS) + 0.5) / RAYS - 0.5 for n in lens.size]
+    # A lens is smooth: polynomials through a few of its rays give all others to the last digit.
+    nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
+    few = [(n * (nodes + 1) - 1) / 2 for n in lens.size]
+    grid = np.stack(np.meshgrid(*few), axis=-1).reshape(-1, 2)
+    distortion = np.array(lens.distortion)
+    rays = cv2.undistortPoints(grid[:, None], lens.matrix, distortion)[:, 0]
+    for _ in range(FIXED_POINT_STEPS):
+        spatial = np.column_stack([rays, np.ones(len(rays))])
+        again, _ = cv2.projectPoints(spatial, np.zeros(3), np.zeros(3), lens.matrix, distortion)
+        rays = rays + (grid - again[:, 0]) / lens.focal
+    rays = rays.reshape(DEGREE + 1, DEGREE + 1, 2)
+    through = np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, DEGREE))
+    across, down = (
+        np.polynomial.chebyshev.chebvander((2 * axis + 1) / n - 1, DEGREE) @ through
+        for axis, n in zip(at, lens.size, strict=True)
+    )
+    return np.stack([down @ rays[..., k] @ across.T for k in (0, 1)], axis=-1).astype(np.float32)
+
+
+def photograph(
+    lens: Lens,
+    stand: Stand,
+    paper: str = "a4",
+    scale: float = 1.0,
+    free: tuple[float, float, float, float] | None = None,
+    blur: float = 0.7,
+    noise: float = 3.0,
+    jpeg: int = 90,
+    seed: int | list[int] = 0,
+) -> np.ndarray:
+    """A picture of the board on a table, BGR, uint8.
+
+    Args:
+        lens: of the camera.
+        stand: where that is; its board is as large as it should be.
+        paper: of the board.
+        scale: of the print: 0.97 for one whose bar is 97 mm long.
+        free: all but x0, y0, x1, y1, cm, of the board is under a cloth; None: nothing is.
+        blur: sigma of the point spread, px.
+        noise: sigma, DN.
+        jpeg: quality; 0 for none.
+        seed: of the noise.
+    """
+    rays = _rays(lens)
+    rotation = stand.rotation.astype(np.float32)
+    position = -stand.rotation.T @ stand.translation
+    ways = rays[..., 0, None] * rotation[0] + rays[..., 1, None] * rotation[1] + rotation[2]
+    depth = -position[2] / np.minimum(ways[..., 2], -1e-4)
+    x = (position[0] + depth * ways[..., 0]).astype(np.float32)
+    y = (position[1] + depth * ways[..., 1]).astype(np.float32)
+    board = BOARDS[paper]
+    print_x = (x / scale + board.width / 2) * PER_CM - 0.5
+    print_y = (board.height / 2 - y / scale) * PER_CM - 0.5
+    grey = cv2.remap(
+        page(paper), print_x, print_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT,
+        borderValue=-1.0,
+    )  # fmt: skip
+    on_paper = (abs(x) < scale * board.width / 2) & (abs(y) < scale * board.height / 2)
+    light = np.where(on_paper[..., None], np.maximum(grey, 0.03)[..., None], TABLE)
+    if free is not None:
+        light[(x < free[0]) | (y < free[1]) | (x > free[2]) | (y > free[3])] = CLOTH
+    width, height = lens.size
+    small = cv2.resize(light.astype(np.float32), (width, height), interpolation=cv2.INTER_AREA)
+    values = to_srgb(blurred(small, blur))
+    values = values + noise * np.random.default_rng(seed).standard_normal(values.shape)
+    image = np.clip(np.round(values), 0, 255).astype(np.uint8)
+    return through_jpeg(image, jpeg) if jpeg else image

@@ -1,0 +1,1 @@
+"""From what the camera saw to millimetres, and how sure they are."""

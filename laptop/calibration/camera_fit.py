@@ -1,0 +1,319 @@
+"""From pictures of the board to a camera: its lens, its place, and how sure both are.
+
+All views are fitted at once, by Levenberg and Marquardt, to where the board's markers are seen.
+What the views do not tell, what cameras are like tells: the priors below.  So one picture is enough
+to begin with, nothing is ever divided by nothing, and the covariance says what is still open.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from laptop.calibration.camera_model import CameraModel, projected
+from laptop.vision.board import BAR, Board
+from laptop.vision.finders.board import BoardView
+from shared.arm_description import ArmError
+
+MIN_MARKERS = 4
+"""Markers below which a picture tells too little."""
+MIN_SIDE = 14.0
+"""Side of a marker, px, below which it is not placed well."""
+MAX_TILT = math.radians(75)
+"""Angle of the camera's axis from straight down beyond which the board is seen too flat, rad."""
+BAR_LIMITS = (50.0, 200.0)
+"""Least and greatest length of the bar that is believed, mm."""
+MAX_RMS = 1.0
+"""RMS distance, px, above which this is no flat board of these markers."""
+LEAST_SIGMA = 0.02
+"""Error of a corner, px, that is always reckoned with: paper is never quite flat."""
+FIRST_SIGMA, PASSES = 0.2, 3
+"""Error of a corner, px, of the first fit; how often it is found anew from what is left over."""
+OUTLIER = 3.0
+"""Median absolute deviations from which on a corner counts less (P. J. Huber, 1964)."""
+FAR_OFF, FAR_OFF_PX = 8.0, 1.0
+"""A marker is no part of the board if it is off by so many medians and so many px."""
+MAX_LEFT_OUT = 0.25
+"""Share of such markers above which nothing is believed."""
+MAX_STEPS = 60
+MAX_BLUR = 1.5
+"""Sigma of the edges, px, above which a picture is called blurred."""
+
+FOCAL_RATIO = 1.1
+FOCAL_SPREAD = 0.3
+"""Webcams' focal lengths: 1.1 times the picture's width (49 degrees), give or take 30 %."""
+LENS_SPREADS = (0.03, 0.03, 0.3, 0.3, 0.003, 0.003, 0.1)
+"""Their standard deviations of cx, cy (as shares of the width), k1, k2, p1, p2, k3 about 0."""
+
+
+class BadCalibration(ArmError, ValueError):
+    """Pictures from which no camera can be had."""
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A camera, as the views have it.
+
+    camera   the model; its board is that of the last view
+    board    which one was seen
+    bar      length of its bar that was reckoned with, mm; None: as printed, not measured
+    markers  that were seen in each view
+    rms      distance between what is seen and what the model says, px
+    rms_mm   the same on the table, in the last view
+    blur     of the last view's edges, px
+    left_out number of markers that were seen where none of the board can be
+    """
+
+    camera: CameraModel
+    board: Board
+    bar: float | None
+    markers: tuple[int, ...]
+    rms: float
+    rms_mm: float
+    blur: float
+    left_out: int = 0
+
+    @property
+    def scale(self) -> float:
+        """Size of the print: 1 if it is true."""
+        return (self.bar or 10 * BAR) / (10 * BAR)
+
+    @property
+    def focal_sigma(self) -> float:
+        """Standard deviation of the focal length, as a share of it."""
+        return float(np.sqrt(self.camera.covariance[0, 0]) / self.camera.lens[0])
+
+    def point_sigma(self, height: float = 0.0) -> float:
+        """Median standard deviation of a point over the free middle of the board, cm.
+
+        Args:
+            height: over the table, cm.
+        """
+        w, h = (side / 2 for side in self.board.middle)
+        grid = np.stack(np.meshgrid(np.linspace(-w, w, 5), np.linspace(-h, h, 5)), -1).reshape(
+            -1, 2
+        )
+        pixels = self.camera.project(np.column_stack([grid, np.full(len(grid), height)]))
+        placed = self.camera.placed(pixels, height)
+        sigmas = np.sqrt(np.trace(placed.covariance, axis1=1, axis2=2))
+        return (
+            float(np.median(sigmas[np.isfinite(sigmas)])) if np.isfinite(sigmas).any() else math.nan
+        )
+
+
+def calibrate(views: Sequence[BoardView], bar: float | None = None) -> Calibration:
+    """Fit a camera to views of the board; the last one says where the table is.
+
+    Args:
+        views: of one camera, each of a board that lay flat; from one up.
+        bar: length of the printed bar as measured, mm; None: not measured, taken for 100.
+
+    Raises:
+        BadCalibration: too little is seen, or it does not fit a flat board.
+    """
+    _check(views, bar)
+    scale = (bar or 10 * BAR) / (10 * BAR)
+    state, off, information = _fit(views, scale)
+    kept = _without_outliers(views, off)
+    count = sum(len(view.numbers) for view in views)
+    left_out = count - sum(len(view.numbers) for view in kept)
+    few = left_out > MAX_LEFT_OUT * count or min(len(v.numbers) for v in kept) < MIN_MARKERS
+    if left_out and not few:
+        state, off, information = _fit(kept, scale)
+    rms = math.sqrt((off**2).sum(axis=1).mean())
+    if few or not rms < MAX_RMS:
+        raise BadCalibration(
+            f"what is seen does not fit a flat board: {left_out} of {count} markers are far off, "
+            f"{rms:.1f} px RMS; lay it flat, let nothing else show its markers, and take pictures "
+            "of one camera and one zoom"
+        )
+    own = [*range(8), *range(len(state) - 6, len(state))]
+    covariance = np.linalg.inv(information)[np.ix_(own, own)]
+    camera = CameraModel(views[0].size, state[:8], state[-6:-3], state[-3:], covariance)
+    if camera.tilt > MAX_TILT:
+        raise BadCalibration(
+            f"the camera looks at the board too flatly, {math.degrees(camera.tilt):.0f} degrees "
+            f"from straight down; up to {math.degrees(MAX_TILT):.0f} it can be measured by"
+        )
+    last = kept[-1]
+    missed = camera.to_table(last.pixels) - scale * last.points[:, :2]
+    rms_mm = 10 * math.sqrt(float((missed**2).sum(axis=1).mean()))
+    markers = tuple(len(view.numbers) for view in kept)
+    return Calibration(camera, last.board, bar, markers, rms, rms_mm, last.blur, left_out)
+
+
+def _fit(views: Sequence[BoardView], scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit all views: state (8 + 6 n,), what is left over (n, 2), information matrix."""
+    points = [scale * view.points for view in views]
+    state = _first_guess(views, points)
+    sigma = FIRST_SIGMA
+    for _ in range(PASSES):
+        state, off, information = _minimize(views, points, state, sigma)
+        # As many corners as there are unknowns tell nothing of the noise.
+        free = max(off.size - len(state), off.size // 4)
+        sigma = math.hypot(math.sqrt(float((_weights(off) * off**2).sum()) / free), LEAST_SIGMA)
+    return state, off, information
+
+
+def _without_outliers(views: Sequence[BoardView], off: np.ndarray) -> list[BoardView]:
+    """Return the views without the markers that are far off, (n, 2) px."""
+    distances = np.linalg.norm(off, axis=1).reshape(-1, 4).max(axis=1)
+    limit = max(FAR_OFF * float(np.median(distances)), FAR_OFF_PX)
+    ends = np.cumsum([len(view.numbers) for view in views])[:-1]
+    kept = []
+    for view, near in zip(views, np.split(distances <= limit, ends), strict=True):
+        corners = np.repeat(near, 4)
+        kept.append(
+            replace(
+                view,
+                numbers=view.numbers[near],
+                points=view.points[corners],
+                pixels=view.pixels[corners],
+            )
+        )
+    return kept
+
+
+def check_bar(bar: float | None) -> None:
+    """Raise BadCalibration if a bar cannot be so long, mm; None: it was not measured."""
+    if bar is not None and not BAR_LIMITS[0] <= bar <= BAR_LIMITS[1]:
+        raise BadCalibration(
+            f"bar {bar:g} mm: it is 100 mm long on paper; give its length as measured, "
+            f"from {BAR_LIMITS[0]:g} to {BAR_LIMITS[1]:g}"
+        )
+
+
+def _check(views: Sequence[BoardView], bar: float | None) -> None:
+    if not views:
+        raise BadCalibration("no marker of the board is seen; show it whole, sharp and lit")
+    check_bar(bar)
+    if len({view.size for view in views}) > 1:
+        sizes = ", ".join(sorted({f"{w}x{h}" for w, h in (view.size for view in views)}))
+        raise BadCalibration(f"pictures of {sizes}: take all of one camera at one size")
+    for view in views:
+        count, every = len(view.numbers), len(view.board.numbers)
+        if count < MIN_MARKERS:
+            blurred = f" and blurred, by {view.blur:.1f} px" if view.blur > MAX_BLUR else ""
+            raise BadCalibration(
+                f"only {count} of the board's {every} markers are seen{blurred}; "
+                f"{MIN_MARKERS} are the least: show more of it, sharp and lit"
+            )
+        if view.side < MIN_SIDE:
+            raise BadCalibration(
+                f"the board is too small in the picture: its markers are {view.side:.0f} px wide, "
+                f"{MIN_SIDE:g} are the least; bring it nearer or take a larger picture"
+            )
+        if _on_a_line(view.points[:, :2]):
+            raise BadCalibration(
+                f"the {count} markers that are seen lie in one row, which does not tell how the "
+                "board is turned; show one beside the row"
+            )
+
+
+def _on_a_line(xy: np.ndarray) -> bool:
+    """Whether points (n, 2), cm, lie within a marker's width of one line."""
+    spread = np.linalg.svd(xy - xy.mean(axis=0), compute_uv=False)
+    return bool(spread[1] / math.sqrt(len(xy)) < 1.0)
+
+
+def _first_guess(views: Sequence[BoardView], points: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the state (8 + 6 n,): a lens without distortion, each view's rotation and shift."""
+    width, height = views[0].size
+    states, scores = [], []
+    for share in (0.5, 0.7, 1.0, 1.4, 2.0):
+        focal = share * FOCAL_RATIO * width
+        lens = np.array([focal, (width - 1) / 2, (height - 1) / 2, 0, 0, 0, 0, 0])
+        matrix = np.array([[focal, 0, lens[1]], [0, focal, lens[2]], [0, 0, 1]])
+        state, score = [lens], 0.0
+        for view, own in zip(views, points, strict=True):
+            found, turns, shifts, errors = cv2.solvePnPGeneric(
+                own[:, None], view.pixels[:, None], matrix, None, flags=cv2.SOLVEPNP_IPPE
+            )
+            if not found or not np.isfinite([*turns[0], *shifts[0]]).all():
+                raise BadCalibration(
+                    "what is seen does not fit a flat board: all of it in one place; show it anew"
+                )
+            state += [turns[0].ravel(), shifts[0].ravel()]
+            score += float(np.ravel(errors)[0]) ** 2
+        states.append(np.concatenate(state))
+        # Seen straight on, all fit alike: then it is the usual one.
+        scores.append(score / len(views) + 0.01 * math.log(share) ** 2)
+    return states[int(np.argmin(scores))]
+
+
+def _minimize(
+    views: Sequence[BoardView], points: Sequence[np.ndarray], state: np.ndarray, sigma: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit the state by Levenberg and Marquardt's method.
+
+    Args:
+        views: of the board.
+        points: of each view, (n, 3), cm.
+        state: to begin with, (8 + 6 n,).
+        sigma: of a corner, px.
+
+    Returns:
+        The state, what is left over (n, 2), px, and the information matrix.
+    """
+    damping = 1e-3
+    cost, off, normal, gradient = _system(views, points, state, sigma)
+    for _ in range(MAX_STEPS):
+        diagonal = np.diag(np.diag(normal))
+        step = np.linalg.solve(normal + damping * diagonal, -gradient)
+        tried = _system(views, points, state + step, sigma)
+        if tried[0] < cost:
+            done = cost - tried[0] < 1e-9 * cost
+            state, damping = state + step, max(damping / 5, 1e-9)
+            cost, off, normal, gradient = tried
+            if done:
+                break
+        elif damping > 1e9:
+            break
+        else:
+            damping *= 5
+    return state, off, normal
+
+
+def _weights(off: np.ndarray) -> np.ndarray:
+    """Weights (n, 1) of corners that are off by (n, 2)."""
+    distances = np.linalg.norm(off, axis=1)
+    limit = OUTLIER * max(float(np.median(distances)), LEAST_SIGMA)
+    return np.minimum(1.0, limit / np.maximum(distances, 1e-12))[:, None]
+
+
+def _system(
+    views: Sequence[BoardView], points: Sequence[np.ndarray], state: np.ndarray, sigma: float
+) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    """Cost, what is left over (n, 2), normal matrix and gradient, with the priors."""
+    lens, poses = state[:8], state[8:].reshape(-1, 6)
+    offs, rows = [], []
+    for k, (view, own) in enumerate(zip(views, points, strict=True)):
+        pixels, slopes = projected(own, lens, poses[k, :3], poses[k, 3:])
+        row = np.zeros((len(own), 2, len(state)))
+        row[..., :8] = slopes[..., :8]
+        row[..., 8 + 6 * k : 14 + 6 * k] = slopes[..., 8:]
+        offs.append(pixels - view.pixels)
+        rows.append(row)
+    off, slopes = np.concatenate(offs), np.concatenate(rows)
+    width, height = views[0].size
+    if lens[0] <= 1 or not np.isfinite(off).all():
+        return math.inf, off, np.eye(len(state)), np.zeros(len(state))
+    weights = np.repeat(_weights(off), 2, axis=1).ravel() / sigma**2
+    flat, matrix = off.ravel(), slopes.reshape(-1, len(state))
+    normal = matrix.T @ (weights[:, None] * matrix)
+    gradient = matrix.T @ (weights * flat)
+    cost = float(weights @ flat**2)
+    spreads = np.array([FOCAL_SPREAD, *LENS_SPREADS])
+    spreads[1:3] *= width
+    usual = np.array([0.0, (width - 1) / 2, (height - 1) / 2, 0, 0, 0, 0, 0])
+    surprise = (lens - usual) / spreads
+    surprise[0] = math.log(lens[0] / (FOCAL_RATIO * width)) / FOCAL_SPREAD
+    per = 1 / spreads
+    per[0] /= lens[0]
+    normal[range(8), range(8)] += per**2
+    gradient[:8] += per * surprise
+    return cost + float(surprise @ surprise), off, normal, gradient

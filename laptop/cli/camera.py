@@ -1,0 +1,119 @@
+"""`camera`: what a picture of the printed board tells of the camera."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from laptop.cli.options import examples, importing, in_one_line
+from laptop.cli.track import open_synthetic
+from shared import state
+
+if TYPE_CHECKING:
+    from laptop.vision.finders.board import BoardView
+
+MAX_VIEWS = 30
+"""Pictures of one source that are looked at."""
+LIVE_PICTURE = 10
+"""The picture that counts of a live camera: by then it has set its exposure."""
+
+
+@click.command(
+    epilog=examples("camera 0 --bar 97 --out camera.json", "camera tilted.jpg lying.jpg")
+)
+@click.argument("sources", metavar="SOURCE...", nargs=-1, required=True)
+@click.option(
+    "--bar",
+    type=float,
+    metavar="MM",
+    help="Length of the printed bar as measured.  [default: 100, not measured]",
+)
+@click.option(
+    "--out",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE.json",
+    help="Keep the camera in this file.",
+)
+@click.option(
+    "--since",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE.json",
+    help="Tell whether the camera of this file has moved since, and nothing else.",
+)
+@click.option(
+    "--scene", default="", metavar="KEY=VALUE,...", help="Of the synthetic camera: board=a4, ..."
+)
+def camera(
+    sources: tuple[str, ...], bar: float | None, out: Path | None, since: Path | None, scene: str
+) -> None:
+    """Calibrate a camera by the printed board: its lens, its place, and how sure both are.
+
+    SOURCE is a picture, a folder of pictures, a video, a webcam's number or synthetic; several are
+    views of the same camera.  The last picture says where the table is.
+    """
+    with importing():  # OpenCV
+        from laptop.calibration import camera_file, camera_report
+        from laptop.calibration.camera_fit import calibrate
+
+    with in_one_line():
+        if since and (out or bar is not None):
+            raise click.ClickException("--since compares only: leave --bar and --out out")
+        before = camera_file.read_camera(since) if since else None
+        if out and not out.parent.is_dir():
+            raise click.ClickException(f"{out}: there is no folder {out.parent}; make it first")
+        looked, views = _views(sources, scene)
+        if len(views) < looked:
+            click.echo(f"{len(views)} of {looked} pictures show the board")
+        if before:
+            if not views:
+                raise click.ClickException("no marker of the board is seen; show it as it was")
+            shift = camera_report.shift_since(before, views[-1])
+            click.echo(shift)
+            if shift.moved:
+                raise SystemExit(1)
+            return
+        found = calibrate(views, bar)
+        for line in camera_report.describe(found):
+            click.echo(line)
+        if out:
+            camera_file.write_camera(out, found)
+            click.echo(out)
+
+
+def _views(sources: tuple[str, ...], scene: str) -> tuple[int, list[BoardView]]:
+    """Look at all pictures; how many there were, and the views of those that show the board."""
+    from laptop.vision.cameras import is_live, open_camera
+    from laptop.vision.finders.board import find_board
+    from laptop.vision.frames import quiet_decoders
+
+    if scene and "synthetic" not in sources:
+        raise click.ClickException(f"--scene {scene}: only the source synthetic has a scene")
+    looked, views = 0, []
+    for source in sources:
+        with ExitStack() as stack:
+            stack.enter_context(quiet_decoders())
+            if source == "synthetic":
+                one, _ = open_synthetic(state.default_arm(), "A", scene, None)
+            else:
+                one = open_camera(source)
+            stack.callback(one.close)
+            live = source == "synthetic" or is_live(source)
+            first = LIVE_PICTURE if live and source != "synthetic" else 0
+            every = max(1, (getattr(one, "count", None) or 1) // MAX_VIEWS)
+            taken = 0
+            while taken < (1 if live else MAX_VIEWS) and not one.ended:
+                frame = one.read(2.0)
+                if frame is None:
+                    if live:
+                        raise click.ClickException(f"{one.name} gives no picture; plug it in anew")
+                    continue
+                if frame.index < first or (frame.index - first) % every and not live:
+                    continue
+                taken += 1
+                view = find_board(frame.image)
+                views += [view] if view else []
+            looked += taken
+    return looked, views

@@ -1,0 +1,81 @@
+"""Finds the printed board in a picture: every marker of it that is seen, to the cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from laptop.vision.board import BOARDS, DICTIONARY, Board
+from laptop.vision.finders.aruco import detector
+from laptop.vision.finders.code_alignment import SQUARE, align, edge_blur, project
+
+INNER = 0.5
+"""Share of a marker's square whose corners stand for it.
+
+That the sensor is not quite as thought shows at the outline: a black square looks a little too
+large or too small.  Nearer to the middle it does so by less.
+"""
+
+
+@dataclass(frozen=True)
+class BoardView:
+    """What one picture shows of a board.
+
+    board    which one
+    numbers  of its markers that are seen, (n,)
+    points   of each the corners of its inner square, on the board, (4 n, 3), cm
+    pixels   the same in the picture, (4 n, 2), px
+    size     of the picture, (width, height), px
+    side     median side of a marker, px
+    blur     sigma of the edges' blur, px
+    """
+
+    board: Board
+    numbers: np.ndarray
+    points: np.ndarray
+    pixels: np.ndarray
+    size: tuple[int, int]
+    side: float
+    blur: float
+
+
+def find_board(image: np.ndarray) -> BoardView | None:
+    """The board in a picture (BGR or grey, uint8), or None if no marker of one is seen.
+
+    Where markers of two boards are seen, it is the one with more of them.
+    """
+    grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    quads, found, _ = detector(DICTIONARY).detectMarkers(grey)
+    seen: dict[int, np.ndarray] = {}
+    doubled: set[int] = set()
+    numbers = [] if found is None else [int(number) for number in found.flatten()]
+    for quad, number in zip(quads, numbers, strict=True):
+        doubled |= {number} & seen.keys()
+        seen[number] = quad.reshape(4, 2).astype(float)
+    for number in doubled:  # another sheet, or a reflection: which one is the board's?
+        del seen[number]
+    board = max(BOARDS.values(), key=lambda b: len(seen.keys() & set(b.numbers)))
+    numbers = sorted(seen.keys() & set(board.numbers))
+    corners, pixels, kept = [], [], []
+    for number in numbers:
+        homography, fits = align(grey, seen[number], number, DICTIONARY)
+        if fits:
+            corners.append(project(homography, SQUARE))
+            pixels.append(project(homography, INNER * SQUARE))
+            kept.append(number)
+    if not kept:
+        return None
+    sides = [np.linalg.norm(np.diff(quad, axis=0), axis=1).mean() for quad in corners]
+    sharpest = np.argsort(sides)[-5:]
+    blurs = [edge_blur(grey, corners[k]) for k in sharpest]
+    return BoardView(
+        board,
+        np.array(kept),
+        np.concatenate([board.square(number, INNER) for number in kept]),
+        np.concatenate(pixels),
+        (grey.shape[1], grey.shape[0]),
+        float(np.median(sides)),
+        float(np.median(blurs)),
+    )

@@ -1,0 +1,123 @@
+import json
+import re
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from laptop.cli.main import laptop
+from laptop.simulator.scene.optics import to_srgb
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
+from shared.arm_description import find_arm, read_arm
+
+TEXT = "board=a4,clutter=0"
+POSE = (2.6, 1.2)
+"""Of the arm, beside the board."""
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return Scene(read_arm(find_arm("planar")), read_scene(TEXT))
+
+
+@pytest.fixture(scope="module")
+def pictures(scene, tmp_path_factory):
+    """board.png, moved.png, small.png and nothing.png in a folder."""
+    folder = tmp_path_factory.mktemp("pictures")
+    image = np.round(to_srgb(scene.image(POSE))).astype(np.uint8)
+    cv2.imwrite(str(folder / "board.png"), image)
+    cv2.imwrite(str(folder / "moved.png"), np.roll(image, 6, axis=1))
+    cv2.imwrite(str(folder / "small.png"), image[::4, ::4])
+    cv2.imwrite(str(folder / "wide.png"), cv2.resize(image, (1280, 960)))
+    cv2.imwrite(str(folder / "nothing.png"), np.full((480, 640, 3), 90, np.uint8))
+    return folder
+
+
+@pytest.fixture
+def run(pictures, monkeypatch):
+    monkeypatch.chdir(pictures)
+    return lambda *words: CliRunner().invoke(laptop, ["camera", *words])
+
+
+def test_a_picture_tells_where_the_camera_stands(run, scene, pictures):
+    result = run("board.png", "--bar", "100", "--out", "camera.json")
+    assert result.exit_code == 0, result.output
+    assert "markers in 1 view" in result.output
+    assert "25 degrees from straight down" in result.output
+    assert "scale: the bar is 100 mm long, as measured" in result.output
+    told = json.loads((pictures / "camera.json").read_text())
+    rotation, _ = cv2.Rodrigues(np.array(told["rotation"]))
+    position = -rotation.T @ np.array(told["translation"]) + (9, 0, 0)  # the board is at 9, 0
+    assert position == pytest.approx(scene.camera.position, abs=3)
+    assert run("board.png", "--since", "camera.json").output.startswith("camera and board are")
+    moved = run("moved.png", "--since", "camera.json")
+    assert moved.exit_code == 1
+    assert "has moved since by 6.0 px" in moved.output
+
+
+def test_pictures_without_the_board_are_counted(run):
+    result = run("nothing.png", "board.png")
+    assert result.exit_code == 0
+    assert result.output.startswith("1 of 2 pictures show the board\n")
+    assert "measure the bar" in result.output
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["nothing.png"], "no marker of the board is seen; show it whole, sharp and lit"),
+        (["small.png"], "no marker of the board is seen|too small|markers are seen"),
+        (["none.png"], "no camera, file or folder 'none.png'"),
+        (["board.png", "wide.png"], "pictures of 1280x960, 640x480: take all of one camera"),
+        (["board.png", "--bar", "9"], "bar 9 mm: it is 100 mm long on paper"),
+        (["board.png", "--bar", "nan"], "bar nan mm: it is 100 mm long on paper"),
+        (["board.png", "--out", "no/c.json"], "no/c.json: there is no folder no; make it first"),
+        (["board.png", "--since", "no.json"], "cannot read no.json: No such file or directory"),
+        (["board.png", "--since", "board.png"], "board.png: this is no camera's file"),
+        (["board.png", "--since", "c.json", "--bar", "97"], "--since compares only"),
+        (["board.png", "--scene", "board=a4"], "only the source synthetic has a scene"),
+        (["synthetic", "--scene", "board=a3"], "board = a3"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line(run, words, told, pictures):
+    before = set(pictures.iterdir())
+    result = run(*words)
+    assert result.exit_code == 1, result.output
+    assert isinstance(result.exception, SystemExit)
+    *counted, line = result.output.strip().splitlines()
+    assert not counted or "pictures show the board" in counted[0]
+    assert re.search(told, line), line
+    assert set(pictures.iterdir()) == before
+
+
+def test_the_emulated_camera_is_calibrated_as_it_is(run):
+    result = run("synthetic", "--scene", TEXT)
+    assert result.exit_code == 0, result.output
+    assert "board a4: " in result.output
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--paper", "a4"], "--paper a4 is of the board; say --board, too"),
+        (["--board", "--size", "30"], "--size 30 is of the page of discs"),
+        (["--board", "board.doc"], "board.doc: end its name in .pdf, .svg or .png"),
+    ],
+)
+def test_a_page_that_cannot_be_made_is_refused(words, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(laptop, ["markers", *words])
+    assert result.exit_code == 1
+    assert told in result.output
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_board_is_written_for_the_paper(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(laptop, ["markers", "--board"])
+    assert result.exit_code == 0
+    assert "board.pdf: print it on a4 at 100 %" in result.output
+    assert "132 x 219 mm in the middle are free to draw on" in result.output
+    assert (tmp_path / "board.pdf").read_bytes()[:5] == b"%PDF-"
