@@ -14,8 +14,8 @@ import time
 import pytest
 import waiting
 from clocks import FakeClock
-from jobs import job_file
 from odd_files import ODD
+from offered_jobs import job_file
 from waiting import PATIENCE
 
 from laptop.tracking import server as tracking_server

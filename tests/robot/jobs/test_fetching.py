@@ -4,7 +4,7 @@ import os
 import zlib
 
 import pytest
-from jobs import job_file
+from offered_jobs import job_file
 
 from laptop.tracking.job_offer import JobOffer
 from robot.jobs.fetching import ASK_AGAIN, FETCH_TIMEOUT, JobFetching, NotFetched

@@ -5,7 +5,7 @@ import os
 import signal
 
 import pytest
-from jobs import planned_job
+from offered_jobs import planned_job
 from servo_rig import PROGRAM
 
 from laptop.simulator.host.runner import run_script
