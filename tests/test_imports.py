@@ -5,6 +5,7 @@ laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.r
 laptop.cli -> laptop.brick -> shared
 laptop.cli, laptop.bench -> laptop.calibration -> laptop.vision
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
+laptop.cli -> laptop.drawing -> what is pure of robot.motion
 laptop.bench, laptop.demo, laptop.guide, laptop.simulator -> robot; all of them -> shared
 """
 
@@ -27,6 +28,7 @@ TOP_LEVEL = {
 # covers everything below it.
 LIBRARIES = ("numpy", "cv2", "matplotlib", "rich")
 BELOW_SIMULATOR = ("laptop.system", "laptop.tracking", "laptop.vision", "laptop.reporting")
+PURE = tuple(f"robot.motion.{name}" for name in ("chains", "kinematics", "paths", "trajectory"))
 RULES = {
     "shared": ("shared",),
     "robot": ("robot", "shared", "ev3dev2.motor"),
@@ -52,6 +54,10 @@ RULES = {
             ("stop_gate", ("uvicorn",)),
         )
     },
+    "laptop.drawing": (
+        *("laptop.drawing", *PURE, "shared"),
+        *("numpy", "cv2", "HersheyFonts", "svgelements"),
+    ),
     "laptop.brick": ("laptop.brick", "laptop.system", "shared", "asyncssh"),
     "laptop.brick.finding": ("laptop.brick", "asyncssh", "ifaddr", "zeroconf"),
     "laptop.simulator": ("laptop.simulator", "laptop.system", "robot", "shared", "ev3dev2"),
@@ -207,6 +213,9 @@ def test_imports_follow_the_direction():
         ("laptop.calibration.camera_fit", "from laptop.cli import main", "laptop.cli.main"),
         ("laptop.vision.tracker", "from laptop import calibration", "laptop.calibration"),
         ("laptop.tracking.track", "from laptop.brick import choosing", "laptop.brick.choosing"),
+        ("laptop.drawing.svg", "from laptop.vision import frames", "laptop.vision.frames"),
+        ("laptop.drawing.cards", "from robot.motion import arm", "robot.motion.arm"),
+        ("laptop.drawing.sources", "import click", "click"),
         ("laptop.cli.brick", "import asyncssh", "asyncssh"),
         ("laptop.page.controller", "from laptop.demo import results", "laptop.demo.results"),
         ("laptop.reporting.charts", "import laptop.vision.view", "laptop.vision.view"),
@@ -255,6 +264,7 @@ def test_a_forbidden_import_is_caught(module, source, name):
         ("robot.clock", "import time"),
         ("laptop.vision.tracker", "import cv2, numpy\nfrom shared import messages"),
         ("laptop.demo", "from laptop.simulator.host.world import World"),
+        ("laptop.drawing.cards", "import cv2\nfrom robot.motion.kinematics import forward"),
         ("laptop.cli.bench", "import click\nfrom laptop import bench, simulator"),
         ("laptop.simulator.__init__", "from .host.world import World"),
         (

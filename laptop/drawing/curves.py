@@ -26,6 +26,9 @@ SAMPLES = 96
 SHORTEST = 0.25
 """A chord this short, in tolerances, is not halved any more: a bend so tight is a corner."""
 
+SAME = 1e-6
+"""What is so near, in tolerances, is one point, but for rounding."""
+
 MAX_CURVE_POINTS = 720
 """Most points of one curve; an ellipse has some 70."""
 
@@ -116,13 +119,19 @@ def flatten(pieces: Sequence[Piece], tolerance: float) -> np.ndarray:
         piece.points if isinstance(piece, Straight) else curve_points(piece, tolerance)
         for piece in pieces
     ]
-    return without_repeats(np.concatenate(parts))
+    return without_repeats(np.concatenate(parts), SAME * tolerance)
 
 
-def without_repeats(points: np.ndarray) -> np.ndarray:
-    """Points (n, 2) without those that are where the one before is."""
-    moved = np.any(points[1:] != points[:-1], axis=1)
-    return points[np.concatenate([[True], moved])]
+def without_repeats(points: np.ndarray, least: float = 0.0) -> np.ndarray:
+    """Points (n, 2) without those that are where the one before is, or nearer than `least`.
+
+    The first and the last stay as they are, so that a ring stays closed.
+    """
+    moved = np.hypot(*np.diff(points, axis=0).T) > least
+    kept = points[np.concatenate([[True], moved])]
+    if len(kept) > 1:
+        kept[-1] = points[-1]
+    return kept
 
 
 def curve_points(curve: Bezier | Elliptic, tolerance: float) -> np.ndarray:
@@ -133,8 +142,8 @@ def curve_points(curve: Bezier | Elliptic, tolerance: float) -> np.ndarray:
     """
     t = np.linspace(0.0, 1.0, SAMPLES + 1)
     chord, turn = _shape(curve.at(t))
-    # Each sample's turn and way, half of it to either side
-    turned = np.concatenate([[turn[0]], turn[:-1] + turn[1:], [turn[-1]]]) / 2
+    # A chord turns by the mean of what its ends do
+    turned = np.concatenate([turn[:1], (turn[:-1] + turn[1:]) / 2, turn[-1:]])
     density = np.maximum(turned / AIMED_TURN, np.sqrt(chord * turned / (8 * tolerance)))
     passed = np.concatenate([[0.0], np.cumsum(density)])
     count = min(max(1, math.ceil(passed[-1])), MAX_CURVE_POINTS)
@@ -144,15 +153,18 @@ def curve_points(curve: Bezier | Elliptic, tolerance: float) -> np.ndarray:
         t = np.interp(np.linspace(0.0, passed[-1], count + 1), passed, t)
     else:
         t = t[[0, -1]]
-    return curve.at(_refined(curve, t, tolerance))
+    points = curve.at(_refined(curve, t, tolerance))
+    if isinstance(curve, Bezier):  # to the last digit, so that what follows begins there
+        points[0], points[-1] = curve.control[0], curve.control[-1]
+    elif math.isclose(abs(curve.sweep), 2 * math.pi):
+        points[-1] = points[0]
+    return points
 
 
 def _shape(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Chords' lengths (n - 1,) and the unsigned turns between them (n - 2,), rad."""
     steps = np.diff(points, axis=0)
-    cross = steps[:-1, 0] * steps[1:, 1] - steps[:-1, 1] * steps[1:, 0]
-    dot = (steps[:-1] * steps[1:]).sum(axis=1)
-    return np.hypot(*steps.T), np.abs(np.arctan2(cross, dot))
+    return np.hypot(*steps.T), np.abs(_angle(steps[:-1], steps[1:]))
 
 
 def _refined(curve: Bezier | Elliptic, t: np.ndarray, tolerance: float) -> np.ndarray:
@@ -187,30 +199,64 @@ def rounded(points: np.ndarray, corner: float, tolerance: float) -> np.ndarray:
     points = without_repeats(points)
     if len(points) < 3:
         return points
-    is_closed = bool(np.array_equal(points[0], points[-1]))
-    steps = np.diff(points, axis=0)
-    far = np.hypot(*steps.T)
-    unit = steps / far[:, None]
-    arriving, leaving = unit.copy(), unit.copy()  # directions at each step's end and begin
-    inner = list(zip(range(len(unit) - 1), range(1, len(unit)), strict=True))
-    for before, after in [*inner, *([(len(unit) - 1, 0)] if is_closed else [])]:
-        if unit[before] @ unit[after] < math.cos(corner):
-            continue
-        if far[before] > LONG_SIDE * far[after]:
-            shared = unit[before]
-        elif far[after] > LONG_SIDE * far[before]:
-            shared = unit[after]
-        else:  # the tangent of the circle: each weighed by the other's length
-            shared = unit[before] * far[after] + unit[after] * far[before]
-            shared = shared / math.hypot(*shared)
-        arriving[before] = leaving[after] = shared
-    pieces: list[Piece] = []
-    for k, (begin, end) in enumerate(zip(points[:-1], points[1:], strict=True)):
-        turned = float(np.clip(leaving[k] @ arriving[k], -1.0, 1.0))
-        # The handle of an arc of that angle: 4/3 tan(a/4) radii, its chord being 2 sin(a/2)
-        quarter = math.acos(turned) / 4
-        handle = far[k] / 3 * (1 + math.tan(quarter) ** 2) ** 2 / (1 - math.tan(quarter) ** 2)
-        handle = handle if quarter < math.pi / 8 else far[k] / 3
-        control = [begin, begin + handle * leaving[k], end - handle * arriving[k], end]
-        pieces.append(Bezier(np.array(control)))
-    return flatten(pieces, tolerance)
+    far = np.hypot(*np.diff(points, axis=0).T)
+    chord = np.diff(points, axis=0) / far[:, None]
+    leaving, arriving = _directions(chord, far, corner, np.array_equal(points[0], points[-1]))
+    # The handle of an arc that turns so: 4/3 tan(a/4) radii, its chord being 2 sin(a/2) of them
+    tangent = np.tan(np.minimum(np.abs(_angle(leaving, arriving)), math.pi / 2) / 4) ** 2
+    handle = (far / 3 * (1 + tangent) ** 2 / (1 - tangent))[:, None]
+    begin, end = points[:-1], points[1:]
+    control = np.stack([begin, begin + handle * leaving, end - handle * arriving, end], axis=1)
+    counts = _counts(control, far, tolerance)
+    places = np.concatenate([[0], np.cumsum(counts)])
+    smooth = np.empty((places[-1] + 1, 2))
+    smooth[-1] = points[-1]
+    for count in np.unique(counts):
+        chosen = np.flatnonzero(counts == count)
+        curve = _cubics(control[chosen], np.arange(count) / count)
+        smooth[places[chosen][:, None] + np.arange(count)] = curve
+    return without_repeats(smooth, SAME * tolerance)
+
+
+def _cubics(control: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Points (m, n, 2) of cubic curves (m, 4, 2) at parameters t (n,)."""
+    weights = np.stack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3])
+    return np.einsum("kn,mkc->mnc", weights, control)
+
+
+def _counts(control: np.ndarray, far: np.ndarray, tolerance: float) -> np.ndarray:
+    """How many equal steps of the parameter each of short cubics (m, 4, 2) needs: (m,).
+
+    As many as where it bends most: looked at in eight steps.
+    """
+    steps = np.diff(_cubics(control, np.linspace(0.0, 1.0, 9)), axis=1)
+    turned = np.abs(_angle(steps[:, :-1], steps[:, 1:]))
+    wanted = np.maximum(
+        8 * turned.max(axis=1) / AIMED_TURN, np.sqrt(far * turned.sum(axis=1) / (8 * tolerance))
+    )
+    return np.clip(np.ceil(wanted), 1, MAX_CURVE_POINTS).astype(int)
+
+
+def _directions(
+    chord: np.ndarray, far: np.ndarray, corner: float, is_closed: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (n, 2) in which a smooth curve begins and ends each chord of a length (n,)."""
+    leaving, arriving = chord.copy(), chord.copy()
+    before = np.arange(len(chord) - (not is_closed))
+    after = (before + 1) % len(chord)
+    smooth = np.abs(_angle(chord[before], chord[after])) <= corner
+    before, after = before[smooth], after[smooth]
+    # The tangent of the circle through three points: each chord weighed by the other's length
+    weigh_before, weigh_after = far[after].copy(), far[before].copy()
+    weigh_after[far[before] > LONG_SIDE * far[after]] = 0.0
+    weigh_before[far[after] > LONG_SIDE * far[before]] = 0.0
+    shared = chord[before] * weigh_before[:, None] + chord[after] * weigh_after[:, None]
+    shared /= np.hypot(*shared.T)[:, None]
+    arriving[before] = leaving[after] = shared
+    return leaving, arriving
+
+
+def _angle(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Signed angles (...) from directions (..., 2) to others, rad."""
+    cross = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
+    return np.arctan2(cross, (first * second).sum(axis=-1))

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from laptop.drawing.artwork import Artwork, BadArtwork, stroke_length
-from laptop.drawing.curves import rounded, without_repeats
+from laptop.drawing.curves import rounded
 from laptop.drawing.picture_files import read_grey
 
 MAX_STROKES = 3000
@@ -75,7 +75,7 @@ def read_picture(data: bytes, name: str = "picture", how: Tracing | None = None)
     how = how or Tracing()
     how.check()
     grey = _prepared(read_grey(data, name), how.smoothing)
-    outlines = _outlines(grey, how.detail) if how.detail else []
+    outlines, more = _outlines(grey, how.detail) if how.detail else ([], 0)
     hatching = _hatching(grey, how.shades)
     if not outlines and not hatching:
         raise BadArtwork(
@@ -85,7 +85,8 @@ def read_picture(data: bytes, name: str = "picture", how: Tracing | None = None)
     rows, columns = grey.shape
     scale = how.width / columns
     size = (how.width, rows * scale)
-    kept, left_out = _longest(outlines, hatching)
+    kept, left_out = _longest(outlines + hatching)
+    left_out += more
     strokes = [(stroke * [1, -1] + [0, rows]) * scale for stroke in kept]
     told = (
         (f"The {left_out} shortest lines are not drawn: {MAX_STROKES} are the most.",)
@@ -105,39 +106,34 @@ def _prepared(grey: np.ndarray, smoothing: float) -> np.ndarray:
     return np.clip((grey - dark) * (255 / (light - dark)), 0, 255).astype(np.uint8)
 
 
-def _longest(
-    outlines: list[np.ndarray], hatching: list[np.ndarray]
-) -> tuple[list[np.ndarray], int]:
+def _longest(strokes: list[np.ndarray]) -> tuple[list[np.ndarray], int]:
     """As many as are drawn, in their order, and how many are not."""
-    strokes = outlines + hatching
-    spare = len(strokes) - MAX_STROKES
-    if spare <= 0:
-        return strokes, 0
-    least = sorted(range(len(strokes)), key=lambda k: stroke_length(strokes[k]))[:spare]
-    dropped = set(least)
+    spare = max(0, len(strokes) - MAX_STROKES)
+    dropped = set(sorted(range(len(strokes)), key=lambda k: stroke_length(strokes[k]))[:spare])
     return [stroke for k, stroke in enumerate(strokes) if k not in dropped], spare
 
 
 # ---- outlines
 
 
-def _outlines(grey: np.ndarray, detail: float) -> list[np.ndarray]:
-    """Smooth lines (n, 2), px, along the steps of brightness, by Canny's detector."""
+def _outlines(grey: np.ndarray, detail: float) -> tuple[list[np.ndarray], int]:
+    """Smooth lines (n, 2), px, along the steps of brightness, and how many more there are.
+
+    The steps are found by Canny's detector; the longest lines come first.
+    """
     high = 20 + 280 * (1 - detail / 100) ** 2
     edges = cv2.Canny(grey, 0.4 * high, high, apertureSize=3, L2gradient=True)
-    least = max(grey.shape) / (20 + detail)
-    found = []
-    for chain in _chains(edges > 0):
-        if len(chain) < 8:
-            continue
+    least = max(8.0, max(grey.shape) / (20 + detail))
+    chains = [chain for chain in _chains(edges > 0) if len(chain) >= least]
+    chains.sort(key=len, reverse=True)
+    lines = []
+    for chain in chains[:MAX_STROKES]:
         points = _without_steps(chain)
         # OpenCV leaves out the end of a line that comes back to where it began
-        line = cv2.approxPolyDP(points.astype(np.float32).reshape(-1, 1, 2), 0.6, False)
+        line = cv2.approxPolyDP(points.astype(np.float32).reshape(-1, 1, 2), 0.45, False)
         points = np.vstack([line.reshape(-1, 2), points[-1:].astype(np.float32)]).astype(float)
-        points = without_repeats(points + 0.5)  # pixels' centres
-        if len(points) > 1 and stroke_length(points) >= least:
-            found.append(rounded(points, CORNER, 0.1))
-    return [line for line in found if len(line) > 1]
+        lines.append(rounded(points + 0.5, CORNER, 0.1))  # pixels' centres
+    return [line for line in lines if len(line) > 1], len(chains) - len(lines)
 
 
 def _chains(edges: np.ndarray) -> list[np.ndarray]:

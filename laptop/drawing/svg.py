@@ -54,7 +54,7 @@ MAX_POINTS = 300_000
 MAX_COORDINATE = 1e5
 """Where a drawing may be, cm: what is a kilometre away is a mistake."""
 
-TOLERANCE = 1e-4
+TOLERANCE = 3e-4
 """How far a curve may be from its chords, as a share of the drawing's greater side."""
 
 DOT = 0.02
@@ -173,7 +173,7 @@ class _SvgReader:
             for value in values:
                 self.left_out.add(kind, value)
         self._strokes: list[_Stroke] = []
-        self._points = self._repeated = self._read = 0
+        self._points = self._drawn = self._repeated = self._read = 0
         self._known: dict[tuple[ET.Element, tuple[float, float]], Subpaths] = {}
         self.size: tuple[float, float] | None = None
 
@@ -207,7 +207,9 @@ class _SvgReader:
             if len(points) > 1:
                 strokes.append(points)
                 layers.append(stroke.layer)
-                self._count(len(points))
+                self._drawn += len(points)
+                if self._drawn > MAX_POINTS:
+                    raise self._too_many()
             else:
                 self.left_out.add("point")
         if not strokes:
@@ -218,11 +220,6 @@ class _SvgReader:
         return Artwork(
             *(self.name, tuple(strokes), tuple(layers), self.size, self.left_out.sentences())
         )
-
-    def _count(self, points: int) -> None:
-        self._points += points
-        if self._points > 2 * MAX_POINTS:  # once as they stand there, once as they are drawn
-            raise self._too_many()
 
     def _too_many(self) -> BadArtwork:
         return BadArtwork(
@@ -411,7 +408,7 @@ class _SvgReader:
             self.left_out.add("markers")
         has_round_ends = has_line and style["stroke-linecap"] in ("round", "square")
         for pieces in mapped:
-            self._count(sum(len(piece.hull()) for piece in pieces))
+            self._points += sum(len(piece.hull()) for piece in pieces)
             self._strokes.append(_Stroke(pieces, place.layer, has_round_ends))
 
     def _shapes(self, tag: str, element: ET.Element, place: _Place) -> Subpaths:

@@ -105,14 +105,17 @@ def _path(text: str, most: int) -> Subpaths:
     """The strokes of a path's data."""
     if _segments(text, most) > most:
         raise BadShape("", [], is_too_long=True)
+    if text.strip() and text.lstrip()[0] not in "Mm":
+        raise BadShape(text, [])
     path = Path()
     try:
         path.parse(text)
     except (ValueError, IndexError, TypeError, AttributeError, ZeroDivisionError, OverflowError):
-        raise BadShape(text, _up_to_fault(path)) from None
-    if _leaves_a_rest(text):
-        raise BadShape(text, _up_to_fault(path))
-    return subpaths(path)
+        raise BadShape(text, subpaths(_up_to_fault(path))) from None
+    sound = _up_to_fault(path)
+    if len(sound) < len(path) or _leaves_a_rest(text):
+        raise BadShape(text, subpaths(sound))
+    return subpaths(sound)
 
 
 LETTERS = "MmLlHhVvCcSsQqTtAaZz"
@@ -144,14 +147,15 @@ def _leaves_a_rest(text: str) -> bool:
 _PLAIN = {ord(c): None for c in "MmLlHhVvCcSsQqTtAaZz0123456789+-.eE, \t\r\n\f"}
 
 
-def _up_to_fault(path: Path) -> Subpaths:
-    """What a path holds that could be read in part only."""
+def _up_to_fault(path: Path) -> list[PathSegment]:
+    """The segments of a path before the first that lacks a number, or has no begin."""
     sound = []
     for segment in path:
-        if segment.end is None or (segment.start is None and not isinstance(segment, Move)):
+        points = [segment.end, *([] if isinstance(segment, Move) else [segment.start])]
+        if any(point is None or None in (point[0], point[1]) for point in points):
             break
         sound.append(segment)
-    return subpaths(sound)
+    return sound
 
 
 def _polyline(text: str, is_closed: bool, most: int) -> Subpaths:

@@ -231,10 +231,13 @@ FILES = {
 """Name, contents, what becomes of it, and a pattern of what is said."""
 
 
-def _long(path):
-    with open(path, "wb") as file:  # 100 MB that take no room on the disk
-        file.write(SHEET.encode())
-        file.truncate(100_000_000)
+def _long(size):
+    def make(path):
+        with open(path, "wb") as file:  # it takes no room on the disk
+            file.write(SHEET.encode())
+            file.truncate(size)
+
+    return make
 
 
 def _loop(path):
@@ -248,7 +251,8 @@ def _locked(path):
 
 
 SPECIAL = {
-    "long.svg": (_long, "longer than 40 MB"),
+    "long.svg": (_long(100_000_000), "longer than 40 MB"),
+    "longer_than_memory.svg": (_long(3_000_000_000), "longer than 40 MB"),
     "folder.svg": (os.mkdir, "is a folder, not a file"),
     "pipe.svg": (os.mkfifo, "is a pipe, not a file"),
     "device.svg": (lambda path: os.symlink("/dev/zero", path), "is a device, not a file"),

@@ -1,0 +1,142 @@
+"""Text in letters of single strokes: its measures, its accents, and what the fonts lack."""
+
+import math
+
+import numpy as np
+import pytest
+
+from laptop.drawing.artwork import CORNER_TURN, SMOOTH_TURN, BadArtwork, turns
+from laptop.drawing.lettering import FONTS, Lettering, write_text
+
+
+def box(text, **how):
+    """Least and greatest x, y of a text."""
+    return write_text(text, Lettering(**how)).bounds()
+
+
+@pytest.mark.parametrize("font", ["plain", "roman", "times"])
+@pytest.mark.parametrize("size", [0.5, 2.0])
+def test_capitals_have_the_height_that_is_asked_for(font, size):
+    least, greatest = box("H", font=font, size=size)
+    assert (least[1], greatest[1]) == pytest.approx((0, size))
+
+
+def test_a_word_is_as_long_as_its_letters_and_spacing_stretches_it():
+    ways = {
+        spacing: box("Ill", spacing=spacing)[1][0] - box("I", spacing=spacing)[1][0]
+        for spacing in (1.0, 1.5)
+    }
+    assert ways[1.5] == pytest.approx(1.5 * ways[1.0])
+
+
+def test_slanted_letters_lean_by_that_angle():
+    (upright,) = write_text("I").strokes
+    (leaning,) = write_text("I", Lettering(slant=math.radians(15))).strokes
+    assert np.ptp(upright[:, 0]) == pytest.approx(0)
+    assert np.ptp(leaning[:, 0]) / np.ptp(leaning[:, 1]) == pytest.approx(
+        math.tan(math.radians(15))
+    )
+
+
+def test_lines_stand_below_each_other_and_meet_at_the_side_that_is_asked_for():
+    for align, share in (("left", 0.0), ("centre", 0.5), ("right", 1.0)):
+        artwork = write_text("HHHH\nH", Lettering(align=align, leading=2.0, size=1.5))
+        upper = [stroke for stroke in artwork.strokes if stroke[:, 1].max() > 2.5]
+        lower = [stroke for stroke in artwork.strokes if stroke[:, 1].max() < 2.0]
+        assert min(stroke[:, 1].min() for stroke in upper) == pytest.approx(3.0)
+        assert min(stroke[:, 1].min() for stroke in lower) == pytest.approx(0.0)
+        long, short = (np.concatenate(line)[:, 0] for line in (upper, lower))
+        rest = np.ptp(long) - np.ptp(short)
+        assert short.min() - long.min() == pytest.approx(share * rest)
+
+
+@pytest.mark.parametrize("font", FONTS)
+@pytest.mark.parametrize(("letter", "base"), [("ä", "a"), ("Ö", "O"), ("ü", "u"), ("é", "e")])
+def test_an_accent_stands_above_its_letter_and_in_its_middle(font, letter, base):
+    plain = write_text(base, Lettering(font=font)).strokes
+    marked = write_text(letter, Lettering(font=font)).strokes
+    assert len(marked) == len(plain) + (1 if letter == "é" else 2)
+    for one, other in zip(plain, marked, strict=False):
+        assert one == pytest.approx(other)
+    accent, body = np.concatenate(marked[len(plain) :]), np.concatenate(plain)
+    assert accent[:, 1].min() > body[:, 1].max()
+    middle = (body[:, 0].min() + body[:, 0].max()) / 2
+    assert (accent[:, 0].min() + accent[:, 0].max()) / 2 == pytest.approx(middle, abs=0.05)
+
+
+def test_an_accent_takes_the_place_of_the_dot_of_an_i():
+    assert len(write_text("í").strokes) == len(write_text("i").strokes) == 2
+    assert len(write_text("ï").strokes) == 3
+    assert len(write_text("į").strokes) == 3  # what hangs below leaves the dot
+
+
+@pytest.mark.parametrize(
+    ("text", "alike"),
+    [
+        ("Stra\u00dfe", "Strasse"),
+        ("\u201eja\u201c \u2013 nein\u2026", '"ja" - nein...'),
+        ("a\u0308", "\u00e4"),  # composed or not
+        ("\u03c3\u03c2", "\u03c3\u03c3"),
+        ("\u00b5", "\u03bc"),
+    ],
+)
+def test_what_looks_alike_is_written_alike(text, alike):
+    one, other = write_text(text), write_text(alike)
+    assert one.left_out == ()
+    for stroke, same in zip(one.strokes, other.strokes, strict=True):
+        assert stroke == pytest.approx(same)
+
+
+def test_greek_letters_are_each_other():
+    letters = "αβγδεζηθικλμνξοπρστυφχψωΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ"
+    shapes = {
+        tuple(np.round(np.concatenate(write_text(letter).strokes), 6).ravel()) for letter in letters
+    }
+    assert len(shapes) == len(letters) == 48
+    assert write_text(letters).left_out == ()
+
+
+def test_letters_that_the_font_lacks_are_named_and_the_others_written():
+    artwork = write_text("x\u00b2 = \u4e2d\u4e2d\u0001")
+    assert artwork.left_out == ("The font lacks \u00b2 \u4e2d U+0001.",)
+    assert len(artwork.strokes) == len(write_text("x = ").strokes)
+
+
+def test_round_letters_are_smooth():
+    for letter in "oOSeg":
+        for stroke in write_text(letter).strokes:
+            turn = np.degrees(turns(stroke))
+            assert ((turn <= SMOOTH_TURN + 1e-6) | (turn > CORNER_TURN)).all()
+    (ring,) = write_text("o").strokes
+    assert np.degrees(turns(ring)).max() <= SMOOTH_TURN + 1e-6
+
+
+def test_every_character_of_ascii_can_be_written_in_every_font():
+    text = "".join(map(chr, range(33, 127)))
+    for font in FONTS:
+        artwork = write_text(text, Lettering(font=font))
+        assert artwork.left_out == ()
+        assert all(np.isfinite(stroke).all() and len(stroke) > 1 for stroke in artwork.strokes)
+
+
+@pytest.mark.parametrize(
+    ("how", "told"),
+    [
+        ({"size": 0}, "size = 0 cm: it must be from 0.1 to 100 cm"),
+        ({"size": float("nan")}, "size = nan cm: it must be"),
+        ({"slant": 1.0}, "slant = 57.2958 degrees: it must be from -45 to 45 degrees"),
+        ({"spacing": -1}, "spacing = -1: it must be from 0.5 to 5"),
+        ({"leading": 0.0}, "leading = 0: it must be from 1 to 10"),
+        ({"font": "comic"}, "font = comic: it must be one of plain, roman"),
+        ({"align": "top"}, "align = top: it must be one of left, centre, right"),
+    ],
+)
+def test_what_cannot_be_written_so_is_refused(how, told):
+    with pytest.raises(BadArtwork, match=f"^{told}"):
+        write_text("a", Lettering(**how))
+
+
+@pytest.mark.parametrize("text", ["", " \n ", "\u4e2d"])
+def test_nothing_to_write_is_refused(text):
+    with pytest.raises(BadArtwork, match="nothing in it can be written"):
+        write_text(text)

@@ -1,0 +1,107 @@
+"""One door: what a file is, its contents tell; the gallery is found by name."""
+
+import cv2
+import numpy as np
+import pytest
+
+from laptop.drawing.artwork import CORNER_TURN, SMOOTH_TURN, BadArtwork, turns
+from laptop.drawing.lettering import Lettering
+from laptop.drawing.pictures import Tracing
+from laptop.drawing.sources import GALLERY, gallery, read_source
+from laptop.drawing.svg import read_svg
+
+SVG = b'<svg xmlns="http://www.w3.org/2000/svg"><path stroke="red" d="M0 0h96"/></svg>'
+
+
+def test_five_drawings_come_along_and_are_found_by_name():
+    assert gallery() == ("house", "knot", "owl", "rose", "spirograph")
+    for name in gallery():
+        artwork = read_source(name)
+        assert artwork.name == f"{name}.svg"
+        assert read_source(f"{name}.svg").points() == artwork.points()
+
+
+@pytest.mark.parametrize("name", gallery())
+def test_a_drawing_of_the_gallery_is_whole_small_and_smooth(name):
+    artwork = read_source(name)
+    assert artwork.left_out == ()
+    least, greatest = artwork.bounds()
+    assert least.min() >= 0
+    assert (greatest <= artwork.size).all()
+    assert max(artwork.size) <= 12.001
+    assert artwork.points() < 2000
+    assert (GALLERY / f"{name}.svg").stat().st_size < 10_000
+    for stroke in artwork.strokes:
+        turn = np.degrees(turns(stroke))
+        assert ((turn <= SMOOTH_TURN + 1e-6) | (turn > CORNER_TURN)).all()
+
+
+def test_the_rose_has_the_length_and_the_petals_of_its_formula():
+    """r = 4.7 cos(7/4 a), a from 0 to 8 pi."""
+    (stroke,) = read_source("rose").strokes
+    a = np.linspace(0, 8 * np.pi, 200_001)
+    r = 4.7 * np.cos(7 / 4 * a)
+    exact = np.column_stack([5 + r * np.sin(a), 5 + r * np.cos(a)])
+    length = np.hypot(*np.diff(exact, axis=0).T).sum()
+    assert np.hypot(*np.diff(stroke, axis=0).T).sum() == pytest.approx(length, rel=2e-3)
+    radius = np.hypot(*(stroke - 5).T)
+    peaks = (radius[1:-1] > radius[:-2]) & (radius[1:-1] >= radius[2:]) & (radius[1:-1] > 4.6)
+    assert peaks.sum() == 13  # of 14; one is where it begins and ends
+
+
+def test_a_file_of_that_name_comes_before_the_gallery(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rose").write_bytes(SVG)
+    assert read_source("rose").points() == 2
+    assert read_source("rose.svg").points() > 2
+    with pytest.raises(BadArtwork, match="there is no such file"):
+        read_source(tmp_path / "rose.svg")  # it is asked for in that folder
+
+
+def test_contents_tell_whatever_the_name_says(tmp_path):
+    image = np.full((60, 60), 255, np.uint8)
+    cv2.circle(image, (30, 30), 15, 0, -1)
+    for name, data, count in (
+        ("drawing.txt", SVG, 1),
+        ("picture.svg", cv2.imencode(".jpg", image)[1].tobytes(), None),
+        ("words", b"\xef\xbb\xbfI I\r\n", 2),
+    ):
+        (tmp_path / name).write_bytes(data)
+        artwork = read_source(tmp_path / name)
+        assert artwork.name == name
+        assert count in (None, len(artwork.strokes))
+        assert read_source(data, name).points() == artwork.points()
+
+
+def test_options_reach_what_they_are_for():
+    assert read_source(b"I", lettering=Lettering(size=3.0)).bounds()[1][1] == pytest.approx(3)
+    image = np.zeros((60, 60), np.uint8)
+    image[:30] = 255
+    data = cv2.imencode(".png", image)[1].tobytes()
+    assert read_source(data, tracing=Tracing(width=7.0)).size == (7, 7)
+
+
+@pytest.mark.parametrize(
+    ("path", "told"),
+    [
+        ("no/such.svg", "no/such.svg: there is no such file; give one, or a drawing that comes"),
+        ("a\0b", r"a\?b: (cannot be read|there is no such file)"),
+        (".", r"\.: is a folder, not a file"),
+    ],
+)
+def test_a_path_that_leads_to_no_drawing_is_refused(path, told):
+    with pytest.raises(BadArtwork, match=f"^{told}"):
+        read_source(path)
+
+
+@pytest.mark.parametrize(
+    "data", [b"GIF89a", b"BM\0\0", b"II*\0", b"RIFF\0\0\0\0WEBP", b"PK\x03\x04", b"%!PS-Adobe"]
+)
+def test_other_files_that_people_try_are_named_with_what_to_do(data):
+    with pytest.raises(BadArtwork, match="^drawing: is (a |Post).*, which is not read; save"):
+        read_source(data)
+
+
+def test_bytes_are_read_as_a_file_of_them_is():
+    assert read_source(SVG).strokes[0].tolist() == read_svg(SVG).strokes[0].tolist()
+    assert read_source(SVG, "-").name == "-"

@@ -1,0 +1,428 @@
+"""SVG becomes strokes, against points and lengths worked out by hand or by numpy."""
+
+import gzip
+import math
+
+import numpy as np
+import pytest
+
+from laptop.drawing import svg
+from laptop.drawing.artwork import SMOOTH_TURN, BadArtwork, stroke_length, turns
+from laptop.drawing.svg import read_svg
+
+PX = 2.54 / 96
+NAMES = (
+    'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
+    'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
+)
+
+
+def read(body, head='width="100mm" height="80mm" viewBox="0 0 100 80"', name="it.svg"):
+    """An Artwork of a sheet of 10 x 8 cm whose units are mm; y goes down there."""
+    group = '<g stroke="black" fill="none">'
+    return read_svg(f"<svg {NAMES} {head}>{group}{body}</g></svg>".encode(), name)
+
+
+def mm(points):
+    """Points in the sheet's mm, y down, as the artwork has them."""
+    return np.array(points, float) * [0.1, -0.1] + [0, 8]
+
+
+def only(body):
+    """The one stroke of a drawing."""
+    (stroke,) = read(body).strokes
+    return stroke
+
+
+# Shapes and commands
+
+
+@pytest.mark.parametrize(
+    ("body", "points"),
+    [
+        ('<line x1="1" y1="2" x2="3" y2="4"/>', [(1, 2), (3, 4)]),
+        ('<polyline points="1,2 3,4,5-6"/>', [(1, 2), (3, 4), (5, -6)]),
+        ('<polygon points="1 2 3 4 5 0"/>', [(1, 2), (3, 4), (5, 0), (1, 2)]),
+        (
+            '<rect x="1" y="2" width="3" height="4"/>',
+            [(1, 2), (4, 2), (4, 6), (1, 6), (1, 2)],
+        ),
+        ('<path d="M1 2L3 4H9V7"/>', [(1, 2), (3, 4), (9, 4), (9, 7)]),
+        ('<path d="m1 2l3 4h9v7 1"/>', [(1, 2), (4, 6), (13, 6), (13, 13), (13, 14)]),
+        ('<path d="M1 2 3 4 5 5z"/>', [(1, 2), (3, 4), (5, 5), (1, 2)]),
+        ('<path d="M1e1.5L-.5.25"/>', [(10, 0.5), (-0.5, 0.25)]),
+        ('<line x1="10%" y1="50%" x2="1cm" y2="1in"/>', [(10, 40), (96 / 2.54, 96)]),
+    ],
+)
+def test_straight_shapes_keep_each_point(body, points):
+    assert only(body) == pytest.approx(mm(points), abs=1e-12)
+
+
+def test_a_path_of_several_parts_makes_several_strokes():
+    artwork = read('<path d="M1 1l2 0zm5 5l1 1M20 20L30 30zL25 28"/>')
+    wanted = [
+        [(1, 1), (3, 1), (1, 1)], [(6, 6), (7, 7)], [(20, 20), (30, 30), (20, 20)],
+        [(20, 20), (25, 28)],
+    ]  # fmt: skip
+    assert len(artwork.strokes) == 4
+    for stroke, points in zip(artwork.strokes, wanted, strict=True):
+        assert stroke == pytest.approx(mm(points), abs=1e-12)
+
+
+def area(points):
+    """Of a polygon, by Gauss."""
+    x, y = points.T
+    return abs(np.dot(x[:-1], y[1:]) - np.dot(y[:-1], x[1:])) / 2
+
+
+def test_a_circle_is_round_and_closed():
+    stroke = only('<circle cx="50" cy="40" r="30"/>')
+    assert np.hypot(*(stroke - mm([50, 40])).T) == pytest.approx(3)
+    assert stroke[0] == pytest.approx(stroke[-1])
+    assert stroke_length(stroke) == pytest.approx(2 * math.pi * 3, rel=1e-3)
+    assert area(stroke) == pytest.approx(math.pi * 9, rel=2e-3)
+
+
+def test_an_ellipse_that_is_turned_has_its_area():
+    stroke = only('<ellipse cx="50" cy="40" rx="30" ry="10" transform="rotate(30 50 40)"/>')
+    assert area(stroke) == pytest.approx(math.pi * 3 * 1, rel=2e-3)
+    c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+    x, y = ((stroke - mm([50, 40])) * [1, -1] @ np.array([[c, -s], [s, c]])).T
+    assert x**2 / 9 + y**2 == pytest.approx(np.ones(len(x)))
+
+
+def test_a_rounded_rectangle_has_round_corners_of_a_circle():
+    stroke = only('<rect x="10" y="10" width="40" height="20" rx="5"/>')
+    assert stroke_length(stroke) == pytest.approx(2 * 3 + 2 * 1 + 2 * math.pi * 0.5, rel=1e-3)
+    assert area(stroke) == pytest.approx(8 - (4 - math.pi) * 0.25, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("flags", "centre", "swept"),
+    [("0 1", (20, 30), 90), ("0 0", (30, 20), 90), ("1 1", (30, 20), 270), ("1 0", (20, 30), 270)],
+)
+def test_the_flags_of_an_arc_choose_one_of_four(flags, centre, swept):
+    """From (20, 20) to (30, 30) at radius 10 there are these four, and these two centres."""
+    stroke = only(f'<path d="M20 20A10 10 0 {flags} 30 30"/>')
+    assert np.hypot(*(stroke - mm(centre)).T) == pytest.approx(1)
+    assert stroke_length(stroke) == pytest.approx(math.radians(swept), rel=1e-3)
+    assert stroke[[0, -1]] == pytest.approx(mm([(20, 20), (30, 30)]))
+
+
+def test_an_arc_too_small_for_its_ends_is_enlarged_and_one_without_radius_is_a_line():
+    stroke = only('<path d="M20 20A1 1 0 0 1 40 20"/>')
+    assert stroke_length(stroke) == pytest.approx(math.pi, rel=1e-3)
+    assert only('<path d="M1 1A0 5 0 0 1 9 9"/>') == pytest.approx(mm([(1, 1), (9, 9)]))
+
+
+def bernstein(control, t):
+    """A Bezier curve by its definition."""
+    n = len(control) - 1
+    weights = [math.comb(n, k) * t**k * (1 - t) ** (n - k) for k in range(n + 1)]
+    return np.array(weights).T @ np.array(control, float)
+
+
+@pytest.mark.parametrize(
+    ("data", "curves"),
+    [
+        ("M10 10C20 10 30 40 50 20", [[(10, 10), (20, 10), (30, 40), (50, 20)]]),
+        ("M10 10Q30 60 50 20", [[(10, 10), (30, 60), (50, 20)]]),
+        (
+            "M10 10q10 20 20 0t20 0",
+            [[(10, 10), (20, 30), (30, 10)], [(30, 10), (40, -10), (50, 10)]],
+        ),
+        (
+            "M10 10c0 10 10 10 10 0s10-10 10 0",
+            [[(10, 10), (10, 20), (20, 20), (20, 10)], [(20, 10), (20, 0), (30, 0), (30, 10)]],
+        ),
+    ],
+)
+def test_bezier_curves_go_where_their_definition_says(data, curves):
+    stroke = only(f'<path d="{data}"/>')
+    exact = np.vstack([bernstein(curve, np.linspace(0, 1, 4000)) for curve in curves])
+    exact = mm(exact)
+    near = np.linalg.norm(stroke[:, None] - exact[None], axis=-1).min(axis=1)
+    assert near.max() < 2e-3  # each point is on the curve
+    control = mm(np.vstack(curves))
+    begin, step = stroke[:-1], np.diff(stroke, axis=0)
+    along = ((exact[:, None] - begin) * step).sum(-1) / (step**2).sum(-1)
+    foot = begin + np.clip(along, 0, 1)[..., None] * step
+    off = np.linalg.norm(exact[:, None] - foot, axis=-1).min(axis=1)
+    assert off.max() < 1.1 * svg.TOLERANCE * np.ptp(control, axis=0).max()  # and all is drawn
+    assert np.degrees(turns(stroke)).max() <= SMOOTH_TURN + 1e-6
+
+
+def test_a_dot_becomes_a_dash_and_a_line_without_length_is_named():
+    artwork = read('<path d="M10 10h0" stroke-linecap="round"/><path d="M20 10z"/>')
+    (dash,) = artwork.strokes
+    assert stroke_length(dash) == pytest.approx(0.02)
+    assert dash.mean(axis=0) == pytest.approx(mm([10, 10]))
+    assert artwork.left_out == ("A line without length is not drawn.",)
+
+
+# Where it is
+
+
+def matrix(a, b, c, d, e, f):
+    return np.array([[a, c, e], [b, d, f], [0, 0, 1.0]])
+
+
+def turn(degrees):
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return matrix(c, s, -s, c, 0, 0)
+
+
+def shift(x, y):
+    return matrix(1, 0, 0, 1, x, y)
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("translate(3,4)", shift(3, 4)),
+        ("translate(3)", shift(3, 0)),
+        ("scale(2 3)", matrix(2, 0, 0, 3, 0, 0)),
+        ("scale(2)", matrix(2, 0, 0, 2, 0, 0)),
+        ("rotate(30)", turn(30)),
+        ("rotate(30, 5, 6)", shift(5, 6) @ turn(30) @ shift(-5, -6)),
+        ("skewX(20)", matrix(1, 0, math.tan(math.radians(20)), 1, 0, 0)),
+        ("skewY(20)", matrix(1, math.tan(math.radians(20)), 0, 1, 0, 0)),
+        ("matrix(1 2 3 4 5 6)", matrix(1, 2, 3, 4, 5, 6)),
+        ("translate(1,2)rotate(40),scale(-2,1)", shift(1, 2) @ turn(40) @ np.diag([-2, 1, 1])),
+    ],
+)
+def test_transforms_are_those_of_numpy(text, wanted):
+    points = np.array([[1, 2, 1], [30, 5, 1], [7, 40, 1]], float)
+    body = f'<polyline transform="{text}" points="1 2 30 5 7 40"/>'
+    assert only(body) == pytest.approx(mm((points @ wanted.T)[:, :2]), abs=1e-9)
+    inside = f'<g transform="translate(2 3)"><g transform="{text}">{body}</g></g>'
+    nested = shift(2, 3) @ wanted @ wanted
+    assert only(inside) == pytest.approx(mm((points @ nested.T)[:, :2]), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("head", "size", "point"),
+    [
+        ('width="21cm" height="297mm"', (21, 29.7), (10 * PX, 29.7 - 20 * PX)),
+        ('width="96" height="1in"', (2.54, 2.54), (10 * PX, 2.54 - 20 * PX)),
+        ('width="72pt" height="6pc"', (2.54, 2.54), (10 * PX, 2.54 - 20 * PX)),
+        ('viewBox="0 0 96 48"', (2.54, 1.27), (10 * PX, 1.27 - 20 * PX)),
+        ('width="10cm" viewBox="0 0 100 50"', (10, 5), (1, 3)),
+        ('height="10cm" width="100%" viewBox="0 0 50 100"', (5, 10), (1, 8)),
+        ('width="10cm" height="10cm" viewBox="-10 -20 100 100"', (10, 10), (2, 6)),
+        ('width="20cm" height="10cm" viewBox="0 0 100 100"', (20, 10), (6, 8)),
+        (
+            'width="20cm" height="10cm" viewBox="0 0 100 100" preserveAspectRatio="none"',
+            (20, 10), (2, 8),
+        ),
+        (
+            'width="20cm" height="10cm" viewBox="0 0 100 100" preserveAspectRatio="xMaxYMin meet"',
+            (20, 10), (11, 8),
+        ),
+        (
+            'width="20cm" height="10cm" viewBox="0 0 100 100" preserveAspectRatio="xMinYMax slice"',
+            (20, 10), (2, 16),
+        ),
+    ],
+)  # fmt: skip
+def test_units_and_view_boxes_place_a_point(head, size, point):
+    artwork = read('<path d="M10 20h1"/>', head)
+    assert artwork.size == pytest.approx(size)
+    assert artwork.strokes[0][0] == pytest.approx(point)
+
+
+def test_without_any_size_the_drawing_stands_on_its_lowest_point():
+    artwork = read('<path d="M10 20V120"/>', "")
+    assert artwork.size is None
+    assert artwork.strokes[0] == pytest.approx(np.array([[10 * PX, 100 * PX], [10 * PX, 0]]))
+
+
+def test_what_is_used_stands_where_it_is_used():
+    artwork = read(
+        '<defs><path id="p" d="M1 2h3"/><symbol id="s" viewBox="0 0 10 10"><path d="M5 5h5"/>'
+        '</symbol></defs><use href="#p" x="10" y="20" transform="scale(2)"/>'
+        '<use xlink:href="#s" x="50" y="10" width="20" height="20"/>'
+        '<svg x="10" y="30" width="40" height="40" viewBox="0 0 10 10"><path d="M1 1h1"/></svg>'
+    )
+    wanted = [[(22, 44), (28, 44)], [(60, 20), (70, 20)], [(14, 34), (18, 34)]]
+    for stroke, points in zip(artwork.strokes, wanted, strict=True):
+        assert stroke == pytest.approx(mm(points))
+
+
+# What is drawn, and what is named
+
+
+def test_layers_are_named_and_hidden_ones_left_out():
+    artwork = read(
+        '<g inkscape:groupmode="layer" inkscape:label="ink"><path d="M1 1h1"/>'
+        '<g inkscape:groupmode="layer" id="layer2"><path d="M1 1h1"/></g><g><path d="M1 1h1"/></g>'
+        '</g><g inkscape:groupmode="layer" inkscape:label="notes" style="display:none">'
+        '<path d="M1 1h1"/></g><path d="M1 1h1"/>'
+    )
+    assert artwork.layers == ("ink", "layer2", "ink", "")
+    assert artwork.left_out == ('The layer "notes" is hidden: show it in the editor to draw it.',)
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        (
+            "<text>Hello <tspan>you</tspan></text>",
+            'The text "Hello you" is in a font: make it a path first '
+            "(Inkscape: Path > Object to Path).",
+        ),
+        ('<image href="a.png"/>',
+         "A picture is not drawn (\"a.png\"): draw the picture's own file."),
+        ('<image href="data:image/png;base64,AAAA"/>',
+         "A picture is not drawn: draw the picture's own file."),
+        ('<rect width="9" height="9" fill="red" stroke="none"/>',
+         "An area is drawn by its outline, not filled."),
+        ('<rect width="100" height="80" fill="#fff" stroke="none"/>',
+         "A white area without an outline is not drawn."),
+        ('<path d="M1 1h1" stroke="none"/>',
+         "A shape has neither line nor fill (<path>), and is not drawn."),
+        ('<path d="M1 1h1" visibility="hidden"/>', "An element is hidden (<path>)."),
+        ('<g display="none"><path d="M1 1h1"/></g>', "An element is hidden (<g>)."),
+        ('<path d="M1 1h1" stroke-dasharray="1 2"/>', "A dashed line is drawn through."),
+        ('<path d="M1 1h1" marker-end="url(#a)"/>',
+         "An arrow head or other marker on a line is not drawn."),
+        ('<use href="#nowhere"/>', 'A reference leads nowhere ("#nowhere").'),
+        ('<rect width="9" height="?"/>',
+         'An element is not drawn since it has a value that cannot be read ("?").'),
+        ("<style>g > path {stroke: red}</style>",
+         'A style rule is not understood, and not followed ("g > path").'),
+    ],
+)  # fmt: skip
+def test_what_is_left_out_is_named(body, told):
+    assert read('<path d="M0 0h1"/>' + body).left_out == (told,)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        '<mask id="m"><path d="M1 1h1"/></mask>',
+        '<marker id="m"><path d="M1 1h1"/></marker>',
+        '<symbol id="m"><path d="M1 1h1"/></symbol>',
+        '<clipPath id="m"><path d="M1 1h1"/></clipPath>',
+        '<pattern id="m"><path d="M1 1h1"/></pattern>',
+        "<metadata><path/></metadata><title>a</title><desc>b</desc>",
+        '<path xmlns="http://example.org/other" d="M1 1h1"/>',
+        '<rect width="0" height="5"/><circle r="0"/><ellipse rx="3"/>',
+    ],
+)
+def test_what_shows_nothing_by_itself_is_not_drawn(body):
+    artwork = read('<path d="M0 0h1"/>' + body)
+    assert (len(artwork.strokes), artwork.left_out) == (1, ())
+
+
+CLIP = '<clipPath id="c"><rect x="10" y="10" width="50" height="50"/></clipPath>'
+
+
+@pytest.mark.parametrize(
+    ("body", "count"),
+    [
+        ('<path clip-path="url(#c)" d="M20 20h10"/>', 1),
+        ('<path clip-path="url(#c)" d="M20 20h60"/>', 0),
+        ('<g clip-path="url(#c)"><path d="M1 1h1"/></g>', 0),
+        ('<g transform="translate(20 20)" clip-path="url(#c)"><path d="M45 45h10"/></g>', 1),
+        ('<path mask="url(#c)" d="M20 20h10"/>', 0),
+        ('<circle clip-path="url(#d)" r="1"/><clipPath id="d"><circle r="9"/></clipPath>', 0),
+    ],
+)
+def test_a_clipped_shape_is_drawn_only_where_the_clip_takes_nothing_away(body, count):
+    artwork = read('<path d="M0 0h1"/>' + CLIP + body)
+    assert len(artwork.strokes) == 1 + count
+    told = "A shape of which a clip or mask shows a part is not drawn"
+    assert sum(sentence.startswith(told) for sentence in artwork.left_out) == 1 - count
+
+
+@pytest.mark.parametrize(
+    ("rules", "attributes", "is_drawn"),
+    [
+        (".a{display:none}", 'class="b a"', False),
+        (".a{display:none}", 'class="ab"', True),
+        ("#x{display:none}", 'id="x"', False),
+        ("path{display:none}", "", False),
+        ("path.a{display:none}", 'class="a"', False),
+        ("rect.a{display:none}", 'class="a"', True),
+        (".a{display:none}path{display:inline}", 'class="a"', False),  # the class weighs more
+        ("path{display:none}path{display:inline}", "", True),  # the later one
+        ("path{display:none}", 'style="display:inline"', True),
+        ("path{display:inline}", 'display="none"', True),  # a rule over an attribute
+        ("/* path{display:none} */", "", True),
+        ("@media print{path{display:none}}", "", False),
+        ("*{stroke:none}", "", False),
+    ],
+)
+def test_styles_hide_by_their_weight(rules, attributes, is_drawn):
+    artwork = read(f'<style>{rules}</style><path {attributes} d="M1 1h1"/><path style="stroke:red;'
+                   'display:inline" d="M5 5h1"/>')  # fmt: skip
+    assert len(artwork.strokes) == 1 + is_drawn
+
+
+@pytest.mark.parametrize(
+    "fault", ["l 3 nan 9 9", "H", "H nan", "l3", "h", "C1 1 2 2", "X 3 4", "a1 1 0 0 1 5", "t nan"]
+)
+def test_a_broken_path_is_drawn_up_to_its_fault(fault):
+    artwork = read(f'<path d="M1 1h5v5 {fault}"/>')
+    assert artwork.strokes[0] == pytest.approx(mm([(1, 1), (6, 1), (6, 6)]))
+    assert artwork.left_out == (f'A path is broken, and drawn up to there ("M1 1h5v5 {fault}").',)
+
+
+@pytest.mark.parametrize("data", ["L3 3", "3 3 M1 1L2 2", "H5", "nan"])
+def test_a_path_must_begin_with_a_move(data):
+    artwork = read(f'<path d="M0 0h1"/><path d="{data}"/>')
+    assert len(artwork.strokes) == 1
+    assert artwork.left_out == (f'A path is broken, and drawn up to there ("{data}").',)
+
+
+@pytest.mark.parametrize(
+    "text", ["rotate(30!)", "scale()", "turn(3)", "rotate(1 2)", "translate(1 2) x", "scale(1e999)"]
+)
+def test_what_has_a_transform_that_says_nothing_is_left_out(text):
+    artwork = read(f'<path d="M0 0h1"/><g transform="{text}"><path d="M1 1h1"/></g>')
+    assert len(artwork.strokes) == 1
+    assert artwork.left_out == (
+        f'An element is not drawn since it has a value that cannot be read ("{text}").',
+    )
+
+
+def test_points_are_counted_as_they_stand_there_and_as_they_are_drawn(monkeypatch):
+    monkeypatch.setattr(svg, "MAX_POINTS", 500)
+    assert read('<circle r="5"/>' * 3).points() > 250
+    with pytest.raises(BadArtwork, match="has more than 500 points"):
+        read('<circle r="5"/>' * 10)
+    with pytest.raises(BadArtwork, match="has more than 500 points"):
+        read('<path d="M1 1h0"/>' + '<polyline points="1 1 2 2 3 3"/>' * 200)
+
+
+def test_several_of_a_kind_are_counted_and_some_named():
+    body = "".join(f"<text>text {k}</text>" for k in range(5))
+    (told,) = read('<path d="M0 0h1"/>' + body).left_out
+    assert told.startswith('5 texts are in a font ("text 0", "text 1", "text 2", ...): make them')
+
+
+def test_a_packed_drawing_is_that_drawing():
+    data = f'<svg {NAMES} viewBox="0 0 9 9"><path stroke="red" d="M1 2L3 4"/></svg>'.encode()
+    plain, packed = read_svg(data, "a"), read_svg(gzip.compress(data), "a")
+    assert packed.strokes[0].tolist() == plain.strokes[0].tolist()
+    assert packed.size == plain.size
+
+
+def test_a_drawing_without_its_namespace_is_read_too():
+    (stroke,) = read_svg(
+        b'<svg width="9cm" height="9cm"><path stroke="red" d="M0 0h96"/></svg>'
+    ).strokes
+    assert stroke == pytest.approx(np.array([[0, 9], [2.54, 9]]))
+
+
+def test_what_is_drawn_has_no_point_twice_in_a_row():
+    artwork = read('<path d="M1 1h0h5h0v5h0z"/><polyline points="1 1 1 1 2 2"/>')
+    for stroke in artwork.strokes:
+        assert stroke.dtype == np.float64
+        assert (np.hypot(*np.diff(stroke, axis=0).T) > 0).all()
+
+
+def test_nothing_to_draw_is_said_with_its_reason():
+    with pytest.raises(BadArtwork, match='^a.svg: nothing in it is drawn: The text "Hi" is in a'):
+        read_svg(f"<svg {NAMES}><text>Hi</text></svg>".encode(), "a.svg")
