@@ -28,6 +28,7 @@ ROOMS = {
     "robot.servoing.run_reporter": ("Verdict",),
     "robot.tracker_address": ("find_tracker",),
     "robot.tracking": ("TrackingClient",),
+    "robot.turtle_graphics": ("Turtle",),
     "shared.arm_description": ("ArmError", "find_arm", "read_arm"),
 }
 """The names, by the modules where they live."""

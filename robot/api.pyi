@@ -25,6 +25,7 @@ __all__ = [
     "Stream",
     "TooSlow",
     "TrackingClient",
+    "Turtle",
     "Unreachable",
     "Verdict",
     "VisualServoing",
@@ -232,9 +233,7 @@ class RobotArm:
         self, motions: Sequence[Any], settle: float = 0.2, on_tick: _OnTick | None = None
     ) -> None:
         """Let the links follow Trajectories or JointMoves, one after the other."""
-    def follow_fed(
-        self, motions: Sequence[Any], feed: Any, ready: Callable[[], object]
-    ) -> None:
+    def follow_fed(self, motions: Sequence[Any], feed: Any, ready: Callable[[], object]) -> None:
         """As `follow`, at the rate of a robot.motion.feed.FeedOverride, which may hold it."""
     def reach(
         self,
@@ -315,6 +314,96 @@ class Driver:
         method: _Method = "smooth",
     ) -> None:
         """Draw the pieces of one stroke (robot.motion.paths), planned by trajectory.plan."""
+
+class Turtle:
+    """A turtle that holds the arm's pen, down at first; lengths are units, angles degrees."""
+
+    def __init__(
+        self,
+        driver: Driver | None = None,
+        scale: float = ...,
+        origin: tuple[float, float] | None = None,
+        turn: float = 0.0,
+        height: float = 0.0,
+    ) -> None: ...
+    def forward(self, distance: float) -> None:
+        """Go so far ahead."""
+    def back(self, distance: float) -> None:
+        """Go so far backwards, the heading stays."""
+    def right(self, angle: float) -> None:
+        """Turn clockwise."""
+    def left(self, angle: float) -> None:
+        """Turn counter-clockwise."""
+    def goto(self, x: float | tuple[float, float] | Turtle, y: float | None = None) -> None:
+        """Go straight to a place, given as x, y or as a pair; the heading stays."""
+    def setx(self, x: float) -> None:
+        """Go to this x."""
+    def sety(self, y: float) -> None:
+        """Go to this y."""
+    def setheading(self, to_angle: float) -> None:
+        """Turn to a heading: 0 is east, 90 north."""
+    def home(self) -> None:
+        """Go to (0, 0), and head east."""
+    def circle(self, radius: float, extent: float | None = None, steps: int | None = None) -> None:
+        """Draw a circle whose centre is so far to the left, or a part of it."""
+    def penup(self) -> None:
+        """Lift the pen: the stroke so far is drawn."""
+    def pendown(self) -> None:
+        """Lower the pen."""
+    def isdown(self) -> bool:
+        """Whether the pen is down."""
+    def flush(self) -> None:
+        """Draw now what has been collected."""
+    def done(self) -> None:
+        """Draw what has been collected: the end of a turtle's program."""
+    def position(self) -> tuple[float, float]:
+        """(x, y), units."""
+    def xcor(self) -> float:
+        """Its x."""
+    def ycor(self) -> float:
+        """Its y."""
+    def heading(self) -> float:
+        """Where it heads: 0 is east, 90 north."""
+    def towards(self, x: float | tuple[float, float] | Turtle, y: float | None = None) -> float:
+        """The heading from here to a place."""
+    def distance(self, x: float | tuple[float, float] | Turtle, y: float | None = None) -> float:
+        """How far a place is from here, units."""
+    def speed(self, speed: float | str | None = None) -> int | None:
+        """Set the tip's speed, 1 slow to 10 fast; 0, as at first, is the arm's own. Or tell it."""
+    def degrees(self, fullcircle: float = 360.0) -> None:
+        """Let angles be degrees, or other parts of a full circle."""
+    def radians(self) -> None:
+        """Let angles be radians."""
+    def fd(self, distance: float) -> None:
+        """Go so far ahead."""
+    def bk(self, distance: float) -> None:
+        """Go so far backwards, the heading stays."""
+    def backward(self, distance: float) -> None:
+        """Go so far backwards, the heading stays."""
+    def rt(self, angle: float) -> None:
+        """Turn clockwise."""
+    def lt(self, angle: float) -> None:
+        """Turn counter-clockwise."""
+    def setpos(self, x: float | tuple[float, float] | Turtle, y: float | None = None) -> None:
+        """Go straight to a place, given as x, y or as a pair; the heading stays."""
+    def setposition(self, x: float | tuple[float, float] | Turtle, y: float | None = None) -> None:
+        """Go straight to a place, given as x, y or as a pair; the heading stays."""
+    def seth(self, to_angle: float) -> None:
+        """Turn to a heading: 0 is east, 90 north."""
+    def pu(self) -> None:
+        """Lift the pen: the stroke so far is drawn."""
+    def up(self) -> None:
+        """Lift the pen: the stroke so far is drawn."""
+    def pd(self) -> None:
+        """Lower the pen."""
+    def down(self) -> None:
+        """Lower the pen."""
+    def pos(self) -> tuple[float, float]:
+        """(x, y), units."""
+    def mainloop(self) -> None:
+        """Draw what has been collected: the end of a turtle's program."""
+    def update(self) -> None:
+        """Draw now what has been collected."""
 
 def find_tracker(
     place: str = "",

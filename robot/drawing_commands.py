@@ -22,11 +22,12 @@ LINES = {
 from; in space an upright, a level and a slanting one."""
 
 
+ABOUT = "Draw with the arm; all lengths in cm. What a laptop has planned: driver.py job --help."
+"""Of the help, too."""
+
 EXAMPLES = """\
   driver.py line 10,0 5,10
-  driver.py --arm spatial line 14,0,4 14,0,16
-  driver.py job rose --arm geared
-  driver.py order pause"""
+  driver.py --arm spatial line 14,0,4 14,0,16"""
 """Of the help."""
 
 
@@ -45,7 +46,7 @@ def _point(text):
 
 
 def _parser():
-    parser = Parser("driver.py", "Draw with the arm; all lengths in cm.", EXAMPLES)
+    parser = Parser("driver.py", ABOUT, EXAMPLES)
     parser.add_argument(
         "--arm",
         default=default_arm(),

@@ -78,7 +78,7 @@ def _parser():
 def _job(parser, args):
     from robot.clock import Clock
     from robot.jobs.orders import JobOrders, orders_file
-    from robot.jobs.progress import find_job, forget_progress, load_progress
+    from robot.jobs.progress import find_job, load_progress
     from robot.jobs.report import JobReport, status_file
     from robot.jobs.runner import JobRunner
     from shared.arm_description import find_arm, read_arm
@@ -111,8 +111,6 @@ def _job(parser, args):
             paused = _tell_resumed(arm, job, progress, first) or paused
         elif first > 1:
             print("begins with stroke {} of {}".format(first, header.strokes))
-        else:
-            forget_progress(job.crc)
         presses = _presses()
         orders = JobOrders(args.speed_percent / 100, paused, presses, orders_file())
         try:

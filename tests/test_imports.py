@@ -58,6 +58,16 @@ RULES = {
         *("laptop.drawing", *PURE, "shared"),
         *("numpy", "cv2", "HersheyFonts", "svgelements"),
     ),
+    "laptop.drawing.timing": (
+        *("laptop.drawing", *PURE, "shared", "numpy"),
+        *(f"robot.motion.{name}" for name in ("backlash", "gravity", "motor_model", "parking")),
+    ),
+    **{
+        f"laptop.drawing.{name}": (
+            *("laptop.drawing", "laptop.reporting", "shared", "numpy", "cv2", "matplotlib"),
+        )
+        for name in ("preview_png", "overlay")
+    },
     "laptop.brick": ("laptop.brick", "laptop.system", "shared", "asyncssh"),
     "laptop.brick.finding": ("laptop.brick", "asyncssh", "ifaddr", "zeroconf"),
     "laptop.simulator": ("laptop.simulator", "laptop.system", "robot", "shared", "ev3dev2"),
@@ -216,6 +226,8 @@ def test_imports_follow_the_direction():
         ("laptop.drawing.svg", "from laptop.vision import frames", "laptop.vision.frames"),
         ("laptop.drawing.cards", "from robot.motion import arm", "robot.motion.arm"),
         ("laptop.drawing.sources", "import click", "click"),
+        ("laptop.drawing.preview", "import matplotlib", "matplotlib"),
+        ("laptop.drawing.planning", "from robot.motion import backlash", "robot.motion.backlash"),
         ("laptop.cli.brick", "import asyncssh", "asyncssh"),
         ("laptop.page.controller", "from laptop.demo import results", "laptop.demo.results"),
         ("laptop.reporting.charts", "import laptop.vision.view", "laptop.vision.view"),

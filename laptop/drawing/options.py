@@ -59,9 +59,9 @@ class DrawingOptions:
         if self.at is not None:
             for value in self.at:
                 _within("at", value, -LARGEST, LARGEST, "cm")
-        for value in self.size or ():
-            if value is not None:
-                _within("size", value, LEAST_SIZE, LARGEST, "cm")
+        for side in self.size or ():
+            if side is not None:
+                _within("size", side, LEAST_SIZE, LARGEST, "cm")
         _within("rotate", self.rotate, -3600.0, 3600.0, "degrees")
         _within("height", self.height, -LARGEST, LARGEST, "cm")
         if self.speed is not None:

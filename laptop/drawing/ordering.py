@@ -25,8 +25,9 @@ MEETING = 0.05
 LONGEST_MOVED = 8
 """Or-opt moves so many strokes at once, at the most."""
 
-MOST_TRIED = 150_000
-"""So many changes of the order are tried, at the most: it is the same on every computer."""
+MOST_TRIED, TRIED_EACH = 150_000, 1_500
+"""So many changes of the order are tried, at the most, and for each stroke: counted, not timed, so
+that it is the same on every computer."""
 
 NEIGHBOURS = 10
 """So many nearest ends are looked at from each end."""
@@ -133,7 +134,7 @@ def ordered(
     out: list[PlacedStroke] = []
     for layer in layers:
         own = [stroke for stroke in strokes if stroke.layer == layer]
-        share = max(1, most_tried * len(own) // len(strokes))
+        share = min(TRIED_EACH * len(own), most_tried * len(own) // len(strokes) + 1)
         for stroke in _layer_in_order(own, start, share):
             out.append(stroke)
             start = stroke.points[-1]
@@ -142,7 +143,7 @@ def ordered(
 
 def pen_up_way(strokes: Sequence[PlacedStroke]) -> float:
     """Length of the ways between strokes, cm."""
-    ends = np.array([(a.points[-1], b.points[0]) for a, b in zip(strokes, strokes[1:])])
+    ends = np.array([(a.points[-1], b.points[0]) for a, b in pairwise(strokes)])
     return float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum()) if len(ends) else 0.0
 
 
@@ -151,7 +152,9 @@ def _layer_in_order(
 ) -> list[PlacedStroke]:
     heads, tails = _ends_of(strokes)
     begin = np.append(start, 0.0)
-    tours = []
+    # (As they came, they may lie in a good order already.)
+    tours = [_Tour(heads, tails, np.arange(len(heads)), np.zeros(len(heads), bool))]
+    most_tried -= tours[0].shorten(most_tried)
     for first in (begin, *heads[: BEGINNINGS - 1]):
         tours.append(_Tour(heads, tails, *_nearest_neighbours(heads, tails, first)))
         most_tried -= tours[-1].shorten(most_tried)
@@ -251,9 +254,7 @@ class _Tour:
         while self._left > 0 and self._n > PARTS_EXCHANGED:
             order, ends = self.order[:], self._in[:]
             before = self.length()
-            cuts = sorted(
-                dice.sample(range(min(self._n, EXCHANGED_WITHIN) + 1), PARTS_EXCHANGED)
-            )
+            cuts = sorted(dice.sample(range(min(self._n, EXCHANGED_WITHIN) + 1), PARTS_EXCHANGED))
             offset = dice.randrange(self._n - cuts[-1] + 1)
             a, b, c, d = (cut + offset for cut in cuts)
             self._write(a, self.order[c:d] + self.order[b:c] + self.order[a:b])

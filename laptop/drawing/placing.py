@@ -73,7 +73,7 @@ def paper_size(text: str) -> tuple[float, float]:
             "it lies across, or WIDTHxHEIGHT in cm"
         )
     width, height = float(size[1]), float(size[2])
-    if not (2 * PAPER_MARGIN < min(width, height) and max(width, height) <= LARGEST):
+    if not (min(width, height) > 2 * PAPER_MARGIN and max(width, height) <= LARGEST):
         raise BadPlace(
             f"paper of {width:g} x {height:g} cm: give sides of more than {2 * PAPER_MARGIN:g} and "
             f"at most {LARGEST:g} cm"
@@ -266,34 +266,28 @@ class _Finder:
     def centre_for(self, scale: float) -> np.ndarray:
         """The sheet's middle for a drawing of this scale: where most room is left around it."""
         found = self._best(scale, self._centres + scale * self._offset, self._coarse)
-        if found is None:
-            near = self._centres[np.hypot(*self._centres.T) < -self._map.origin]
-            fine = np.vstack([near + (dx, dy) for dx in (0, 0.5) for dy in (0, 0.5)])
-            found = self._best(scale, fine + scale * self._offset, self._fine)
         if found is not None:
             return found - scale * self._offset
-        if self._wish.clip:
-            return self.largest(scale)[1]
-        try:
-            largest, _ = self.largest(None)
-        except BadPlace:
-            raise self._nowhere() from None
+        reached, centre = self.largest(scale)
+        if reached == scale or self._wish.clip:
+            return centre
         sides = np.ptp(np.vstack(self._shapes) @ self._turn, axis=0)
-        wanted, fits = scale * sides, 0.99 * largest * sides
+        wanted, fits = scale * sides, np.floor(9.9 * reached * sides) / 10
         raise BadPlace(
             f"{wanted[0]:.1f} x {wanted[1]:.1f} cm are nowhere in the arm's reach; at most "
-            f"{fits[0]:.1f} x {fits[1]:.1f} cm are: give --size {fits[0]:.1f}, or --clip to leave "
-            "out what is beyond"
+            f"{fits[0]:.1f} x {fits[1]:.1f} cm are: give --size {fits[0]:.1f}x{fits[1]:.1f}, or "
+            "--clip to leave out what is beyond"
         )
 
     def _nowhere(self) -> BadPlace:
-        return BadPlace(
-            f"at {self._wish.height:g} cm above the table nothing of {LEAST_SIZE:g} cm can be "
-            "drawn: the arm does not reach there; give another --height"
-            if self._arm.chain == "spatial"
-            else "there is no place at which the arm can draw it whole; give --size, --at and "
-            "--clip to draw what can be reached"
-        )
+        whole = "there is no place at which the arm can draw it whole"
+        if len(self._postures) == 1:
+            return BadPlace(f"{whole} with its elbow {self._postures[0]}; leave --elbow out")
+        if self._arm.chain == "spatial":
+            return BadPlace(
+                f"{whole}, {self._wish.height:g} cm above the table; give another --height"
+            )
+        return BadPlace(f"{whole}; give --size, --at and --clip to draw what can be reached")
 
     def _near(self, centre: np.ndarray) -> np.ndarray:
         steps = np.arange(-COARSE, COARSE + FINE / 2, FINE)
@@ -368,9 +362,7 @@ def _thinned(shapes: list[np.ndarray], cells: int) -> tuple[np.ndarray, np.ndarr
     """(points (n, 2), where each stroke's begin): of each stroke one point in every cell."""
     extent = max(float(np.ptp(np.vstack(shapes), axis=0).max()), 1e-9)
     cell = extent / cells
-    dense = [reach.densified(shape, cell) for shape in shapes]
-    stroke = np.repeat(np.arange(len(dense)), [len(shape) for shape in dense])
-    points = np.vstack(dense)
+    points, stroke = reach.densified(shapes, cell)
     while True:
         keys = np.column_stack([stroke, np.rint(points / cell).astype(np.int64)])
         _, kept = np.unique(keys, axis=0, return_index=True)

@@ -22,6 +22,9 @@ from shared.arm_description import Arm
 MOST_POINTS = 1_000_000
 """More points than this are no drawing for an arm."""
 
+FARTHEST = 1e6
+"""Greatest coordinate of an artwork's point, cm."""
+
 STAGES = {"placing": 0.0, "ordering": 0.2, "planning": 0.35, "timing": 0.85}
 """What is done, and the share of all at which it begins, about."""
 
@@ -87,7 +90,7 @@ class DrawingPlan:
                 it does.
         """
         if self.missed and not (self.options.clip and self.strokes):
-            raise strokes.refusal(self.missed, self.total)
+            raise strokes.refusal(self.missed, self.total, self.options.clip)
 
     def write_job(self, file: str | os.PathLike[str]) -> job.JobHeader:
         """Write the job that the brick draws.
@@ -189,8 +192,11 @@ def _chosen(artwork: Artwork, options: DrawingOptions) -> Artwork:
             "be prepared; simplify it"
         )
     for stroke in artwork.strokes:
-        if not np.isfinite(stroke).all():
-            raise BadArtwork(f"{artwork.name}: it has a point that is no place; make it anew")
+        if not (np.abs(stroke) <= FARTHEST).all():  # (nor is what is no number)
+            raise BadArtwork(
+                f"{artwork.name}: it has a point that is no place, or farther away than "
+                f"{FARTHEST:g} cm; make it anew"
+            )
     if options.layers is None:
         return artwork
     known = list(dict.fromkeys(artwork.layers))

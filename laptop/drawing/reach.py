@@ -7,6 +7,7 @@ the way the elbow is bent, "up" or "down"; within one a stroke can be drawn whol
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +26,7 @@ LEAP = math.radians(30)
 LIMIT_MARGIN = math.radians(0.1)
 """Joints keep so far off their limits, rad: a curve may bulge out between its points."""
 
-EASY_MARGIN, EASY_SINGULARITY = math.radians(2), 0.3
+EASY_MARGIN, EASY_SINGULARITY = math.radians(1), 0.3
 """Where the arm moves easily: so far off the limits, rad, and off what is singular (see
 kinematics.singularity)."""
 
@@ -128,15 +129,26 @@ def on_table(arm: Arm, points: np.ndarray, height: float) -> np.ndarray:
     return np.column_stack([points, np.full(len(points), height)])
 
 
-def densified(stroke: np.ndarray, spacing: float = SPACING) -> np.ndarray:
-    """The same line (n, 2), cm, with points no more than `spacing` apart."""
-    steps = np.hypot(*np.diff(stroke, axis=0).T)
-    counts = np.maximum(1, np.ceil(steps / spacing - 1e-9)).astype(int)
+def densified(
+    strokes: Sequence[np.ndarray], spacing: float = SPACING
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same lines (n, 2), cm, with points no more than `spacing` apart.
+
+    Returns:
+        All points (m, 2), one stroke after the other; and the number of each one's stroke, (m,).
+    """
+    if not strokes:
+        return np.empty((0, 2)), np.empty(0, int)
+    points = np.vstack(strokes)
+    ends = np.cumsum([len(stroke) for stroke in strokes]) - 1
+    ways = np.diff(points, axis=0, append=points[-1:])
+    ways[ends] = 0.0  # from one stroke to the next nothing is drawn
+    counts = np.maximum(1, np.ceil(np.hypot(*ways.T) / spacing - 1e-9)).astype(int)
     first = np.cumsum(counts) - counts
-    share = (np.arange(counts.sum()) - np.repeat(first, counts)) / np.repeat(counts, counts)
-    k = np.repeat(np.arange(len(counts)), counts)
-    inner = stroke[k] + share[:, None] * (stroke[k + 1] - stroke[k])
-    return np.vstack([inner, stroke[-1:]])
+    k = np.repeat(np.arange(len(points)), counts)
+    share = (np.arange(len(k)) - first[k]) / counts[k]
+    number = np.repeat(np.arange(len(strokes)), [len(stroke) for stroke in strokes])
+    return points[k] + share[:, None] * ways[k], number[k]
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,23 +184,21 @@ def _joined(poses: np.ndarray, stroke: np.ndarray) -> np.ndarray:
 
 def try_strokes(
     arm: Arm,
-    strokes: list[np.ndarray],
+    strokes: Sequence[np.ndarray],
     height: float,
     postures: tuple[str, ...] = POSTURES,
     margin: float = LIMIT_MARGIN,
     least_singularity: float = 0.0,
 ) -> Reached:
     """Try strokes (n, 2), cm, on the table in each posture."""
-    dense = [densified(stroke) for stroke in strokes]
-    number = np.repeat(np.arange(len(dense)), [len(stroke) for stroke in dense])
-    points = np.vstack(dense) if dense else np.empty((0, 2))
+    points, number = densified(strokes)
     poses, whole = {}, {}
     for posture in postures:
         q = joint_angles(arm, on_table(arm, points, height), posture, margin, least_singularity)
         poses[posture] = q
         broken = np.isnan(q[:, 0])
         broken[:-1] |= ~_joined(q, number) & (np.diff(number) == 0)
-        whole[posture] = np.bincount(number, broken, len(dense)) == 0
+        whole[posture] = np.bincount(number, broken, len(strokes)) == 0
     return Reached(points, number, poses, whole)
 
 

@@ -26,8 +26,14 @@ CURVE_TURN, CURVE_STEP = math.radians(6), 0.25
 """From point to point a curve turns by no more (rad) and goes no farther (cm), so that the tangents
 worked out from them are its own."""
 
+SHARPEST = math.radians(60)
+"""No curve turns by more from point to point, rad."""
+
 STRAIGHT_SHARE = 0.3
 """A piece is straight that bends by no more than this share of the tolerance."""
+
+NOISE_SHARE = 0.2
+"""What is off by less than this share of the tolerance is noise."""
 
 SMOOTHINGS = 20
 """So often corners that do not show are left out, which may show others."""
@@ -44,9 +50,15 @@ def pieces(points: np.ndarray, tolerance: float) -> list[np.ndarray]:
     if len(points) < 2 or np.hypot(*np.diff(points, axis=0).T).sum() < PEN_WIDTH:
         return [_dot(points)]
     points = _without_jitter(points, tolerance)
-    corners = np.flatnonzero(turns(points) > CORNER) + 1
+    corners = np.flatnonzero(_sharp(points, tolerance))
     cuts = [0, *corners.tolist(), len(points) - 1]
-    return [_thinned(points[a : b + 1], tolerance) for a, b in zip(cuts, cuts[1:], strict=False)]
+    out = []
+    for a, b in zip(cuts, cuts[1:], strict=False):
+        thin = _thinned(points[a : b + 1], tolerance)
+        # What goes back on itself is no curve, however small.
+        again = [0, *(np.flatnonzero(turns(thin) > SHARPEST) + 1).tolist(), len(thin) - 1]
+        out += [thin[i : j + 1] for i, j in zip(again, again[1:], strict=False)]
+    return out
 
 
 def _dot(points: np.ndarray) -> np.ndarray:
@@ -80,7 +92,7 @@ def _without_jitter(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Without corners whose absence does not show."""
     shown: np.ndarray | None = None
     for _ in range(SMOOTHINGS):
-        sharp = np.append(np.append(False, turns(points) > CORNER), False)
+        sharp = _sharp(points, tolerance)
         if not sharp.any():
             break
         if shown is None:
@@ -93,6 +105,21 @@ def _without_jitter(points: np.ndarray, tolerance: float) -> np.ndarray:
         near[0] = False
         points, shown = points[~near], shown[~near]  # there and back
     return points
+
+
+def _sharp(points: np.ndarray, tolerance: float) -> np.ndarray:
+    """Which points are corners, (n,) bool: those of the line, and of it without its noise.
+
+    Without the noise's points a narrow bend would have corners; with them any line.
+    """
+    sharp = np.zeros(len(points), bool)
+    sharp[1:-1] = turns(points) > CORNER
+    if sharp.any():
+        kept = np.flatnonzero(_needed(points, NOISE_SHARE * tolerance))
+        clean = np.zeros(len(points), bool)
+        clean[kept[1:-1]] = turns(points[kept]) > CORNER
+        sharp &= clean
+    return sharp
 
 
 def _needed(points: np.ndarray, tolerance: float) -> np.ndarray:
@@ -121,13 +148,15 @@ def _thinned(piece: np.ndarray, tolerance: float) -> np.ndarray:
         off = piece - piece[0]
         aside = np.abs(off[:, 0] * way[1] - off[:, 1] * way[0]) / length
         along = off @ way / length
-        if aside.max() <= STRAIGHT_SHARE * tolerance and (np.diff(along) > 0).all():
+        if aside.max() <= STRAIGHT_SHARE * tolerance and np.diff(along).min() > -tolerance:
             return piece[[0, -1]]
     # By how much it has turned, and how far it has gone, to each point: one in each step is kept.
-    steps = np.hypot(*np.diff(piece, axis=0).T)
-    turned = np.concatenate([[0.0], np.cumsum(turns(piece)), [0.0]])
-    turned[-1] = turned[-2]
-    gone = np.floor(turned / CURVE_TURN + np.append(0.0, np.cumsum(steps)) / CURVE_STEP + 1e-9)
+    # (What noise turns there and back is no turning.)
+    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(piece, axis=0).T)))
+    clean = np.flatnonzero(_needed(piece, NOISE_SHARE * tolerance))
+    turned = np.append(0.0, np.cumsum(np.append(turns(piece[clean]), 0.0)))
+    turned = np.interp(way, way[clean], turned)
+    gone = np.floor(turned / CURVE_TURN + way / CURVE_STEP + 1e-9)
     kept = np.append(True, np.diff(gone) > 0)
     kept[-1] = True
     thin = piece[kept]

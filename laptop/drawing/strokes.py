@@ -8,7 +8,7 @@ import numpy as np
 
 from laptop.drawing import reach
 from laptop.drawing.artwork import stroke_length
-from robot.motion import kinematics, trajectory
+from robot.motion import kinematics
 from shared.arm_description import Arm
 
 CUT_PRECISION = 0.005
@@ -77,7 +77,7 @@ def cut(
 
     A stroke that needs two postures is cut where both have it, so that nothing of it is missing.
     """
-    reached = reach.try_strokes(arm, list(strokes), height, postures)
+    reached = reach.try_strokes(arm, strokes, height, postures)
     bounds = np.searchsorted(reached.stroke, np.arange(len(strokes) + 1))
     runs = {posture: reached.runs(posture) for posture in postures}
     found: list[PlacedStroke] = []
@@ -93,7 +93,7 @@ def cut(
         spans, gaps = _spans([runs[posture][part] for posture in postures])
         before = len(found)
         for first, last in spans:
-            line = _ended(arm, dense, first, last, height, postures)
+            line = _ended(arm, dense, first, last, gaps, height, postures)
             can = tuple(p for p in postures if runs[p][part][first] > last - first)
             if stroke_length(line) >= LEAST_PART:
                 found.append(PlacedStroke(line, layer, k + 1, can))
@@ -133,13 +133,14 @@ def _ended(
     dense: np.ndarray,
     first: int,
     last: int,
+    gaps: list[tuple[int, int]],
     height: float,
     postures: tuple[str, ...],
 ) -> np.ndarray:
-    """The line between two of its points, drawn on at both ends to where the reach ends."""
+    """The line between two of its points, drawn on into the gaps to where the reach ends."""
     line = dense[first : last + 1]
     for end, beyond in ((0, first - 1), (-1, last + 1)):
-        if not 0 <= beyond < len(dense):
+        if not any(begin <= beyond <= finish for begin, finish in gaps):
             continue
         inside, outside = line[end], dense[beyond]
         while np.hypot(*(outside - inside)) > CUT_PRECISION:
@@ -166,25 +167,23 @@ def _reason(arm: Arm, point: np.ndarray, height: float) -> str:
     )
 
 
-def refusal(missed: tuple[Missed, ...], total: int) -> kinematics.Unreachable:
-    """The error for strokes that cannot be reached, in one line: which, how much, where."""
+def refusal(
+    missed: tuple[Missed, ...], total: int, clipped: bool = False
+) -> kinematics.Unreachable:
+    """The error for strokes that cannot be reached, in one line: which, how much, where.
+
+    clipped: whether they were left out already, and nothing is left.
+    """
     numbers = sorted({miss.number for miss in missed})
     length = sum(stroke_length(miss.points) for miss in missed)
     named = ", ".join(map(str, numbers[:NAMED]))
     if len(numbers) > NAMED:
         named += f" and {len(numbers) - NAMED} more"
     plural = "s" if len(numbers) > 1 else ""
+    advice = "place it elsewhere, make it smaller, or leave that out by --clip"
+    if clipped:
+        advice = "nothing is left; place it elsewhere, or make it smaller"
     return kinematics.Unreachable(
         f"{length:.1f} cm of stroke{plural} {named} (of {total}) cannot be drawn: "
-        f"{missed[0].reason}; place it elsewhere, make it smaller, or leave that out by --clip"
+        f"{missed[0].reason}; {advice}"
     )
-
-
-def follows(arm: Arm, points: np.ndarray, height: float, posture: str) -> bool:
-    """Whether the brick's own planning goes along all of it in this posture; slow, for tests."""
-    dense = reach.on_table(arm, reach.densified(points), height)
-    try:
-        trajectory.joint_path(arm, [tuple(map(float, p)) for p in dense], posture)
-    except kinematics.Unreachable:
-        return False
-    return True

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from laptop.drawing.planning import PlannedStroke
 from robot.motion import kinematics, parking
 from robot.motion.backlash import (
@@ -37,11 +39,14 @@ PIECE_SETTLES = {DIRECT: 0.081, GEARED: 0.122, IN_SPACE: 0.114}
 PEN_SETTLES = 0.085
 """And the pen, s."""
 
-BETWEEN_STROKES = 0.015
-"""What the brick computes for each stroke, s."""
+BETWEEN_STROKES = {DIRECT: 0.025, GEARED: 0.025, IN_SPACE: 0.055}
+"""What the brick computes and keeps on file for each stroke, s."""
 
-READING = 0.0024
-"""And for each cubic of its motions, for each joint, s."""
+READING = {DIRECT: 0.0078, GEARED: 0.0078, IN_SPACE: 0.0142}
+"""And for each cubic of its motions, s."""
+
+HAIR = 0.02
+"""So far off its plan in height an arm in space stands, cm."""
 
 JOINED = 0.02
 """The pen is not lifted where no joint is farther from where the next stroke begins, rad."""
@@ -94,7 +99,7 @@ class _Run:
         self.seconds = 0.0
 
     def read(self, stroke: PlannedStroke) -> None:
-        self.seconds += BETWEEN_STROKES + READING * len(self._joints) * stroke.segments()
+        self.seconds += BETWEEN_STROKES[self._kind] + READING[self._kind] * stroke.segments()
 
     def is_at(self, q: Sequence[float]) -> bool:
         return self._pen_is_down and max(abs(a - b) for a, b in zip(q, self._q, strict=True)) <= (
@@ -126,11 +131,25 @@ class _Run:
         """As RobotArm.go_low."""
         if any(joint.park_angle is not None for joint in self._joints):
             try:
-                way = parking.way_down(self._arm, self._q)
+                for place in self._way_down():
+                    self._go(place, parking.SPEED)
             except kinematics.Unreachable:
-                return
-            for place in way:
-                self._go(place, parking.SPEED)
+                pass  # it is held where it is
+
+    def _way_down(self) -> Sequence[Sequence[float]]:
+        """As parking.way_down, but straight where only a hair's breadth speaks against it.
+
+        The arm stands as much higher or lower than planned.
+        """
+        way: Sequence[Sequence[float]] = parking.way_down(self._arm, self._q)
+        low = self._height(self._q) - HAIR
+        shares = np.linspace(0, 1, parking.STAGES + 1)[:, None]
+        straight = np.array(self._q) + shares * (np.array(way[-1]) - self._q)
+        return way[-1:] if min(map(self._height, straight.tolist())) > low else way
+
+    def _height(self, q: Sequence[float]) -> float:
+        """Of what is lowest of the arm, the base aside, cm."""
+        return float(min(p[-1] for p in kinematics.joint_positions(self._arm, q)[1:]))
 
     def _go(
         self,

@@ -8,7 +8,8 @@ connection: `echo pause >> ~/.brickservo/job-orders`.
     abort          the pen lifts, and the job ends
     speed 60       in per cent of what is planned, from 10 to 100
     pen -5         the pen comes down so much deeper (or less deep), degrees of its motor
-    nudge 0.5 0    while it is paused: shifts all that follows by so much in x and y, mm
+    nudge 0.5 0    while it is paused: the pen is to come down so much farther in x and y, mm; the
+                   joints' zero is corrected by that, as after a homing that was a little off
 """
 
 import math

@@ -1,5 +1,6 @@
 """What a job leaves on file: how far it has come, so that it goes on after a crash."""
 
+import errno
 import json
 import os
 
@@ -11,8 +12,8 @@ from shared.state import JOBS_FOLDER, state_folder
 SUFFIX = ".job"
 """Of the files in the folder of jobs."""
 
-Progress = record("Progress", "stroke repeat zeros pen")
-Progress.__doc__ = """How far a job has come.
+JobProgress = record("JobProgress", "stroke repeat zeros pen")
+JobProgress.__doc__ = """How far a job has come.
 
 stroke  the next one to draw, from 1 on; one more than there are: all of this time's are drawn
 repeat  which time it is drawn, from 1 on
@@ -42,9 +43,7 @@ def find_job(name):
             return path
     if os.path.exists(name):
         return name  # whoever reads it says what it is
-    raise NoJob(
-        "there is no job {}, here or in {}; see driver.py jobs".format(name, jobs_folder())
-    )
+    raise NoJob("there is no job {}, here or in {}; see driver.py jobs".format(name, jobs_folder()))
 
 
 def progress_file(crc):
@@ -54,9 +53,13 @@ def progress_file(crc):
 
 def write_whole(path, text):
     """Write a small file, whole or not at all; OSError where there is no room."""
-    draft = path + ".part"
-    with open(open_to_write(draft), "w") as file:
-        file.write(text)
+    draft, data = path + ".part", text.encode("utf-8")
+    file = open_to_write(draft)
+    try:
+        if os.write(file, data) < len(data):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    finally:
+        os.close(file)
     os.replace(draft, path)
 
 
@@ -74,7 +77,7 @@ def forget_progress(crc):
 
 
 def load_progress(crc, strokes):
-    """The Progress on file of a job of so many strokes.
+    """The JobProgress on file of a job of so many strokes.
 
     Raises:
         NoJob: there is none, or it is spoilt.
@@ -82,7 +85,7 @@ def load_progress(crc, strokes):
     path = progress_file(crc)
     try:
         value = read_json(path)
-        progress = Progress(
+        progress = JobProgress(
             int(number(value["stroke"])),
             int(number(value["repeat"])),
             {str(port): number(zero) for port, zero in value["zeros"].items()},

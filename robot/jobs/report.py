@@ -28,6 +28,12 @@ SAY_PERIOD, WRITE_PERIOD = 5.0, 2.0
 TRUSTED_TIME, PACES = 10.0, (0.5, 5.0)
 """From so much of the planned time on, s, the pace so far counts; and its bounds."""
 
+TEXT = (
+    '{"state": "%s", %s, "stroke": %d, "cm": %.1f, "left_s": %.0f, "repeat": %d, "tip": %s, '
+    '"volts": %s, "speed": %.0f, "pen": %.1f, "reason": %s}'
+)
+"""Of the file."""
+
 Place = record("Place", "repeat stroke cm planned")
 Place.__doc__ = """Where in its job the arm is.
 
@@ -59,7 +65,14 @@ class JobReport(object):
     """
 
     def __init__(self, header, crc, clock, repeats=1, say=print, path=None):
-        self._header, self._crc, self._clock, self._repeats = header, crc, clock, repeats
+        self._header, self._clock, self._repeats = header, clock, repeats
+        self._fixed = json.dumps(
+            {
+                "job": header.name, "crc": crc, "pid": os.getpid(), "strokes": header.strokes,
+                "cm_all": round(header.cm, 1), "repeats": repeats,
+            },
+            sort_keys=True,
+        )[1:-1]  # fmt: skip
         self.say = say
         self._path = path
         self._battery = Battery(clock)
@@ -91,12 +104,6 @@ class JobReport(object):
         self.state, self._place, self._tip, self._wrote_at = state, place, tip, now
         if not moving:
             self._volts = self._battery.volts()
-            for note in orders.notes:
-                self.say(note)
-            del orders.notes[:]
-            if changed or now - self._said_at >= SAY_PERIOD:
-                self._said_at = now
-                self.say(self._line(orders, reason))
         if self._path is not None:
             try:
                 write_whole(self._path, self._text(orders, reason))
@@ -105,6 +112,13 @@ class JobReport(object):
                 orders.notes.append(
                     "the job's status cannot be written ({}); make room".format(error.strerror)
                 )
+        if not moving:
+            notes, orders.notes[:] = list(orders.notes), []
+            for note in notes:
+                self.say(note)
+            if changed or now - self._said_at >= SAY_PERIOD:
+                self._said_at = now
+                self.say(self._line(orders, reason))
 
     def _keep_time(self, now, place, orders):
         """Note what was worked since the last time, as if at the planned speed, s."""
@@ -136,16 +150,11 @@ class JobReport(object):
         return "{} at {}{}".format(self.state, where, ": " + reason if reason else "")
 
     def _text(self, orders, reason):
-        place, header = self._place, self._header
-        tip = self._tip and [round(x, 2) for x in self._tip]
-        return json.dumps(
-            {
-                "state": self.state, "job": header.name, "crc": self._crc, "pid": os.getpid(),
-                "reason": reason, "stroke": place.stroke, "strokes": header.strokes,
-                "cm": round(place.cm, 1), "cm_all": round(header.cm, 1),
-                "left_s": int(round(self.left(place, orders.share))), "repeat": place.repeat,
-                "repeats": self._repeats, "tip": tip, "volts": self._volts,
-                "speed": int(round(100 * orders.share)), "pen": round(math.degrees(orders.pen), 1),
-            },
-            sort_keys=True,
+        # (By hand: the brick takes 3 ms longer for a dictionary, and this is done in motion.)
+        place, tip = self._place, self._tip
+        return TEXT % (
+            self.state, self._fixed, place.stroke, place.cm, self.left(place, orders.share),
+            place.repeat, "[%s]" % ", ".join(["%.2f" % x for x in tip]) if tip else "null",
+            "null" if self._volts is None else "%.2f" % self._volts, 100 * orders.share,
+            math.degrees(orders.pen), json.dumps(reason) if reason else '""',
         )  # fmt: skip

@@ -4,12 +4,13 @@ All that takes the brick long is done while the pen is up: reading a stroke, pla
 backlash is crossed, files.
 """
 
+import contextlib
 import math
 import os
 
 from robot.drawing import announce
 from robot.jobs.orders import LOOK_PERIOD
-from robot.jobs.progress import Progress, forget_progress, save_progress
+from robot.jobs.progress import JobProgress, forget_progress, save_progress
 from robot.jobs.report import Place
 from robot.motion import kinematics
 from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_behind
@@ -56,8 +57,8 @@ class JobRunner(object):
         self._orders, self._report = orders, report
         self._feed = FeedOverride(self._look)
         self._pen_is_down = None
-        self._repeat = 1
-        self._way = None
+        self._repeat, self._place = 1, Place(1, 1, 0.0, 0.0)
+        self._way, self._motions = None, []  # what is drawn now
 
     def run(self, first=1, repeat=1, repeats=1):
         """Draw from the stroke `first` (from 1 on) on, then all again until the last of `repeats`.
@@ -77,8 +78,6 @@ class JobRunner(object):
                     self._pen_up()
                     self._tell("aborted")
                     return False
-                if self._repeat < repeats:
-                    self._save(1, self._repeat + 1)
             forget_progress(self._job.crc)
             self._tell("done")
             return True
@@ -86,7 +85,8 @@ class JobRunner(object):
             stopped = not isinstance(error, Exception)
             if stopped:
                 ignore_signals()
-            self._tell("stopped" if stopped else "failed", str(error))
+            with contextlib.suppress(OSError):  # its terminal may be what has gone
+                self._tell("stopped" if stopped else "failed", str(error))
             raise
 
     # Strokes
@@ -96,6 +96,7 @@ class JobRunner(object):
         joints = self._arm.description.joints
         stroke = self._job.stroke(k)
         self._place = self._before(k, stroke)
+        self._save(k, self._repeat)
         self._tell("drawing")
         while stroke is not None:
             chain, after = self._chain(k, stroke)
@@ -126,11 +127,11 @@ class JobRunner(object):
         """Draw from pen down to pen up; False if that is aborted."""
         is_there = False
         while way.pieces:
-            motions = [Trajectory(*piece) for piece in way.pieces]
-            if not self._is_ready(motions[0], joints, is_there):
+            self._motions = [Trajectory(*piece) for piece in way.pieces]
+            if not self._is_ready(self._motions[0], joints, is_there):
                 return False
             self._feed.begin_at(self._orders.share)
-            self._arm.follow_fed(motions, self._feed, self._pen_down)
+            self._arm.follow_fed(self._motions, self._feed, self._pen_down)
             self._pen_up()
             if not self._feed.held:
                 break
@@ -144,7 +145,8 @@ class JobRunner(object):
         rate = self._orders.look(now)
         if rate and self._report.due(now):
             self._place = self._way.place(self._feed.index, self._feed.reached)
-            tip = self._way.tip(self._arm.description, self._feed.index, self._feed.reached)
+            q, _ = self._motions[self._feed.index].at(self._feed.reached)
+            tip = kinematics.forward(self._arm.description, q)
             self._report.tell("drawing", self._place, self._orders, tip, moving=True)
         return rate
 
@@ -207,9 +209,9 @@ class JobRunner(object):
                     motor.check_plugged_in()
 
     def _nudge(self, nudge, motion):
-        """Shift what follows by so much, cm: the zero is corrected by what that is of the joints.
+        """Correct the joints' zero so that the tip comes down so much farther, cm.
 
-        So an arm that was homed anew, a little off, draws on where it left off.
+        So an arm that was homed anew, a little off, draws on where it left off, and not only there.
         """
         description = self._arm.description
         p = kinematics.forward(description, motion.start)
@@ -252,7 +254,7 @@ class JobRunner(object):
     def _save(self, k, repeat):
         zeros = self._arm.motors.zeros()
         try:
-            save_progress(self._job.crc, Progress(k, repeat, zeros, self._orders.pen))
+            save_progress(self._job.crc, JobProgress(k, repeat, zeros, self._orders.pen))
         except OSError as error:
             self._orders.notes.append(
                 "how far it is cannot be put on file ({}): make room, or --resume will know of less"
@@ -291,10 +293,6 @@ class Way(object):
         tau = max(tau, 0.0)
         return Place(self._repeat, n, cm + speed * tau, planned + tau)
 
-    def tip(self, arm, index, tau):
-        """Where the tip is to be then, cm."""
-        return kinematics.forward(arm, Trajectory(*self.pieces[index]).at(tau)[0])
-
     def cut(self, index, tau):
         """All before the time `tau` (s) of a piece is drawn."""
         rest = rest_of(self.pieces[index], tau)
@@ -307,14 +305,14 @@ class Way(object):
     def points(self, arm):
         """The tip's way, cm."""
         out = []
-        for times, segments, end in self.pieces:
+        for times, segments, _ in self.pieces:
             for t, t_end, (v, a, cubics, _) in zip(times, times[1:], segments):
                 whole = (t_end - t) * (v + 0.5 * a * (t_end - t))
                 for n in range(PIECES_PER_SEGMENT):
                     s = whole * n / PIECES_PER_SEGMENT
                     q = [c0 + s * (c1 + s * (c2 + s * c3)) for c0, c1, c2, c3 in cubics]
                     out.append(kinematics.forward(arm, q))
-        return out + [kinematics.forward(arm, end)]
+        return out + [kinematics.forward(arm, self.pieces[-1][2])]
 
 
 def _joined(stroke, after):
@@ -333,7 +331,9 @@ def apart(arm, motors, stroke, same_zero):
         same_zero: whether the zero is the one of before; else it was found anew.
     """
     q = [cubic[0] for cubic in stroke.pieces[0][1][0][2]]
-    levers = [math.sqrt(sum([x * x for x in column])) for column in zip(*kinematics.jacobian(arm, q))]
+    levers = [
+        math.sqrt(sum([x * x for x in column])) for column in zip(*kinematics.jacobian(arm, q))
+    ]
     total = 0.0
     for joint, motor, lever in zip(arm.joints, motors, levers):
         off = motor.resolution  # half a count each time

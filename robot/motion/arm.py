@@ -12,8 +12,13 @@ from robot.motion.arm_motors import ArmMotors
 from robot.motion.backlash import BacklashCompensation, pose_behind
 from robot.motion.checked import Checked
 from robot.motion.control_loop import (
-    COARSE_COUNTS, FINE_COUNTS, LONG_SETTLING, MAX_ERROR, SETTLING_TIME, Stalled
-)  # fmt: skip
+    COARSE_COUNTS,
+    FINE_COUNTS,
+    LONG_SETTLING,
+    MAX_ERROR,
+    SETTLING_TIME,
+    Stalled,
+)
 from robot.motion.gravity import Gravity
 from robot.motion.joint_controller import GAINS
 from robot.motion.online_trajectory import STOP, OnlineTrajectory
@@ -168,7 +173,7 @@ class RobotArm(object):
     def follow_fed(self, motions, feed, ready):
         """As `follow`, at the rate of a robot.motion.feed.FeedOverride, which may hold it.
 
-        `ready` is called when all is planned, before anything moves: then the pen may come down.
+        `ready` is called when all is planned and nothing moves yet: the pen may come down then.
         """
         self._engage()
         with self._stopping_on_error():
@@ -179,9 +184,7 @@ class RobotArm(object):
                 sides = plans[-1].sides
             ready()
             for self._plan in feed.each(plans):
-                over = self.motors.loop.run(
-                    self.joints, feed, on_tick=feed.tick, weigh=self._weigh
-                )
+                over = self.motors.loop.run(self.joints, feed, on_tick=feed.tick, weigh=self._weigh)
                 self.backlash_sides = feed.sides
                 if not over:
                     self._note_braked()
@@ -322,8 +325,8 @@ class RobotArm(object):
         """Find the zero as the arm's file says, which stands about at home; remember it.
 
         With `here` it is taken to be there; with `seek` its stops are sought from anywhere.  The
-        pen is taken to be up.  Returns one homing.Found per joint, none if nothing was sought.
-        Raises homing.Blocked, Stalled or MotorNotFound after stopping.
+        pen is taken to be up.  Returns one homing.Found per joint, none if nothing was sought, or
+        raises homing.Blocked, Stalled or MotorNotFound after stopping.
         """
         from robot.motion import homing  # not above: most programs find the zero remembered
 
@@ -366,7 +369,6 @@ class RobotArm(object):
         """Go slowly, the base staying, to where the arm is to rest, as its description says.
 
         Returns whether it went; not if nothing was moved, or no resting place is described.
-
         Raises as `go_to`: kinematics.Unreachable where no way there keeps off the table.
         """
         from robot.motion import parking  # only at the end of a run

@@ -129,12 +129,20 @@ class FeedOverride(object):
 
     def at(self, t):
         """As BacklashCompensation.at, by the loop's time."""
-        q, path = self._plan.at(self._tau(t))
-        return q, path if path and self._rate(t) > STANDING else None
+        # (Most ticks find the rate as it stays: for them no function is called.)
+        steady = t >= self._t1
+        q, path = self._plan.at(self._tau1 + self._r1 * (t - self._t1) if steady else self._tau(t))
+        if (self._r1 if steady else self._rate(t)) > STANDING:
+            return q, path
+        return q, None
 
     def speeds(self, t):
         """As BacklashCompensation.speeds, by the loop's time."""
-        speeds, rate = self._plan.speeds(self._tau(t)), self._rate(t)
+        if t < self._t1:
+            rate, speeds = self._rate(t), self._plan.speeds(self._tau(t))
+        else:
+            rate = self._r1
+            speeds = self._plan.speeds(self._tau1 + rate * (t - self._t1))
         return speeds if rate == 1.0 else [rate * speed for speed in speeds]
 
     def sides_at(self, t):
@@ -143,7 +151,10 @@ class FeedOverride(object):
 
     def tick(self, t, now, angles):
         """What the control loop calls in every tick: ask for the rate now and then."""
-        if now >= self._look_at:
+        if now < self._look_at:
+            if self._r1:
+                return None
+        else:
             self._look_at = now + LOOK_PERIOD
             self.reached = self._tau(t)
             wanted = self._look(now)
@@ -218,4 +229,3 @@ def _from_rest(ways, end, along):
         out.append((v0, (v1 * v1 - v0 * v0) / (2 * length), cubics, across))
         times.append(times[-1] + 2 * length / (v0 + v1))
     return times, out, end
-

@@ -2,6 +2,7 @@
 
 import json
 import math
+import zlib
 
 import pytest
 
@@ -57,6 +58,27 @@ def test_a_job_is_read_as_it_was_written(tmp_path):
                 t = x / 20.0 * motion.duration
                 assert again.at(t)[0] == pytest.approx(motion.at(t)[0], abs=1e-5)
                 assert again.speeds(t) == pytest.approx(motion.speeds(t), abs=1e-3)
+
+
+def test_a_stroke_is_found_by_its_share_of_the_length(tmp_path):
+    strokes = [planned()[0]._replace(cm=cm) for cm in (1.0, 4.0, 5.0)]
+    job = Job(written(tmp_path, strokes), PLANAR)
+    shares = [job.stroke_at(share) for share in (0.0, 0.09, 0.1, 0.3, 0.5, 0.99, 1.0)]
+    assert shares == [1, 1, 2, 2, 3, 3, 3]
+    assert [job.cm_before(k) for k in (1, 2, 3, 4)] == [0.0, 1.0, 5.0, 10.0]
+    with open(job.path, "rb") as file:
+        assert [job.size(k) for k in (1, 2, 3)] == [len(line) for line in file][1:4]
+
+
+def test_a_stroke_whose_length_does_not_stand_first_is_none(tmp_path):
+    path = written(tmp_path)
+    with open(path, "rb") as file:
+        head, *strokes, _ = file.read().splitlines(True)
+    strokes = [stroke.replace(b'{"cm":5.0,', b'{"cm":-5.0,', 1) for stroke in strokes]
+    crc = zlib.crc32(b"".join([head] + strokes))
+    with open(path, "wb") as file:
+        file.write(b"".join([head] + strokes + [b'{"crc":%d,"end":2}\n' % crc]))
+    assert "does not begin with its length" in refusal(path)
 
 
 def lines_of(path):

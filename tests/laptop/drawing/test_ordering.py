@@ -1,0 +1,142 @@
+"""Order: nothing lost, and little way between strokes."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from laptop.drawing import ordering
+from laptop.drawing.strokes import PlacedStroke
+
+HERE = np.zeros(2)
+
+
+def stroke(*points, layer="", postures=("up", "down")):
+    return PlacedStroke(np.array(points, float), layer, 1, postures)
+
+
+def scattered(n, seed=1, size=20.0):
+    dice = np.random.default_rng(seed)
+    starts = dice.uniform(0, size, (n, 2))
+    return [stroke(a, a + d) for a, d in zip(starts, dice.normal(0, 1, (n, 2)), strict=True)]
+
+
+def segments(strokes):
+    """All of what is drawn, whichever way."""
+    return sorted(
+        tuple(sorted((tuple(a), tuple(b))))
+        for s in strokes
+        for a, b in itertools.pairwise(s.points.round(9).tolist())
+    )
+
+
+def test_lines_that_meet_become_one_whichever_way_they_go():
+    found = ordering.merged([
+        stroke((0, 0), (1, 0)), stroke((2, 1), (1, 1)), stroke((1, 0), (1, 1)),
+        stroke((5, 5), (6, 6)),
+    ])  # fmt: skip
+    assert [s.points.tolist() for s in found] == [
+        [[0, 0], [1, 0], [1, 1], [2, 1]],
+        [[5, 5], [6, 6]],
+    ]
+
+
+def test_a_line_goes_on_as_straight_as_it_can():
+    cross = [stroke((0, 0), (1, 0)), stroke((1, 0), (1, 1)), stroke((1, 0), (2, 0.1))]
+    assert ordering.merged(cross)[0].points[-1].tolist() == [2, 0.1]
+
+
+def test_what_only_nearly_meets_is_joined_within_the_tolerance():
+    near, far = stroke((1.04, 0), (2, 0)), stroke((1.06, 0), (2, 0))
+    assert len(ordering.merged([stroke((0, 0), (1, 0)), near])) == 1
+    assert len(ordering.merged([stroke((0, 0), (1, 0)), far])) == 2
+
+
+def test_layers_and_postures_are_not_joined():
+    a = stroke((0, 0), (1, 0), postures=("up",))
+    assert len(ordering.merged([a, stroke((1, 0), (2, 0), postures=("down",))])) == 2
+    assert len(ordering.merged([a, stroke((1, 0), (2, 0), layer="red")])) == 2
+    (joined,) = ordering.merged([a, stroke((1, 0), (2, 0))])
+    assert joined.postures == ("up",)
+
+
+def test_joining_loses_nothing():
+    lines = [stroke((x, y), (x + 1, y)) for x in range(6) for y in range(6)]
+    lines += [stroke((x, y), (x, y + 1)) for x in range(6) for y in range(6)]
+    found = ordering.merged(lines)
+    assert segments(found) == segments(lines)
+    assert len(found) < 24
+
+
+def test_the_order_loses_nothing():
+    lines = scattered(60)
+    assert segments(ordering.ordered(lines, HERE)) == segments(lines)
+
+
+def test_the_order_is_the_best_there_is_where_all_can_be_tried():
+    lines = scattered(5, seed=4)
+
+    def way(order):
+        best = np.inf
+        for turned in itertools.product((False, True), repeat=len(order)):
+            laid = [s.turned_round() if t else s for s, t in zip(order, turned, strict=True)]
+            best = min(best, ordering.pen_up_way(laid))
+        return best
+
+    least = min(way(order) for order in itertools.permutations(lines))
+    assert ordering.pen_up_way(ordering.ordered(lines, HERE)) == pytest.approx(least)
+
+
+def greedy_way(lines):
+    """The nearest end next, each stroke from either of its ends: what plotters' tools do."""
+    left, here, way = list(lines), None, 0.0
+    while left:
+        options = [
+            (0.0 if here is None else np.hypot(*(s.points[k] - here)), i, k)
+            for i, s in enumerate(left)
+            for k in (0, -1)
+        ]
+        least, i, k = min(options)
+        way += least
+        here = left.pop(i).points[-1 - k]
+    return way
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_way_is_a_tenth_shorter_than_by_the_nearest_neighbour(seed):
+    lines = scattered(60, seed)
+    assert ordering.pen_up_way(ordering.ordered(lines, HERE)) < 0.9 * greedy_way(lines)
+
+
+def test_it_is_the_same_every_time():
+    lines = scattered(25)
+    first, second = (ordering.ordered(lines, HERE) for _ in range(2))
+    assert all((a.points == b.points).all() for a, b in zip(first, second, strict=True))
+
+
+def test_layers_keep_their_order():
+    lines = [stroke((k, 0), (k, 1), layer="ba"[k % 2]) for k in range(8)]
+    assert [s.layer for s in ordering.ordered(lines, HERE)] == ["b"] * 4 + ["a"] * 4
+
+
+def test_postures_are_changed_seldom():
+    lines = [stroke((k, 0), (k, 1), postures=(("up",), ("down",))[k % 2]) for k in range(10)]
+    changes = [s.postures for s in ordering.ordered(lines, HERE)]
+    assert sum(a != b for a, b in itertools.pairwise(changes)) == 1
+
+
+def test_a_closed_stroke_begins_where_the_way_is_short():
+    t = np.linspace(0, 2 * np.pi, 41)
+    circle = np.column_stack([np.cos(t), np.sin(t)])
+    circle[-1] = circle[0]
+    lines = [stroke(*(circle + (3 * k, 0))) for k in range(4)]
+    found = ordering.ordered(lines, np.array([-5.0, 0.0]))
+    # From the first one's near side to the last one's; from where they begin it would be 9.
+    assert ordering.pen_up_way(found) == pytest.approx(7)
+    assert segments(found) == segments(lines)
+
+
+def test_a_single_stroke_and_none_are_in_order():
+    assert ordering.pen_up_way([]) == 0
+    (only,) = ordering.ordered([stroke((3, 0), (1, 0))], HERE)
+    assert only.points[0].tolist() == [1, 0]  # from its end that is nearer

@@ -1,0 +1,141 @@
+"""Orders are read or refused in one line; who gives them may be a button, a key or a laptop."""
+
+import math
+
+import pytest
+
+from robot.jobs.orders import LOOK_PERIOD, BadOrder, JobOrders, read_order
+
+
+class Pressed:
+    """Buttons that somebody presses: a list a look."""
+
+    def __init__(self, *looks):
+        self._looks = [list(look) for look in looks]
+
+    def pressed(self):
+        return self._looks.pop(0) if self._looks else []
+
+
+def looked(orders, times):
+    """The rates that so many looks give."""
+    return [orders.look(k * 1.01 * LOOK_PERIOD) for k in range(times)]
+
+
+@pytest.mark.parametrize(
+    ("text", "order"),
+    [
+        ("pause", ("pause", [])),
+        (" resume\n", ("resume", [])),
+        ("abort", ("abort", [])),
+        ("speed 60", ("speed", [60.0])),
+        ("pen -5", ("pen", [-5.0])),
+        ("nudge 0.5 -1", ("nudge", [0.5, -1.0])),
+    ],
+)
+def test_an_order_is_read(text, order):
+    assert read_order(text) == order
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "is no order; write one of abort, nudge, pause, pen, resume, speed"),
+        ("Pause", "'Pause' is no order"),
+        ("speed", "takes a number from 10 to 100 per cent"),
+        ("speed 5", "from 10 to 100"),
+        ("speed 200", "from 10 to 100"),
+        ("speed nan", "from 10 to 100"),
+        ("speed fast", "from 10 to 100"),
+        ("speed 50 50", "takes a number"),
+        ("pen 31", "from -30 to 30 degrees"),
+        ("nudge 1", "takes two numbers from -10 to 10 mm"),
+        ("nudge 11 0", "takes two numbers"),
+        ("nudge inf 0", "takes two numbers"),
+        ("pause now", "pause takes nothing"),
+        ("x" * 5000, "is no order"),
+        ("\x1b[2J", "is no order"),
+    ],
+)
+def test_what_is_no_order_is_refused_in_one_line(text, words):
+    with pytest.raises(BadOrder) as error:
+        read_order(text)
+    told = str(error.value)
+    assert words in told
+    assert len(told) < 200
+    assert "\x1b" not in told
+    assert "\n" not in told
+
+
+def test_orders_come_from_lines_that_are_appended_to_a_file(tmp_path):
+    path = tmp_path / "orders"
+    path.write_text("abort\n")  # of a job that is over
+    orders = JobOrders(path=str(path))
+    now = iter(range(5000))
+
+    def told(text, how="a"):
+        with open(str(path), how) as file:
+            file.write(text)
+        return orders.look(next(now))
+
+    assert orders.look(next(now)) == 1.0
+    assert not orders.aborted
+    assert told("pause\n") == 0.0
+    assert told("res") == 0.0  # the rest is to come
+    assert told("ume\nspeed 60\n") == 0.6
+    assert told("spe ed\n\xe9\x00\n") == 0.6
+    assert len(orders.notes) == 2
+    assert told("speed 30\n", "w") == 0.3  # begun anew
+    for k in range(2000):
+        told(f"pen {k % 30}\n")
+    assert orders.pen == pytest.approx(math.radians(1999 % 30))
+    assert told("x" * 20000) == 0.3
+    for _ in range(10):
+        orders.look(next(now))
+    assert told("\nabort\n") == 0.0
+    assert orders.aborted
+    orders.close()
+    orders.close()
+
+
+def test_between_looks_nothing_costs_anything():
+    asked = []
+
+    class Counting:
+        def pressed(self):
+            asked.append(1)
+            return []
+
+    orders = JobOrders(presses=[Counting()])
+    for k in range(100):
+        orders.look(k * LOOK_PERIOD / 10)
+    assert len(asked) == pytest.approx(10, abs=1)
+
+
+def test_the_button_in_the_middle_pauses_and_resumes():
+    orders = JobOrders(presses=[Pressed([], ["enter"], [], ["enter"])])
+    assert looked(orders, 5) == [1.0, 0.0, 0.0, 1.0, 1.0]
+
+
+def test_the_arrows_change_the_speed_and_in_a_pause_nudge():
+    presses = Pressed(["down"], ["down"], ["up"], ["left"], ["enter"], ["up"], ["left", "right"])
+    orders = JobOrders(presses=[presses])
+    assert looked(orders, 4) == [0.9, 0.8, 0.9, 0.9]
+    assert orders.taken_nudge() is None
+    assert [orders.look(1 + k) for k in range(3)] == [0.0, 0.0, 0.0]
+    assert orders.taken_nudge() == pytest.approx((0.05, 0.0))
+    assert orders.taken_nudge() is None
+
+
+def test_the_speed_stays_within_its_bounds():
+    orders = JobOrders(presses=[Pressed(*[["down"]] * 20)])
+    assert looked(orders, 20)[-1] == pytest.approx(0.1)
+    orders = JobOrders(presses=[Pressed(*[["up"]] * 20)])
+    assert looked(orders, 20)[-1] == 1.0
+
+
+def test_a_nudge_without_a_pause_is_answered():
+    orders = JobOrders()
+    orders.take("nudge 1 0")
+    assert orders.taken_nudge() is None
+    assert "pause it first" in orders.notes[0]

@@ -1,0 +1,417 @@
+"""A job is drawn, held on its path and gone on with, judged by the true ink."""
+
+import json
+import math
+
+import jobs
+import pytest
+from rig import described, switched_on
+
+from robot.jobs.orders import JobOrders
+from robot.jobs.progress import load_progress
+from robot.jobs.report import JobReport
+from robot.jobs.runner import JobRunner, apart
+from robot.motion import kinematics
+from shared.job import BadJob, Job
+
+SQUARE = [(9.0, 2.0), (13.0, 2.0), (13.0, 6.0), (9.0, 6.0), (9.0, 2.0)]
+LONG = [(6.0, 10.0), (13.0, -2.0)]
+
+
+class Drawn:
+    """A job that was drawn with orders at times; the Rig's world goes on.
+
+    Args:
+        rig: Rig, switched on.
+        path: of the job.
+        orders: (s after the program's start, order).
+        status: path of the status file; None: none.
+    """
+
+    def __init__(self, rig, path, orders=(), share=1.0, status=None, repeats=1):
+        self.rig, self.said = rig, []
+        self.robot = rig.robot(say=lambda line: None)
+        self.job = rig.its(Job)(path, rig.arm)
+        self.orders = rig.its(JobOrders)(share)
+        self.report = rig.its(JobReport)(
+            self.job.header, self.job.crc, rig.program.clock, repeats, self.said.append, status
+        )
+        self.runner = rig.its(JobRunner)(
+            self.robot, rig.program.clock, self.job, self.orders, self.report
+        )
+        begin = rig.world.now()
+        for t, order in orders:
+            rig.world.at(begin + t, lambda order=order: self.orders.take(order))
+
+    def run(self, *args, **options):
+        done = self.runner.run(*args, **options)
+        self.robot.park()
+        return done
+
+
+@pytest.fixture(autouse=True)
+def state(tmp_path, monkeypatch):
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
+    monkeypatch.delenv("BRICKSERVO_PLAN", raising=False)
+
+
+def off_path(sample, path):
+    """Distance of a sample from a way, mm."""
+    best = math.inf
+    for (ax, ay), (bx, by) in zip(path, path[1:]):
+        ux, uy = bx - ax, by - ay
+        share = ((sample.x - ax) * ux + (sample.y - ay) * uy) / (ux * ux + uy * uy)
+        share = min(max(share, 0.0), 1.0)
+        best = min(best, math.hypot(sample.x - ax - share * ux, sample.y - ay - share * uy))
+    return 10 * best
+
+
+def apart_mm(a, b):
+    return 10 * math.hypot(a.x - b.x, a.y - b.y)
+
+
+def standing(strokes, within=0.02):
+    """The longest time for which the pen is down and the tip stays `within` so many cm, s."""
+    longest = 0.0
+    for ink in strokes:
+        first = 0
+        for sample in ink:
+            while math.hypot(sample.x - ink[first].x, sample.y - ink[first].y) > within:
+                first += 1
+            longest = max(longest, sample.t - ink[first].t)
+    return longest
+
+
+def test_every_stroke_is_drawn_with_the_pen_up_between_them(tmp_path):
+    path = jobs.write(tmp_path)
+    with switched_on(tmp_path) as rig:
+        drawn = Drawn(rig, path)
+        assert drawn.run()
+    inks = rig.ink()
+    assert len(inks) == 3
+    for ink, points in zip(inks, jobs.CROSSES):
+        assert max(off_path(sample, points) for sample in ink) < 2.5
+        assert apart_mm(ink[-1], ink[-1]._replace(x=points[1][0], y=points[1][1])) < 2.5
+    assert standing(inks) < 0.5
+    assert not rig.brick.plant.pen_down
+    assert any("stroke 2 of 3" in line for line in drawn.said)
+    assert drawn.said[-1].startswith("done at 100 %")
+
+
+def test_strokes_that_are_joined_are_drawn_without_lifting_the_pen(tmp_path):
+    path = jobs.write(tmp_path, [SQUARE[:3], SQUARE[2:], LONG])
+    with switched_on(tmp_path) as rig:
+        Drawn(rig, path).run()
+    first, second = rig.ink()
+    assert max(off_path(sample, SQUARE) for sample in first) < 2.5
+    assert max(off_path(sample, LONG) for sample in second) < 2.5
+    assert standing([first, second]) < 0.5
+
+
+@pytest.mark.short("planar-0.6")
+@pytest.mark.parametrize("share", [0.25, 0.6])
+@pytest.mark.parametrize("name", ["planar", "geared"])
+def test_a_pause_lifts_the_pen_soon_and_no_ink_is_missing_or_twice(tmp_path, name, share):
+    path = jobs.write(tmp_path, [LONG], name)
+    with switched_on(tmp_path / "a", name) as rig:
+        Drawn(rig, path).run()
+    (ink,) = rig.ink()
+    t = ink[0].t + share * (ink[-1].t - ink[0].t)
+    with switched_on(tmp_path / "b", name) as rig:
+        drawn = Drawn(rig, path, [(t, "pause"), (t + 4, "resume")])
+        assert drawn.run()
+    before, after = rig.ink()
+    assert 0 < before[-1].t - t < 0.5
+    assert after[0].t > t + 4
+    assert apart_mm(before[-1], after[0]) < 1.0
+    assert standing([before, after]) < 0.5
+    limit = {"planar": 2.5, "geared": 0.6}[name]
+    assert max(off_path(sample, LONG) for sample in before + after) < limit
+    still = [s for s in rig.brick.record if before[-1].t + 1 < s.t < t + 4]
+    assert max(apart_mm(still[0], sample) for sample in still) < 0.3
+    assert any(line.startswith("paused at") for line in drawn.said)
+
+
+@pytest.mark.long
+def test_a_pause_at_a_corner_and_between_strokes_loses_nothing(tmp_path):
+    path = jobs.write(tmp_path, [SQUARE, LONG])
+    with switched_on(tmp_path / "a") as rig:
+        Drawn(rig, path).run()
+    square, long = rig.ink()
+    corner = next(s.t for s in square if off_path(s, [(13.0, 6.0), (13.0, 6.01)]) < 1.0)
+    for k, t in enumerate((corner - 0.1, corner, square[-1].t + 0.6, long[0].t - 0.3)):
+        with switched_on(tmp_path / str(k)) as rig:
+            assert Drawn(rig, path, [(t, "pause"), (t + 3, "resume")]).run()
+        inks = rig.ink()
+        ink = [sample for one in inks for sample in one]
+        assert len(inks) == (3 if t < square[-1].t else 2) + (k == 3)  # it was just coming down
+        for p in SQUARE + LONG:
+            assert min(10 * math.hypot(s.x - p[0], s.y - p[1]) for s in ink) < 3.5
+        assert standing(inks) < 0.5
+
+
+def test_an_abort_lifts_the_pen_and_ends(tmp_path):
+    path = jobs.write(tmp_path, [LONG, SQUARE])
+    with switched_on(tmp_path) as rig:
+        drawn = Drawn(rig, path, [(4.0, "abort")])
+        assert not drawn.run()
+    assert len(rig.ink()) <= 1
+    assert not rig.brick.plant.pen_down
+    assert drawn.said[-1].startswith("aborted at")
+    assert not rig.brick.driven()
+
+
+@pytest.mark.long
+def test_a_paused_job_is_aborted_where_it_stands(tmp_path):
+    path = jobs.write(tmp_path, [LONG, SQUARE])
+    with switched_on(tmp_path) as rig:
+        assert not Drawn(rig, path, [(3.9, "pause"), (7.0, "abort")]).run()
+        assert rig.world.now() < 9
+    (ink,) = rig.ink()
+    assert ink[-1].t < 4.6
+
+
+@pytest.mark.long
+def test_speed_is_changed_on_the_way(tmp_path):
+    path = jobs.write(tmp_path, [LONG])
+    took = []
+    for k, (share, orders) in enumerate(((1.0, ()), (0.5, ()), (1.0, [(4.0, "speed 25")]))):
+        with switched_on(tmp_path / str(k)) as rig:
+            Drawn(rig, path, orders, share).run()
+        (ink,) = rig.ink()
+        took.append(ink[-1].t - ink[0].t)
+        assert max(off_path(sample, LONG) for sample in ink) < 2.5
+    assert took[1] > 1.5 * took[0]
+    assert took[2] > 1.3 * took[0]
+
+
+@pytest.mark.long
+def test_a_pen_that_is_to_come_deeper_does_so_when_it_next_comes_down(tmp_path):
+    path = jobs.write(tmp_path)
+    angles = []
+    with switched_on(tmp_path) as rig:
+        rig.world.bodies.append(lambda t: angles.append((t, rig.brick.motors["C"].position)))
+        Drawn(rig, path, [(5.0, "pen 15")]).run()
+    first, *_, last = rig.ink()
+    lows = [max(angle for t, angle in angles if ink[0].t < t < ink[-1].t) for ink in (first, last)]
+    assert first[0].t < 5.0 < last[0].t
+    assert lows[1] - lows[0] == pytest.approx(15, abs=2)
+
+
+def test_nudges_over_the_first_point_put_a_zero_right_that_was_found_a_little_off(tmp_path):
+    path = jobs.write(tmp_path, [LONG, SQUARE], "geared")
+    off = [math.radians(1.0), math.radians(-1.5)]
+    with switched_on(tmp_path, "geared") as rig:
+        zero = dict(rig.on_file()["zero"])
+        for joint, error in zip(rig.arm.joints, off):
+            zero[joint.port] += math.degrees(error) * joint.gear * joint.direction
+        rig.state.save(zero, dict.fromkeys(zero, 0))
+        # By the wrong zero, each joint turns so much too far.
+        q = kinematics.inverse(rig.arm, LONG[0])
+        there = kinematics.forward(rig.arm, [a + b for a, b in zip(q, off)])
+        missing = [10 * (a - b) for a, b in zip(LONG[0], there)]
+        assert math.hypot(*missing) > 1.5
+        first = [f"nudge {missing[0] / 2} 0", f"nudge {missing[0] / 2} {missing[1]}"]
+        orders = [(3.0, "pause"), (7, first[0]), (7.1, first[1]), (12, "resume")]
+        Drawn(rig, path, orders).run()
+        for port, correct in (("A", 0.0), ("B", 0.0)):
+            assert rig.on_file()["zero"][port] == pytest.approx(correct, abs=0.3)
+    for ink, points in zip(rig.ink(), (LONG, SQUARE)):
+        assert max(off_path(sample, points) for sample in ink) < 0.7
+
+
+@pytest.mark.long
+def test_a_nudge_in_mid_stroke_shifts_where_the_pen_comes_down_again(tmp_path):
+    path = jobs.write(tmp_path, [LONG], "geared")
+    with switched_on(tmp_path, "geared") as rig:
+        orders = [(8.0, "pause"), (9.0, "nudge 3 0"), (15.0, "resume")]
+        Drawn(rig, path, orders).run()
+    before, after = rig.ink()
+    assert after[0].x - before[-1].x == pytest.approx(0.3, abs=0.1)
+    assert after[0].y - before[-1].y == pytest.approx(0.0, abs=0.1)
+
+
+@pytest.mark.long
+def test_a_nudge_beyond_the_reach_is_refused_and_nothing_is_lost(tmp_path):
+    path = jobs.write(tmp_path, [[(20.2, 0.0), (19.0, 4.0)]])
+    with switched_on(tmp_path) as rig:
+        orders = [(2.0, "pause"), (4, "nudge 10 0"), (8, "resume")]
+        drawn = Drawn(rig, path, orders)
+        assert drawn.run()
+    assert any("not shifted" in line for line in drawn.said)
+    assert len(rig.ink()) == 1
+
+
+# Crash and resume
+
+
+def test_after_a_crash_only_the_stroke_under_way_is_drawn_again(tmp_path):
+    strokes = [[(7.0 + k, 3.0), (7.5 + k, 7.0)] for k in range(6)]
+    path = jobs.write(tmp_path, strokes)
+
+    class Crash(BaseException):
+        pass
+
+    def crash():
+        raise Crash
+
+    with switched_on(tmp_path) as rig:
+        drawn = Drawn(rig, path)
+        drawn.orders.look = lambda now: crash() if now - begin > 14 else 1.0
+        begin = rig.world.now()
+        with pytest.raises(Crash):
+            drawn.runner.run()
+        drawn.robot.park()
+    first = rig.ink()
+    assert drawn.said[-1].startswith("stopped at")
+    assert 2 <= len(first) <= 5
+    with switched_on(tmp_path) as rig:
+        drawn = Drawn(rig, path)
+        progress = load_progress(drawn.job.crc, drawn.job.header.strokes)
+        drawn.run(progress.stroke, progress.repeat)
+    second = rig.ink()
+    drawn_first = [k for k, points in enumerate(strokes) if any(_is_of(i, points) for i in first)]
+    drawn_next = [k for k, points in enumerate(strokes) if any(_is_of(i, points) for i in second)]
+    whole = [k for k in drawn_first if k not in drawn_next]
+    assert drawn_next == list(range(progress.stroke - 1, 6))
+    assert set(drawn_first) | set(drawn_next) == set(range(6))
+    assert len(drawn_first) - len(whole) <= 1, "drawn twice at most: the one under way"
+    with pytest.raises(Exception, match="leave --resume out"):
+        load_progress(drawn.job.crc, drawn.job.header.strokes)
+
+
+def _is_of(ink, points):
+    """Whether ink lies along these points, wherever it ends."""
+    return max(off_path(sample, points) for sample in ink) < 3.0
+
+
+def test_a_job_is_repeated_and_its_progress_counts_the_times(tmp_path):
+    path = jobs.write(tmp_path, [LONG])
+    with switched_on(tmp_path) as rig:
+        drawn = Drawn(rig, path, [(12.0, "abort")], repeats=3)
+        assert not drawn.run(repeats=3)
+    assert len(rig.ink()) in (2, 3)
+    progress = load_progress(drawn.job.crc, 1)
+    assert progress.repeat in (2, 3)
+    assert any("time 2 of 3" in line for line in drawn.said)
+
+
+def test_a_job_that_is_spoilt_on_the_way_fails_with_the_pen_up(tmp_path):
+    path = jobs.write(tmp_path)
+
+    def spoil():
+        with open(path, "r+b") as file:
+            file.seek(-400, 2)
+            file.write(b"x" * 200)
+
+    with switched_on(tmp_path) as rig:
+        drawn = Drawn(rig, path, status=str(tmp_path / "status"))
+        rig.world.at(rig.world.now() + 3, spoil)
+        with pytest.raises(rig.its(BadJob)):
+            drawn.run()
+    assert not rig.brick.plant.pen_down
+    with open(str(tmp_path / "status")) as file:
+        status = json.load(file)
+    assert status["state"] == "failed"
+    assert "make it again" in status["reason"]
+
+
+# What is told
+
+
+def test_the_status_tells_how_it_goes_also_in_motion(tmp_path):
+    path = jobs.write(tmp_path, [[(6.0, 10.0), (13.0, -2.0), (6.0, 10.1), (13.0, -1.9)]])
+    status, seen = str(tmp_path / "status"), []
+
+    def look():
+        with open(status) as file:
+            seen.append(json.load(file))
+
+    with switched_on(tmp_path) as rig:
+        drawn = Drawn(rig, path, status=status)
+        for k in range(9):
+            rig.world.at(rig.world.now() + 1.5 + k, look)
+        drawn.run()
+    look()
+    assert seen[-1]["state"] == "done"
+    assert seen[-1]["cm"] == seen[-1]["cm_all"] == pytest.approx(41.7, abs=0.5)
+    lengths = [told["cm"] for told in seen]
+    assert lengths == sorted(lengths)
+    moving = [told for told in seen if told["tip"]]
+    assert moving
+    for told in moving:
+        assert 6 <= told["tip"][0] <= 13
+        assert 0 <= told["cm"] < told["cm_all"]
+        assert told["left_s"] <= seen[0]["left_s"]
+
+
+def test_no_tick_comes_late_for_what_is_told_in_motion(tmp_path):
+    path = jobs.write(tmp_path, [LONG + [(6.0, 10.1)]])
+    ticks, told = [], []
+    with switched_on(tmp_path) as rig:
+        drawn = Drawn(rig, path, status=str(tmp_path / "status"))
+        pace, tell = drawn.robot.motors.loop.pace, drawn.report.tell
+        note = pace.note
+
+        def noted(t, since, computing):
+            ticks.append(since)
+            note(t, since, computing)
+
+        def telling(*args, **options):
+            told.append(options.get("moving", False))
+            tell(*args, **options)
+
+        pace.note, drawn.report.tell = noted, telling
+        drawn.run()
+    assert sum(told) >= 2
+    assert max(ticks) < 0.022
+
+
+def test_the_wanted_path_is_told_to_whoever_watches(tmp_path, monkeypatch):
+    plan = tmp_path / "plan"
+    monkeypatch.setenv("BRICKSERVO_PLAN", str(plan))
+    path = jobs.write(tmp_path, [SQUARE, LONG])
+    with switched_on(tmp_path) as rig:
+        Drawn(rig, path).run()
+    told = [json.loads(line)["path"] for line in plan.read_text().splitlines()]
+    assert len(told) == 2
+    for points, wanted in zip(told, (SQUARE, LONG)):
+        assert points[0] == pytest.approx(wanted[0], abs=1e-3)
+        assert points[-1] == pytest.approx(wanted[-1], abs=1e-3)
+        assert jobs.length(points) == pytest.approx(jobs.length(wanted), rel=1e-3)
+
+
+def test_how_far_two_parts_may_be_apart_grows_with_the_zero_found_anew(tmp_path):
+    path = jobs.write(tmp_path)
+    arm = described("planar")
+    stroke = Job(path, arm).stroke(1)
+    with switched_on(tmp_path) as rig:
+        motors = rig.robot().joints
+        same, anew = (10 * apart(rig.arm, motors, stroke, known) for known in (True, False))
+    x, y = jobs.CROSSES[0][0]
+    count = math.radians(1.0)
+    assert same == pytest.approx(10 * count * (math.hypot(x, y) + 9.5), rel=1e-6)
+    assert anew == pytest.approx(2 * same, rel=1e-6)
+
+
+# Long ones
+
+
+@pytest.mark.long
+def test_five_hundred_strokes_end_as_exactly_as_they_begin(tmp_path):
+    strokes = [
+        [(8 + 0.25 * (k % 25), 1 + 0.4 * (k // 25)), (9 + 0.25 * (k % 25), 2 + 0.4 * (k // 25))]
+        for k in range(500)
+    ]
+    path = jobs.write(tmp_path, strokes)
+    with switched_on(tmp_path) as rig:
+        Drawn(rig, path).run()
+        known = rig.robot().angles()
+    inks = rig.ink()
+    assert len(inks) == 500
+    off = [max(off_path(s, points) for s in ink) for ink, points in zip(inks, strokes)]
+    first, last = (sorted(part)[len(part) // 2] for part in (off[:100], off[-100:]))
+    assert last < 1.3 * first + 0.1
+    assert max(off) < 3.5
+    assert max(abs(a - b) for a, b in zip(known, rig.q)) < math.radians(2.5)
+    assert standing(inks) < 0.5

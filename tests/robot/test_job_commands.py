@@ -1,0 +1,182 @@
+"""`driver.py job`, `order` and `jobs`, as typed: what is drawn, what is said, what is refused."""
+
+import json
+import os
+
+import jobs
+import pytest
+from rig import Shell
+
+from laptop.simulator.device.buttons import read_press
+from robot.job_commands import in_minutes
+from robot.jobs.progress import JobProgress, save_progress
+from shared.job import Job
+
+TWO = [[(9.0, 2.0), (13.0, 6.0)], [(8.0, 6.0), (6.0, 10.0)]]
+
+
+@pytest.fixture
+def shell(tmp_path, monkeypatch, capsys):
+    return Shell(tmp_path, monkeypatch, capsys)
+
+
+def keep(tmp_path, name="two", strokes=TWO):
+    """Put a job where a laptop puts it."""
+    (tmp_path / "jobs").mkdir(exist_ok=True)
+    return jobs.write(tmp_path / "jobs", strokes, name=name)
+
+
+def status(tmp_path):
+    return json.loads((tmp_path / "job-status").read_text())
+
+
+def test_a_job_is_drawn_by_its_name(shell, tmp_path):
+    path = keep(tmp_path)
+    shown = shell.run("job", "two")
+    assert (shown.status, shown.err) == (0, "")
+    assert shown.out.startswith("two: 2 strokes, 10 cm, 0:")
+    assert shown.out.splitlines()[-1] == "done at 100 %, stroke 2 of 2"
+    assert len(shell.ink()) == 2
+    told = status(tmp_path)
+    assert told["state"] == "done"
+    assert told["crc"] == Job(path).crc
+    assert told["volts"] == pytest.approx(8.0, abs=0.5)
+    assert shell.on_file()["parked"], "its place is on record for the next program"
+    assert os.listdir(str(tmp_path / "jobs")) == ["two.job"]
+
+
+def test_the_buttons_pause_and_resume_it(shell, tmp_path):
+    keep(tmp_path)
+    presses = [read_press("enter@5"), read_press("enter@8")]
+    shown = shell.run("job", "two", presses=presses)
+    assert shown.status == 0
+    assert "CENTRE: pause, resume" in shown.out
+    assert "paused at" in shown.out
+    assert max(len(line) for line in shown.out.splitlines() if "tick" not in line) < 40
+
+
+def test_what_is_left_is_resumed_after_a_signal(shell, tmp_path):
+    keep(tmp_path, strokes=TWO + [[(10.0, 8.0), (12.0, 8.0)]])
+    shown = shell.run("job", "two", signals=[(9.0, 15)])
+    assert shown.status == 143
+    assert "stopped by SIGTERM" in shown.err
+    assert status(tmp_path)["state"] == "stopped"
+    before = shell.ink()
+    assert "two: 3 strokes" in shell.run("jobs").out
+    assert "begun, goes on with stroke 2: driver.py job two --resume" in shell.run("jobs").out
+    shown = shell.run("job", "two", "--resume")
+    assert shown.status == 0, shown.err
+    assert "goes on with stroke 2 of 3" in shown.out
+    assert "the zero is that of before" in shown.out
+    assert len(shell.ink()) - len(before) == 2
+    shown = shell.run("job", "two", "--resume")
+    assert shown.status == 1
+    assert "leave --resume out" in shown.err
+
+
+def test_a_crash_between_two_times_goes_on_with_the_next_time(shell, tmp_path):
+    job = Job(keep(tmp_path))
+    save_progress(job.crc, JobProgress(3, 1, {}, 0.0))
+    shown = shell.run("job", "two", "--resume", "--repeat", "2")
+    assert shown.status == 0, shown.err
+    assert "goes on with stroke 1 of 2" in shown.out
+    assert "the zero was found anew: the two parts may be up to " in shown.out
+    assert len(shell.ink()) == 2
+
+
+def test_it_begins_where_it_is_told_to(shell, tmp_path):
+    keep(tmp_path)
+    shown = shell.run("job", "two", "--from", "60%", "--speed-percent", "50", "--repeat", "2")
+    assert shown.status == 0, shown.err
+    assert "begins with stroke 2 of 2" in shown.out
+    assert "time 2 of 2" in shown.out
+    assert len(shell.ink()) == 3
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["job"], "required: FILE"),
+        (["job", "lily"], "there is no job lily"),
+        (["job", "two", "--from", "x"], "must be a number from 0 to 100 %"),
+        (["job", "two", "--from", "101"], "from 0 to 100 %"),
+        (["job", "two", "--repeat", "0"], "from 1 to"),
+        (["job", "two", "--speed-percent", "200"], "from 10 to 100 %"),
+        (["job", "two", "--resume"], "leave --resume out"),
+        (["job", "two", "--resume", "--from", "3"], "leave it or --from out"),
+        (["job", "two", "--arm", "spatial"], "plan it for this one"),
+        (["job", "junk"], "is no job, or is damaged"),
+        (["order", "pause"], "no job is drawn now"),
+        (["order", "jump"], "is no order"),
+        (["order", "speed", "5"], "from 10 to 100 per cent"),
+        (["order"], "required: ORDER"),
+        (["jobs", "--remove"], "takes the NAME"),
+        (["jobs", "lily", "--remove"], "there is no job lily"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_in_one_line_and_nothing_moves(shell, tmp_path, words, told):
+    keep(tmp_path)
+    (tmp_path / "jobs" / "junk.job").write_text("{}")
+    shown = shell.run(*words)
+    assert shown.status in (1, 2)
+    assert told in shown.err
+    assert len(shown.err.splitlines()) == 1
+    assert shell.writes == []
+
+
+def test_without_a_zero_nothing_moves(tmp_path, monkeypatch, capsys):
+    shell = Shell(tmp_path, monkeypatch, capsys, homed=False)
+    keep(tmp_path)
+    shown = shell.run("job", "two")
+    assert shown.status == 1
+    assert "has not been homed" in shown.err
+
+
+def test_orders_come_through_the_file(shell, tmp_path):
+    keep(tmp_path)
+
+    def say(line):
+        with open(str(tmp_path / "job-orders"), "a") as file:
+            file.write(line + "\n")
+
+    for t, line in ((6.0, "pause"), (6.2, "speed 5"), (8.0, "pen -3"), (10.0, "abort")):
+        shell.world.at(t, lambda line=line: say(line))
+    shown = shell.run("job", "two")
+    assert shown.status == 1
+    assert "'speed 5': speed takes a number" in shown.out
+    assert shown.out.splitlines()[-1].startswith("aborted at")
+    assert status(tmp_path)["pen"] == -3
+    assert not shell.brick.plant.pen_down
+
+
+def test_an_order_is_appended_while_a_job_runs(shell, tmp_path):
+    (tmp_path / "job-status").write_text(
+        json.dumps({"state": "paused", "pid": os.getpid(), "job": "rose", "crc": 7})
+    )
+    shown = shell.run("order", "pen", "-5")
+    assert (shown.status, shown.out) == (0, "pen -5: told rose\n")
+    shell.run("order", "resume")
+    assert (tmp_path / "job-orders").read_text() == "pen -5\nresume\n"
+
+
+def test_jobs_are_listed_for_people_and_programs_and_removed(shell, tmp_path):
+    assert shell.run("jobs").out.startswith("no jobs in ")
+    path = keep(tmp_path)
+    (tmp_path / "jobs" / "junk.job").write_text("{}")
+    lines = shell.run("jobs").out.splitlines()
+    assert lines[0].startswith("junk: ")
+    assert "damaged" in lines[0]
+    assert lines[1].startswith("two: 2 strokes, 10 cm, 0:")
+    spoilt, told = map(json.loads, shell.run("jobs", "--json").out.splitlines())
+    assert spoilt["state"] == "spoilt"
+    assert (told["crc"], told["state"], told["next"]) == (Job(path).crc, "", 1)
+    shown = shell.run("jobs", "two", "--remove")
+    assert shown.status == 0, shown.err
+    assert not os.path.exists(path)
+    other = jobs.write(tmp_path)
+    assert "remove it by hand" in shell.run("jobs", other, "--remove").err
+    assert os.path.exists(other)
+
+
+def test_a_time_is_told_in_minutes():
+    assert [in_minutes(t) for t in (0, 59.6, 130)] == ["0:00", "1:00", "2:10"]
