@@ -96,7 +96,7 @@ class DrawCard:
                 ("Turn", "rotate_left", partial(self._change, turn=15.0)),
                 ("Larger", "zoom_in", partial(self._change, scale=1.1)),
                 ("Smaller", "zoom_out", partial(self._change, scale=1 / 1.1)),
-                ("Clear", "delete", partial(self._session.draw, DrawCalls.clear)),
+                ("Remove", "delete", partial(self._session.draw, DrawCalls.clear)),
             ):
                 ui.button(label, icon=icon, on_click=change).props("flat dense no-caps")
 

@@ -223,7 +223,6 @@ def test_a_dropped_svg_is_moved_and_turned_drawn_paused_and_resumed(surfer):
 
 def test_a_dragged_triangle_is_drawn_in_one_go(surfer):
     surfer.look_around()
-    surfer.press("Clear")
     surfer.tab("Drive")
     corners = [surfer.pixel(p) for p in ((17.0, 1.0), (11.0, 7.0), (10.0, -3.0), (17.0, 1.0))]
     already = len(surfer.ink())
@@ -255,7 +254,7 @@ def test_a_path_that_cannot_be_reached_is_red_before_anything_moves(surfer):
     surfer.page.get_by_text("cannot be reached (red)").wait_for()
     assert surfer.page.locator("[data-drawing=missed]").count()
     assert surfer.page.locator(".draws:disabled", has_text="Start").count()
-    surfer.press("Clear")
+    surfer.press("Remove")
     surfer.page.wait_for_function("() => !document.querySelector('[data-drawing]')")
 
 
