@@ -167,7 +167,7 @@ def read(source: Source) -> Artwork:
         if source.name not in gallery():  # else any file here could be asked for
             known = ", ".join(gallery())
             raise ArmError(f"there is no drawing {source.name} here; choose one of {known}")
-        return read_source(source.name)
+        return read_source(source.name, source.name)
     if source.path is not None:
         # A sheet's right is the arm's -y, and up on it is the arm's x.
         sheet = np.column_stack([-source.path[:, 1], source.path[:, 0]])

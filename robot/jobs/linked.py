@@ -147,7 +147,6 @@ class LinkedJob(object):
                     self._draw.name, job.header.strokes, self._draw.first
                 )
             )
-        job.stroke(self._draw.first)  # what is wrong with it is said before anything moves
         if not self._arm.homed:
             self._arm.load_zero()
         if self._draw.first == 1:
@@ -155,6 +154,7 @@ class LinkedJob(object):
         orders = LinkedOrders(self, self._clock)
         try:
             report = LinkedReport(self, job, self._clock, self._say)
+            self.hear(orders, self._where)  # to check a long job takes the brick a while
             runner = LinkedRunner(self, self._arm, self._clock, job, orders, report)
             runner.run(self._draw.first)
         finally:
@@ -342,8 +342,13 @@ class LinkedRunner(JobRunner):
         super(LinkedRunner, self)._move_pen(down and not self._linked.dry)
         self._linked.tell_pen(down and not self._linked.dry)
 
+    def _chain(self, k, stroke):
+        self._linked.hear(self._orders, self._where)  # to read a stroke takes the brick a while
+        return super(LinkedRunner, self)._chain(k, stroke)
+
     def _is_ready(self, motion, joints, is_there):
         self._feed.seen = None  # from here on the arm itself knows
+        self._linked.hear(self._orders, self._where)
         return super(LinkedRunner, self)._is_ready(motion, joints, is_there)
 
     def _draw_from(self, k):

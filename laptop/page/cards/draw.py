@@ -193,7 +193,7 @@ class DrawCard:
     def _show_facts(self, drawing: DrawingState) -> None:
         placed = self._snapshot.placed
         if placed is None:
-            facts = f"{drawing.busy} ..." if drawing.busy else ""
+            facts = f"{drawing.busy.capitalize()} ..." if drawing.busy else ""
         else:
             facts = f"{placed.name}: {placed.strokes} stroke{'s' * (placed.strokes != 1)}"
             facts += f", {placed.cm:.0f} cm"
@@ -201,7 +201,7 @@ class DrawCard:
                 facts += f", {in_minutes(placed.seconds)}"
             elif drawing.busy:
                 facts += f", {drawing.busy} ..."
-        self._facts.set_text(facts[:1].upper() + facts[1:])
+        self._facts.set_text(facts)
         why = drawing.trouble or (placed.why_not if placed else "")
         self._trouble.set_text(why[:1].upper() + why[1:] + "." * bool(why))
         unmapped = drawing.unmapped

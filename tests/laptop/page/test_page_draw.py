@@ -158,7 +158,7 @@ def test_while_nothing_is_known_of_the_table_a_dragged_path_is_followed(surfer):
 def test_a_dropped_svg_is_moved_and_turned_drawn_paused_and_resumed(surfer):
     page = surfer.page
     surfer.drop("star.svg", STAR)
-    surfer.facts(r"^Star\.svg: 1 stroke, \d+ cm, \d+ s$")
+    surfer.facts(r"^star\.svg: 1 stroke, \d+ cm, \d+ s$")
     surfer.look_around()
     page.locator("[data-drawing=good]").first.wait_for(state="attached")
     before = surfer.placing()
@@ -227,7 +227,7 @@ def test_a_dragged_triangle_is_drawn_in_one_go(surfer):
     corners = [surfer.pixel(p) for p in ((17.0, 1.0), (11.0, 7.0), (10.0, -3.0), (17.0, 1.0))]
     already = len(surfer.ink())
     surfer.drag(*corners)
-    surfer.facts(r"^Dragged path: 1 stroke, \d+ cm, \d+ s$")
+    surfer.facts(r"^dragged path: 1 stroke, \d+ cm, \d+ s$")
     assert surfer.page.locator("[data-drawing=good]").count()
     surfer.page.wait_for_timeout(200)
     began = time.monotonic()
