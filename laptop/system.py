@@ -256,6 +256,14 @@ def give_way(niceness, pid=0):
             os.setpriority(os.PRIO_PROCESS, pid, now + niceness)
 
 
+def limit_memory(size):
+    """Give this process no more than so many bytes, where the system knows how."""
+    with contextlib.suppress(ImportError, OSError, ValueError):
+        import resource  # not above: Windows has none
+
+        resource.setrlimit(resource.RLIMIT_AS, (size, size))
+
+
 # What is typed
 
 

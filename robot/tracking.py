@@ -14,6 +14,7 @@ from robot.tracker_address import (
     shortened,
 )
 from shared import pairing
+from shared.job_messages import Draw, JobPart, Order
 from shared.link import FOREIGN, MAX_AGE, Link
 from shared.message_fields import one_line
 from shared.messages import (
@@ -44,7 +45,7 @@ PATIENCE = 0.005
 """For the answer to a ping, s: the clock offset can be no better known than when it came in."""
 
 MAX_COMMANDS = 16
-"""Commands that wait to be taken; older ones go."""
+"""Commands that wait to be taken, and as many words of a job; older ones go."""
 
 RECEIVE_BUFFER = 16384
 """Bytes that the system keeps for us while we do not look: a second or two of observations."""
@@ -105,7 +106,7 @@ class TrackingClient(object):
         self._pause = FIRST_PAUSE
         self._next_try = clock.now()
         self._seen = {}  # camera: capture time of the newest observation handed over
-        self._commands = []
+        self._commands, self._of_job = [], []
         self._reported = None  # (when, (run, verdict)) of the last report
 
     def poll(self, timeout=0.0):
@@ -147,9 +148,20 @@ class TrackingClient(object):
         return self._clock.now() - self._seen.get(camera, -float("inf"))
 
     def commands(self):
-        """The Start and Stop messages since the last call; a lost link takes them back."""
+        """The Start, Stop and Draw messages since the last call; a lost link takes them back."""
         commands, self._commands = self._commands, []
         return commands
+
+    def of_job(self):
+        """The JobParts and Orders since the last call; a lost link takes them back."""
+        of_job, self._of_job = self._of_job, []
+        return of_job
+
+    def send(self, message):
+        """Send a Want or JobProgress; whether there is a link."""
+        if self.linked:
+            self._link.send(message)
+        return self.linked
 
     def report(self, q, error, verdict="", reason="", e=None, condition=None, moves=0, run=1):
         """Tell the laptop how it goes; more often than every STATUS_PERIOD, only what is final.
@@ -255,9 +267,12 @@ class TrackingClient(object):
         message = self._link.receive()
         while message is not None:
             if self.linked:
-                if isinstance(message, (Start, Stop)):
+                if isinstance(message, (Start, Stop, Draw)):
                     self._commands.append(message)
                     del self._commands[:-MAX_COMMANDS]
+                elif isinstance(message, (JobPart, Order)):
+                    self._of_job.append(message)
+                    del self._of_job[:-MAX_COMMANDS]
             else:
                 self._shake_hands(message)
             message = self._link.receive() if self._link else None
@@ -347,7 +362,7 @@ class TrackingClient(object):
             self.lost_since = now
         self.linked = False
         self.why = why
-        self._commands = []
+        self._commands, self._of_job = [], []
         self._reported = None
         self._next_try = now + self._pause
         self._pause = min(2 * self._pause, MAX_PAUSE)

@@ -10,12 +10,13 @@ known are ignored, so that a later version may add some; kinds that are not know
 import collections
 import json
 
+from shared import job_messages
 from shared import message_fields as fields
 from shared.arm_description import ArmError
 from shared.framing import MAX_LINE
 from shared.record import record
 
-VERSION = 3
+VERSION = 4
 """Raised whenever the other side would misunderstand; `hello` keeps its form in every version."""
 
 PORT = 7711
@@ -208,6 +209,7 @@ _KINDS = {
     "stop": (Stop, (("reason", fields.text),)),
     "bye": (Bye, (("reason", fields.text),)),
 }
+_KINDS.update(job_messages.KINDS)
 _LATER = {("status", "battery")}
 """What may be missing in a line: earlier senders of this version do not know it."""
 _KIND_OF = {kind_class: kind for kind, (kind_class, _) in _KINDS.items()}

@@ -39,7 +39,11 @@ RULES = {
     ),
     "laptop.calibration": (*("laptop.calibration", "laptop.vision", "shared", "numpy", "cv2"),),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
-    "laptop.page": ("laptop.page", *BELOW_SIMULATOR, "shared", "numpy", "cv2", "matplotlib"),
+    "laptop.page": (
+        *("laptop.page", "laptop.drawing", *BELOW_SIMULATOR, "shared"),
+        *("robot.motion.kinematics", "robot.motion.paths", "robot.motion.trajectory"),
+        *("numpy", "cv2", "matplotlib"),
+    ),
     **{  # only these import what the page is made with, and only the server what serves it
         f"laptop.page.{name}": ("laptop.page", "laptop.tracking.pipeline", "shared", *libraries)
         for name, libraries in (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -30,6 +31,10 @@ SETTLING_TIME = 1000.0
 """After so long plots and fonts have come, ms."""
 GOALS = ((-0.7, 0.9), (0.9, 0.5))
 """Postures whose tips are aimed at in the plane, rad."""
+DRAWING = "spirograph"
+"""Drawn on the page."""
+HALF_DRAWN = re.compile(r"Drawing: [56]\d %")
+"""What the page says when a picture is taken of it."""
 GOALS_IN_SPACE = ((0.5, 0.9, -0.6), (-0.5, 0.6, -0.9), (0.2, 0.5, -0.3))
 """And in space; the last one in one picture only: the other shows what the way there taught."""
 
@@ -46,6 +51,7 @@ def take(folder: Path) -> Iterator[Path]:
         yield from _plane(made, folder)
         yield from _lost(made, folder)
         yield from _space(made, folder)
+        yield from _draw(made, folder)
 
 
 def _plane(made: Any, folder: Path) -> Iterator[Path]:
@@ -86,6 +92,22 @@ def _space(made: Any, folder: Path) -> Iterator[Path]:
         _aim(page, arm, GOALS_IN_SPACE[-1], cameras="A")
         page.locator(".picture").nth(1).locator("[data-hint]").wait_for(state="attached")
         yield _shot(page, folder, "page-two")
+
+
+def _draw(made: Any, folder: Path) -> Iterator[Path]:
+    with _page(made, read_arm(find_arm("planar")), 1) as page:
+        page.get_by_role("tab", name="Draw").click()
+        page.get_by_role("button", name="Look around").click()
+        page.locator(".job-word", has_text="look around: done").wait_for()
+        page.get_by_role("button", name=DRAWING).click()
+        page.locator("[data-drawing=good]").first.wait_for(state="attached")
+        start = page.locator(".draws:enabled", has_text="Start")
+        start.wait_for()
+        start.click()
+        page.locator(".job-word", has_text=HALF_DRAWN).wait_for()
+        yield _shot(page, folder, "page-draw", 0.0)
+        page.locator(".compared").wait_for()
+        yield _shot(page, folder, "page-drawn")
 
 
 @contextmanager

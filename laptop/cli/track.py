@@ -17,6 +17,7 @@ from laptop import system
 from laptop.cli.options import FiniteRange, examples, importing, in_one_line, on_the_page
 from laptop.simulator.own_programs import HOUSE, SERVO
 from shared import pairing, state
+from shared.arm_description import find_arm, read_arm
 from shared.messages import EFFECTOR
 
 if TYPE_CHECKING:
@@ -207,7 +208,12 @@ def track(
             Console(stderr=announce),
             start_brick=partial(start_brick, arm) if brick else None,
             open_page=partial(
-                _open_page, page_host, page_port, page_hold, "synthetic" not in options["camera"]
+                _open_page,
+                page_host,
+                page_port,
+                page_hold,
+                "synthetic" not in options["camera"],
+                arm,
             )
             if shown
             else None,
@@ -218,7 +224,12 @@ def track(
 
 
 def _open_page(
-    host: str, port: int | None, hold_unheard: bool, real: bool, stack: contextlib.ExitStack
+    host: str,
+    port: int | None,
+    hold_unheard: bool,
+    real: bool,
+    arm: str,
+    stack: contextlib.ExitStack,
 ) -> Callable[[PageInputs], ServedPage]:
     """Take the page's port; gives a function that serves the page there, see OpenPage.
 
@@ -227,6 +238,7 @@ def _open_page(
         port: the same; None: the usual one, or any.
         hold_unheard: see PageController.
         real: whether a real brick may be called from it.
+        arm: that draws, its name or file.
         stack: closes all.
     """
     from laptop.page import process
@@ -252,7 +264,9 @@ def _open_page(
             inputs.now,
             hold_unheard,
             start_on_brick=start_on_brick if real and server else None,
+            arm=read_arm(find_arm(arm)),
         )
+        stack.callback(controller.drawings.close)
         page = process.PageProcess(controller, listener, host, inputs.say, inputs.invite)
         stack.callback(page.close)
         return ServedPage(

@@ -15,7 +15,8 @@ from functools import partial
 from multiprocessing.connection import Connection
 from typing import Concatenate, ParamSpec, TypeVar
 
-from laptop.page.interface import Calls, FrameCalls, StatusCalls
+from laptop.page.drawing_snapshots import DrawingSnapshot, InkPoint
+from laptop.page.interface import Calls, DrawViews, FrameCalls, StatusCalls
 from laptop.page.rpc import RpcClient
 from laptop.page.run_records import MAX_GROUPS, RunGroup
 from laptop.page.snapshots import (
@@ -34,6 +35,8 @@ MAX_FRAME_RATE, MAX_TOTAL_FRAME_RATE = 16.0, 20.0
 more show nobody more, and browsers on this machine take the tracker's time."""
 NEXT_FRAME_TIMEOUT = 0.1
 """Time to wait for the next frame, s, before a browser is shown one that has waited."""
+INK_PERIOD = 0.3
+"""Time between two questions for more ink, s."""
 FETCHABLE_FRAMES = 40
 """Number of frames of a camera that browsers may still fetch."""
 
@@ -108,6 +111,20 @@ def _put(kept: OrderedDict[int, FrameSnapshot], shown: FrameSnapshot) -> None:
         kept.popitem(last=False)
 
 
+class Ink:
+    """The ink of a job in a camera's picture, as far as it is here.
+
+    Attributes:
+        version: of it; another one begins anew.
+        points: in order.
+    """
+
+    def __init__(self) -> None:
+        self.version = -1
+        self.points: list[InkPoint] = []
+        self.asked = -math.inf  # s
+
+
 class AsyncController:
     """Tracker's controller, seen from the page's process: never blocks, and asks once for many.
 
@@ -140,6 +157,9 @@ class AsyncController:
         self._lock = asyncio.Lock()
         self._drawer = ThreadPoolExecutor(1, "drawer")
         self._reports: OrderedDict[tuple[int, int], tuple[str, str]] = OrderedDict()
+        self._drawing = -1, DrawingSnapshot(None, {})  # with its revision
+        self._inks = {name: Ink() for name in cameras}
+        self._draw_lock = asyncio.Lock()
 
     @property
     def pace(self) -> float:
@@ -170,6 +190,26 @@ class AsyncController:
                 last = self.past[-1].t if self.past else -math.inf
                 self.past.extend(await self.call(StatusCalls.history, last))
         return self.state
+
+    async def drawing(self, revision: int) -> DrawingSnapshot:
+        """Return the drawing as it is at a revision, or later; one question for all browsers."""
+        async with self._draw_lock:
+            if self._drawing[0] != revision:
+                self._drawing = revision, await self.call_slowly(DrawViews.drawing)
+            return self._drawing[1]
+
+    async def ink(self, camera: str) -> Ink:
+        """Return the ink of the job that is on, or was last, in a camera's picture."""
+        ink = self._inks[camera]
+        async with self._draw_lock:
+            if time.monotonic() - ink.asked > INK_PERIOD:
+                ink.asked = time.monotonic()
+                known = ink.version, len(ink.points)
+                version, points = await self.call(DrawViews.ink, camera, *known)
+                if version != ink.version:
+                    ink.version, ink.points = version, []
+                ink.points += points
+        return ink
 
     async def report(self, number: int | None) -> tuple[str, str] | None:
         """Return file name and text of a run's report, by default the newest run's, or None."""

@@ -35,6 +35,7 @@ class AuthMiddleware:
         hosts: HOST:PORT by which browsers may call it.
         pages: HOST:PORT of the pages that may do so.
         methods: of HTTP that it takes.
+        posts: paths to which pages may also POST.
         redeem: makes a cookie of a token; None: nobody gets one here.
         gate_port: of laptop.page.stop_gate, which pages may call, too; None: they may not.
     """
@@ -46,6 +47,7 @@ class AuthMiddleware:
         hosts: Sequence[str],
         pages: Sequence[str],
         methods: Sequence[str] = ("GET", "HEAD"),
+        posts: Sequence[str] = (),
         redeem: Redeem | None = None,
         gate_port: int | None = None,
     ) -> None:
@@ -54,6 +56,7 @@ class AuthMiddleware:
         self._hosts = frozenset(hosts)
         self._origins = frozenset(f"http://{host}" for host in pages)
         self._methods = methods
+        self._posts = frozenset(posts)
         self._redeem = redeem
         self._gate_port = gate_port
         # Cookies know no ports: two pages on one machine would take each other's away.
@@ -95,7 +98,10 @@ class AuthMiddleware:
         if origin is not None and origin.lower() not in self._origins:
             return "Another page has no business here."
         if scope["type"] == "http" and scope["method"] not in self._methods:
-            return "There is nothing to be sent here."
+            # (A page always says where what it posts is from; other programs need not.)
+            is_posted = scope["method"] == "POST" and scope["path"] in self._posts
+            if not is_posted or origin is None:
+                return "There is nothing to be sent here."
         return None
 
     def _browser(self, headers: Mapping[str, str]) -> int:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import math
 import time
+from functools import partial
 from pathlib import Path
 
 from nicegui import events, ui
@@ -16,15 +17,18 @@ from laptop.page import cards
 from laptop.page.async_controller import MAX_FRAME_RATE
 from laptop.page.cards.camera_view import CameraView
 from laptop.page.cards.colours import ColourCard
+from laptop.page.cards.draw import DrawCard
 from laptop.page.cards.drive import DriveCard
 from laptop.page.cards.header import Header
 from laptop.page.cards.plots import PlotsCard
-from laptop.page.cards.session import TOOLS, BrowserSession
+from laptop.page.cards.session import AIM, DRAW, TOOLS, BrowserSession
 from laptop.page.cards.state import StateCard
 from laptop.page.interface import StatusCalls
 from laptop.page.snapshots import SAMPLE_PERIOD, PageState
 
 STYLE = Path(cards.__file__).with_name("style.css")
+DRIVE = "drive"
+"""Tab that is shown at first."""
 FACTS_PERIOD = 1.0
 """Between two updates of the figures that change all the time, for one browser, s."""
 
@@ -60,14 +64,46 @@ class Page:
                     ]
                 PlotsCard(self._session)
             with ui.element("div").classes("side"):
+                self._add_tabs()
                 self._drive = DriveCard(self._session, several)
                 self._colours = ColourCard(self._session)
+                self._draw = DrawCard(self._session, self._views)
                 self._state = StateCard(self._session)
+        self._session.show_tab = self.show_tab
+        self.show_tab(DRIVE)
         ui.keyboard(self._on_key, ignore=["input", "select", "textarea"], repeating=False)
         ui.keyboard(self._on_arrow, ignore=["input", "select", "textarea"])
         ui.timer(1 / MAX_FRAME_RATE, self._refresh_stills)
         ui.timer(SAMPLE_PERIOD, self._refresh_state)
-        self._show(state)
+        await self._show(state)
+
+    def _add_tabs(self) -> None:
+        with ui.button_group().props("unelevated role=tablist").classes("tools tabs"):
+            self._tabs = {
+                tab: ui.button(
+                    name, icon=icon, on_click=partial(self.show_tab, tab), color=None
+                ).props("role=tab")
+                for tab, name, icon in (
+                    (DRIVE, "Drive", "my_location"),
+                    (DRAW, "Draw", "draw"),
+                )
+            }
+
+    def show_tab(self, tab: str) -> None:
+        """Show what the tab "drive" or "draw" holds; the pointer in pictures is for that."""
+        self._tab = tab
+        for key, button in self._tabs.items():
+            chosen = "true" if key == tab else "false"
+            button.props(f"aria-pressed={chosen} aria-selected={chosen}")
+        self._drive.element.set_visibility(tab == DRIVE)
+        self._colours.element.set_visibility(tab == DRIVE)
+        self._draw.element.set_visibility(tab == DRAW)
+        if tab == DRAW:
+            self._session.tool = DRAW
+        else:
+            self._colours.choose_tool(AIM)
+        for view in self._views:
+            view.show_drawing()
 
     async def _refresh_stills(self) -> None:
         await asyncio.gather(*(view.refresh_still() for view in self._views))
@@ -76,13 +112,14 @@ class Page:
         connected = ui.context.client.has_socket_connection
         if connected and time.monotonic() >= self._state_due:
             self._state_due = self._controller.due(SAMPLE_PERIOD)
-            self._show(await self._controller.poll())
+            await self._show(await self._controller.poll())
 
-    def _show(self, state: PageState) -> None:
+    async def _show(self, state: PageState) -> None:
         self._header.show(state)
         self._drive.show(state)
         self._colours.show(state)
         self._state.show(state)
+        await self._draw.show(state)
         if time.monotonic() >= self._facts_due:
             self._facts_due = self._controller.due(FACTS_PERIOD)
             for view in self._views:
@@ -99,7 +136,9 @@ class Page:
         if not event.action.keydown or modified:
             return
         key = event.key.name.lower()
-        if key in [str(number) for number in range(1, len(TOOLS) + 1)]:
+        if self._tab == DRAW and key in "sh":
+            await (self._draw.start() if key == "s" else self._draw.pause())
+        elif self._tab == DRIVE and key in [str(n) for n in range(1, len(TOOLS) + 1)]:
             self._colours.choose_tool(list(TOOLS)[int(key) - 1])
         elif key == "s":
             await self._drive.start()

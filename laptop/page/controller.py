@@ -12,6 +12,7 @@ from pathlib import Path
 from laptop.page.brick_call import StartOnBrick
 from laptop.page.camera_feed import HEARTBEAT_PERIOD, CameraFeed, MarkerTracker
 from laptop.page.colour_edits import ColourEdits
+from laptop.page.draw_control import DrawControl
 from laptop.page.frames import Frames
 from laptop.page.goal_hints import GoalHints
 from laptop.page.run_control import RunControl, Server
@@ -26,7 +27,8 @@ from laptop.page.snapshots import (
 )
 from laptop.page.steering import UNHEARD_TIMEOUT, Steering
 from laptop.tracking.pipeline import CameraPipeline
-from laptop.tracking.server import ServerState as LinkState
+from laptop.tracking.server_state import ServerState as LinkState
+from shared.arm_description import Arm
 
 VIEWER_TIMEOUT = 5.0
 """Time without a question, s, after which the page counts as closed."""
@@ -55,9 +57,11 @@ class PageController:
         hold_unheard: a run that was ordered from a page is held when none is heard any more.
         clock: of people and pages, s; the frames' may stand still.
         start_on_brick: what a click does to have a real brick; None: there is nothing to click.
+        arm: that draws; None: it is not known.
 
     Attributes:
-        frames, colours, runs, steering, admission: the groups of calls of PageInterface.
+        frames, colours, runs, drawings, drawing_views, steering, admission: the groups of calls of
+            PageInterface.
     """
 
     def __init__(
@@ -72,6 +76,7 @@ class PageController:
         hold_unheard: bool = True,
         clock: Callable[[], float] = time.monotonic,
         start_on_brick: StartOnBrick | None = None,
+        arm: Arm | None = None,
     ) -> None:
         self._cameras = {
             watcher.name: CameraFeed(watcher, tracker, source)
@@ -85,6 +90,18 @@ class PageController:
         self._last_question = self._expected_until = -math.inf  # s
         self.colours = ColourEdits(self._cameras, file)
         self.runs = RunControl(self._cameras, self.colours, server, now, start_on_brick)
+        self.drawings = self.drawing_views = DrawControl(
+            arm,
+            self._cameras,
+            self._link,
+            lambda offer: bool(server and server.offer(offer)),
+            lambda message: bool(server and server.send(message)),
+            self.runs.running,
+            now,
+            self.runs.lock,
+        )
+        self.runs.is_drawing = lambda: self.drawings.is_on
+        self.runs.on_stop = self.drawings.stop
         self._hints = GoalHints(self._cameras)
         self.frames = Frames(self._cameras, self.runs, self._hints, now)
         self.steering = Steering(clock)
@@ -168,6 +185,7 @@ class PageController:
             driver=self.steering.driver,
             driver_name=self.steering.name(self.steering.driver),
             can_call=self.runs.brick_call.is_possible,
+            drawing=self.drawings.state(),
         )
 
     def history(self, after: float = -math.inf) -> list[PlotSample]:
@@ -193,6 +211,7 @@ class PageController:
         with self._lock:
             self._record()
             self.runs.poll()
+            self.drawings.poll()
             silence = self.steering.silence
             if self._hold_unheard and silence > UNHEARD_TIMEOUT:
                 t, why = self._why_unheard

@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol, TypeVar
 
+from laptop.page.drawing_snapshots import DrawingSnapshot, InkPoint, Placing
 from laptop.page.run_records import RunGroup
 from laptop.page.snapshots import DEFAULTS, FrameSnapshot, PageState, PlotSample
 from laptop.tracking.pipeline import Point
@@ -69,6 +70,27 @@ class RunCalls(Protocol):
     def stop(self, by: str = "") -> str: ...
 
 
+class DrawCalls(Protocol):
+    """Drawings; implemented by `laptop.page.draw_control.DrawControl`."""
+
+    def load(self, name: str, data: bytes) -> str: ...
+    def write(self, text: str) -> str: ...
+    def choose(self, name: str) -> str: ...
+    def trace(self, camera: str, points: Sequence[Point]) -> str: ...
+    def place(self, placing: Placing) -> str: ...
+    def clear(self) -> str: ...
+    def look_around(self) -> str: ...
+    def start(self, dry: bool = False, alone: bool = False) -> str: ...
+    def order(self, what: str, value: float | None = None) -> str: ...
+
+
+class DrawViews(Protocol):
+    """What browsers see of a drawing; implemented by `laptop.page.draw_control.DrawControl`."""
+
+    def drawing(self) -> DrawingSnapshot: ...
+    def ink(self, camera: str, version: int, after: int) -> tuple[int, list[InkPoint]]: ...
+
+
 class SteeringCalls(Protocol):
     """Who steers; implemented by `laptop.page.steering.Steering`."""
 
@@ -85,7 +107,7 @@ class AdmissionCalls(Protocol):
 
 
 class PageInterface(StatusCalls, Protocol):
-    """Everything that the page may call, in six groups."""
+    """Everything that the page may call, in eight groups."""
 
     @property
     def frames(self) -> FrameCalls: ...
@@ -94,13 +116,25 @@ class PageInterface(StatusCalls, Protocol):
     @property
     def runs(self) -> RunCalls: ...
     @property
+    def drawings(self) -> DrawCalls: ...
+    @property
+    def drawing_views(self) -> DrawViews: ...
+    @property
     def steering(self) -> SteeringCalls: ...
     @property
     def admission(self) -> AdmissionCalls: ...
 
 
 Calls = TypeVar(
-    "Calls", StatusCalls, FrameCalls, ColourCalls, RunCalls, SteeringCalls, AdmissionCalls
+    "Calls",
+    StatusCalls,
+    FrameCalls,
+    ColourCalls,
+    RunCalls,
+    DrawCalls,
+    DrawViews,
+    SteeringCalls,
+    AdmissionCalls,
 )
 """Group of calls to which an exposed method belongs."""
 
@@ -109,6 +143,8 @@ _GROUPS: dict[type, Callable[[PageInterface], Any]] = {
     FrameCalls: lambda controller: controller.frames,
     ColourCalls: lambda controller: controller.colours,
     RunCalls: lambda controller: controller.runs,
+    DrawCalls: lambda controller: controller.drawings,
+    DrawViews: lambda controller: controller.drawing_views,
     SteeringCalls: lambda controller: controller.steering,
     AdmissionCalls: lambda controller: controller.admission,
 }
@@ -123,7 +159,7 @@ EXPOSED_METHODS = {
 
 PERISHABLE = {
     f"{group.__name__}.{name}"
-    for group in (RunCalls, ColourCalls)
+    for group in (RunCalls, ColourCalls, DrawCalls)
     for name in vars(group)
     if not name.startswith("_")
 } - {"RunCalls.stop"}

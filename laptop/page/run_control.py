@@ -21,9 +21,11 @@ from laptop.page.run_states import (
     next_state,
 )
 from laptop.page.snapshots import DEFAULTS, points
+from laptop.tracking.job_offer import JobOffer
 from laptop.tracking.pipeline import Point
-from laptop.tracking.server import ServerState as LinkState
+from laptop.tracking.server_state import ServerState as LinkState
 from shared.arm_description import ArmError
+from shared.job_messages import Order
 from shared.messages import BUDGET, GOAL, TOLERANCE, Start, Status, Stop
 from shared.run_options import check_options
 from shared.verdicts import CONVERGED
@@ -34,12 +36,14 @@ WAYPOINT_SPACING = 25.0
 """Distance between two waypoints of a path, px."""
 
 _BUSY = "a run is on; hold or stop it first"
+_DRAWING = "a drawing is on; abort it first"
 
 
 class Server(Protocol):
     """Part of the tracking server that the page uses."""
 
-    def send(self, message: Start | Stop) -> bool: ...  # noqa: D102
+    def send(self, message: Start | Stop | Order) -> bool: ...  # noqa: D102
+    def offer(self, offer: JobOffer) -> bool: ...  # noqa: D102
     def state(self) -> LinkState: ...  # noqa: D102
     def commands(self) -> list[str]: ...  # noqa: D102
 
@@ -60,6 +64,8 @@ class RunControl:
         note: last thing to tell about the link or the run, or "".
         state: of the protocol.
         lock: held while an order is carried out: one after the other.
+        is_drawing: tells whether a drawing is on, which no run may disturb.
+        on_stop: is told of every STOP, and why.
     """
 
     def __init__(
@@ -77,6 +83,8 @@ class RunControl:
         self.brick_call = BrickCall(
             start_on_brick, lambda: server is not None and server.state().client is not None
         )
+        self.is_drawing: Callable[[], bool] = lambda: False
+        self.on_stop: Callable[[str], None] = lambda reason: None
         self.aims: dict[str, Point] = {}
         self.note = ""
         self.state = RunState.IDLE
@@ -197,6 +205,8 @@ class RunControl:
         with self.lock:
             if self._refuses(RunEvent.START):
                 return _BUSY
+            if self.is_drawing():
+                return _DRAWING
             if why := self._why_no_goal():
                 return why
             options = Start(method, mode, rows, tolerance, budget, follow, goals=dict(self.aims))
@@ -225,7 +235,9 @@ class RunControl:
         Args:
             by: who stops it, for people; or "".
         """
-        return self._stop(RunEvent.STOP, "stopped from the page" + (f" by {by}" if by else ""))
+        reason = "stopped from the page" + (f" by {by}" if by else "")
+        self.on_stop(reason)
+        return self._stop(RunEvent.STOP, reason)
 
     def hold_unheard(self, silence: float, why: str = "") -> None:
         """Hold a run that was ordered here, as no page is heard.

@@ -17,12 +17,16 @@ from laptop.page.auth import BROWSER, MAX_MESSAGE, AuthMiddleware
 from laptop.page.browser import Page
 from laptop.page.cards.session import BrowserSession, browser_name
 from laptop.page.http_limits import LimitedHttp
-from laptop.page.interface import AdmissionCalls, RunCalls, StatusCalls, SteeringCalls
+from laptop.page.interface import AdmissionCalls, DrawCalls, RunCalls, StatusCalls, SteeringCalls
 from laptop.page.pulse import Pulse
 from laptop.page.sessions import SessionKey
 
 MAX_BUILDS = 4
 """Number of pages that are put together at the same time; others wait for their turn."""
+DRAWING = "/drawing"
+"""Path to which a page sends a file that is to be drawn."""
+MAX_FILE, FILE_TIMEOUT = 8_000_000, 20.0
+"""Bytes of such a file, and time that it may take to come, s."""
 BUILD_TIMEOUT = 60.0
 """Time that a page may take to be put together, its turn and all, s."""
 
@@ -80,6 +84,20 @@ def serve(
         name, text = drawn
         named = {"content-disposition": f"inline; filename={name}", "cache-control": "no-store"}
         return Response(text, media_type="text/html", headers=named)
+
+    @app.post(DRAWING)
+    async def drawing(request: Request, name: str = "drawing") -> Response:
+        try:
+            data = await asyncio.wait_for(_body(request), FILE_TIMEOUT)
+        except asyncio.TimeoutError:
+            return Response(f"{name[:80]}: it took too long to come; try again", 408)
+        if data is None:
+            most = MAX_FILE // 1_000_000
+            return Response(f"{name[:80]}: more than {most} MB; make it smaller", 413)
+        who = browser_name(request.headers.get("user-agent", ""))
+        why = await controller.call(SteeringCalls.claim, request.scope[BROWSER], who)
+        why = why or await controller.call_slowly(DrawCalls.load, name, data)
+        return Response(why, media_type="text/plain")
 
     @ui.page("/", response_timeout=BUILD_TIMEOUT)
     async def root() -> None:
@@ -151,7 +169,7 @@ def serve(
         show_welcome_message=False,
     )
     config = uvicorn.Config(
-        AuthMiddleware(app, key, hosts, hosts, redeem=redeem, gate_port=gate_port),
+        AuthMiddleware(app, key, hosts, hosts, posts=[DRAWING], redeem=redeem, gate_port=gate_port),
         http=LimitedHttp,
         log_level="critical",  # addresses hold the token
         access_log=False,
@@ -161,6 +179,18 @@ def serve(
         server_header=False,
     )
     uvicorn.Server(config).run(sockets=[listener])
+
+
+async def _body(request: Request) -> bytes | None:
+    """Return what a request brings; None if it is more than is taken."""
+    if int(request.headers.get("content-length") or 0) > MAX_FILE:
+        return None
+    data = bytearray()
+    async for piece in request.stream():
+        data += piece
+        if len(data) > MAX_FILE:
+            return None
+    return bytes(data)
 
 
 def _browser(client: Client) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from laptop.page.drawing_snapshots import DrawingState
 from laptop.page.run_records import RunSummary
 from laptop.tracking.pipeline import Point
 from laptop.vision.tracker import Window
@@ -114,6 +115,7 @@ class PageState(NamedTuple):
     driver    number of the browser that steers; 0: nobody does yet
     driver_name  its name for people, or ""
     can_call  a click would have the real brick run its program
+    drawing   on the page
     """
 
     cameras: tuple[CameraStatus, ...]
@@ -135,6 +137,7 @@ class PageState(NamedTuple):
     driver: int = 0
     driver_name: str = ""
     can_call: bool = False
+    drawing: DrawingState = DrawingState()
 
 
 class PlotSample(NamedTuple):

@@ -14,11 +14,13 @@ import socket
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 from laptop.tracking.guess_limiter import GuessLimiter, sender_of
+from laptop.tracking.job_offer import JobOffer
 from laptop.tracking.listening import listen, own_addresses
+from laptop.tracking.server_state import ServerState
 from shared import pairing
+from shared.job_messages import Draw, JobProgress, Order, Want
 from shared.link import Link
 from shared.messages import (
     BRICK,
@@ -49,32 +51,6 @@ SEND_BUFFER = 16384
 
 ACCEPT_PAUSE = 1.0
 """Time until the next try when the system has no room for one more connection, s."""
-
-
-@dataclass(frozen=True)
-class ServerState:
-    """State of the link.
-
-    Attributes:
-        client: address of the brick that is served, or None.
-        since: when it was let in, s on the server's clock.
-        status: its last Status, or None.
-        status_age: s since that came in.
-        round_trip: the least of the last pings, s; it includes the wait until the brick's program
-            looks.
-        refusal: the last one, with its sender; "" if there was none since a brick was let in.
-        lost: why the last brick left; "" if none did.
-        counters: of the present link, see shared.link.Link; {} without one.
-    """
-
-    client: str | None = None
-    since: float | None = None
-    status: Status | None = None
-    status_age: float | None = None
-    round_trip: float | None = None
-    refusal: str = ""
-    lost: str = ""
-    counters: dict[str, int] = field(default_factory=dict)
 
 
 class _Caller:
@@ -133,7 +109,9 @@ class TrackingServer:
         self._callers: list[_Caller] = []
         self._served: _Caller | None = None
         self._guesses = GuessLimiter()
-        self._status: tuple[Status, float] | None = None
+        self._status: tuple[Status, float, float] | None = None  # with when and how late it came
+        self._progress: tuple[JobProgress, float] | None = None  # with when it was sent, s
+        self._offer: JobOffer | None = None
         self._refusal = self._lost = ""
         self._ending = False
         self._accept_again: float | None = None
@@ -190,7 +168,15 @@ class TrackingServer:
         """
         self.send(observation)
 
-    def send(self, message: Observation | Start | Stop) -> bool:
+    def offer(self, offer: JobOffer) -> bool:
+        """Offer a job to the brick, in the place of any earlier one; return True if there is one.
+
+        Its parts go out as the brick asks for them, on later links, too.
+        """
+        self._offer = offer
+        return self.send(offer.draw)
+
+    def send(self, message: Observation | Start | Stop | Draw | Order) -> bool:
         """Send a message to the brick; return True if there is one."""
         with self._lock:
             if self._served is None:
@@ -216,6 +202,9 @@ class TrackingServer:
                 refusal=self._refusal,
                 lost=self._lost,
                 counters=dict(link.counters),
+                progress=self._progress and self._progress[0],
+                progress_age=self._progress and self._now() - self._progress[1],
+                status_lag=self._status[2] if self._status else 0.0,
             )
 
     def close(self, reason: str = "the tracker has ended") -> None:
@@ -301,8 +290,8 @@ class TrackingServer:
         while message is not None:
             if caller is not self._served:
                 self._shake_hands(caller, message)
-            elif isinstance(message, Status):
-                self._status = message, self._now()
+            else:
+                self._take(caller.link, message)
             message = caller.link.receive()
         if caller.link.closed:
             self._dismiss(caller)
@@ -311,6 +300,16 @@ class TrackingServer:
             if events != caller.events:
                 caller.events = events
                 self._selector.modify(caller.sock, events)
+
+    def _take(self, link: Link, message: object) -> None:
+        """Take in what the brick that is served says."""
+        now = self._now()
+        if isinstance(message, Status):
+            self._status = message, now, _lag(link, message.t, now)
+        elif isinstance(message, JobProgress):
+            self._progress = message, now - _lag(link, message.t, now)
+        elif isinstance(message, Want) and self._offer and (part := self._offer.part(message)):
+            link.send(part)
 
     def _dismiss(self, caller: _Caller) -> None:
         if caller is self._served:
@@ -367,7 +366,7 @@ class TrackingServer:
             caller.link.trust(laptop_key, brick_key)
             self._callers.remove(caller)
             self._served = caller
-            self._status = None
+            self._status = self._progress = None
             self._refusal = ""
             caller.since = now
 
@@ -375,6 +374,11 @@ class TrackingServer:
         self._refusal = f"{caller.address}: {reason}"
         caller.link.send(Refused(cause, reason, wait))
         caller.link.close()
+
+
+def _lag(link: Link, t: float, now: float) -> float:
+    """Return how long ago the other side sent what bears its time t, s; 0: that is not known."""
+    return max(0.0, now - (t - link.clock.offset)) if link.clock.is_known else 0.0
 
 
 def _version_advice(version: int) -> str:

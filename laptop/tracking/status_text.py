@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from laptop.tracking.pipeline import CameraPipeline, Point
-from laptop.tracking.server import ServerState
+from laptop.tracking.server_state import ServerState
 from laptop.vision.markers import Marker
 from shared.messages import GOAL, LEAST_CONFIDENCE
 

@@ -13,6 +13,7 @@ from robot.servoing.servo import Servo
 from robot.servoing.stream import Stream
 from robot.tracker_address import Refusal
 from shared.arm_description import ArmError
+from shared.job_messages import Draw
 from shared.messages import Start
 from shared.run_options import check_options
 from shared.verdicts import CONVERGED, READY, REFUSED
@@ -143,14 +144,16 @@ class Runs(object):
         )  # fmt: skip
 
     def wait(self):
-        """Do a run for every Start of the laptop, one after the other; never returns.
+        """Do a run for every Start of the laptop, and draw for every Draw, one after the other.
 
-        Between them the arm is held, and the laptop is told where it is and how the last run ended.
+        Never returns. Between them the arm is held, and the laptop is told where it is and how the
+        last run ended.
 
         Raises:
             Refusal: the tracker will never serve us.
         """
         number = 0
+        job, told = None, False  # JobProgress of the last one, of which every new link is told
         say("waiting for the laptop to say start")
         while True:
             self._client.poll(POLL_TIMEOUT)
@@ -158,11 +161,34 @@ class Runs(object):
                 raise Refusal(self._client.why)
             options = None
             for command in self._client.commands():
-                options = command if isinstance(command, Start) else None  # a Stop takes it back
-            if options is not None:
+                # A Stop takes it back.
+                options = command if isinstance(command, (Start, Draw)) else None
+            if isinstance(options, Draw):
+                job = self._draw(options)
+                told = True
+            elif options is not None:
                 number += 1
                 self._handle_start(options, number)
+            if job and self._client.linked and not told:
+                self._client.send(job._replace(t=self._clock.now()))
+            told = self._client.linked
             self._client.report(self._where(), **self._told)
+
+    def _draw(self, draw):
+        """Draw the job that is offered, if that is possible; the arm is held. Its JobProgress."""
+        from robot.jobs.linked import LinkedJob  # not above: a servo run needs none of it
+
+        job = LinkedJob(self._arm, self._client, self._clock, draw, self._told, say)
+        try:
+            try:
+                job.run()
+            finally:
+                self._arm.park()
+        except ArmError as error:
+            if isinstance(error, Refusal):
+                raise
+            say(str(error))
+        return job.progress
 
     def _handle_start(self, options, number):
         """Do the run that is ordered, if that is possible; the arm is held."""

@@ -12,7 +12,7 @@ from laptop.page import camera_feed
 from laptop.page.controller import PageController
 from laptop.page.rpc import RpcClient, serve_requests
 from laptop.tracking.pipeline import CameraPipeline
-from laptop.tracking.server import ServerState as LinkState
+from laptop.tracking.server_state import ServerState as LinkState
 from laptop.vision.frames import Frame
 from laptop.vision.markers import read_spec
 from laptop.vision.tracker import Tracker
@@ -39,11 +39,16 @@ class FakeServer:
     def __init__(self):
         self.sent = []
         self.there = True
+        self.progress = None
         self.status = Status(0.0, (0.1, 0.2), None, "ready")
 
     def send(self, message):
         self.sent.append(message)
         return self.there
+
+    def offer(self, offer):
+        self.offered = offer
+        return self.send(offer.draw)
 
     def publish(self, observation):
         pass
@@ -52,7 +57,11 @@ class FakeServer:
         return ["python -m laptop brick run visual_servoing.py --code ABCD-EFGH"]
 
     def state(self):
-        return LinkState(client="10.0.0.2" if self.there else None, status=self.status)
+        client = "10.0.0.2" if self.there else None
+        progress = self.progress if self.there else None
+        return LinkState(
+            client=client, status=self.status, progress=progress, progress_age=progress and 0.0
+        )
 
     def tell(self, verdict, run, **more):
         self.status = Status(0.0, (0.1, 0.2), 12.5, verdict, run=run, **more)

@@ -6,7 +6,7 @@ what hangs meets the deadline.
 
 import time
 
-PATIENCE = 300.0
+PATIENCE = 45.0
 """After so long it hangs, s."""
 
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from signed import KEYS, SignedSocket
 
 from shared.framing import MAX_QUEUE
+from shared.job_messages import Draw, JobProgress, Order, Want, part_of
 from shared.link import COUNTERS, MAX_AGE, Link
 from shared.messages import (
     BRICK,
@@ -51,6 +52,11 @@ VALID = [
         Status(99.5, (0.1, -3.2), 12.25, "converged", "why", {"A.u": 3.5}, 17.5, 12, 3),
         Start(goals={"A": (400.5, 200.0)}),
         Stop("enough"),
+        Draw("a rose", 123456, 40, 0xCAFE0123),
+        Want(0xCAFE0123, 39),
+        part_of(bytes(range(60)), 0xCAFE0123, 0),
+        Order("speed", 0.5),
+        JobProgress(9.5, 7, "a rose", "drawing", 3, 37, 12.25, 412.5, 99.5, True, ""),
         Bye("the tracker has ended"),
     )
 ]

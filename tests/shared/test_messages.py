@@ -6,6 +6,21 @@ import pytest
 
 from shared.arm_description import ArmError
 from shared.framing import TAG_LENGTH, LineBuffer
+from shared.job_messages import (
+    MAX_PARTS,
+    ORDERS,
+    PART_SIZE,
+    STATES,
+    Draw,
+    InvalidOrder,
+    JobPart,
+    JobProgress,
+    Order,
+    Want,
+    bytes_of,
+    check_order,
+    part_of,
+)
 from shared.message_fields import MAX_JOINTS, MAX_TEXT, one_line
 from shared.messages import (
     BRICK,
@@ -48,6 +63,14 @@ MESSAGES = [
     Start(),
     Start("report", "stream", "xyz", 2.5, 120.0, True, {"A": (400.5, 200.0), "B": (-3.0, 9.25)}),
     Stop("the button on the page"),
+    Draw("a rose", 123456, 40, 0xCAFE0123),
+    Draw("", 1, 1, 0, 7, True, True),
+    Want(0xCAFE0123, 39),
+    JobPart(0xCAFE0123, 39, "aGVsbG8="),
+    Order("pause", None),
+    Order("speed", 50.0),
+    JobProgress(9.5, 7, "a rose", "drawing", 3, 37, 12.25, 412.5, 99.5, True, ""),
+    JobProgress(9.5, 7, "", "failed", 0, 0, 0.0, 0.0, None, False, "the elbow is blocked"),
     Bye(""),
 ]
 
@@ -139,6 +162,12 @@ def test_numbers_are_rounded_to_what_is_measurable():
             {f"{n:x<16}": (-99999.123, -99999.123) for n in range(MAX_CAMERAS)},
         ),
         Refused("x" * 16, "\U0001d11e" * MAX_TEXT, 3599.999),
+        part_of(bytes(range(256)) * 6, 2**32 - 1, 0),
+        JobPart(2**32 - 1, MAX_PARTS - 1, "+" * 1900),
+        JobProgress(
+            1e9 - 0.123457, 2**32 - 1, "\U0001d11e" * 60, "fetching", 16000000, 16000000,
+            999999.12, 999999.12, 999999.1, False, "\U0001d11e" * MAX_TEXT,
+        ),
     ],
     ids=lambda message: type(message).__name__,
 )  # fmt: skip
@@ -257,6 +286,68 @@ def test_a_status_that_no_brick_may_send_is_refused(changes, words):
     assert words in refused(changed(Status(1.0, (), None, ""), **changes))
 
 
+@pytest.mark.parametrize(
+    ("message", "changes", "words"),
+    [
+        (Draw("a", 1, 1, 1), {"name": "x" * 61}, "at most 60 printable characters"),
+        (Draw("a", 1, 1, 1), {"name": "two\nlines"}, "printable characters"),
+        (Draw("a", 1, 1, 1), {"size": 16000001}, "a whole number from 1 to 16000000"),
+        (Draw("a", 1, 1, 1), {"parts": 0}, "parts is 0; it must be a whole number from 1"),
+        (Draw("a", 1, 1, 1), {"crc": 2**32}, "crc is 4294967296"),
+        (Draw("a", 1, 1, 1), {"first": 0}, "first is 0; it must be"),
+        (Draw("a", 1, 1, 1), {"alone": 1}, "alone is 1; it must be true or false"),
+        (Want(1, 0), {"part": MAX_PARTS}, f"part is {MAX_PARTS}; it must be"),
+        (JobPart(1, 0, "aaaa"), {"data": "aa a"}, "at most 1900 letters of base64"),
+        (JobPart(1, 0, "aaaa"), {"data": "aaaaa"}, "must be base64"),
+        (JobPart(1, 0, "aaaa"), {"data": ""}, "letters of base64"),
+        (JobPart(1, 0, "aaaa"), {"data": "a" * 1904}, "letters of base64"),
+        (JobPart(1, 0, "aaaa"), {"data": ["aaaa"]}, "letters of base64"),
+        (Order("pause", None), {"what": "dance"}, "one of pause, resume, abort, speed, pen"),
+        (Order("pause", None), {"what": ["pause"]}, "one of pause, resume"),
+        (Order("speed", 1.0), {"value": 1e9}, "a number from -1000 to 1000"),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_what_nobody_may_say_of_a_job_is_refused(message, changes, words):
+    assert words in refused(changed(message, **changes))
+
+
+def test_progress_that_cannot_be_is_refused():
+    progress = MESSAGES[-2]
+    for key, value in (
+        ("state", "dancing"), ("stroke", -1), ("cm", -0.5), ("seconds", -1), ("down", None),
+        ("t", float(10**10)), ("reason", "x" * (MAX_TEXT + 1)),
+    ):  # fmt: skip
+        assert f"progress: {key} is" in refused(changed(progress, **{key: value})), key
+    assert {decode(changed(progress, state=state)).state for state in STATES} == set(STATES)
+
+
+def test_the_parts_of_a_job_are_the_job():
+    packed = bytes(range(256)) * 20
+    count = -(-len(packed) // PART_SIZE)
+    parts = [decode(encode(part_of(packed, 7, k))) for k in range(count)]
+    assert b"".join(bytes_of(part) for part in parts) == packed
+    assert [part.part for part in parts] == list(range(count))
+
+
+@pytest.mark.parametrize(
+    ("order", "words"),
+    [
+        (Order("speed", None), "speed None: give a number from 10 to 100 %$"),
+        (Order("speed", 101.0), "speed 101.0: give a number from 10 to 100 %$"),
+        (Order("pen", 31.0), "pen 31.0: give a number from -30 to 30 deg"),
+    ],
+)
+def test_an_order_that_makes_no_sense_is_refused(order, words):
+    with pytest.raises(InvalidOrder, match=words):
+        check_order(order)
+
+
+def test_orders_that_make_sense_are_taken():
+    for what in ORDERS:
+        check_order(Order(what, {"speed": 10.0, "pen": -30.0}.get(what)))
+
+
 def test_a_status_of_a_brick_that_knows_no_battery_is_understood():
     status = Status(1.0, (0.5,), 3.0, "", battery=7.4)
     assert decode(changed(status, battery=...)) == status._replace(battery=None)
@@ -337,7 +428,7 @@ def test_unknown_keys_are_ignored():
 def test_a_hello_of_another_version_is_understood_whatever_else_it_says():
     assert decode(b'{"kind":"hello","version":0}').version == 0
     assert decode(b'{"kind":"hello","version":9,"role":7,"nonce":[]}').version == 9
-    assert "nonce is missing" in refused(b'{"kind":"hello","version":3,"role":"brick"}')
+    assert "nonce is missing" in refused(b'{"kind":"hello","version":%d,"role":"brick"}' % VERSION)
     assert "version is True" in refused(b'{"kind":"hello","version":true}')
 
 

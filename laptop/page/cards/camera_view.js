@@ -36,3 +36,19 @@ function pressKey(event, emit) {
     `<path d="${way}" stroke="#000" stroke-width="${5 * k}"/><path d="${way}" stroke="#fff" stroke-width="${2 * k}"/>`;
   if (event.key === "Enter") emit([u, v]);
 }
+
+// Show a drawing over the picture: an SVG group's contents, which hold no text of anybody's.
+function showDrawing(id, svg) {
+  const layer = getHtmlElement(id)?.querySelector(".drawing");
+  if (layer) layer.innerHTML = svg;
+}
+
+// Show more of the way that the pen has left, or all of it anew.
+function showInk(id, way, anew, k) {
+  const ink = getHtmlElement(id)?.querySelector(".ink");
+  if (!ink) return;
+  const before = anew ? "" : ink.getAttribute("d") ?? "";
+  ink.setAttribute("transform", "translate(.5 .5)");
+  ink.setAttribute("stroke-width", 2 * k);
+  ink.setAttribute("d", before + way);
+}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import math
 import time
 from contextlib import suppress
@@ -10,8 +11,9 @@ from pathlib import Path
 
 from nicegui import events, ui
 
-from laptop.page.cards.session import AIM, BrowserSession
-from laptop.page.interface import FrameCalls
+from laptop.page.cards.session import AIM, DRAW, BrowserSession
+from laptop.page.drawing_view import DrawingView
+from laptop.page.interface import DrawCalls, FrameCalls
 from laptop.page.overlay import overlay
 from laptop.page.pointer import Pointer
 from laptop.page.snapshots import CameraStatus, FrameSnapshot, PageState
@@ -24,6 +26,8 @@ none comes before, for what is clicked is clicked in the image that was shown la
 SCRIPT = Path(__file__).with_name("camera_view.js")
 ON_LOAD = "event => showOverlay(event, getHtmlElement({id}), emit)"
 ON_ERROR = "event => reportRefusal(event, emit)"
+DRAG_PERIOD = 0.06
+"""Time between two looks of a drawing that is dragged, s."""
 ON_KEY = "event => pressKey(event, emit)"
 
 
@@ -49,6 +53,10 @@ class CameraView:
         self._fragment = 0  # of the last source
         self._searched: tuple[object, ...] = ()  # what was sent: its frame, for which colours
         self._pointer = Pointer()
+        self.drawing = DrawingView(camera)
+        self._drawn = ""  # the drawing's SVG that the browser has
+        self._drawn_at = -math.inf  # s
+        self._inked = -1, 0  # version and number of the points of ink that the browser has
         self._wanted: int | None = None  # a frame of a recording
         self._pinned: int | None = None  # a frame at which it stands
         self._warnings: list[tuple[str, str, str]] = []  # of markers: name, why, advice
@@ -69,7 +77,8 @@ class CameraView:
                 'keys move a cross, Enter clicks there"'
             ).on("keydown", self._on_key, js_handler=ON_KEY)
             self._image = ui.interactive_image(
-                content='<g class="over"></g><g class="cross"></g>',
+                content='<g class="drawing"></g><path class="ink"/><g class="over"></g>'
+                '<g class="cross"></g>',
                 events=["pointerdown", "pointermove", "pointerup", "pointercancel"],
                 sanitize=False,
             )
@@ -269,6 +278,63 @@ class CameraView:
             min(max(event.image_x - 0.5, 0.0), self._shown.width - 1.0),
             min(max(event.image_y - 0.5, 0.0), self._shown.height - 1.0),
         )
+        if self._session.tool == DRAW:
+            await self._on_hand(event, point)
+            return
         done = self._pointer.take(event.type, point, event.button, event.buttons)
         if done:
             await self._session.apply_tool(self.camera, self._shown.index, done)
+
+    # The drawing
+
+    async def _on_hand(self, event: events.MouseEventArguments, point: tuple[float, float]) -> None:
+        """Move, turn or scale the drawing."""
+        assert self._shown
+        drawing = self.drawing
+        if event.type == "pointerdown" and event.button == 0:
+            drawing.press(point, self._shown.width)
+        elif event.type == "pointermove" and drawing.is_held:
+            if not event.buttons:
+                await self._let_go()  # it was let go of outside the picture
+            elif time.monotonic() - self._drawn_at > DRAG_PERIOD:
+                drawing.move(point)
+                self.show_drawing()
+        elif event.type == "pointerup" and drawing.is_held:
+            drawing.move(point)
+            await self._let_go()
+        elif event.type == "pointercancel":
+            drawing.cancel()
+            self.show_drawing()
+
+    async def _let_go(self) -> None:
+        """Have the drawing lie where a hand has brought it."""
+        placing = self.drawing.release()
+        if placing and not await self._session.draw(DrawCalls.place, placing):
+            self.drawing.cancel()
+        self.show_drawing()
+
+    def show_drawing(self) -> None:
+        """Show the drawing as it is now, with handles while it can be moved."""
+        if self._shown is None:
+            return
+        svg = self.drawing.svg(self._shown.width, self._session.tool == DRAW)
+        if svg != self._drawn:
+            self._drawn, self._drawn_at = svg, time.monotonic()
+            self._image.client.run_javascript(f"showDrawing({self._image.id}, {json.dumps(svg)})")
+
+    async def show_ink(self) -> None:
+        """Show the ink that has come since."""
+        if self._shown is None:
+            return
+        ink = await self._session.controller.ink(self.camera)
+        version, count = self._inked
+        anew = version != ink.version
+        fresh = ink.points[0 if anew else count :]
+        if fresh or anew:
+            self._inked = ink.version, len(ink.points)
+            way = "".join(f"{'M' if p.begins else 'L'}{p.u:.1f} {p.v:.1f}" for p in fresh)
+            way = way.replace("L", "M", 1) if anew and way.startswith("L") else way
+            k = self._shown.width / 640
+            self._image.client.run_javascript(
+                f"showInk({self._image.id}, {json.dumps(way)}, {json.dumps(anew)}, {k:g})"
+            )

@@ -22,7 +22,7 @@ class ColourCard:
 
     def __init__(self, session: BrowserSession) -> None:
         self._session = session
-        with card("A click in the picture"):
+        with card("A click in the picture") as self.element:
             heading("A click in the picture")
             self._add_tools()
             self._add_rename_dialog()

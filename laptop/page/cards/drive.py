@@ -27,7 +27,7 @@ class DriveCard:
     def __init__(self, session: BrowserSession, several: bool) -> None:
         self._session = session
         self._runs: tuple[RunSummary, ...] = ()  # that the menu of reports has
-        with card("Drive"):
+        with card("Drive") as self.element:
             heading("Drive")
             self._add_progress()
             self._add_buttons()

@@ -9,7 +9,13 @@ from typing import Concatenate, NamedTuple, ParamSpec
 from nicegui import ui
 
 from laptop.page.async_controller import AsyncController
-from laptop.page.interface import ORDER_LIFETIME, ColourCalls, RunCalls, SteeringCalls
+from laptop.page.interface import (
+    ORDER_LIFETIME,
+    ColourCalls,
+    DrawCalls,
+    RunCalls,
+    SteeringCalls,
+)
 from laptop.page.steering import browser_title
 from laptop.tracking.pipeline import Point
 from shared.messages import EFFECTOR
@@ -24,7 +30,7 @@ class Tool(NamedTuple):
     explanation: str
 
 
-AIM, PICK, ADD, REMOVE = "aim", "pick", "add", "remove"
+AIM, PICK, ADD, REMOVE, DRAW = "aim", "pick", "add", "remove", "draw"
 TOOLS = {
     AIM: Tool("Aim", "Click the goal; drag a path for the tip to follow."),
     PICK: Tool("Pick", "Click a marker, or drag a box into it: this is its colour."),
@@ -44,11 +50,12 @@ class BrowserSession:
         browser: its number.
         name: what it is, for people.
         age: returns how old, s, what it has seen may be.
-        tool: what the pointer does in an image, a key of TOOLS.
+        tool: what the pointer does in an image, a key of TOOLS; or DRAW: it has the drawing.
         marker: name of the marker whose colour is learned.
         mask: name of the marker whose pixels are shown, or "".
         windows: whether search windows are shown.
         paused: whether the images stand still.
+        show_tab: shows the tab "drive" or "draw".
     """
 
     controller: AsyncController
@@ -60,6 +67,7 @@ class BrowserSession:
     mask: str = ""
     windows: bool = True
     paused: bool = False
+    show_tab: Callable[[str], None] = field(default=lambda tab: None)
 
     def warn(self, why: str) -> None:
         """Tell the user why something was not done; "" for nothing."""
@@ -85,6 +93,17 @@ class BrowserSession:
     ) -> bool:
         """Give an order, or say why not; return True if it was carried out."""
         why = await self._why_not() or await self.controller.call(method, *args, **kwargs)
+        self.warn(why)
+        return not why
+
+    async def draw(
+        self,
+        method: Callable[Concatenate[DrawCalls, P], str],
+        *args: P.args,
+        **kwargs: P.kwargs,
+    ) -> bool:
+        """Do something about the drawing, or say why not; return True if it was done."""
+        why = await self._why_not() or await self.controller.call_slowly(method, *args, **kwargs)
         self.warn(why)
         return not why
 
@@ -127,7 +146,7 @@ class BrowserSession:
         """
         if self.tool == AIM:
             if len(points) > 1:
-                await self.order(RunCalls.follow, camera, list(points))
+                await self._drag(camera, list(points))
             else:
                 await self.order(RunCalls.aim, camera, *points[0])
         else:
@@ -135,6 +154,19 @@ class BrowserSession:
             edit = COLOUR_EDITS[self.tool]
             if await self.edit(edit, self.marker, camera, index, where):
                 ui.notify(f"{self.marker}: kept", type="positive", position="bottom", timeout=1500)
+
+    async def _drag(self, camera: str, points: list[Point]) -> None:
+        """Make a drawing of a dragged path, where that can be; else the tip goes after it."""
+        state = self.controller.state
+        if state and camera not in state.drawing.unmapped and self.controller.feeds:
+            if await self.draw(DrawCalls.trace, camera, points):
+                self.show_tab(DRAW)
+        elif await self.order(RunCalls.follow, camera, points):
+            ui.notify(
+                "The tip goes after this path goal by goal: where the table is in the picture is "
+                "not known. To draw it in one go, look around first, in the tab Draw.",
+                position="bottom", timeout=6000, multi_line=True,
+            )  # fmt: skip
 
 
 BROWSERS = (

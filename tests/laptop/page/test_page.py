@@ -139,6 +139,30 @@ def test_nothing_can_be_posted(tracker):
     assert tracker.get("/_nicegui_ws/socket.io/?EIO=4&transport=polling", "POST")[0] == 403
 
 
+@pytest.mark.parametrize("headers", OTHER.values(), ids=OTHER)
+def test_a_drawing_is_taken_from_the_page_alone(tracker, headers):
+    page = {"Origin": f"http://{tracker.host}"}
+    path = "/drawing?name=a.svg"
+    assert tracker.get(path, "POST", **{**page, **filled(tracker, headers)})[0] in (400, 403)
+    assert tracker.get(path, "POST")[0] == 403, "who does not say from where"
+    assert tracker.get(path, "PUT", **page)[0] == tracker.get(path, "DELETE", **page)[0] == 403
+
+
+def test_a_drawing_that_is_too_large_is_refused_unread(tracker):
+    page = {"Origin": f"http://{tracker.host}", "Content-Length": "9000000"}
+    status, _, why = tracker.get("/drawing?name=a.svg", "POST", **page)
+    assert (status, why) == (413, "a.svg: more than 8 MB; make it smaller")
+    sock = socket.create_connection(("127.0.0.1", tracker.port), timeout=PATIENCE)
+    head = f"POST /drawing HTTP/1.1\r\nHost: {tracker.host}\r\nCookie: {tracker.cookie}\r\n"
+    head += f"Origin: http://{tracker.host}\r\nTransfer-Encoding: chunked\r\n\r\n"
+    sock.sendall(head.encode())
+    chunk = b"100000\r\n" + b"a" * 0x100000 + b"\r\n"
+    taken = pushed(sock, chunk, 100)
+    sock.close()
+    assert taken < 50, "MB were taken"
+    assert tracker.get()[0] == 200
+
+
 def pushed(sock, data, times):
     """How many times it could be sent before the other side had enough."""
     for k in range(times):
@@ -397,29 +421,6 @@ def test_an_emulated_brick_that_has_ended_tells_where_one_can_read_why(tmp_path,
             time.sleep(0.05)
         lines = Path(why().rpartition(" ")[2]).read_text()
     assert "no code" in lines
-
-
-def test_a_dragged_path_is_followed(surfer):
-    way = [surfer.scene.truth(q)["effector"] for q in ((0.3, 0.6), (0.45, 0.75), (0.65, 0.8))]
-    surfer.drag(*way)
-    surfer.reads("more")
-    surfer.start()
-    nearest = [math.inf] * len(way)
-    surfer.verdict("Along the path")
-    began = time.monotonic()
-    words = ""
-    while "Arrived" not in words:
-        # None is shown while it is cut off, as on a busy computer.
-        words = " ".join(surfer.page.locator(".verdict:visible").all_inner_texts())
-        assert re.search("Along the path|On its way|Starting|Held|Arrived|^$", words), words
-        nearest = [
-            min(near, math.dist(surfer.tip(), where))
-            for near, where in zip(nearest, way, strict=True)
-        ]
-        surfer.page.wait_for_timeout(20)
-        assert time.monotonic() - began < PATIENCE
-    assert max(nearest) < 15
-    assert math.dist(surfer.tip(), way[-1]) < 8
 
 
 def boxes(page, selector):

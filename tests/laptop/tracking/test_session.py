@@ -17,7 +17,7 @@ from laptop.tracking import session, status_display, status_text
 from laptop.tracking.detection_stats import DetectionStats
 from laptop.tracking.observation_csv import ObservationCsv, TrackingInterrupted
 from laptop.tracking.pipeline import CameraPipeline
-from laptop.tracking.server import ServerState
+from laptop.tracking.server_state import ServerState
 from laptop.tracking.session import TrackingSession
 from laptop.tracking.status_display import StatusDisplay
 from laptop.tracking.status_text import pipeline_status

@@ -15,6 +15,7 @@ import pytest
 import waiting
 from clocks import FakeClock
 from odd_files import ODD
+from offered_jobs import job_file
 from waiting import PATIENCE
 
 from laptop.tracking import server as tracking_server
@@ -25,13 +26,17 @@ from laptop.tracking.guess_limiter import (
     GuessLimiter,
     sender_of,
 )
+from laptop.tracking.job_offer import JobOffer
 from laptop.tracking.listening import CannotListen, own_addresses
 from laptop.tracking.pairing_file import BadPairing, Pairing, read_pairing
 from laptop.tracking.server import MAX_CALLERS, TrackingServer
 from robot import tracking_client
+from robot.jobs.fetching import JobFetching
+from robot.tracking import MAX_PAUSE
 from robot.tracking_client import Memory, TrackingClient
 from shared import pairing
 from shared.arm_description import ArmError
+from shared.job_messages import JobProgress
 from shared.link import SILENCE_TIMEOUT
 from shared.messages import (
     BRICK,
@@ -368,6 +373,52 @@ def test_all_that_is_ordered_goes_to_the_one_that_is_served(server, brick):
     assert second.commands() == []
 
 
+def fetch(fetching, client, clock, parts):
+    """Ask for parts of a job and take them until so many are there."""
+
+    def look():
+        want = fetching.due(clock.now(), client.linked)
+        if want:
+            client.send(want)
+        for part in client.of_job():
+            fetching.take(part, clock.now())
+        return fetching.part >= parts
+
+    until(look, client)
+
+
+def test_a_job_is_offered_and_the_brick_has_what_it_asks_for(server, brick, clock, tmp_path):
+    offer = JobOffer(job_file(tmp_path))
+    assert not server.offer(offer)
+    client = linked(brick())
+    assert server.offer(offer)
+    commands = []
+    until(lambda: commands.extend(client.commands()) or commands, client)
+    (draw,) = commands
+    fetching = JobFetching(draw, str(tmp_path / "brick" / "linked.job"), clock.now())
+    fetch(fetching, client, clock, 2)
+    client.close()
+    until(lambda: server.state().client is None)
+    client.poll()
+    clock.t += MAX_PAUSE
+    linked(client)
+    assert server.state().progress is None
+    fetch(fetching, client, clock, draw.parts)
+    assert fetching.whole
+    assert (tmp_path / "brick" / "linked.job").read_bytes() == (tmp_path / "a.job").read_bytes()
+
+
+def test_progress_is_known_with_its_age(server, brick, clock):
+    client = linked(brick())
+    until(lambda: server.state().round_trip is not None, client)
+    told = JobProgress(clock.now() - 0.5, 7, "rose", "drawing", 1, 9, 2.0, 30.0, 60.0, True, "")
+    assert client.send(told)
+    until(lambda: server.state().progress is not None, client)
+    state = server.state()
+    assert state.progress == told
+    assert state.progress_age == pytest.approx(0.5, abs=0.1), "clocks are 5000 s apart"
+
+
 def test_one_that_has_not_proven_itself_is_not_told_who_is_served(server, brick, call):
     linked(brick())
     answer = call().prove(WRONG)
@@ -379,7 +430,9 @@ def test_an_old_version_is_told_both_versions_and_what_to_update(server, call):
     caller.say(b'{"kind":"hello","version":0}\n')
     answer = caller.hear()
     assert answer.cause == "version"
-    assert "version 0, the laptop's 3; copy robot/ and shared/ to the brick" in answer.reason
+    assert (
+        f"version 0, the laptop's {VERSION}; copy robot/ and shared/ to the brick" in answer.reason
+    )
     assert caller.hear() is None
     assert answer.reason in server.state().refusal
 

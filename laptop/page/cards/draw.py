@@ -1,0 +1,343 @@
+"""The card of drawings: what is drawn, where it lies, how long it takes, how the brick gets on."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from pathlib import Path
+
+from nicegui import events, ui
+
+from laptop.page.cards.camera_view import CameraView
+from laptop.page.cards.card import card, heading
+from laptop.page.cards.session import DRAW, BrowserSession
+from laptop.page.drawing_snapshots import DrawingSnapshot, DrawingState, JobState, Placing
+from laptop.page.drawing_view import SIZES, figure, placing_of
+from laptop.page.interface import DrawCalls
+from laptop.page.snapshots import PageState
+from shared.job_messages import ABORT, DONE, FAILED, FETCHING, PAUSE, PAUSED, PEN, RESUME, SPEED
+
+SCRIPT = Path(__file__).with_name("drop.js")
+MAX_FILE = 8_000_000
+"""Bytes of a file, at the most."""
+GALLERY = "rose", "spirograph", "knot", "owl", "house"
+"""Drawings that come along."""
+PEN_STEP, MAX_PEN = 5.0, 30.0
+"""Degrees of the pen's motor: a press of a button, and the most."""
+
+
+class DrawCard:
+    """The card of drawings.
+
+    Args:
+        session: the browser's choices.
+        views: of the cameras, over which a drawing lies.
+    """
+
+    def __init__(self, session: BrowserSession, views: list[CameraView]) -> None:
+        self._session, self._views = session, views
+        self._revision = -1
+        self._snapshot = DrawingSnapshot(None, {})
+        self._typing = False  # in a field of the placing: what is typed is not to be changed
+        self._pen = 0.0  # degrees deeper
+        ui.add_head_html(f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>")
+        ui.add_body_html(f"<script>takeDrops({MAX_FILE})</script>")
+        ui.on("drawing-sent", lambda: session.show_tab(DRAW))
+        ui.on("drawing-refused", self._on_refused)
+        with card("Draw") as self.element:
+            heading("Draw")
+            self._add_sources()
+            self._add_facts()
+            self._add_place()
+            self._add_mapping()
+            self._add_buttons()
+            self._add_progress()
+            self._add_result()
+
+    def _add_sources(self) -> None:
+        ui.label("Drop an SVG, PNG or JPEG on the page, or").classes("quiet")
+        with ui.row().classes("w-full gap-1"):
+            ui.button("Open a file", icon="upload_file").props("flat dense no-caps").on(
+                "click", js_handler=f"() => chooseDrawing({MAX_FILE})"
+            )
+            for name in GALLERY:
+                ui.button(name, on_click=partial(self._session.draw, DrawCalls.choose, name)).props(
+                    "outline dense no-caps"
+                )
+        with ui.row().classes("w-full gap-2 no-wrap items-end"):
+            self._text = ui.input("or type a text").classes("grow").props("dense clearable")
+            self._text.on("keydown.enter", self._write)
+            ui.button("Write", on_click=self._write).props("flat dense no-caps")
+
+    def _add_facts(self) -> None:
+        with ui.element("div").props("role=status aria-live=polite"):
+            self._facts = ui.label().classes("facts-line")
+            self._trouble = ui.label().classes("trouble")
+        self._notes = ui.column().classes("w-full gap-1")
+
+    def _add_place(self) -> None:
+        with ui.row().classes("w-full gap-2 no-wrap place") as self._place:
+            self._fields = {
+                key: ui.number(label, step=step, format="%.1f").classes("field").props("dense")
+                for key, label, step in (
+                    ("x", "ahead, cm", 0.5),
+                    ("y", "left, cm", 0.5),
+                    ("size", "size, cm", 0.5),
+                    ("rotate", "turned, °", 5.0),
+                )
+            }
+            for field in self._fields.values():
+                field.on("focus", lambda: setattr(self, "_typing", True))
+                field.on("blur", self._apply_place)
+                field.on("keydown.enter", self._apply_place)
+        with ui.row().classes("w-full gap-1") as self._place_buttons:
+            for label, icon, change in (
+                ("Fit", "fit_screen", self._fit),
+                ("Turn", "rotate_left", partial(self._change, turn=15.0)),
+                ("Larger", "zoom_in", partial(self._change, scale=1.1)),
+                ("Smaller", "zoom_out", partial(self._change, scale=1 / 1.1)),
+                ("Remove", "delete", partial(self._session.draw, DrawCalls.clear)),
+            ):
+                ui.button(label, icon=icon, on_click=change).props("flat dense no-caps")
+
+    def _add_mapping(self) -> None:
+        self._mapping = ui.label().classes("quiet")
+        self._look = ui.button(
+            "Look around",
+            icon="travel_explore",
+            on_click=lambda: self._session.draw(DrawCalls.look_around),
+        ).props("outline dense no-caps")
+
+    def _add_buttons(self) -> None:
+        with ui.row().classes("w-full gap-2 no-wrap"):
+            self._start = (
+                ui.button("Start", icon="draw", on_click=self.start)
+                .props("color=positive unelevated aria-keyshortcuts=S")
+                .classes("draws")
+            )
+            self._pause = (
+                ui.button("Pause", icon="pause", on_click=self.pause)
+                .props("outline aria-keyshortcuts=H")
+                .classes("draws")
+            )
+            self._abort = (
+                ui.button("Abort", icon="close", on_click=partial(self._order, ABORT))
+                .props("outline")
+                .classes("draws")
+            )
+        with ui.row().classes("w-full gap-2 items-center"):
+            self._dry = ui.checkbox("Pen up: rehearse").props("dense")
+            self._alone = (
+                ui.checkbox("Go on without the link")
+                .props("dense")
+                .tooltip("else it pauses, pen up, when the link is lost")
+            )
+
+    def _add_progress(self) -> None:
+        with ui.element("div").classes("w-full job") as self._job:
+            self._bar = ui.linear_progress(0.0, show_value=False).props("size=.7rem rounded")
+            self._bar.props('aria-label="share that is drawn"')
+            self._word = ui.label().classes("job-word").props("role=status aria-live=polite")
+            self._why = ui.label().classes("quiet")
+            with ui.row().classes("w-full gap-2 items-center no-wrap") as self._on_the_way:
+                ui.label("Speed").classes("quiet")
+                self._speed = ui.slider(min=10, max=100, step=10, value=100).props(
+                    'label aria-label="speed, per cent" :label-value="$event"'
+                )
+                self._speed.props(remove=":label-value")
+                self._speed.on("change", self._on_speed)
+                for label, step in (("Pen lower", PEN_STEP), ("higher", -PEN_STEP)):
+                    ui.button(label, on_click=partial(self._move_pen, step)).props(
+                        "flat dense no-caps"
+                    )
+
+    def _add_result(self) -> None:
+        self._result = ui.element("div").classes("w-full result")
+
+    # What is shown
+
+    async def show(self, state: PageState) -> None:
+        """Show what there is, and let be pressed what can be done."""
+        drawing, session = state.drawing, self._session
+        if drawing.revision != self._revision:
+            self._snapshot = await session.controller.drawing(drawing.revision)
+            self._revision = drawing.revision
+            for view in self._views:
+                view.drawing.take(self._snapshot)
+            self._show_placed()
+            self._show_result()
+        for view in self._views:
+            view.show_drawing()
+            if drawing.job is not None:
+                await view.show_ink()
+        self._show_facts(drawing)
+        steers, job = session.steers, drawing.job
+        is_on = job is not None and job.is_on
+        self._start.set_enabled(
+            drawing.can_start and state.brick is not None and not state.running and steers
+        )
+        self._start.set_visibility(not is_on)
+        self._pause.set_visibility(is_on)
+        self._abort.set_visibility(is_on)
+        self._pause.set_enabled(steers and job is not None and job.state != FETCHING)
+        paused = job is not None and job.state == PAUSED
+        self._pause.set_text("Resume" if paused else "Pause")
+        self._pause.set_icon("play_arrow" if paused else "pause")
+        self._abort.set_enabled(steers)
+        self._look.set_enabled(steers and state.brick is not None and not is_on)
+        self._on_the_way.set_visibility(is_on)
+        self._job.set_visibility(job is not None)
+        if job is not None:
+            self._show_job(job)
+
+    def _show_facts(self, drawing: DrawingState) -> None:
+        placed = self._snapshot.placed
+        if placed is None:
+            facts = f"{drawing.busy.capitalize()} ..." if drawing.busy else ""
+        else:
+            facts = f"{placed.name}: {placed.strokes} stroke{'s' * (placed.strokes != 1)}"
+            facts += f", {placed.cm:.0f} cm"
+            if placed.seconds is not None:
+                facts += f", {in_minutes(placed.seconds)}"
+            elif drawing.busy:
+                facts += f", {drawing.busy} ..."
+        self._facts.set_text(facts)
+        why = drawing.trouble or (placed.why_not if placed else "")
+        self._trouble.set_text(why[:1].upper() + why[1:] + "." * bool(why))
+        unmapped = drawing.unmapped
+        if unmapped:
+            name, why = next(iter(unmapped.items()))
+            where = f"camera {name}'s picture" if len(self._views) > 1 else "the picture"
+            self._mapping.set_text(
+                f"Where the table is in {where} is not known: {why}. Then the drawing lies over "
+                "the picture, and the ink is measured. Looking around moves the arm, pen up; "
+                "an arm that cannot lift its pen: take it out first."
+            )
+        elif drawing.misfit is not None:
+            self._mapping.set_text(
+                f"Where the table is in the picture is known by the tip's own moves, to "
+                f"{drawing.misfit:.1f} mm: at the height of its marker. Ink on the paper below is "
+                "seen a little beside it."
+            )
+        self._look.set_visibility(bool(unmapped))
+
+    def _show_placed(self) -> None:
+        placed = self._snapshot.placed
+        self._place.set_visibility(placed is not None)
+        self._place_buttons.set_visibility(placed is not None)
+        self._notes.clear()
+        if placed is None:
+            return
+        if not self._typing:
+            at = placing_of(placed)
+            for key, field in self._fields.items():
+                field.set_value(round(getattr(at, key), 1) + 0.0)  # no -0.0
+        with self._notes:
+            for note in placed.notes[:4]:
+                ui.label(note).classes("quiet")
+
+    def _show_job(self, job: JobState) -> None:
+        self._bar.set_value(round(job.share, 3))
+        self._word.set_text(job_text(job))
+        self._word.classes(remove="ok bad", add={DONE: "ok", FAILED: "bad"}.get(job.state, ""))
+        self._why.set_text(job.reason[:1].upper() + job.reason[1:])
+        if not job.is_on:
+            self._pen = 0.0
+
+    def _show_result(self) -> None:
+        self._result.clear()
+        deviation = self._snapshot.deviation
+        self._result.set_visibility(deviation is not None)
+        if deviation is None:
+            return
+        with self._result:
+            ui.label(
+                f"Off the wish by at most {deviation.greatest:.1f} mm, RMS {deviation.rms:.1f} mm"
+            ).classes("job-word")
+            ui.label(
+                f"by the tip as the camera saw it at {deviation.points} places with the pen down. "
+                "Green: the wish. Blue: the ink."
+            ).classes("quiet")
+            ui.html(figure(self._snapshot), sanitize=False)
+
+    # What is done
+
+    async def start(self) -> None:
+        """Have it drawn, or go on with it."""
+        job = self._session.controller.state and self._session.controller.state.drawing.job
+        if job and job.state == PAUSED:
+            await self._order(RESUME)
+        else:
+            await self._session.draw(
+                DrawCalls.start, dry=bool(self._dry.value), alone=bool(self._alone.value)
+            )
+
+    async def pause(self) -> None:
+        """Pause it, or go on with it."""
+        job = self._session.controller.state and self._session.controller.state.drawing.job
+        await self._order(RESUME if job and job.state == PAUSED else PAUSE)
+
+    async def _order(self, what: str, value: float | None = None) -> None:
+        await self._session.draw(DrawCalls.order, what, value)
+
+    async def _on_speed(self, event: events.GenericEventArguments) -> None:
+        await self._order(SPEED, float(self._speed.value))
+
+    async def _move_pen(self, step: float) -> None:
+        self._pen = min(max(-MAX_PEN, self._pen + step), MAX_PEN)
+        await self._order(PEN, self._pen)
+
+    async def _write(self) -> None:
+        await self._session.draw(DrawCalls.write, str(self._text.value or ""))
+
+    async def _fit(self) -> None:
+        placed = self._snapshot.placed
+        await self._session.draw(DrawCalls.place, Placing(rotate=placed.rotate if placed else 0.0))
+
+    async def _change(self, turn: float = 0.0, scale: float = 1.0) -> None:
+        if (placed := self._snapshot.placed) is not None:
+            at = placing_of(placed)
+            size = min(max(SIZES[0], (at.size or 1.0) * scale), SIZES[1])
+            rotate = (at.rotate + turn + 180) % 360 - 180
+            await self._session.draw(DrawCalls.place, at._replace(size=size, rotate=rotate))
+
+    async def _apply_place(self) -> None:
+        """Lay it where the fields say."""
+        self._typing = False
+        placed = self._snapshot.placed
+        values = {key: field.value for key, field in self._fields.items()}
+        if placed is None or any(value is None for value in values.values()):
+            return
+        typed = Placing(**{key: float(value) for key, value in values.items()})
+        if not all(map(math.isfinite, typed)):  # type: ignore[arg-type]
+            return
+        known = placing_of(placed)
+        if any(abs(a - b) > 0.051 for a, b in zip(typed, known, strict=True)):  # type: ignore[operator]
+            await self._session.draw(DrawCalls.place, typed)
+
+    def _on_refused(self, event: events.GenericEventArguments) -> None:
+        self._session.warn(str(event.args))
+
+
+def in_minutes(seconds: float) -> str:
+    """Return a time for people."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    return f"{whole // 60} min {whole % 60:02d} s" if whole < 3600 else f"{whole / 3600:.1f} h"
+
+
+def job_text(job: JobState) -> str:
+    """Return how the brick gets on, for people."""
+    share = f"{100 * job.share:.0f} %"
+    if job.state == FETCHING:
+        return f"The brick fetches {job.name}: {share}"
+    if job.state == DONE:
+        return f"{job.name}: done"
+    if job.state == FAILED:
+        return f"{job.name}: ended at {share}" if job.share else f"{job.name}: not begun"
+    if job.is_on:
+        word = "Paused, pen up" if job.state == PAUSED else "Drawing"
+        text = f"{word}: {share}, stroke {job.stroke} of {job.strokes}"
+        return text + (f", {in_minutes(job.seconds)} left" if job.seconds is not None else "")
+    return f"{job.name}: aborted at {share}"

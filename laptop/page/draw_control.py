@@ -1,0 +1,421 @@
+"""Drawings on the page: read, laid on the table, offered to the brick, and watched while drawn."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from laptop.page.camera_feed import CameraFeed
+from laptop.page.drag_path import smooth_path
+from laptop.page.drawing_snapshots import (
+    Answer,
+    Deviation,
+    DrawingSnapshot,
+    DrawingState,
+    InkPoint,
+    JobState,
+    PlacedDrawing,
+    Placing,
+    Request,
+    Source,
+)
+from laptop.page.drawing_worker import DrawingWorker
+from laptop.page.ink_track import InkTrack
+from laptop.page.look_around import look_job
+from laptop.page.table_mapping import TableMapping, TableView, TipTrack
+from laptop.tracking.job_offer import JobOffer
+from laptop.tracking.pipeline import Point
+from laptop.tracking.server_state import ServerState as LinkState
+from robot.motion import kinematics
+from shared.arm_description import Arm, ArmError
+from shared.job_messages import DONE, ENDS, FETCHING, ORDERS, Draw, JobProgress, Order, check_order
+from shared.messages import EFFECTOR, LEAST_CONFIDENCE, Stop
+
+MAX_FILE = 8_000_000
+"""Bytes of a file that is dropped, at the most."""
+MAX_TEXT = 2000
+"""Characters of a text, at the most."""
+START_TIMEOUT = 6.0
+"""A brick that has said nothing of a job so long after it was offered will not draw it, s."""
+SETTLED = 0.6
+"""So long after a job's end the last of its ink is known, s."""
+ANYWHERE = Placing()
+_BUSY = "a drawing is on; abort it first"
+_NO_BRICK = "no brick is connected; the tab Drive says what to do"
+
+
+class DrawControl:
+    """The drawing, and what becomes of it; orders answer with "", or in one line why not.
+
+    Args:
+        arm: that is to draw; None: it is not known, and nothing can be drawn.
+        cameras: feeds by camera name.
+        link: gives the state of the link.
+        offer: offers a job to the brick; returns whether there is one.
+        send: sends it a message; the same.
+        is_running: tells whether a servo run is on.
+        now: clock of the frames, s.
+        lock: held while an order is carried out.
+    """
+
+    def __init__(
+        self,
+        arm: Arm | None,
+        cameras: Mapping[str, CameraFeed],
+        link: Callable[[], LinkState],
+        offer: Callable[[JobOffer], bool],
+        send: Callable[[Order | Stop], bool],
+        is_running: Callable[[], bool],
+        now: Callable[[], float],
+        lock: threading.RLock,
+    ) -> None:
+        self._arm, self._cameras = arm, cameras
+        self._link, self._offer, self._send = link, offer, send
+        self._is_running, self._now, self._lock = is_running, now, lock
+        self._worker = DrawingWorker(arm, self._hear) if arm else None
+        reach = kinematics.reach(arm)[1] if arm else 1.0
+        self._mappings = {name: TableMapping(reach) for name in cameras}
+        self._tracks = {name: TipTrack() for name in cameras}
+        self._inks = {name: InkTrack() for name in cameras}
+        self._last_status: object = None
+        # Times, s, and where the joints said that the tip was, cm: frames come later.
+        self._pairs: dict[str, deque[tuple[float, Sequence[float]]]] = {
+            name: deque(maxlen=32) for name in cameras
+        }
+        self._revision = 0
+        self._seen: object = None  # the views that the revision knows
+        self._request: Request | None = None  # the last of a drawing
+        self._placed: PlacedDrawing | None = None
+        self._deviation: Deviation | None = None
+        self._busy = self._trouble = ""
+        self._offered: Draw | None = None  # the job that was started here
+        self._offered_at = -1e9  # s
+        self._wish: PlacedDrawing | None = None  # of that job
+        self._progress: JobProgress | None = None
+        self._ended_at: float | None = None
+        self._stop: Stop | None = None  # to be repeated until the job has ended
+
+    def close(self) -> None:
+        """End the process that reads and plans."""
+        if self._worker:
+            self._worker.close()
+
+    # What is to be drawn
+
+    def load(self, name: str, data: bytes) -> str:
+        """Read a drawing from a file's bytes: SVG, PNG, JPEG, or a text."""
+        if len(data) > MAX_FILE:
+            return f"{name}: {len(data) / 1e6:.0f} MB; at most {MAX_FILE / 1e6:.0f} MB are read"
+        return self._take(Source("file", name[:80], data))
+
+    def write(self, text: str) -> str:
+        """Write a text, in letters of single strokes."""
+        if not text.strip():
+            return "type a text first"
+        if len(text) > MAX_TEXT:
+            return f"the text has {len(text)} characters; at most {MAX_TEXT} are written"
+        return self._take(Source("text", text[:40], text.encode("utf-8")))
+
+    def choose(self, name: str) -> str:
+        """Take a drawing from the gallery."""
+        return self._take(Source("gallery", name))
+
+    def trace(self, camera: str, points: Sequence[Point]) -> str:
+        """Make a drawing of a path that was dragged in a picture, (u, v) px."""
+        view = self.view(camera)
+        if view is None:
+            return f"where camera {camera} sees the table is not known yet; look around first"
+        path = view.to_table(smooth_path(points))
+        low, high = path.min(axis=0), path.max(axis=0)
+        if not np.isfinite(path).all() or float((high - low).max()) < 0.3:
+            return "this path is too short to be drawn; drag a longer one"
+        x, y = (low + high) / 2
+        placing = Placing(float(x), float(y), float((high - low).max()))
+        return self._take(Source("path", "dragged path", path=path), placing)
+
+    def place(self, placing: Placing) -> str:
+        """Lay the drawing elsewhere, or turn it, or make it larger or smaller."""
+        with self._lock:
+            if self._request is None:
+                return "there is no drawing yet"
+            self._ask(self._request._replace(placing=placing))
+            return ""
+
+    def clear(self) -> str:
+        """Take the drawing away; what the brick draws goes on."""
+        with self._lock:
+            self._request = self._placed = self._deviation = None
+            self._busy = self._trouble = ""
+            for ink in self._inks.values():
+                if not self.is_on:
+                    ink.begin()
+            self._revision += 1
+            return ""
+
+    def _take(self, source: Source, placing: Placing = ANYWHERE) -> str:
+        if self._arm is None:
+            return "the arm is not known here; give its file by BRICKSERVO_ARM"
+        with self._lock:
+            number = self._request.number + 1 if self._request else 1
+            self._placed = self._deviation = None
+            self._ask(Request(number, source, placing))
+            return ""
+
+    def _ask(self, request: Request) -> None:
+        assert self._worker
+        self._request, self._trouble = request, ""
+        self._busy = "reading it" if self._placed is None else "planning it"
+        self._revision += 1
+        self._worker.ask(request)
+
+    def _hear(self, request: Request, answer: Answer, last: bool) -> None:
+        """Take an answer of the worker's, in its thread."""
+        with self._lock:
+            self._revision += 1
+            if isinstance(answer, Deviation):
+                self._deviation = answer
+                return
+            if request is not self._request:
+                return  # something newer is asked for
+            self._busy = "" if last else "planning it"
+            if isinstance(answer, str):
+                self._trouble = answer
+                if self._placed is None:
+                    self._request = None
+                else:
+                    self._placed = self._placed._replace(why_not=answer, job=b"")
+            else:
+                self._placed = answer
+
+    # The job
+
+    @property
+    def is_on(self) -> bool:
+        """Return True if a job is on at the brick, or was offered a moment ago."""
+        if self._progress is not None and self._progress.state not in ENDS:
+            return True
+        if self._offered is None or self._now() - self._offered_at > START_TIMEOUT:
+            return False
+        return self._progress is None or self._progress.t <= self._told_before
+
+    _told_before = -1.0  # time of the last progress when the job was offered
+
+    def start(self, dry: bool = False, alone: bool = False) -> str:
+        """Have the brick draw it.
+
+        Args:
+            dry: with the pen up.
+            alone: it goes on when the link is lost.
+        """
+        with self._lock:
+            placed = self._placed
+            if placed is None:
+                return self._trouble or "there is no drawing yet; drop a file, or choose one"
+            if placed.why_not or not placed.job:
+                return placed.why_not or "it is not planned yet; wait a moment"
+            return self._start(placed.job, placed, dry, alone)
+
+    def look_around(self) -> str:
+        """Let the arm look around, pen up, so that it is learned where pictures show the table."""
+        if self._arm is None:
+            return "the arm is not known here; give its file by BRICKSERVO_ARM"
+        with tempfile.TemporaryDirectory(prefix="brickservo-") as folder:
+            file = Path(folder) / "look.job"
+            try:
+                look_job(self._arm, file)
+            except ArmError as error:
+                return f"this arm cannot look around: {error}"
+            job = file.read_bytes()
+        with self._lock:
+            return self._start(job, None, dry=True, alone=False)
+
+    def _start(self, job: bytes, wish: PlacedDrawing | None, dry: bool, alone: bool) -> str:
+        link = self._link()
+        if link.client is None:
+            return _NO_BRICK
+        if self.is_on:
+            return _BUSY
+        if self._is_running():
+            return "a run is on; hold or stop it first"
+        with tempfile.TemporaryDirectory(prefix="brickservo-") as folder:
+            file = Path(folder) / "drawing.job"
+            file.write_bytes(job)
+            offer = JobOffer(file, alone=alone, dry=dry)
+        self._told_before = link.progress.t if link.progress else -1.0
+        if not self._offer(offer):
+            return "the link has just broken; it mends by itself, then start again"
+        self._offered, self._offered_at = offer.draw, self._now()
+        self._wish = None if dry else wish
+        self._ended_at, self._deviation, self._trouble, self._stop = None, None, "", None
+        for ink in self._inks.values():
+            ink.begin()
+        self._revision += 1
+        return ""
+
+    def order(self, what: str, value: float | None = None) -> str:
+        """Pause, resume or abort what the brick draws, or change its speed (%) or pen (degrees)."""
+        if what not in ORDERS:
+            return f"{what}: give one of {', '.join(ORDERS)}"
+        order = Order(what, value)
+        try:
+            check_order(order)
+        except ArmError as error:
+            return str(error)
+        with self._lock:
+            if not self.is_on:
+                return "nothing is drawn just now"
+            return "" if self._send(order) else _NO_BRICK
+
+    def stop(self, reason: str) -> None:
+        """Take in that everything is to stop: it is said again until the job has ended."""
+        with self._lock:
+            self._stop = Stop(reason) if self.is_on else None
+
+    # What is seen
+
+    def view(self, camera: str) -> TableView | None:
+        """Return where the table is in a camera's picture, if that is known."""
+        mapping = self._mappings.get(camera)
+        return mapping.view if mapping else None
+
+    def state(self) -> DrawingState:
+        """Return how it stands."""
+        with self._lock:
+            placed, on = self._placed, self.is_on
+            misfits = [m.view.misfit for m in self._mappings.values() if m.view and m.view.misfit]
+            return DrawingState(
+                revision=self._revision,
+                is_there=placed is not None,
+                busy=self._busy,
+                trouble=self._trouble,
+                unmapped={name: m.why for name, m in self._mappings.items() if m.view is None},
+                misfit=max(misfits, default=None),
+                job=self._job_state(),
+                can_start=bool(placed and placed.job and not placed.why_not and not on),
+            )
+
+    def drawing(self) -> DrawingSnapshot:
+        """Return all that browsers draw of it."""
+        with self._lock:
+            views = {name: m.view for name, m in self._mappings.items() if m.view}
+            placed = self._placed and self._placed._replace(job=b"")
+            return DrawingSnapshot(placed, views, self._deviation)
+
+    def ink(self, camera: str, version: int, after: int) -> tuple[int, list[InkPoint]]:
+        """Return the ink's version, and its points: those after so many, if one has that version.
+
+        Args:
+            camera: in whose picture.
+            version: of what is known of it.
+            after: number of points that are known.
+        """
+        with self._lock:
+            ink = self._inks[camera]
+            return ink.version, ink.points[after if version == ink.version else 0 :]
+
+    def _job_state(self) -> JobState | None:
+        progress = self._progress
+        if self._offered and (progress is None or progress.t <= self._told_before):
+            if self._now() - self._offered_at > START_TIMEOUT:
+                return JobState(
+                    self._offered.name, "failed", 0.0, 0, 0, 0.0, 0.0, None,
+                    "the brick did not begin; does its program run with --wait?", False,
+                )  # fmt: skip
+            return JobState(self._offered.name, FETCHING, 0.0, 0, 0, 0.0, 0.0, None, "", True)
+        if progress is None:
+            return None
+        reason = progress.reason
+        if self._link().client is None and progress.state not in ENDS:
+            alone = self._offered and self._offered.alone
+            reason = "the link is lost; " + (
+                "it goes on by itself" if alone else "it pauses with the pen up until that is back"
+            )
+        return JobState(
+            progress.name,
+            progress.state,
+            progress.cm / progress.cm_all if progress.cm_all else 0.0,
+            progress.stroke,
+            progress.strokes,
+            progress.cm,
+            progress.cm_all,
+            progress.seconds,
+            reason,
+            progress.state not in ENDS,
+        )
+
+    # At every heartbeat
+
+    def poll(self) -> None:
+        """Take in what cameras and brick tell; to be called at every heartbeat."""
+        with self._lock:
+            link = self._link()
+            self._take_tips()
+            self._learn(link)
+            self._follow(link)
+            views = [(m.view is None, m.moved) for m in self._mappings.values()]
+            if views != self._seen:
+                self._seen = views
+                self._revision += 1
+
+    def _take_tips(self) -> None:
+        for name, feed in self._cameras.items():
+            view = feed.watcher.view
+            seen = view and view.found.get(EFFECTOR)
+            if view and seen and seen.confidence >= LEAST_CONFIDENCE:
+                self._tracks[name].add(view.frame.t, (seen.u, seen.v))
+                if self._progress and self._progress.state not in ENDS:
+                    self._inks[name].see(view.frame.t, (seen.u, seen.v))
+
+    def _learn(self, link: LinkState) -> None:
+        """Take in pairs of where the joints say that the tip is, and where cameras see it."""
+        status, now = link.status, self._now()
+        if self._arm and status and status is not self._last_status:
+            self._last_status = status
+            if len(status.q) == len(self._arm.joints):
+                t = now - (link.status_age or 0.0) - link.status_lag
+                for pairs in self._pairs.values():
+                    pairs.append((t, kinematics.forward(self._arm, status.q)))
+        for name, pairs in self._pairs.items():
+            track = self._tracks[name]
+            while pairs and pairs[0][0] <= track.last:
+                t, p = pairs.popleft()
+                if (found := track.at(t)) is not None:
+                    self._mappings[name].add(p, *found)
+
+    def _follow(self, link: LinkState) -> None:
+        """Take in how the brick gets on with a job."""
+        progress = link.progress
+        if progress is not None and progress is not self._progress:
+            fresh = self._progress is None or self._progress.state != progress.state
+            self._progress = progress
+            self._revision += fresh
+            t = self._now() - (link.progress_age or 0.0)
+            for ink in self._inks.values():
+                ink.tell(t, progress.down)
+            if self._stop and progress.state not in ENDS:
+                self._send(self._stop)  # it gets lost with the link
+        if progress is None or progress.state not in ENDS:
+            self._ended_at = None
+            return
+        self._stop = None
+        if self._ended_at is None:
+            self._ended_at = self._now()
+        elif self._wish and self._now() - self._ended_at > SETTLED:
+            self._compare(progress)
+            self._wish = None
+
+    def _compare(self, progress: JobProgress) -> None:
+        """Have it worked out how far what was drawn is from the wish, where cm are known."""
+        for name, ink in self._inks.items():
+            view = self.view(name)
+            if view and len(ink.points) > 1 and self._wish and self._worker:
+                wish = self._wish.good
+                if progress.state == DONE and wish:
+                    lines = ink.on_table(view)
+                    self._worker.ask(Request(0, None, wish=wish, ink=lines))
+                    return

@@ -1,0 +1,119 @@
+"""Reads, places and plans drawings in a process of its own, which has bounds: files may be hostile.
+
+The tracker asks; nothing that is done here makes it or the page wait.  A request that is newer than
+the one under way comes next, and those between are left out.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import threading
+import time
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+
+from laptop.page.drawing_snapshots import Answer, Request
+from shared.arm_description import Arm
+
+WORK_TIMEOUT = 60.0
+"""Time that one request may take, s."""
+HURRY_PERIOD = 0.1
+"""Between two looks at whether something newer waits, s."""
+
+
+class DrawingWorker:
+    """The process, seen from the tracker.
+
+    Args:
+        arm: that is to draw.
+        hear: is given each answer, in a thread of the worker's, and whether it is the last one.
+    """
+
+    def __init__(self, arm: Arm, hear: Callable[[Request, Answer, bool], None]) -> None:
+        self._arm, self._hear = arm, hear
+        self._next: Request | None = None
+        self._changed = threading.Condition()
+        self._over = False
+        self._process: multiprocessing.process.BaseProcess | None = None
+        self._pipe: Connection | None = None
+        self._thread: threading.Thread | None = None
+
+    def ask(self, request: Request) -> None:
+        """Have a request done as soon as what is under way is done."""
+        with self._changed:
+            self._next = request
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, daemon=True)
+                self._thread.start()
+            self._changed.notify()
+
+    def close(self) -> None:
+        """End the process."""
+        with self._changed:
+            self._over = True
+            self._changed.notify()
+        if self._thread:
+            self._thread.join(1.0)
+        self._end()
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._next or self._over)
+                request, self._next = self._next, None
+            if self._over or request is None:
+                return
+            self._do(request)
+
+    def _do(self, request: Request) -> None:
+        try:
+            pipe = self._begin()
+            pipe.send(request)
+            last = hurried = False
+            deadline = time.monotonic() + WORK_TIMEOUT
+            while not last:
+                if pipe.poll(HURRY_PERIOD):
+                    answer, last = pipe.recv()
+                    self._hear(request, answer, last)
+                elif self._over:
+                    return
+                elif self._next is not None and not hurried:
+                    pipe.send(None)  # what is asked next makes this one worth nothing
+                    hurried = True
+                elif time.monotonic() > deadline:
+                    self._end()
+                    why = f"this takes longer than {WORK_TIMEOUT:.0f} s; make the drawing simpler"
+                    self._hear(request, why, True)
+                    return
+        except (EOFError, OSError):
+            self._end()
+            if not self._over:
+                self._hear(request, "this needs too much memory; make the drawing simpler", True)
+
+    def _begin(self) -> Connection:
+        """Return the pipe to the process, which is started where there is none."""
+        if self._pipe is None or self._process is None or not self._process.is_alive():
+            self._end()
+            known = multiprocessing.get_all_start_methods()
+            # (Not a fork of this process, which has threads that hold locks.)
+            context = multiprocessing.get_context("forkserver" if "forkserver" in known else None)
+            self._pipe, theirs = context.Pipe()
+            self._process = context.Process(target=_work, args=(theirs, self._arm), daemon=True)
+            self._process.start()
+            theirs.close()
+        return self._pipe
+
+    def _end(self) -> None:
+        if self._pipe is not None:
+            self._pipe.close()
+            self._pipe = None
+        if self._process is not None:
+            self._process.kill()
+            self._process.join(1.0)
+            self._process = None
+
+
+def _work(pipe: Connection, arm: Arm) -> None:
+    from laptop.page.drawing_studio import work  # only there: it is slow to import
+
+    work(pipe, arm)

@@ -1,0 +1,250 @@
+"""Where places on the table are in a camera's picture, learned from the tip's own moves.
+
+The brick tells its joints' angles, and so where the tip is, cm; the camera sees it at the same
+time, px.  Of an arm in a plane such pairs give a homography, that of the plane in which the marker
+rides: whatever lies below it is seen elsewhere, but not the marker, which is what is compared.  Of
+an arm in space they give the camera's matrix (DLT; Hartley and Zisserman, Multiple View Geometry,
+chapters 4 and 7), and that a homography for every height.  Pure.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from laptop.tracking.pipeline import Point
+
+CELL = 1.0
+"""Of the places in a cube of this size, cm, the one where the tip was slowest is kept."""
+MAX_PLACES = 600
+"""So many are kept at most."""
+MIN_PLACES = 8
+"""Fewer do not tell how well they fit."""
+MIN_AREA, MIN_WIDTH = 0.10, 0.18
+"""Area that the places cover, as a share of the reach squared, and their least width as a share of
+the reach: on what lies far outside nothing is known."""
+MAX_TIP_SPEED = 250.0
+"""A faster tip tells nothing, px/s: when it was where is not known to the millisecond."""
+MAX_MISFIT = 5.0
+"""Places that fit worse, px (RMS), come of no camera that stands still before this arm."""
+MOVED, MOVED_PLACES = 8.0, 6
+"""When so many places in a row fit worse than this, px, the camera has been moved."""
+
+
+@dataclass(frozen=True, eq=False)
+class TableView:
+    """Where a plane of the table is in a picture.
+
+    matrix  3 x 3: from (x, y, 1), cm, to (u, v, 1), px, up to scale
+    places  number of places of the tip that it rests on; 0: it does not
+    misfit  RMS of these, mm on the table
+    source  of it, for people: "the tip's own moves", "the board on the table"
+    """
+
+    matrix: np.ndarray
+    places: int = 0
+    misfit: float = 0.0
+    source: str = "the tip's own moves"
+
+    def to_picture(self, points: np.ndarray) -> np.ndarray:
+        """Return where points (n, 2), cm, are in the picture: (n, 2), px."""
+        return _mapped(self.matrix, points)
+
+    def to_table(self, pixels: np.ndarray) -> np.ndarray:
+        """Return which points of the plane, (n, 2) cm, are at these pixels (n, 2)."""
+        return _mapped(np.linalg.inv(self.matrix), pixels)
+
+    def px_per_cm(self, point: np.ndarray) -> float:
+        """Return the scale of the picture around a point (2,), cm: that of areas, rooted."""
+        corners = self.to_picture(point + 0.5 * np.array([(-1, -1), (1, -1), (-1, 1)]))
+        along, across = corners[1] - corners[0], corners[2] - corners[0]
+        return math.sqrt(abs(along[0] * across[1] - along[1] * across[0]))
+
+
+def _mapped(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
+    points = np.asarray(points, float).reshape(-1, 2)
+    homogeneous = np.column_stack([points, np.ones(len(points))]) @ matrix.T
+    with np.errstate(divide="ignore", invalid="ignore"):  # on the horizon
+        return homogeneous[:, :2] / homogeneous[:, 2:]
+
+
+class TableMapping:
+    """Learns where the table is in one camera's picture.
+
+    Args:
+        reach: of the arm, cm.
+        height: of the plane that is asked for, cm; it counts for arms in space only.
+
+    Attributes:
+        view: the TableView, or None while it is not known.
+        why: why not, for people; "" where it is known.
+        moved: number of times that the camera was found to have been moved.
+    """
+
+    def __init__(self, reach: float, height: float = 0.0) -> None:
+        self._reach, self._height = reach, height
+        self._places: dict[tuple[int, ...], tuple[float, np.ndarray, Point]] = {}
+        self._misfits: deque[float] = deque(maxlen=MOVED_PLACES)
+        self.view: TableView | None = None
+        self.why = "the arm has not moved before this camera yet"
+        self.moved = 0
+
+    @property
+    def places(self) -> int:
+        """Number of places that are known."""
+        return len(self._places)
+
+    def add(self, p: Sequence[float], pixel: Point, speed: float) -> None:
+        """Take in that the tip was at p (x, y[, z]), cm, and at a pixel (u, v), px, at once.
+
+        Args:
+            p: cm.
+            pixel: px.
+            speed: of the tip in the picture, px/s.
+        """
+        if speed > MAX_TIP_SPEED or not np.isfinite([*p, *pixel]).all():
+            return
+        if self.view and len(p) == 2:
+            off = self.view.to_picture(np.array([p]))[0] - pixel
+            self._misfits.append(float(np.hypot(*off)))
+            if len(self._misfits) == MOVED_PLACES and min(self._misfits) > MOVED:
+                self.forget()
+                self.moved += 1
+        key = tuple(math.floor(x / CELL) for x in p)
+        known = self._places.get(key)
+        if known is None and len(self._places) >= MAX_PLACES:
+            return
+        if known is None or speed <= known[0]:
+            self._places[key] = speed, np.array(p, float), pixel
+            self._fit()
+
+    def forget(self) -> None:
+        """Begin anew: camera or arm stand elsewhere now."""
+        self._places.clear()
+        self._misfits.clear()
+        self.view = None
+        self.why = "the camera was moved; let the arm look around again"
+
+    def _fit(self) -> None:
+        points = np.array([point for _, point, _ in self._places.values()])
+        pixels = np.array([pixel for _, _, pixel in self._places.values()])
+        self.why = self._too_few(points)
+        if self.why:
+            self.view = None
+            return
+        matrix: np.ndarray
+        if points.shape[1] == 2:
+            found, _ = cv2.findHomography(points, pixels, cv2.RANSAC, 2 * MAX_MISFIT)
+            matrix = np.full((3, 3), np.nan) if found is None else found
+            fitted = _mapped(matrix, points)
+        else:
+            camera = _camera_matrix(points, pixels)
+            fitted = _projected(camera, points)
+            along = camera[:, 3] + self._height * camera[:, 2]
+            matrix = np.column_stack([camera[:, :2], along])
+        off = np.hypot(*(fitted - pixels).T)
+        fits = off <= 2 * MAX_MISFIT
+        misfit = float(np.sqrt(np.mean(off[fits] ** 2))) if fits.any() else math.inf
+        if fits.mean() < 0.7 or misfit > MAX_MISFIT:
+            self.view = None
+            self.why = (
+                f"what camera and joints say differs by {np.nan_to_num(np.median(off)):.0f} px; is "
+                "it the arm of this file, with its zero found?"
+            )
+            return
+        view = TableView(matrix / matrix[2, 2], len(points))
+        scale = view.px_per_cm(points[:, :2].mean(axis=0))
+        self.view = TableView(view.matrix, len(points), 10 * misfit / scale)
+
+    def _too_few(self, points: np.ndarray) -> str:
+        """Return why these places (n, 2 or 3), cm, are not enough, or ""."""
+        if len(points) < MIN_PLACES:
+            many = f"{len(points)} place{'s' * (len(points) != 1)}"
+            return f"the tip was seen at {many} so far; more must tell"
+        flat = points[:, :2].astype(np.float32)
+        area = cv2.contourArea(cv2.convexHull(flat))
+        width = min(cv2.minAreaRect(flat)[1])
+        if area < MIN_AREA * self._reach**2 or width < MIN_WIDTH * self._reach:
+            return "the tip was seen in a small part of its reach so far; more must tell"
+        if points.shape[1] == 3:
+            spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+            if spread[2] / math.sqrt(len(points)) < 0.04 * self._reach:
+                return "the tip was seen at one height so far; let it go up and down, too"
+        return ""
+
+
+def _camera_matrix(points: np.ndarray, pixels: np.ndarray) -> np.ndarray:
+    """Return the 3 x 4 matrix that projects points (n, 3), cm, to pixels (n, 2): DLT."""
+    to_points, to_pixels = _normal(points), _normal(pixels)
+    p = np.column_stack([points, np.ones(len(points))]) @ to_points.T
+    s = np.column_stack([pixels, np.ones(len(pixels))]) @ to_pixels.T
+    zeros = np.zeros_like(p)
+    rows = np.vstack([np.hstack([p, zeros, -s[:, :1] * p]), np.hstack([zeros, p, -s[:, 1:2] * p])])
+    camera = np.linalg.svd(rows)[2][-1].reshape(3, 4)
+    return np.linalg.inv(to_pixels) @ camera @ to_points
+
+
+def _normal(points: np.ndarray) -> np.ndarray:
+    """Return the matrix that brings points (n, d) around 0, as far from it as there are axes."""
+    middle = points.mean(axis=0)
+    size = np.sqrt(np.mean(np.sum((points - middle) ** 2, axis=1)))
+    axes = points.shape[1]
+    matrix = np.eye(axes + 1) * (math.sqrt(axes) / size)
+    matrix[:axes, axes] = -middle * math.sqrt(axes) / size
+    matrix[axes, axes] = 1.0
+    return matrix
+
+
+def _projected(camera: np.ndarray, points: np.ndarray) -> np.ndarray:
+    homogeneous = np.column_stack([points, np.ones(len(points))]) @ camera.T
+    return homogeneous[:, :2] / homogeneous[:, 2:]
+
+
+class TipTrack:
+    """Where the tip was in one camera's picture lately, by time.
+
+    Args:
+        duration: s that are kept.
+    """
+
+    def __init__(self, duration: float = 3.0) -> None:
+        self._duration = duration
+        self._seen: deque[tuple[float, Point]] = deque()
+
+    @property
+    def last(self) -> float:
+        """Time at which it was seen last, s."""
+        return self._seen[-1][0] if self._seen else -math.inf
+
+    def add(self, t: float, pixel: Point) -> None:
+        """Take in where the tip was at t (s), px."""
+        if self._seen and t <= self._seen[-1][0]:
+            return
+        self._seen.append((t, pixel))
+        while self._seen[0][0] < t - self._duration:
+            self._seen.popleft()
+
+    def at(self, t: float, gap: float = 0.2) -> tuple[Point, float] | None:
+        """Return (pixel, speed px/s) of the tip at t (s); None where it was not seen about then.
+
+        Args:
+            t: s.
+            gap: greatest time between the two frames about it, s.
+        """
+        before = None
+        for t1, pixel in self._seen:
+            if t1 >= t:
+                if before is None or t1 - before[0] > gap:
+                    return None
+                t0, (u0, v0) = before
+                share = (t - t0) / (t1 - t0)
+                u1, v1 = pixel
+                place = u0 + share * (u1 - u0), v0 + share * (v1 - v0)
+                return place, math.hypot(u1 - u0, v1 - v0) / (t1 - t0)
+            before = t1, pixel
+        return None

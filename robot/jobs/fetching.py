@@ -1,0 +1,139 @@
+"""A job that the laptop offers, fetched over the link part after part into a file."""
+
+import os
+import zlib
+
+from shared.arm_description import ArmError
+from shared.job_messages import Want, bytes_of
+from shared.small_files import open_to_write
+
+ASK_AGAIN = 1.0
+"""A part that has not come so long after it was asked for is asked for again, s."""
+
+FETCH_TIMEOUT = 20.0
+"""So long after the last part the job is given up, s."""
+
+
+class NotFetched(ArmError):
+    """A job that did not come as it was offered."""
+
+
+class JobFetching(object):
+    """Fetches one job; what has come survives a lost link.
+
+    Args:
+        draw: the Draw that offers it.
+        file: where it is to be; it is there once it is whole.
+        t: s, now.
+
+    Attributes:
+        draw: as given.
+        part: the next one, from 0 on.
+        whole: whether all of it is in the file.
+
+    Raises:
+        NotFetched: there is no room for it.
+    """
+
+    def __init__(self, draw, file, t):
+        self.draw = draw
+        self.part = 0
+        self.whole = False
+        self._file = file
+        self._draft = file + ".part"
+        self._unpacker = zlib.decompressobj()
+        self._size = self._crc = 0
+        self._asked, self._asked_at, self._came_at = None, t, t
+        self._out = None
+        if self._is_there():
+            self.whole = True
+            return
+        try:
+            folder = os.path.dirname(file)
+            os.makedirs(folder, mode=0o700, exist_ok=True)
+            self._out = open(open_to_write(self._draft), "wb")  # noqa: SIM115 - it stays open
+        except OSError as error:
+            raise self._no_room(error) from None
+
+    def _is_there(self):
+        """Whether the file is this job already."""
+        try:
+            if os.path.getsize(self._file) != self.draw.size:
+                return False
+            crc = 0
+            with open(self._file, "rb") as file:
+                for piece in iter(lambda: file.read(65536), b""):
+                    crc = zlib.crc32(piece, crc)
+            return crc & 0xFFFFFFFF == self.draw.crc
+        except OSError:
+            return False
+
+    def due(self, t, linked):
+        """The Want that is to be sent at `t` (s), or None.
+
+        Raises:
+            NotFetched: nothing has come for too long.
+        """
+        if self.whole:
+            return None
+        if t - self._came_at > FETCH_TIMEOUT:
+            raise NotFetched(
+                "{} of {} parts of '{}' have come, and no more for {:.0f} s; "
+                "press Start again".format(
+                    self.part, self.draw.parts, self.draw.name, t - self._came_at
+                )
+            )
+        if not linked:
+            self._asked = None
+            return None
+        if self._asked == self.part and t - self._asked_at < ASK_AGAIN:
+            return None
+        self._asked, self._asked_at = self.part, t
+        return Want(self.draw.crc, self.part)
+
+    def take(self, part, t):
+        """Take a JobPart that came at `t` (s); any other than the next is left.
+
+        Raises:
+            NotFetched: it is not what was offered, or there is no room for it.
+        """
+        if self.whole or (part.crc, part.part) != (self.draw.crc, self.part):
+            return
+        room = self.draw.size - self._size
+        try:
+            data = self._unpacker.decompress(bytes_of(part), room + 1)
+        except zlib.error:
+            raise self._changed() from None
+        if len(data) > room:
+            raise self._changed()
+        try:
+            self._out.write(data)
+            self._size += len(data)
+            self._crc = zlib.crc32(data, self._crc)
+            self.part += 1
+            self._came_at = t
+            if self.part == self.draw.parts:
+                self._out.close()
+                if (self._size, self._crc & 0xFFFFFFFF) != (self.draw.size, self.draw.crc):
+                    raise self._changed()
+                os.replace(self._draft, self._file)
+                self.whole = True
+        except OSError as error:
+            raise self._no_room(error) from None
+
+    def close(self):
+        """End it; what is not whole is thrown away."""
+        if self._out is not None and not self.whole:
+            self._out.close()
+            if os.path.exists(self._draft):
+                os.remove(self._draft)
+
+    def _changed(self):
+        return NotFetched(
+            "'{}' did not come as it was offered; press Start again".format(self.draw.name)
+        )
+
+    def _no_room(self, error):
+        return NotFetched(
+            "cannot write {}: {}; make room on the brick".format(self._draft, error.strerror)
+        )

@@ -1,0 +1,372 @@
+"""A job that the laptop offers over the link: fetched, drawn, ordered about, told of all the time.
+
+While it is drawn the link is heard as often as buttons are. A lost link pauses the job, pen up,
+unless it was to go on alone: for nobody could stop it then from the page. It stays paused when the
+link is back, until it is resumed; without one for LINK_TIMEOUT it is given up, and the arm parked.
+"""
+
+import contextlib
+import os
+
+from robot.jobs.fetching import JobFetching
+from robot.jobs.orders import Buttons, JobOrders, orders_file
+from robot.jobs.progress import forget_progress, jobs_folder
+from robot.jobs.report import JobReport, status_file
+from robot.jobs.runner import JobRunner
+from robot.motion.feed import FeedOverride
+from robot.tracker_address import Refusal
+from shared.arm_description import ArmError
+from shared.job import BadJob, Job
+from shared.job_messages import (
+    ABORTED,
+    DONE,
+    DRAWING,
+    FAILED,
+    FETCHING,
+    PAUSED,
+    Draw,
+    InvalidOrder,
+    JobPart,
+    JobProgress,
+    Order,
+    check_order,
+)
+from shared.message_fields import one_line
+from shared.messages import STATUS_PERIOD, Start, Stop
+
+FILE = "from-the-laptop.job"
+"""In the folder of jobs: the last one that the laptop offered."""
+
+HEAR_PERIOD = 0.08
+"""Between two times of listening while it is drawn, s."""
+
+LINK_PATIENCE = 3.0
+"""A link that is back sooner was not lost: it mends by itself within a second, s."""
+
+LINK_TIMEOUT = 300.0
+"""Without a link for so long a paused job is given up, s."""
+
+FETCH_POLL = 0.02
+"""How long parts are waited for at once, s."""
+
+STATES = {
+    "drawing": DRAWING, "paused": PAUSED, "done": DONE, "aborted": ABORTED, "stopped": ABORTED
+}  # fmt: skip
+"""The runner's words in the link's."""
+
+
+class LinkedJob(object):
+    """One job of the laptop's.
+
+    Args:
+        arm, client, clock: as for VisualServoing.
+        draw: the Draw that offers it.
+        told: of the last servo run, as TrackingClient.report takes it: it is told on.
+        say: called with lines for people.
+
+    Attributes:
+        progress: JobProgress that was told last.
+    """
+
+    def __init__(self, arm, client, clock, draw, told, say):
+        self._arm, self._client, self._clock = arm, client, clock
+        self._draw, self._told, self._say = draw, told, say
+        self._header = None
+        self._lost_at = None
+        self._paused_by_link = False
+        self._why = ""  # it is paused, or has ended
+        self._next = 0.0  # when the laptop is to be told again, s
+        self.down = False
+        self.progress = JobProgress(
+            clock.now(), draw.crc, draw.name, FETCHING, 0, 0, 0.0, 0.0, None, False, ""
+        )
+
+    def run(self):
+        """Fetch and draw it; what became of it is told, and the arm held.
+
+        Raises:
+            Refusal: the tracker will never serve us.
+        """
+        try:
+            path = self._fetch()
+            if path is None:
+                self._end(ABORTED)
+                return
+            self._draw_file(path)
+        except Refusal:
+            raise
+        except ArmError as error:
+            self._end(FAILED, str(error))
+        except BaseException as error:
+            self._end(ABORTED, str(error))
+            raise
+
+    # Fetching
+
+    def _fetch(self):
+        """The job's file, once it is whole; None if it was aborted."""
+        file = os.path.join(jobs_folder(), FILE)
+        fetching = JobFetching(self._draw, file, self._clock.now())
+        self._say("fetching '{}': {} parts".format(self._draw.name, self._draw.parts))
+        self._send()
+        with contextlib.closing(fetching):
+            while not fetching.whole:
+                want = fetching.due(self._clock.now(), self._client.linked)
+                if want:
+                    self._client.send(want)
+                self._client.poll(FETCH_POLL)
+                if self._client.refused:
+                    raise Refusal(self._client.why)
+                for command in self._client.commands():
+                    if isinstance(command, Stop):
+                        self._why = command.reason
+                        return None
+                for message in self._client.of_job():
+                    if isinstance(message, JobPart):
+                        fetching.take(message, self._clock.now())
+                    elif message.what == "abort":
+                        return None
+                if self._is_due():
+                    share = float(fetching.part) / self._draw.parts
+                    self.progress = self.progress._replace(
+                        t=self._clock.now(), cm=share, cm_all=1.0
+                    )
+                    self._send()
+                    self._report_where(self._where())
+        return file
+
+    # Drawing
+
+    def _draw_file(self, path):
+        description = self._arm.description
+        job = Job(path, description)
+        self._header = job.header
+        if self._draw.first > job.header.strokes:
+            raise BadJob(
+                "'{}' has {} strokes: there is none to begin with that has number {}".format(
+                    self._draw.name, job.header.strokes, self._draw.first
+                )
+            )
+        if not self._arm.homed:
+            self._arm.load_zero()
+        if self._draw.first == 1:
+            forget_progress(job.crc)
+        orders = LinkedOrders(self, self._clock)
+        try:
+            report = LinkedReport(self, job, self._clock, self._say)
+            self.hear(orders, self._where)  # to check a long job takes the brick a while
+            runner = LinkedRunner(self, self._arm, self._clock, job, orders, report)
+            runner.run(self._draw.first)
+        finally:
+            orders.close()
+
+    # What the parts of it below ask for
+
+    @property
+    def dry(self):
+        """Whether the pen stays up."""
+        return self._draw.dry
+
+    def hear(self, orders, where):
+        """Take in what the laptop has said, and tell it where the arm is, if that is due.
+
+        Args:
+            orders: JobOrders.
+            where: called for the joints' angles, rad.
+        """
+        self._client.poll()
+        for command in self._client.commands():
+            if isinstance(command, Stop):
+                orders.aborted, self._why = True, command.reason or "by the laptop"
+            elif isinstance(command, Start) or (
+                isinstance(command, Draw) and command.crc != self._draw.crc
+            ):
+                orders.notes.append("a start of the laptop is ignored: a job is on; abort it first")
+        for message in self._client.of_job():
+            if isinstance(message, Order):
+                try:
+                    check_order(message)
+                except InvalidOrder as problem:
+                    orders.notes.append(str(problem))
+                    continue
+                number = "" if message.value is None else " {:g}".format(message.value)
+                orders.take(message.what + number)
+                if message.what == "pause":
+                    self._why = ""
+        self._watch_link(orders)
+        if not orders.paused:
+            self._paused_by_link = False
+        if self._is_due():
+            self._report_where(where())
+            self._send()
+
+    def _watch_link(self, orders):
+        now = self._clock.now()
+        if self._client.linked:
+            self._lost_at = None
+            return
+        self._lost_at = now if self._lost_at is None else self._lost_at
+        lost = now - self._lost_at
+        if self._draw.alone or lost < LINK_PATIENCE:
+            return
+        if not orders.paused and not self._paused_by_link:
+            self._paused_by_link, orders.paused = True, True
+            self._why = "the link was lost; resume it when all is well"
+            orders.notes.append("paused: the link is lost")
+        if self._paused_by_link and lost > LINK_TIMEOUT:
+            orders.aborted = True
+            self._why = "no link for {:.0f} s".format(lost)
+
+    def tell(self, state, place, reason=""):
+        """Take in how it goes: a word of the runner's, and a Place or None; told when it is due."""
+        now = self._clock.now()
+        state = STATES.get(state, FAILED)
+        changed = state != self.progress.state or self.down != self.progress.down
+        header = self._header
+        self.progress = JobProgress(
+            now, self._draw.crc, self._draw.name, state, place.stroke, header.strokes,
+            max(0.0, min(place.cm, header.cm)), header.cm, self.progress.seconds, self.down,
+            one_line(reason or (self._why if state not in (DRAWING, DONE) else "")),
+        )  # fmt: skip
+        if changed:
+            self._send()
+
+    def tell_left(self, seconds):
+        """Take in how long it still takes, s."""
+        self.progress = self.progress._replace(seconds=max(0.0, min(seconds, 1e6)))
+
+    def tell_pen(self, down):
+        """Tell at once that the pen is down, or up."""
+        if down != self.down:
+            self.down = down
+            self.progress = self.progress._replace(t=self._clock.now(), down=down)
+            self._send()
+
+    def _is_due(self):
+        now = self._clock.now()
+        if now < self._next:
+            return False
+        self._next = now + STATUS_PERIOD
+        return True
+
+    def _send(self):
+        self.progress = self.progress._replace(t=self._clock.now())
+        self._client.send(self.progress)
+
+    def _report_where(self, q):
+        self._client.report(q, **self._told)
+
+    def _where(self):
+        """The joints' angles, rad; none if a motor does not answer, which is told elsewhere."""
+        try:
+            return self._arm.angles()
+        except ArmError:
+            return ()
+
+    def _end(self, state, reason=""):
+        self.down = False
+        self.progress = self.progress._replace(
+            state=state, down=False, reason=one_line(reason or self._why), seconds=None
+        )
+        self._say("'{}': {}{}".format(self._draw.name, state, reason and ": " + reason))
+        self._send()
+
+
+class LinkedOrders(JobOrders):
+    """Orders that come over the link, beside those of buttons and the file.
+
+    Args:
+        linked: LinkedJob.
+        clock: has `now()`.
+    """
+
+    def __init__(self, linked, clock):
+        presses = []
+        with contextlib.suppress(ImportError, OSError, ValueError, AttributeError):
+            presses.append(Buttons())  # there are some
+        super(LinkedOrders, self).__init__(presses=presses, path=orders_file())
+        self._linked, self._clock = linked, clock
+        self._hear_at = clock.now()
+        self.where = tuple
+
+    def look(self, now):
+        """As JobOrders.look."""
+        if now >= self._hear_at:
+            self._hear_at = now + HEAR_PERIOD
+            self._linked.hear(self, self.where)
+        return super(LinkedOrders, self).look(now)
+
+
+class LinkedReport(JobReport):
+    """What is told of it, on file and to people as ever, and over the link."""
+
+    def __init__(self, linked, job, clock, say):
+        super(LinkedReport, self).__init__(job.header, job.crc, clock, say=say, path=status_file())
+        self._linked = linked
+
+    def tell(self, state, place, orders, tip=None, moving=False, reason=""):
+        """As JobReport.tell."""
+        super(LinkedReport, self).tell(state, place, orders, tip, moving, reason)
+        self._linked.tell_left(self.left(place, orders.share))
+        self._linked.tell(state, place, reason)
+
+
+class WatchedFeed(FeedOverride):
+    """A FeedOverride that keeps what the control loop saw last: `seen`, (t, motors' angles)."""
+
+    seen = None
+
+    def tick(self, t, now, angles):
+        """As FeedOverride.tick."""
+        self.seen = t, angles
+        return super(WatchedFeed, self).tick(t, now, angles)
+
+
+class LinkedRunner(JobRunner):
+    """Draws it; tells where links and pen are."""
+
+    def __init__(self, linked, arm, clock, job, orders, report):
+        super(LinkedRunner, self).__init__(arm, clock, job, orders, report)
+        self._linked = linked
+        self._feed = WatchedFeed(self._look)
+        orders.where = self._where
+
+    def _look(self, now):
+        rate = super(LinkedRunner, self)._look(now)
+        if rate:
+            place = self._way.place(self._feed.index, self._feed.reached)
+            self._linked.tell("drawing", place)
+        return rate
+
+    def _move_pen(self, down):
+        super(LinkedRunner, self)._move_pen(down and not self._linked.dry)
+        self._linked.tell_pen(down and not self._linked.dry)
+
+    def _chain(self, k, stroke):
+        self._linked.hear(self._orders, self._where)  # to read a stroke takes the brick a while
+        return super(LinkedRunner, self)._chain(k, stroke)
+
+    def _is_ready(self, motion, joints, is_there):
+        self._feed.seen = None  # from here on the arm itself knows
+        self._linked.hear(self._orders, self._where)
+        return super(LinkedRunner, self)._is_ready(motion, joints, is_there)
+
+    def _draw_from(self, k):
+        try:
+            return super(LinkedRunner, self)._draw_from(k)
+        finally:
+            self._feed.seen = None
+
+    def _where(self):
+        """The links' angles, rad; in mid-stroke by where the backlash is at that moment."""
+        if self._feed.seen is None:
+            try:
+                return self._arm.angles()
+            except ArmError:
+                return ()
+        t, angles = self._feed.seen
+        joints = self._arm.description.joints
+        return [
+            angle - side * joint.backlash / 2
+            for angle, side, joint in zip(angles, self._feed.sides_at(t), joints)
+        ]

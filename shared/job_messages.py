@@ -1,0 +1,192 @@
+"""What laptop and brick tell each other of a job, a drawing that the brick draws alone.
+
+The laptop offers it by a Draw. The brick asks for it part after part, each a message that fits a
+line, and draws it when it is whole. So the laptop sends no faster than the brick takes, and
+observations pass between two parts. A link that is lost meanwhile loses one part, which is asked
+for anew.
+"""
+
+import base64
+import binascii
+
+from shared import message_fields as fields
+from shared.arm_description import ArmError
+from shared.job import MAX_NAME, MAX_SIZE
+from shared.record import record
+
+PART_SIZE = 1425
+"""Bytes of a job's file, compressed, in one JobPart."""
+
+MAX_PARTS = MAX_SIZE // PART_SIZE + 1
+
+PAUSE, RESUME, ABORT, SPEED, PEN = "pause", "resume", "abort", "speed", "pen"
+ORDERS = PAUSE, RESUME, ABORT, SPEED, PEN
+"""What may be ordered on the way."""
+
+RELATIVE_SPEED = 10.0, 100.0, "%"
+"""Of the speed that was planned: from, to, unit."""
+
+PEN_STEP = -30.0, 30.0, "deg"
+"""By which the pen's motor goes farther down than planned: from, to, unit."""
+
+FETCHING, DRAWING, PAUSED, DONE, ABORTED, FAILED = (
+    "fetching", "drawing", "paused", "done", "aborted", "failed",
+)  # fmt: skip
+STATES = FETCHING, DRAWING, PAUSED, DONE, ABORTED, FAILED
+"""Of a job on the brick."""
+ENDS = DONE, ABORTED, FAILED
+"""States after which nothing more comes of it."""
+
+
+class Draw(record("Draw", "name size parts crc first alone dry")):
+    """The laptop offers a job, to be drawn at once.
+
+    name   for people
+    size   of its file, bytes
+    parts  in which it comes
+    crc    CRC-32 of its file; it is called by this from here on
+    first  stroke to begin with, from 1 on
+    alone  it goes on when the link is lost; else it pauses until that is back
+    dry    the pen stays up all the time
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, name, size, parts, crc, first=1, alone=False, dry=False):
+        """A job from its beginning, unless something else is said."""
+        return super(Draw, cls).__new__(cls, name, size, parts, crc, first, alone, dry)
+
+
+Want = record("Want", "crc part")
+Want.__doc__ = """The brick asks for a part of the job that was offered, from 0 on."""
+
+JobPart = record("JobPart", "crc part data")
+JobPart.__doc__ = """A part of a job's file, zlib's stream cut into pieces: see part_of."""
+
+Order = record("Order", "what value")
+Order.__doc__ = """The laptop orders something while a job is on.
+
+what   one of ORDERS
+value  for SPEED and PEN: RELATIVE_SPEED, PEN_STEP; else None
+"""
+
+JobProgress = record("JobProgress", "t crc name state stroke strokes cm cm_all seconds down reason")
+JobProgress.__doc__ = """How far the brick is with a job; sent only while there is one.
+
+t          s on the sender's clock
+crc, name  of the job
+state      one of STATES
+stroke     that is under way, or was last; 0 before the first
+strokes    how many there are
+cm         drawn so far
+cm_all     of the whole job
+seconds    that are left; None while not known
+down       whether the pen is on the paper
+reason     of the state, one line for people; "" for none
+"""
+
+CRC = fields.whole_number(0, 2**32 - 1)
+PART = fields.whole_number(0, MAX_PARTS - 1)
+STROKE = fields.whole_number(0, MAX_SIZE)
+LENGTH = fields.number(0, 1e6, "cm", 2)
+_base64 = fields.matching(r"[A-Za-z0-9+/]{4,1900}={0,2}\Z", "at most 1900 letters of base64")
+
+
+def _name(value):
+    value = fields.text(value)
+    if len(value) > MAX_NAME:
+        raise fields.WrongValue("at most {} printable characters".format(MAX_NAME))
+    return value
+
+
+def _one_of(words):
+    def check(value):
+        if not isinstance(value, str) or value not in words:
+            raise fields.WrongValue("one of {}".format(", ".join(words)))
+        return value
+
+    return check
+
+
+def _data(value):
+    value = _base64(value)
+    try:
+        base64.b64decode(value.encode("ascii"))
+    except binascii.Error:
+        raise fields.WrongValue("base64") from None
+    return value
+
+
+KINDS = {
+    "draw": (
+        Draw,
+        (
+            ("name", _name),
+            ("size", fields.whole_number(1, MAX_SIZE)),
+            ("parts", fields.whole_number(1, MAX_PARTS)),
+            ("crc", CRC),
+            ("first", fields.whole_number(1, MAX_SIZE)),
+            ("alone", fields.flag),
+            ("dry", fields.flag),
+        ),
+    ),
+    "want": (Want, (("crc", CRC), ("part", PART))),
+    "part": (JobPart, (("crc", CRC), ("part", PART), ("data", _data))),
+    "order": (
+        Order,
+        (
+            ("what", _one_of(ORDERS)),
+            ("value", fields.or_none(fields.number(-1000, 1000, "", decimals=3))),
+        ),
+    ),
+    "progress": (
+        JobProgress,
+        (
+            ("t", fields.TIME),
+            ("crc", CRC),
+            ("name", _name),
+            ("state", _one_of(STATES)),
+            ("stroke", STROKE),
+            ("strokes", STROKE),
+            ("cm", LENGTH),
+            ("cm_all", LENGTH),
+            ("seconds", fields.or_none(fields.number(0, 1e6, "s", 1))),
+            ("down", fields.flag),
+            ("reason", fields.text),
+        ),
+    ),
+}
+"""Each kind's class and fields, as in shared.messages."""
+
+
+class InvalidOrder(ArmError, ValueError):
+    """An order that cannot be carried out."""
+
+
+def check_order(order):
+    """Refuse an Order whose value is none for it.
+
+    Raises:
+        InvalidOrder: with the value and what is allowed.
+    """
+    limits = {SPEED: RELATIVE_SPEED, PEN: PEN_STEP}.get(order.what)
+    if limits is None:
+        return
+    least, most, unit = limits
+    if order.value is None or not least <= order.value <= most:
+        raise InvalidOrder(
+            "{} {}: give a number from {:g} to {:g} {}".format(
+                order.what, order.value, least, most, unit
+            ).rstrip()
+        )
+
+
+def part_of(packed, crc, part):
+    """A JobPart of a job's compressed file (bytes)."""
+    data = packed[part * PART_SIZE : (part + 1) * PART_SIZE]
+    return JobPart(crc, part, base64.b64encode(data).decode("ascii"))
+
+
+def bytes_of(part):
+    """What a JobPart holds of the compressed file."""
+    return base64.b64decode(part.data.encode("ascii"))

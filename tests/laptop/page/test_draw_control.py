@@ -1,0 +1,349 @@
+"""A drawing on the page, from the file to the brick's last word, without a browser."""
+
+import math
+import multiprocessing
+import re
+import threading
+import zlib
+
+import numpy as np
+import pytest
+from page_scene import PageScene
+from waiting import until
+
+from laptop.page import draw_control, drawing_studio
+from laptop.page.drawing_snapshots import PlacedDrawing, Placing, Request, Source
+from laptop.page.drawing_worker import DrawingWorker
+from robot.motion import kinematics
+from shared.arm_description import find_arm, read_arm
+from shared.job import Job
+from shared.job_messages import Draw, JobProgress, Order, Want, bytes_of
+from shared.messages import Status, Stop
+
+ARM = read_arm(find_arm("planar"))
+SQUARE = b"""<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm" viewBox="0 0 4 4">
+<rect x="0.5" y="0.5" width="3" height="3" fill="none" stroke="black"/></svg>"""
+
+
+class DrawScene(PageScene):
+    """A page's controller before an arm in a plane, whose tip the camera sees from above."""
+
+    def pixel(self, p):
+        """Where the camera sees a place of the tip (cm): a homography, not only a scale."""
+        x, y = p
+        w = 1 + 0.002 * x
+        return (160 - 6.0 * y) / w, (200 - 7.0 * x) / w
+
+    def joints(self, q, still=5):
+        """The arm stands at q (rad) for some frames, and tells so."""
+        u, v = self.pixel(kinematics.forward(ARM, q))
+        for k in range(still):
+            if k == 2:
+                self.server.status = Status(self.t, q, None, "ready")
+            self.show(tip=(round(u), round(v)))
+
+    def look_around(self):
+        """The tip has been about, so that it is known where the table is."""
+        for q1 in np.linspace(-0.8, 0.8, 5):
+            for q2 in (0.4, 1.0, 1.8):
+                self.joints((float(q1), q2))
+
+    def tell(self, state, crc=None, cm=0.0, down=False, reason=""):
+        crc = self.server.offered.draw.crc if crc is None else crc
+        self.server.progress = JobProgress(
+            self.t, crc, "it", state, 1, 1, cm, 12.0, 5.0, down, reason
+        )
+
+    def drawn(self):
+        """Wait until nothing is read or planned any more; the DrawingSnapshot."""
+        drawings = self.controller.drawings
+        until(lambda: not drawings.state().busy, "a plan")
+        return drawings.drawing()
+
+
+class ThreadWorker(DrawingWorker):
+    """The same, in a thread instead of a process, which takes a second to start."""
+
+    def _begin(self):
+        if self._pipe is None:
+            self._pipe, theirs = multiprocessing.Pipe()
+            studio = threading.Thread(target=drawing_studio.serve, args=(theirs, self._arm))
+            studio.daemon = True
+            studio.start()
+        return self._pipe
+
+
+@pytest.fixture
+def scene(tmp_path, monkeypatch):
+    monkeypatch.setattr(draw_control, "DrawingWorker", ThreadWorker)
+    scene = DrawScene(tmp_path, arm=ARM)
+    yield scene
+    scene.controller.drawings.close()
+
+
+@pytest.fixture
+def drawings(scene):
+    return scene.controller.drawings
+
+
+def test_a_file_is_read_placed_planned_and_started(scene, drawings):
+    assert drawings.start() == "there is no drawing yet; drop a file, or choose one"
+    assert drawings.load("square.svg", SQUARE) == ""
+    assert drawings.state().busy == "reading it"
+    placed = scene.drawn().placed
+    assert (placed.name, len(placed.good), placed.missed) == ("square.svg", 1, ())
+    assert placed.why_not == ""
+    assert placed.seconds > 1
+    assert placed.job == b"", "browsers get no job"
+    assert drawings.state().can_start
+    scene.server.there = False
+    assert "no brick is connected" in drawings.start()
+    scene.server.there = True
+    assert drawings.start() == ""
+    offered = scene.server.offered
+    assert scene.server.sent == [offered.draw]
+    assert offered.draw == Draw(
+        "square.svg", offered.draw.size, offered.draw.parts, offered.draw.crc
+    )
+    assert offered.job.header.arm == "planar"
+    assert drawings.start() == "a drawing is on; abort it first"
+    assert scene.controller.runs.start() == "a drawing is on; abort it first"
+
+
+def test_the_job_is_where_it_was_placed(scene, drawings, tmp_path):
+    drawings.load("square.svg", SQUARE)
+    assert drawings.place(Placing(14.0, -2.0, 3.0, 30.0)) == ""
+    placed = scene.drawn().placed
+    assert placed.centre == pytest.approx((14.0, -2.0))
+    corners = np.unique(np.round(placed.good[0], 6), axis=0)
+    assert np.hypot(*(corners - placed.centre).T) == pytest.approx(np.full(4, 3 / math.sqrt(2)))
+    assert drawings.start() == ""
+    offered = scene.server.offered
+    wants = [Want(offered.draw.crc, k) for k in range(offered.draw.parts)]
+    packed = b"".join(bytes_of(offered.part(want)) for want in wants)
+    file = tmp_path / "it.job"
+    file.write_bytes(zlib.decompress(packed))
+    job = Job(str(file), ARM)
+    tips = [
+        kinematics.forward(ARM, [cubic[0] for cubic in segment[2]])
+        for piece in job.stroke(1).pieces
+        for segment in piece[1]
+    ]
+    off = [np.hypot(*(np.array(tip) - (14.0, -2.0))) for tip in tips]
+    assert max(off) == pytest.approx(3 / math.sqrt(2), abs=0.02)
+
+
+def test_what_is_out_of_reach_is_shown_and_not_started(scene, drawings):
+    drawings.load("square.svg", SQUARE)
+    scene.drawn()
+    drawings.place(Placing(20.0, 0.0, 4.0))
+    placed = scene.drawn().placed
+    assert placed.good
+    assert placed.missed
+    assert re.fullmatch(
+        r"\d\.\d cm of it cannot be reached \(red\): move it, or make it smaller", placed.why_not
+    )
+    assert not drawings.state().can_start
+    assert drawings.start() == placed.why_not
+    drawings.place(Placing(14.0, 0.0, 4.0))
+    assert scene.drawn().placed.missed == ()
+    assert drawings.state().can_start
+
+
+def test_of_many_places_the_last_counts(scene, drawings):
+    drawings.choose("rose")
+    for k in range(30):
+        drawings.place(Placing(14.0, 0.1 * k - 1.5, 4.0))
+    assert scene.drawn().placed.centre == pytest.approx((14.0, 1.4))
+
+
+@pytest.mark.parametrize(
+    ("order", "words"),
+    [
+        (("load", "a.svg", b"<svg"), "a.svg"),
+        (("load", "a.svg", b"\0" * 9_000_000), "at most 8 MB are read"),
+        (("load", "a.bin", bytes(range(256))), "a.bin"),
+        (("write", "  "), "type a text first"),
+        (("write", "a" * 3000), "at most 2000 are written"),
+        (("write", "\u4e2d"), "nothing in it can be written"),
+        (("choose", "../../etc/passwd"), "there is no drawing ../../etc/passwd here"),
+        (("choose", "/etc/hostname"), "choose one of house, knot"),
+        (("order", "dance"), "dance: give one of pause"),
+        (("order", "pause"), "nothing is drawn just now"),
+        (("order", "speed", 500.0), "speed 500.0: give a number from 10 to 100 %"),
+        (("place", Placing()), "there is no drawing yet"),
+        (("trace", "A", [(1.0, 2.0), (100.0, 120.0)]), "is not known yet; look around first"),
+    ],
+)
+def test_what_cannot_be_done_says_why(scene, drawings, order, words):
+    name, *arguments = order
+    why = getattr(drawings, name)(*arguments)
+    scene.drawn()
+    assert words in (why or drawings.state().trouble)
+    assert not drawings.state().is_there
+
+
+def test_without_an_arm_nothing_is_drawn(tmp_path):
+    drawings = PageScene(tmp_path).controller.drawings
+    assert "the arm is not known here" in drawings.choose("rose")
+    assert "the arm is not known here" in drawings.look_around()
+
+
+def test_the_arm_looks_around_with_the_pen_up(scene, drawings):
+    assert drawings.look_around() == ""
+    assert scene.server.offered.draw.dry
+    assert scene.server.offered.job.header.strokes == 1
+    assert drawings.state().job.is_on
+
+
+def test_a_brick_that_does_not_begin_is_told(scene, drawings):
+    drawings.look_around()
+    assert drawings.state().job.state == "fetching"
+    scene.t += 7
+    job = drawings.state().job
+    assert (job.state, job.is_on) == ("failed", False)
+    assert "did not begin" in job.reason
+    assert drawings.look_around() == "", "so it can be tried again"
+
+
+def test_how_the_brick_gets_on_is_known_and_can_be_ordered(scene, drawings):
+    drawings.look_around()
+    scene.tell("drawing", cm=3.0, down=True)
+    scene.show()
+    job = drawings.state().job
+    assert (job.state, job.share, job.seconds, job.is_on) == ("drawing", 0.25, 5.0, True)
+    assert drawings.order("pause") == drawings.order("speed", 50.0) == ""
+    assert scene.server.sent[-2:] == [Order("pause", None), Order("speed", 50.0)]
+    scene.t += 60
+    assert drawings.state().job.is_on, "however long it takes"
+    scene.tell("done", cm=12.0)
+    scene.show()
+    assert not drawings.state().job.is_on
+    assert drawings.order("pause") == "nothing is drawn just now"
+
+
+def test_a_stop_is_said_until_it_is_heard(scene, drawings):
+    drawings.look_around()
+    scene.tell("drawing", cm=3.0)
+    scene.show()
+    scene.controller.runs.stop("browser 1")
+    for _ in range(3):
+        scene.tell("drawing", cm=4.0)
+        scene.show()
+    said = [word for word in scene.server.sent if isinstance(word, Stop)]
+    assert len(said) == 4
+    assert said[0].reason == "stopped from the page by browser 1"
+    scene.tell("aborted")
+    scene.show()
+    scene.tell("aborted")
+    scene.show()
+    assert len([word for word in scene.server.sent if isinstance(word, Stop)]) == 4
+
+
+def test_a_lost_link_says_what_the_brick_does_then(scene, drawings):
+    drawings.look_around()
+    scene.tell("drawing", cm=3.0)
+    scene.show()
+    scene.server.there = False
+    scene.show()
+    assert "it pauses with the pen up" in drawings.state().job.reason
+
+
+def test_the_tips_moves_tell_where_the_table_is(scene, drawings):
+    assert drawings.view("A") is None
+    assert "has not moved" in drawings.state().unmapped["A"]
+    scene.look_around()
+    view = drawings.view("A")
+    assert drawings.state().unmapped == {}
+    assert drawings.state().misfit < 2.0
+    for p in ((14.0, 3.0), (10.0, -6.0), (17.0, 0.0)):
+        assert view.to_picture(np.array([p]))[0] == pytest.approx(scene.pixel(p), abs=1.5)
+
+
+def test_a_dragged_path_is_a_drawing_where_it_was_dragged(scene, drawings):
+    scene.look_around()
+    corners = [(14.0, 3.0), (14.0, -3.0), (10.0, 0.0), (14.0, 3.0)]
+    dragged = [
+        tuple(a + (b - a) * k / 20 for a, b in zip(scene.pixel(p), scene.pixel(q), strict=True))
+        for p, q in zip(corners, corners[1:], strict=False)
+        for k in range(20)
+    ] + [scene.pixel(corners[-1])]
+    assert drawings.trace("A", dragged) == ""
+    placed = scene.drawn().placed
+    assert (placed.why_not, placed.missed) == ("", ())
+    (line,) = placed.good
+    for corner in corners:
+        assert np.hypot(*(line - corner).T).min() < 0.25
+    assert drawings.trace("A", [(100.0, 100.0), (101.0, 101.0)]) == (
+        "this path is too short to be drawn; drag a longer one"
+    )
+
+
+def test_what_was_drawn_is_compared_with_the_wish(scene, drawings):
+    scene.look_around()
+    drawings.load("square.svg", SQUARE)
+    drawings.place(Placing(13.0, 0.0, 6.0))
+    scene.drawn()
+    drawings.start()
+    scene.tell("drawing", down=True)
+    scene.show(tip=None)
+    ring = [(10.0, -3.0), (10.0, 3.0), (16.0, 3.0), (16.0, -3.0), (10.0, -3.0)]
+    for p, q in zip(ring, ring[1:], strict=False):
+        for k in range(20):
+            at = [a + (b - a) * k / 20 for a, b in zip(p, q, strict=True)]
+            u, v = scene.pixel((at[0] + 0.1, at[1]))
+            scene.show(tip=(round(u), round(v)))
+            scene.tell("drawing", cm=1.0, down=True)
+    version, points = drawings.ink("A", -1, 0)
+    assert len(points) > 50
+    assert drawings.ink("A", version, len(points) - 3)[1] == points[-3:]
+    scene.tell("done", cm=12.0)
+    for _ in range(20):
+        scene.show()
+    until(lambda: drawings.drawing().deviation, "a comparison")
+    deviation = drawings.drawing().deviation
+    assert deviation.greatest == pytest.approx(1.0, abs=1.2), "mm; a pixel is 1.5 mm here"
+    assert deviation.rms < 1.2
+
+
+def test_of_a_drawing_that_was_cleared_nothing_is_left(scene, drawings):
+    drawings.choose("rose")
+    scene.drawn()
+    revision = drawings.state().revision
+    assert drawings.clear() == ""
+    assert drawings.drawing().placed is None
+    assert drawings.state().revision > revision
+    assert not drawings.state().can_start
+
+
+@pytest.fixture
+def worker():
+    answers = []
+    worker = DrawingWorker(ARM, lambda *answer: answers.append(answer))
+    yield worker, answers
+    worker.close()
+
+
+def last(answers):
+    until(lambda: answers and answers[-1][2], "the last answer")
+    return answers[-1][1]
+
+
+def test_the_process_plans_and_one_that_dies_is_replaced(worker):
+    worker, answers = worker
+    worker.ask(Request(1, Source("gallery", "rose"), Placing(14.0, 0.0, 5.0)))
+    assert isinstance(last(answers), PlacedDrawing)
+    assert last(answers).job
+    assert answers[0][1].seconds is None, "where it lies is told before it is planned"
+    first = worker._process
+    first.kill()
+    first.join()
+    answers.clear()
+    worker.ask(Request(1, Source("gallery", "rose"), Placing(15.0, 0.0, 5.0)))
+    assert last(answers) == "this needs too much memory; make the drawing simpler" or last(
+        answers
+    ).centre == (15.0, 0.0)
+    answers.clear()
+    worker.ask(Request(1, Source("gallery", "rose"), Placing(16.0, 0.0, 5.0)))
+    assert last(answers).centre == (16.0, 0.0)
+    assert worker._process.pid != first.pid

@@ -1,0 +1,288 @@
+"""Drawings on the page, in a real browser, before the emulated brick that comes by itself.
+
+The truth is the ink on the emulated table, and where the synthetic camera truly sees the tip.
+"""
+
+import math
+import re
+import time
+
+import numpy as np
+import pytest
+from page_tracker import SYNTHETIC, Surfer, Tracker, a_browser
+from waiting import PATIENCE
+
+from robot.motion import kinematics
+from shared.arm_description import find_arm, read_arm
+
+pytestmark = pytest.mark.long
+
+ARM = read_arm(find_arm("planar"))
+WINDOW = {"width": 1440, "height": 940}
+STAR = """<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="60mm"
+viewBox="-10 -10 20 20"><path fill="none" stroke="black" d="M0,-9 L5.29,7.28 L-8.56,-2.78 H8.56
+L-5.29,7.28 Z"/></svg>"""
+DROP = """([name, text]) => {
+  const data = new DataTransfer();
+  data.items.add(new File([text], name));
+  for (const kind of ["dragenter", "dragover", "drop"]) {
+    document.querySelector(".picture").dispatchEvent(
+      new DragEvent(kind, { dataTransfer: data, bubbles: true, cancelable: true }));
+  }
+}"""
+
+
+class Drawer(Surfer):
+    """Somebody before a browser who draws."""
+
+    def tab(self, name):
+        self.page.get_by_role("tab", name=name).click()
+
+    def drop(self, name, text):
+        self.page.evaluate(DROP, [name, text])
+
+    def word(self, text):
+        self.wait(self.page.locator(".job-word", has_text=text))
+
+    def facts(self, text):
+        self.wait(self.page.locator(".facts-line", has_text=re.compile(text)))
+
+    def press(self, name):
+        button = self.page.get_by_role("button", name=name, exact=True)
+        button.and_(self.page.locator(":enabled")).wait_for()
+        self.order(button.click)
+
+    def look_around(self):
+        self.tab("Draw")
+        if self.page.get_by_text("is not known").count():
+            self.press("Look around")
+            self.word("look around: done")
+        self.page.get_by_text("is known by the tip's own moves").wait_for()
+
+    def handle(self, name, number=0):
+        box = self.page.locator(f"[data-handle={name}]").nth(number).bounding_box()
+        return np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
+
+    def pull(self, start, end):
+        """Drag from one place of the page to another; wait until it lies there."""
+        before = self.placing()
+        self.page.mouse.move(*start)
+        self.page.mouse.down()
+        self.page.mouse.move(*(start + end) / 2, steps=6)
+        self.page.mouse.move(*end, steps=6)
+        self.page.wait_for_timeout(150)
+        self.page.mouse.up()
+        self.until(lambda: self.placing() != before, "the new place")
+
+    def placing(self):
+        """(x, y, size, turned) as the fields have them."""
+        fields = self.page.locator(".place input")
+        return [float(fields.nth(k).input_value()) for k in range(4)]
+
+    def ink(self):
+        """All that was truly drawn so far: points (n, 2), cm."""
+        self.follower.poll()
+        pose = self.follower.at(self.clock.now())
+        return np.array(pose.ink, float).reshape(-1, 4)
+
+    def pixel(self, p):
+        """Where the tip's marker is truly seen when the tip is at p, cm."""
+        return self.scene.truth(kinematics.inverse(ARM, tuple(p)))["effector"]
+
+
+def off(points, lines):
+    """How far each point (n, 2) is from the nearest of lines (n, 2)."""
+    best = np.full(len(points), np.inf)
+    for line in lines:
+        for start, end in zip(line, line[1:], strict=False):
+            way = end - start
+            share = np.clip((points - start) @ way / max(way @ way, 1e-12), 0, 1)
+            best = np.minimum(best, np.hypot(*(points - start - share[:, None] * way).T))
+    return best
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with a_browser() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def tracker(tmp_path_factory):
+    with Tracker(tmp_path_factory.mktemp("draw"), *SYNTHETIC, "--no-page-hold") as tracker:
+        yield tracker
+
+
+@pytest.fixture(scope="module")
+def open_page(browser, tracker):
+    drawer = Drawer(browser, tracker)
+    drawer.page.set_viewport_size(WINDOW)
+    drawer.page.get_by_role("checkbox", name="Run").click()  # plots take time
+    drawer.verdict("Ready")
+    yield drawer
+    drawer.close()
+
+
+@pytest.fixture
+def surfer(open_page):
+    open_page.steer()
+    yield open_page
+    open_page.page.keyboard.press("Escape")
+    assert open_page.errors == []
+
+
+def test_while_nothing_is_known_of_the_table_a_dragged_path_is_followed(surfer):
+    surfer.tab("Drive")
+    way = [surfer.scene.truth(q)["effector"] for q in ((0.3, 0.6), (0.45, 0.75), (0.65, 0.8))]
+    surfer.drag(*way)
+    surfer.reads("more")
+    surfer.start()
+    nearest = [math.inf] * len(way)
+    surfer.verdict("Along the path")
+    began = time.monotonic()
+    words = ""
+    while "Arrived" not in words:
+        # None is shown while it is cut off, as on a busy computer.
+        words = " ".join(surfer.page.locator(".verdict:visible").all_inner_texts())
+        assert re.search("Along the path|On its way|Starting|Held|Arrived|^$", words), words
+        nearest = [
+            min(near, math.dist(surfer.tip(), where))
+            for near, where in zip(nearest, way, strict=True)
+        ]
+        surfer.page.wait_for_timeout(20)
+        assert time.monotonic() - began < PATIENCE
+    assert max(nearest) < 15
+    assert math.dist(surfer.tip(), way[-1]) < 8
+
+
+def test_a_dropped_svg_is_moved_and_turned_drawn_paused_and_resumed(surfer):
+    page = surfer.page
+    surfer.drop("star.svg", STAR)
+    surfer.facts(r"^star\.svg: 1 stroke, \d+ cm, \d+ s$")
+    surfer.look_around()
+    page.locator("[data-drawing=good]").first.wait_for(state="attached")
+    before = surfer.placing()
+    corners = [surfer.handle("scale", k) for k in range(4)]
+    middle = np.mean(corners, axis=0)
+    surfer.pull(corners[0], corners[0] + 0.45 * (middle - corners[0]))
+    x, y, size, _ = surfer.placing()
+    assert size == pytest.approx(0.55 * before[2], rel=0.1)
+    assert (x, y) == pytest.approx(before[:2], abs=0.11)
+    surfer.pull(middle, np.array(surfer.at(600, 60)))
+    assert page.locator("[data-drawing=missed]").count()
+    page.get_by_text("cannot be reached (red)").wait_for()
+    assert page.locator(".draws:disabled", has_text="Start").count()
+    surfer.press("Fit")
+    surfer.facts(r"s$")
+    for key, value in enumerate((13.0, -3.0, 7.0, 0.0)):
+        page.locator(".place input").nth(key).fill(str(value))
+    page.locator(".place input").nth(3).press("Enter")
+    surfer.until(lambda: surfer.placing() == [13.0, -3.0, 7.0, 0.0], "the placing")
+    surfer.facts(r", \d+ s$")
+    turner = surfer.handle("turn")
+    middle = np.mean([surfer.handle("scale", k) for k in range(4)], axis=0)
+    ahead = turner - middle
+    surfer.pull(turner, middle + np.array([ahead[1], -ahead[0]]))  # a quarter, as it is seen
+    x, y, size, turned = surfer.placing()
+    assert (x, y, size) == pytest.approx((13.0, -3.0, 7.0), abs=0.11)
+    assert turned == pytest.approx(90, abs=25), "the camera looks askew"
+    surfer.facts(r", \d+ s$")
+    already = len(surfer.ink())
+    surfer.press("Start")
+    surfer.word("Drawing")
+    page.wait_for_function(
+        "() => /stroke 1 of 1/.test(document.querySelector('.job-word').innerText) &&"
+        r" /[3-7]\d %/.test(document.querySelector('.job-word').innerText)"
+    )
+    surfer.press("Pause")
+    surfer.word("Paused, pen up")
+    page.wait_for_timeout(1000)
+    paused = len(surfer.ink())
+    page.wait_for_timeout(2000)
+    assert len(surfer.ink()) == paused > already, "nothing is drawn in the pause"
+    surfer.press("Resume")
+    surfer.word("star.svg: done")
+    page.locator(".compared").wait_for()
+    ink = surfer.ink()[already:, :2]
+    assert len(surfer.ink()) > paused
+    star = np.array([(0, 9), (5.29, -7.28), (-8.56, 2.78), (8.56, 2.78), (-5.29, -7.28), (0, 9)])
+    sheet = star - (star.max(axis=0) + star.min(axis=0)) / 2
+    sheet *= size / np.ptp(star, axis=0).max()
+    angle = math.radians(turned)
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    wish = np.column_stack([sheet[:, 1], -sheet[:, 0]]) @ turn.T + (x, y)
+    assert 10 * off(ink, [wish]).max() < 4.0, "mm; the arm has 2 degrees of play"
+    for corner in wish[:5]:
+        assert np.hypot(*(ink - corner).T).min() < 0.4, "all of it is drawn"
+    said = page.locator(".result").inner_text()
+    greatest, rms = map(float, re.search(r"most ([\d.]+) mm, RMS ([\d.]+) mm", said).groups())
+    assert 0.1 < rms <= greatest < 5.0
+    way = page.locator(".ink").get_attribute("d")
+    assert way.count("L") > 20
+
+
+def test_a_dragged_triangle_is_drawn_in_one_go(surfer):
+    surfer.look_around()
+    surfer.tab("Drive")
+    corners = [surfer.pixel(p) for p in ((17.0, 1.0), (11.0, 7.0), (10.0, -3.0), (17.0, 1.0))]
+    already = len(surfer.ink())
+    surfer.drag(*corners)
+    surfer.facts(r"^dragged path: 1 stroke, \d+ cm, \d+ s$")
+    assert surfer.page.locator("[data-drawing=good]").count()
+    surfer.page.wait_for_timeout(200)
+    began = time.monotonic()
+    surfer.press("Start")
+    surfer.word("dragged path: done")
+    assert time.monotonic() - began < PATIENCE
+    ink = surfer.ink()[already:, :2]
+    seen = np.array([surfer.pixel(p) for p in ink])
+    dragged = np.array(corners)
+    # px per cm where it is drawn, from the true camera.
+    scale = math.dist(surfer.pixel((13.0, 0.0)), surfer.pixel((14.0, 0.0)))
+    apart = 10 * off(seen, [dragged]) / scale
+    print(f"triangle: greatest {apart.max():.1f} mm, RMS {np.sqrt((apart**2).mean()):.1f} mm")
+    assert apart.max() < 5.0, "mm"
+    for corner in dragged[:3]:
+        assert np.hypot(*(seen - corner).T).min() / scale < 0.5, "cm: the corners, too"
+
+
+def test_a_path_that_cannot_be_reached_is_red_before_anything_moves(surfer):
+    surfer.look_around()
+    surfer.tab("Drive")
+    u, v = surfer.pixel((18.0, 0.0))
+    surfer.drag((u, v), (u + 60, v), (u + 60, v + 20))
+    surfer.page.get_by_text("cannot be reached (red)").wait_for()
+    assert surfer.page.locator("[data-drawing=missed]").count()
+    assert surfer.page.locator(".draws:disabled", has_text="Start").count()
+    surfer.press("Remove")
+    surfer.page.wait_for_function("() => !document.querySelector('[data-drawing]')")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("broken.svg", "<svg", "broken.svg"),
+        ("empty.svg", "", "is empty"),
+        ("page.svg", "<html><script>alert(1)</script></html>", "page.svg"),
+        ("named.png", "no picture", "named.png"),
+    ],
+)
+def test_a_file_that_is_no_drawing_says_why(surfer, name, text, words):
+    surfer.drop(name, text)
+    surfer.wait(surfer.page.locator(".trouble", has_text=words))
+    assert surfer.page.get_by_role("tab", name="Draw").get_attribute("aria-selected") == "true"
+
+
+def test_a_text_is_written_and_stopped(surfer):
+    page = surfer.page
+    surfer.tab("Draw")
+    page.get_by_label("or type a text").fill("LEGO")
+    surfer.press("Write")
+    surfer.facts(r"^LEGO: \d+ strokes, \d+ cm, \d+ s$")
+    surfer.press("Start")
+    surfer.word("Drawing")
+    page.keyboard.press("Escape")
+    surfer.word("LEGO: aborted")
+    page.get_by_text("Stopped from the page").wait_for()
+    surfer.tab("Drive")
+    assert page.locator(".go:enabled", has_text="Start").count() or surfer.can_start() is None
