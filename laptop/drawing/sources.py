@@ -60,7 +60,7 @@ def read_source(
         data, name = source, name or "drawing"
     else:
         data, path = _read(Path(source))
-        name = name or path.name or str(path)
+        name = name or (path.stem if path.parent == GALLERY else path.name) or str(path)
     name = _one_line(name)
     if not data.strip():
         raise BadArtwork(f"{name}: is empty; give an SVG, a PNG, a JPEG or a text")

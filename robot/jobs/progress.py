@@ -12,8 +12,8 @@ from shared.state import JOBS_FOLDER, state_folder
 SUFFIX = ".job"
 """Of the files in the folder of jobs."""
 
-JobProgress = record("JobProgress", "stroke repeat zeros pen")
-JobProgress.__doc__ = """How far a job has come.
+SavedProgress = record("SavedProgress", "stroke repeat zeros pen")
+SavedProgress.__doc__ = """How far a job has come.
 
 stroke  the next one to draw, from 1 on; one more than there are: all of this time's are drawn
 repeat  which time it is drawn, from 1 on
@@ -77,7 +77,7 @@ def forget_progress(crc):
 
 
 def load_progress(crc, strokes):
-    """The JobProgress on file of a job of so many strokes.
+    """The SavedProgress on file of a job of so many strokes.
 
     Raises:
         NoJob: there is none, or it is spoilt.
@@ -85,7 +85,7 @@ def load_progress(crc, strokes):
     path = progress_file(crc)
     try:
         value = read_json(path)
-        progress = JobProgress(
+        progress = SavedProgress(
             int(number(value["stroke"])),
             int(number(value["repeat"])),
             {str(port): number(zero) for port, zero in value["zeros"].items()},

@@ -10,7 +10,7 @@ import os
 
 from robot.drawing import announce
 from robot.jobs.orders import LOOK_PERIOD
-from robot.jobs.progress import JobProgress, forget_progress, save_progress
+from robot.jobs.progress import SavedProgress, forget_progress, save_progress
 from robot.jobs.report import Place
 from robot.motion import kinematics
 from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_behind
@@ -267,7 +267,7 @@ class JobRunner(object):
     def _save(self, k, repeat):
         zeros = self._arm.motors.zeros()
         try:
-            save_progress(self._job.crc, JobProgress(k, repeat, zeros, self._orders.pen))
+            save_progress(self._job.crc, SavedProgress(k, repeat, zeros, self._orders.pen))
         except OSError as error:
             self._orders.notes.append(
                 "how far it is cannot be put on file ({}): make room, or --resume will know of less"

@@ -27,7 +27,7 @@ def keep(tmp_path, name="two", strokes=TWO):
 
 
 def status(tmp_path):
-    return json.loads((tmp_path / "job-status").read_text())
+    return json.loads((tmp_path / "jobs" / "status").read_text())
 
 
 def test_a_job_is_drawn_by_its_name(shell, tmp_path):
@@ -42,7 +42,7 @@ def test_a_job_is_drawn_by_its_name(shell, tmp_path):
     assert told["crc"] == Job(path).crc
     assert told["volts"] == pytest.approx(8.0, abs=0.5)
     assert shell.on_file()["parked"], "its place is on record for the next program"
-    assert os.listdir(str(tmp_path / "jobs")) == ["two.job"]
+    assert not [name for name in os.listdir(str(tmp_path / "jobs")) if name.endswith(".progress")]
 
 
 def test_the_buttons_pause_and_resume_it(shell, tmp_path):
@@ -136,7 +136,7 @@ def test_orders_come_through_the_file(shell, tmp_path):
     keep(tmp_path)
 
     def say(line):
-        with open(str(tmp_path / "job-orders"), "a") as file:
+        with open(str(tmp_path / "jobs" / "orders"), "a") as file:
             file.write(line + "\n")
 
     for t, line in ((6.0, "pause"), (6.2, "speed 5"), (8.0, "pen -3"), (10.0, "abort")):
@@ -150,13 +150,14 @@ def test_orders_come_through_the_file(shell, tmp_path):
 
 
 def test_an_order_is_appended_while_a_job_runs(shell, tmp_path):
-    (tmp_path / "job-status").write_text(
+    (tmp_path / "jobs").mkdir()
+    (tmp_path / "jobs" / "status").write_text(
         json.dumps({"state": "paused", "pid": os.getpid(), "job": "rose", "crc": 7})
     )
     shown = shell.run("order", "pen", "-5")
     assert (shown.status, shown.out) == (0, "pen -5: told rose\n")
     shell.run("order", "resume")
-    assert (tmp_path / "job-orders").read_text() == "pen -5\nresume\n"
+    assert (tmp_path / "jobs" / "orders").read_text() == "pen -5\nresume\n"
 
 
 def test_jobs_are_listed_for_people_and_programs_and_removed(shell, tmp_path):

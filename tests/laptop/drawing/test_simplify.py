@@ -7,7 +7,7 @@ import pytest
 
 from laptop.drawing import simplify
 from laptop.drawing.artwork import turns
-from laptop.reporting.line_accuracy import _distances
+from laptop.reporting.line_accuracy import distances
 from robot.motion import kinematics, trajectory
 from robot.motion.paths import CORNER
 from shared.arm_description import find_arm, read_arm
@@ -34,7 +34,7 @@ def drawn(pieces):
 def greatest_mm(points, pieces):
     points = np.vstack([points[:: max(1, len(points) // 400)], points[-1:]])
     ink = drawn(pieces)
-    return 10 * max(_distances(ink, points).max(), _distances(points, ink).max())
+    return 10 * max(distances(ink, points).max(), distances(points, ink).max())
 
 
 def test_a_square_has_four_straight_pieces():
