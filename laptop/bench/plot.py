@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import math
 import shutil
 import subprocess
@@ -124,7 +126,8 @@ def draw(case: PlotCase) -> PlotResult:
     with tempfile.TemporaryDirectory() as folder:
         file = str(Path(folder) / "drawing.job")
         plan.write_job(file)
-        done = session.run(arm, find_script("driver.py"), ("job", file), timeout=TIMEOUT)
+        with contextlib.redirect_stdout(io.StringIO()):
+            done = session.run(arm, find_script("driver.py"), ("job", file), timeout=TIMEOUT)
     chains = planning.chains(plan.strokes, arm, plan.options.height)
     accuracy = drawing_plot.compare(done.record, chains)
     if case.pictures:

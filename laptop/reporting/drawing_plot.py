@@ -106,7 +106,7 @@ def compare(rows: Sequence[Any], chains: Sequence[Sequence[np.ndarray]]) -> Draw
         _pen_up(rows),
         len(chains),
         len(inks),
-        max((_standing(run) for run in runs), default=0.0),
+        max((standing(run) for run in runs), default=0.0),
         np.concatenate(inks)[:, :2] if inks else np.zeros((0, 2)),
         every,
     )
@@ -128,7 +128,7 @@ def _pen_up(rows: Sequence[Any]) -> float:
     return float(steps[~pen[first:last]].sum())
 
 
-def _standing(run: Sequence[Any]) -> float:
+def standing(run: Sequence[Any]) -> float:
     """Return the longest time for which the tip stands in one ink, s."""
     t = np.array([row.t for row in run])
     tip = np.array([place(row) for row in run], float)

@@ -215,6 +215,8 @@ def run(
     wheels=None,
     built=None,
     keyboard=None,
+    home=None,
+    meanwhile=(),
 ):
     """Run `script` on an emulated brick that carries `arm`.
 
@@ -235,6 +237,9 @@ def run(
             is told: the truth of motors, ports, stops and links.
         keyboard: `keyboard(brick)` gives the text file that the script has for standard input; the
             laptop's if None.
+        home: folder of the brick's state, which stays, and may be that of an earlier run; one for
+            this run alone if None.
+        meanwhile: pairs of a time (s) and a function without arguments, called then.
 
     Returns:
         SimulationResult.
@@ -269,10 +274,12 @@ def run(
             scene=scene_of(brick),
         )
         ordered = _schedule_faults(brick, devices, faults)
+        for t, act in meanwhile:
+            world.at(t, act)
         stack.enter_context(_published(brick, script))
         tracker = stack.enter_context(watched(brick)) if watched else None
         _schedule_pictures(world, tracker, faults)
-        folder = stack.enter_context(_home_folder(brick, arm, q, homed, tracker))
+        folder = stack.enter_context(_home_folder(brick, arm, q, homed, tracker, home))
         if start != UNCHECKED and arm is not None:
             Checked(arm, folder).save({})
         if keyboard:
@@ -424,9 +431,9 @@ def _published(brick, script):
 
 
 @contextlib.contextmanager
-def _home_folder(brick, arm, q, homed, tracker):
+def _home_folder(brick, arm, q, homed, tracker, home):
     """The brick's home for one run: its state, its arm, and room for the wanted paths."""
-    folder = temporary_folders.make("home")
+    folder = home or temporary_folders.make("home")
     environment = {STATE: folder, PLAN: os.path.join(folder, "plan")}
     if arm is not None:
         environment[ARM] = os.path.abspath(arm.file)
@@ -451,13 +458,14 @@ def _home_folder(brick, arm, q, homed, tracker):
                 os.environ.pop(key, None)
             else:
                 os.environ[key] = value
-        temporary_folders.remove(folder)
+        if home is None:
+            temporary_folders.remove(folder)
 
 
 def _copy_own_arms(folder):
     """Let the brick with its state in `folder` know the arms of one's own; it keeps no others."""
     here, there = (os.path.join(place, OWN_ARMS_FOLDER) for place in (state_folder(), folder))
-    os.mkdir(there, 0o700)
+    os.makedirs(there, 0o700, exist_ok=True)
     if not os.path.isdir(here):
         return
     for name in os.listdir(here):
