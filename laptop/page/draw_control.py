@@ -33,7 +33,7 @@ from laptop.tracking.pipeline import Point
 from laptop.tracking.server_state import ServerState as LinkState
 from robot.motion import kinematics
 from shared.arm_description import Arm, ArmError
-from shared.job_messages import DONE, ENDS, FETCHING, ORDERS, Draw, JobProgress, Order, check_order
+from shared.job_messages import DONE, ENDS, FETCHING, ORDERS, Draw, JobStatus, Order, check_order
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE, Stop
 
 MAX_FILE = 8_000_000
@@ -96,7 +96,7 @@ class DrawControl:
         self._offered: Draw | None = None  # the job that was started here
         self._offered_at = -1e9  # s
         self._wish: PlacedDrawing | None = None  # of that job
-        self._progress: JobProgress | None = None
+        self._progress: JobStatus | None = None
         self._ended_at: float | None = None
         self._stop: Stop | None = None  # to be repeated until the job has ended
 
@@ -409,7 +409,7 @@ class DrawControl:
             self._compare(progress)
             self._wish = None
 
-    def _compare(self, progress: JobProgress) -> None:
+    def _compare(self, progress: JobStatus) -> None:
         """Have it worked out how far what was drawn is from the wish, where cm are known."""
         for name, ink in self._inks.items():
             view = self.view(name)

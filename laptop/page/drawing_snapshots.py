@@ -110,7 +110,7 @@ class JobState(NamedTuple):
     name     for people
     state    one of shared.job_messages.STATES
     share    of its length that is drawn, or of its file that is fetched: 0 to 1
-    stroke, strokes, cm, cm_all, seconds, reason  as in shared.job_messages.JobProgress
+    stroke, strokes, cm, cm_all, seconds, reason  as in shared.job_messages.JobStatus
     is_on    it has not ended
     """
 
