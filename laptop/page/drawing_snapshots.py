@@ -135,6 +135,7 @@ class DrawingState(NamedTuple):
     trouble    why the last thing that was asked was not done, or ""
     unmapped   per camera why its pixels are not known in cm; {} of those that are known
     misfit     greatest of the known cameras, mm, or None
+    source     what it is known by, in words, or ""
     job        of the brick, or None
     can_start  it can be drawn now
     """
@@ -145,6 +146,7 @@ class DrawingState(NamedTuple):
     trouble: str = ""
     unmapped: Mapping[str, str] = {}
     misfit: float | None = None
+    source: str = ""
     job: JobState | None = None
     can_start: bool = False
 
