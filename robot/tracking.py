@@ -158,7 +158,7 @@ class TrackingClient(object):
         return of_job
 
     def send(self, message):
-        """Send a Want or JobProgress; whether there is a link."""
+        """Send a Want or JobStatus; whether there is a link."""
         if self.linked:
             self._link.send(message)
         return self.linked

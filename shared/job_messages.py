@@ -70,8 +70,8 @@ what   one of ORDERS
 value  for SPEED and PEN: RELATIVE_SPEED, PEN_STEP; else None
 """
 
-JobProgress = record("JobProgress", "t crc name state stroke strokes cm cm_all seconds down reason")
-JobProgress.__doc__ = """How far the brick is with a job; sent only while there is one.
+JobStatus = record("JobStatus", "t crc name state stroke strokes cm cm_all seconds down reason")
+JobStatus.__doc__ = """How far the brick is with a job; sent only while there is one.
 
 t          s on the sender's clock
 crc, name  of the job
@@ -140,7 +140,7 @@ KINDS = {
         ),
     ),
     "progress": (
-        JobProgress,
+        JobStatus,
         (
             ("t", fields.TIME),
             ("crc", CRC),

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from laptop.page.board_mapping import BoardMapping
 from laptop.page.camera_feed import CameraFeed
 from laptop.page.drag_path import smooth_path
 from laptop.page.drawing_snapshots import (
@@ -33,7 +34,7 @@ from laptop.tracking.pipeline import Point
 from laptop.tracking.server_state import ServerState as LinkState
 from robot.motion import kinematics
 from shared.arm_description import Arm, ArmError
-from shared.job_messages import DONE, ENDS, FETCHING, ORDERS, Draw, JobProgress, Order, check_order
+from shared.job_messages import DONE, ENDS, FETCHING, ORDERS, Draw, JobStatus, Order, check_order
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE, Stop
 
 MAX_FILE = 8_000_000
@@ -80,6 +81,9 @@ class DrawControl:
         self._worker = DrawingWorker(arm, self._hear) if arm else None
         reach = kinematics.reach(arm)[1] if arm else 1.0
         self._mappings = {name: TableMapping(reach) for name in cameras}
+        self._boards = {
+            name: BoardMapping(feed.watcher.place, EFFECTOR) for name, feed in cameras.items()
+        }
         self._tracks = {name: TipTrack() for name in cameras}
         self._inks = {name: InkTrack() for name in cameras}
         self._last_status: object = None
@@ -96,7 +100,7 @@ class DrawControl:
         self._offered: Draw | None = None  # the job that was started here
         self._offered_at = -1e9  # s
         self._wish: PlacedDrawing | None = None  # of that job
-        self._progress: JobProgress | None = None
+        self._progress: JobStatus | None = None
         self._ended_at: float | None = None
         self._stop: Stop | None = None  # to be repeated until the job has ended
 
@@ -279,22 +283,27 @@ class DrawControl:
     # What is seen
 
     def view(self, camera: str) -> TableView | None:
-        """Return where the table is in a camera's picture, if that is known."""
-        mapping = self._mappings.get(camera)
-        return mapping.view if mapping else None
+        """Return where the paper is in a camera's picture, if that is known.
+
+        Without a board it is where the tip's marker is seen when the tip is on the paper.
+        """
+        if camera not in self._mappings:
+            return None
+        return self._boards[camera].view or self._mappings[camera].view
 
     def state(self) -> DrawingState:
         """Return how it stands."""
         with self._lock:
             placed, on = self._placed, self.is_on
-            misfits = [m.view.misfit for m in self._mappings.values() if m.view and m.view.misfit]
+            views = [self.view(name) for name in self._mappings]
             return DrawingState(
                 revision=self._revision,
                 is_there=placed is not None,
                 busy=self._busy,
                 trouble=self._trouble,
-                unmapped={name: m.why for name, m in self._mappings.items() if m.view is None},
-                misfit=max(misfits, default=None),
+                unmapped={n: m.why for n, m in self._mappings.items() if self.view(n) is None},
+                misfit=max((view.misfit for view in views if view), default=None),
+                source=next((view.source for view in views if view), ""),
                 job=self._job_state(),
                 can_start=bool(placed and placed.job and not placed.why_not and not on),
             )
@@ -302,7 +311,8 @@ class DrawControl:
     def drawing(self) -> DrawingSnapshot:
         """Return all that browsers draw of it."""
         with self._lock:
-            views = {name: m.view for name, m in self._mappings.items() if m.view}
+            found = {name: self.view(name) for name in self._mappings}
+            views = {name: view for name, view in found.items() if view}
             placed = self._placed and self._placed._replace(job=b"")
             return DrawingSnapshot(placed, views, self._deviation)
 
@@ -357,7 +367,10 @@ class DrawControl:
             self._take_tips()
             self._learn(link)
             self._follow(link)
-            views = [(m.view is None, m.moved) for m in self._mappings.values()]
+            views = [
+                (m.view is None, m.moved, self._boards[name].view is None)
+                for name, m in self._mappings.items()
+            ]
             if views != self._seen:
                 self._seen = views
                 self._revision += 1
@@ -384,8 +397,11 @@ class DrawControl:
             track = self._tracks[name]
             while pairs and pairs[0][0] <= track.last:
                 t, p = pairs.popleft()
-                if (found := track.at(t)) is not None:
+                view = self._cameras[name].watcher.view
+                if view and (found := track.at(t)) is not None:
                     self._mappings[name].add(p, *found)
+                    height, width = view.frame.image.shape[:2]
+                    self._boards[name].add(p, *found, (width, height))
 
     def _follow(self, link: LinkState) -> None:
         """Take in how the brick gets on with a job."""
@@ -409,10 +425,11 @@ class DrawControl:
             self._compare(progress)
             self._wish = None
 
-    def _compare(self, progress: JobProgress) -> None:
+    def _compare(self, progress: JobStatus) -> None:
         """Have it worked out how far what was drawn is from the wish, where cm are known."""
         for name, ink in self._inks.items():
-            view = self.view(name)
+            # (Of the plane in which the marker rides.)
+            view = self._mappings[name].view
             if view and len(ink.points) > 1 and self._wish and self._worker:
                 wish = self._wish.good
                 if progress.state == DONE and wish:

@@ -110,7 +110,7 @@ class JobState(NamedTuple):
     name     for people
     state    one of shared.job_messages.STATES
     share    of its length that is drawn, or of its file that is fetched: 0 to 1
-    stroke, strokes, cm, cm_all, seconds, reason  as in shared.job_messages.JobProgress
+    stroke, strokes, cm, cm_all, seconds, reason  as in shared.job_messages.JobStatus
     is_on    it has not ended
     """
 
@@ -135,6 +135,7 @@ class DrawingState(NamedTuple):
     trouble    why the last thing that was asked was not done, or ""
     unmapped   per camera why its pixels are not known in cm; {} of those that are known
     misfit     greatest of the known cameras, mm, or None
+    source     what it is known by, in words, or ""
     job        of the brick, or None
     can_start  it can be drawn now
     """
@@ -145,6 +146,7 @@ class DrawingState(NamedTuple):
     trouble: str = ""
     unmapped: Mapping[str, str] = {}
     misfit: float | None = None
+    source: str = ""
     job: JobState | None = None
     can_start: bool = False
 

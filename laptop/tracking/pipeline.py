@@ -177,6 +177,10 @@ class CameraPipeline:
         if self._keep is not None and self._kept is None and frame.index >= self._keep:
             self._kept = self.view
 
+    def place(self, marker: str, pixel: Point) -> Point | None:
+        """Return where on the table a marker at a pixel is, cm; None: that is not known."""
+        return self._placer.place(marker, pixel) if self._placer else None
+
     def wait(self, timeout: float) -> None:
         """Wait until the next frame has been processed, or for so long (s)."""
         with self._view_changed:

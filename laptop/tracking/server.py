@@ -20,7 +20,7 @@ from laptop.tracking.job_offer import JobOffer
 from laptop.tracking.listening import listen, own_addresses
 from laptop.tracking.server_state import ServerState
 from shared import pairing
-from shared.job_messages import Draw, JobProgress, Order, Want
+from shared.job_messages import Draw, JobStatus, Order, Want
 from shared.link import Link
 from shared.messages import (
     BRICK,
@@ -110,7 +110,7 @@ class TrackingServer:
         self._served: _Caller | None = None
         self._guesses = GuessLimiter()
         self._status: tuple[Status, float, float] | None = None  # with when and how late it came
-        self._progress: tuple[JobProgress, float] | None = None  # with when it was sent, s
+        self._progress: tuple[JobStatus, float] | None = None  # with when it was sent, s
         self._offer: JobOffer | None = None
         self._refusal = self._lost = ""
         self._ending = False
@@ -306,7 +306,7 @@ class TrackingServer:
         now = self._now()
         if isinstance(message, Status):
             self._status = message, now, _lag(link, message.t, now)
-        elif isinstance(message, JobProgress):
+        elif isinstance(message, JobStatus):
             self._progress = message, now - _lag(link, message.t, now)
         elif isinstance(message, Want) and self._offer and (part := self._offer.part(message)):
             link.send(part)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from shared.job_messages import JobProgress
+from shared.job_messages import JobStatus
 from shared.messages import Status
 
 
@@ -22,7 +22,7 @@ class ServerState:
         refusal: the last one, with its sender; "" if there was none since a brick was let in.
         lost: why the last brick left; "" if none did.
         counters: of the present link, see shared.link.Link; {} without one.
-        progress: the brick's last JobProgress on this link with a job, or None.
+        progress: the brick's last JobStatus on this link with a job, or None.
         progress_age: s since that was true.
         status_lag: s that the status had been on its way when it came in, as far as known.
     """
@@ -35,6 +35,6 @@ class ServerState:
     refusal: str = ""
     lost: str = ""
     counters: dict[str, int] = field(default_factory=dict)
-    progress: JobProgress | None = None
+    progress: JobStatus | None = None
     progress_age: float | None = None
     status_lag: float = 0.0

@@ -27,7 +27,7 @@ from shared.job_messages import (
     Draw,
     InvalidOrder,
     JobPart,
-    JobProgress,
+    JobStatus,
     Order,
     check_order,
 )
@@ -65,7 +65,7 @@ class LinkedJob(object):
         say: called with lines for people.
 
     Attributes:
-        progress: JobProgress that was told last.
+        progress: JobStatus that was told last.
     """
 
     def __init__(self, arm, client, clock, draw, told, say):
@@ -77,7 +77,7 @@ class LinkedJob(object):
         self._why = ""  # it is paused, or has ended
         self._next = 0.0  # when the laptop is to be told again, s
         self.down = False
-        self.progress = JobProgress(
+        self.progress = JobStatus(
             clock.now(), draw.crc, draw.name, FETCHING, 0, 0, 0.0, 0.0, None, False, ""
         )
 
@@ -223,7 +223,7 @@ class LinkedJob(object):
         state = STATES.get(state, FAILED)
         changed = state != self.progress.state or self.down != self.progress.down
         header = self._header
-        self.progress = JobProgress(
+        self.progress = JobStatus(
             now, self._draw.crc, self._draw.name, state, place.stroke, header.strokes,
             max(0.0, min(place.cm, header.cm)), header.cm, self.progress.seconds, self.down,
             one_line(reason or (self._why if state not in (DRAWING, DONE) else "")),

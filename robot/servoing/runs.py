@@ -153,7 +153,7 @@ class Runs(object):
             Refusal: the tracker will never serve us.
         """
         number = 0
-        job, told = None, False  # JobProgress of the last one, of which every new link is told
+        job, told = None, False  # JobStatus of the last one, of which every new link is told
         say("waiting for the laptop to say start")
         while True:
             self._client.poll(POLL_TIMEOUT)
@@ -175,7 +175,7 @@ class Runs(object):
             self._client.report(self._where(), **self._told)
 
     def _draw(self, draw):
-        """Draw the job that is offered, if that is possible; the arm is held. Its JobProgress."""
+        """Draw the job that is offered, if that is possible; the arm is held. Its JobStatus."""
         from robot.jobs.linked import LinkedJob  # not above: a servo run needs none of it
 
         job = LinkedJob(self._arm, self._client, self._clock, draw, self._told, say)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from signed import KEYS, SignedSocket
 
 from shared.framing import MAX_QUEUE
-from shared.job_messages import Draw, JobProgress, Order, Want, part_of
+from shared.job_messages import Draw, JobStatus, Order, Want, part_of
 from shared.link import COUNTERS, MAX_AGE, Link
 from shared.messages import (
     BRICK,
@@ -56,7 +56,7 @@ VALID = [
         Want(0xCAFE0123, 39),
         part_of(bytes(range(60)), 0xCAFE0123, 0),
         Order("speed", 0.5),
-        JobProgress(9.5, 7, "a rose", "drawing", 3, 37, 12.25, 412.5, 99.5, True, ""),
+        JobStatus(9.5, 7, "a rose", "drawing", 3, 37, 12.25, 412.5, 99.5, True, ""),
         Bye("the tracker has ended"),
     )
 ]

@@ -14,7 +14,7 @@ from shared.job_messages import (
     Draw,
     InvalidOrder,
     JobPart,
-    JobProgress,
+    JobStatus,
     Order,
     Want,
     bytes_of,
@@ -69,8 +69,8 @@ MESSAGES = [
     JobPart(0xCAFE0123, 39, "aGVsbG8="),
     Order("pause", None),
     Order("speed", 50.0),
-    JobProgress(9.5, 7, "a rose", "drawing", 3, 37, 12.25, 412.5, 99.5, True, ""),
-    JobProgress(9.5, 7, "", "failed", 0, 0, 0.0, 0.0, None, False, "the elbow is blocked"),
+    JobStatus(9.5, 7, "a rose", "drawing", 3, 37, 12.25, 412.5, 99.5, True, ""),
+    JobStatus(9.5, 7, "", "failed", 0, 0, 0.0, 0.0, None, False, "the elbow is blocked"),
     Bye(""),
 ]
 
@@ -164,7 +164,7 @@ def test_numbers_are_rounded_to_what_is_measurable():
         Refused("x" * 16, "\U0001d11e" * MAX_TEXT, 3599.999),
         part_of(bytes(range(256)) * 6, 2**32 - 1, 0),
         JobPart(2**32 - 1, MAX_PARTS - 1, "+" * 1900),
-        JobProgress(
+        JobStatus(
             1e9 - 0.123457, 2**32 - 1, "\U0001d11e" * 60, "fetching", 16000000, 16000000,
             999999.12, 999999.12, 999999.1, False, "\U0001d11e" * MAX_TEXT,
         ),

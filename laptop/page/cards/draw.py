@@ -214,11 +214,14 @@ class DrawCard:
                 "an arm that cannot lift its pen: take it out first."
             )
         elif drawing.misfit is not None:
-            self._mapping.set_text(
-                f"Where the table is in the picture is known by the tip's own moves, to "
-                f"{drawing.misfit:.1f} mm: at the height of its marker. Ink on the paper below is "
-                "seen a little beside it."
+            text = (
+                f"Where the table is in the picture is known by {drawing.source}, to "
+                f"{drawing.misfit:.1f} mm"
             )
+            if "moves" in drawing.source:
+                text += ": at the height of its marker. Ink on the paper below is seen a little "
+                text += "beside it"
+            self._mapping.set_text(f"{text}.")
         self._look.set_visibility(bool(unmapped))
 
     def _show_placed(self) -> None:

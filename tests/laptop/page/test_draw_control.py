@@ -17,7 +17,7 @@ from laptop.page.drawing_worker import DrawingWorker
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 from shared.job import Job
-from shared.job_messages import Draw, JobProgress, Order, Want, bytes_of
+from shared.job_messages import Draw, JobStatus, Order, Want, bytes_of
 from shared.messages import Status, Stop
 
 ARM = read_arm(find_arm("planar"))
@@ -50,7 +50,7 @@ class DrawScene(PageScene):
 
     def tell(self, state, crc=None, cm=0.0, down=False, reason=""):
         crc = self.server.offered.draw.crc if crc is None else crc
-        self.server.progress = JobProgress(
+        self.server.progress = JobStatus(
             self.t, crc, "it", state, 1, 1, cm, 12.0, 5.0, down, reason
         )
 

@@ -36,7 +36,7 @@ from robot.tracking import MAX_PAUSE
 from robot.tracking_client import Memory, TrackingClient
 from shared import pairing
 from shared.arm_description import ArmError
-from shared.job_messages import JobProgress
+from shared.job_messages import JobStatus
 from shared.link import SILENCE_TIMEOUT
 from shared.messages import (
     BRICK,
@@ -411,7 +411,7 @@ def test_a_job_is_offered_and_the_brick_has_what_it_asks_for(server, brick, cloc
 def test_progress_is_known_with_its_age(server, brick, clock):
     client = linked(brick())
     until(lambda: server.state().round_trip is not None, client)
-    told = JobProgress(clock.now() - 0.5, 7, "rose", "drawing", 1, 9, 2.0, 30.0, 60.0, True, "")
+    told = JobStatus(clock.now() - 0.5, 7, "rose", "drawing", 1, 9, 2.0, 30.0, 60.0, True, "")
     assert client.send(told)
     until(lambda: server.state().progress is not None, client)
     state = server.state()

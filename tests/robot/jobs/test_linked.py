@@ -26,11 +26,11 @@ class Laptop:
     Args:
         w: servo_rig.Watched.
         offer: JobOffer.
-        react: called with the laptop and every new JobProgress.
+        react: called with the laptop and every new JobStatus.
         after: s after the job's end at which the program is ended.
 
     Attributes:
-        told: every JobProgress that came, in order.
+        told: every JobStatus that came, in order.
         statuses: every Status.
         down: true times at which the pen was found on the paper, with the true tip.
     """
