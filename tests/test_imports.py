@@ -95,10 +95,13 @@ RULES = {
         *(*BELOW_SIMULATOR, "robot", "shared", *LIBRARIES),
     ),
     "laptop.bench.workers": ("laptop.bench", "shared", "cv2", "distributed"),
-    "laptop.bench.plot": (
-        *("laptop.bench", "laptop.drawing", "laptop.reporting", "laptop.simulator"),
-        *("robot", "shared", "numpy"),
-    ),
+    **{
+        f"laptop.bench.{name}": (
+            *("laptop.bench", "laptop.drawing", "laptop.reporting", "laptop.simulator"),
+            *("robot", "shared", "numpy"),
+        )
+        for name in ("plot", "interruptions")
+    },
     "laptop.bench.plot_drawings": ("laptop.drawing.artwork", "numpy"),
     "laptop.bench.page": (
         *("laptop.bench", "laptop.demo", "laptop.simulator", *BELOW_SIMULATOR),

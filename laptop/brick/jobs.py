@@ -81,7 +81,7 @@ PATIENCE_WITH_ABORT = 30.0
 
 
 @dataclass(frozen=True)
-class JobStatus:
+class BrickJobStatus:
     """How a job goes, as the brick tells it; see robot.jobs.report.
 
     Attributes:
@@ -119,12 +119,12 @@ class JobStatus:
         return min(1.0, self.cm / self.cm_all) if self.cm_all > 0 else 0.0
 
 
-def read_status(value: object) -> JobStatus | None:
+def read_status(value: object) -> BrickJobStatus | None:
     """Read what the brick has told, which may be anything; None: it is no status."""
     if not isinstance(value, dict) or not isinstance(value.get("state"), str):
         return None
     told: dict[str, Any] = {}
-    for field in fields(JobStatus):
+    for field in fields(BrickJobStatus):
         one = value.get(field.name)
         if field.name in ("state", "job", "reason"):
             told[field.name] = printable(str(one or ""))[:200]
@@ -133,7 +133,7 @@ def read_status(value: object) -> JobStatus | None:
                 told[field.name] = tuple(one)
         elif _is_number(one):
             told[field.name] = one
-    return JobStatus(**told)
+    return BrickJobStatus(**told)
 
 
 def _is_number(value: object) -> bool:
@@ -148,7 +148,7 @@ class StatusReader:
         self._decode = codecs.getincrementaldecoder("utf-8")("replace").decode
         self.said: str | None = None
 
-    def feed(self, data: bytes) -> Iterator[JobStatus]:
+    def feed(self, data: bytes) -> Iterator[BrickJobStatus]:
         """Yield the statuses that are complete; once they are over, the rest is `said`."""
         if self.said is not None:
             self.said += self._decode(data)
@@ -183,7 +183,7 @@ class JobKeys:
 
     def __init__(self, order: Callable[[str], None], leave: Callable[[], None]) -> None:
         self._order, self._leave = order, leave
-        self.status = JobStatus("drawing")
+        self.status = BrickJobStatus("drawing")
         self._wants_pause = False
 
     def take(self, typed: bytes) -> None:
@@ -211,7 +211,7 @@ class JobKeys:
             elif letter == b"q":
                 self._leave()
 
-    def see(self, status: JobStatus) -> None:
+    def see(self, status: BrickJobStatus) -> None:
         """Take in how the job goes."""
         self._wants_pause = status.state == "paused" or (
             self._wants_pause and self.status.state != "paused"
@@ -225,7 +225,7 @@ async def draw(
     dialogue: Dialogue,
     job: Path,
     words: tuple[str, ...],
-    show: Callable[[JobStatus], None],
+    show: Callable[[BrickJobStatus], None],
     detach: bool = False,
 ) -> int:
     """Send a job, let the brick draw it, and watch it; return its exit status.
@@ -266,7 +266,7 @@ async def watch(
     brick: asyncssh.SSHClientConnection,
     address: BrickAddress,
     dialogue: Dialogue,
-    show: Callable[[JobStatus], None],
+    show: Callable[[BrickJobStatus], None],
 ) -> int:
     """Watch the job that is drawn already; return its exit status.
 
@@ -321,10 +321,10 @@ async def _watch(
     address: BrickAddress,
     dialogue: Dialogue,
     pid: int,
-    show: Callable[[JobStatus], None],
+    show: Callable[[BrickJobStatus], None],
 ) -> int:
     """Show how it goes, and pass orders on, until it is over or left."""
-    last: JobStatus | None = None
+    last: BrickJobStatus | None = None
     left = asyncio.Event()
 
     def order(line: str) -> None:

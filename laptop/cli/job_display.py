@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
-from laptop.brick.jobs import JobKeys, JobStatus
+from laptop.brick.jobs import BrickJobStatus, JobKeys
 
 LINE_PERIOD = 10.0
 """Between two lines where there is no terminal, s."""
@@ -22,7 +22,7 @@ def in_minutes(seconds: float) -> str:
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
 
 
-def line_of(status: JobStatus) -> str:
+def line_of(status: BrickJobStatus) -> str:
     """Return how a job goes in one line."""
     parts = [f"{status.job}: {status.state}", f"{100 * status.share:.0f} %"]
     parts.append(f"stroke {status.stroke} of {status.strokes}")
@@ -65,7 +65,7 @@ class JobDisplay:
         with self._bar:
             yield
 
-    def show(self, status: JobStatus) -> None:
+    def show(self, status: BrickJobStatus) -> None:
         """Show a status."""
         if self._bar is not None:
             self._bar.update(self._task, completed=status.share, description=line_of(status))

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from laptop.brick.jobs import JobKeys, JobStatus, StatusReader, read_status
+from laptop.brick.jobs import BrickJobStatus, JobKeys, StatusReader, read_status
 
 TOLD = {
     "state": "drawing", "job": "rose", "crc": 1, "pid": 8, "reason": "", "stroke": 3,
@@ -15,7 +15,7 @@ TOLD = {
 
 def test_a_status_is_read_as_the_brick_tells_it():
     status = read_status(TOLD)
-    assert status == JobStatus(
+    assert status == BrickJobStatus(
         "drawing", "rose", "", 3, 9, 12.5, 50.0, 33, 1, 2, (10.1, 4.2), 7.6, 100, 0.0
     )
     assert status.share == 0.25
@@ -31,7 +31,7 @@ def test_nothing_strange_in_a_status_gets_through():
         "state": "draw\x1b[2J", "job": None, "cm": "12", "cm_all": float("nan"), "tip": [1, "2"],
         "volts": True, "left_s": [],
     }  # fmt: skip
-    assert read_status(strange) == JobStatus("draw [2J", "")
+    assert read_status(strange) == BrickJobStatus("draw [2J", "")
 
 
 @pytest.mark.parametrize("size", [1, 7, 100000])
@@ -64,24 +64,24 @@ def keys():
 def test_ctrl_c_pauses_and_a_second_one_aborts(keys):
     keys.take(b"\x03")
     assert keys.orders == ["pause"]
-    keys.see(JobStatus("drawing"))  # it has not come to a stop yet
+    keys.see(BrickJobStatus("drawing"))  # it has not come to a stop yet
     keys.take(b"\x03")
     assert keys.orders == ["pause", "abort"]
 
 
 def test_after_a_pause_that_is_over_ctrl_c_pauses_again(keys):
     keys.take(b"\x03")
-    keys.see(JobStatus("paused"))
+    keys.see(BrickJobStatus("paused"))
     keys.take(b" ")
-    keys.see(JobStatus("paused"))  # told before it took the order
-    keys.see(JobStatus("drawing"))
+    keys.see(BrickJobStatus("paused"))  # told before it took the order
+    keys.see(BrickJobStatus("drawing"))
     keys.take(b"\x03")
     assert keys.orders == ["pause", "resume", "pause"]
 
 
 def test_space_pauses_and_goes_on(keys):
     keys.take(b" ")
-    keys.see(JobStatus("paused"))
+    keys.see(BrickJobStatus("paused"))
     keys.take(b"\r")
     assert keys.orders == ["pause", "resume"]
 
@@ -99,14 +99,14 @@ def test_space_pauses_and_goes_on(keys):
     ],
 )
 def test_keys_are_orders(keys, typed, orders):
-    keys.see(JobStatus("drawing", speed=50, pen=1))
+    keys.see(BrickJobStatus("drawing", speed=50, pen=1))
     keys.take(typed)
     assert keys.orders == orders
 
 
 def test_speed_stays_within_what_the_brick_takes(keys):
-    keys.see(JobStatus("drawing", speed=10))
+    keys.see(BrickJobStatus("drawing", speed=10))
     keys.take(b"-")
-    keys.see(JobStatus("drawing", speed=100))
+    keys.see(BrickJobStatus("drawing", speed=100))
     keys.take(b"+")
     assert keys.orders == ["speed 10", "speed 100"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from laptop.brick.jobs import JobStatus
+from laptop.brick.jobs import BrickJobStatus
 from laptop.cli.job_display import JobDisplay, in_minutes, line_of
 from laptop.cli.main import laptop
 from laptop.drawing.cards import reach_card
@@ -144,7 +144,7 @@ def test_bad_input_is_told_in_a_line(draw, words, told):
 
 
 def test_a_job_on_its_way_is_told_in_a_line():
-    status = JobStatus(
+    status = BrickJobStatus(
         "drawing", "rose", "", 3, 9, 12.5, 50.0, 75, 2, 3, (10.06, 4.2), 7.62, 60, -5.0
     )
     assert line_of(status) == (
@@ -168,7 +168,7 @@ def test_every_state_is_shown(terminal):
     display = JobDisplay(Console(file=out, force_terminal=terminal, width=200))
     with display.shown():
         for state in ("drawing", "paused", "drawing", "done"):
-            display.show(JobStatus(state, "rose", cm=5, cm_all=10))
+            display.show(BrickJobStatus(state, "rose", cm=5, cm_all=10))
     assert ("space pauses" in out.getvalue()) == terminal
     if not terminal:
         assert [line.split(",")[0] for line in out.getvalue().splitlines()] == [
