@@ -75,6 +75,8 @@ ENDS = (ENDED_WELL, "aborted", "stopped", "failed")
 
 SPEED_STEP, PEN_STEP = 10, 2.0
 """What a key changes: per cent of the planned speed, degrees of the pen's motor."""
+SLOWEST = 25
+"""Least speed that the brick takes, per cent."""
 
 PATIENCE_WITH_ABORT = 30.0
 """Time in which a job that was aborted is over, s: the arm parks."""
@@ -201,7 +203,7 @@ class JobKeys:
                 self._order("abort")
             elif letter in b"+-":
                 step = SPEED_STEP if letter == b"+" else -SPEED_STEP
-                speed = min(max(round(self.status.speed) + step, 10), 100)
+                speed = min(max(round(self.status.speed) + step, SLOWEST), 100)
                 self._order(f"speed {speed}")
                 self.status = replace(self.status, speed=speed)
             elif letter in b"ud":

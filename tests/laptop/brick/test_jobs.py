@@ -105,8 +105,8 @@ def test_keys_are_orders(keys, typed, orders):
 
 
 def test_speed_stays_within_what_the_brick_takes(keys):
-    keys.see(BrickJobStatus("drawing", speed=10))
+    keys.see(BrickJobStatus("drawing", speed=30))
     keys.take(b"-")
     keys.see(BrickJobStatus("drawing", speed=100))
     keys.take(b"+")
-    assert keys.orders == ["speed 10", "speed 100"]
+    assert keys.orders == ["speed 25", "speed 100"]
