@@ -54,7 +54,7 @@ def _parser():
         "--repeat", type=_times, metavar="N", help="draw it so many times (default: once)"
     )
     job.add_argument(
-        "--speed-percent", type=number_in(10, 100, "%"), default=100.0, metavar="PERCENT",
+        "--speed-percent", type=number_in(25, 100, "%"), default=100.0, metavar="PERCENT",
         help="of the planned speed (default: 100)",
     )  # fmt: skip
     job.add_argument(

@@ -153,11 +153,15 @@ def _layer_in_order(
     heads, tails = _ends_of(strokes)
     begin = np.append(start, 0.0)
     # (As they came, they may lie in a good order already.)
-    tours = [_Tour(heads, tails, np.arange(len(heads)), np.zeros(len(heads), bool))]
-    most_tried -= tours[0].shorten(most_tried)
+    given = _Tour(heads, tails, np.arange(len(heads)), np.zeros(len(heads), bool))
+    tours: list[_Tour] = []
     for first in (begin, *heads[: BEGINNINGS - 1]):
-        tours.append(_Tour(heads, tails, *_nearest_neighbours(heads, tails, first)))
-        most_tried -= tours[-1].shorten(most_tried)
+        found = [_Tour(heads, tails, *_nearest_neighbours(heads, tails, first))]
+        if not tours and given.length() < found[0].length():
+            found.insert(0, given)
+        for tour in found:
+            most_tried -= tour.shorten(most_tried)
+        tours += found
         if most_tried <= 0 or len(heads) > MANY:
             break
     tour = min(tours, key=_Tour.length)

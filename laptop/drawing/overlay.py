@@ -30,7 +30,7 @@ SPACING = 0.02
 KD_TREE = 4
 """FLANN's number for one tree that is searched exactly."""
 
-WISH = "#7FB3D9"
+WISH, INK = "#7FB3D9", "#CC4778"
 
 
 class NoInk(BadArtwork):
@@ -140,7 +140,7 @@ def _picture(
     scene = preview.scene(plan)
     lines = (
         f"greatest deviation {truth.greatest_mm:.2f} mm, rms {truth.rms_mm:.2f} mm; "
-        f"{truth.ink_cm:.0f} cm of ink in {truth.strokes} lines, "
+        f"{truth.ink_cm:.0f} cm of ink in {truth.strokes} line{'s' * (truth.strokes != 1)}, "
         f"{truth.pen_up_cm:.0f} cm with the pen up",
         f"drawn in {preview.minutes(truth.drawn_s)}; estimated for all of it: "
         f"{preview.minutes(truth.estimated_s)}; the {plan.arm.name} arm at {plan.speed:g} cm/s",
@@ -167,10 +167,11 @@ def _draw_both(
     axes.add_collection(LineCollection(wish, colors=WISH, linewidths=3.5, label="wish"))
     seen = [preview.seen_from_behind(ink) for ink in inks]
     parts = np.concatenate([np.stack([ink[:-1], ink[1:]], axis=1) for ink in seen])
-    drawn = LineCollection(list(parts), cmap="plasma_r", linewidths=1.0, label="ink")
+    drawn = LineCollection(list(parts), cmap="plasma_r", linewidths=1.0)
     drawn.set_norm(Normalize(0, greatest))
     drawn.set_array(np.concatenate([(off[:-1] + off[1:]) / 2 for off in deviations]))
     axes.add_collection(drawn)
+    axes.plot([], [], color=INK, linewidth=1.0, label="ink")
     everything = np.vstack([*wish, *seen])
     low, high = everything.min(axis=0) - 0.5, everything.max(axis=0) + 0.5
     preview_png.set_table(axes, low, high)

@@ -36,6 +36,9 @@ LEAST_SIZE = 0.2
 COARSE, FINE = 1.0, 0.2
 """Steps in which a place is sought, cm: all over the table, then near the best."""
 
+ENOUGH_AHEAD = 0.93
+"""A drawing lies straight ahead of the arm if it is so much of its greatest size there."""
+
 COARSE_CELLS, FINE_CELLS = 24, 96
 """A drawing is tried by one point of each stroke in a cell, so many to its greatest side."""
 
@@ -241,7 +244,14 @@ class _Finder:
         scale = self._halved(top, lambda s: self._best(s, self._centres, self._coarse))
         if scale is None:
             raise self._nowhere()
-        centre = self._best(scale, self._centres, self._coarse)
+        ahead = self._centres[
+            (np.abs(self._centres[:, 1]) < COARSE / 2) & (self._centres[:, 0] > 0)
+        ]
+        straight = self._halved(top, lambda s: self._best(s, ahead, self._coarse))
+        if straight is not None and straight > ENOUGH_AHEAD * scale:
+            centre, scale = self._best(straight, ahead, self._coarse), straight
+        else:
+            centre = self._best(scale, self._centres, self._coarse)
         assert centre is not None
         near = self._near(centre)
         finer = self._halved(

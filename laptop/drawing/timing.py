@@ -10,8 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from laptop.drawing.planning import PlannedStroke
 from robot.motion import kinematics, parking
 from robot.motion.backlash import (
@@ -44,9 +42,6 @@ BETWEEN_STROKES = {DIRECT: 0.025, GEARED: 0.025, IN_SPACE: 0.055}
 
 READING = {DIRECT: 0.0078, GEARED: 0.0078, IN_SPACE: 0.0142}
 """And for each cubic of its motions, s."""
-
-HAIR = 0.02
-"""So far off its plan in height an arm in space stands, cm."""
 
 JOINED = 0.02
 """The pen is not lifted where no joint is farther from where the next stroke begins, rad."""
@@ -131,25 +126,10 @@ class _Run:
         """As RobotArm.go_low."""
         if any(joint.park_angle is not None for joint in self._joints):
             try:
-                for place in self._way_down():
+                for place in parking.way_down(self._arm, self._q):
                     self._go(place, parking.SPEED)
             except kinematics.Unreachable:
                 pass  # it is held where it is
-
-    def _way_down(self) -> Sequence[Sequence[float]]:
-        """As parking.way_down, but straight where only a hair's breadth speaks against it.
-
-        The arm stands as much higher or lower than planned.
-        """
-        way: Sequence[Sequence[float]] = parking.way_down(self._arm, self._q)
-        low = self._height(self._q) - HAIR
-        shares = np.linspace(0, 1, parking.STAGES + 1)[:, None]
-        straight = np.array(self._q) + shares * (np.array(way[-1]) - self._q)
-        return way[-1:] if min(map(self._height, straight.tolist())) > low else way
-
-    def _height(self, q: Sequence[float]) -> float:
-        """Of what is lowest of the arm, the base aside, cm."""
-        return float(min(p[-1] for p in kinematics.joint_positions(self._arm, q)[1:]))
 
     def _go(
         self,

@@ -6,7 +6,7 @@ connection: `echo pause >> ~/.brickservo/job-orders`.
     pause          the tip slows down on its way, the pen lifts, and all is held
     resume         the pen comes down where it was, and goes on
     abort          the pen lifts, and the job ends
-    speed 60       in per cent of what is planned, from 10 to 100
+    speed 60       in per cent of what is planned, from 25 to 100
     pen -5         the pen comes down so much deeper (or less deep), degrees of its motor
     nudge 0.5 0    while it is paused: the pen is to come down so much farther in x and y, mm; the
                    joints' zero is corrected by that, as after a homing that was a little off
@@ -22,7 +22,7 @@ from shared.state import JOB_ORDERS_FILE, state_folder
 LOOK_PERIOD = 0.06
 """Period of looks at the buttons and at the file, s."""
 
-SPEEDS, PEN_TRIM, MAX_NUDGE = (10.0, 100.0), 30.0, 10.0
+SPEEDS, PEN_TRIM, MAX_NUDGE = (25.0, 100.0), 30.0, 10.0
 """Bounds: per cent, degrees up and down, mm."""
 
 BUTTON_SPEED, BUTTON_NUDGE = 0.1, 0.05

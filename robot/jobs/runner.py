@@ -14,7 +14,7 @@ from robot.jobs.progress import JobProgress, forget_progress, save_progress
 from robot.jobs.report import Place
 from robot.motion import kinematics
 from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_behind
-from robot.motion.feed import FeedOverride, rest_of
+from robot.motion.feed import FeedOverride, rest_of, same_place, slowed
 from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import Trajectory
 from robot.program import ignore_signals
@@ -30,6 +30,10 @@ brick has room for them. Where more are joined, it lifts."""
 
 CHECK_PERIOD = 1.0
 """So often a paused arm is looked at, whether its motors are there, s."""
+
+LEAST_RATE = 0.7
+"""What is drawn is not slowed down more than to this rate: where it crosses a backlash the tip
+stands, the longer the lower the rate."""
 
 PIECES_PER_SEGMENT = 2
 """Straight parts of the wanted path, told to whoever watches, between two knots."""
@@ -58,7 +62,8 @@ class JobRunner(object):
         self._feed = FeedOverride(self._look)
         self._pen_is_down = None
         self._repeat, self._place = 1, Place(1, 1, 0.0, 0.0)
-        self._way, self._motions = None, []  # what is drawn now
+        # What is drawn now, and at which share of its speed it was planned.
+        self._way, self._motions, self._share = None, [], 1.0
 
     def run(self, first=1, repeat=1, repeats=1):
         """Draw from the stroke `first` (from 1 on) on, then all again until the last of `repeats`.
@@ -127,23 +132,31 @@ class JobRunner(object):
         """Draw from pen down to pen up; False if that is aborted."""
         is_there = False
         while way.pieces:
-            self._motions = [Trajectory(*piece) for piece in way.pieces]
+            self._share = self._orders.share
+            self._motions = way.motions(self._share)
             if not self._is_ready(self._motions[0], joints, is_there):
                 return False
-            self._feed.begin_at(self._orders.share)
+            is_there = True
+            if self._share != self._orders.share:
+                continue  # there was time to change it
+            self._feed.begin_at(1.0)
             self._arm.follow_fed(self._motions, self._feed, self._pen_down)
             self._pen_up()
             if not self._feed.held:
                 break
             self._place = way.place(self._feed.index, self._feed.tau)
             way.cut(self._feed.index, self._feed.tau)
-            is_there = True
         return not self._orders.aborted
 
     def _look(self, now):
         """The rate that is wanted, in motion."""
-        rate = self._orders.look(now)
-        if rate and self._report.due(now):
+        if not self._orders.look(now):
+            return 0.0
+        # What is ordered beyond these is planned anew, with the pen up.
+        rate = self._orders.share / self._share
+        if not LEAST_RATE <= rate <= 1.0:
+            return 0.0
+        if self._report.due(now):
             self._place = self._way.place(self._feed.index, self._feed.reached)
             q, _ = self._motions[self._feed.index].at(self._feed.reached)
             tip = kinematics.forward(self._arm.description, q)
@@ -272,7 +285,7 @@ class Way(object):
         repeat: which time the job is drawn.
 
     Attributes:
-        pieces: (times, segments, end) of what is not drawn yet.
+        pieces: (times, segments, end) of what is not drawn yet, as planned.
     """
 
     def __init__(self, job, k, chain, repeat):
@@ -287,14 +300,20 @@ class Way(object):
                 self._starts.append((n, planned, cm, speed))
                 planned, cm = planned + piece[0][-1], cm + piece[0][-1] * speed
 
+    def motions(self, share):
+        """Trajectories of what is not drawn yet, at a share of the planned speed."""
+        self._drawn = [slowed(p, share) for p in self.pieces] if share < 1.0 else self.pieces
+        return [Trajectory(*piece) for piece in self._drawn]
+
     def place(self, index, tau):
-        """The Place at the time `tau` (s) of a piece."""
-        n, planned, cm, speed = self._starts[min(index, len(self._starts) - 1)]
-        tau = max(tau, 0.0)
+        """The Place at the time `tau` (s) of a motion."""
+        n, planned, cm, speed = self._starts[index]
+        tau = max(same_place(self.pieces[index], self._drawn[index], tau), 0.0)
         return Place(self._repeat, n, cm + speed * tau, planned + tau)
 
     def cut(self, index, tau):
-        """All before the time `tau` (s) of a piece is drawn."""
+        """All before the time `tau` (s) of a motion is drawn."""
+        tau = same_place(self.pieces[index], self._drawn[index], tau)
         rest = rest_of(self.pieces[index], tau)
         n, planned, cm, speed = self._starts[index]
         tau = max(tau, 0.0)

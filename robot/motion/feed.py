@@ -163,7 +163,42 @@ class FeedOverride(object):
         return STOP if self._r1 == 0.0 and t > self.duration + HOLD_TIME else None
 
 
-# ---- what is left of a piece
+# ---- a piece drawn slower, and what is left of one
+
+
+def slowed(piece, share):
+    """A piece drawn with no more than this share of its greatest speed, speeding up as ever.
+
+    At another rate, on the contrary, all of it takes longer, also where the tip stands while a
+    backlash is crossed.
+
+    Args:
+        piece: (times, segments, end), see robot.motion.trajectory.Trajectory.
+    """
+    times, segments, end = piece
+    most = share * max([v for v, _, _, _ in segments])
+    out, new, v0 = [], [0.0], min(segments[0][0], most)
+    for k, (v, a, cubics, across) in enumerate(segments):
+        dt = times[k + 1] - times[k]
+        length, v1 = dt * (v + 0.5 * a * dt), min(max(0.0, v + a * dt), most)
+        out.append((v0, (v1 * v1 - v0 * v0) / (2 * length), cubics, across))
+        new.append(new[-1] + 2 * length / (v0 + v1))
+        v0 = v1
+    return new, out, end
+
+
+def same_place(piece, other, tau):
+    """When a piece is where another one, the same but for its times, is at its time `tau`, s."""
+    if piece is other or tau <= 0:
+        return tau
+    times, segments, _ = other
+    k = len([t for t in times[1:-1] if t <= tau])
+    v, a = segments[k][:2]
+    dt = min(tau, times[k + 1]) - times[k]
+    s = dt * (v + 0.5 * a * dt)
+    v, a = piece[1][k][:2]
+    fast = v + math.sqrt(max(0.0, v * v + 2 * a * s))
+    return min(piece[0][k] + (2 * s / fast if fast else 0.0), piece[0][k + 1])
 
 
 def rest_of(piece, tau):

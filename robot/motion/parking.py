@@ -5,6 +5,9 @@ from robot.motion import kinematics
 TABLE_CLEARANCE = 1.0
 """Elbow and tip go no lower than this above the table on the way, cm; or than where they begin."""
 
+SLACK = 0.1
+"""An arm knows no better how high it stands, cm: by so much its way may go lower."""
+
 SPEED, STAGES = 0.3, 40
 """Share of full speed on the way down, and places looked at on each of its moves."""
 
@@ -44,9 +47,9 @@ def way_down(arm, q):
 
 def _is_free(arm, way):
     """Return True if elbow and tip keep off the table on the straight joint moves of a way."""
-    lowest = min(TABLE_CLEARANCE, _clearance(arm, way[0]))
+    lowest = min(TABLE_CLEARANCE, _clearance(arm, way[0])) - SLACK
     return all(
-        _clearance(arm, [x + (y - x) * k / float(STAGES) for x, y in zip(a, b)]) > lowest - 1e-6
+        _clearance(arm, [x + (y - x) * k / float(STAGES) for x, y in zip(a, b)]) > lowest
         for a, b in zip(way, way[1:])
         for k in range(STAGES + 1)
     )

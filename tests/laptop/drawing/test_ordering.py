@@ -103,9 +103,9 @@ def greedy_way(lines):
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_the_way_is_a_tenth_shorter_than_by_the_nearest_neighbour(seed):
+def test_the_way_is_much_shorter_than_by_the_nearest_neighbour(seed):
     lines = scattered(60, seed)
-    assert ordering.pen_up_way(ordering.ordered(lines, HERE)) < 0.9 * greedy_way(lines)
+    assert ordering.pen_up_way(ordering.ordered(lines, HERE)) < 0.82 * greedy_way(lines)
 
 
 def test_it_is_the_same_every_time():

@@ -58,6 +58,16 @@ def test_as_large_as_the_arm_reaches_and_no_larger(arm):
             assert (np.bitwise_and.reduce(table.at(outer)) == 0).any()
 
 
+def test_what_was_tried_by_too_few_points_is_made_smaller(monkeypatch):
+    for name in ("COARSE_CELLS", "FINE_CELLS"):
+        monkeypatch.setattr(placing, name, 6)
+    monkeypatch.setattr(placing, "OUTLINE", 6)
+    monkeypatch.setattr(reach, "EASY_MARGIN", 0.0)
+    monkeypatch.setattr(reach, "EASY_SINGULARITY", 0.0)
+    placed = place(rings())
+    assert all(can_follow(ARMS["planar"], stroke) for stroke in placed.strokes)
+
+
 def test_it_lies_clear_of_the_hole_around_the_base():
     placed = place(rings())
     assert min(np.hypot(*stroke.T).min() for stroke in placed.strokes) > 5.6
@@ -171,3 +181,10 @@ def test_wrong_options_are_refused_at_once(wrong):
     with pytest.raises(ArmError) as caught:
         DrawingOptions(**wrong)
     assert "\n" not in str(caught.value)
+
+
+def test_it_lies_straight_ahead_where_that_costs_little():
+    for arm in ARMS:
+        x, y = place(rings(flat=1.0), arm).centre
+        assert x > 8
+        assert abs(y) <= 1

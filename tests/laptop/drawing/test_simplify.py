@@ -121,14 +121,15 @@ def test_a_drawing_of_50000_points_keeps_its_looks():
     """Curves, corners and noise as a tracer leaves them, 25 strokes of 2000 points."""
     dice = np.random.default_rng(3)
     t = np.linspace(0, 2 * math.pi, 2000)
-    left = 0
+    left, count = 0, 0
     for k in range(25):
         lobes = 2 + k % 5
         radius = 1.2 + np.cos(lobes * t) * (0.2 + 0.03 * k)
         curve = np.column_stack([np.cos(t), np.sin(t)]) * radius[:, None] + (13, 0)
         curve += dice.normal(0, 0.0005, curve.shape)
         pieces = simplify.pieces(curve, TOLERANCE)
-        left += sum(map(len, pieces))
+        left, count = left + sum(map(len, pieces)), count + len(pieces)
         if k % 6 == 0:
             assert greatest_mm(curve, pieces) < 0.25
     assert left < 6000
+    assert count < 120  # noise makes hardly a corner

@@ -42,11 +42,11 @@ def test_an_order_is_read(text, order):
     [
         ("", "is no order; write one of abort, nudge, pause, pen, resume, speed"),
         ("Pause", "'Pause' is no order"),
-        ("speed", "takes a number from 10 to 100 per cent"),
-        ("speed 5", "from 10 to 100"),
-        ("speed 200", "from 10 to 100"),
-        ("speed nan", "from 10 to 100"),
-        ("speed fast", "from 10 to 100"),
+        ("speed", "takes a number from 25 to 100 per cent"),
+        ("speed 5", "from 25 to 100"),
+        ("speed 200", "from 25 to 100"),
+        ("speed nan", "from 25 to 100"),
+        ("speed fast", "from 25 to 100"),
         ("speed 50 50", "takes a number"),
         ("pen 31", "from -30 to 30 degrees"),
         ("nudge 1", "takes two numbers from -10 to 10 mm"),
@@ -129,7 +129,7 @@ def test_the_arrows_change_the_speed_and_in_a_pause_nudge():
 
 def test_the_speed_stays_within_its_bounds():
     orders = JobOrders(presses=[Pressed(*[["down"]] * 20)])
-    assert looked(orders, 20)[-1] == pytest.approx(0.1)
+    assert looked(orders, 20)[-1] == pytest.approx(0.25)
     orders = JobOrders(presses=[Pressed(*[["up"]] * 20)])
     assert looked(orders, 20)[-1] == 1.0
 

@@ -172,17 +172,29 @@ def test_a_paused_job_is_aborted_where_it_stands(tmp_path):
 
 
 @pytest.mark.long
-def test_speed_is_changed_on_the_way(tmp_path):
+@pytest.mark.parametrize(
+    ("share", "order", "slower", "lifts"),
+    [(0.5, None, 1.3, 0), (1.0, "speed 80", 1.05, 0), (1.0, "speed 30", 1.3, 1),
+     (0.4, "speed 90", 0.9, 1)],
+)  # fmt: skip
+def test_speed_is_changed_on_the_way_and_greatly_only_with_the_pen_up(
+    tmp_path, share, order, slower, lifts
+):
     path = jobs.write(tmp_path, [LONG])
-    took = []
-    for k, (share, orders) in enumerate(((1.0, ()), (0.5, ()), (1.0, [(4.0, "speed 25")]))):
-        with switched_on(tmp_path / str(k)) as rig:
-            Drawn(rig, path, orders, share).run()
-        (ink,) = rig.ink()
-        took.append(ink[-1].t - ink[0].t)
-        assert max(off_path(sample, LONG) for sample in ink) < 2.5
-    assert took[1] > 1.5 * took[0]
-    assert took[2] > 1.3 * took[0]
+    with switched_on(tmp_path / "a") as rig:
+        Drawn(rig, path).run()
+    (ink,) = rig.ink()
+    usual = ink[-1].t - ink[0].t
+    with switched_on(tmp_path / "b") as rig:
+        drawn = Drawn(rig, path, [(ink[0].t + 0.5, order)] if order else (), share)
+        assert drawn.run()
+    inks = rig.ink()
+    assert len(inks) == 1 + lifts
+    assert sum(one[-1].t - one[0].t for one in inks) > slower * usual
+    assert max(off_path(sample, LONG) for one in inks for sample in one) < 2.5
+    for one, other in zip(inks, inks[1:]):
+        assert apart_mm(one[-1], other[0]) < 1.0
+    assert standing(inks) < 0.5
 
 
 @pytest.mark.long

@@ -13,6 +13,8 @@ from robot.motion.feed import (
     RAMP_TIME,
     FeedOverride,
     rest_of,
+    same_place,
+    slowed,
 )
 from robot.motion.online_trajectory import STOP
 from shared.arm_description import find_arm, read_arm
@@ -170,3 +172,25 @@ def test_before_the_start_all_is_left_and_at_the_end_nothing():
     assert rest_of(piece, -0.1) == piece
     assert rest_of(piece, plan.duration) is None
     assert rest_of(piece, plan.duration - 1e-3) is None
+
+
+@pytest.mark.parametrize("points", [LINE, CURVE], ids=["line", "curve"])
+@pytest.mark.parametrize("share", [0.1, 0.5])
+def test_a_slowed_piece_is_the_same_way_and_speeds_up_as_hard(points, share):
+    piece, _ = planned(points)
+    slow = slowed(piece, share)
+    whole, motion = trajectory.Trajectory(*piece), trajectory.Trajectory(*slow)
+    assert motion.start == whole.start
+    assert motion.end == whole.end
+    assert whole.duration < motion.duration < whole.duration / share + 1e-9
+    top = max(v for v, _, _, _ in piece[1])
+    for k in range(1, 200):
+        t = k / 200 * motion.duration
+        raw = same_place(piece, slow, t)
+        assert motion.at(t)[0] == pytest.approx(whole.at(raw)[0], abs=1e-6)
+        h = 1e-3
+        tip = [kinematics.forward(ARM, motion.at(x)[0]) for x in (t - h, t + h)]
+        assert kinematics.distance(*tip) / (2 * h) < share * top * 1.02
+    assert same_place(piece, slow, motion.duration) == pytest.approx(whole.duration)
+    assert same_place(piece, slow, -0.1) == -0.1
+    assert slowed(piece, 1.0)[0] == pytest.approx(piece[0], rel=1e-4)
