@@ -202,6 +202,14 @@ class Buttons(object):
         return sorted(fresh)
 
 
+def _in_background(terminal):
+    """Whether the program would be stopped if it asked this terminal for anything."""
+    try:
+        return os.tcgetpgrp(terminal) != os.getpgrp()
+    except OSError:  # it is not the terminal of its session
+        return False
+
+
 KEYS = {
     b"\n": "enter", b"\r": "enter", b" ": "enter",
     b"\x1b[A": "up", b"\x1b[B": "down", b"\x1b[C": "right", b"\x1b[D": "left",
@@ -224,8 +232,8 @@ class Keys(object):
 
         self._select, self._termios = select.select, termios
         self._terminal = sys.stdin.fileno()
-        if not os.isatty(self._terminal):
-            raise OSError("no terminal")
+        if not os.isatty(self._terminal) or _in_background(self._terminal):
+            raise OSError("no terminal to read from")
         self._before = termios.tcgetattr(self._terminal)
         tty.setcbreak(self._terminal, termios.TCSADRAIN)
 

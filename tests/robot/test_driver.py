@@ -12,7 +12,7 @@ from waiting import PATIENCE
 
 from laptop.simulator.device.buttons import read_press
 from robot.motion.kinematics import Unreachable
-from robot.motion.paths import arc, circle, polyline, rectangle
+from robot.motion.paths import BadPath, arc, circle, polyline, rectangle
 
 ARMS = pytest.mark.parametrize("name", ["planar", "geared"])
 THREE = pytest.mark.parametrize("line", REPORT_LINES, ids=["line 1", "line 2", "line 3"])
@@ -173,6 +173,30 @@ def test_shapes_are_drawn_in_one_go(tmp_path, name, pieces, method):
     assert greatest(ink, path) < near
     for p in path[:: max(1, len(path) // 40)]:
         assert min(apart(sample, p) for sample in ink) < missed
+
+
+def test_the_pen_lifts_between_strokes_but_not_where_they_join(tmp_path):
+    joined = [(11.0, 2.0), (14.0, 2.0), (14.0, 4.0), (11.0, 4.0)]
+    bow = [(8 + k / 20, 6 + (k - 30) ** 2 / 900) for k in range(61)]
+    with switched_on(tmp_path) as rig:
+        rig.driver().draw([joined[:3], joined[2:], bow])
+    first, second = rig.ink()
+    assert greatest(first, joined) < 3.0
+    assert greatest(second, bow) < 3.0
+    for ink, path in ((first, joined), (second, bow)):
+        for p in path:
+            assert min(apart(sample, p) for sample in ink) < 3.5
+
+
+@pytest.mark.parametrize("method", ["smooth", "steps"])
+def test_no_stroke_is_drawn_where_another_cannot_be(tmp_path, method):
+    with switched_on(tmp_path) as rig:
+        driver = rig.driver()
+        for last, error in (([(10, 0), (30, 0)], Unreachable), ([(1, 1)], BadPath)):
+            with pytest.raises(rig.its(error)):
+                driver.draw([[(10, 2), (10, 5)], last], method)
+        driver.arm.park()
+    assert rig.writes == []
 
 
 # The pen

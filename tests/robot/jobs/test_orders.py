@@ -1,10 +1,11 @@
 """Orders are read or refused in one line; who gives them may be a button, a key or a laptop."""
 
 import math
+import os
 
 import pytest
 
-from robot.jobs.orders import LOOK_PERIOD, BadOrder, JobOrders, read_order
+from robot.jobs.orders import LOOK_PERIOD, BadOrder, JobOrders, Keys, read_order
 
 
 class Pressed:
@@ -139,3 +140,29 @@ def test_a_nudge_without_a_pause_is_answered():
     orders.take("nudge 1 0")
     assert orders.taken_nudge() is None
     assert "pause it first" in orders.notes[0]
+
+
+def test_a_terminals_keys_stand_for_the_buttons(monkeypatch):
+    pty, termios = pytest.importorskip("pty"), pytest.importorskip("termios")
+    person, terminal = pty.openpty()
+    try:
+        with open(terminal, closefd=False) as stdin:
+            monkeypatch.setattr("sys.stdin", stdin)
+            before = termios.tcgetattr(terminal)
+            keys = Keys()
+            assert keys.pressed() == []
+            os.write(person, b"\n\x1b[A\x1b[Dx\x1b[Z ")
+            assert keys.pressed() == ["enter", "up", "left", "enter"]
+            assert keys.pressed() == []
+            keys.close()
+            assert termios.tcgetattr(terminal) == before
+    finally:
+        os.close(person)
+        os.close(terminal)
+
+
+def test_what_is_no_terminal_has_no_keys(monkeypatch, tmp_path):
+    with open(str(tmp_path / "x"), "w+") as file:
+        monkeypatch.setattr("sys.stdin", file)
+        with pytest.raises((OSError, ImportError)):
+            Keys()
