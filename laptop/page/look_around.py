@@ -19,12 +19,14 @@ SPEED = 6.0
 """Of the tip, cm/s: slowly, so that it is known when it was where."""
 SWEEP = math.radians(55)
 """The base or shoulder turns by so much to each side of the middle of its range, at the most."""
-ROUNDS = 3
-"""So many times to and fro."""
-HEIGHTS = (2.0, 6.0, 10.0)
-"""Of the tip of an arm in space, cm."""
+ROUNDS = {2: 3, 3: 2}
+"""So many times to and fro, by the number of a point's coordinates."""
+HEIGHTS = (2.5, 9.0)
+"""Of the tip of an arm in space, cm: for each all of it."""
 RADII = (0.62, 0.92)
 """Between so many shares of its reach the tip goes out and in."""
+Point = tuple[float, ...]
+"""A place of the tip, cm."""
 LIMIT_MARGIN = math.radians(4)
 
 
@@ -36,7 +38,7 @@ def look_job(arm: Arm, file: Path) -> job.JobHeader:
     """
     strokes, t, length = [], 0.0, 0.0
     for way in _ways(arm):
-        plans = trajectory.plan(arm, paths.polyline(way), min(SPEED, arm.speed))
+        way, plans = _planned(arm, way)
         cm = sum(math.dist(a, b) for a, b in zip(way, way[1:], strict=False))
         strokes.append(job.Stroke("", round(cm, 3), round(t, 2), [p.numbers() for p in plans]))
         t += sum(plan.duration for plan in plans) + 1.0
@@ -46,28 +48,49 @@ def look_job(arm: Arm, file: Path) -> job.JobHeader:
     return header
 
 
-def _ways(arm: Arm) -> Iterator[list[tuple[float, ...]]]:
+def _ways(arm: Arm) -> Iterator[list[Point]]:
     """Yield ways of the tip, cm: out and in while the base or shoulder sweeps."""
     first = arm.joints[0]
     middle = min(max(0.0, first.lower + SWEEP), first.upper - SWEEP)
     middle = middle if first.upper - first.lower > 2 * SWEEP else (first.lower + first.upper) / 2
     half = min(SWEEP, (first.upper - first.lower) / 2 - LIMIT_MARGIN)
     _, reach = kinematics.reach(arm)
-    for height in HEIGHTS if kinematics.coordinates(arm) == 3 else (None,):
-        way: list[tuple[float, ...]] = []
-        for k in range(2 * ROUNDS + 1):
-            angle = middle + half * (k / ROUNDS - 1)
+    coordinates = kinematics.coordinates(arm)
+    rounds = ROUNDS[coordinates]
+    for height in HEIGHTS if coordinates == 3 else (None,):
+        way: list[Point] = []
+        for k in range(2 * rounds + 1):
+            angle = middle + half * (k / rounds - 1)
             for share in RADII if k % 2 else RADII[::-1]:
                 p = share * reach * math.cos(angle), share * reach * math.sin(angle)
-                point: tuple[float, ...] = p if height is None else (*p, height)
-                if _is_easy(arm, point):
-                    way.append(point)
+                way.append(p if height is None else (*p, height))
         yield way
 
 
-def _is_easy(arm: Arm, point: tuple[float, ...]) -> bool:
+def _planned(arm: Arm, way: list[Point]) -> tuple[list[Point], list[trajectory.Trajectory]]:
+    """Return what of a way can be gone with the elbow bent one way, and how: the more of both.
+
+    Raises:
+        kinematics.Unreachable: next to nothing of it can.
+    """
+    best: tuple[list[Point], list[trajectory.Trajectory]] = ([], [])
+    why = None
+    for elbow in ("up", "down"):
+        kept = [point for point in way if _is_there(arm, point, elbow)]
+        if len(kept) <= max(2, len(best[0])):
+            continue
+        try:
+            best = kept, trajectory.plan(arm, paths.polyline(kept), min(SPEED, arm.speed), elbow)
+        except kinematics.Unreachable as error:
+            why = error
+    if not best[0]:
+        raise why or kinematics.Unreachable("it reaches next to nothing within its joints' limits")
+    return best
+
+
+def _is_there(arm: Arm, point: Point, elbow: str) -> bool:
     try:
-        kinematics.inverse(arm, point)
+        kinematics.inverse(arm, point, elbow)
     except kinematics.Unreachable:
         return False
     return True
