@@ -39,6 +39,9 @@ ENDS = ("none", "abort", "term", "kill")
 TIMEOUT = 7200.0
 """A drawing may take so long on the emulated brick, s."""
 
+LONGEST_LIFT = 1.0
+"""Ink that ends within this time of an order to pause was ended by it, s."""
+
 PAUSES = 2
 PAUSE_TIME = 0.5, 3.0
 """From an order to pause to the one that resumes, s."""
@@ -84,7 +87,7 @@ class InterruptionResult:
 
 def cases(seeds: Sequence[int], arms: Sequence[str]) -> list[Interruption]:
     """One drawing for every seed, by the arms in turn."""
-    return [Interruption(seed, arms[k % len(arms)]) for k, seed in enumerate(seeds)]
+    return [Interruption(seed, arms[k // len(ENDS) % len(arms)]) for k, seed in enumerate(seeds)]
 
 
 def run(todo: Sequence[Interruption], executor: Executor | None = None) -> Iterator[Any]:
@@ -149,13 +152,14 @@ def _judged(
     outcome: Any,
 ) -> InterruptionResult:
     runs = [run for record in records for run in pen_down_runs(record)]
+    which = [n for n, record in enumerate(records) for _ in pen_down_runs(record)]
     inks = [np.array([place(row) for row in run], float)[:, :2] for run in runs]
     wished = [np.concatenate(chain)[:, :2] for chain in chains]
     of = _chains_of(inks, [len(pen_down_runs(record)) for record in records], wished)
     gaps = []
     for k in range(len(inks) - 1):
-        same_record = runs[k + 1][0].t > runs[k][-1].t
-        if of[k] == of[k + 1] and same_record:
+        paused = any(0 <= runs[k][-1].t - t <= LONGEST_LIFT for t in pauses)
+        if paused and of[k] == of[k + 1] and which[k] == which[k + 1]:
             gaps.append(10 * float(np.hypot(*(inks[k + 1][0] - inks[k][-1]))))
     lifts = [_lift(records[0], t) for t in pauses if t < over]
     length = sum(np.hypot(*np.diff(path, axis=0).T).sum() for path in wished)
@@ -182,7 +186,10 @@ def _judged(
         float(ink_cm - length),
         under_way,
         # (Where a signal or the battery ends it, the pen stays where it is.)
-        max(standing(run) for run in runs if not any(run[-1] is each[-1] for each in records)),
+        max(
+            (standing(run) for run in runs if not any(run[-1] is each[-1] for each in records)),
+            default=0.0,
+        ),
         "" if outcome.status == 0 else outcome.reason,
     )
 
