@@ -3,6 +3,7 @@
 import math
 import os
 import signal
+import statistics
 
 import pytest
 from offered_jobs import planned_job
@@ -33,11 +34,12 @@ class Laptop:
         told: every JobStatus that came, in order.
         statuses: every Status.
         down: true times at which the pen was found on the paper, with the true tip.
+        off: how far the joints truly were from where they were told to be, whenever that came, rad.
     """
 
     def __init__(self, w, offer, react=lambda laptop, progress: None, after=1.0):
         self.w, self._offer, self._react, self._after = w, offer, react, after
-        self.told, self.statuses, self.down = [], [], []
+        self.told, self.statuses, self.down, self.off = [], [], [], []
         self._over_at = None
         w.world.at(1.0, self._begin)
 
@@ -55,6 +57,7 @@ class Laptop:
         state, w = self.server.state(), self.w
         if state.status and (not self.statuses or state.status.t != self.statuses[-1].t):
             self.statuses.append(state.status)
+            self.off.append(max(abs(a - b) for a, b in zip(state.status.q, w.q, strict=True)))
         progress = state.progress
         if progress and (not self.told or progress != self.told[-1]):
             self.told.append(progress)
@@ -131,6 +134,9 @@ def test_where_the_arm_is_goes_on_being_told(watched, offer):
     placed = [kinematics.forward(w.arm, status.q) for status in laptop.statuses]
     on_the_way = [p for p in placed if off(p) < 0.3]
     assert len(on_the_way) > 10, "most of them, for most of the time it draws"
+    # The links, not the motors: half the play is 1 degree. On the way a status is 20 ms old.
+    assert math.degrees(statistics.median(laptop.off)) < 0.6
+    assert math.degrees(max(laptop.off)) < 6.0
 
 
 def test_a_pause_lifts_the_pen_and_a_resume_goes_on(watched, offer):
