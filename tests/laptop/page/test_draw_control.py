@@ -133,6 +133,22 @@ def test_the_job_is_where_it_was_placed(scene, drawings, tmp_path):
     assert max(off) == pytest.approx(3 / math.sqrt(2), abs=0.02)
 
 
+def test_while_a_run_is_on_nothing_is_started(scene, drawings):
+    drawings.choose("rose")
+    scene.drawn()
+    scene.server.tell("", 1)
+    assert drawings.start() == drawings.look_around() == "a run is on; hold or stop it first"
+    assert scene.server.sent == []
+
+
+def test_an_answer_to_what_nobody_asks_any_more_is_left(scene, drawings):
+    drawings.choose("rose")
+    placed = scene.drawn().placed
+    drawings._hear(Request(1, Source("gallery", "knot")), placed._replace(name="knot"), False)
+    assert drawings.drawing().placed.name == "rose"
+    assert drawings.state().busy == ""
+
+
 def test_what_is_out_of_reach_is_shown_and_not_started(scene, drawings):
     drawings.load("square.svg", SQUARE)
     scene.drawn()

@@ -42,6 +42,17 @@ def test_a_tip_that_was_not_seen_for_a_while_leaves_a_gap():
     assert [point.begins for point in ink.points] == [True, False, True, False]
 
 
+def test_a_pen_that_is_lifted_shortly_begins_a_new_line():
+    ink = InkTrack()
+    for t, down in ((0.0, True), (0.45, False), (0.65, True), (1.2, True)):
+        for k in range(10):
+            ink.see(t + 0.02 * k, (100 * (t + 0.02 * k), 0.0))
+        ink.tell(t, down)
+    begun = [point.u for point in ink.points if point.begins]
+    assert len(begun) == 2
+    assert begun[1] >= 65.0
+
+
 def test_it_stays_small_and_says_when_it_was_thinned():
     ink = InkTrack()
     version = ink.version

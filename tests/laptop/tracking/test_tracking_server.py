@@ -397,6 +397,8 @@ def test_a_job_is_offered_and_the_brick_has_what_it_asks_for(server, brick, cloc
     (draw,) = commands
     fetching = JobFetching(draw, str(tmp_path / "brick" / "linked.job"), clock.now())
     fetch(fetching, client, clock, 2)
+    client.send(JobStatus(clock.now(), 7, "a", "fetching", 0, 0, 0.0, 0.0, None, False, ""))
+    until(lambda: server.state().progress is not None, client)
     client.close()
     until(lambda: server.state().client is None)
     client.poll()

@@ -3,6 +3,7 @@
 import math
 import os
 import signal
+import statistics
 
 import pytest
 from offered_jobs import planned_job
@@ -33,11 +34,12 @@ class Laptop:
         told: every JobStatus that came, in order.
         statuses: every Status.
         down: true times at which the pen was found on the paper, with the true tip.
+        off: how far the joints truly were from where they were told to be, whenever that came, rad.
     """
 
     def __init__(self, w, offer, react=lambda laptop, progress: None, after=1.0):
         self.w, self._offer, self._react, self._after = w, offer, react, after
-        self.told, self.statuses, self.down = [], [], []
+        self.told, self.statuses, self.down, self.off = [], [], [], []
         self._over_at = None
         w.world.at(1.0, self._begin)
 
@@ -55,6 +57,7 @@ class Laptop:
         state, w = self.server.state(), self.w
         if state.status and (not self.statuses or state.status.t != self.statuses[-1].t):
             self.statuses.append(state.status)
+            self.off.append(max(abs(a - b) for a, b in zip(state.status.q, w.q, strict=True)))
         progress = state.progress
         if progress and (not self.told or progress != self.told[-1]):
             self.told.append(progress)
@@ -131,6 +134,9 @@ def test_where_the_arm_is_goes_on_being_told(watched, offer):
     placed = [kinematics.forward(w.arm, status.q) for status in laptop.statuses]
     on_the_way = [p for p in placed if off(p) < 0.3]
     assert len(on_the_way) > 10, "most of them, for most of the time it draws"
+    # The links, not the motors: half the play is 1 degree. On the way a status is 20 ms old.
+    assert math.degrees(statistics.quantiles(laptop.off, n=4)[2]) < 0.8
+    assert math.degrees(max(laptop.off)) < 6.0
 
 
 def test_a_pause_lifts_the_pen_and_a_resume_goes_on(watched, offer):
@@ -171,6 +177,7 @@ def test_an_abort_and_a_stop_end_it_with_the_pen_up(watched, offer, how):
     assert w.on_file()["parked"]
 
 
+@pytest.mark.long
 def test_a_start_meanwhile_is_ignored_and_a_run_after_it_is_done(watched, offer, capsys):
     w = watched(plant="cpu=0")
     sent = []
@@ -189,6 +196,7 @@ def test_a_start_meanwhile_is_ignored_and_a_run_after_it_is_done(watched, offer,
     assert laptop.statuses[-1].verdict == "converged"
 
 
+@pytest.mark.long
 def test_its_speed_and_pen_can_be_ordered_and_nonsense_is_told(watched, offer, capsys):
     w = watched(plant="cpu=0")
     sent = []
@@ -205,6 +213,7 @@ def test_its_speed_and_pen_can_be_ordered_and_nonsense_is_told(watched, offer, c
     assert took > 6.0
 
 
+@pytest.mark.long
 def test_without_a_pen_it_goes_the_same_way(watched, offer):
     w = watched(plant="cpu=0")
     laptop = drawn(w, Laptop(w, offer(w, dry=True)))
@@ -235,6 +244,7 @@ def test_a_lost_link_pauses_it_until_it_is_back_and_resumed(watched, offer):
     assert states(laptop)[-3:] == ["paused", "drawing", "done"]
 
 
+@pytest.mark.long
 def test_alone_it_goes_on_without_a_link(watched, offer):
     w = watched(plant="cpu=0")
     laptop = drawn(w, Laptop(w, offer(w, alone=True), Cutter(w, 20.0)))
@@ -252,6 +262,7 @@ def test_without_a_link_for_long_it_is_given_up(watched, offer):
     assert max(t for t, _ in laptop.down) < cutter.cut + linked.LINK_PATIENCE + 1
 
 
+@pytest.mark.long
 def test_one_of_many_parts_tells_how_far_it_has_come(watched, offer):
     w = watched(plant="cpu=0")
     lines = [[(12 + 0.05 * k, -2.0), (12 + 0.04 * k, 2.0)] for k in range(40)]
@@ -302,6 +313,7 @@ def test_a_first_stroke_that_is_not_there_is_refused(watched, offer):
     assert "'lines' has 2 strokes" in laptop.told[-1].reason
 
 
+@pytest.mark.long
 def test_it_can_begin_with_a_later_stroke(watched, offer):
     w = watched(plant="cpu=0")
     laptop = drawn(w, Laptop(w, offer(w, first=2)))
