@@ -326,7 +326,17 @@ class DrawControl:
         """
         with self._lock:
             ink = self._inks[camera]
-            return ink.version, ink.points[after if version == ink.version else 0 :]
+            points = ink.points[after if version == ink.version else 0 :]
+            paper, above = self.view(camera), self._mappings[camera].view
+            if points and paper and above and paper is not above:
+                # Seen at the height of the marker, it is shown on the paper below.
+                on_table = above.to_table(np.array([(point.u, point.v) for point in points]))
+                places = paper.to_picture(on_table)
+                points = [
+                    InkPoint(float(u), float(v), point.begins)
+                    for (u, v), point in zip(places, points, strict=True)
+                ]
+            return ink.version, points
 
     def _job_state(self) -> JobState | None:
         progress = self._progress

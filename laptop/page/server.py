@@ -25,6 +25,8 @@ MAX_BUILDS = 4
 """Number of pages that are put together at the same time; others wait for their turn."""
 DRAWING = "/drawing"
 """Path to which a page sends a file that is to be drawn."""
+UNREAD = {"connection": "close"}
+"""Headers of an answer after which nothing more is read of what was asked."""
 MAX_FILE, FILE_TIMEOUT = 8_000_000, 20.0
 """Bytes of such a file, and time that it may take to come, s."""
 BUILD_TIMEOUT = 60.0
@@ -90,10 +92,10 @@ def serve(
         try:
             data = await asyncio.wait_for(_body(request), FILE_TIMEOUT)
         except asyncio.TimeoutError:
-            return Response(f"{name[:80]}: it took too long to come; try again", 408)
+            return Response(f"{name[:80]}: it took too long to come; try again", 408, UNREAD)
         if data is None:
             most = MAX_FILE // 1_000_000
-            return Response(f"{name[:80]}: more than {most} MB; make it smaller", 413)
+            return Response(f"{name[:80]}: more than {most} MB; make it smaller", 413, UNREAD)
         who = browser_name(request.headers.get("user-agent", ""))
         why = await controller.call(SteeringCalls.claim, request.scope[BROWSER], who)
         why = why or await controller.call_slowly(DrawCalls.load, name, data)

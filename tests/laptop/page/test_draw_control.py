@@ -14,6 +14,7 @@ from waiting import until
 from laptop.page import draw_control, drawing_studio
 from laptop.page.drawing_snapshots import PlacedDrawing, Placing, Request, Source
 from laptop.page.drawing_worker import DrawingWorker
+from laptop.page.table_mapping import TableView
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 from shared.job import Job
@@ -320,6 +321,25 @@ def test_what_was_drawn_is_compared_with_the_wish(scene, drawings):
     deviation = drawings.drawing().deviation
     assert deviation.greatest == pytest.approx(1.0, abs=1.2), "mm; a pixel is 1.5 mm here"
     assert deviation.rms < 1.2
+
+
+def test_where_a_board_tells_the_papers_place_wish_and_ink_are_shown_there(scene, drawings):
+    scene.look_around()
+    drawings.look_around()
+    scene.tell("drawing", down=True)
+    scene.show(tip=None)
+    for k in range(10):
+        scene.show(tip=(100 + 5 * k, 120))
+        scene.tell("drawing", down=True)
+    (_, above) = drawings.ink("A", -1, 0)
+    lower = np.array([[1.0, 0, 7], [0, 1, 20], [0, 0, 1]]) @ drawings.view("A").matrix
+    drawings._boards["A"].view = TableView(lower, 5, 0.5, "the board on the table")
+    (_, on_paper) = drawings.ink("A", -1, 0)
+    assert len(on_paper) == len(above) > 5
+    for seen, shown in zip(above, on_paper, strict=True):
+        assert (shown.u, shown.v) == pytest.approx((seen.u + 7, seen.v + 20))
+    assert drawings.state().source == "the board on the table"
+    assert drawings.state().misfit == 0.5
 
 
 def test_of_a_drawing_that_was_cleared_nothing_is_left(scene, drawings):
