@@ -436,7 +436,11 @@ class TrackingClient:
     def age(self, camera: str) -> float:
         """How long ago the newest observation of a camera was taken, s; inf if there was none."""
     def commands(self) -> list[Any]:
-        """The Start and Stop messages since the last call; a lost link takes them back."""
+        """The Start, Stop and Draw messages since the last call; a lost link takes them back."""
+    def of_job(self) -> list[Any]:
+        """The JobParts and Orders since the last call; a lost link takes them back."""
+    def send(self, message: Any) -> bool:
+        """Send a Want or JobStatus; whether there is a link."""
     def report(
         self,
         q: _Pose,

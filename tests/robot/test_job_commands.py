@@ -9,7 +9,7 @@ from rig import Shell
 
 from laptop.simulator.device.buttons import read_press
 from robot.job_commands import in_minutes
-from robot.jobs.progress import JobProgress, save_progress
+from robot.jobs.progress import SavedProgress, save_progress
 from shared.job import Job
 
 TWO = [[(9.0, 2.0), (13.0, 6.0)], [(8.0, 6.0), (6.0, 10.0)]]
@@ -76,7 +76,7 @@ def test_what_is_left_is_resumed_after_a_signal(shell, tmp_path):
 
 def test_a_crash_between_two_times_goes_on_with_the_next_time(shell, tmp_path):
     job = Job(keep(tmp_path))
-    save_progress(job.crc, JobProgress(3, 1, {}, 0.0))
+    save_progress(job.crc, SavedProgress(3, 1, {}, 0.0))
     shown = shell.run("job", "two", "--resume", "--repeat", "2")
     assert shown.status == 0, shown.err
     assert "goes on with stroke 1 of 2" in shown.out

@@ -17,7 +17,7 @@ def test_five_drawings_come_along_and_are_found_by_name():
     assert gallery() == ("house", "knot", "owl", "rose", "spirograph")
     for name in gallery():
         artwork = read_source(name)
-        assert artwork.name == f"{name}.svg"
+        assert artwork.name == name
         assert read_source(f"{name}.svg").points() == artwork.points()
 
 

@@ -229,7 +229,8 @@ def test_one_steers_and_who_watches_may_take_over_and_stop(browser, tracker, sur
     watcher.close()
 
 
-@pytest.mark.parametrize("loads", [12, pytest.param(200, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("loads", [40, 200])
 def test_many_loads_at_once_are_all_answered(tracker, loads):
     import http.client
     from concurrent.futures import ThreadPoolExecutor

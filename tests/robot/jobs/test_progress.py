@@ -3,8 +3,8 @@
 import pytest
 
 from robot.jobs.progress import (
-    JobProgress,
     NoJob,
+    SavedProgress,
     find_job,
     forget_progress,
     jobs_folder,
@@ -14,7 +14,7 @@ from robot.jobs.progress import (
 )
 
 CRC = 0xABC
-HERE = JobProgress(7, 2, {"A": 12.5, "B": -3.0}, 0.1)
+HERE = SavedProgress(7, 2, {"A": 12.5, "B": -3.0}, 0.1)
 
 
 @pytest.fixture(autouse=True)
