@@ -58,7 +58,9 @@ def pieces(points: np.ndarray, tolerance: float) -> list[np.ndarray]:
         # What goes back on itself is no curve, however small.
         again = [0, *(np.flatnonzero(turns(thin) > SHARPEST) + 1).tolist(), len(thin) - 1]
         out += [thin[i : j + 1] for i, j in zip(again, again[1:], strict=False)]
-    return out
+    # What is smaller than the tolerance may have come back to where it began.
+    out = [piece[np.append(True, np.diff(piece, axis=0).any(axis=1))] for piece in out]
+    return [piece for piece in out if len(piece) > 1] or [_dot(points)]
 
 
 def _dot(points: np.ndarray) -> np.ndarray:

@@ -1,5 +1,6 @@
 """Pieces: corners kept, looks kept, no more points than are needed."""
 
+import itertools
 import math
 
 import numpy as np
@@ -133,3 +134,17 @@ def test_a_drawing_of_50000_points_keeps_its_looks():
             assert greatest_mm(curve, pieces) < 0.25
     assert left < 6000
     assert count < 120  # noise makes hardly a corner
+
+
+@pytest.mark.parametrize("radius", [0.002, 0.004, 0.005, 0.006, 0.008, 0.012])
+@pytest.mark.parametrize("count", [4, 9, 24, 60])
+def test_a_ring_smaller_than_the_tolerance_is_a_dot_or_small_and_never_in_one_place(radius, count):
+    angle = np.linspace(0, 2 * np.pi, count + 1)
+    ring = np.column_stack([4 + radius * np.cos(angle), 8 + radius * np.sin(angle)])
+    for points in (ring, np.vstack([ring[:1] + (0, 4e-5), ring])):
+        found = simplify.pieces(points, 0.01)
+        for piece in found:
+            assert np.hypot(*np.diff(piece, axis=0).T).min() > 0
+            assert np.hypot(*(piece - (4, 8)).T).max() < radius + 0.02
+        for piece, after in itertools.pairwise(found):
+            assert (piece[-1] == after[0]).all()
