@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from functools import partial
 from pathlib import Path
 
@@ -11,7 +12,13 @@ from nicegui import events, ui
 from laptop.page.cards.camera_view import CameraView
 from laptop.page.cards.card import card, heading
 from laptop.page.cards.session import DRAW, BrowserSession
-from laptop.page.drawing_snapshots import DrawingSnapshot, DrawingState, JobState, Placing
+from laptop.page.drawing_snapshots import (
+    DrawingSnapshot,
+    DrawingState,
+    JobState,
+    PlacedDrawing,
+    Placing,
+)
 from laptop.page.drawing_view import SIZES, figure, placing_of
 from laptop.page.interface import DrawCalls
 from laptop.page.snapshots import PageState
@@ -22,6 +29,8 @@ MAX_FILE = 8_000_000
 """Bytes of a file, at the most."""
 GALLERY = "rose", "spirograph", "knot", "owl", "house"
 """Drawings that come along."""
+ANSWER_TIMEOUT = 3.0
+"""So long is an answer waited for to what was typed, s."""
 PEN_STEP, MAX_PEN = 5.0, 30.0
 """Degrees of the pen's motor: a press of a button, and the most."""
 
@@ -39,6 +48,8 @@ class DrawCard:
         self._revision = -1
         self._snapshot = DrawingSnapshot(None, {})
         self._typing = False  # in a field of the placing: what is typed is not to be changed
+        self._asked: Placing | None = None  # by typing, not answered yet
+        self._asked_at = -math.inf  # s
         self._pen = 0.0  # degrees deeper
         ui.add_head_html(f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>")
         ui.add_body_html(f"<script>takeDrops({MAX_FILE})</script>")
@@ -86,10 +97,10 @@ class DrawCard:
                     ("rotate", "turned, °", 5.0),
                 )
             }
-            for field in self._fields.values():
+            for key, field in self._fields.items():
                 field.on("focus", lambda: setattr(self, "_typing", True))
-                field.on("blur", self._apply_place)
-                field.on("keydown.enter", self._apply_place)
+                field.on("blur", partial(self._apply, key))
+                field.on("keydown.enter", partial(self._apply, key))
         with ui.row().classes("w-full gap-1") as self._place_buttons:
             for label, icon, change in (
                 ("Fit", "fit_screen", self._fit),
@@ -231,10 +242,17 @@ class DrawCard:
         self._notes.clear()
         if placed is None:
             return
+        at = placing_of(placed)
+        late = time.monotonic() - self._asked_at > ANSWER_TIMEOUT
+        if self._asked and not late and not _alike(at, self._asked):
+            return self._show_notes(placed)  # it answers what was asked before that
+        self._asked = None
         if not self._typing:
-            at = placing_of(placed)
             for key, field in self._fields.items():
                 field.set_value(round(getattr(at, key), 1) + 0.0)  # no -0.0
+        self._show_notes(placed)
+
+    def _show_notes(self, placed: PlacedDrawing) -> None:
         with self._notes:
             for note in placed.notes[:4]:
                 ui.label(note).classes("quiet")
@@ -304,22 +322,27 @@ class DrawCard:
             rotate = (at.rotate + turn + 180) % 360 - 180
             await self._session.draw(DrawCalls.place, at._replace(size=size, rotate=rotate))
 
-    async def _apply_place(self) -> None:
-        """Lay it where the fields say."""
+    async def _apply(self, key: str) -> None:
+        """Lay it where a field says; what others say may be of an earlier place."""
         self._typing = False
-        placed = self._snapshot.placed
-        values = {key: field.value for key, field in self._fields.items()}
-        if placed is None or any(value is None for value in values.values()):
+        placed, value = self._snapshot.placed, self._fields[key].value
+        if placed is None or value is None or not math.isfinite(value):
             return
-        typed = Placing(**{key: float(value) for key, value in values.items()})
-        if not all(map(math.isfinite, typed)):  # type: ignore[arg-type]
-            return
-        known = placing_of(placed)
-        if any(abs(a - b) > 0.051 for a, b in zip(typed, known, strict=True)):  # type: ignore[operator]
-            await self._session.draw(DrawCalls.place, typed)
+        base = self._asked or placing_of(placed)
+        asked = base._replace(**{key: float(value)})
+        if not _alike(asked, base):
+            self._asked, self._asked_at = asked, time.monotonic()
+            if not await self._session.draw(DrawCalls.place, asked):
+                self._asked = None
 
     def _on_refused(self, event: events.GenericEventArguments) -> None:
         self._session.warn(str(event.args))
+
+
+def _alike(one: Placing, other: Placing) -> bool:
+    """Return True if fields, which show tenths, show the same of both."""
+    pairs = zip(one, other, strict=True)
+    return all(abs((a or 0.0) - (b or 0.0)) <= 0.051 for a, b in pairs)
 
 
 def in_minutes(seconds: float) -> str:

@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 from page_tracker import SYNTHETIC, Surfer, Tracker, a_browser
-from waiting import PATIENCE
+from waiting import PATIENCE, until
 
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
@@ -60,24 +60,42 @@ class Drawer(Surfer):
         self.page.get_by_text("is known by the tip's own moves").wait_for()
 
     def handle(self, name, number=0):
-        box = self.page.locator(f"[data-handle={name}]").nth(number).bounding_box()
+        found = self.page.locator(f"[data-handle={name}]").nth(number)
+        # (There is none for a moment while the drawing is shown anew.)
+        box = until(found.bounding_box, "a handle", lambda: self.page.wait_for_timeout(20))
         return np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
 
     def pull(self, start, end):
         """Drag from one place of the page to another; wait until it lies there."""
         before = self.placing()
-        self.page.mouse.move(*start)
-        self.page.mouse.down()
-        self.page.mouse.move(*(start + end) / 2, steps=6)
-        self.page.mouse.move(*end, steps=6)
-        self.page.wait_for_timeout(150)
-        self.page.mouse.up()
+
+        def act():
+            self.page.mouse.move(*start)
+            self.page.mouse.down()
+            self.page.mouse.move(*(start + end) / 2, steps=6)
+            self.page.mouse.move(*end, steps=6)
+            self.page.wait_for_timeout(150)
+            self.page.mouse.up()
+
+        self.order(act)
         self.until(lambda: self.placing() != before, "the new place")
 
     def placing(self):
         """(x, y, size, turned) as the fields have them."""
         fields = self.page.locator(".place input")
         return [float(fields.nth(k).input_value()) for k in range(4)]
+
+    def lay(self, *placing):
+        """Type where it is to lie (x, y, size, turned), and wait until it does."""
+
+        def act():
+            fields = self.page.locator(".place input")
+            for key, value in enumerate(placing):
+                fields.nth(key).fill(str(value))
+            fields.nth(3).press("Enter")
+
+        self.order(act)
+        self.until(lambda: self.placing() == list(placing), "the placing")
 
     def ink(self):
         """All that was truly drawn so far: points (n, 2), cm."""
@@ -174,10 +192,7 @@ def test_a_dropped_svg_is_moved_and_turned_drawn_paused_and_resumed(surfer):
     assert page.locator(".draws:disabled", has_text="Start").count()
     surfer.press("Fit")
     surfer.facts(r"s$")
-    for key, value in enumerate((13.0, -3.0, 7.0, 0.0)):
-        page.locator(".place input").nth(key).fill(str(value))
-    page.locator(".place input").nth(3).press("Enter")
-    surfer.until(lambda: surfer.placing() == [13.0, -3.0, 7.0, 0.0], "the placing")
+    surfer.lay(13.0, -3.0, 7.0, 0.0)
     surfer.facts(r", \d+ s$")
     turner = surfer.handle("turn")
     middle = np.mean([surfer.handle("scale", k) for k in range(4)], axis=0)
