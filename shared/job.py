@@ -130,6 +130,7 @@ class Job(object):
         path: as given.
         header: JobHeader.
         crc: of its contents; another drawing has another one.
+        between: called now and then while a stroke is read: a long one takes the brick seconds.
 
     Raises:
         BadJob: it cannot be read, is damaged, or is for another arm.
@@ -138,6 +139,7 @@ class Job(object):
     def __init__(self, path, arm=None):
         self.path = path
         self._arm = arm
+        self.between = _go_on
         try:
             self._offsets, self._lengths, self.crc = self._scan()
             self.header = self._read_header()
@@ -156,21 +158,25 @@ class Job(object):
         """
         try:
             value = self._parsed(k)
+            self.between()
             if value["stroke"] != k:
                 raise SpoiltFile("has stroke {!r} where {} should be".format(value["stroke"], k))
-            pieces = [_piece(piece, len(self.header.links)) for piece in value["pieces"]]
+            pieces = []
+            for piece in value["pieces"]:
+                pieces.append(_piece(piece, len(self.header.links)))
+                self.between()
             if not pieces:
                 raise SpoiltFile("has a stroke without a piece")
             stroke = Stroke(
                 str(value["layer"]), number(value["cm"]), number(value["start_s"]), pieces
             )
-            _check_joined(pieces)
+            _check_joined(pieces, self.between)
         except OSError as error:
             raise BadJob("{}: {}; send it again".format(self.path, error.strerror)) from None
         except (SpoiltFile, ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
             raise self._bad(error) from None
         if self._arm:
-            _check_joints(self.path, k, pieces, self._arm.joints)
+            _check_joints(self.path, k, pieces, self._arm.joints, self.between)
         return stroke
 
     def cm_before(self, k):
@@ -308,10 +314,15 @@ def _ends(times, segments):
         ]
 
 
-def _check_joined(pieces):
+def _go_on():
+    pass
+
+
+def _check_joined(pieces, between):
     """Refuse angles that jump."""
     before = None
     for times, segments, end in pieces:
+        between()
         for joints in _ends(times, segments):
             if before is not None:
                 _check_jump(before, [joint[0] for joint in joints])
@@ -326,9 +337,10 @@ def _check_jump(before, after):
         raise SpoiltFile("has a joint that jumps by {:.1f} deg".format(math.degrees(jump)))
 
 
-def _check_joints(path, k, pieces, joints):
+def _check_joints(path, k, pieces, joints, between):
     """Refuse angles and speeds that the joints may not have."""
     for times, segments, _ in pieces:
+        between()
         for states in _ends(times, segments):
             for joint, (q, q_end, speed, speed_end) in zip(joints, states):
                 low, high = min(q, q_end), max(q, q_end)

@@ -155,6 +155,12 @@ class LinkedJob(object):
         try:
             report = LinkedReport(self, job, self._clock, self._say)
             self.hear(orders, self._where)  # to check a long job takes the brick a while
+
+            def listen():
+                if self._is_due(False):
+                    self.hear(orders, self._where)
+
+            job.between = listen
             runner = LinkedRunner(self, self._arm, self._clock, job, orders, report)
             runner.run(self._draw.first)
         finally:
@@ -242,11 +248,12 @@ class LinkedJob(object):
             self.progress = self.progress._replace(t=self._clock.now(), down=down)
             self._send()
 
-    def _is_due(self):
+    def _is_due(self, taken=True):
         now = self._clock.now()
         if now < self._next:
             return False
-        self._next = now + STATUS_PERIOD
+        if taken:
+            self._next = now + STATUS_PERIOD
         return True
 
     def _send(self):

@@ -289,6 +289,22 @@ def test_all_of_it_goes_at_the_pace_of_the_brick_too(watched, offer):
     assert max(b - a for a, b in zip(times, times[1:], strict=False)) < 3.0
 
 
+@pytest.mark.long
+def test_a_long_stroke_is_read_and_planned_with_the_laptop_heard(watched, offer, capsys):
+    w = watched()
+    zigzag = [(12 + 0.05 * k, -3.0 if k % 2 else 3.0) for k in range(60)]
+
+    def react(laptop, progress):
+        if progress.down:
+            laptop.server.send(Stop("enough"))
+
+    laptop = drawn(w, Laptop(w, offer(w, [zigzag]), react))
+    assert states(laptop) == ["drawing", "aborted"]
+    assert "not linked" not in capsys.readouterr().out
+    times = [status.t for status in laptop.statuses]
+    assert max(b - a for a, b in zip(times, times[1:], strict=False)) < 1.5
+
+
 def test_a_job_of_another_arm_is_refused_and_says_why(watched, tmp_path):
     w = watched(plant="cpu=0")
     path = planned_job(tmp_path / "lines.job", w.arm, LINES)
