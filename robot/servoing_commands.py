@@ -92,8 +92,8 @@ def _parser():
     parser.add_argument("--budget", type=number_in(*BUDGET), default=DEFAULTS.budget, metavar="S")
     parser.add_argument(
         "--wait", action="store_true",
-        help="until ended by a signal, do a run whenever the laptop says so, as it orders, and hold"
-        " the arm between them",
+        help="until ended by a signal, do a run whenever the laptop says so, as it orders, or draw"
+        " what it offers, and hold the arm between them",
     )  # fmt: skip
     program.add_take(parser)
     parser.add_argument(

@@ -2,9 +2,13 @@
 
 import asyncio
 import contextlib
+import subprocess
+import sys
 
 import pytest
+from places import ROOT
 from ssh_brick import Proxy
+from waiting import PATIENCE
 
 from laptop.brick import BrickProblem, jobs
 from laptop.brick.connection import Dialogue, connected, read_address
@@ -135,3 +139,30 @@ def test_a_cable_that_is_pulled_lets_it_go_on(ssh_brick, job):
     seen = []
     assert on_brick(ssh_brick, jobs.watch, seen.append)[0] == 0
     assert seen[-1].state == "done"
+
+
+@pytest.mark.long
+def test_a_drawing_is_drawn_by_what_one_types(ssh_brick, tmp_path):
+    assert ssh_brick.run("run", "driver.py", "home", "--seek")[0] == 0
+    ssh_brick.emulate("--realtime")
+    file = tmp_path / "square.svg"
+    file.write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm" viewBox="0 0 4 4">'
+        '<rect x="0" y="0" width="3" height="3" fill="none" stroke="black"/></svg>'
+    )
+    words = ["draw", str(file), "--size", "4", "--brick", ssh_brick.place]
+    done = subprocess.run(
+        [sys.executable, "-m", "laptop", *words],
+        cwd=ROOT,
+        env=ssh_brick.environment,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0].startswith("4.0 x 4.0 cm around ")
+    assert any(line.startswith("square.svg: drawing, ") for line in lines)
+    assert lines[-1].startswith("square.svg: done, 100 %, stroke 1 of 1, 0:00 left")
+    assert "sent, and started" in done.stderr
