@@ -475,6 +475,7 @@ def test_every_option_that_a_readme_names_is_there():
         "--help",
         "--constraints",
         "--reinstall",
+        "--format",
     }  # of pip, uv and all
     for path in READMES:
         assert options(path.read_text("utf-8")) <= known | others, path
