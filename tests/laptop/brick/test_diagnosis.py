@@ -99,7 +99,7 @@ def test_the_emulated_brick_is_told_of_over_ssh(ssh_brick):
 @pytest.mark.long
 def test_motors_that_a_hand_turns_count(ssh_brick):
     # (What there is beside it, it looks at first: that takes the longer the more runs here.)
-    ssh_brick.emulate("--fault", "push:A@12")
+    ssh_brick.emulate("--fault", "push:A@20")
     status, out, _ = ssh_brick.run("doctor", "--motors")
     assert status == 1
     assert "port A    counts 19 by hand: fine" in out

@@ -223,7 +223,7 @@ def test_a_computer_without_python_is_no_brick(ssh_brick):
 
 @LONG
 def test_a_full_card_leaves_the_old_program_whole(ssh_brick, clone):
-    mount = ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", str(ssh_brick.home)]
+    mount = ["mount", "-t", "tmpfs", "-o", "size=6m", "tmpfs", str(ssh_brick.home)]
     if subprocess.run(mount, capture_output=True).returncode:
         pytest.skip("a small file system stands for a full card, and only root may mount one")
     try:

@@ -97,6 +97,10 @@ class Drawer(Surfer):
         self.order(act)
         self.until(lambda: self.placing() == list(placing), "the placing")
 
+    def middle(self):
+        """Where the middle of what lies over the picture is, px of the window."""
+        return np.mean([self.handle("scale", k) for k in range(4)], axis=0)
+
     def ink(self):
         """All that was truly drawn so far: points (n, 2), cm."""
         self.follower.poll()
@@ -187,15 +191,17 @@ def test_a_dropped_svg_is_moved_and_turned_drawn_paused_and_resumed(surfer):
     assert size == pytest.approx(0.55 * before[2], rel=0.1)
     assert (x, y) == pytest.approx(before[:2], abs=0.11)
     surfer.pull(middle, np.array(surfer.at(600, 60)))
-    assert page.locator("[data-drawing=missed]").count()
+    page.locator("[data-drawing=missed]").first.wait_for(state="attached")
     page.get_by_text("cannot be reached (red)").wait_for()
-    assert page.locator(".draws:disabled", has_text="Start").count()
+    page.locator(".draws:disabled", has_text="Start").wait_for()
     surfer.press("Fit")
     surfer.facts(r"s$")
     surfer.lay(13.0, -3.0, 7.0, 0.0)
     surfer.facts(r", \d+ s$")
+    there = np.array(surfer.at(*surfer.pixel((13.0, -3.0))))
+    surfer.until(lambda: np.hypot(*(surfer.middle() - there)) < 15, "it, over the picture")
     turner = surfer.handle("turn")
-    middle = np.mean([surfer.handle("scale", k) for k in range(4)], axis=0)
+    middle = surfer.middle()
     ahead = turner - middle
     surfer.pull(turner, middle + np.array([ahead[1], -ahead[0]]))  # a quarter, as it is seen
     x, y, size, turned = surfer.placing()
