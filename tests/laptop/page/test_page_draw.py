@@ -273,8 +273,8 @@ def test_a_path_that_cannot_be_reached_is_red_before_anything_moves(surfer):
     u, v = surfer.pixel((18.0, 0.0))
     surfer.drag((u, v), (u + 60, v), (u + 60, v + 20))
     surfer.page.get_by_text("cannot be reached (red)").wait_for()
-    assert surfer.page.locator("[data-drawing=missed]").count()
-    assert surfer.page.locator(".draws:disabled", has_text="Start").count()
+    surfer.page.locator("[data-drawing=missed]").first.wait_for(state="attached")
+    surfer.page.locator(".draws:disabled", has_text="Start").wait_for()
     surfer.press("Remove")
     surfer.page.wait_for_function("() => !document.querySelector('[data-drawing]')")
 
