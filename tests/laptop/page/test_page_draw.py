@@ -249,7 +249,7 @@ def test_a_dragged_triangle_is_drawn_in_one_go(surfer):
     already = len(surfer.ink())
     surfer.drag(*corners)
     surfer.facts(r"^dragged path: 1 stroke, \d+ cm, \d+ s$")
-    assert surfer.page.locator("[data-drawing=good]").count()
+    surfer.page.locator("[data-drawing=good]").first.wait_for(state="attached")
     surfer.page.wait_for_timeout(200)
     began = time.monotonic()
     surfer.press("Start")
