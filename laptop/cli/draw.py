@@ -30,7 +30,7 @@ IN_PLACE = "reach"
 EXAMPLES = examples(
     "draw rose --preview rose.png",
     "draw house.svg --size 9 --simulate",
-    'draw --text "Hello\\nworld" --font script --at 12,4',
+    'draw --text "Hello\\nworld" --font script --at 12,4 --preview hello.svg',
     "draw photo.jpg --detail 60 --shades 2 --clip --brick ev3dev",
     "draw --watch",
 )
@@ -74,12 +74,21 @@ SOURCE = _group(
     click.option(
         "--card", metavar="NAME", help="A test card: grid, star, circles, iso9283, reach."
     ),
-    click.option("--font", default="plain", show_default=True, help="Of a text."),
+    click.option(
+        "--font",
+        default="plain",
+        show_default=True,
+        help="Of a text: plain, roman, script, cursive, times, gothic.",
+    ),
     click.option(
         "--letters", default=1.0, show_default=True, metavar="CM", help="Height of capitals."
     ),
-    click.option("--slant", default=0.0, metavar="DEG", help="Of the letters, to the right."),
-    click.option("--spacing", default=1.0, metavar="X", help="From letter to letter; 1 as usual."),
+    click.option(
+        "--slant", default=0.0, show_default=True, metavar="DEG", help="Of letters, to the right."
+    ),
+    click.option(
+        "--spacing", default=1.0, metavar="X", help="From letter to letter.  [default: 1]"
+    ),
     click.option("--align", default="left", show_default=True, help="Lines: left, centre, right."),
     click.option(
         "--detail",
@@ -232,7 +241,7 @@ def draw(
     name: str | None,
     **options: Any,
 ) -> None:
-    """Draw WHAT: an SVG, PNG or JPEG file, a text, - for standard input, or a drawing by its name.
+    """Draw WHAT: an SVG, PNG, JPEG or text file, - for standard input, or a drawing by its name.
 
     Drawings that come along: house, knot, owl, rose, spirograph.  Without --preview, --job or
     --simulate the brick draws it: Ctrl-C pauses, a second one aborts, and when this computer is

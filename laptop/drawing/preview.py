@@ -170,10 +170,11 @@ def minutes(seconds: float) -> str:
 def lines_of(plan: DrawingPlan) -> list[str]:
     """Say what a plan is, a few lines for people."""
     width, height = plan.placement.size
+    x, y = (round(value, 1) + 0.0 for value in plan.placement.centre)  # no -0.0
     count = len(plan.strokes)
     lines = [
-        f"{width:.1f} x {height:.1f} cm around ({plan.placement.centre[0]:.1f}, "
-        f"{plan.placement.centre[1]:.1f}) cm, {count} stroke{'' if count == 1 else 's'}, "
+        f"{width:.1f} x {height:.1f} cm around ({x:.1f}, {y:.1f}) cm, "
+        f"{count} stroke{'' if count == 1 else 's'}, "
         f"{plan.cm:.0f} cm drawn, {plan.after.pen_up_cm:.0f} cm with the pen up",
         f"about {minutes(plan.estimate.seconds)} with the {plan.arm.name} arm at "
         f"{plan.speed:g} cm/s",
