@@ -39,6 +39,7 @@ class Drawer(Surfer):
         self.page.get_by_role("tab", name=name).click()
 
     def drop(self, name, text):
+        self.steer()  # whoever was here before may count as steering still: then it is refused
         self.page.evaluate(DROP, [name, text])
 
     def word(self, text):
