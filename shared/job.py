@@ -39,6 +39,10 @@ MAX_JUMP = 0.01
 """Greatest difference of a joint's angle from where a piece or segment ends to where the next
 begins, rad."""
 
+JOINED = 0.02
+"""A stroke begins where the last one ended, and the pen stays down, if no joint differs by more,
+rad: it is no more than an encoder shows."""
+
 SPEED_MARGIN = 1.1
 """A joint is planned no faster than so many times its greatest speed."""
 

@@ -16,9 +16,6 @@ from robot.motion import kinematics, trajectory
 from shared import job
 from shared.arm_description import Arm
 
-JOINED = 0.02
-"""Where no joint differs by more, rad, the brick draws the next stroke without lifting the pen."""
-
 SEGMENT_BYTES, JOINT_BYTES = 75, 62
 """What a segment takes of a job's line at the most, and what each joint adds."""
 
@@ -194,7 +191,7 @@ def chains(strokes: Sequence[PlannedStroke], arm: Arm, height: float) -> list[li
 def is_joined(stroke: PlannedStroke, after: PlannedStroke) -> bool:
     """Whether the pen stays down from one stroke to the one after it."""
     ends = zip(stroke.motions[-1].end, after.motions[0].start, strict=True)
-    return max(abs(a - b) for a, b in ends) <= JOINED
+    return max(abs(a - b) for a, b in ends) <= job.JOINED
 
 
 def write(

@@ -22,6 +22,7 @@ from robot.motion.gravity import Gravity
 from robot.motion.motor_model import PEN_ACCELERATION, PEN_SPEED
 from robot.motion.trajectory import JOINT_ACCELERATION, JointMove, Trajectory
 from shared.arm_description import Arm, Joint
+from shared.job import JOINED
 
 DIRECT, GEARED, IN_SPACE = "direct", "geared", "in space"
 
@@ -42,9 +43,6 @@ BETWEEN_STROKES = {DIRECT: 0.025, GEARED: 0.025, IN_SPACE: 0.055}
 
 READING = {DIRECT: 0.0078, GEARED: 0.0078, IN_SPACE: 0.0142}
 """And for each cubic of its motions, s."""
-
-JOINED = 0.02
-"""The pen is not lifted where no joint is farther from where the next stroke begins, rad."""
 
 
 @dataclass(frozen=True)

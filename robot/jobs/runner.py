@@ -18,11 +18,8 @@ from robot.motion.feed import FeedOverride, rest_of, same_place, slowed
 from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import Trajectory
 from robot.program import ignore_signals
+from shared.job import JOINED
 from shared.state import PLAN
-
-JOINED = 0.02
-"""A stroke begins where the last one ended if no joint differs by more, rad: it is no more than an
-encoder shows."""
 
 LONGEST_CHAIN = 100000
 """So many bytes of strokes that are joined are read before the pen comes down on the first: the
