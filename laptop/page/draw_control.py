@@ -94,6 +94,7 @@ class DrawControl:
         self._revision = 0
         self._seen: object = None  # the views that the revision knows
         self._request: Request | None = None  # the last of a drawing
+        self._number = 0  # of its source
         self._placed: PlacedDrawing | None = None
         self._deviation: Deviation | None = None
         self._busy = self._trouble = ""
@@ -165,9 +166,10 @@ class DrawControl:
         if self._arm is None:
             return "the arm is not known here; give its file by BRICKSERVO_ARM"
         with self._lock:
-            number = self._request.number + 1 if self._request else 1
+            # (Also after one was taken away: the worker knows sources by their numbers.)
+            self._number += 1
             self._placed = self._deviation = None
-            self._ask(Request(number, source, placing))
+            self._ask(Request(self._number, source, placing))
             return ""
 
     def _ask(self, request: Request) -> None:

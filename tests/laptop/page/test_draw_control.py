@@ -352,6 +352,17 @@ def test_of_a_drawing_that_was_cleared_nothing_is_left(scene, drawings):
     assert not drawings.state().can_start
 
 
+def test_what_comes_after_a_drawing_that_was_cleared_is_read(scene, drawings):
+    drawings.load("square.svg", SQUARE)
+    scene.drawn()
+    drawings.clear()
+    drawings.load("broken.svg", b"<svg")
+    scene.drawn()
+    assert "broken.svg" in drawings.state().trouble
+    drawings.choose("rose")
+    assert scene.drawn().placed.name == "rose"
+
+
 @pytest.fixture
 def worker():
     answers = []
