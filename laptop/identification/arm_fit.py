@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from laptop.identification.arm_model import SIGNS, ArmModel, encoder_sigma, slopes
+from laptop.identification.arm_model import SIGNS, ArmModel, Standing, encoder_sigma, slopes
 from shared.arm_description import ArmError
 
 LOSS_SCALE = 2.0
@@ -46,22 +46,19 @@ class BadIdentification(ArmError, ValueError):
 class RestSights:
     """Rests of the arm, in the order of time.
 
-    e       angles by the encoders, rad, (n, joints)
-    sides   flank on which each link rests, (n, joints): +1 after a motion upwards, -1, or 0
+    stood   how the joints stood
     pixels  of the marker by camera, (n, 2); nan where it was not seen
     sigma   of each of these numbers by camera, px, (n,)
     """
 
-    e: np.ndarray
-    sides: np.ndarray
+    stood: Standing
     pixels: Mapping[str, np.ndarray]
     sigma: Mapping[str, np.ndarray]
 
     def __add__(self, other: RestSights) -> RestSights:
         """Return all rests of both."""
         return RestSights(
-            np.concatenate([self.e, other.e]),
-            np.concatenate([self.sides, other.sides]),
+            Standing(*map(np.concatenate, zip(self.stood, other.stood, strict=True))),
             {name: np.concatenate([self.pixels[name], other.pixels[name]]) for name in self.pixels},
             {name: np.concatenate([self.sigma[name], other.sigma[name]]) for name in self.sigma},
         )
@@ -93,6 +90,7 @@ class ArmFit:
     noise       what is left over, in standard deviations of what was expected: 1 if all fits
     slopes      derivatives of the whitened residuals by the numbers, by camera, (n, 2, m)
     by_joints   derivatives of the pixels by the encoders' angles, whitened, (n, 2, joints)
+    whiteners   by which a camera's px become standard deviations, (n, 2, 2)
     rms         of what is left over, px
     """
 
@@ -103,6 +101,7 @@ class ArmFit:
     noise: float
     slopes: dict[str, np.ndarray]
     by_joints: dict[str, np.ndarray]
+    whiteners: dict[str, np.ndarray]
     rms: float
 
     def value(self, name: str) -> float:
@@ -136,7 +135,7 @@ class _Problem:
         """Return what the cameras should see, rests and then touches, by camera."""
         found = {}
         for name in self.model.cameras:
-            seen = self.model.pixels(state, name, self.rests.e, self.rests.sides)
+            seen = self.model.pixels(state, name, self.rests.stood)
             crosses, elbows = self.touching(name)
             if len(crosses):
                 touched = self.model.touched(state, name, crosses, elbows)
@@ -172,7 +171,7 @@ class _Problem:
         sigma_e = encoder_sigma(self.model.arm)
         whiteners = {}
         for name in self.model.cameras:
-            seen_by_e = self.by_encoders(state, name) * sigma_e
+            seen_by_e = self.model.by_encoders(state, name, self.rests.stood) * sigma_e
             sigma = np.maximum(self.rests.sigma[name], LEAST_PIXEL)
             noise = seen_by_e @ seen_by_e.transpose(0, 2, 1)
             noise += sigma[:, None, None] ** 2 * np.eye(2)
@@ -183,17 +182,6 @@ class _Problem:
                 noise = np.concatenate([noise, own + placing @ placing.transpose(0, 2, 1)])
             whiteners[name] = np.linalg.inv(np.linalg.cholesky(noise))
         return replace(self, whiteners=whiteners)
-
-    def by_encoders(self, state: np.ndarray, name: str) -> np.ndarray:
-        """Return derivatives of the pixels by the encoders' angles, (n, 2, joints)."""
-        e, sides = self.rests.e, self.rests.sides
-        columns = []
-        for unit in np.eye(e.shape[1]):
-            ends = [
-                self.model.pixels(state, name, e + sign * 1e-4 * unit, sides) for sign in SIGNS
-            ]
-            columns.append((ends[0] - ends[1]) / 2e-4)
-        return np.stack(columns, axis=-1)
 
     def _placing(self, state: np.ndarray, name: str) -> np.ndarray:
         """Return by how many px the marker is beside where it is if the pen were on the cross."""
@@ -232,7 +220,7 @@ def first_guess(
     height = model.mean[model.index("marker.height")]
     places = camera.to_table(pixels[there], height) @ np.array([1, 1j])
     good = np.isfinite(places)
-    e, places = rests.e[there][good], places[good]
+    e, places = rests.stood.e[there][good], places[good]
     best, least = None, math.inf
     for signs in itertools.product(SIGNS, repeat=e.shape[1]):
         turned = np.cumsum(e * signs, axis=1)
@@ -271,7 +259,7 @@ def _first_in_space(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.nd
             state = start.copy()
             state[place] = x
             parts = [
-                model.pixels(state, name, rests.e, rests.sides) - rests.pixels[name]
+                model.pixels(state, name, rests.stood) - rests.pixels[name]
                 for name in model.cameras
             ]
             flat = np.concatenate(parts).ravel()
@@ -398,23 +386,27 @@ def _told(problem: _Problem, x: np.ndarray) -> ArmFit:
     whole = np.zeros((len(model.names),) * 2)
     whole[np.ix_(free, free)] = covariance * np.outer(scales, scales)
     state = problem.full(x)
-    residuals, derivatives, by_joints, at, squares = {}, {}, {}, 0, []
+    residuals, derivatives, by_joints, squares = {}, {}, {}, []
+    whiteners, at = {}, 0
     for name, pixels in problem.pixels(state).items():
         off = pixels - problem.seen(name)
         there = np.isfinite(off).all(axis=1)
-        squares.append(off[there][: there[: len(problem.rests.e)].sum()] ** 2)
+        squares.append(off[there][: there[: len(problem.rests.stood.e)].sum()] ** 2)
         count = 2 * int(there.sum())
         white = np.full(off.shape, np.nan)
         white[there] = data[at : at + count].reshape(-1, 2)
         row = np.zeros((*off.shape, m))
         row[there] = own[at : at + count].reshape(-1, 2, m)
-        n = len(problem.rests.e)
+        n = len(problem.rests.stood.e)
         residuals[name], derivatives[name] = white[:n], row[:n]
-        by_joints[name] = problem.whiteners[name][:n] @ problem.by_encoders(state, name)
+        by_joints[name] = problem.whiteners[name][:n] @ model.by_encoders(
+            state, name, problem.rests.stood
+        )
+        whiteners[name] = problem.whiteners[name][:n]
         at += count
     rms = float(np.sqrt(np.mean(np.concatenate(squares)) * 2))
     return ArmFit(
-        model, state, whole, residuals, math.sqrt(noise2), derivatives, by_joints, rms
+        model, state, whole, residuals, math.sqrt(noise2), derivatives, by_joints, whiteners, rms
     )
 
 

@@ -2,9 +2,10 @@
 
 A joint's link stands at
 
-    theta = direction * gear * e + zero - side * backlash / 2
+    theta = sign * (gear * e - side * (backlash / 2 - back)) + zero
 
-where e is the angle by the motor's encoder as the arm's file has it, gear the true turns over the
+where back is by how much the motor went back after it had pushed the link there, but no more than
+the backlash: so far the link does not follow.  And where sign is -1 for a joint that turns the other way round than described, e is the angle by the motor's encoder as the arm's file has it, gear the true turns over the
 described ones, and side +1 or -1: the flank of its play on which the link rests, 0 between them.
 The marker sits on the last link, `along` it and `aside` from it, seen from the pen's tip; so the
 picture alone tells only the sum of the last link and `along`, and of its zero and `aside`.
@@ -18,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,6 +45,22 @@ PHASE = 1 / math.sqrt(12)
 """Standard deviation of a shaft that stands anywhere within a count, counts."""
 COUNT = math.radians(1)
 SIGNS = (1, -1)
+SMALL = 1e-4
+"""Step of a derivative by an angle, rad."""
+
+
+class Standing(NamedTuple):
+    """How the joints stand, each (n, joints).
+
+    e      angles by the encoders, rad
+    sides  flank on which each link was pushed: +1 by a motion upwards, -1, or 0: between them
+    back   how far the motor has gone back since, rad; below 0 where it is believed not to have been
+           so far
+    """
+
+    e: np.ndarray
+    sides: np.ndarray
+    back: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,11 +183,12 @@ class ArmModel:
 
     # Where things are
 
-    def links_at(self, state: np.ndarray, e: np.ndarray, sides: np.ndarray) -> np.ndarray:
-        """Angles of the links, rad, (n, joints), by the encoders' e and the sides, both alike."""
-        gears = np.array(self.signs) * self.of_joints(state, "gear")
+    def links_at(self, state: np.ndarray, stood: Standing) -> np.ndarray:
+        """Angles of the links, rad, (n, joints)."""
         backlash = self.of_joints(state, "backlash")
-        return gears * e + self.of_joints(state, "zero") - sides * backlash / 2
+        back = np.minimum(stood.back, np.maximum(backlash, 0.0))
+        turned = self.of_joints(state, "gear") * stood.e - stood.sides * (backlash / 2 - back)
+        return np.array(self.signs) * turned + self.of_joints(state, "zero")
 
     def marker(self, state: np.ndarray, theta: np.ndarray) -> np.ndarray:
         """Places of the marker on the board, (n, 3), cm, with the links at theta (n, joints)."""
@@ -211,12 +230,20 @@ class ArmModel:
         first = self.index(f"{name}.0")
         return state[first : first + 14]
 
-    def pixels(
-        self, state: np.ndarray, name: str, e: np.ndarray, sides: np.ndarray
-    ) -> np.ndarray:
+    def pixels(self, state: np.ndarray, name: str, stood: Standing) -> np.ndarray:
         """Pixels (n, 2) of the marker in one camera's picture."""
-        points = self.marker(state, self.links_at(state, e, sides))
+        points = self.marker(state, self.links_at(state, stood))
         return self.cameras[name].project(self.camera_numbers(state, name), points)
+
+    def by_encoders(self, state: np.ndarray, name: str, stood: Standing) -> np.ndarray:
+        """Derivatives of the pixels by the encoders' angles, (n, 2, joints), px/rad."""
+        columns = []
+        for unit in SMALL * np.eye(stood.e.shape[1]):
+            ends = [
+                self.pixels(state, name, stood._replace(e=stood.e + sign * unit)) for sign in SIGNS
+            ]
+            columns.append((ends[0] - ends[1]) / (2 * SMALL))
+        return np.stack(columns, axis=-1)
 
     def touched(
         self, state: np.ndarray, name: str, crosses: np.ndarray, elbows: np.ndarray

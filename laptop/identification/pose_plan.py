@@ -15,19 +15,23 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.identification.arm_fit import STEP, RestSights
-from laptop.identification.arm_model import ArmModel, encoder_sigma, slopes
+from laptop.identification.arm_fit import STEP, ArmFit, RestSights
+from laptop.identification.arm_model import ArmModel, Standing, encoder_sigma, slopes
+from laptop.measuring.measured_run import MeasuredRun
 from robot.motion import kinematics
+from robot.motion.gravity import Gravity
 from shared import job
 from shared.arm_description import Arm, ArmError
 
 NAME = "calibrate"
 ACCELERATION = math.radians(75)
 """Of each joint, rad/s^2: so low that a link stays on the flank by which it is pushed."""
-APPROACH = math.radians(7)
-"""So far each joint goes the way by which it comes to a pose, rad, beside twice its backlash."""
+APPROACH = math.radians(4)
+"""So far each joint goes the way by which it comes to a pose, rad, beside its backlash."""
 SPEED = math.radians(40)
 """Greatest of a joint on that way, rad/s."""
+LOG = 0.03
+"""The brick logs so often where its motors are, s: they may go back at the end of a motion."""
 REST = 1.0
 """The arm stands so long at each pose, s."""
 LIMIT_MARGIN = math.radians(3)
@@ -82,7 +86,7 @@ def candidates(arm: Arm) -> list[Pose]:
 
 def way_to(backlash: float) -> float:
     """How far a joint goes the one way before it stands, rad."""
-    return APPROACH + 2 * backlash
+    return APPROACH + backlash
 
 
 def start_of(arm: Arm, pose: Pose) -> tuple[float, ...]:
@@ -139,11 +143,7 @@ def choose(
         pixel_sigma: of a marker at rest, px.
     """
     every = candidates(model.arm)
-    e = np.array([pose.q for pose in every]) * model.signs
-    sides = np.array([pose.sides for pose in every], float) * model.signs
-    # (They are told apart in the joints' own sense; the encoders' is the arm file's.)
-    e, sides = e * model.signs, sides
-    rows = telling(model, state, e, sides, pixel_sigma)
+    rows = telling(model, state, standing(model.arm, every), pixel_sigma)
     weights = np.zeros(len(model.names))
     for name, sigma in wanted.items():
         weights[model.index(name)] = 1 / sigma**2
@@ -163,15 +163,14 @@ def choose(
 
 
 def telling(
-    model: ArmModel, state: np.ndarray, e: np.ndarray, sides: np.ndarray, pixel_sigma: float
+    model: ArmModel, state: np.ndarray, stood: Standing, pixel_sigma: float
 ) -> np.ndarray:
     """Whitened derivatives (n, 2 cameras, m) of what is seen; 0 where nothing is.
 
     Args:
         model: with its cameras.
         state: all numbers.
-        e: angles by the encoders, (n, joints).
-        sides: of the backlash, (n, joints).
+        stood: how the joints stand.
         pixel_sigma: px.
     """
     parts = []
@@ -179,16 +178,12 @@ def telling(
     steps = np.where(free, STEP * np.minimum(model.spread, 1.0), 1.0)
     sigma_e = encoder_sigma(model.arm)
     for name, camera in model.cameras.items():
-        pixels = model.pixels(state, name, e, sides)
+        pixels = model.pixels(state, name, stood)
         size = np.array(camera.size)
         seen = ((pixels > EDGE) & (pixels < size - EDGE)).all(axis=1)
-        derivative = slopes(lambda x, name=name: model.pixels(x, name, e, sides), state, steps)
+        derivative = slopes(lambda x, name=name: model.pixels(x, name, stood), state, steps)
         derivative[..., ~free] = 0.0
-        by_e = []
-        for unit in np.eye(e.shape[1]):
-            ends = [model.pixels(state, name, e + s * 1e-4 * unit, sides) for s in (1, -1)]
-            by_e.append((ends[0] - ends[1]) / 2e-4)
-        through = np.stack(by_e, axis=-1) * sigma_e
+        through = model.by_encoders(state, name, stood) * sigma_e
         noise = through @ through.transpose(0, 2, 1) + pixel_sigma**2 * np.eye(2)
         white = np.linalg.inv(np.linalg.cholesky(noise)) @ derivative
         white[~seen] = 0.0
@@ -221,7 +216,7 @@ def pose_job(arm: Arm, poses: Sequence[Pose], file: Path) -> job.JobHeader:
         piece = joint_way(begin, pose.q)
         strokes.append(job.Stroke("", round(piece[1][-1][0] + 1.0, 3), round(t, 2), [piece]))
         t += piece[0][-1] + REST + 2.0
-    header: job.JobHeader = job.header_of(arm, NAME, arm.speed, strokes, 0.0, t, 0.0, REST)
+    header: job.JobHeader = job.header_of(arm, NAME, arm.speed, strokes, 0.0, t, LOG, REST)
     job.write_job(str(file), header, strokes)
     return header
 
@@ -249,17 +244,36 @@ def joint_way(begin: Sequence[float], end: Sequence[float]) -> tuple[list, list,
     return times, segments, [round(q, 8) for q in end]
 
 
-def sides_of(poses: Sequence[Pose]) -> np.ndarray:
-    """Return the flanks on which the links rest, (n, joints)."""
-    return np.array([pose.sides for pose in poses], float)
+def information_of(fit: ArmFit) -> np.ndarray:
+    """Return the information matrix of all numbers, (m, m), after a fit."""
+    free = np.diag(fit.covariance) > 0
+    found = np.diag(np.where(free, 0.0, 1e18))
+    found[np.ix_(free, free)] = np.linalg.inv(fit.covariance[np.ix_(free, free)])
+    return found
 
 
-def no_rests(model: ArmModel) -> RestSights:
-    """Return the rests of an arm that has not moved yet."""
-    joints = len(model.arm.joints)
-    return RestSights(
-        np.empty((0, joints)),
-        np.empty((0, joints)),
-        {name: np.empty((0, 2)) for name in model.cameras},
-        {name: np.empty(0) for name in model.cameras},
-    )
+def standing(arm: Arm, poses: Sequence[Pose], run: MeasuredRun | None = None) -> Standing:
+    """Return how the joints stand at poses: as they are wanted, or as a run has told.
+
+    A link rests on the flank by which it was pushed; where gravity pulls, on that on which it lies.
+    """
+    gravity = Gravity(arm)
+    pressed = np.array([gravity.preload_sides(pose.q) for pose in poses], float)
+    pushed = np.array([pose.sides for pose in poses], float)
+    sides = np.where(pressed != 0, pressed, pushed)
+    e = np.array([pose.q for pose in poses])
+    back = np.zeros(e.shape)
+    if run:
+        moved: list[tuple[float, ...]] = []
+        at = 0
+        for row in run.rows:
+            if not row.rest:
+                moved.append(row.q)
+                continue
+            e[at] = row.q
+            if moved:
+                # In motion the brick's observer tells more than the count at rest does.
+                back[at] = (pushed[at] * (np.array(moved) - row.q)).max(axis=0)
+            moved, at = [], at + 1
+        back[pressed != 0] = 0.0
+    return Standing(e, sides, back)

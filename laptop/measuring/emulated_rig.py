@@ -13,7 +13,7 @@ import math
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -52,7 +52,7 @@ class EmulatedRig:
     Args:
         arm: as it is described; the brick reads it from its file.
         built: as it is; None: as described.
-        plant: text of the plant's constants.
+        plant: text of the plant's constants, or what read_plant has made of it.
         cameras: by name; their points are in the arm's frame.
         height: of the marker over the tip, cm.
         noise_px: standard deviation of each coordinate that is seen, px.
@@ -69,7 +69,7 @@ class EmulatedRig:
         self,
         arm: Arm,
         built: Arm | None = None,
-        plant: str = "",
+        plant: str | dict[str, Any] = "",
         cameras: Mapping[str, PointCamera] | None = None,
         height: float = 0.0,
         noise_px: float = 1.0,
@@ -78,7 +78,7 @@ class EmulatedRig:
     ) -> None:
         self.arm = arm
         self.built = built or arm
-        self._plant = read_plant(plant)
+        self._plant = read_plant(plant) if isinstance(plant, str) else plant
         self._cameras = dict(cameras or {})
         self._height, self._noise, self._fps = height, noise_px, fps
         self._luck = np.random.default_rng(seed)

@@ -1,0 +1,290 @@
+"""What was measured of an arm: a table for people, and the arm's file with it.
+
+A number is written where it is known better than it was; the old file is kept beside the new one.
+A shipped arm's file is never changed: one's own copy of it is what its name means from then on.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+from laptop.identification.arm_fit import ArmFit, BadIdentification
+from shared.arm_description import BadArmFile, comes_along, read_arm, users_file
+from shared.ini import BadIni, with_values
+from shared.message_fields import printable
+from shared.small_files import SpoiltFile, read_text
+
+LINK_LIMIT = 0.02
+"""Standard uncertainties up to which a number is worth being written: of a link, a share, ..."""
+ANGLE_LIMIT = math.radians(0.8)
+"""... of a zero and a backlash, rad, ..."""
+OFFSET_LIMIT = 0.1
+"""... and of the marker_offset, cm."""
+LEARNT = 0.7
+"""Share of the uncertainty before above which nothing was learnt of a number."""
+BACKUP = ".bak"
+SIGNED = re.compile(r"\+- \S+ \S+, seen by a camera \d{4}-\d\d-\d\d(?:; )?")
+"""What an earlier calibration wrote into a comment."""
+SCALE_NOTED, SCALE_ALIKE = 0.01, 0.012
+"""Links that differ from their description by such a share, and alike to such a one, look like a
+board that was not printed at 100 %."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A line of the table.
+
+    section, key  of the arm's file; "" if it does not stand there
+    name   for people
+    unit   of the numbers: cm, deg, mm or ""
+    was, found, sigma  in that unit; sigma: standard uncertainty
+    why    why it is not known, or ""
+    text   what is written into the file, or ""
+    """
+
+    section: str
+    key: str
+    name: str
+    unit: str
+    was: float
+    found: float
+    sigma: float
+    why: str = ""
+    text: str = ""
+
+
+def measured(fit: ArmFit) -> list[Measured]:
+    """Return what a fit says of an arm, number by number."""
+    model, found = fit.model, []
+    last = model.arm.joints[-1]
+    for k, joint in enumerate(model.arm.joints):
+        base = model.spatial and k == 0
+
+        def told(key: str, joint=joint) -> tuple[float, float]:  # type: ignore[no-untyped-def]
+            name = f"{joint.name}.{key}"
+            return fit.value(name), fit.sigma(name)
+
+        link, sigma = told("link")
+        why = ""
+        if not _learnt(fit, f"{joint.name}.link") or sigma > LINK_LIMIT * joint.link:
+            why = "no board gives the scale" if not _scaled(fit) else "too few poses tell it"
+            if joint is last and _scaled(fit):
+                why = "by sight it cannot be told from the marker's place on it: touch crosses"
+        found.append(
+            Measured(
+                joint.name, "link", f"{joint.name}: {'height' if base else 'link'}", "cm",
+                joint.link, link, sigma, why, _number(link, 0.01),
+            )
+        )  # fmt: skip
+        zero, sigma = told("zero")
+        gear = fit.value(f"{joint.name}.gear")
+        home = gear * joint.home + zero
+        why = ""
+        if k == 0 and model.known.square is None:
+            why = "no camera sees it: lay the board's edge along the arm's x, --board-square"
+        elif not _learnt(fit, f"{joint.name}.zero") or sigma > ANGLE_LIMIT:
+            why = "by sight it cannot be told from the marker's place on the link: touch crosses"
+        found.append(
+            Measured(
+                joint.name, "home", f"{joint.name}: home (its zero)", "deg",
+                math.degrees(joint.home), math.degrees(home), math.degrees(sigma), why,
+                _number(math.degrees(home), 0.1),
+            )
+        )  # fmt: skip
+        backlash, sigma = told("backlash")
+        backlash = max(backlash, 0.0)
+        why = "" if sigma <= ANGLE_LIMIT else "gravity presses the link to one side at all poses"
+        found.append(
+            Measured(
+                joint.name, "backlash", f"{joint.name}: backlash", "deg",
+                math.degrees(joint.backlash), math.degrees(backlash), math.degrees(sigma), why,
+                _number(math.degrees(backlash), 0.1),
+            )
+        )  # fmt: skip
+        if told("gear")[1] > 0:
+            turns = joint.gear * gear
+            found.append(
+                Measured(
+                    joint.name, "gear", f"{joint.name}: gear", "turns", joint.gear, turns,
+                    joint.gear * told("gear")[1], "", _number(turns, 0.001),
+                )
+            )  # fmt: skip
+    return found + _of_marker(fit)
+
+
+def _of_marker(fit: ArmFit) -> list[Measured]:
+    """Return the lines of marker, height and tilt."""
+    rows = []
+    offset = [fit.value("marker.along"), fit.value("marker.aside")]
+    text = " ".join(_number(value, 0.01) for value in offset)
+    for k, (key, where) in enumerate((("along", "along"), ("aside", "aside"))):
+        name = f"marker.{key}"
+        known = _learnt(fit, name) and fit.sigma(name) <= OFFSET_LIMIT
+        rows.append(
+            Measured(
+                "arm", "marker_offset" if k == 0 else "", f"marker: {where} of the pen", "cm",
+                fit.model.arm.marker_offset[k], offset[k], fit.sigma(name),
+                "" if known else "touch crosses with the pen", text if k == 0 and known else "",
+            )
+        )  # fmt: skip
+    if not fit.model.spatial and _scaled(fit):
+        mean = fit.model.mean[fit.model.index("marker.height")]
+        rows.append(
+            Measured(
+                "", "", "marker: over the table", "cm", mean, fit.value("marker.height"),
+                fit.sigma("marker.height"),
+            )
+        )  # fmt: skip
+    for axis in "xy" if fit.model.spatial else "":
+        name = f"base.tilt_{axis}"
+        rows.append(
+            Measured(
+                "", "", f"base: tilt about {axis}", "deg", 0.0, math.degrees(fit.value(name)),
+                math.degrees(fit.sigma(name)),
+            )
+        )  # fmt: skip
+    return rows
+
+
+def _learnt(fit: ArmFit, name: str) -> bool:
+    spread = fit.model.spread[fit.model.index(name)]
+    return bool(spread > 0 and fit.sigma(name) < LEARNT * spread)
+
+
+def _scaled(fit: ArmFit) -> bool:
+    """Whether a board gave the scale."""
+    return bool(fit.model.spread[fit.model.index("board.x")] > 0)
+
+
+def _number(value: float, step: float) -> str:
+    digits = max(0, round(-math.log10(step)) + 1)
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def check_scale(fit: ArmFit, bar: float | None) -> None:
+    """Refuse links that all differ alike while nobody has measured the board.
+
+    Raises:
+        BadIdentification: so it is.
+    """
+    if bar is not None or not _scaled(fit):
+        return
+    first = 1 if fit.model.spatial else 0
+    shares = [
+        fit.value(f"{joint.name}.link") / joint.link for joint in fit.model.arm.joints[first:]
+    ]
+    mean = sum(shares) / len(shares)
+    if abs(mean - 1) > SCALE_NOTED and max(shares) - min(shares) < SCALE_ALIKE:
+        more = "longer" if mean > 1 else "shorter"
+        raise BadIdentification(
+            f"by the board all links are {100 * abs(mean - 1):.1f} % {more} than the arm's file "
+            f"says: a board whose bar is {100 / mean:.1f} mm long instead of 100 would explain "
+            "that; measure its bar with a ruler and give it, --bar; nothing was written"
+        )
+
+
+def check_signs(fit: ArmFit) -> None:
+    """Refuse an arm whose joints turn the other way round than its file says.
+
+    Raises:
+        BadIdentification: so it is.
+    """
+    wrong = [
+        joint.name
+        for joint, sign in zip(fit.model.arm.joints, fit.model.signs, strict=True)
+        if sign < 0
+    ]
+    if wrong:
+        raise BadIdentification(
+            f"the {' and the '.join(wrong)} turns the other way round than the arm's file says "
+            "(direction), or the picture is mirrored: driver.py check finds out; "
+            "nothing was written"
+        )
+
+
+def target_of(fit: ArmFit) -> Path:
+    """Return the file that is written for an arm."""
+    arm = fit.model.arm
+    return Path(users_file(arm.name) if comes_along(arm) else os.path.realpath(arm.file))
+
+
+def write_measured(
+    fit: ArmFit, rows: Sequence[Measured], today: date, file: Path | None = None
+) -> tuple[Path, Path | None]:
+    """Write the arm's file with what was measured; return it, and where the old one is kept.
+
+    Args:
+        fit: whose arm it is.
+        rows: of it.
+        today: told in the comments.
+        file: to be written; None: the arm's own, or one's own copy of one that comes along.
+
+    Raises:
+        BadIdentification: nothing is known, or it cannot be written; all is as it was.
+    """
+    arm = fit.model.arm
+    new = [row for row in rows if row.text and row.key and not row.why]
+    if not new:
+        raise BadIdentification(
+            "nothing is known better than before; show the board, and touch crosses: nothing was "
+            "written"
+        )
+    file = file or target_of(fit)
+    try:
+        text = read_text(arm.file)
+        if any(row.key == "marker_offset" for row in new) and not _has(text, "marker_offset"):
+            text = text.replace("[arm]\n", "[arm]\nmarker_offset = 0 0\n", 1)
+        text = with_values(text, {(row.section, row.key): row.text for row in new})
+        for row in new:
+            text = _signed(text, row, today)
+        return file, _replaced(file, text)
+    except (OSError, SpoiltFile, BadIni, BadArmFile) as error:
+        what = getattr(error, "strerror", None) or getattr(error, "problem", None) or error
+        raise BadIdentification(
+            f"{printable(str(file))} cannot be written ({printable(str(what))}); correct "
+            "that, or write these numbers into it yourself"
+        ) from None
+
+
+def _has(text: str, key: str) -> bool:
+    return re.search(rf"(?m)^{key}\s*=", text) is not None
+
+
+def _signed(text: str, row: Measured, today: date) -> str:
+    """Put the uncertainty into the comment of a number's line."""
+    lines, section = text.split("\n"), ""
+    mark = f"+- {row.sigma:.2g} {row.unit}, seen by a camera {today.isoformat()}"
+    for number, line in enumerate(lines):
+        if line.startswith("["):
+            section = line[1 : line.index("]")]
+        elif section == row.section and re.match(rf"{row.key}\s*=", line):
+            value, sign, comment = line.partition(";")
+            comment = SIGNED.sub("", comment.strip()).strip()
+            column = value if sign else f"{value.rstrip():<19} "
+            lines[number] = f"{column}; {mark}{'; ' if comment else ''}{comment}"
+            break
+    return "\n".join(lines)
+
+
+def _replaced(file: Path, text: str) -> Path | None:
+    """Put a text that an arm can be read from in the place of a file; return the old one's."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=file.parent) as folder:
+        draft = Path(folder) / file.name
+        draft.write_text(text, encoding="utf-8", newline="")
+        read_arm(str(draft))
+        backup = None
+        if file.exists():
+            backup = file.with_name(file.name + BACKUP)
+            shutil.copy2(file, backup)
+        os.replace(draft, file)
+    return backup

@@ -1,0 +1,166 @@
+"""The arm goes through poses, few first, then those that tell most, until its numbers are sure."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from laptop.identification.arm_fit import ArmFit, BadIdentification, RestSights, TouchSight, fit_arm
+from laptop.identification.arm_model import ArmModel
+from laptop.identification.pose_plan import (
+    Pose,
+    choose,
+    information_of,
+    ordered,
+    pose_job,
+    scouts,
+    standing,
+)
+from laptop.identification.suspects import explain
+from laptop.measuring.measured_run import MEDIAN_NOISE, MeasuredRun, Rig
+
+SCOUTS, BATCH = 12, 10
+"""Poses before anything is known, and from one fit to the next."""
+LONGEST = 180.0
+"""On the brick no new poses are begun that would take it beyond so long, s."""
+LINK_WANTED = 0.001
+"""Standard uncertainties that are good enough: of a link, a share, ..."""
+ANGLE_WANTED = math.radians(0.1)
+"""... of a zero and a backlash, rad."""
+FEWEST_SEEN = 3
+"""Pictures in which a marker must be seen at a rest."""
+LOST = 0.5
+"""Share of the scouts in which the marker must be seen."""
+
+
+@dataclass(frozen=True, eq=False)
+class Identified:
+    """What came of it.
+
+    fit      of all rests
+    rests    all of them
+    poses    where they were wanted
+    times    of the rests, s since the first job began
+    seconds  on the brick
+    """
+
+    fit: ArmFit
+    rests: RestSights
+    poses: list[Pose]
+    times: np.ndarray
+    seconds: float
+
+
+def identify(
+    rig: Rig,
+    model: ArmModel,
+    touches: Sequence[TouchSight] = (),
+    say: Callable[[str], None] = lambda line: None,
+    longest: float = LONGEST,
+) -> Identified:
+    """Let an arm go through poses before its cameras, and fit its numbers.
+
+    Raises:
+        BadIdentification: what was seen does not fit; what is to blame is named.
+        ArmError: the arm or a camera fails.
+    """
+    arm = model.arm
+    rests: RestSights | None = None
+    poses: list[Pose] = []
+    times: list[float] = []
+    seconds, at = 0.0, tuple(joint.home for joint in arm.joints)
+    todo = ordered(arm, scouts(arm, SCOUTS), at)
+    fit = None
+    while todo:
+        run, standard = _gone(rig, model, todo)
+        rests, poses = (rests + standard if rests else standard), poses + todo
+        stood = [row.t for row in run.rows if row.rest]
+        first = run.rows[0].t if run.rows else 0.0
+        start = min(first, stood[0]) - REACHING
+        times += [seconds + t - start for t in stood]
+        seconds += stood[-1] - start
+        at = todo[-1].q
+        if fit is None:
+            _check_seen(rests)
+        fit = fit_arm(model, rests, touches)
+        why = explain(fit, len(poses), times)
+        if why:
+            raise BadIdentification(why)
+        sure, wanted = _sureness(fit)
+        say(
+            f"{len(poses)} poses, {seconds:.0f} s: left over {fit.rms:.2f} px; links known to "
+            f"{_worst(fit, 'link', 10):.2f} mm, backlash to "
+            f"{_worst(fit, 'backlash', 180 / math.pi):.2f} deg"
+        )
+        per_pose = seconds / len(poses)
+        count = min(BATCH, int((longest - seconds) / per_pose))
+        if sure or count < 2:
+            break
+        pixel = float(np.nanmedian([np.nanmedian(s) for s in rests.sigma.values()]))
+        information = information_of(fit)
+        todo = ordered(arm, choose(fit.model, fit.state, information, wanted, count, pixel), at)
+    assert fit and rests
+    return Identified(fit, rests, poses, np.array(times), seconds)
+
+
+REACHING = 4.0
+"""Before the first rest the arm moves for about so long, s."""
+
+
+def _gone(rig: Rig, model: ArmModel, poses: Sequence[Pose]) -> tuple[MeasuredRun, RestSights]:
+    """Let the arm go to poses; what was seen there."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "poses.job"
+        pose_job(model.arm, poses, file)
+        run = rig.measure(file)
+    pixels, sigma = {}, {}
+    for name in model.cameras:
+        seen = run.rests(name)
+        if len(seen.q) != len(poses):
+            raise BadIdentification(
+                f"the brick has logged {len(seen.q)} rests, and there were {len(poses)} poses; "
+                "do it again"
+            )
+        places = seen.pixel.copy()
+        places[seen.seen < FEWEST_SEEN] = np.nan
+        noise = float(np.nanmedian(seen.sigma)) if np.isfinite(seen.sigma).any() else np.nan
+        pixels[name] = places
+        sigma[name] = MEDIAN_NOISE * noise / np.sqrt(np.maximum(seen.seen, 1))
+        sigma[name] = np.where(np.isfinite(sigma[name]), sigma[name], 1.0)
+    return run, RestSights(standing(model.arm, poses, run), pixels, sigma)
+
+
+def _check_seen(rests: RestSights) -> None:
+    for name, pixels in rests.pixels.items():
+        seen = int(np.isfinite(pixels).all(axis=1).sum())
+        if seen < LOST * len(pixels):
+            raise BadIdentification(
+                f"camera {name} saw the marker in {seen} of {len(pixels)} poses that lie all over "
+                "what the arm can reach: it is out of the picture, hidden or blurred; let the "
+                "camera see all of the table, or make the joints' limits narrower in the arm's file"
+            )
+
+
+def _sureness(fit: ArmFit) -> tuple[bool, dict[str, float]]:
+    """Return whether all that poses can tell is sure enough, and what that is."""
+    wanted = {}
+    for k, joint in enumerate(fit.model.arm.joints):
+        if not (fit.model.spatial and k == 0):
+            wanted[f"{joint.name}.link"] = LINK_WANTED * joint.link
+        wanted[f"{joint.name}.backlash"] = ANGLE_WANTED
+        if k:
+            wanted[f"{joint.name}.zero"] = ANGLE_WANTED
+    return all(fit.sigma(name) <= limit for name, limit in wanted.items()), wanted
+
+
+def _worst(fit: ArmFit, key: str, unit: float) -> float:
+    return unit * max(
+        fit.sigma(f"{joint.name}.{key}")
+        for k, joint in enumerate(fit.model.arm.joints)
+        if not (key == "link" and fit.model.spatial and k == 0)
+    )
