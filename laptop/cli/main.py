@@ -10,6 +10,7 @@ import click
 from laptop import system
 from laptop.cli.bench import bench
 from laptop.cli.brick import brick
+from laptop.cli.calibrate import calibrate
 from laptop.cli.camera import camera
 from laptop.cli.demo import demo
 from laptop.cli.draw import draw
@@ -28,7 +29,7 @@ def laptop() -> None:
     """Everything that runs beside the brick."""
 
 
-for command in (simulate, draw, demo, track, markers, camera, brick, guide, bench):
+for command in (simulate, draw, demo, track, markers, camera, calibrate, brick, guide, bench):
     laptop.add_command(command)
 
 

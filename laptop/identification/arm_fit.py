@@ -381,7 +381,8 @@ def _told(problem: _Problem, x: np.ndarray) -> ArmFit:
     information = own.T @ own
     used = float(np.trace(np.linalg.solve(information + np.eye(m), information)))
     noise2 = float((psi**2).sum() / max(len(data) - used, 1.0) / slope.mean() ** 2)
-    covariance = np.linalg.inv(information / noise2 + np.eye(m))
+    # What fits better than it should was lucky, no surer.
+    covariance = np.linalg.inv(information / max(noise2, 1.0) + np.eye(m))
     scales = model.spread[free]
     whole = np.zeros((len(model.names),) * 2)
     whole[np.ix_(free, free)] = covariance * np.outer(scales, scales)

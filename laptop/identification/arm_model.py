@@ -2,7 +2,7 @@
 
 A joint's link stands at
 
-    theta = sign * (gear * e - side * (backlash / 2 - back)) + zero
+    theta = sign * (gear * e - side * (backlash / 2 - back + lag)) + zero
 
 where back is by how much the motor went back after it had pushed the link there, but no more than
 the backlash: so far the link does not follow.  And where sign is -1 for a joint that turns the other way round than described, e is the angle by the motor's encoder as the arm's file has it, gear the true turns over the
@@ -44,6 +44,9 @@ BASE_HEIGHT_SPREAD, TILT_SPREAD = 1.0, math.radians(3)
 PHASE = 1 / math.sqrt(12)
 """Standard deviation of a shaft that stands anywhere within a count, counts."""
 COUNT = math.radians(1)
+LAG = (0.02, 0.06)
+"""By how much less a motor has pushed its link than the brick's observer believes, counts: mean and
+standard deviation from arm to arm.  It looks like backlash, and no more poses tell it from that."""
 SIGNS = (1, -1)
 SMALL = 1e-4
 """Step of a derivative by an angle, rad."""
@@ -164,6 +167,7 @@ class ArmModel:
                 (f"{joint.name}.zero", 0.0, ZERO_SPREAD),
                 (f"{joint.name}.backlash", joint.backlash, BACKLASH_SPREAD),
                 (f"{joint.name}.gear", 1.0, GEAR_SPREAD),
+                (f"{joint.name}.lag", *(share * COUNT / joint.gear for share in LAG)),
             ]
         along, aside = self.arm.marker_offset
         rows += [("marker.along", along, known.offset_sigma)]
@@ -187,7 +191,8 @@ class ArmModel:
         """Angles of the links, rad, (n, joints)."""
         backlash = self.of_joints(state, "backlash")
         back = np.minimum(stood.back, np.maximum(backlash, 0.0))
-        turned = self.of_joints(state, "gear") * stood.e - stood.sides * (backlash / 2 - back)
+        behind = backlash / 2 - back + self.of_joints(state, "lag")
+        turned = self.of_joints(state, "gear") * stood.e - stood.sides * behind
         return np.array(self.signs) * turned + self.of_joints(state, "zero")
 
     def marker(self, state: np.ndarray, theta: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from laptop.identification.arm_file import check_signs
 from laptop.identification.arm_fit import ArmFit, BadIdentification, RestSights, TouchSight, fit_arm
 from laptop.identification.arm_model import ArmModel
 from laptop.identification.pose_plan import (
@@ -20,9 +21,11 @@ from laptop.identification.pose_plan import (
     pose_job,
     scouts,
     standing,
+    way_to,
 )
 from laptop.identification.suspects import explain
 from laptop.measuring.measured_run import MEDIAN_NOISE, MeasuredRun, Rig
+from laptop.vision.finders.board import BoardView
 
 SCOUTS, BATCH = 12, 10
 """Poses before anything is known, and from one fit to the next."""
@@ -34,6 +37,10 @@ ANGLE_WANTED = math.radians(0.1)
 """... of a zero and a backlash, rad."""
 FEWEST_SEEN = 3
 """Pictures in which a marker must be seen at a rest."""
+BOARD_SEEN = 0.6
+"""Share of the board's markers that must be seen."""
+REACHING = 4.0
+"""Before the first rest the arm moves for about so long, s."""
 LOST = 0.5
 """Share of the scouts in which the marker must be seen."""
 
@@ -88,6 +95,7 @@ def identify(
         if fit is None:
             _check_seen(rests)
         fit = fit_arm(model, rests, touches)
+        check_signs(fit)
         why = explain(fit, len(poses), times)
         if why:
             raise BadIdentification(why)
@@ -108,8 +116,39 @@ def identify(
     return Identified(fit, rests, poses, np.array(times), seconds)
 
 
-REACHING = 4.0
-"""Before the first rest the arm moves for about so long, s."""
+def go_home(rig: Rig) -> None:
+    """Bring the arm to its home pose, as its file has it, so that its zero can be taken over.
+
+    Raises:
+        ArmError: the arm or a camera fails.
+    """
+    arm = rig.arm
+    sides = tuple(
+        1 if joint.home - way_to(joint.backlash) > joint.lower else -1 for joint in arm.joints
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "home.job"
+        pose_job(arm, [Pose(tuple(joint.home for joint in arm.joints), sides)], file)
+        rig.measure(file)
+
+
+def check_board(view: BoardView | None) -> None:
+    """Refuse a board of which too little is seen for an arm to be measured by it.
+
+    Raises:
+        BadIdentification: so it is.
+    """
+    if view is None:
+        raise BadIdentification(
+            "no marker of the printed board is seen: lay it flat within the arm's reach, sharp "
+            "and lit, and let the camera see it (brickservo markers --board makes one)"
+        )
+    seen, every = len(view.numbers), len(view.board.numbers)
+    if seen < BOARD_SEEN * every:
+        raise BadIdentification(
+            f"{seen} of the board's {every} markers are seen, and {math.ceil(BOARD_SEEN * every)} "
+            "are the least to measure an arm by: uncover it, and turn the arm aside"
+        )
 
 
 def _gone(rig: Rig, model: ArmModel, poses: Sequence[Pose]) -> tuple[MeasuredRun, RestSights]:

@@ -14,6 +14,7 @@ import numpy as np
 from laptop.calibration.camera_fit import Calibration, calibrate
 from laptop.calibration.camera_model import CameraModel
 from laptop.identification.arm_fit import PLACING, TouchSight
+from laptop.identification.calibrating import check_board
 from laptop.identification.touching import crosses_to_touch
 from laptop.measuring.emulated_rig import marker_place
 from laptop.vision.board import BOARDS, Board
@@ -73,10 +74,11 @@ class EmulatedTable:
         """Show the board tilted and then as it lies, and calibrate the camera.
 
         Raises:
-            BadCalibration: too little of it is seen.
+            BadCalibration, BadIdentification: too little of it is seen.
         """
         views = [self._view(tilt, luck) for tilt in TILTED]
         views.append(self._view((0.0, 0.0), luck, self.covered))
+        check_board(views[-1])
         return calibrate(views, bar)
 
     def _view(
