@@ -43,6 +43,10 @@ RULES = {
         *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.vision"),
         *("robot.motion.kinematics", "shared", "numpy"),
     ),
+    "laptop.identification": (
+        *("laptop.identification", "laptop.calibration", "laptop.measuring", "laptop.vision"),
+        *("robot.motion.gravity", "robot.motion.kinematics", "shared", "numpy", "scipy", "cv2"),
+    ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
     "laptop.page": (
         *("laptop.page", "laptop.drawing", *BELOW_SIMULATOR, "shared"),
@@ -107,6 +111,10 @@ RULES = {
         )
         for name in ("plot", "interruptions")
     },
+    "laptop.bench.calibrate": (
+        *("laptop.bench", "laptop.identification", "laptop.measuring", "laptop.reporting"),
+        *("laptop.simulator", "robot", "shared", "numpy"),
+    ),
     "laptop.bench.plot_drawings": ("laptop.drawing.artwork", "numpy"),
     "laptop.bench.page": (
         *("laptop.bench", "laptop.demo", "laptop.simulator", *BELOW_SIMULATOR),

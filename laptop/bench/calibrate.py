@@ -166,7 +166,10 @@ def calibrated(case: CalibrateCase) -> CalibrateResult:
     except ArmError as error:
         return CalibrateResult(case.seed, str(error))
     fit = found.fit
-    truth = {"marker.along": drawn.built.marker_offset[0], "marker.aside": drawn.built.marker_offset[1]}
+    truth = {
+        "marker.along": drawn.built.marker_offset[0],
+        "marker.aside": drawn.built.marker_offset[1],
+    }
     plant = drawn.plant(case.seed, drawn.zeros)
     for joint, zero in zip(drawn.built.joints, drawn.zeros, strict=True):
         truth[f"{joint.name}.link"] = joint.link

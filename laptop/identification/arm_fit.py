@@ -195,9 +195,7 @@ class _Problem:
         return np.stack(columns, axis=-1)
 
 
-def first_guess(
-    model: ArmModel, rests: RestSights
-) -> tuple[ArmModel, np.ndarray, float]:
+def first_guess(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.ndarray, float]:
     """Return the model with its joints' signs, its numbers to begin with, and their RMS, px.
 
     Seen from above the marker is linear in three complex numbers: the base, and the two links
@@ -275,9 +273,7 @@ def _first_in_space(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.nd
     return model, best, least
 
 
-def fit_arm(
-    model: ArmModel, rests: RestSights, touches: Sequence[TouchSight] = ()
-) -> ArmFit:
+def fit_arm(model: ArmModel, rests: RestSights, touches: Sequence[TouchSight] = ()) -> ArmFit:
     """Fit an arm's numbers; a gear that is as described is taken for that.
 
     Raises:
@@ -341,8 +337,11 @@ def bent_at(fit: ArmFit, touches: Sequence[TouchSight]) -> list[int]:
         offsets.append(both)
     ways = list(itertools.product(range(2), repeat=len(touches)))
     chosen = np.array([[both[k] for both, k in zip(offsets, way, strict=True)] for way in ways])
-    spread = np.abs(chosen - np.median(chosen.real, axis=1, keepdims=True)
-                    - 1j * np.median(chosen.imag, axis=1, keepdims=True)).sum(axis=1)
+    spread = np.abs(
+        chosen
+        - np.median(chosen.real, axis=1, keepdims=True)
+        - 1j * np.median(chosen.imag, axis=1, keepdims=True)
+    ).sum(axis=1)
     return [SIGNS[k] for k in ways[int(np.argmin(spread))]]
 
 

@@ -201,9 +201,8 @@ class ArmModel:
         along, aside = state[self.index("marker.along")], state[self.index("marker.aside")]
         if not self.spatial:
             heading = theta.sum(axis=1)
-            flat = (
-                links[0] * np.exp(1j * theta[:, 0])
-                + (links[1] + along + 1j * aside) * np.exp(1j * heading)
+            flat = links[0] * np.exp(1j * theta[:, 0]) + (links[1] + along + 1j * aside) * np.exp(
+                1j * heading
             )
             placed = self.placed(state, np.column_stack([flat.real, flat.imag]))
             height = state[self.index("marker.height")]

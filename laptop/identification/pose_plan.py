@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.identification.arm_fit import STEP, ArmFit, RestSights
+from laptop.identification.arm_fit import STEP, ArmFit
 from laptop.identification.arm_model import ArmModel, Standing, encoder_sigma, slopes
 from laptop.measuring.measured_run import MeasuredRun
 from robot.motion import kinematics
@@ -70,9 +70,7 @@ def candidates(arm: Arm) -> list[Pose]:
                 f"between its limits, and {math.degrees(3 * room):.0f} are the least for poses "
                 "that tell something; widen lower and upper in the arm's file if it can go there"
             )
-        ranges.append(
-            np.linspace(joint.lower + room, joint.upper - room, STEPS[len(arm.joints)])
-        )
+        ranges.append(np.linspace(joint.lower + room, joint.upper - room, STEPS[len(arm.joints)]))
     found = []
     for q in itertools.product(*ranges):
         for sides in itertools.product((1, -1), repeat=len(q)):
@@ -162,9 +160,7 @@ def choose(
     return [every[k] for k in chosen]
 
 
-def telling(
-    model: ArmModel, state: np.ndarray, stood: Standing, pixel_sigma: float
-) -> np.ndarray:
+def telling(model: ArmModel, state: np.ndarray, stood: Standing, pixel_sigma: float) -> np.ndarray:
     """Whitened derivatives (n, 2 cameras, m) of what is seen; 0 where nothing is.
 
     Args:
