@@ -201,9 +201,7 @@ def _simulated(arm, built, plant, seed, bar, crosses, known, finish) -> None:  #
     """Let an emulated arm do it."""
     import math
 
-    import numpy as np
-
-    from laptop.identification.emulated_table import EmulatedTable, camera_over
+    from laptop.identification.emulated_table import EmulatedTable, camera_over, luck_of
     from laptop.measuring.emulated_rig import EmulatedRig
     from shared.arm_description import find_arm, read_arm
 
@@ -212,7 +210,7 @@ def _simulated(arm, built, plant, seed, bar, crosses, known, finish) -> None:  #
     camera = camera_over(560.0, (-8.0, 0.0), 44.0, math.radians(20), 1.0, 0.1)
     turn = 0.0 if known.square is None else -math.pi / 2 * known.square
     table = EmulatedTable(truth, camera, turn=turn, height=height)
-    luck = np.random.default_rng(seed)
+    luck = luck_of(seed)
     found = table.calibrated(luck, bar)
     touches = table.touches(len(crosses), luck) if crosses else []
     text = plant if "seed=" in plant else f"{plant},seed={seed}"
@@ -228,8 +226,7 @@ def _calibrated(rig: LiveRig, camera_file: Path | None, bar: float | None):  # t
     from laptop.identification.calibrating import check_board
     from laptop.vision.finders.board import find_board
 
-    view = find_board(rig.image())
-    check_board(view)
+    view = check_board(find_board(rig.image()))
     if camera_file:
         found = read_camera(camera_file)
         if bar is not None and bar != found.bar:

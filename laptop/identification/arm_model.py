@@ -5,7 +5,8 @@ A joint's link stands at
     theta = sign * (gear * e - side * (backlash / 2 - back + lag)) + zero
 
 where back is by how much the motor went back after it had pushed the link there, but no more than
-the backlash: so far the link does not follow.  And where sign is -1 for a joint that turns the other way round than described, e is the angle by the motor's encoder as the arm's file has it, gear the true turns over the
+the backlash: so far the link does not follow.  And where sign is -1 for a joint that turns the
+other way round than described, e is the motor's encoder's angle, gear the true turns over the
 described ones, and side +1 or -1: the flank of its play on which the link rests, 0 between them.
 The marker sits on the last link, `along` it and `aside` from it, seen from the pen's tip; so the
 picture alone tells only the sum of the last link and `along`, and of its zero and `aside`.
@@ -17,7 +18,7 @@ its covariance.  Each has a prior: what is believed before, and how firmly.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -240,7 +241,7 @@ class ArmModel:
         return self.cameras[name].project(self.camera_numbers(state, name), points)
 
     def by_encoders(self, state: np.ndarray, name: str, stood: Standing) -> np.ndarray:
-        """Derivatives of the pixels by the encoders' angles, (n, 2, joints), px/rad."""
+        """Return derivatives of the pixels by the encoders' angles, (n, 2, joints), px/rad."""
         columns = []
         for unit in SMALL * np.eye(stood.e.shape[1]):
             ends = [
@@ -277,12 +278,14 @@ class ArmModel:
 
 
 def encoder_sigma(arm: Arm) -> np.ndarray:
-    """Standard deviation of what encoders say, rad at the joint, (joints,)."""
+    """Return the standard deviation of what encoders say, rad at the joint, (joints,)."""
     return np.array([PHASE * COUNT / joint.gear for joint in arm.joints])
 
 
-def slopes(function, state: np.ndarray, steps: Sequence[float]) -> np.ndarray:  # type: ignore[no-untyped-def]
-    """Derivatives (n, m) of a function of the numbers (m,), by central differences."""
+def slopes(
+    function: Callable[[np.ndarray], np.ndarray], state: np.ndarray, steps: np.ndarray
+) -> np.ndarray:
+    """Return derivatives (n, m) of a function of the numbers (m,), by central differences."""
     columns = []
     for k, step in enumerate(steps):
         unit = np.zeros(len(state))

@@ -112,7 +112,8 @@ def identify(
         pixel = float(np.nanmedian([np.nanmedian(s) for s in rests.sigma.values()]))
         information = information_of(fit)
         todo = ordered(arm, choose(fit.model, fit.state, information, wanted, count, pixel), at)
-    assert fit and rests
+    assert fit
+    assert rests
     return Identified(fit, rests, poses, np.array(times), seconds)
 
 
@@ -132,8 +133,8 @@ def go_home(rig: Rig) -> None:
         rig.measure(file)
 
 
-def check_board(view: BoardView | None) -> None:
-    """Refuse a board of which too little is seen for an arm to be measured by it.
+def check_board(view: BoardView | None) -> BoardView:
+    """Return the view; refuse a board of which too little is seen for an arm to be measured by it.
 
     Raises:
         BadIdentification: so it is.
@@ -149,6 +150,7 @@ def check_board(view: BoardView | None) -> None:
             f"{seen} of the board's {every} markers are seen, and {math.ceil(BOARD_SEEN * every)} "
             "are the least to measure an arm by: uncover it, and turn the arm aside"
         )
+    return view
 
 
 def _gone(rig: Rig, model: ArmModel, poses: Sequence[Pose]) -> tuple[MeasuredRun, RestSights]:

@@ -121,6 +121,11 @@ class EmulatedTable:
         return found
 
 
+def luck_of(seed: int) -> np.random.Generator:
+    """Return the random numbers of a seed."""
+    return np.random.default_rng(seed)
+
+
 def _free(arm: Arm) -> Arm:
     """Return the arm without limits: a hand does not ask for them."""
     turn = math.pi

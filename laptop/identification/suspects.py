@@ -28,7 +28,7 @@ loose link."""
 
 
 @dataclass(frozen=True)
-class Suspect:
+class Culprit:
     """A change that would explain a misfit.
 
     kind       "jump" of a joint or "camera"
@@ -83,7 +83,7 @@ def explain(fit: ArmFit, rests: int, times: Sequence[float]) -> str:
     )
 
 
-def suspects(fit: ArmFit) -> list[Suspect]:
+def suspects(fit: ArmFit) -> list[Culprit]:
     """Return of each joint and camera the jump that explains most."""
     names = list(fit.residuals)
     residuals = np.concatenate([fit.residuals[name] for name in names])  # (cameras n, 2)
@@ -93,7 +93,7 @@ def suspects(fit: ArmFit) -> list[Suspect]:
     inner = np.linalg.inv(matrix.T @ matrix + np.eye(matrix.shape[1]))
 
     def unfitted(columns: np.ndarray) -> np.ndarray:
-        """What of columns (n, k) no change of the fitted numbers could be."""
+        """Return what of columns (n, k) no change of the fitted numbers could be."""
         return columns - matrix @ (inner @ (matrix.T @ columns))
 
     off = unfitted(flat[:, None])[:, 0]
@@ -102,9 +102,9 @@ def suspects(fit: ArmFit) -> list[Suspect]:
     index = np.tile(np.arange(n), len(names))
     whose = np.repeat(np.arange(len(names)), n)
 
-    def best_jump(kind: str, name: str, columns: np.ndarray) -> Suspect:
+    def best_jump(kind: str, name: str, columns: np.ndarray) -> Culprit:
         """Try every time at which columns (cameras n, 2, k) could begin to count."""
-        best = Suspect(kind, name, 0, 0.0, 0.0)
+        best = Culprit(kind, name, 0, 0.0, 0.0)
         for after in range(LEAST_AFTER, n - LEAST_AFTER + 1):
             late = np.where((index >= after)[:, None, None], columns, 0.0)
             own = late[there].reshape(len(flat), -1)
@@ -112,7 +112,7 @@ def suspects(fit: ArmFit) -> list[Suspect]:
             size, *_ = np.linalg.lstsq(clean.T @ own, clean.T @ flat, rcond=None)
             explained = float(size @ (clean.T @ flat)) / misfit
             if explained > best.explained:
-                best = Suspect(kind, name, after, explained, float(np.linalg.norm(size)))
+                best = Culprit(kind, name, after, explained, float(np.linalg.norm(size)))
         return best
 
     found = []

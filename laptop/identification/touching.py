@@ -39,7 +39,8 @@ def crosses_to_touch(
     chosen: list[tuple[float, float]] = []
     while left and len(chosen) < count:
         nearest = [min((math.dist(c, other) for other in chosen), default=0.0) for c in left]
-        chosen.append(left.pop(int(np.argmax(nearest))))
+        x, y = left.pop(int(np.argmax(nearest)))
+        chosen.append((x, y))
     return chosen
 
 
