@@ -24,7 +24,7 @@ import numpy as np
 
 from laptop.bench import workers
 from laptop.identification.arm_file import measured, write_measured
-from laptop.identification.arm_model import ArmModel, CameraPrior, Known
+from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand
 from laptop.identification.calibrating import identify
 from laptop.identification.emulated_table import EmulatedTable, camera_over
 from laptop.measuring.emulated_rig import EmulatedRig
@@ -160,7 +160,7 @@ def calibrated(case: CalibrateCase) -> CalibrateResult:
     try:
         camera = drawn.table.calibrated(luck, 100.0).camera
         touches = drawn.table.touches(TOUCHES, luck, NOISE_PX)
-        known = Known(drawn.height, 0, OFFSET / math.sqrt(3))
+        known = MeasuredByHand(drawn.height, 0, OFFSET / math.sqrt(3))
         model = ArmModel(drawn.described, {"A": CameraPrior.of(camera)}, known)
         found = identify(rig, model, touches)
     except ArmError as error:

@@ -101,7 +101,7 @@ def calibrate(
     """
     with importing():
         from laptop.identification import arm_file as files
-        from laptop.identification.arm_model import ArmModel, CameraPrior, Known
+        from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand
         from laptop.identification.calibrating import go_home, identify
         from shared.arm_description import find_arm, read_arm
 
@@ -110,7 +110,7 @@ def calibrate(
         arm = read_arm(find_arm(arm_file))
         square = None if board_square is None else int(board_square) // 90
         crosses = _crosses(touch, arm)
-        known = Known(None if height is None else height / 10, square)
+        known = MeasuredByHand(None if height is None else height / 10, square)
 
         def finish(rig, found: Calibration, touches: list[TouchSight], check) -> None:  # type: ignore[no-untyped-def]
             for line in _board(found):

@@ -115,7 +115,7 @@ class ArmFit:
 
 
 @dataclass(frozen=True, eq=False)
-class _Problem:
+class _ArmProblem:
     """The residuals of one model, in standard deviations."""
 
     model: ArmModel
@@ -165,7 +165,7 @@ class _Problem:
             parts.append(white.ravel())
         return np.concatenate(parts)
 
-    def whitened(self, x: np.ndarray) -> _Problem:
+    def whitened(self, x: np.ndarray) -> _ArmProblem:
         """Return it with the noise as it is seen through the arm there."""
         state = self.full(x)
         sigma_e = encoder_sigma(self.model.arm)
@@ -355,7 +355,7 @@ def _fitted(
 ) -> ArmFit:
     free = model.spread > 0
     free[[model.index(name) for name in fixed]] = False
-    problem = _Problem(model, rests, touches, free, elbows)
+    problem = _ArmProblem(model, rests, touches, free, elbows)
     x = ((state - model.mean) / np.where(free, model.spread, 1.0))[free]
     for _ in range(PASSES):
         problem = problem.whitened(x)
@@ -366,7 +366,7 @@ def _fitted(
     return _told(problem, x)
 
 
-def _told(problem: _Problem, x: np.ndarray) -> ArmFit:
+def _told(problem: _ArmProblem, x: np.ndarray) -> ArmFit:
     """Work out the covariance and what is left over."""
     model, free = problem.model, problem.free
     m = len(x)

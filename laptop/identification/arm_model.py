@@ -101,7 +101,7 @@ class CameraPrior:
 
 
 @dataclass(frozen=True)
-class Known:
+class MeasuredByHand:
     """What somebody has measured beside the camera.
 
     height       of the marker over the table, cm; None: not measured
@@ -126,7 +126,7 @@ class ArmModel:
 
     arm: Arm
     cameras: dict[str, CameraPrior]
-    known: Known = field(default_factory=Known)
+    known: MeasuredByHand = field(default_factory=MeasuredByHand)
     signs: tuple[int, ...] = ()
     names: tuple[str, ...] = field(init=False)
     mean: np.ndarray = field(init=False)

@@ -14,7 +14,7 @@ from laptop.identification.arm_file import check_signs
 from laptop.identification.arm_fit import ArmFit, BadIdentification, RestSights, TouchSight, fit_arm
 from laptop.identification.arm_model import ArmModel
 from laptop.identification.pose_plan import (
-    Pose,
+    ApproachedPose,
     choose,
     information_of,
     ordered,
@@ -58,7 +58,7 @@ class Identified:
 
     fit: ArmFit
     rests: RestSights
-    poses: list[Pose]
+    poses: list[ApproachedPose]
     times: np.ndarray
     seconds: float
 
@@ -78,7 +78,7 @@ def identify(
     """
     arm = model.arm
     rests: RestSights | None = None
-    poses: list[Pose] = []
+    poses: list[ApproachedPose] = []
     times: list[float] = []
     seconds, at = 0.0, tuple(joint.home for joint in arm.joints)
     todo = ordered(arm, scouts(arm, SCOUTS), at)
@@ -129,7 +129,7 @@ def go_home(rig: Rig) -> None:
     )
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "home.job"
-        pose_job(arm, [Pose(tuple(joint.home for joint in arm.joints), sides)], file)
+        pose_job(arm, [ApproachedPose(tuple(joint.home for joint in arm.joints), sides)], file)
         rig.measure(file)
 
 
@@ -153,7 +153,9 @@ def check_board(view: BoardView | None) -> BoardView:
     return view
 
 
-def _gone(rig: Rig, model: ArmModel, poses: Sequence[Pose]) -> tuple[MeasuredRun, RestSights]:
+def _gone(
+    rig: Rig, model: ArmModel, poses: Sequence[ApproachedPose]
+) -> tuple[MeasuredRun, RestSights]:
     """Let the arm go to poses; what was seen there."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "poses.job"

@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +45,7 @@ EDGE = 12.0
 
 
 @dataclass(frozen=True)
-class Pose:
+class ApproachedPose:
     """Where the joints go, rad, and which way each comes there: +1 upwards, -1 downwards."""
 
     q: tuple[float, ...]
@@ -55,7 +56,7 @@ class NoPose(ArmError, ValueError):
     """The arm's limits leave no room to be calibrated in."""
 
 
-def candidates(arm: Arm) -> list[Pose]:
+def candidates(arm: Arm) -> list[ApproachedPose]:
     """Return a grid of all that the joints can reach, by all ways to come there.
 
     Raises:
@@ -74,7 +75,7 @@ def candidates(arm: Arm) -> list[Pose]:
     found = []
     for q in itertools.product(*ranges):
         for sides in itertools.product((1, -1), repeat=len(q)):
-            pose = Pose(tuple(map(float, q)), sides)
+            pose = ApproachedPose(tuple(map(float, q)), sides)
             if _is_clear(arm, pose.q) and _is_clear(arm, start_of(arm, pose)):
                 found.append(pose)
     if not found:
@@ -87,7 +88,7 @@ def way_to(backlash: float) -> float:
     return APPROACH + backlash
 
 
-def start_of(arm: Arm, pose: Pose) -> tuple[float, ...]:
+def start_of(arm: Arm, pose: ApproachedPose) -> tuple[float, ...]:
     """Return where the way to a pose begins, rad."""
     return tuple(
         angle - side * way_to(joint.backlash)
@@ -100,7 +101,7 @@ def _is_clear(arm: Arm, q: Sequence[float]) -> bool:
     return len(points[-1]) == 2 or min(point[2] for point in points[1:]) > CLEARANCE
 
 
-def scouts(arm: Arm, count: int) -> list[Pose]:
+def scouts(arm: Arm, count: int) -> list[ApproachedPose]:
     """Return poses that lie far apart, for when nothing is known of camera and board.
 
     Each next one is the farthest from all before; the ways to come there take turns.
@@ -118,7 +119,7 @@ def scouts(arm: Arm, count: int) -> list[Pose]:
     for k, index in enumerate(chosen):
         q = tuple(map(float, poses[index]))
         ways = [sides[(k + n) % len(sides)] for n in range(len(sides))]
-        found.append(Pose(q, next(way for way in ways if (q, way) in allowed)))
+        found.append(ApproachedPose(q, next(way for way in ways if (q, way) in allowed)))
     return found
 
 
@@ -129,7 +130,7 @@ def choose(
     wanted: dict[str, float],
     count: int,
     pixel_sigma: float,
-) -> list[Pose]:
+) -> list[ApproachedPose]:
     """Return the next poses that tell most, of those that a camera sees.
 
     Args:
@@ -177,7 +178,7 @@ def telling(model: ArmModel, state: np.ndarray, stood: Standing, pixel_sigma: fl
         pixels = model.pixels(state, name, stood)
         size = np.array(camera.size)
         seen = ((pixels > EDGE) & (pixels < size - EDGE)).all(axis=1)
-        derivative = slopes(lambda x, name=name: model.pixels(x, name, stood), state, steps)
+        derivative = slopes(partial(_pixels, model, name, stood), state, steps)
         derivative[..., ~free] = 0.0
         through = model.by_encoders(state, name, stood) * sigma_e
         noise = through @ through.transpose(0, 2, 1) + pixel_sigma**2 * np.eye(2)
@@ -187,7 +188,13 @@ def telling(model: ArmModel, state: np.ndarray, stood: Standing, pixel_sigma: fl
     return np.concatenate(parts, axis=1)
 
 
-def ordered(arm: Arm, poses: Sequence[Pose], begin: Sequence[float]) -> list[Pose]:
+def _pixels(model: ArmModel, name: str, stood: Standing, state: np.ndarray) -> np.ndarray:
+    return model.pixels(state, name, stood)
+
+
+def ordered(
+    arm: Arm, poses: Sequence[ApproachedPose], begin: Sequence[float]
+) -> list[ApproachedPose]:
     """Return poses in an order in which little time goes by between them, from a pose on."""
     left, at, found = list(poses), tuple(begin), []
     while left:
@@ -200,7 +207,7 @@ def ordered(arm: Arm, poses: Sequence[Pose], begin: Sequence[float]) -> list[Pos
     return found
 
 
-def pose_job(arm: Arm, poses: Sequence[Pose], file: Path) -> job.JobHeader:
+def pose_job(arm: Arm, poses: Sequence[ApproachedPose], file: Path) -> job.JobHeader:
     """Write the job that goes to poses, the pen up, and rests at each.
 
     Raises:
@@ -248,7 +255,7 @@ def information_of(fit: ArmFit) -> np.ndarray:
     return found
 
 
-def standing(arm: Arm, poses: Sequence[Pose], run: MeasuredRun | None = None) -> Standing:
+def standing(arm: Arm, poses: Sequence[ApproachedPose], run: MeasuredRun | None = None) -> Standing:
     """Return how the joints stand at poses: as they are wanted, or as a run has told.
 
     A link rests on the flank by which it was pushed; where gravity pulls, on that on which it lies.

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from laptop.identification.arm_fit import RestSights
-from laptop.identification.arm_model import ArmModel, CameraPrior, Known, Standing
+from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand, Standing
 from laptop.identification.emulated_table import EmulatedTable, camera_over
 from laptop.identification.pose_plan import scouts
 from laptop.measuring.emulated_rig import marker_place
@@ -58,5 +58,5 @@ def rests(over, count=40, zeros=(0.0, 0.0), noise_px=0.0, phase=0.0, seed=0, mov
 
 def model(over, known=None, described=ARM, seed=0):
     camera = over.calibrated(np.random.default_rng(seed), 100.0).camera
-    known = known or Known(over.height, 0, 0.3)
+    known = known or MeasuredByHand(over.height, 0, 0.3)
     return ArmModel(described, {"A": CameraPrior.of(camera)}, known)

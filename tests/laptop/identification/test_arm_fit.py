@@ -7,7 +7,7 @@ import pytest
 import seen_arms
 
 from laptop.identification.arm_fit import BadIdentification, fit_arm
-from laptop.identification.arm_model import Known
+from laptop.identification.arm_model import MeasuredByHand
 
 ZEROS = (math.radians(0.8), math.radians(-1.2))
 TABLE = seen_arms.table(turn=0.01)
@@ -20,7 +20,7 @@ def fitted(over=TABLE, touches=6, known=None, described=seen_arms.ARM, zeros=ZER
 
 
 def test_everything_is_found_where_nothing_is_noisy():
-    fit = fitted(known=Known(2.5, 0, 0.3))
+    fit = fitted(known=MeasuredByHand(2.5, 0, 0.3))
     # The hand that touches is never exact; all else is.
     assert fit.value("shoulder.link") == pytest.approx(11.6, abs=0.02)
     assert fit.value("elbow.link") == pytest.approx(9.2, abs=0.04)
@@ -42,8 +42,8 @@ def test_by_sight_alone_only_the_sum_of_last_link_and_marker_is_known():
 
 
 def test_the_shoulders_zero_is_only_known_by_the_boards_edge():
-    assert math.degrees(fitted(known=Known(2.5, None, 0.3)).sigma("shoulder.zero")) > 4
-    fit = fitted(known=Known(2.5, 0, 0.3))
+    assert math.degrees(fitted(known=MeasuredByHand(2.5, None, 0.3)).sigma("shoulder.zero")) > 4
+    fit = fitted(known=MeasuredByHand(2.5, 0, 0.3))
     assert math.degrees(fit.sigma("shoulder.zero")) < 0.4
     # The board is turned by 0.01 rad, which nobody knows.
     assert fit.value("shoulder.zero") == pytest.approx(ZEROS[0] + 0.01, abs=0.005)
@@ -69,7 +69,7 @@ def test_the_stated_uncertainties_are_true():
     for seed in range(8):
         sights = seen_arms.rests(TABLE, 36, ZEROS, noise_px=0.4, phase=0.5, seed=seed)
         height = 2.5 + 0.05 * np.random.default_rng([seed, 1]).standard_normal()
-        model = seen_arms.model(TABLE, Known(height, 0, 0.3), seed=seed)
+        model = seen_arms.model(TABLE, MeasuredByHand(height, 0, 0.3), seed=seed)
         fit = fit_arm(model, sights)
         assert 0.6 < fit.noise < 1.4
         near += [abs(fit.value(name) - true[name]) / fit.sigma(name) for name in names]
