@@ -53,7 +53,7 @@ RULES = {
         f"laptop.page.{name}": ("laptop.page", "laptop.tracking.pipeline", "shared", *libraries)
         for name, libraries in (
             ("browser", ("nicegui",)),
-            ("cards", ("nicegui", "laptop.reporting.document")),
+            ("cards", ("nicegui", "laptop.reporting.document", "laptop.drawing.durations")),
             ("server", ("nicegui", "fastapi", "uvicorn")),
             ("http_limits", ("uvicorn",)),
             ("stop_gate", ("uvicorn",)),

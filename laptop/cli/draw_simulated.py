@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.run_folder import alone_in, check_room, write_files
+from laptop.drawing.durations import in_minutes
 from laptop.drawing.planning import chains
-from laptop.drawing.preview import minutes
 from laptop.reporting import drawing_plot, line_accuracy
 from laptop.simulator import session
 from laptop.simulator.device.plant_constants import read_plant
@@ -66,7 +66,7 @@ def draw_simulated(plan: DrawingPlan, out: Path, plant_text: str, words: tuple[s
 def _in_words(estimated: float, drawn: float, accuracy: drawing_plot.DrawingAccuracy) -> str:
     """Say how it went in a line."""
     return (
-        f"drawn in {minutes(drawn)} ({minutes(estimated)} estimated), off by "
+        f"drawn in {in_minutes(drawn)} ({in_minutes(estimated)} estimated), off by "
         f"{accuracy.greatest_mm:.1f} mm at most and {accuracy.rms_mm:.2f} mm rms"
     )
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from laptop.drawing import reach
 from laptop.drawing.artwork import BadArtwork, stroke_length
+from laptop.drawing.durations import in_minutes
 from laptop.drawing.preparing import DrawingPlan
 from robot.motion import kinematics
 
@@ -157,16 +158,6 @@ def reach_outlines(plan: DrawingPlan) -> list[np.ndarray]:
     return out
 
 
-def minutes(seconds: float) -> str:
-    """A time for people: 45 s, 5 min 12 s, 1 h 20 min."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
-
-
 def lines_of(plan: DrawingPlan) -> list[str]:
     """Say what a plan is, a few lines for people."""
     width, height = plan.placement.size
@@ -176,7 +167,7 @@ def lines_of(plan: DrawingPlan) -> list[str]:
         f"{width:.1f} x {height:.1f} cm around ({x:.1f}, {y:.1f}) cm, "
         f"{count} stroke{'' if count == 1 else 's'}, "
         f"{plan.cm:.0f} cm drawn, {plan.after.pen_up_cm:.0f} cm with the pen up",
-        f"about {minutes(plan.estimate.seconds)} with the {plan.arm.name} arm at "
+        f"about {in_minutes(plan.estimate.seconds)} with the {plan.arm.name} arm at "
         f"{plan.speed:g} cm/s",
     ]
     if plan.missed:

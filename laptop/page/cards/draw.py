@@ -9,6 +9,7 @@ from pathlib import Path
 
 from nicegui import events, ui
 
+from laptop.drawing.durations import in_minutes
 from laptop.page.cards.camera_view import CameraView
 from laptop.page.cards.card import card, heading
 from laptop.page.cards.session import DRAW, BrowserSession
@@ -343,14 +344,6 @@ def _alike(one: Placing, other: Placing) -> bool:
     """Return True if fields, which show tenths, show the same of both."""
     pairs = zip(one, other, strict=True)
     return all(abs((a or 0.0) - (b or 0.0)) <= 0.051 for a, b in pairs)
-
-
-def in_minutes(seconds: float) -> str:
-    """Return a time for people."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    return f"{whole // 60} min {whole % 60:02d} s" if whole < 3600 else f"{whole / 3600:.1f} h"
 
 
 def job_text(job: JobState) -> str:

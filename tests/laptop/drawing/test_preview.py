@@ -78,11 +78,3 @@ def test_another_ending_is_refused(tmp_path):
     with pytest.raises(preview.BadPreview, match=r"\.svg or \.png"):
         preview.write_preview(plan(), tmp_path / "p.pdf")
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("seconds", "text"),
-    [(0, "0 s"), (59.4, "59 s"), (59.6, "1 min 0 s"), (312, "5 min 12 s"), (4830, "1 h 20 min")],
-)
-def test_times_are_said_as_people_say_them(seconds, text):
-    assert preview.minutes(seconds) == text
