@@ -30,6 +30,7 @@ TOP_LEVEL = {
 LIBRARIES = ("numpy", "cv2", "matplotlib", "rich")
 BELOW_SIMULATOR = ("laptop.system", "laptop.tracking", "laptop.vision", "laptop.reporting")
 PURE = tuple(f"robot.motion.{name}" for name in ("chains", "kinematics", "paths", "trajectory"))
+FOR_THE_CARDS = "laptop.drawing.durations", "laptop.drawing.pictures"
 RULES = {
     "shared": ("shared",),
     "robot": ("robot", "shared", "ev3dev2.motor"),
@@ -53,7 +54,7 @@ RULES = {
         f"laptop.page.{name}": ("laptop.page", "laptop.tracking.pipeline", "shared", *libraries)
         for name, libraries in (
             ("browser", ("nicegui",)),
-            ("cards", ("nicegui", "laptop.reporting.document", "laptop.drawing.durations")),
+            ("cards", ("nicegui", "laptop.reporting.document", *FOR_THE_CARDS)),
             ("server", ("nicegui", "fastapi", "uvicorn")),
             ("http_limits", ("uvicorn",)),
             ("stop_gate", ("uvicorn",)),

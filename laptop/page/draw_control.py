@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from laptop.drawing.picture_files import is_picture
+from laptop.drawing.pictures import Tracing
 from laptop.page.board_mapping import BoardMapping
 from laptop.page.camera_feed import CameraFeed
 from laptop.page.drag_path import smooth_path
@@ -20,6 +22,7 @@ from laptop.page.drawing_snapshots import (
     DrawingState,
     InkPoint,
     JobState,
+    NothingShown,
     PlacedDrawing,
     Placing,
     Request,
@@ -116,7 +119,8 @@ class DrawControl:
         """Read a drawing from a file's bytes: SVG, PNG, JPEG, or a text."""
         if len(data) > MAX_FILE:
             return f"{name}: {len(data) / 1e6:.0f} MB; at most {MAX_FILE / 1e6:.0f} MB are read"
-        return self._take(Source("file", name[:80], data))
+        tracing = Tracing() if is_picture(data) else None
+        return self._take(Source("file", name[:80], data, tracing=tracing))
 
     def write(self, text: str) -> str:
         """Write a text, in letters of single strokes."""
@@ -142,6 +146,19 @@ class DrawControl:
         x, y = (low + high) / 2
         placing = Placing(float(x), float(y), float((high - low).max()))
         return self._take(Source("path", "dragged path", path=path), placing)
+
+    def trace_picture(self, tracing: Tracing) -> str:
+        """Draw the picture otherwise: it is read anew, and lies where it was."""
+        with self._lock:
+            source = self._request and self._request.source
+            if self._request is None or source is None or source.tracing is None:
+                return "there is no picture to trace; drop a PNG or JPEG first"
+            self._number += 1
+            source = source._replace(tracing=tracing)
+            self._ask(self._request._replace(number=self._number, source=source))
+            if self._placed:
+                self._busy = "reading it anew"
+            return ""
 
     def place(self, placing: Placing) -> str:
         """Lay the drawing elsewhere, or turn it, or make it larger or smaller."""
@@ -176,6 +193,8 @@ class DrawControl:
         assert self._worker
         self._request, self._trouble = request, ""
         self._busy = "reading it" if self._placed is None else "planning it"
+        if self._placed:  # what was planned is not what is asked for now
+            self._placed = self._placed._replace(seconds=None, job=b"")
         self._revision += 1
         self._worker.ask(request)
 
@@ -191,10 +210,10 @@ class DrawControl:
             self._busy = "" if last else "planning it"
             if isinstance(answer, str):
                 self._trouble = answer
-                if self._placed is None:
-                    self._request = None
-                else:
+                if self._placed is not None:
                     self._placed = self._placed._replace(why_not=answer, job=b"")
+                elif not isinstance(answer, NothingShown):
+                    self._request = None
             else:
                 self._placed = answer
 
@@ -297,6 +316,7 @@ class DrawControl:
         """Return how it stands."""
         with self._lock:
             placed, on = self._placed, self.is_on
+            source = self._request and self._request.source
             views = [self.view(name) for name in self._mappings]
             return DrawingState(
                 revision=self._revision,
@@ -308,6 +328,7 @@ class DrawControl:
                 source=next((view.source for view in views if view), ""),
                 job=self._job_state(),
                 can_start=bool(placed and placed.job and not placed.why_not and not on),
+                tracing=source.tracing if source else None,
             )
 
     def drawing(self) -> DrawingSnapshot:

@@ -6,11 +6,13 @@ import re
 import threading
 import zlib
 
+import cv2
 import numpy as np
 import pytest
 from page_scene import PageScene
 from waiting import until
 
+from laptop.drawing.pictures import Tracing
 from laptop.page import draw_control, drawing_studio
 from laptop.page.drawing_snapshots import PlacedDrawing, Placing, Request, Source
 from laptop.page.drawing_worker import DrawingWorker
@@ -361,6 +363,91 @@ def test_what_comes_after_a_drawing_that_was_cleared_is_read(scene, drawings):
     assert "broken.svg" in drawings.state().trouble
     drawings.choose("rose")
     assert scene.drawn().placed.name == "rose"
+
+
+def png(grey):
+    """A picture's file."""
+    return cv2.imencode(".png", grey)[1].tobytes()
+
+
+def discs():
+    """A dark disc and a lighter one on white paper, uint8."""
+    grey = np.full((120, 160), 255, np.uint8)
+    cv2.circle(grey, (45, 60), 16, 20, -1)
+    cv2.circle(grey, (115, 60), 16, 130, -1)
+    return grey
+
+
+def test_a_picture_is_traced_as_the_sliders_say_and_lies_where_it_was(scene, drawings):
+    drawings.load("discs.png", png(discs()))
+    assert drawings.state().tracing == Tracing()
+    drawings.place(Placing(14.0, -1.0, 6.0, 20.0))
+    hatched = scene.drawn().placed
+    assert drawings.trace_picture(Tracing(50.0, 0, 30.0)) == ""
+    assert drawings.state().tracing == Tracing(50.0, 0, 30.0)
+    outlined = scene.drawn().placed
+    assert outlined.strokes == 2, "an outline each"
+    assert hatched.strokes > 15
+    assert 0 < outlined.seconds < hatched.seconds
+    assert (outlined.centre, outlined.rotate) == ((14.0, -1.0), 20.0)
+    assert max(outlined.size) == pytest.approx(6.0)
+    assert drawings.start() == ""
+    assert scene.server.offered.job.header.strokes == outlined.strokes
+
+
+@pytest.mark.parametrize("order", ["place", "trace_picture"])
+def test_what_was_planned_before_is_not_started_any_more(scene, drawings, order):
+    drawings.load("discs.png", png(discs()))
+    scene.drawn()
+    drawings._worker.ask = lambda request: None  # it takes its time
+    wish = Placing(14.0) if order == "place" else Tracing(shades=1)
+    assert getattr(drawings, order)(wish) == ""
+    assert not drawings.state().can_start
+    assert drawings.drawing().placed.seconds is None
+    assert drawings.start() == "it is not planned yet; wait a moment"
+    assert scene.server.sent == []
+
+
+def test_a_picture_that_shows_nothing_at_first_can_be_traced_otherwise(scene, drawings):
+    faint = np.full((120, 160), 255, np.uint8)
+    cv2.circle(faint, (80, 60), 40, 236, -1)
+    drawings.load("faint.png", png(faint))
+    scene.drawn()
+    state = drawings.state()
+    assert "faint.png: shows nothing to draw at detail = 50 and shades = 3" in state.trouble
+    assert (state.is_there, state.tracing) == (False, Tracing())
+    drawings.trace_picture(Tracing(100.0, 3, 0.0))
+    assert scene.drawn().placed.strokes == 1
+    assert drawings.state().trouble == ""
+
+
+def test_sliders_that_leave_nothing_say_so_and_what_was_drawn_stays_in_sight(scene, drawings):
+    drawings.load("discs.png", png(discs()))
+    before = scene.drawn().placed
+    drawings.trace_picture(Tracing(0.0, 0, 30.0))
+    placed = scene.drawn().placed
+    assert len(placed.good) == len(before.good)
+    assert placed.why_not == (
+        "detail = 0 and shades = 0: nothing would be drawn; raise one of them"
+    )
+    assert not drawings.state().can_start
+    drawings.trace_picture(Tracing(0.0, 1, 30.0))
+    assert scene.drawn().placed.why_not == ""
+    assert drawings.state().can_start
+
+
+@pytest.mark.parametrize(
+    ("order", "argument"),
+    [("choose", "rose"), ("write", "LEGO"), ("load", SQUARE), ("load", png(discs())[:200])],
+)
+def test_only_of_a_picture_it_is_told_how_it_is_traced(scene, drawings, order, argument):
+    names = ["it.png"] if order == "load" else []
+    getattr(drawings, order)(*names, argument)
+    scene.drawn()
+    assert drawings.state().tracing is None
+    assert drawings.trace_picture(Tracing()) == (
+        "there is no picture to trace; drop a PNG or JPEG first"
+    )
 
 
 @pytest.fixture
