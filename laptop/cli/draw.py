@@ -256,6 +256,11 @@ def draw(
 
     with in_one_line():
         words = _words(repeat, resume, share)
+        if (words or detach) and (previews or job_file) and not simulate:
+            raise click.UsageError(
+                "--repeat, --from, --resume and --detach say how the brick draws: "
+                "leave them or --preview and --job out."
+            )
         arm = read_arm(find_arm(arm_file))
         artwork = _artwork(what, arm, options)
         plan = _prepared(artwork, arm, _options(options, artwork))

@@ -42,7 +42,8 @@ def main() -> int:
         return error.exit_code
     except click.UsageError as error:
         where = error.ctx.command_path if error.ctx else state.laptop_program()
-        _tell(f"{error.format_message()} See {where} --help.")
+        problem = error.format_message()
+        _tell(f"{problem}{'' if problem.endswith(('.', '?')) else '.'} See {where} --help.")
         return error.exit_code
     except click.ClickException as error:
         _tell(error.format_message())

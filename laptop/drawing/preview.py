@@ -17,6 +17,7 @@ from laptop.drawing.artwork import BadArtwork, stroke_length
 from laptop.drawing.durations import in_minutes
 from laptop.drawing.preparing import DrawingPlan
 from robot.motion import kinematics
+from shared.small_files import SpoiltFile, check_replaceable
 
 FORMATS = (".svg", ".png")
 
@@ -70,24 +71,34 @@ class PreviewScene:
 
 
 def write_preview(plan: DrawingPlan, file: str | os.PathLike[str]) -> None:
-    """Write the picture of a plan, as SVG or PNG by the file's ending.
+    """Write the picture of a plan, as SVG or PNG by the file's ending, whole or not at all.
 
     Raises:
-        BadPreview: another ending.
+        BadPreview: another ending, or a device or the like is there.
         OSError: as the system says it.
     """
     ending = Path(file).suffix.lower()
     if ending not in FORMATS:
         raise BadPreview(f"{file}: a preview is written as {' or '.join(FORMATS)}; name it so")
+    try:
+        check_replaceable(file)
+    except SpoiltFile as error:
+        raise BadPreview(f"{file}: {error}; choose another name") from None
     seen = scene(plan)
     if ending == ".svg":
         from laptop.drawing.preview_svg import svg_text
 
-        Path(file).write_text(svg_text(seen), encoding="utf-8")
+        data = svg_text(seen).encode("utf-8")
     else:
         from laptop.drawing.preview_png import png_bytes  # matplotlib takes a second to load
 
-        Path(file).write_bytes(png_bytes(seen))
+        data = png_bytes(seen)
+    draft = Path(f"{file}.part")
+    try:
+        draft.write_bytes(data)
+        draft.replace(file)
+    finally:
+        draft.unlink(missing_ok=True)
 
 
 def seen_from_behind(points: np.ndarray) -> np.ndarray:

@@ -121,7 +121,7 @@ def test_the_boundary_of_the_reach_is_drawn_where_it_is(draw, tmp_path):
         (("rose", "--at", "5"), "write it as 5,10, in cm"),
         (("rose", "--fit", "--size", "5"), "leave it or --size out"),
         (("rose", "--speed", "nan"), "speed nan: give 0.5 to 50 cm/s"),
-        (("rose", "--tolerance", "9"), "tolerance 0.9: give 0 to 0.2 cm"),
+        (("rose", "--tolerance", "9"), "tolerance 9: give 0 to 2 mm"),
         (("rose", "--paper", "a9"), "paper 'a9' is no sheet"),
         (("rose", "--elbow", "left"), "elbow 'left': give one of"),
         (("rose", "--layer", "ink"), "layer 'ink'"),
@@ -132,7 +132,12 @@ def test_the_boundary_of_the_reach_is_drawn_where_it_is(draw, tmp_path):
         (("rose", "--preview", "rose.gif"), "a preview is written as .svg or .png"),
         (("rose", "--preview", "no/rose.svg"), "cannot write no/rose.svg"),
         (("--card", "house"), "there is no such test card"),
-        (("--text", "a", "--letters", "0"), "size = 0 cm: it must be from 0.1"),
+        (
+            ("rose", "--repeat", "3", "--preview", "a.png"),
+            "--repeat, --from, --resume and --detach",
+        ),
+        (("rose", "--detach", "--job", "a.job"), "leave them or --preview and --job out"),
+        (("--text", "a", "--letters", "0"), "letters = 0 cm: it must be from 0.1"),
         (("rose", "--arm", "nobody"), "nobody"),
     ],
 )

@@ -1,6 +1,8 @@
 """Previews: read back, since a picture that merely exists shows nothing."""
 
+import os
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -78,3 +80,22 @@ def test_another_ending_is_refused(tmp_path):
     with pytest.raises(preview.BadPreview, match=r"\.svg or \.png"):
         preview.write_preview(plan(), tmp_path / "p.pdf")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["p.svg", "p.png"])
+def test_what_is_no_regular_file_is_left_as_it_is(tmp_path, name):
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(preview.BadPreview, match=f"{name}: is a pipe, not a file; choose another"):
+        preview.write_preview(plan(), tmp_path / name)
+    assert (tmp_path / name).is_fifo()
+
+
+def test_a_preview_that_is_broken_off_leaves_the_one_of_before(tmp_path, monkeypatch):
+    def broken_off(path, target):
+        raise KeyboardInterrupt
+
+    (tmp_path / "p.svg").write_text("before")
+    monkeypatch.setattr(Path, "replace", broken_off)
+    with pytest.raises(KeyboardInterrupt):
+        preview.write_preview(plan(), tmp_path / "p.svg")
+    assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("p.svg", "before")]
