@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import sys
 import tempfile
@@ -256,6 +257,7 @@ def draw(
 
     with in_one_line():
         words = _words(repeat, resume, share)
+        _check_apart(what, *previews, *filter(None, (job_file,)))
         if (words or detach) and (previews or job_file) and not simulate:
             raise click.UsageError(
                 "--repeat, --from, --resume and --detach say how the brick draws: "
@@ -282,6 +284,18 @@ def draw(
             file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
             plan.write_job(file)
             sys.exit(_sent(name, file, ("--arm", arm.name, *words), detach))
+
+
+def _check_apart(what: str | None, *files: Path) -> None:
+    """Refuse to write a file over what is drawn, or over another one."""
+    taken = {}
+    if what and os.path.exists(what):  # else it is the name of one that comes along
+        taken[os.path.realpath(what)] = "what is drawn"
+    for file in files:
+        place = os.path.realpath(file)
+        if place in taken:
+            raise click.UsageError(f"{file} is {taken[place]}, too: write to another file.")
+        taken[place] = "a file that is written"
 
 
 def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:

@@ -13,6 +13,7 @@ from laptop.brick.jobs import BrickJobStatus
 from laptop.cli.job_display import JobDisplay, line_of
 from laptop.cli.main import laptop
 from laptop.drawing.cards import reach_card
+from laptop.drawing.sources import GALLERY
 from laptop.reporting.line_accuracy import distances
 from robot.motion.kinematics import forward
 from shared.arm_description import find_arm, read_arm
@@ -111,6 +112,17 @@ def test_the_boundary_of_the_reach_is_drawn_where_it_is(draw, tmp_path):
     assert "the card reach lies where it is: leave --rotate out" in done.output
 
 
+@pytest.mark.parametrize("option", ["--preview", "--job"])
+def test_what_is_drawn_is_never_written_over(draw, tmp_path, option):
+    mine = (GALLERY / "house.svg").read_bytes()
+    (tmp_path / "mine.svg").write_bytes(mine)
+    (tmp_path / "folder").mkdir()
+    done = draw("mine.svg", option, "folder/../mine.svg")
+    assert "mine.svg is what is drawn, too: write to another file" in done.output
+    assert (tmp_path / "mine.svg").read_bytes() == mine
+    assert draw("rose", "--job", "rose").exit_code == 0, "a name of the gallery is no file"
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -136,6 +148,12 @@ def test_the_boundary_of_the_reach_is_drawn_where_it_is(draw, tmp_path):
             ("rose", "--repeat", "3", "--preview", "a.png"),
             "--repeat, --from, --resume and --detach",
         ),
+        (("",), "no file is named; give one, or a drawing: house"),
+        (
+            ("rose", "--preview", "a.svg", "--job", "./a.svg"),
+            "a.svg is a file that is written",
+        ),
+        (("rose", "--layer", "x"), "layer 'x': rose has no layers; leave it out"),
         (("rose", "--detach", "--job", "a.job"), "leave them or --preview and --job out"),
         (("--text", "a", "--letters", "0"), "letters = 0 cm: it must be from 0.1"),
         (("rose", "--arm", "nobody"), "nobody"),
