@@ -93,10 +93,11 @@ def write_preview(plan: DrawingPlan, file: str | os.PathLike[str]) -> None:
         from laptop.drawing.preview_png import png_bytes  # matplotlib takes a second to load
 
         data = png_bytes(seen)
-    draft = Path(f"{file}.part")
+    target = os.path.realpath(file)  # a link stays
+    draft = Path(f"{target}.part")
     try:
         draft.write_bytes(data)
-        draft.replace(file)
+        draft.replace(target)
     finally:
         draft.unlink(missing_ok=True)
 

@@ -99,3 +99,10 @@ def test_a_preview_that_is_broken_off_leaves_the_one_of_before(tmp_path, monkeyp
     with pytest.raises(KeyboardInterrupt):
         preview.write_preview(plan(), tmp_path / "p.svg")
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("p.svg", "before")]
+
+
+def test_a_link_to_a_preview_stays_a_link(tmp_path):
+    (tmp_path / "p.svg").symlink_to(tmp_path / "there.svg")
+    preview.write_preview(plan(), tmp_path / "p.svg")
+    assert (tmp_path / "p.svg").is_symlink()
+    assert "<svg" in (tmp_path / "there.svg").read_text()
