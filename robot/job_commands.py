@@ -113,7 +113,7 @@ def _job(parser, args):
         paused = args.paused
         if progress:
             paused = _tell_resumed(arm, job, progress, first) or paused
-        elif first > 1:
+        elif args.share is not None:
             print("begins with stroke {} of {}".format(first, header.strokes))
         presses = _presses()
         orders = JobOrders(args.speed_percent / 100, paused, presses, orders_file())

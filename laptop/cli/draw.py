@@ -258,6 +258,14 @@ def draw(
     with in_one_line():
         words = _words(repeat, resume, share)
         _check_apart(what, *previews, *filter(None, (job_file,)))
+        if simulate and (resume or detach):
+            raise click.UsageError("--resume and --detach are of the brick: leave --simulate out.")
+        if (words or detach) and (previews or job_file) and not simulate:
+            raise click.UsageError(
+                "--repeat, --from, --resume and --detach say how the brick draws: "
+                "leave them or --preview and --job out."
+            )
+        _check_apart(what, *previews, *filter(None, (job_file,)))
         if (words or detach) and (previews or job_file) and not simulate:
             raise click.UsageError(
                 "--repeat, --from, --resume and --detach say how the brick draws: "
@@ -403,7 +411,7 @@ def _words(repeat: int, resume: bool, share: str | None) -> tuple[str, ...]:
     words += ("--resume",) if resume else ()
     if share is None:
         return words
-    if not re.fullmatch(r"\d{1,3}(\.\d*)?%?", share) or float(share.rstrip("%")) >= 100:
+    if not re.fullmatch(r"[0-9]{1,3}(\.[0-9]*)?%?", share) or float(share.rstrip("%")) >= 100:
         raise click.UsageError(f"--from {share}: give a share of its length, as 40%.")
     return (*words, "--from", share)
 

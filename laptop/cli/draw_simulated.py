@@ -65,6 +65,8 @@ def draw_simulated(plan: DrawingPlan, out: Path, plant_text: str, words: tuple[s
 
 def _in_words(estimated: float, drawn: float, accuracy: drawing_plot.DrawingAccuracy) -> str:
     """Say how it went in a line."""
+    if not accuracy.inks:
+        return "nothing was drawn"
     return (
         f"drawn in {in_minutes(drawn)} ({in_minutes(estimated)} estimated), off by "
         f"{accuracy.greatest_mm:.1f} mm at most and {accuracy.rms_mm:.2f} mm rms"

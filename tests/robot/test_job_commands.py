@@ -179,6 +179,14 @@ def test_jobs_are_listed_for_people_and_programs_and_removed(shell, tmp_path):
     assert os.path.exists(other)
 
 
+def test_a_share_within_the_first_stroke_is_told_to_begin_there(shell, tmp_path):
+    keep(tmp_path, strokes=TWO[:1])
+    shown = shell.run("job", "two", "--from", "60%")
+    assert shown.status == 0, shown.err
+    assert "begins with stroke 1 of 1" in shown.out
+    assert len(shell.ink()) == 1
+
+
 def test_one_stroke_is_not_told_as_many():
     assert [in_strokes(count) for count in (1, 2)] == ["1 stroke", "2 strokes"]
 

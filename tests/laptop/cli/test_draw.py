@@ -14,6 +14,7 @@ from laptop.cli.job_display import JobDisplay, line_of
 from laptop.cli.main import laptop
 from laptop.drawing.cards import reach_card
 from laptop.drawing.sources import GALLERY
+from laptop.reporting import drawing_plot
 from laptop.reporting.line_accuracy import distances
 from robot.motion.kinematics import forward
 from shared.arm_description import find_arm, read_arm
@@ -93,6 +94,13 @@ def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
     assert "off by" in done.output
 
 
+def test_a_trial_that_ends_before_the_first_stroke_says_so(draw, monkeypatch):
+    monkeypatch.setattr(drawing_plot, "pen_down_runs", lambda rows: [])
+    done = draw("--card", "star", "--size", "3", "--simulate", "--out", "try")
+    assert "nothing was drawn" in done.output
+    assert "nan" not in done.output
+
+
 @pytest.mark.long
 def test_it_is_begun_at_a_share_and_repeated_there(draw):
     words = ("house", "--size", "6", "--simulate", "--out", "try", "--from", "90%", "--repeat", "2")
@@ -138,6 +146,9 @@ def test_what_is_drawn_is_never_written_over(draw, tmp_path, option):
         (("rose", "--elbow", "left"), "elbow 'left': give one of"),
         (("rose", "--layer", "ink"), "layer 'ink'"),
         (("rose", "--from", "140%"), "--from 140%: give a share of its length, as 40%"),
+        (("rose", "--from", "\u0664\u0660%"), "give a share of its length, as 40%"),
+        (("rose", "--simulate", "--resume"), "are of the brick: leave --simulate out"),
+        (("rose", "--simulate", "--detach"), "are of the brick: leave --simulate out"),
         (("rose", "--from", "4", "--resume"), "leave it or --from out"),
         (("rose", "--watch"), "stand alone"),
         (("--jobs", "--cancel", "a"), "stand alone"),
