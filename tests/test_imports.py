@@ -37,6 +37,7 @@ RULES = {
         *("laptop.system", "laptop.tracking", "laptop.vision", "shared"),
         *("numpy", "cv2", "ifaddr", "rich"),
     ),
+    "laptop.tracking.joint_track": ("robot.motion.kinematics", "shared"),
     "laptop.calibration": (*("laptop.calibration", "laptop.vision", "shared", "numpy", "cv2"),),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
     "laptop.page": (

@@ -63,6 +63,22 @@ def test_moves_in_space_tell_where_any_height_is(height):
     assert np.abs(mapping.view.to_picture(asked) - wanted).max() < 1.5
 
 
+def test_the_pen_is_beside_the_marker_that_is_seen():
+    mapping = learn(TableMapping(REACH), places(60))
+    asked = places(50, seed=2)
+    shifts = np.random.default_rng(3).uniform(-0.7, 0.7, asked.shape)
+    assert mapping.pen(truth(asked + shifts), shifts) == pytest.approx(asked, abs=1e-4)
+    assert TableMapping(REACH).pen(truth(asked), shifts) is None
+
+
+def test_in_space_the_pen_on_the_paper_is_below_the_marker_that_is_seen():
+    mapping = learn(TableMapping(REACH), places(80, height=(0, 12)))
+    asked = places(50, seed=2)
+    pens = np.column_stack([asked, np.zeros(len(asked))])
+    shifts = np.random.default_rng(3).uniform((-0.7, -0.7, 0.2), (0.7, 0.7, 1.5), pens.shape)
+    assert mapping.pen(truth(pens + shifts), shifts) == pytest.approx(asked, abs=1e-3)
+
+
 @pytest.mark.parametrize(
     ("points", "words"),
     [
