@@ -87,6 +87,7 @@ class DrawControl:
         self._boards = {
             name: BoardMapping(feed.watcher.place, EFFECTOR) for name, feed in cameras.items()
         }
+        self._versions = dict.fromkeys(cameras, 0)  # of the calibrations by a board
         self._tracks = {name: TipTrack() for name in cameras}
         self._joints = JointTrack()
         self._inks = {name: InkTrack(self._marker_shift) for name in cameras}
@@ -293,7 +294,7 @@ class DrawControl:
 
         Without a board, of an arm in a plane, it is that in which the marker rides over the paper.
         """
-        if camera not in self._mappings:
+        if camera not in self._mappings or self._cameras[camera].watcher.placing[1]:
             return None
         return self._boards[camera].view or self._mappings[camera].view
 
@@ -307,7 +308,11 @@ class DrawControl:
                 is_there=placed is not None,
                 busy=self._busy,
                 trouble=self._trouble,
-                unmapped={n: m.why for n, m in self._mappings.items() if self.view(n) is None},
+                unmapped={
+                    n: self._cameras[n].watcher.placing[1] or m.why
+                    for n, m in self._mappings.items()
+                    if self.view(n) is None
+                },
                 misfit=max((view.misfit for view in views if view), default=None),
                 source=next((view.source for view in views if view), ""),
                 job=self._job_state(),
@@ -398,12 +403,13 @@ class DrawControl:
         with self._lock:
             link = self._link()
             self._take_tips()
+            self._notice_moves()
             self._learn(link)
             self._follow(link)
             for ink in self._inks.values():
                 ink.judge(self._now())
             views = [
-                (m.view is None, m.moved, self._boards[name].view is None)
+                (self.view(name) is None, m.moved, self._boards[name].view is None)
                 for name, m in self._mappings.items()
             ]
             if views != self._seen:
@@ -420,6 +426,16 @@ class DrawControl:
                 self._tracks[name].add(view.frame.t, (seen.u, seen.v))
                 if self._progress and self._progress.state not in ENDS:
                     self._inks[name].see(view.frame.t, (seen.u, seen.v))
+
+    def _notice_moves(self) -> None:
+        """Forget what was learned of a camera that was calibrated anew: it, or the board, moved."""
+        for name, feed in self._cameras.items():
+            version, _ = feed.watcher.placing
+            if version != self._versions[name]:
+                self._boards[name].forget()
+                if self._versions[name]:
+                    self._mappings[name].forget()
+                self._versions[name] = version
 
     def _learn(self, link: LinkState) -> None:
         """Take in pairs of where the joints say that the marker is, and where cameras see it."""

@@ -58,6 +58,9 @@ class ObservationSink(Protocol):
 class TablePlacer(Protocol):
     """What knows where on the table a pixel is, once it has seen how; see `calibration`."""
 
+    version: int
+    why: str
+
     def look(self, image: np.ndarray) -> None: ...  # noqa: D102
     def place(self, marker: str, pixel: Point) -> Point | None: ...  # noqa: D102
 
@@ -180,6 +183,11 @@ class CameraPipeline:
     def place(self, marker: str, pixel: Point) -> Point | None:
         """Return where on the table a marker at a pixel is, cm; None: that is not known."""
         return self._placer.place(marker, pixel) if self._placer else None
+
+    @property
+    def placing(self) -> tuple[int, str]:
+        """Which calibration places markers, 0: none; and why it does not any more, or ""."""
+        return (self._placer.version, self._placer.why) if self._placer else (0, "")
 
     def wait(self, timeout: float) -> None:
         """Wait until the next frame has been processed, or for so long (s)."""

@@ -388,6 +388,8 @@ def test_of_a_marker_beside_the_pen_the_ink_and_the_drawing_are_the_pens(
 class FakePlacer:
     """Knows where pixels are on a board, once it is asked."""
 
+    version, why = 1, ""
+
     def __init__(self, where):
         self.where = where
 
@@ -403,6 +405,27 @@ def homography(function):
     corners = np.array([(6.0, -8.0), (6.0, 8.0), (18.0, -8.0), (18.0, 8.0)])
     pixels = np.array([function(p) for p in corners])
     return cv2.getPerspectiveTransform(corners.astype(np.float32), pixels.astype(np.float32))
+
+
+def test_while_a_camera_is_not_where_it_was_nothing_is_shown_and_then_all_is_learned_anew(
+    scene, drawings
+):
+    placer = scene.watchers[0]._placer = FakePlacer(lambda uv: None)
+    scene.look_around()
+    revision = drawings.state().revision
+    placer.why = "camera or board has moved, by 3 px"
+    scene.show()
+    assert drawings.view("A") is None
+    assert drawings.drawing().views == {}
+    assert drawings.state().unmapped == {"A": "camera or board has moved, by 3 px"}
+    assert drawings.state().revision > revision
+    placer.why = ""
+    scene.show()
+    assert drawings.view("A"), "it is back where it was"
+    placer.version = 2
+    scene.show()
+    assert drawings.view("A") is None
+    assert "let the arm look around again" in drawings.state().unmapped["A"]
 
 
 def test_where_a_board_tells_the_papers_place_wish_and_ink_are_shown_there(scene, drawings):
