@@ -249,3 +249,20 @@ def test_another_board_in_its_place_is_calibrated_by(watched):
     watched.see(other, LOOK_PERIOD)
     assert watched.watcher.calibration.board.paper == "letter"
     assert watched.place
+
+
+@pytest.mark.parametrize(
+    ("blur", "by", "gone"), [(2.0, 4.0, False), (2.0, 9.0, True), (0.8, 4.0, True)]
+)
+def test_a_shift_within_the_blur_is_none(shown, monkeypatch, blur, by, gone):
+    views, _ = shown
+    views.append(view(WHERE))
+    watcher = watch()
+    look(watcher, 1)
+    monkeypatch.setattr(board_watch, "find_again", lambda *_: None)
+    seen = view(WHERE, blur=blur)
+    seen.pixels[:, 0] += by
+    views[:] = [seen]
+    for _ in range(CHECK_PERIOD):
+        watcher.look(IMAGE)
+    assert (watcher.place("goal", (320, 240)) is None) == gone
