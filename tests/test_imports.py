@@ -3,7 +3,7 @@
 laptop.cli -> laptop.bench -> laptop.demo -> laptop.simulator -> laptop.tracking -> laptop.vision
 laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.reporting
 laptop.cli -> laptop.brick -> shared
-laptop.cli, laptop.bench -> laptop.calibration -> laptop.vision
+laptop.cli, laptop.bench -> laptop.calibration -> laptop.tracking, robot.motion.kinematics
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
 laptop.bench, laptop.demo, laptop.guide, laptop.simulator -> robot; all of them -> shared
@@ -38,7 +38,10 @@ RULES = {
         *("numpy", "cv2", "ifaddr", "rich"),
     ),
     "laptop.tracking.joint_track": ("robot.motion.kinematics", "shared"),
-    "laptop.calibration": (*("laptop.calibration", "laptop.vision", "shared", "numpy", "cv2"),),
+    "laptop.calibration": (
+        *("laptop.calibration", "laptop.vision", "laptop.tracking", "shared", "numpy", "cv2"),
+        "robot.motion.kinematics",
+    ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
     "laptop.page": (
         *("laptop.page", "laptop.drawing", *BELOW_SIMULATOR, "shared"),

@@ -12,9 +12,13 @@ from itertools import islice
 
 import numpy as np
 
+from laptop.calibration.arm_stand import ArmStand
 from laptop.calibration.camera_fit import MAX_BLUR, BadCalibration, Calibration, calibrate
 from laptop.calibration.camera_report import describe, shift_since
+from laptop.tracking.joint_track import Joints
 from laptop.vision.finders.board import BoardView, find_again, find_board
+from laptop.vision.view import BoardPlace
+from shared.messages import EFFECTOR
 
 LOOK_PERIOD = 10
 """Pictures from one look for the board to the next, while its place is not known."""
@@ -44,6 +48,9 @@ class BoardWatch:
         heights: of markers over the table, cm, by name; others lie on it.
         name: of the camera.
         say: tells people a line.
+        stand: how the arm stands on the board, or None: that is not known.
+        joints: tells how its joints stood last.
+        alone: this camera alone places markers; if not, only together with another one.
 
     Attributes:
         calibration: of the camera, or None as long as the board was not seen.
@@ -57,7 +64,11 @@ class BoardWatch:
         heights: Mapping[str, float],
         name: str,
         say: Callable[[str], None],
+        stand: ArmStand | None = None,
+        joints: Joints = lambda: None,
+        alone: bool = True,
     ) -> None:
+        self._stand, self._joints, self._alone = stand, joints, alone
         self.calibration: Calibration | None = None
         self.version = 0
         self.why = ""
@@ -107,6 +118,11 @@ class BoardWatch:
         lines = describe(found)
         if self.why:
             lines = [f"calibrated anew, places in cm go on: {lines[0]}"]
+            if self._stand and self.version == 1:
+                lines.append(
+                    "the pen's place is not told any more: it may be the board that has moved "
+                    "before the arm; touch its crosses anew, or, if it was the camera, start anew"
+                )
         # First the calibration, then that it holds: others read both.
         self.calibration = found
         self.version += 1
@@ -210,6 +226,23 @@ class BoardWatch:
         height = self._heights.get(marker, 0.0)
         x, y = known.camera.to_table(np.array([pixel]), height)[0]
         return (float(x), float(y)) if np.isfinite(x) else None
+
+    def tell(self, marker: str, pixel: tuple[float, float]) -> BoardPlace | None:
+        """Return where on the board something is, for people: of the tip it is the pen's place.
+
+        Args:
+            marker: its name.
+            pixel: of its centre, (u, v).
+        """
+        at = self.place(marker, pixel) if self._alone else None
+        if at is None or self._stand is None:
+            return at and BoardPlace(*at)
+        if self.version > 1:  # the board may have moved before the arm
+            return None if marker == EFFECTOR else BoardPlace(*at)
+        if marker == EFFECTOR:
+            told = self._joints()
+            at = self._stand.pen(at, told[1] if told else None)
+        return at and BoardPlace(*at, arm=self._stand.in_arm(at))
 
     def _tell(self, line: str) -> None:
         if line not in self._told:

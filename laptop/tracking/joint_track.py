@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from robot.motion import kinematics
 from shared.arm_description import Arm
@@ -17,6 +17,9 @@ MAX_GAP = 1.0
 """Between two words on the joints, s, beyond which nothing is known of the time between them."""
 DURATION = 20.0
 """For so long the joints' angles are kept, s."""
+
+Joints = Callable[[], tuple[float, Sequence[float]] | None]
+"""Tells how the joints stood last, rad, and when, s; None: the brick has not told."""
 
 
 def marker_shift(arm: Arm, q: Sequence[float]) -> tuple[float, ...]:

@@ -399,6 +399,9 @@ class FakePlacer:
     def place(self, marker, pixel):
         return self.where(pixel)
 
+    def tell(self, marker, pixel):
+        return None
+
 
 def homography(function):
     """The matrix of a function from cm to px."""
