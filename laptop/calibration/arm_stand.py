@@ -15,6 +15,9 @@ from laptop.calibration.marker_offset import BadTouches, MarkerFit, rotation
 from robot.motion import kinematics
 from shared.arm_description import Arm, ArmError
 
+SLACK, SLACK_ANGLE = 0.3, math.radians(3)
+"""By so much, cm and rad, the marker may be seen beyond what links and limits allow."""
+
 Point = tuple[float, float]
 """A place (x, y), cm."""
 
@@ -47,10 +50,13 @@ class ArmStand:
         along, left = fit.offset / fit.scale
         length = math.hypot(last.link + along, left)
         self._bend = math.atan2(left, last.link + along)
-        limits = {"lower": last.lower + self._bend, "upper": last.upper + self._bend}
-        self._to_marker = arm._replace(
-            joints=(*arm.joints[:-1], last._replace(link=length, **limits))
+        ends = [joint._replace(lower=joint.lower - SLACK_ANGLE, upper=joint.upper + SLACK_ANGLE)
+                for joint in arm.joints]  # fmt: skip
+        ends[-1] = ends[-1]._replace(
+            link=length, lower=ends[-1].lower + self._bend, upper=ends[-1].upper + self._bend
         )
+        self._to_marker = arm._replace(joints=tuple(ends))
+        self._reach = kinematics.reach(self._to_marker)
 
     def in_arm(self, place: Point) -> Point:
         """Return a place on the board, cm, in the arm's frame."""
@@ -65,8 +71,14 @@ class ArmStand:
             q: about how the joints stand, rad, if that is told: where both ways of bending the
                 elbow are possible, it says which; otherwise the arm's usual one is.
         """
+        x, y = self.in_arm(marker)
+        far = math.hypot(x, y)
+        # A stretched arm is seen a little beyond its reach as often as a little within.
+        within = min(max(far, self._reach[0]), self._reach[1])
+        if abs(within - far) > SLACK or not far:
+            return None
         try:
-            poses = kinematics.branches(self._to_marker, self.in_arm(marker))
+            poses = kinematics.branches(self._to_marker, (x * within / far, y * within / far))
         except ArmError:
             return None
         if not poses:

@@ -46,6 +46,24 @@ def test_the_joints_tell_which_way_the_elbow_is_bent():
     assert stand.pen(tuple(marker), (0.7, -1.0)) == pytest.approx(pen, abs=1e-9)
 
 
+@pytest.mark.parametrize("beyond", [-0.1, 0.0, 0.1])
+def test_of_a_stretched_arm_the_pen_is_told_though_the_marker_is_seen_beyond_its_reach(beyond):
+    stand = ArmStand(FIT, ARM)
+    pen, marker = places((0.3, -math.atan2(-0.4, ARM.joints[1].link + 0.6)))
+    outwards = turned(TURN + 0.3, (1.0, 0.0))
+    assert stand.pen(tuple(marker + beyond * outwards)) == pytest.approx(
+        pen + beyond * outwards, abs=0.12
+    )
+    assert stand.pen(tuple(marker + 0.5 * outwards)) is None
+
+
+def test_a_joint_that_is_seen_a_little_beyond_its_limit_is_there():
+    stand = ArmStand(FIT, ARM)
+    q = ARM.joints[0].upper + 0.02, 0.5
+    pen, marker = places(q)
+    assert stand.pen(tuple(marker)) == pytest.approx(pen, abs=1e-9)
+
+
 def test_where_no_pose_puts_the_marker_there_is_no_pen():
     stand = ArmStand(FIT, ARM)
     assert stand.pen((100.0, 0.0)) is None
