@@ -1,5 +1,7 @@
 """A camera by the tip's own moves, in the emulated cell of an arm in space; its truth is known."""
 
+import math
+
 import numpy as np
 import pytest
 from board_views import pixels, stand, view
@@ -7,9 +9,14 @@ from board_views import pixels, stand, view
 from laptop.calibration.camera_fit import calibrate
 from laptop.calibration.camera_model import triangulate
 from laptop.calibration.moves_fit import BadMoves, fit_moves, fit_stand
+from laptop.simulator.scene.poses import ScriptedPoses
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
+from laptop.simulator.scene.synthetic_camera import SyntheticCamera
 from laptop.tracking.joint_track import marker_place
+from laptop.vision.finders.board import find_board
+from laptop.vision.markers import read_spec
+from laptop.vision.tracker import Tracker
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("spatial"))
@@ -137,3 +144,60 @@ def test_a_point_in_space_is_where_it_is_though_one_camera_sees_no_board(side, o
     assert np.median(off) < 0.7
     assert np.quantile(off, 0.95) < 1.5
     assert 0.1 < np.median(gaps) / np.median(off) < 1.2, "the gap tells about how sure it is"
+
+
+class RenderedCell:
+    """Pictures of a camera on the emulated arm, and the real tracker on them."""
+
+    def __init__(self, camera, scene, shown):
+        scene = Scene(ARM, read_scene(scene, camera))
+        self.k = 0
+        poses = ScriptedPoses(ARM, lambda t: shown[self.k])
+        self.camera = SyntheticCamera(scene, poses, lambda: 0.0, start=0.0)
+
+    def image(self, k):
+        self.k = k
+        return self.camera.capture(k).image
+
+    def ball(self, k):
+        seen = Tracker([read_spec("effector", "ball:red")]).find(self.image(k), 0.0)["effector"]
+        return (seen.u, seen.v) if seen and seen.confidence > 0.5 else (math.nan, math.nan)
+
+
+@pytest.mark.long
+def test_in_rendered_pictures_a_ball_in_space_is_placed_to_some_millimetres():
+    """Both by the board, and one by the tip's moves: the truth is the arm's."""
+    learn, ask = 60, 40
+    true = np.concatenate([poses(learn), poses(ask, 9)])
+    told = true[:learn] + 0.003 * np.random.default_rng(5).standard_normal((learn, 3))
+    asked = np.array([marker_place(ARM, q) for q in true]) - (9.0, 0.0, 0.0)
+    text = "board=a4,marker_stray=0,clutter=0"
+    cells = [
+        RenderedCell("A", text, true),
+        RenderedCell("B", text + ",tilt=50", true),
+        RenderedCell("B", text, true),
+    ]
+    above, askew, beside = (np.array([c.ball(k) for k in range(len(true))]) for c in cells)
+    over, other = (
+        max(
+            (calibrate([find_board(cell.image(k))]) for k in range(6)),
+            key=lambda calibration: calibration.markers,
+        ).camera
+        for cell in cells[:2]
+    )
+    points = np.array([marker_place(ARM, q) for q in told])
+    both = np.isfinite(above[:learn] + beside[:learn]).all(axis=1)
+    arm = fit_stand(over, points[both], above[:learn][both])
+    by_moves = fit_moves(arm.on_board(points[both]), beside[:learn][both], SIZE)
+    for camera, sights, name, most in (
+        (other, askew, "both see the board", (2.0, 4.0)),
+        (by_moves.camera, beside, "one by moves", (2.5, 5.0)),
+    ):
+        there, gaps = triangulate(over, camera, above[learn:], sights[learn:])
+        off = 10 * np.linalg.norm(there - asked[learn:], axis=1)
+        seen = np.isfinite(off)
+        assert seen.sum() > ask / 4
+        middle, late = np.quantile(off[seen], (0.5, 0.95))
+        told = f"{name}: {middle:.2f}, {late:.2f} mm, gap {10 * np.median(gaps[seen]):.2f} mm"
+        assert middle < most[0], told
+        assert late < most[1], told
