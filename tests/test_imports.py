@@ -4,6 +4,7 @@ laptop.cli -> laptop.bench -> laptop.demo -> laptop.simulator -> laptop.tracking
 laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.reporting
 laptop.cli -> laptop.brick -> shared
 laptop.cli, laptop.bench -> laptop.calibration -> laptop.tracking, robot.motion.kinematics
+laptop.cli, laptop.bench -> laptop.measuring -> laptop.tracking, laptop.simulator
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
 laptop.bench, laptop.demo, laptop.guide, laptop.simulator -> robot; all of them -> shared
@@ -41,6 +42,10 @@ RULES = {
     "laptop.calibration": (
         *("laptop.calibration", "laptop.vision", "laptop.tracking", "shared", "numpy", "cv2"),
         "robot.motion.kinematics",
+    ),
+    "laptop.measuring": (
+        *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.vision"),
+        *("robot.motion.kinematics", "shared", "numpy"),
     ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
     "laptop.page": (
