@@ -3,7 +3,7 @@
 laptop.cli -> laptop.bench -> laptop.demo -> laptop.simulator -> laptop.tracking -> laptop.vision
 laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.reporting
 laptop.cli -> laptop.brick -> shared
-laptop.cli, laptop.bench -> laptop.calibration -> laptop.vision
+laptop.cli, laptop.bench -> laptop.calibration -> laptop.tracking, robot.motion.kinematics
 laptop.cli, laptop.bench -> laptop.measuring -> laptop.tracking, laptop.simulator
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
@@ -39,7 +39,11 @@ RULES = {
         *("laptop.system", "laptop.tracking", "laptop.vision", "shared"),
         *("numpy", "cv2", "ifaddr", "rich"),
     ),
-    "laptop.calibration": (*("laptop.calibration", "laptop.vision", "shared", "numpy", "cv2"),),
+    "laptop.tracking.joint_track": ("robot.motion.kinematics", "shared"),
+    "laptop.calibration": (
+        *("laptop.calibration", "laptop.vision", "laptop.tracking", "shared", "numpy", "cv2"),
+        "robot.motion.kinematics",
+    ),
     "laptop.measuring": (
         *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.vision"),
         *("robot.motion.kinematics", "shared", "numpy"),

@@ -106,7 +106,7 @@ class MarkerFit:
 
     def on_board(self, tips: np.ndarray) -> np.ndarray:
         """Points of the arm's frame, (n, 2), cm, on the board."""
-        return self.base + np.asarray(tips) @ rotation(self.turn).T
+        return self.base + self.scale * np.asarray(tips) @ rotation(self.turn).T
 
     def notes(self) -> list[str]:
         """Lines for people."""

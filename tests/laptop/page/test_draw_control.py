@@ -17,11 +17,12 @@ from laptop.page import draw_control, drawing_studio
 from laptop.page.drawing_snapshots import PlacedDrawing, Placing, Request, Source
 from laptop.page.drawing_worker import DrawingWorker
 from laptop.page.table_mapping import TableView
+from laptop.vision.tracker import Sighting
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 from shared.job import Job
 from shared.job_messages import Draw, JobStatus, Order, Want, bytes_of
-from shared.messages import Status, Stop
+from shared.messages import EFFECTOR, Status, Stop
 
 ARM = read_arm(find_arm("planar"))
 SQUARE = b"""<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm" viewBox="0 0 4 4">
@@ -323,6 +324,112 @@ def test_what_was_drawn_is_compared_with_the_wish(scene, drawings):
     deviation = drawings.drawing().deviation
     assert deviation.greatest == pytest.approx(1.0, abs=1.2), "mm; a pixel is 1.5 mm here"
     assert deviation.rms < 1.2
+
+
+OFFSET_ARM = ARM._replace(marker_offset=(0.6, -0.4))
+
+
+class OffsetScene(DrawScene):
+    """The same with a marker beside the pen, seen exactly where it is."""
+
+    def joints(self, q, still=5, down=None):
+        c, s = math.cos(sum(q)), math.sin(sum(q))
+        off = 0.6 * c + 0.4 * s, 0.6 * s - 0.4 * c
+        marker = np.array(kinematics.forward(ARM, q)) + off
+        seen = {EFFECTOR: Sighting(*self.pixel(marker), 1.0, 10.0)}
+        self.trackers[0].find = lambda image, t: seen
+        for k in range(still):
+            self.t += 0.0005  # a status is of another moment than a frame
+            if k == min(2, still - 1):
+                self.server.status = Status(self.t - 0.02, q, None, "ready")
+            if down is not None:
+                self.tell("drawing", cm=1.0, down=down)
+            self.show()
+
+
+@pytest.mark.parametrize("by_board", [False, True])
+def test_of_a_marker_beside_the_pen_the_ink_and_the_drawing_are_the_pens(
+    tmp_path, monkeypatch, by_board
+):
+    monkeypatch.setattr(draw_control, "DrawingWorker", ThreadWorker)
+    scene = OffsetScene(tmp_path, arm=OFFSET_ARM)
+    scene.server.status = None
+    drawings = scene.controller.drawings
+    if by_board:  # which lies askew of the arm, and tells where the marker is on it
+        turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+        back = TableView(homography(scene.pixel)).to_table
+        scene.watchers[0]._placer = FakePlacer(lambda uv: tuple(turn @ back(np.array([uv]))[0]))
+    scene.look_around()
+    assert drawings.view("A").source.startswith("the board" if by_board else "the tip")
+    drawings.load("square.svg", SQUARE)
+    drawings.place(Placing(13.0, 0.0, 6.0))
+    shown = scene.drawn()
+    for line in shown.placed.good:  # where it lies is where the pen will go
+        seen = np.array([scene.pixel(p) for p in line])
+        assert np.abs(shown.views["A"].to_picture(line) - seen).max() < 0.05, "px"
+    drawings.start()
+    ring = np.array([(10.0, -3.0), (10.0, 3.0), (16.0, 3.0), (16.0, -3.0), (10.0, -3.0)])
+    scene.joints(kinematics.inverse(OFFSET_ARM, ring[0]), 10, down=False)
+    for p, q in zip(ring, ring[1:], strict=False):
+        for k in range(60):
+            scene.joints(kinematics.inverse(OFFSET_ARM, p + (q - p) * k / 60), 1, down=True)
+    _, points = drawings.ink("A", -1, 0)
+    pens = TableView(homography(scene.pixel)).to_table(np.array([(p.u, p.v) for p in points]))
+    assert len(pens) > 60
+    off = np.abs(np.abs(pens - (13.0, 0.0)).max(axis=1) - 3.0)
+    assert 10 * off.max() < 0.3, "mm; the marker itself is up to 7 mm beside the square"
+    scene.tell("done", cm=12.0)
+    for _ in range(20):
+        scene.show()
+    until(lambda: drawings.drawing().deviation, "a comparison")
+    assert drawings.drawing().deviation.greatest < 0.3, "mm"
+    drawings.close()
+
+
+class FakePlacer:
+    """Knows where pixels are on a board, once it is asked."""
+
+    version, why = 1, ""
+
+    def __init__(self, where):
+        self.where = where
+
+    def look(self, image):
+        pass
+
+    def place(self, marker, pixel):
+        return self.where(pixel)
+
+    def tell(self, marker, pixel):
+        return None
+
+
+def homography(function):
+    """The matrix of a function from cm to px."""
+    corners = np.array([(6.0, -8.0), (6.0, 8.0), (18.0, -8.0), (18.0, 8.0)])
+    pixels = np.array([function(p) for p in corners])
+    return cv2.getPerspectiveTransform(corners.astype(np.float32), pixels.astype(np.float32))
+
+
+def test_while_a_camera_is_not_where_it_was_nothing_is_shown_and_then_all_is_learned_anew(
+    scene, drawings
+):
+    placer = scene.watchers[0]._placer = FakePlacer(lambda uv: None)
+    scene.look_around()
+    revision = drawings.state().revision
+    placer.why = "camera or board has moved, by 3 px"
+    scene.show()
+    assert drawings.view("A") is None
+    assert drawings.drawing().views == {}
+    assert drawings.state().unmapped == {"A": "camera or board has moved, by 3 px"}
+    assert drawings.state().revision > revision
+    placer.why = ""
+    scene.show()
+    assert drawings.view("A"), "it is back where it was"
+    placer.version = 2
+    scene.show()
+    assert drawings.view("A") is None
+    assert "let the arm look around again" in drawings.state().unmapped["A"]
 
 
 def test_where_a_board_tells_the_papers_place_wish_and_ink_are_shown_there(scene, drawings):
