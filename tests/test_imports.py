@@ -5,6 +5,7 @@ laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.r
 laptop.cli -> laptop.brick -> shared
 laptop.cli, laptop.bench -> laptop.calibration -> laptop.vision
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
+laptop.cli -> laptop.lab_report -> what laptop.demo has found
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
 laptop.bench, laptop.demo, laptop.guide, laptop.simulator -> robot; all of them -> shared
 """
@@ -38,7 +39,7 @@ RULES = {
         *("numpy", "cv2", "ifaddr", "rich"),
     ),
     "laptop.calibration": (*("laptop.calibration", "laptop.vision", "shared", "numpy", "cv2"),),
-    "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
+    "laptop.reporting": ("laptop.reporting", "shared", "jinja2", "markupsafe", *LIBRARIES),
     "laptop.page": (
         *("laptop.page", "laptop.drawing", *BELOW_SIMULATOR, "shared"),
         *("robot.motion.kinematics", "robot.motion.paths", "robot.motion.trajectory"),
@@ -88,6 +89,11 @@ RULES = {
         *("numpy", "matplotlib", "jinja2", "markupsafe"),
     ),
     "laptop.guide.examiner": (),
+    "laptop.lab_report": (
+        *("laptop.lab_report", "laptop.demo.report", "laptop.demo.results", "laptop.reporting"),
+        *("shared", "numpy", "cv2", "matplotlib", "markupsafe"),
+    ),
+    "laptop.lab_report.print_pdf": ("laptop.system", "shared"),
     # What students write imports what they may import.
     **{f"laptop.guide.{room}": ("robot.api", "ev3dev2.motor") for room in ("tasks", "solutions")},
     "laptop.bench": (

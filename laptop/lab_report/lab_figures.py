@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,8 @@ from laptop.reporting.line_plot import INK, REACH_EDGE, TRAVEL, new_figure, png_
 
 LEFT, RIGHT = (0.065, 0.13, 0.42, 0.74), (0.56, 0.13, 0.42, 0.74)
 """Places of two panels, as shares of a figure."""
+DOTS: dict[str, Any] = {"ls": "", "marker": "o", "ms": 5, "mfc": INK, "mec": "white", "mew": 0.9}
+"""Style of where a servo stopped to look."""
 MAX_POINTS = 4000
 """A curve is thinned to about so many points."""
 
@@ -83,7 +86,8 @@ def draw_ways(
             axes = figure.add_axes((k * share + 0.08, 0.11, share - 0.1, 0.78))
             head(axes, f"Picture of camera {camera}")
             none = np.zeros((0, 2))
-            draw_way(axes, ways[camera], looks.get(camera, none), GOALS[0])
+            draw_way(axes, ways[camera], none, GOALS[0])
+            axes.plot(*looks.get(camera, none).T, zorder=6, **DOTS)
             if camera in goals:
                 draw_goal(axes, *goals[camera], tolerance, GOALS[1], "", len(ways) > 1)
             axes.set(xlabel="u  px", ylabel="v  px", aspect="equal", adjustable="datalim")
@@ -117,7 +121,8 @@ def draw_servo(
         frame_errors(axes, float(every.max()), tolerance, "Distance from the goal", 0.012)
         axes.set_ylabel("distance  px")
         if len(errors):
-            draw_error(axes, errors[:, 0], errors[:, 1], looks, GOALS[0], "")
+            draw_error(axes, errors[:, 0], errors[:, 1], np.zeros((0, 2)), GOALS[0], "")
+        axes.plot(*looks.T, zorder=6, **DOTS)
         axes = figure.add_axes((LEFT[0], 0.075, LEFT[2], high))
         frame_angles(axes, "Joint angles")
         axes.set_ylabel("degrees")

@@ -279,8 +279,8 @@ def _accuracy() -> MethodStep:
         "Accuracy and repeatability",
         "As ISO 9283 defines them: a pose p* is approached n times, each time the tip gets to "
         "p\u1d62, with the mean p\u0304. Accuracy is how far that mean is off, repeatability "
-        "how far the poses scatter about it: the mean of the distances l and three times their standard "
-        "deviation S.",
+        "how far the poses scatter about it: the mean of the distances l and three times their "
+        "standard deviation S.",
         (
             _set(
                 r"AP = \|\bar{p} - p^*\|",
