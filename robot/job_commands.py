@@ -61,6 +61,10 @@ def _parser():
         "--paused", action="store_true",
         help="wait over the first point, pen up, until it is resumed: there it can be nudged",
     )  # fmt: skip
+    job.add_argument("--dry", action="store_true", help="the pen stays up")
+    job.add_argument(
+        "--log", metavar="FILE", help="where the motors were, if the job asks for that: as CSV"
+    )
     job.add_argument("--stay", action="store_true", help="stay where it ends, see other commands")
     program.add_take(job)
     order = add("order", "tell the job that is drawn: pause, resume, abort, speed 60, pen -5, ...")
@@ -113,13 +117,16 @@ def _job(parser, args):
             print("begins with stroke {} of {}".format(first, header.strokes))
         presses = _presses()
         orders = JobOrders(args.speed_percent / 100, paused, presses, orders_file())
+        log = None
         try:
             if progress:
                 orders.pen = progress.pen
+            log = _log_file(args.log, len(header.links))
             report = JobReport(header, job.crc, clock, repeats, path=status_file())
-            done = JobRunner(arm, clock, job, orders, report).run(first, repeat, repeats)
+            runner = JobRunner(arm, clock, job, orders, report, log, args.dry)
+            done = runner.run(first, repeat, repeats)
         finally:
-            for source in presses:
+            for source in presses + ([log] if log else []):
                 source.close()
             orders.close()
         if not args.stay:
@@ -127,6 +134,23 @@ def _job(parser, args):
 
             Driver(arm).go_low()
     return 0 if done else 1
+
+
+def _log_file(path, joints):
+    """The log to write, or None.
+
+    Raises:
+        BadLog: it cannot be written.
+    """
+    if path is None:
+        return None
+    from robot.jobs.logbook import LogFile
+    from shared.job_log import BadLog
+
+    try:
+        return LogFile(path, joints)
+    except OSError as error:
+        raise BadLog("{}: {}; log to another file".format(path, error.strerror)) from None
 
 
 def _tell_resumed(arm, job, progress, first):

@@ -49,7 +49,13 @@ SPEED_MARGIN = 1.1
 LINK_TOLERANCE = 1e-6
 """Links differ where they differ by more, cm."""
 
-JobHeader = record("JobHeader", "name arm chain links speed strokes cm pen_up_cm seconds")
+LOG_PERIODS, MAX_REST = (0.01, 10.0), 30.0
+"""Bounds of a log's period, and greatest rest after a stroke, s."""
+
+JobHeader = record(
+    "JobHeader", "name arm chain links speed strokes cm pen_up_cm seconds log rest",
+    defaults=(0.0, 0.0),
+)  # fmt: skip
 JobHeader.__doc__ = """What a job is.
 
 name        for people
@@ -61,6 +67,8 @@ strokes     how many there are
 cm          length of them all
 pen_up_cm   length of the ways between them
 seconds     that the brick is to take for all of it
+log         the brick logs so often where its motors are, s (shared.job_log); 0: never
+rest        after each stroke the arm stands so long, pen up, and that is logged, s; 0: it does not
 """
 
 Stroke = record("Stroke", "layer cm start_s pieces")
@@ -77,11 +85,11 @@ class BadJob(ArmError, ValueError):
     """A file that is no job, or none for this arm."""
 
 
-def header_of(arm, name, speed, strokes, pen_up_cm, seconds):
+def header_of(arm, name, speed, strokes, pen_up_cm, seconds, log=0.0, rest=0.0):
     """The JobHeader of Strokes for an Arm."""
     return JobHeader(
         name[:MAX_NAME], arm.name, arm.chain, tuple(joint.link for joint in arm.joints), speed,
-        len(strokes), sum(stroke.cm for stroke in strokes), pen_up_cm, seconds,
+        len(strokes), sum(stroke.cm for stroke in strokes), pen_up_cm, seconds, log, rest,
     )  # fmt: skip
 
 
@@ -108,7 +116,11 @@ def write_job(path, header, strokes):
 
 
 def _lines(header, strokes):
-    yield _line(dict(header._asdict(), job=VERSION))
+    told = dict(header._asdict(), job=VERSION)
+    for key in ("log", "rest"):
+        if not told[key]:
+            del told[key]
+    yield _line(told)
     for k, stroke in enumerate(strokes, 1):
         line = _line(dict(stroke._asdict(), stroke=k))
         if len(line) > MAX_LINE:
@@ -243,7 +255,11 @@ class Job(object):
         if numbers[1] != len(self._offsets) - 2 or numbers[1] < 1 or min(numbers) < 0:
             raise SpoiltFile("has another number of strokes than it says")
         numbers[1] = int(numbers[1])
-        return JobHeader(*(words + [links] + numbers))
+        # (Programs that know neither leave them out, and all others where there is none.)
+        log, rest = [number(value.get(key, 0)) for key in ("log", "rest")]
+        if log and not LOG_PERIODS[0] <= log <= LOG_PERIODS[1] or not 0 <= rest <= MAX_REST:
+            raise SpoiltFile("asks for a log or a rest as no brick keeps it")
+        return JobHeader(*(words + [links] + numbers + [log, rest]))
 
     def _check_arm(self, arm):
         links = tuple(joint.link for joint in arm.joints)

@@ -19,6 +19,9 @@ PART_SIZE = 1425
 
 MAX_PARTS = MAX_SIZE // PART_SIZE + 1
 
+ROWS = 16
+"""Rows of a log in one JobLog, at the most."""
+
 PAUSE, RESUME, ABORT, SPEED, PEN = "pause", "resume", "abort", "speed", "pen"
 ORDERS = PAUSE, RESUME, ABORT, SPEED, PEN
 """What may be ordered on the way."""
@@ -85,10 +88,18 @@ down       whether the pen is on the paper
 reason     of the state, one line for people; "" for none
 """
 
+JobLog = record("JobLog", "crc rows")
+JobLog.__doc__ = """What the brick logs of a job that asks for it.
+
+crc   of the job
+rows  of each shared.job_log.LogRow its elements, t by the sender's clock
+"""
+
 CRC = fields.whole_number(0, 2**32 - 1)
 PART = fields.whole_number(0, MAX_PARTS - 1)
 STROKE = fields.whole_number(0, MAX_SIZE)
 LENGTH = fields.number(0, 1e6, "cm", 2)
+PLANNED = fields.number(0, 1e6, "s", 4)
 _base64 = fields.matching(r"[A-Za-z0-9+/]{4,1900}={0,2}\Z", "at most 1900 letters of base64")
 
 
@@ -106,6 +117,19 @@ def _one_of(words):
         return value
 
     return check
+
+
+def _rows(value):
+    if not isinstance(value, (list, tuple)) or len(value) > ROWS:
+        raise fields.WrongValue("a list of at most {} rows".format(ROWS))
+    return [_row(row) for row in value]
+
+
+def _row(row):
+    if not isinstance(row, (list, tuple)) or len(row) != 5:
+        raise fields.WrongValue("rows of stroke, plan, t, rest and angles")
+    stroke, plan, t, rest, q = row
+    return [STROKE(stroke), PLANNED(plan), fields.TIME(t), fields.flag(rest), fields.angles(q)]
 
 
 def _data(value):
@@ -139,6 +163,7 @@ KINDS = {
             ("value", fields.or_none(fields.number(-1000, 1000, "", decimals=3))),
         ),
     ),
+    "log": (JobLog, (("crc", CRC), ("rows", _rows))),
     "progress": (
         JobStatus,
         (

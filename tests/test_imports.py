@@ -4,6 +4,7 @@ laptop.cli -> laptop.bench -> laptop.demo -> laptop.simulator -> laptop.tracking
 laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.reporting
 laptop.cli -> laptop.brick -> shared
 laptop.cli, laptop.bench -> laptop.calibration -> laptop.vision
+laptop.cli, laptop.bench -> laptop.measuring -> laptop.tracking, laptop.simulator
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
 laptop.cli -> laptop.lab_report -> what laptop.demo has found
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
@@ -39,6 +40,10 @@ RULES = {
         *("numpy", "cv2", "ifaddr", "rich"),
     ),
     "laptop.calibration": (*("laptop.calibration", "laptop.vision", "shared", "numpy", "cv2"),),
+    "laptop.measuring": (
+        *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.vision"),
+        *("robot.motion.kinematics", "shared", "numpy"),
+    ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", "markupsafe", *LIBRARIES),
     "laptop.page": (
         *("laptop.page", "laptop.drawing", *BELOW_SIMULATOR, "shared"),

@@ -108,7 +108,8 @@ class RunReader:
         try:
             self._runs.append((file, read(_name(self._folder, whole))))
         except DamagedRun as error:
-            self.left_out.append(LeftOut(_name(self._folder, file), str(error)))
+            why = str(error).removeprefix(file.name).removeprefix(": ").strip()
+            self.left_out.append(LeftOut(_name(self._folder, file), why))
             return False
         return True
 

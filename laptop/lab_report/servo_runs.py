@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -205,7 +206,8 @@ def read_demo(name: str, folder: Path) -> LabRun:
         demo = read_run(folder)
         return _demo(name, folder, demo)
     except BadRun as error:
-        raise DamagedRun(without_folders(str(error))) from None
+        told = str(error).replace(f"{folder}{os.sep}", "")
+        raise DamagedRun(without_folders(told)) from None
     except MALFORMED:
         raise DamagedRun("demo.json is not of a demo; run the demo again") from None
 

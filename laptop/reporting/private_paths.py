@@ -7,17 +7,18 @@ from pathlib import Path
 
 _OPTION = re.compile(r"(--?[\w-]+=)?(.*)", re.DOTALL)
 _ABSOLUTE = re.compile(r"(/|~|\.\.[/\\]|[A-Za-z]:[/\\]|\\\\)")
-_STEP = r"[^\s/\\'\"<>|:;,()\[\]]+"
+_LETTER = r"[^\s/\\'\"<>|:;,()\[\]]"
 _PATH = re.compile(
-    rf"(?:file://)?(?<![\w.:/\\])(?:~|\.\.|[A-Za-z]:)?[/\\]{{1,2}}(?:{_STEP}[/\\])*({_STEP})"
+    rf"(?:file://|(?<![\w.:/\\]))(?:~|\.\.|[A-Za-z]:)?[/\\]{{1,2}}"
+    rf"(?:{_LETTER}(?:{_LETTER}| )*[/\\])*({_LETTER}+)"
 )
 
 
 def without_folders(text: str) -> str:
     """Return a text in which each path of this computer is but its last name.
 
-    A text that is a path as a whole may hold spaces; `--option=PATH` is one, too.  Paths that begin
-    in the folder where one is stay, and so do addresses of pages.
+    Folders may have spaces in their names, so that words between two paths may go, too.  Paths that
+    begin in the folder where one is stay, and so do addresses of pages.
     """
     match = _OPTION.fullmatch(text)
     assert match  # the pattern takes any text

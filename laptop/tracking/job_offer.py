@@ -1,4 +1,4 @@
-"""A job that is offered to the brick, which asks for it part after part."""
+"""A job that is offered to the brick, which asks for it part after part, and logs what it does."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import zlib
 from pathlib import Path
 
 from shared.job import Job
-from shared.job_messages import PART_SIZE, Draw, JobPart, Want, part_of
+from shared.job_log import LogRow
+from shared.job_messages import PART_SIZE, Draw, JobLog, JobPart, Want, part_of
 
 
 class JobOffer:
@@ -22,6 +23,7 @@ class JobOffer:
         job: the shared.job.Job.
         draw: the Draw that offers it.
         asked: number of parts that the brick has asked for at least once.
+        log: LogRows that have come so far, t on the laptop's clock.
 
     Raises:
         shared.job.BadJob: the file is no job.
@@ -35,6 +37,7 @@ class JobOffer:
         crc = zlib.crc32(data)
         self.draw = Draw(self.job.header.name, len(data), parts, crc, first, alone, dry)
         self.asked = 0
+        self.log: list[LogRow] = []
 
     def part(self, want: Want) -> JobPart | None:
         """Return the part that the brick asks for; None: it is none of this job's."""
@@ -42,3 +45,14 @@ class JobOffer:
             return None
         self.asked = max(self.asked, want.part + 1)
         return part_of(self._packed, want.crc, want.part)
+
+    def take_log(self, message: JobLog, offset: float) -> None:
+        """Keep what the brick logs of this job.
+
+        Args:
+            message: of this job, or of another one.
+            offset: of the brick's clock from ours, s.
+        """
+        if message.crc == self.draw.crc:
+            rows = [LogRow(*row) for row in message.rows]
+            self.log += [row._replace(t=row.t - offset) for row in rows]

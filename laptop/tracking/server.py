@@ -20,7 +20,7 @@ from laptop.tracking.job_offer import JobOffer
 from laptop.tracking.listening import listen, own_addresses
 from laptop.tracking.server_state import ServerState
 from shared import pairing
-from shared.job_messages import Draw, JobStatus, Order, Want
+from shared.job_messages import Draw, JobLog, JobStatus, Order, Want
 from shared.link import Link
 from shared.messages import (
     BRICK,
@@ -308,6 +308,8 @@ class TrackingServer:
             self._status = message, now, _lag(link, message.t, now)
         elif isinstance(message, JobStatus):
             self._progress = message, now - _lag(link, message.t, now)
+        elif isinstance(message, JobLog) and self._offer and link.clock.is_known:
+            self._offer.take_log(message, link.clock.offset)
         elif isinstance(message, Want) and self._offer and (part := self._offer.part(message)):
             link.send(part)
 

@@ -153,7 +153,7 @@ def _track(
     with ExitStack() as stack:
         stack.enter_context(quiet_decoders())
         setup = prepare(options, open_synthetic, stack)
-        now = _clock_of(setup.cameras)
+        now = clock_of(setup.cameras)
         server = _serve(options, stack, now, print_line) if options.serve else None
         serve_page = open_page(stack) if open_page else None
         if setup.learned:
@@ -216,7 +216,7 @@ def _track(
     return status, "every camera has ended"
 
 
-def _clock_of(cameras: Sequence[FrameSource]) -> Callable[[], float]:
+def clock_of(cameras: Sequence[FrameSource]) -> Callable[[], float]:
     """Return the clock of their frames, s: the emulated world's, if all of them live there."""
     clocks = [getattr(camera, "now", time.monotonic) for camera in cameras]
     return time.monotonic if time.monotonic in clocks else clocks[0]

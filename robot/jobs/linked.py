@@ -9,11 +9,11 @@ import contextlib
 import os
 
 from robot.jobs.fetching import JobFetching
+from robot.jobs.logbook import LoggingFeed
 from robot.jobs.orders import Buttons, JobOrders, orders_file
 from robot.jobs.progress import forget_progress, jobs_folder
 from robot.jobs.report import JobReport, status_file
 from robot.jobs.runner import JobRunner
-from robot.motion.feed import FeedOverride
 from robot.tracker_address import Refusal
 from shared.arm_description import ArmError
 from shared.job import BadJob, Job
@@ -24,8 +24,10 @@ from shared.job_messages import (
     FAILED,
     FETCHING,
     PAUSED,
+    ROWS,
     Draw,
     InvalidOrder,
+    JobLog,
     JobPart,
     JobStatus,
     Order,
@@ -161,17 +163,15 @@ class LinkedJob(object):
                     self.hear(orders, self._where)
 
             job.between = listen
-            runner = LinkedRunner(self, self._arm, self._clock, job, orders, report)
+            log = LinkedLog(self._client, self._draw.crc)
+            runner = LinkedRunner(
+                self, self._arm, self._clock, job, orders, report, log, self._draw.dry
+            )
             runner.run(self._draw.first)
         finally:
             orders.close()
 
     # What the parts of it below ask for
-
-    @property
-    def dry(self):
-        """Whether the pen stays up."""
-        return self._draw.dry
 
     def hear(self, orders, where):
         """Take in what the laptop has said, and tell it where the arm is, if that is due.
@@ -318,13 +318,30 @@ class LinkedReport(JobReport):
         self._linked.tell(state, place, reason)
 
 
-class WatchedFeed(FeedOverride):
-    """A FeedOverride that keeps what the control loop saw last: `seen`, (t, motors' angles)."""
+class LinkedLog(object):
+    """Tells the laptop what a job logs.
+
+    Args:
+        client: as for VisualServoing.
+        crc: of the job.
+    """
+
+    def __init__(self, client, crc):
+        self._client, self._crc = client, crc
+
+    def add(self, rows):
+        """Send LogRows."""
+        for k in range(0, len(rows), ROWS):
+            self._client.send(JobLog(self._crc, [list(row) for row in rows[k : k + ROWS]]))
+
+
+class WatchedFeed(LoggingFeed):
+    """A LoggingFeed that keeps what the control loop saw last: `seen`, (t, motors' angles)."""
 
     seen = None
 
     def tick(self, t, now, angles):
-        """As FeedOverride.tick."""
+        """As LoggingFeed.tick."""
         self.seen = t, angles
         return super(WatchedFeed, self).tick(t, now, angles)
 
@@ -332,10 +349,10 @@ class WatchedFeed(FeedOverride):
 class LinkedRunner(JobRunner):
     """Draws it; tells where links and pen are."""
 
-    def __init__(self, linked, arm, clock, job, orders, report):
-        super(LinkedRunner, self).__init__(arm, clock, job, orders, report)
+    def __init__(self, linked, arm, clock, job, orders, report, log, dry):
+        super(LinkedRunner, self).__init__(arm, clock, job, orders, report, log, dry)
         self._linked = linked
-        self._feed = WatchedFeed(self._look)
+        self._feed = WatchedFeed(self._look, job.header.log)
         orders.where = self._where
 
     def _look(self, now):
@@ -346,8 +363,8 @@ class LinkedRunner(JobRunner):
         return rate
 
     def _move_pen(self, down):
-        super(LinkedRunner, self)._move_pen(down and not self._linked.dry)
-        self._linked.tell_pen(down and not self._linked.dry)
+        super(LinkedRunner, self)._move_pen(down)
+        self._linked.tell_pen(down and not self._dry)
 
     def _chain(self, k, stroke):
         self._linked.hear(self._orders, self._where)  # to read a stroke takes the brick a while

@@ -9,16 +9,18 @@ import math
 import os
 
 from robot.drawing import announce
+from robot.jobs.logbook import LoggingFeed
 from robot.jobs.orders import LOOK_PERIOD
 from robot.jobs.progress import SavedProgress, forget_progress, save_progress
 from robot.jobs.report import Place
 from robot.motion import kinematics
 from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_behind
-from robot.motion.feed import FeedOverride, rest_of, same_place, slowed
+from robot.motion.feed import rest_of, same_place, slowed
 from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import Trajectory
 from robot.program import ignore_signals
 from shared.job import JOINED
+from shared.job_log import LogRow
 from shared.state import PLAN
 
 LONGEST_CHAIN = 100000
@@ -51,12 +53,15 @@ class JobRunner(object):
         job: shared.job.Job, for this arm.
         orders: robot.jobs.orders.JobOrders.
         report: robot.jobs.report.JobReport.
+        log: whose `add` takes the LogRows that the job asks for; None: nobody wants them.
+        dry: the pen stays up.
     """
 
-    def __init__(self, arm, clock, job, orders, report):
+    def __init__(self, arm, clock, job, orders, report, log=None, dry=False):
         self._arm, self._clock, self._job = arm, clock, job
         self._orders, self._report = orders, report
-        self._feed = FeedOverride(self._look)
+        self._log, self._dry = log, dry
+        self._feed = LoggingFeed(self._look, job.header.log if log else 0)
         self._pen_is_down = None
         self._repeat, self._place = 1, Place(1, 1, 0.0, 0.0)
         # What is drawn now, and at which share of its speed it was planned.
@@ -120,7 +125,7 @@ class JobRunner(object):
         for n in range(k + 1, self._job.header.strokes + 1):
             after = self._job.stroke(n)
             size += self._job.size(n)
-            if size > LONGEST_CHAIN or not _joined(chain[-1], after):
+            if size > LONGEST_CHAIN or self._job.header.rest or not _joined(chain[-1], after):
                 return chain, after
             chain.append(after)
         return chain, None
@@ -139,11 +144,28 @@ class JobRunner(object):
             self._feed.begin_at(1.0)
             self._arm.follow_fed(self._motions, self._feed, self._pen_down)
             self._pen_up()
+            if self._log:
+                self._log.add(self._feed.rows(way.place))
             if not self._feed.held:
+                self._rest(way)
                 break
             self._place = way.place(self._feed.index, self._feed.tau)
             way.cut(self._feed.index, self._feed.tau)
         return not self._orders.aborted
+
+    def _rest(self, way):
+        """Stand for a while at the end of a way, and log where that is."""
+        rest, clock = self._job.header.rest, self._clock
+        until = clock.now() + rest
+        while rest and clock.now() < until:
+            clock.sleep(min(LOOK_PERIOD, max(0.0, until - clock.now())))
+            self._orders.look(clock.now())
+            if self._orders.aborted:
+                return
+        if rest and self._log:
+            end = way.end()
+            q = tuple([motor.angle() for motor in self._arm.joints])
+            self._log.add([LogRow(end.stroke, end.planned, clock.now(), True, q)])
 
     def _look(self, now):
         """The rate that is wanted, in motion."""
@@ -245,6 +267,7 @@ class JobRunner(object):
 
     def _move_pen(self, down):
         pen = self._arm.description.pen
+        down = down and not self._dry
         if pen and self._pen_is_down is not down:
             deeper = math.copysign(self._orders.pen, self._orders.pen * (pen.down - pen.up))
             self._arm.move_pen(pen.down + deeper if down else pen.up)
@@ -307,6 +330,10 @@ class Way(object):
         n, planned, cm, speed = self._starts[index]
         tau = max(same_place(self.pieces[index], self._drawn[index], tau), 0.0)
         return Place(self._repeat, n, cm + speed * tau, planned + tau)
+
+    def end(self):
+        """The Place where all of it is drawn."""
+        return self.place(len(self.pieces) - 1, self._drawn[-1][0][-1])
 
     def cut(self, index, tau):
         """All before the time `tau` (s) of a motion is drawn."""

@@ -13,10 +13,10 @@ def length(points):
     return sum(kinematics.distance(a, b) for a, b in zip(points, points[1:]))
 
 
-def write(folder, strokes=CROSSES, arm="planar", name="crosses"):
+def write(folder, strokes=CROSSES, arm="planar", name="crosses", **header):
     """Plan strokes (points, cm) and write a job, as text its path.
 
-    The times in it are rough ones.
+    The times in it are rough ones; `header` goes to header_of.
     """
     arm = read_arm(find_arm(arm)) if isinstance(arm, str) else arm
     planned, t, pen_up, last = [], 3.0, 0.0, None
@@ -28,5 +28,5 @@ def write(folder, strokes=CROSSES, arm="planar", name="crosses"):
         pen_up += kinematics.distance(last, points[0]) if last else 0.0
         last = points[-1]
     path = str(folder / f"{name}.job")
-    write_job(path, header_of(arm, name, arm.speed, planned, pen_up, t), planned)
+    write_job(path, header_of(arm, name, arm.speed, planned, pen_up, t, **header), planned)
     return path

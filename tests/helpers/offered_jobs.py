@@ -22,13 +22,17 @@ def job_file(folder, seed=1):
     return path
 
 
-def planned_job(path, arm, polylines, name="lines", speed=None):
-    """A job that draws these polylines (cm) with the arm, written to a path."""
+def planned_job(path, arm, polylines, name="lines", speed=None, **header):
+    """A job that draws these polylines (cm) with the arm, written to a path.
+
+    `header` goes to header_of.
+    """
     strokes, t = [], 0.0
     for points in polylines:
         plans = trajectory.plan(arm, paths.polyline(points), speed)
         cm = sum(math.dist(a, b) for a, b in zip(points, points[1:], strict=False))
         strokes.append(Stroke("", round(cm, 3), t, [plan.numbers() for plan in plans]))
         t += sum(plan.duration for plan in plans) + 1.0
-    write_job(str(path), header_of(arm, name, speed or arm.speed, strokes, 1.0, t), strokes)
+    header = header_of(arm, name, speed or arm.speed, strokes, 1.0, t, **header)
+    write_job(str(path), header, strokes)
     return path

@@ -10,6 +10,7 @@ from offered_jobs import planned_job
 from servo_rig import PROGRAM
 
 from laptop.simulator.host.runner import run_script
+from laptop.simulator.virtual_tracker import LAPTOP_CLOCK_LEAD
 from laptop.tracking.job_offer import JobOffer
 from robot.jobs import linked
 from robot.motion import kinematics
@@ -123,6 +124,23 @@ def test_it_draws_what_is_offered_and_tells_how_it_goes(watched, offer, capsys):
     assert seconds[0] > seconds[-1]
     assert "'lines': done" not in capsys.readouterr().err
     assert w.on_file()["parked"]
+
+
+def test_what_a_job_logs_comes_by_the_laptops_clock(watched, tmp_path):
+    w = watched(plant="cpu=0,backlash=0")
+    arm = w.arm
+    offer = JobOffer(planned_job(tmp_path / "a.job", arm, LINES, log=0.05, rest=0.5), dry=True)
+    laptop = Laptop(w, offer)
+    drawn(w, laptop)
+    rows = offer.log
+    assert [row.stroke for row in rows if row.rest] == [1, 2]
+    assert len(rows) > 40
+    record = {round(sample.t, 3): sample.q for sample in w.brick.record}
+    for row in rows:
+        t = row.t - LAPTOP_CLOCK_LEAD
+        q = record[round(round(t / 0.005) * 0.005, 3)]
+        assert max(abs(a - b) for a, b in zip(row.q, q, strict=True)) < math.radians(2.5)
+    assert not laptop.down
 
 
 def test_where_the_arm_is_goes_on_being_told(watched, offer):

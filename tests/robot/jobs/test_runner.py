@@ -5,48 +5,16 @@ import math
 
 import jobs
 import pytest
+from drawn_jobs import Drawn
 from rig import described, switched_on
 
-from robot.jobs.orders import JobOrders
 from robot.jobs.progress import load_progress
-from robot.jobs.report import JobReport
-from robot.jobs.runner import JobRunner, apart
+from robot.jobs.runner import apart
 from robot.motion import kinematics
 from shared.job import BadJob, Job
 
 SQUARE = [(9.0, 2.0), (13.0, 2.0), (13.0, 6.0), (9.0, 6.0), (9.0, 2.0)]
 LONG = [(6.0, 10.0), (13.0, -2.0)]
-
-
-class Drawn:
-    """A job that was drawn with orders at times; the Rig's world goes on.
-
-    Args:
-        rig: Rig, switched on.
-        path: of the job.
-        orders: (s after the program's start, order).
-        status: path of the status file; None: none.
-    """
-
-    def __init__(self, rig, path, orders=(), share=1.0, status=None, repeats=1):
-        self.rig, self.said = rig, []
-        self.robot = rig.robot(say=lambda line: None)
-        self.job = rig.its(Job)(path, rig.arm)
-        self.orders = rig.its(JobOrders)(share)
-        self.report = rig.its(JobReport)(
-            self.job.header, self.job.crc, rig.program.clock, repeats, self.said.append, status
-        )
-        self.runner = rig.its(JobRunner)(
-            self.robot, rig.program.clock, self.job, self.orders, self.report
-        )
-        begin = rig.world.now()
-        for t, order in orders:
-            rig.world.at(begin + t, lambda order=order: self.orders.take(order))
-
-    def run(self, *args, **options):
-        done = self.runner.run(*args, **options)
-        self.robot.park()
-        return done
 
 
 @pytest.fixture(autouse=True)

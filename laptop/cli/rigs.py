@@ -1,0 +1,93 @@
+"""What opens cameras and calls a brick for commands that measure by both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from laptop.cli.track import open_synthetic, run_on_brick, start_brick
+from shared import pairing
+from shared.arm_description import find_arm, read_arm
+
+if TYPE_CHECKING:
+    from laptop.measuring.live_rig import LiveRig
+    from shared.job_messages import JobStatus
+
+
+@contextmanager
+def live_rig(
+    sources: Sequence[str],
+    arm: str,
+    scene: str = "",
+    effector: str | None = None,
+    markers: Path | None = None,
+    size: str | None = None,
+    host: str = "",
+    port: int | None = None,
+    call: bool = False,
+    tell: Callable[[JobStatus], None] = lambda status: None,
+) -> Iterator[LiveRig]:
+    """Open cameras, let a brick in, and look; all ends with the block.
+
+    Before a synthetic camera an emulated brick comes by itself.
+
+    Args:
+        sources: of the cameras, as for `track`.
+        arm: its name or file.
+        scene: of synthetic cameras.
+        effector: the marker's SPEC, as for `track`.
+        markers: the markers file, as for `track`.
+        size: asked of webcams, as for `track`.
+        host: to listen at, as for `track`.
+        port: to listen at, as for `track`.
+        call: the real brick is started over ssh; else it is told what to type.
+        tell: as for LiveRig.
+
+    Raises:
+        ArmError: a camera, marker or port cannot be had.
+    """
+    from laptop.measuring.live_rig import LiveRig, SightCollector
+    from laptop.tracking.options import CAMERA_NAMES, TrackOptions
+    from laptop.tracking.pairing_file import read_pairing
+    from laptop.tracking.pipeline import CameraPipeline
+    from laptop.tracking.server import TrackingServer
+    from laptop.tracking.setup import SYNTHETIC, prepare
+    from laptop.tracking.track import clock_of
+    from laptop.vision.frames import quiet_decoders
+    from laptop.vision.tracker import Tracker
+    from shared import messages
+
+    options = TrackOptions(
+        tuple(sources), effector, (), (), markers, scene, None, True, host, port, None, size, None
+    )
+    with ExitStack() as stack:
+        stack.enter_context(quiet_decoders())
+        setup = prepare(options, partial(open_synthetic, arm), stack)
+        now = clock_of(setup.cameras)
+        code, salt = read_pairing(say=click.echo)
+        port = messages.PORT if port is None else port
+        server = stack.enter_context(TrackingServer(host, port, code, now, salt=salt))
+        collector = SightCollector(server)
+        marks = [marker for marker in setup.markers if marker.name == messages.EFFECTOR]
+        pipelines = [
+            CameraPipeline(name, camera, Tracker(marks), server=collector, live=setup.live, now=now)
+            for name, camera in zip(CAMERA_NAMES, setup.cameras, strict=False)
+        ]
+        brick = None
+        if SYNTHETIC in sources:
+            brick = stack.enter_context(start_brick(arm, server.place, server.code))
+        elif call:
+            brick = stack.enter_context(run_on_brick(server.port, pairing.show_code(server.code)))
+        else:
+            first, *others = (f"{command} --wait --arm {arm}" for command in server.commands())
+            click.echo(f"let the brick wait for it; type here: {first}")
+            for other in others:
+                click.echo(f"               or on the brick itself: {other}")
+        rig = LiveRig(read_arm(find_arm(arm)), pipelines, server, collector, tell, brick)
+        stack.enter_context(rig.looking())
+        yield rig

@@ -1,0 +1,74 @@
+"""What the brick logs of a job: where its motors were, and when.
+
+Lines of comma-separated values, written while the pen is up; the first names them:
+
+    stroke,plan,t,rest,q1,q2
+    1,0.05,103.21,0,0.52360,0.69813
+"""
+
+from shared.arm_description import ArmError
+from shared.record import record
+from shared.small_files import SpoiltFile, read_text
+
+LogRow = record("LogRow", "stroke plan t rest q")
+LogRow.__doc__ = """Where the motors were.
+
+stroke  of the job, from 1 on
+plan    the job's own time, s: its stroke's start_s and what of the stroke was gone by then
+t       s on the clock of whoever tells it
+rest    whether the arm stood there, after the stroke
+q       the joints' angles by their motors' encoders, rad: no backlash is taken off
+"""
+
+MAX_LOG = 4000000
+"""Greatest size of such a file, bytes."""
+
+
+class BadLog(ArmError, ValueError):
+    """A file that is no log of a job."""
+
+
+def heading(joints):
+    """The first line."""
+    names = ["q{}".format(k) for k in range(1, joints + 1)]
+    return ",".join(["stroke", "plan", "t", "rest"] + names) + "\n"
+
+
+def line_of(row):
+    """The line of a LogRow."""
+    values = ["{:.6f}".format(angle) for angle in row.q]
+    told = "{:d},{:.4f},{:.4f},{:d},".format(row.stroke, row.plan, row.t, bool(row.rest))
+    return told + ",".join(values) + "\n"
+
+
+def read_log(path):
+    """The LogRows of a file.
+
+    Raises:
+        BadLog: it cannot be read, or is none.
+    """
+    try:
+        lines = read_text(path, MAX_LOG).split("\n")
+        joints = lines[0].count(",") - 3
+        if joints < 1 or lines[0] + "\n" != heading(joints):
+            raise SpoiltFile("does not begin as a log does")
+        # (What a crash has cut off is missing, and no more.)
+        return [_row(line, joints) for line in lines[1:-1]]
+    except OSError as error:
+        raise BadLog("{}: {}; give a job's log".format(path, error.strerror)) from None
+    except SpoiltFile as problem:
+        raise BadLog("{}: it {}; log the job anew".format(path, problem)) from None
+
+
+def _row(line, joints):
+    values = line.split(",")
+    try:
+        stroke, rest = int(values[0]), int(values[3])
+        numbers = [float(value) for value in values[1:3] + values[4:]]
+    except (ValueError, IndexError):
+        stroke, rest, numbers = 0, 0, []
+    if stroke < 1 or rest not in (0, 1) or len(numbers) != 2 + joints:
+        raise SpoiltFile("holds the line '{}'".format(line[:40]))
+    if not all(abs(value) < 1e9 for value in numbers):
+        raise SpoiltFile("holds a number that is none")
+    return LogRow(stroke, numbers[0], numbers[1], bool(rest), tuple(numbers[2:]))

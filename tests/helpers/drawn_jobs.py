@@ -1,0 +1,40 @@
+"""A job drawn on the emulated brick of a test, with orders at times."""
+
+from robot.jobs.orders import JobOrders
+from robot.jobs.report import JobReport
+from robot.jobs.runner import JobRunner
+from shared.job import Job
+
+
+class Drawn:
+    """A job that was drawn with orders at times; the Rig's world goes on.
+
+    Args:
+        rig: Rig, switched on.
+        path: of the job.
+        orders: (s after the program's start, order).
+        status: path of the status file; None: none.
+        log, dry: as for JobRunner.
+    """
+
+    def __init__(
+        self, rig, path, orders=(), share=1.0, status=None, repeats=1, log=None, dry=False
+    ):
+        self.rig, self.said = rig, []
+        self.robot = rig.robot(say=lambda line: None)
+        self.job = rig.its(Job)(path, rig.arm)
+        self.orders = rig.its(JobOrders)(share)
+        self.report = rig.its(JobReport)(
+            self.job.header, self.job.crc, rig.program.clock, repeats, self.said.append, status
+        )
+        self.runner = rig.its(JobRunner)(
+            self.robot, rig.program.clock, self.job, self.orders, self.report, log, dry
+        )
+        begin = rig.world.now()
+        for t, order in orders:
+            rig.world.at(begin + t, lambda order=order: self.orders.take(order))
+
+    def run(self, *args, **options):
+        done = self.runner.run(*args, **options)
+        self.robot.park()
+        return done

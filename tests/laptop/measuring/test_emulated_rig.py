@@ -1,0 +1,133 @@
+"""An emulated rig: what it tells is what its arm truly did."""
+
+import math
+from pathlib import Path
+
+import jobs
+import numpy as np
+import pytest
+
+from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig, marker_place
+from laptop.measuring.measured_run import BadMeasurement
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
+from robot.motion import kinematics
+from shared.arm_description import find_arm, read_arm
+
+ARM = read_arm(find_arm("planar"))
+SPATIAL = read_arm(find_arm("spatial"))
+WAYS = [[(9.0, 2.0), (12.0, 4.0)], [(12.0, 4.0), (14.0, -2.0)]]
+
+
+class FromAbove:
+    """A camera straight above, 20 px to the cm; what is higher is nearer to it."""
+
+    def project(self, points):
+        """Pixels of points."""
+        x, y, z = points.T
+        return np.stack([320 - 20 * y * (1 + z / 50), 400 - 20 * x * (1 + z / 50)], axis=1)
+
+
+@pytest.fixture
+def job(tmp_path):
+    return Path(jobs.write(tmp_path, WAYS, log=0.05, rest=0.8))
+
+
+def true_angles(rig, t):
+    record = rig.last.record
+    times = [sample.t for sample in record]
+    return [np.interp(t, times, [sample.q[k] for sample in record]) for k in range(2)]
+
+
+def test_the_camera_sees_the_marker_of_the_arm_as_it_was_built(job):
+    built = ARM._replace(
+        marker_offset=(0.6, -0.4),
+        joints=(ARM.joints[0]._replace(link=11.8), ARM.joints[1]),
+    )
+    rig = EmulatedRig(ARM, built, "cpu=0", {"A": FromAbove()}, height=2.0, noise_px=0.0)
+    run = rig.measure(job)
+    rests = run.rests()
+    assert rests.stroke.tolist() == [1, 2]
+    assert (rests.seen >= 7).all()
+    assert (rests.sigma < 0.1).all()
+    stood = [row.t for row in run.rows if row.rest]
+    for t, pixel in zip(stood, rests.pixel, strict=True):
+        a, b = true_angles(rig, t - 0.2)
+        x = (
+            11.8 * math.cos(a)
+            + 9.5 * math.cos(a + b)
+            + 0.6 * math.cos(a + b)
+            + 0.4 * math.sin(a + b)
+        )
+        y = (
+            11.8 * math.sin(a)
+            + 9.5 * math.sin(a + b)
+            + 0.6 * math.sin(a + b)
+            - 0.4 * math.cos(a + b)
+        )
+        assert pixel == pytest.approx((320 - 20.8 * y, 400 - 20.8 * x), abs=0.3)
+    plan, t, q = run.motors()
+    assert len(plan) > 30
+    assert (np.diff(t) > 0).all()
+    truth = np.array([true_angles(rig, at) for at in t])
+    assert np.abs(q - truth).max() < math.radians(2.5), "two degrees of play, half to each side"
+    assert not any(sample.pen for sample in rig.last.record)
+
+
+def test_noise_and_the_times_of_pictures_are_drawn_anew_by_seed(job):
+    def sights(seed):
+        rig = EmulatedRig(ARM, None, "cpu=0", {"A": FromAbove()}, seed=seed)
+        return rig.measure(job).sights["A"]
+
+    one, again, other = sights(1), sights(1), sights(2)
+    assert (one.pixels == again.pixels).all()
+    assert one.t[0] != other.t[0]
+    resting = one.pixels[:10]
+    assert 0.4 < np.std(resting - resting.mean(axis=0)) < 1.8, "px: one is asked for"
+
+
+def test_the_log_goes_by_the_clock_of_the_pictures_also_where_the_program_takes_long_to_start(job):
+    rig = EmulatedRig(ARM, None, "cpu=1", {"A": FromAbove()})
+    run = rig.measure(job, dry=False)
+    inked = [sample.t for sample in rig.last.record if sample.pen]
+    drawn = [row.t for row in run.rows if not row.rest]
+    assert inked[0] < drawn[0] < inked[0] + 0.5
+    assert inked[-1] - 0.5 < drawn[-1] < inked[-1]
+
+
+def test_with_the_pen_down_it_draws(job):
+    rig = EmulatedRig(ARM, None, "cpu=0", {"A": FromAbove()})
+    rig.measure(job, dry=False)
+    assert any(sample.pen for sample in rig.last.record)
+
+
+def test_a_job_that_fails_says_what_the_brick_said(tmp_path):
+    other = ARM._replace(joints=(ARM.joints[0]._replace(link=8.0), ARM.joints[1]))
+    job = Path(jobs.write(tmp_path, [[(8.0, 2.0), (10.0, 4.0)]], other, rest=0.5))
+    with pytest.raises(BadMeasurement, match="was planned for planar .*links 8, 9.5 cm"):
+        EmulatedRig(ARM, None, "cpu=0", {"A": FromAbove()}).measure(job)
+
+
+def test_rendered_pictures_are_really_tracked(job):
+    scene = Scene(ARM, read_scene("fps=5,jpeg=0"))
+    rig = RenderedRig(ARM, {"A": scene}, plant="cpu=0", only_rests=True)
+    run = rig.measure(job)
+    rests = run.rests()
+    assert (rests.seen >= 1).all()
+    stood = [row.t for row in run.rows if row.rest]
+    for t, pixel in zip(stood, rests.pixel, strict=True):
+        truth = scene.truth(true_angles(rig, t - 0.2))["effector"]
+        assert pixel == pytest.approx(truth, abs=0.5)
+
+
+def test_in_space_the_marker_sits_along_and_above_the_last_link():
+    arm = SPATIAL._replace(marker_offset=(0.5, 0.3))
+    q = (0.7, 0.4, -0.9)
+    x, y, z = marker_place(arm, q)
+    tip = np.array(kinematics.forward(arm, q))
+    *_, elbow, _ = (np.array(p) for p in kinematics.joint_positions(arm, q))
+    along = (tip - elbow) / np.linalg.norm(tip - elbow)
+    side = np.array([-math.sin(0.7), math.cos(0.7), 0.0])
+    up = np.cross(along, side)
+    up *= math.copysign(1, up[2])
+    assert (x, y, z) == pytest.approx(tuple(tip + 0.5 * along + 0.3 * up))

@@ -1,0 +1,42 @@
+"""A live rig: a synthetic camera's frames, an emulated brick that is linked, both in real time."""
+
+from pathlib import Path
+
+import jobs
+import pytest
+from waiting import PATIENCE
+
+from laptop.cli.rigs import live_rig
+from laptop.measuring.measured_run import BadMeasurement
+from robot.motion import kinematics
+from shared.arm_description import find_arm, read_arm
+
+ARM = read_arm(find_arm("planar"))
+WAYS = [[(9.0, 2.0), (12.0, 4.0)], [(12.0, 4.0), (14.0, -2.0)]]
+SCENE = "fps=10,jpeg=0,exposure=0.004"
+
+
+@pytest.mark.long
+def test_a_job_is_done_and_seen_and_one_that_fails_is_told(tmp_path, monkeypatch):
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
+    job = Path(jobs.write(tmp_path, WAYS, log=0.05, rest=1.5))
+    other = ARM._replace(joints=(ARM.joints[0]._replace(link=8.0), ARM.joints[1]))
+    wrong = Path(jobs.write(tmp_path, [[(8.0, 2.0), (10.0, 4.0)]], other, "wrong", rest=0.5))
+    told = []
+    with live_rig(
+        ["synthetic"], "planar", SCENE, port=0, host="127.0.0.1", tell=told.append
+    ) as rig:
+        assert rig.image().shape == (480, 640, 3)
+        rig.wait_for_brick(PATIENCE)
+        run = rig.measure(job)
+        rests = run.rests()
+        assert rests.stroke.tolist() == [1, 2]
+        assert (rests.seen >= 2).all()
+        # Where two rests are apart by cm they are so in the picture, too.
+        apart = [kinematics.distance(*way) for way in [(WAYS[0][1], WAYS[1][1])]]
+        moved = ((rests.pixel[1] - rests.pixel[0]) ** 2).sum() ** 0.5
+        assert 5 < moved / apart[0] < 40, "px/cm"
+        assert len(run.motors()[0]) > 20
+        assert {status.strokes for status in told} >= {2}
+        with pytest.raises(BadMeasurement, match="the brick has failed: .*was planned for planar"):
+            rig.measure(wrong)

@@ -1,0 +1,69 @@
+"""What a job logs is where the motors truly were, and where the arm stood."""
+
+import math
+
+import jobs
+import pytest
+from drawn_jobs import Drawn
+from rig import described, switched_on
+
+from robot.jobs.logbook import LogFile
+from shared.job import Job
+from shared.job_log import read_log
+
+POSES = [[(9.0, 2.0), (12.0, 4.0)], [(12.0, 4.0), (14.0, -2.0)], [(14.0, -2.0), (9.0, 2.0)]]
+
+
+@pytest.fixture(autouse=True)
+def state(tmp_path, monkeypatch):
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
+    monkeypatch.delenv("BRICKSERVO_PLAN", raising=False)
+
+
+def logged(tmp_path, orders=(), **header):
+    """The rig after a job that logs, its job, and what it logged."""
+    arm = described("planar", backlash=0)
+    path = jobs.write(tmp_path, POSES, arm, **header)
+    file = str(tmp_path / "log.csv")
+    with switched_on(tmp_path, arm) as rig:
+        log = rig.its(LogFile)(file, 2)
+        Drawn(rig, path, orders, log=log, dry=True).run()
+        log.close()
+    return rig, Job(path, arm), read_log(file)
+
+
+def true_angles(rig, t):
+    """Where the links truly were at a time, rad."""
+    return min(rig.brick.record, key=lambda sample: abs(sample.t - t)).q
+
+
+def test_where_the_motors_are_is_logged_by_the_jobs_own_time(tmp_path):
+    rig, job, rows = logged(tmp_path, log=0.05)
+    assert {row.stroke for row in rows} == {1, 2, 3}
+    assert not any(row.rest for row in rows)
+    for row in rows:
+        assert max(abs(a - b) for a, b in zip(row.q, true_angles(rig, row.t))) < math.radians(1.5)
+    for k in (1, 2, 3):
+        stroke = job.stroke(k)
+        plans = [row.plan for row in rows if row.stroke == k]
+        assert plans == sorted(plans)
+        assert plans[0] == pytest.approx(stroke.start_s, abs=0.1)
+        seconds = sum(piece[0][-1] for piece in stroke.pieces)
+        assert len(plans) > seconds / 0.06
+        assert seconds - 0.1 < plans[-1] - stroke.start_s < seconds + 0.1
+    assert not rig.ink(), "the pen stays up"
+
+
+def test_after_each_stroke_it_rests_and_logs_where(tmp_path):
+    rig, _, rows = logged(tmp_path, rest=1.0)
+    assert [(row.stroke, row.rest) for row in rows] == [(1, True), (2, True), (3, True)]
+    for row in rows:
+        there = true_angles(rig, row.t)
+        assert max(abs(a - b) for a, b in zip(row.q, there)) < math.radians(0.6)
+        before = true_angles(rig, row.t - 0.8)
+        assert max(abs(a - b) for a, b in zip(before, there)) < math.radians(0.05)
+
+
+def test_an_abort_in_a_rest_ends_it(tmp_path):
+    _, _, rows = logged(tmp_path, orders=[(12.0, "abort")], rest=10.0)
+    assert len(rows) <= 1
