@@ -75,7 +75,7 @@ def report(
 def _in_words(file: Path, made: LabReport) -> str:
     kinds = Counter(run.kind for run in made.runs)
     runs = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
-    return (
-        f"{file}: {len(made.runs)} run{'s' * (len(made.runs) != 1)} ({runs}), {made.tables} tables,"
-        f" {made.figures} figures"
-    )
+    counts = (("run", len(made.runs)), ("table", made.tables), ("figure", made.figures))
+    told = [f"{count} {word}{'s' * (count != 1)}" for word, count in counts]
+    told[0] += f" ({runs})"
+    return f"{file}: {', '.join(told)}"

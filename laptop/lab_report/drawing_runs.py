@@ -68,14 +68,14 @@ def read_drawing(name: str, folder: Path, summary: dict[str, Any]) -> LabRun:
     run.what = f"drawing {drawn}"
     run.seconds = number(summary, "drawn_s")
     run.set_up += _emulated(summary)
-    strokes = [number(summary, key) for key in ("inks", "chains")]
+    inks, chains = (decimal(number(summary, key), 0) for key in ("inks", "chains"))
     run.results.append(
         (
             DRAWINGS,
             (
                 run.arm,
                 drawn,
-                " of ".join(decimal(count, 0) for count in strokes),
+                NOT_THERE if NOT_THERE in (inks, chains) else f"{inks} of {chains}",
                 *_values(run, summary, DRAWING_KEYS),
             ),
         )

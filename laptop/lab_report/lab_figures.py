@@ -112,7 +112,7 @@ def draw_servo(
         condition: rows (s, condition number of the image Jacobian).
         tolerance: px.
     """
-    if not (len(errors) or joints):
+    if not (len(errors) or any(len(rows) for rows in joints.values())):
         return None
     with new_figure(1150) as figure:
         top, high = 0.56, 0.36

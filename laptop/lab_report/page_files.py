@@ -102,11 +102,13 @@ def read_page_report(name: str, file: Path) -> LabRun:
         DamagedRun: it is no such report.
     """
     page = PageReport()
-    page.feed(read_bytes(file, MAX_PICTURE).decode("utf-8", "replace"))
+    text = read_bytes(file, MAX_PICTURE).decode("utf-8", "replace")
+    page.feed(text)
     lines = [" ".join(text.split()) for kind, text in page.texts if kind == "line"]
     verdicts = [" ".join(text.split()) for kind, text in page.texts if kind == "verdict"]
     headings = [" ".join(cell.split()) for cell in page.rows[0]] if page.rows else []
-    if not verdicts or len(lines) < 2 or headings[:1] != ["goal"]:
+    whole = text.rstrip().endswith("</html>")
+    if not whole or not verdicts or len(lines) < 2 or headings[:1] != ["goal"]:
         raise DamagedRun(f"{file.name} is no whole report of the page")
     run = LabRun(name, SERVO, "run on the page", outcome=without_folders(verdicts[0]))
     run.set_up = [("as the page has it", without_folders(lines[1]))]

@@ -28,8 +28,9 @@ def read_object(file: Path) -> dict[str, Any]:
     Raises:
         DamagedRun: it cannot be read, or holds none.
     """
+    content = read_bytes(file, MAX_TEXT)
     try:
-        values = json.loads(read_bytes(file, MAX_TEXT).decode("utf-8"))
+        values = json.loads(content.decode("utf-8"))
     except (ValueError, RecursionError) as error:
         where = f" (line {error.lineno})" if isinstance(error, json.JSONDecodeError) else ""
         raise DamagedRun(f"{file.name} is no JSON{where}; do this run again") from None
@@ -78,9 +79,10 @@ def read_rows(file: Path) -> tuple[list[str], list[list[str]]]:
     Raises:
         DamagedRun: it is none, a row is cut off, or it has no row.
     """
+    content = read_bytes(file, MAX_CSV)
     try:
-        text = read_bytes(file, MAX_CSV).decode("utf-8-sig")
-        heading, *rows = [row for row in csv.reader(text.splitlines()) if row]
+        lines = content.decode("utf-8-sig").splitlines()
+        heading, *rows = [row for row in csv.reader(lines) if row]
     except (ValueError, csv.Error):
         raise DamagedRun(f"{file.name} is no CSV") from None
     for k, row in enumerate(rows):

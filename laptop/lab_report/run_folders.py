@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -108,7 +109,8 @@ class RunReader:
         try:
             self._runs.append((file, read(_name(self._folder, whole))))
         except DamagedRun as error:
-            why = str(error).removeprefix(file.name).removeprefix(": ").strip()
+            why = str(error).removeprefix(f"{file.name}: ")
+            why = re.sub(rf"^{re.escape(file.name)} ", "it ", why)
             self.left_out.append(LeftOut(_name(self._folder, file), why))
             return False
         return True
