@@ -29,7 +29,7 @@ WORDS = {
 }
 MAX_ROWS, MAX_COLUMNS = 45, 12
 """A larger table is a CSV beside the report only."""
-UNITS = re.compile(r"_(mm|cm|px|deg|rad|s|percent)$")
+UNITS = re.compile(r"_((?:mm|cm|px|deg|rad)(?:_per_s)?|s|percent)$")
 HEAD = frozenset(("kind", "arm", "status", "reason", "arm_numbers", "built_numbers"))
 """What the report tells of elsewhere."""
 

@@ -280,12 +280,17 @@ def _accuracy() -> MethodStep:
         "As ISO 9283 defines them: a pose p* is approached n times, each time the tip gets to "
         "p\u1d62, with the mean p\u0304. Accuracy is how far that mean is off, repeatability "
         "how far the poses scatter about it: the mean of the distances l and three times their "
-        "standard deviation S.",
+        "standard deviation S. Of a path AT and RT are the greatest of the same, place k by place "
+        "k.",
         (
             _set(
                 r"AP = \|\bar{p} - p^*\|",
                 r"l_i = \|p_i - \bar{p}\|",
                 r"RP = \bar{l} + 3\, S_l",
+            ),
+            _set(
+                r"AT = \max_k\, \|\bar{p}_k - p^*_k\|",
+                r"RT = \max_k\, (\bar{l}_k + 3\, S_{l,k})",
             ),
         ),
     )

@@ -63,3 +63,4 @@ def test_a_summary_without_a_figure_is_damaged(tmp_path):
 def test_a_key_is_told_in_words():
     assert in_words("end_off_mm") == "end off, mm"
     assert in_words("arms") == "arms"
+    assert in_words("speed_cm_per_s") == "speed, cm per s"
