@@ -39,6 +39,8 @@ TEMPLATE = Path(__file__).with_name("templates") / "lab_report.html"
 TITLE = "Lab report: a robot arm"
 OUT = "lab-report.html"
 PAPERS = {"a4": "A4", "letter": "letter"}
+TALL = 0.9
+"""Pictures higher than this share of their width may take more of a page."""
 _NUMERIC = re.compile(r"[\u2212+-]?\d[\d.]*( %)?|" + NOT_THERE)
 
 SECTIONS = {
@@ -92,12 +94,13 @@ class PrintedTable(NamedTuple):
 
 
 class PrintedFigure(NamedTuple):
-    """A figure with its number; `address` is a data URL."""
+    """A figure with its number; `address` is a data URL, `is_tall` is about as high as wide."""
 
     number: int
     caption: str
     source: str
     address: str
+    is_tall: bool
 
 
 class RunResults(NamedTuple):
@@ -178,7 +181,8 @@ class Numbering:
         address = illustration("", "", figure.picture).source
         if figure.picture.startswith(b"\xff\xd8"):
             address = address.replace("image/png", "image/jpeg", 1)
-        return PrintedFigure(self.figures, figure.caption, _source([run]), address)
+        is_tall = _is_tall(figure.picture)
+        return PrintedFigure(self.figures, figure.caption, _source([run]), address, is_tall)
 
 
 def compose(folder: Path, title: str, data_folder: str) -> LabReport:
@@ -308,6 +312,12 @@ def _raw_data(
     told += [(f"table-{table.number}.csv", table.source, table.caption) for table in tables]
     data[CONTENTS] = RawData(CONTENTS, as_csv(("file", "from", "holds"), told), "")
     return data, files
+
+
+def _is_tall(picture: bytes) -> bool:
+    """Return whether a PNG needs more of a page's height, to be as wide as others."""
+    wide, high = (int.from_bytes(picture[k : k + 4], "big") for k in (16, 20))
+    return picture.startswith(b"\x89PNG") and high > TALL * wide
 
 
 def _free(name: str, taken: Iterable[str]) -> str:

@@ -20,7 +20,7 @@ from laptop.lab_report.findings import (
     LabTable,
     RawData,
 )
-from laptop.lab_report.run_files import read_picture, read_rows, word
+from laptop.lab_report.run_files import decimal, read_picture, read_rows, word
 from laptop.reporting.private_paths import without_folders
 
 WORDS = {
@@ -29,6 +29,8 @@ WORDS = {
 }
 MAX_ROWS, MAX_COLUMNS = 45, 12
 """A larger table is a CSV beside the report only."""
+DIGITS = 4
+"""Of a figure."""
 UNITS = re.compile(r"_((?:mm|cm|px|deg|rad)(?:_per_s)?|s|percent)$")
 HEAD = frozenset(("kind", "arm", "status", "reason", "arm_numbers", "built_numbers"))
 """What the report tells of elsewhere."""
@@ -43,6 +45,9 @@ def read_measured(name: str, folder: Path, summary: dict[str, Any], kind: str) -
     what, caption = WORDS[kind]
     run = LabRun(name, kind, what, arm=word(summary, "arm"))
     run.outcome = without_folders(word(summary, "reason"))
+    if summary.get("simulated") is True:
+        plant = word(summary, "plant")
+        run.set_up.append(("brick", "emulated" + (f", {plant}" if plant else "")))
     for attribute in ("arm_numbers", "built_numbers"):
         if isinstance(summary.get(attribute), dict):
             setattr(run, attribute, summary[attribute])
@@ -85,7 +90,7 @@ def tables_of(
                 others += tables_of(value, in_words(key), depth + 1)
         elif isinstance(value, list) and value and all(isinstance(x, dict) for x in value):
             others.append(_of_rows(in_words(key), value))
-        else:
+        elif value not in ("", [], {}):
             simple.append([in_words(key), _cell(value)])
     return [*([(title, ["quantity", "value"], simple)] if simple else []), *others]
 
@@ -95,11 +100,17 @@ def _of_rows(title: str, rows: list[dict[str, Any]]) -> tuple[str, list[str], li
     keys = list(
         dict.fromkeys(key for row in rows for key, x in row.items() if not isinstance(x, dict))
     )
-    return (
-        title,
-        [in_words(key) for key in keys],
-        [[_cell(row.get(key)) for key in keys] for row in rows],
-    )
+    columns = [_column([row.get(key) for row in rows]) for key in keys]
+    return title, [in_words(key) for key in keys], [list(row) for row in zip(*columns, strict=True)]
+
+
+def _column(values: list[Any]) -> list[str]:
+    """Return a column's cells; fractions have as many decimals as the greatest needs."""
+    numbers = [abs(x) for x in values if isinstance(x, float) and math.isfinite(x)]
+    digits = DIGITS - 1 - math.floor(math.log10(max([*numbers, 1e-9])))
+    return [
+        decimal(x, min(max(digits, 0), 6)) if isinstance(x, float) else _cell(x) for x in values
+    ]
 
 
 def in_words(key: str) -> str:
@@ -114,7 +125,7 @@ def _cell(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.4g}".replace("-", "\u2212") if abs(value) < 1e4 else f"{value:.0f}"
+        return f"{value:.{DIGITS}g}".replace("-", "\u2212")
     if isinstance(value, list):
         shown = ", ".join(_cell(x) for x in value[:8])
         return shown + (f", ... ({len(value)})" if len(value) > 8 else "")

@@ -17,6 +17,7 @@ SUMMARY = {
     "line": {"accuracy_mm": 0.75, "speeds": [2, 4, 8]},
     "links": {"upper": {"cm": 11.3, "sigma_cm": 0.01}, "fore": {"cm": 9.5}},
     "from": "/home/anna/arm.ini",
+    "plant": "",
 }
 
 
@@ -25,10 +26,10 @@ def test_a_summary_becomes_tables_with_its_own_names():
     assert found["all"][1] == [["cycles", "30"], ["from", "arm.ini"]]
     assert found["poses"] == (
         ["pose", "accuracy, mm", "repeatability, mm", "seen"],
-        [["P1", "1.235", "\u2013", "\u2013"], ["P2", "\u22120.5", "\u2013", "yes"]],
+        [["P1", "1.235", "\u2013", "\u2013"], ["P2", "\u22120.500", "\u2013", "yes"]],
     )
     assert found["line"][1] == [["accuracy, mm", "0.75"], ["speeds", "2, 4, 8"]]
-    assert found["links"][1] == [["upper", "11.3", "0.01"], ["fore", "9.5", "\u2013"]]
+    assert found["links"][1] == [["upper", "11.30", "0.01000"], ["fore", "9.50", "\u2013"]]
 
 
 def test_csvs_and_pictures_come_along_and_damaged_ones_are_told(tmp_path):
