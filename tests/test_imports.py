@@ -6,6 +6,7 @@ laptop.cli -> laptop.brick -> shared
 laptop.cli, laptop.bench -> laptop.calibration -> laptop.tracking, robot.motion.kinematics
 laptop.cli, laptop.bench -> laptop.measuring -> laptop.tracking, laptop.simulator
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
+laptop.cli -> laptop.lab_report -> what laptop.demo has found
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
 laptop.bench, laptop.demo, laptop.guide, laptop.simulator -> robot; all of them -> shared
 """
@@ -48,7 +49,7 @@ RULES = {
         *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.vision"),
         *("robot.motion.kinematics", "shared", "numpy"),
     ),
-    "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
+    "laptop.reporting": ("laptop.reporting", "shared", "jinja2", "markupsafe", *LIBRARIES),
     "laptop.page": (
         *("laptop.page", "laptop.drawing", *BELOW_SIMULATOR, "shared"),
         *("robot.motion.kinematics", "robot.motion.paths", "robot.motion.trajectory"),
@@ -98,6 +99,11 @@ RULES = {
         *("numpy", "matplotlib", "jinja2", "markupsafe"),
     ),
     "laptop.guide.examiner": (),
+    "laptop.lab_report": (
+        *("laptop.lab_report", "laptop.demo.report", "laptop.demo.results", "laptop.reporting"),
+        *("shared", "numpy", "cv2", "matplotlib", "markupsafe"),
+    ),
+    "laptop.lab_report.print_pdf": ("laptop.system", "shared"),
     # What students write imports what they may import.
     **{f"laptop.guide.{room}": ("robot.api", "ev3dev2.motor") for room in ("tasks", "solutions")},
     "laptop.bench": (

@@ -57,6 +57,7 @@ REDUCED = (
     (r"--camera \d", "--camera synthetic"),  # no webcam
     (r" --open\b", " --page"),  # no browser
     (r"--seeds (\d+):\d+", lambda seeds: f"--seeds {seeds[1]}:{int(seeds[1]) + 1}"),
+    (r" --pdf \S+", ""),  # no browser
     (r"--seconds \d+", "--seconds 3"),  # pairing takes one of them
     (r"(tracking_client\.py(?!.*--seconds).*)", r"\1 --seconds 3"),  # else until Ctrl-C
     (r"\bpytest\b.*", "pytest --collect-only --quiet -n 0 tests/shared/test_ini.py"),
@@ -79,7 +80,8 @@ STATUS = {"--fault unplug": 1, "--wait": 130, "guide check": 1}
 EXAMPLE = re.compile(r"demo$|bench (draw|limits|track)$|bench servo --seeds")
 """Of `demo` and `bench` these are begun; of the others the options are parsed, no more."""
 
-SHORTHAND = ("demo", "track", "simulate", "markers", "camera", "brick", "draw", "guide", "bench")
+SHORTHAND = ("demo", "track", "simulate", "markers", "camera", "brick", "draw", "guide")
+SHORTHAND += ("report", "bench")
 """In a table, what begins so has `.uv/bin/uv run python -m laptop` in front."""
 
 BRICK = re.compile(r"(?:robot/)?(\w+\.py)\b")
@@ -175,6 +177,8 @@ def folder(tmp_path, monkeypatch):
     """An empty folder in which commands run, with what a reader has by then."""
     shutil.copy(SCRIPTS / "lab1_moves.py", tmp_path / "my_lab_script.py")
     shutil.copy(ROOT / "shared" / "arms" / "geared.ini", tmp_path / "my.ini")
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "summary.json").write_text('{"script": "driver.py", "arm": "planar"}')
     (tmp_path / "class").mkdir()
     shutil.copy(ROOT / "laptop" / "guide" / "tasks" / "line.py", tmp_path / "class")
     monkeypatch.chdir(tmp_path)

@@ -17,6 +17,8 @@ from click.core import ParameterSource
 from laptop.cli.options import FiniteRange, arm_option, examples, importing
 from laptop.cli.plugs import NO_ARM, plugged, wheels_of
 from laptop.cli.run_folder import alone_in, check_room, write_files
+from laptop.reporting.arm_numbers import numbers_of
+from laptop.reporting.private_paths import without_folders
 from laptop.simulator import measured_brick, session
 from laptop.simulator.device.buttons import LATEST, read_press
 from laptop.simulator.device.plant_constants import TABLE, read_plant
@@ -235,6 +237,9 @@ def simulate(
     summary["sensors"] = list(sensors)
     summary["built"] = built.name if built else NO_ARM
     summary["measured"] = measured
+    summary["scene"] = scene
+    summary["arm_numbers"] = arm and numbers_of(arm)
+    summary["built_numbers"] = numbers_of(built) if built and built is not arm else None
     late = [words for words, t in ordered if t > run.outcome.t]
     summary["never_came"] = late
     click.echo(_report(summary, took))
@@ -323,7 +328,8 @@ def _write(
     """Write all files, each whole or not at all; no picture of an earlier run stays."""
     from laptop.reporting import line_accuracy
 
-    title = " ".join([summary["script"], *summary["args"]])
+    # A picture goes into reports, where folders of this computer have no place.
+    title = " ".join([Path(summary["script"]).name, *map(without_folders, summary["args"])])
     sensors = summary["sensors"]
 
     def draw_robot(file: str) -> None:
@@ -366,6 +372,7 @@ def _summary(
     measures: list[line_accuracy.Measure | None],
 ) -> dict:
     return {
+        "kind": "simulate",
         "script": script,
         "args": list(args),
         "arm": arm.name if arm else NO_ARM,

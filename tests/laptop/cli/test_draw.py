@@ -87,6 +87,8 @@ def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
         *("picture.png", "summary.json", "trace.csv")
     ]
     summary = json.loads((tmp_path / "try" / "summary.json").read_text())
+    assert summary["kind"] == "drawing"
+    assert summary["arm_numbers"]["name"] == summary["arm"]
     assert summary["estimated_s"] == pytest.approx(summary["drawn_s"], rel=0.05)
     assert summary["greatest_mm"] < 4
     assert 0 < summary["rms_mm"] < summary["greatest_mm"]
