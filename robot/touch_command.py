@@ -1,5 +1,6 @@
 """`driver.py touch`: the arm is led by hand, and a press takes the point where its tip is."""
 
+import contextlib
 import os
 import re
 import sys
@@ -62,7 +63,9 @@ def _parser():
         "--points", type=_count, metavar="N", help="end after so many (default: at the end key)"
     )
     touch.add_argument(
-        "--pen", choices=("up", "down"), help="put it there before the motors let go (default: up)"
+        "--pen",
+        choices=("up", "down"),
+        help="put it there before the motors let go (default: where it is)",
     )
     touch.add_argument(
         "--go", choices=("point", "midpoint"),
@@ -91,7 +94,7 @@ class TouchSensors(object):
     """
 
     def __init__(self, arm):
-        from ev3dev2 import DeviceNotFound
+        import ev3dev2.motor
         from ev3dev2.sensor.lego import TouchSensor  # not above: it is slow to import
 
         self._sensors = {}
@@ -100,7 +103,7 @@ class TouchSensors(object):
             if port not in taken:
                 try:
                     self._sensors[port] = TouchSensor(port)
-                except (DeviceNotFound, OSError):
+                except (ev3dev2.DeviceNotFound, OSError):
                     continue  # there is none, or another kind of sensor
         self.ports = sorted(self._sensors)
         self._before = self._down()
@@ -243,7 +246,7 @@ class Touching(object):
         self._say("\n".join(lines))
 
 
-def _sayer(for_people_alone):
+def _sayer():
     """A function that says short lines: one below the other on the brick's screen, else in one."""
     from robot.asking import Person
 
@@ -252,30 +255,23 @@ def _sayer(for_people_alone):
     def say(text):
         if not below:
             text = re.sub("([:,;])\n", "\\1 ", text).replace("\n", "; ")
-        print(text, file=sys.stdout if for_people_alone else sys.stderr, flush=True)
+        print(text, flush=True)
 
     return say
 
 
-def _tell_json(point, play):
+def _tell_json(out, point, play):
     import json
 
     told = {"p": [round(x, 4) for x in point.p], "q": [round(x, 6) for x in point.q],
             "t": round(point.t, 3), "play": round(play, 4)}  # fmt: skip
-    print(json.dumps(told, sort_keys=True), flush=True)
+    print(json.dumps(told, sort_keys=True), file=out, flush=True)
 
 
-def _target(points, go):
-    from robot.touching import midpoint
-
-    if go == "point":
-        return points[-1].p
-    return midpoint(*[point.p for point in points[-2:]])
-
-
-def _go(arm, clock, touching, hands, go, say):
+def _go(arm, touching, go, say):
     """Go to the last point or the midpoint, once somebody has pressed."""
     from robot.drawing import Driver
+    from robot.touching import midpoint
 
     needed = 1 if go == "point" else 2
     if len(touching.points) < needed:
@@ -283,7 +279,8 @@ def _go(arm, clock, touching, hands, go, say):
             go, needed, "s" * (needed > 1),
             "is 1" if touching.points else "are none",
         ))  # fmt: skip
-    place = _target(touching.points, go)
+    last = [point.p for point in touching.points[-2:]]
+    place = last[-1] if go == "point" else midpoint(*last)
     say("take your hands off; a press goes to {}".format(
         ",".join("{:.2f}".format(x + 0.0) for x in place)
     ))  # fmt: skip
@@ -300,7 +297,7 @@ def _go(arm, clock, touching, hands, go, say):
     ))  # fmt: skip
 
 
-def _touch(args):
+def _touch(args, tell):
     from robot.clock import Clock
     from shared.arm_description import find_arm, read_arm
 
@@ -318,13 +315,13 @@ def _touch(args):
         )
     clock = Clock()
     arm = program.connect(description, clock, args.take)
-    say = _sayer(not args.json)
+    say = _sayer()
     with program.parking(arm):
         arm.load_zero()
         if description.pen and args.pen:
             _put_pen(arm, args.pen)
         hands = _hands(description, say)
-        touching = Touching(arm, clock, hands, say, _tell_json if args.json else _nothing)
+        touching = Touching(arm, clock, hands, say, tell)
         try:
             with arm.lend_motors():
                 for motor in arm.joints:
@@ -332,16 +329,12 @@ def _touch(args):
                 touching.take(args.points)
                 arm.motors.hold(arm.joints)
             if args.go:
-                _go(arm, clock, touching, hands, args.go, say)
-            elif args.pen == "down":
+                _go(arm, touching, args.go, say)
+            if args.pen == "down":
                 _put_pen(arm, "up")
         finally:
             for hand in hands:
                 hand.close()
-
-
-def _nothing(point, play):
-    pass
 
 
 def _put_pen(arm, where):
@@ -356,4 +349,12 @@ def main(argv=None):
     argv = [" " + word if re.match(r"-(\d|\.)", word) else word for word in argv]
     parser = _parser()
     args = parser.parse_args(argv)
-    return program.run(parser.prog, lambda: _touch(args))
+
+    def command():
+        with contextlib.ExitStack() as stack:
+            out = sys.stdout
+            if args.json:  # all that is for people, whoever says it, goes elsewhere
+                stack.enter_context(contextlib.redirect_stdout(sys.stderr))
+            _touch(args, lambda *taken: args.json and _tell_json(out, *taken))
+
+    return program.run(parser.prog, command)

@@ -16,6 +16,7 @@ from laptop.cli.draw import draw
 from laptop.cli.guide import guide
 from laptop.cli.markers import markers
 from laptop.cli.simulate import simulate
+from laptop.cli.touch import touch
 from laptop.cli.track import track
 from shared import state
 from shared.message_fields import printable
@@ -28,7 +29,7 @@ def laptop() -> None:
     """Everything that runs beside the brick."""
 
 
-for command in (simulate, draw, demo, track, markers, camera, brick, guide, bench):
+for command in (simulate, draw, demo, track, markers, camera, touch, brick, guide, bench):
     laptop.add_command(command)
 
 

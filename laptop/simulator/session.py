@@ -218,6 +218,7 @@ def run(
     home=None,
     meanwhile=(),
     hand=(),
+    person=None,
 ):
     """Run `script` on an emulated brick that carries `arm`.
 
@@ -242,6 +243,8 @@ def run(
             this run alone if None.
         meanwhile: pairs of a time (s) and a function without arguments, called then.
         hand: HandPlaces through which a hand leads the tip.
+        person: `person(brick, devices)` is called before the script starts: somebody at the brick,
+            who presses and leads when the time comes.
 
     Returns:
         SimulationResult.
@@ -287,6 +290,8 @@ def run(
         folder = stack.enter_context(_home_folder(brick, arm, q, homed, tracker, home))
         if start != UNCHECKED and arm is not None:
             Checked(arm, folder).save({})
+        if person:
+            person(brick, devices)
         if keyboard:
             stack.enter_context(_typed_at(keyboard(brick)))
         _let_joints_touch(brick, devices)

@@ -79,7 +79,7 @@ def test_lines_fit_the_bricks_screen():
         "point 12: 10.10,-3.20 cm",
         "to 0.4 cm (play)",
         "distance 25.36 cm",
-        "angle 30.9 deg at 11",
+        "angle 28.6 deg at 11",
         "middle -1.08,2.78 cm",
     ]
     assert told([(1, -0.0)], 0.0, 1) == ["point 1: 1.00,0.00 cm"]

@@ -188,9 +188,10 @@ class EmulatedBrick(object):
         if self.arm is None:
             raise BadHand("a hand leads an arm, and there is none; leave --hand out")
         motors = [self.motors[joint.port] for joint in self.arm.joints]
-        self._hand = LeadingHand(
-            self.arm, self.plant.joints, lambda k: motors[k].mode == "coast", places
-        )
+        coasts, now = (lambda k: motors[k].mode == "coast"), self._steps * STEP
+        if self._hand is not None:
+            self._hand.let_go()
+        self._hand = LeadingHand(self.arm, self.plant.joints, coasts, places, now)
 
     def kill_encoder(self, port):
         """The encoder at `port` counts no more."""

@@ -75,12 +75,13 @@ class LeadingHand(object):
         drives: the joints' Drives, from the base outwards.
         coasts: tells of each joint by its number whether its motor coasts.
         places: from `read_hand`.
+        now: s.
 
     Raises:
         BadHand: the tip cannot get there, or not in that time.
     """
 
-    def __init__(self, arm, drives, coasts, places):
+    def __init__(self, arm, drives, coasts, places, now=0.0):
         if kinematics.coordinates(arm) != 2:
             raise BadHand(
                 "a hand leads an arm in the plane; {} is in space, and drops where its motors let "
@@ -91,7 +92,7 @@ class LeadingHand(object):
         self._led = set()
         q = tuple([link.angle for link in self._links])
         self._ways = []  # (begin, end, from, to): s and rad
-        left = 0.0
+        left = now
         for place in places:
             to = self._pose(arm, place, q)
             far = max(abs(b - a) for a, b in zip(q, to))
@@ -137,3 +138,10 @@ class LeadingHand(object):
             elif k in self._led:
                 link.imposed = None
                 self._led.discard(k)
+
+    def let_go(self):
+        """Lead no more."""
+        for k in self._led:
+            if not self._links[k].jammed:
+                self._links[k].imposed = None
+        self._led.clear()
