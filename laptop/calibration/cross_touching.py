@@ -66,6 +66,14 @@ def read_point(line: str) -> BrickPoint:
     )
 
 
+def check_led(arm: Arm) -> None:
+    """Refuse, by BadTouches, an arm that nobody can lead by hand."""
+    if arm.chain in PULLED_DOWN:
+        raise BadTouches(
+            f"{arm.name} is an arm in space: let go it would drop, so it is not led by hand"
+        )
+
+
 class CrossTouching:
     """The touches of one arm on one board.
 
@@ -90,10 +98,7 @@ class CrossTouching:
         again: bool = True,
         chosen: Sequence[int] = range(len(CROSSES)),
     ) -> None:
-        if arm.chain in PULLED_DOWN:
-            raise BadTouches(
-                f"{arm.name} is an arm in space: let go it would drop, so it is not led by hand"
-            )
+        check_led(arm)
         self._arm, self._calibration, self._look = arm, calibration, look
         self._say, self._again = say, again
         self._left = list(chosen)

@@ -28,7 +28,7 @@ ENOUGH = 0.75
 class PictureSource(Protocol):
     """As much of a camera as is used."""
 
-    def read(self, timeout: float = ..., /) -> Frame | None:
+    def read(self, timeout: float) -> Frame | None:
         """Return the next picture, or None if there is none within `timeout` s."""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,23 @@ if TYPE_CHECKING:
 
 MAX_LINE = 4096
 """Longest line of a file of touches, characters."""
+COUNT = 9
+"""Crosses of the board."""
+
+
+class Crosses(click.ParamType):
+    """Some of the board's crosses, by the numbers that are printed beside them."""
+
+    name = "N,N,..."
+
+    def convert(
+        self, value: str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, ...]:
+        """Return their places in the list of crosses; fail if they are none."""
+        numbers = [int(one) if one.strip().isdecimal() else 0 for one in value.split(",")]
+        if not all(1 <= one <= COUNT for one in numbers) or len(set(numbers)) < len(numbers):
+            self.fail(f"'{value}' is not a list of crosses from 1 to {COUNT}, like 1,3,4,6,7,9")
+        return tuple(one - 1 for one in numbers)
 
 
 @click.command(
@@ -52,6 +70,13 @@ MAX_LINE = 4096
     "--effector",
     metavar="SPEC",
     help="The arm's marker, as for track.  [default: effector of ~/.brickservo/markers.ini]",
+)
+@click.option(
+    "--crosses",
+    type=Crosses(),
+    default="1,2,3,4,5,6,7,8,9",
+    metavar="N,N,...",
+    help="The crosses to touch, in this order; six are the least.  [default: all nine]",
 )
 @click.option(
     "--pen",
@@ -91,6 +116,7 @@ def touch(
     bar: float | None,
     height: float | None,
     effector: str | None,
+    crosses: tuple[int, ...],
     pen: str | None,
     file: str | None,
     simulated: bool,
@@ -106,25 +132,30 @@ def touch(
     with importing():  # OpenCV
         from laptop.calibration.camera_fit import check_bar
         from laptop.calibration.camera_report import describe
-        from laptop.calibration.cross_touching import CrossTouching
+        from laptop.calibration.cross_touching import CrossTouching, check_led
+        from laptop.calibration.marker_offset import MIN_TOUCHES, BadTouches
 
     _check(source, simulated, scene, plant, file, name, pen)
+    say = partial(click.echo, file=sys.stdout)  # also while a program on the brick has that
     with in_one_line(), ExitStack() as stack:
         check_bar(bar)
         arm = read_arm(find_arm(arm_file))
+        check_led(arm)
+        if len(crosses) < MIN_TOUCHES:
+            raise BadTouches(f"{len(crosses)} crosses; {MIN_TOUCHES} are the least, 9 are better")
         if simulated:
             from laptop.cli.touch_simulated import SimulatedTouching
 
-            simulation = SimulatedTouching(arm, scene, plant)
+            simulation = SimulatedTouching(arm, scene, plant, say)
             looks: Looks = simulation.looks(effector)
         else:
             assert source is not None
             looks = _open(source, effector, stack)
         calibration = looks.board(bar)
         for line in describe(calibration):
-            click.echo(line)
+            say(line)
         again = file is None or file == "-" or _is_pipe(file)
-        touching = CrossTouching(arm, calibration, looks.look, click.echo, again)
+        touching = CrossTouching(arm, calibration, looks.look, say, again, crosses)
         if simulated:
             simulation.run(touching)
         elif file is not None:

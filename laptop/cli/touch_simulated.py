@@ -8,7 +8,6 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TextIO
 
-import click
 import numpy as np
 
 from laptop.calibration.cross_touching import CrossTouching, read_point
@@ -60,12 +59,14 @@ class SimulatedTouching:
         arm: in the plane.
         scene: as of the synthetic camera; None: SCENE.
         plant: constants of the arm, as text.
+        say: tells people a line.
 
     Raises:
         ArmError: a text is wrong, or there is no board in the scene.
     """
 
-    def __init__(self, arm: Arm, scene: str | None, plant: str) -> None:
+    def __init__(self, arm: Arm, scene: str | None, plant: str, say: Callable[[str], None]) -> None:
+        self._say = say
         self._arm, self._scene = arm, SCENE if scene is None else scene
         self._plant = read_plant(plant)
         self._constants = read_scene(self._scene)
@@ -143,14 +144,14 @@ class SimulatedTouching:
                 touching.skip()
                 self._tries = 0
                 continue
-            click.echo(touching.request())
+            self._say(touching.request())
             cross = CROSSES[touching.cross] + PLACED * self._luck.standard_normal(2)
             x, y, _ = board_place(self._constants, cross[None])[0]
             t = now + after + LEADING
             try:
                 self._brick.lead([HandPlace((float(x), float(y)), t)])
             except BadHand as problem:
-                click.echo(problem)
+                self._say(str(problem))
                 touching.skip()
                 continue
             self._devices.press(Press("touch:in4", t + PRESSING, PRESS_TIME))
