@@ -38,6 +38,10 @@ RULES = {
         *("numpy", "cv2", "ifaddr", "rich"),
     ),
     "laptop.calibration": (*("laptop.calibration", "laptop.vision", "shared", "numpy", "cv2"),),
+    "laptop.calibration.cross_touching": (
+        *("laptop.calibration", "laptop.vision.board", "robot.motion.kinematics"),
+        *("shared", "numpy"),
+    ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
     "laptop.page": (
         *("laptop.page", "laptop.drawing", *BELOW_SIMULATOR, "shared"),

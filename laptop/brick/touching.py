@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import shlex
 import signal
-import sys
 from collections.abc import Callable
 
 import asyncssh
@@ -19,7 +17,8 @@ from laptop.brick.running import watched
 from laptop.brick.terminal import CTRL_C, END_OF_INPUT, on_signal, reading
 from shared.message_fields import printable
 
-DRIVER = "robot/driver.py"
+DRIVER, PROBLEM = "robot/driver.py", "driver.py: "
+"""The program there, and how it begins to tell what is wrong."""
 TAKE, END = b"\n", b"q\n"
 """What the program there reads: a point is to be taken, or that was the last one."""
 STOPPED = 130
@@ -77,8 +76,9 @@ async def touch(
         async def listen() -> None:
             async for raw in process.stderr:
                 line = printable(raw.decode("utf-8", "replace").rstrip())
-                said.append(line)
-                if not line.startswith("point "):  # which is told here with what the camera has
+                if line.startswith(PROBLEM):
+                    said.append(line.removeprefix(PROBLEM))
+                elif line and not line.startswith("point "):  # told here with the camera's part
                     dialogue.say(line)
 
         listening = asyncio.ensure_future(listen())
@@ -102,12 +102,10 @@ async def touch(
         return process.returncode if process.returncode is not None else 1
 
     status = await watched(brick, address, dialogue, command, follow)
-    with contextlib.suppress(ValueError, OSError):
-        sys.stdout.flush()
     if failed:
         raise failed[0]
     if stopped:
         raise BrickProblem("stopped: nothing is written, and the arm is held", STOPPED)
     if status:
-        why = said[-1].removeprefix("driver.py: ") if said else "it was killed"
+        why = said[-1] if said else "it was killed, or there was no memory"
         raise BrickProblem(f"{address}: touch has ended: {why}")
