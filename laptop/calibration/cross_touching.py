@@ -11,7 +11,7 @@ import numpy as np
 from laptop.calibration.camera_fit import BadCalibration, Calibration
 from laptop.calibration.camera_report import shift_since
 from laptop.calibration.marker_offset import JOINTS, BadTouches, MarkerFit, Touch, fit_marker
-from laptop.calibration.touch_looks import Look
+from laptop.calibration.touch_looks import CrossLook
 from laptop.vision.board import CROSSES
 from robot.motion import kinematics
 from shared.arm_description import PULLED_DOWN, Arm
@@ -93,7 +93,7 @@ class CrossTouching:
         self,
         arm: Arm,
         calibration: Calibration,
-        look: Callable[[], Look],
+        look: Callable[[], CrossLook],
         say: Callable[[str], None],
         again: bool = True,
         chosen: Sequence[int] = range(len(CROSSES)),
@@ -163,7 +163,7 @@ class CrossTouching:
         self._say(f"cross {k + 1}: tip at {_pair(tip)} cm, the arm's marker at {u:.1f},{v:.1f} px")
         return True
 
-    def check_camera(self, look: Look) -> None:
+    def check_camera(self, look: CrossLook) -> None:
         """Refuse, by BadCalibration, a camera or board that has moved since it was calibrated."""
         if look.view is None:
             if look.pixel is not None:

@@ -32,7 +32,7 @@ class PictureSource(Protocol):
         """Return the next picture, or None if there is none within `timeout` s."""
 
 
-class Look(NamedTuple):
+class CrossLook(NamedTuple):
     """What is seen at one moment.
 
     pixel  of the marker's centre, (u, v), px; None: it is not seen, or moves
@@ -79,7 +79,7 @@ class Looks:
             )
         return calibrate([best], bar)
 
-    def look(self) -> Look:
+    def look(self) -> CrossLook:
         """Look where the marker is now, and where the board."""
         places, why = [], ""
         tracker, name = Tracker([self._marker]), self._marker.name  # it was elsewhere before
@@ -93,11 +93,11 @@ class Looks:
                 why = tracker.why[name] or "too unsure"
         view = find_board(frame.image)
         if 2 * len(places) <= (PICTURES if self._live else 1):
-            return Look(None, f"the arm's marker is not seen ({why})", view)
+            return CrossLook(None, f"the arm's marker is not seen ({why})", view)
         middle = np.median(places, axis=0)
         if np.linalg.norm(places - middle, axis=1).max() > STANDS:
-            return Look(None, "the arm's marker moves in the picture", view)
-        return Look((float(middle[0]), float(middle[1])), "", view)
+            return CrossLook(None, "the arm's marker moves in the picture", view)
+        return CrossLook((float(middle[0]), float(middle[1])), "", view)
 
     def _read(self) -> Frame:
         for _ in range(PATIENCE):

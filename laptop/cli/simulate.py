@@ -199,6 +199,7 @@ def simulate(
         plant = read_plant(plant_text, measured)
         if measured:
             click.echo(f"as {constants_file} has it: {measured_brick.in_words(measured)}")
+        hand = None if hand_text is None else read_hand(hand_text)
         options = {
             "plant": plant,
             "faults": [session.read_fault(text) for text in faults],
@@ -211,7 +212,7 @@ def simulate(
             "sensors": read_sensors(sensors),
             "watched": None if scene is None else _watched(scene, built, realtime),
             "built": built,
-            "hand": () if hand_text is None else read_hand(hand_text),
+            "person": None if hand is None else lambda brick, devices: brick.lead(hand),
         }
         ordered = [
             *(
@@ -224,7 +225,7 @@ def simulate(
             ),
             *(
                 (f"--hand {place.p[0]:g},{place.p[1]:g}@{place.t:g}", place.t)
-                for place in options["hand"]
+                for place in hand or ()
             ),
         ]
         _check_in_time(ordered, timeout)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import io
+import random
 import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TextIO
-
-import numpy as np
 
 from laptop.calibration.cross_touching import CrossTouching, read_point
 from laptop.calibration.touch_looks import Looks
@@ -79,7 +78,7 @@ class SimulatedTouching:
         self._touching: CrossTouching
         self._problem: ArmError | None = None
         self._tries = 0
-        self._luck = np.random.default_rng([self._constants["seed"], 11])
+        self._luck = random.Random(self._constants["seed"])
         self._index = -1
 
     def looks(self, effector: str | None) -> Looks:
@@ -145,11 +144,11 @@ class SimulatedTouching:
                 self._tries = 0
                 continue
             self._say(touching.request())
-            cross = CROSSES[touching.cross] + PLACED * self._luck.standard_normal(2)
-            x, y, _ = board_place(self._constants, cross[None])[0]
+            x, y, _ = board_place(self._constants, CROSSES[[touching.cross]])[0]
+            x, y = (float(one) + self._luck.gauss(0, PLACED) for one in (x, y))
             t = now + after + LEADING
             try:
-                self._brick.lead([HandPlace((float(x), float(y)), t)])
+                self._brick.lead([HandPlace((x, y), t)])
             except BadHand as problem:
                 self._say(str(problem))
                 touching.skip()

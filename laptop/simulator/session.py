@@ -217,7 +217,6 @@ def run(
     keyboard=None,
     home=None,
     meanwhile=(),
-    hand=(),
     person=None,
 ):
     """Run `script` on an emulated brick that carries `arm`.
@@ -242,7 +241,6 @@ def run(
         home: folder of the brick's state, which stays, and may be that of an earlier run; one for
             this run alone if None.
         meanwhile: pairs of a time (s) and a function without arguments, called then.
-        hand: HandPlaces through which a hand leads the tip.
         person: `person(brick, devices)` is called before the script starts: somebody at the brick,
             who presses and leads when the time comes.
 
@@ -252,7 +250,6 @@ def run(
     Raises:
         InvalidSimulationOption: a fault for a port without a motor, an impossible start, or an arm
             built of other joints.
-        BadHand: a hand that cannot get there.
         BadSensor, BadPress: a sensor that sees what is not there, no touch sensor to press.
     """
     q, homed = read_start(start, arm)
@@ -280,8 +277,6 @@ def run(
             scene=scene_of(brick),
         )
         ordered = _schedule_faults(brick, devices, faults)
-        if hand:
-            brick.lead(hand)
         for t, act in meanwhile:
             world.at(t, act)
         stack.enter_context(_published(brick, script))

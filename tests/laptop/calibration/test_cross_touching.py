@@ -10,7 +10,7 @@ from board_views import pixels, stand, view
 from laptop.calibration.camera_fit import BadCalibration, calibrate
 from laptop.calibration.cross_touching import BrickPoint, CrossTouching, read_point
 from laptop.calibration.marker_offset import BadTouches
-from laptop.calibration.touch_looks import Look
+from laptop.calibration.touch_looks import CrossLook
 from laptop.vision.board import CROSSES
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
@@ -32,7 +32,7 @@ class Scene:
     def __init__(self, play=0.0):
         self.luck, self.play = np.random.default_rng(5), play
         self.heard = []
-        self.seen = Look(None, "", VIEW)
+        self.seen = CrossLook(None, "", VIEW)
         self.touching = CrossTouching(
             PLANAR, calibrate([view(CAMERA, np.random.default_rng(0), 0.02)]), lambda: self.seen,
             self.heard.append,
@@ -44,7 +44,7 @@ class Scene:
         q = np.array(kinematics.inverse(PLANAR, tuple(turned(-TURN, pen - BASE))))
         marker = pen + turned(TURN + q.sum(), OFFSET)
         seen = pixels(CAMERA, [[*marker, HEIGHT]])[0]
-        self.seen = Look(tuple(seen), "", VIEW)
+        self.seen = CrossLook(tuple(seen), "", VIEW)
         q = tuple(q + math.radians(self.play) * self.luck.uniform(-0.5, 0.5, 2))
         return BrickPoint(tuple(kinematics.forward(PLANAR, q)), q, 1.0)
 
@@ -67,7 +67,7 @@ def test_nine_crosses_give_the_offset_whatever_the_play(play):
 def test_a_marker_that_is_not_seen_is_asked_for_again():
     scene = Scene()
     point = scene.at(0)
-    scene.seen = Look(None, "the arm's marker is not seen (covered)", VIEW)
+    scene.seen = CrossLook(None, "the arm's marker is not seen (covered)", VIEW)
     assert not scene.touching.take(point)
     assert scene.touching.cross == 0
     assert scene.heard == [
