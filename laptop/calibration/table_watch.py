@@ -9,7 +9,7 @@ from laptop.calibration.arm_stand import ArmStand
 from laptop.calibration.board_watch import BoardWatch
 from laptop.calibration.camera_fit import check_bar
 from laptop.calibration.marker_offset import BadTouches
-from laptop.calibration.touch_file import read_touch
+from laptop.calibration.touch_file import read_touched
 from laptop.calibration.two_cameras import TwoCameras
 from laptop.tracking.joint_track import Joints
 from shared.arm_description import Arm
@@ -33,7 +33,7 @@ def watch_tables(bar: float | None, height: float | None, touched: Path | None, 
         ArmError: one line that says what is wrong.
     """
     check_bar(bar)
-    stand = ArmStand(read_touch(touched), arm) if touched else None
+    stand = ArmStand(read_touched(touched).fit, arm) if touched else None
     if stand and height is not None:
         raise BadTouches(
             f"height {height:g} mm: by the touched crosses it is {10 * stand.height:.1f} mm; "

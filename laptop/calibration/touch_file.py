@@ -1,18 +1,21 @@
 """How the arm stands on the board, and where its marker sits, as a file: JSON, cm and rad.
 
-It holds a `MarkerFit`, what touching the board's crosses gave; it is written whole or not at all.
+It holds what touching the board's crosses gave; it is written whole or not at all.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from laptop.calibration.camera_file import write_json
 from laptop.calibration.marker_offset import BadTouches, MarkerFit
+from laptop.vision.board import BOARDS
 from shared.message_fields import printable
 from shared.small_files import SpoiltFile, number, read_json
+from shared.state import TOUCHED_FOLDER, state_folder
 
 SHAPES = {"offset": (2,), "base": (2,), "covariance": (7, 7)}
 LIMITS = {
@@ -26,15 +29,38 @@ FARTHEST = 500.0
 """From the board's origin to the arm, and from the pen to the marker, cm."""
 
 
-def write_touch(file: str | Path, fit: MarkerFit) -> None:
-    """Keep what touching gave.
+@dataclass(frozen=True, eq=False)
+class TouchedArm:
+    """What was found by touching crosses.
+
+    arm    its name
+    paper  name of the board's paper, see `laptop.vision.board.BOARDS`
+    bar    length of its bar that was reckoned with, mm; None: as printed, not measured
+    fit    where the marker sits, and how the arm stands on the board
+    """
+
+    arm: str
+    paper: str
+    bar: float | None
+    fit: MarkerFit
+
+
+def touched_file(arm: str) -> Path:
+    """Path of the file of the arm of this name; it need not be there."""
+    return Path(state_folder()) / TOUCHED_FOLDER / f"{arm}.json"
+
+
+def write_touched(file: str | Path, found: TouchedArm) -> None:
+    """Keep what was found.
 
     Raises:
         BadTouches: the file cannot be written.
     """
-    told: dict[str, object] = {name: float(getattr(fit, name)) for name in LIMITS}
-    told.update({name: np.asarray(getattr(fit, name), float).tolist() for name in SHAPES})
+    told: dict[str, object] = {"arm": found.arm, "board": found.paper, "bar": found.bar}
+    told.update({name: float(getattr(found.fit, name)) for name in LIMITS})
+    told.update({name: np.asarray(getattr(found.fit, name), float).tolist() for name in SHAPES})
     try:
+        Path(file).parent.mkdir(parents=True, exist_ok=True)
         write_json(file, told)
     except OSError as error:
         raise BadTouches(
@@ -42,19 +68,18 @@ def write_touch(file: str | Path, fit: MarkerFit) -> None:
         ) from None
 
 
-def read_touch(file: str | Path) -> MarkerFit:
-    """Read what touching gave from its file.
+def read_touched(file: str | Path) -> TouchedArm:
+    """Read what was found from its file.
 
     Raises:
         BadTouches: it is not there, or is none.
     """
     name = printable(str(file))
     try:
-        told = read_json(str(file))
-        return _understand(told)
+        return _understand(read_json(str(file)))
     except OSError as error:
         raise BadTouches(
-            f"cannot read {name}: {error.strerror}; make it by touching the board's crosses"
+            f"cannot read {name}: {error.strerror}; make it with the command touch"
         ) from None
     except SpoiltFile as error:
         raise BadTouches(
@@ -62,9 +87,10 @@ def read_touch(file: str | Path) -> MarkerFit:
         ) from None
 
 
-def _understand(told: dict[str, object]) -> MarkerFit:
+def _understand(told: dict[str, object]) -> TouchedArm:
     """Return what a JSON object tells; SpoiltFile: it is something else."""
-    if missing := [name for name in (*LIMITS, *SHAPES) if name not in told]:
+    keys = "arm", "board", "bar", *LIMITS, *SHAPES
+    if missing := [name for name in keys if name not in told]:
         raise SpoiltFile(f"without {missing[0]}")
     arrays = {}
     for key, shape in SHAPES.items():
@@ -84,7 +110,12 @@ def _understand(told: dict[str, object]) -> MarkerFit:
         raise SpoiltFile(f"offset or base is farther than {FARTHEST:g} cm")
     if np.diag(arrays["covariance"]).min() < 0:
         raise SpoiltFile("variances are above 0")
-    return MarkerFit(
+    if told["board"] not in BOARDS:
+        raise SpoiltFile("board is not one of " + ", ".join(BOARDS))
+    if not isinstance(told["arm"], str):
+        raise SpoiltFile("arm is not a name")
+    bar = None if told["bar"] is None else number(told["bar"])
+    fit = MarkerFit(
         arrays["offset"],
         numbers["height"],
         numbers["turn"],
@@ -93,3 +124,4 @@ def _understand(told: dict[str, object]) -> MarkerFit:
         arrays["covariance"],
         numbers["rms_mm"],
     )
+    return TouchedArm(told["arm"], str(told["board"]), bar, fit)

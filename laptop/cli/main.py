@@ -17,6 +17,7 @@ from laptop.cli.guide import guide
 from laptop.cli.markers import markers
 from laptop.cli.report import report
 from laptop.cli.simulate import simulate
+from laptop.cli.touch import touch
 from laptop.cli.track import track
 from shared import state
 from shared.message_fields import printable
@@ -29,7 +30,8 @@ def laptop() -> None:
     """Everything that runs beside the brick."""
 
 
-for command in (simulate, draw, demo, track, markers, camera, brick, guide, report, bench):
+COMMANDS = simulate, draw, demo, track, markers, camera, touch, brick, guide, report, bench
+for command in COMMANDS:
     laptop.add_command(command)
 
 

@@ -21,6 +21,7 @@ from laptop.reporting.arm_numbers import numbers_of
 from laptop.reporting.private_paths import without_folders
 from laptop.simulator import measured_brick, session
 from laptop.simulator.device.buttons import LATEST, read_press
+from laptop.simulator.device.leading_hand import read_hand
 from laptop.simulator.device.plant_constants import TABLE, read_plant
 from laptop.simulator.device.sensor_orders import listing, read_sensors
 from laptop.simulator.device.sensor_scene import LINE, line_points
@@ -92,6 +93,13 @@ class BrickScript(click.Path):
     help="Press a brick button (or touch) at a time, e.g. enter@2.0; several times if needed.",
 )
 @click.option(
+    "--hand",
+    "hand_text",
+    metavar='"X,Y@S ..."',
+    help="A hand leads the tip to a place, cm, by a time, and on to the next ones, wherever the "
+    "motors coast: for driver.py touch.",
+)
+@click.option(
     "--fault",
     "faults",
     multiple=True,
@@ -159,6 +167,7 @@ def simulate(
     out: Path,
     realtime: bool,
     presses: tuple[str, ...],
+    hand_text: str | None,
     faults: tuple[str, ...],
     start: str,
     plug: tuple[str, ...],
@@ -175,7 +184,7 @@ def simulate(
     Leaves trace.csv, picture.png and summary.json in the folder given by --out.  Options go before
     SCRIPT.  Every run is a brick of its own: what one run homes, the next does not know.  It
     computes as slowly as a real one; with --plant cpu=0 in no time.  The status is 3 where the
-    script succeeds before a fault or a press has come.
+    script succeeds before a fault, a press or the hand has come.
     """
     with importing():  # numpy; --help does without
         from laptop.reporting import line_accuracy
@@ -192,6 +201,7 @@ def simulate(
         plant = read_plant(plant_text, measured)
         if measured:
             click.echo(f"as {constants_file} has it: {measured_brick.in_words(measured)}")
+        hand = None if hand_text is None else read_hand(hand_text)
         options = {
             "plant": plant,
             "faults": [session.read_fault(text) for text in faults],
@@ -204,6 +214,7 @@ def simulate(
             "sensors": read_sensors(sensors),
             "watched": None if scene is None else _watched(scene, built, realtime),
             "built": built,
+            "person": None if hand is None else lambda brick, devices: brick.lead(hand),
         }
         ordered = [
             *(
@@ -213,6 +224,10 @@ def simulate(
             *(
                 (f"--press {text}", press.t)
                 for text, press in zip(presses, options["presses"], strict=True)
+            ),
+            *(
+                (f"--hand {place.p[0]:g},{place.p[1]:g}@{place.t:g}", place.t)
+                for place in hand or ()
             ),
         ]
         _check_in_time(ordered, timeout)

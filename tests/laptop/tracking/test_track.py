@@ -21,7 +21,7 @@ from refusals import in_one_line
 from waiting import PATIENCE
 
 from laptop.calibration.marker_offset import MarkerFit
-from laptop.calibration.touch_file import write_touch
+from laptop.calibration.touch_file import TouchedArm, write_touched
 from laptop.cli.main import laptop
 from laptop.cli.track import track as track_command
 from laptop.simulator.scene.optics import to_srgb
@@ -668,7 +668,7 @@ def test_after_touching_crosses_the_pens_place_is_told_on_the_board_and_by_the_a
     to_board = np.array([[c, s], [-s, c]])
     base = to_board @ (-9.0, 0.0)  # the board's middle is at 9, 0
     fit = MarkerFit(offset, 2.5, math.radians(-20), base, 1.0, np.eye(7), 0.2)
-    write_touch(tmp_path / "t.json", fit)
+    write_touched(tmp_path / "t.json", TouchedArm("planar", "a4", None, fit))
     words = ["--camera", tmp_path, "--no-serve", "--board", "--csv", tmp_path / "out.csv"]
     run(*words, "--touched", tmp_path / "t.json")
     for row in rows(tmp_path / "out.csv"):
