@@ -32,6 +32,7 @@ from laptop.page.drawing_snapshots import (
 )
 from laptop.page.drawing_worker import DrawingWorker
 from laptop.page.ink_track import InkTrack
+from laptop.page.job_states import heard, unheard
 from laptop.page.look_around import look_job
 from laptop.page.table_mapping import TableMapping, TableView
 from laptop.tracking.job_offer import JobOffer
@@ -41,7 +42,7 @@ from laptop.tracking.server_state import ServerState as LinkState
 from laptop.tracking.tip_track import TipTrack
 from robot.motion import kinematics
 from shared.arm_description import Arm, ArmError
-from shared.job_messages import DONE, ENDS, FETCHING, ORDERS, Draw, JobStatus, Order, check_order
+from shared.job_messages import DONE, ENDS, ORDERS, Draw, JobStatus, Order, check_order
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE, Stop
 
 MAX_FILE = 8_000_000
@@ -389,34 +390,13 @@ class DrawControl:
         return q and marker_shift(self._arm, q)
 
     def _job_state(self) -> JobState | None:
-        progress = self._progress
-        if self._offered and (progress is None or progress.t <= self._told_before):
-            if self._now() - self._offered_at > START_TIMEOUT:
-                return JobState(
-                    self._offered.name, "failed", 0.0, 0, 0, 0.0, 0.0, None,
-                    "the brick did not begin; does its program run with --wait?", False,
-                )  # fmt: skip
-            return JobState(self._offered.name, FETCHING, 0.0, 0, 0, 0.0, 0.0, None, "", True)
+        offered, progress = self._offered, self._progress
+        if offered and (progress is None or progress.t <= self._told_before):
+            return unheard(offered.name, self._now() - self._offered_at > START_TIMEOUT)
         if progress is None:
             return None
-        reason = progress.reason
-        if self._link().client is None and progress.state not in ENDS:
-            alone = self._offered and self._offered.alone
-            reason = "the link is lost; " + (
-                "it goes on by itself" if alone else "it pauses with the pen up until that is back"
-            )
-        return JobState(
-            progress.name,
-            progress.state,
-            progress.cm / progress.cm_all if progress.cm_all else 0.0,
-            progress.stroke,
-            progress.strokes,
-            progress.cm,
-            progress.cm_all,
-            progress.seconds,
-            reason,
-            progress.state not in ENDS,
-        )
+        is_lost = self._link().client is None
+        return heard(progress, is_lost, bool(offered and offered.alone))
 
     # At every heartbeat
 
