@@ -8,6 +8,7 @@ from rig import Shell, degrees
 
 from laptop.simulator.device.buttons import read_press
 from laptop.simulator.device.leading_hand import read_hand
+from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 
 PLACES = [(10.0, 5.0), (12.0, 0.0), (12.0, 8.0)]
@@ -43,7 +44,7 @@ def test_points_their_distance_angle_and_midpoint_are_told(shell):
     assert len(taken) == 3
     for line, place in zip(taken, PLACES):
         told = tuple(float(x) for x in line.split()[2].split(","))
-        assert math.dist(told, place) < 0.45, "to what its play leaves open"
+        assert kinematics.distance(told, place) < 0.45, "to what its play leaves open"
     distance = float(lines[-3].split()[1])
     angle = float(lines[-2].split()[1])
     assert distance == pytest.approx(8, abs=0.6)
@@ -97,8 +98,8 @@ def test_then_it_goes_there_after_one_more_press(shell, go, place):
     )
     assert shown.status == 0, shown.err
     at_press = next(sample for sample in sh.brick.record if sample.t >= 10.9)
-    assert math.dist((at_press.x, at_press.y), (12, 0)) < 0.1, "it is held before the press"
-    assert math.dist(sh.tip, place) < 0.6
+    assert kinematics.distance((at_press.x, at_press.y), (12, 0)) < 0.1, "held before the press"
+    assert kinematics.distance(sh.tip, place) < 0.6
     assert "take your hands off" in shown.out
 
 
@@ -107,7 +108,7 @@ def test_the_end_key_leaves_the_going_out(shell):
     shown = sh.run("touch", "--points", "1", "--go", "point", presses=pressed("touch@4", "down@6"))
     assert shown.status == 0
     assert "stays here" in shown.out
-    assert math.dist(sh.tip, (10, 5)) < 0.1
+    assert kinematics.distance(sh.tip, (10, 5)) < 0.1
 
 
 def test_the_midpoint_of_one_point_is_refused(shell):
