@@ -226,7 +226,9 @@ class Shell:
                 self._until(words[3:], UNTIL[words[3]])
             else:
                 parse(words[3:])
-        elif words[3] == "brick":  # it needs one to reach by ssh; tests/laptop/brick has it
+        elif (
+            words[3] == "brick" or words[3] == "touch" and "--simulate" not in words
+        ):  # it needs one to reach by ssh; tests/laptop/brick has it
             parse(words[3:])
         elif words[3] == "draw" and not {"--preview", "--job"} & set(words):
             parse(words[3:])  # the same; tests/laptop/cli/test_draw.py has --simulate
@@ -318,6 +320,10 @@ def _for_the_brick(words):
         options += ["--scene", "goal_x=0,goal_y=8"]
     if "--wait" in words:
         options += ["--fault", "int@2"]
+    if "touch" in words:  # somebody leads the arm, and presses at two places
+        options += ["--hand", "12,0@5 8,6@9"]
+        for press in ("enter@7", "enter@11", "enter@15" if "--go" in words else "down@15"):
+            options += ["--press", press]
     if words[-1] in ("home", "check"):  # somebody confirms, and answers, at the brick
         presses = ["enter@2", "left@10", "left@13", "right@20", "left@23"]
         for press in presses if words[-1] == "check" else presses[:1]:

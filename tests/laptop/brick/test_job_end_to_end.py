@@ -164,5 +164,5 @@ def test_a_drawing_is_drawn_by_what_one_types(ssh_brick, tmp_path):
     lines = done.stdout.splitlines()
     assert lines[0].startswith("4.0 x 4.0 cm around ")
     assert any(line.startswith("square.svg: drawing, ") for line in lines)
-    assert lines[-1].startswith("square.svg: done, 100 %, stroke 1 of 1, 0:00 left")
+    assert lines[-1].startswith("square.svg: done, 100 %, stroke 1 of 1, 0 s left")
     assert "sent, and started" in done.stderr
