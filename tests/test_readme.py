@@ -226,9 +226,8 @@ class Shell:
                 self._until(words[3:], UNTIL[words[3]])
             else:
                 parse(words[3:])
-        elif (
-            words[3] == "brick" or words[3] == "touch" and "--simulate" not in words
-        ):  # it needs one to reach by ssh; tests/laptop/brick has it
+        # These need a brick to reach by ssh, or a camera, too; their own tests have them.
+        elif words[3] == "brick" or (words[3] == "touch" and "--simulate" not in words):
             parse(words[3:])
         elif words[3] == "draw" and not {"--preview", "--job"} & set(words):
             parse(words[3:])  # the same; tests/laptop/cli/test_draw.py has --simulate
