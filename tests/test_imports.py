@@ -47,7 +47,7 @@ RULES = {
     ),
     "laptop.measuring": (
         *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.vision"),
-        *("robot.motion.kinematics", "shared", "numpy"),
+        *("shared", "numpy"),
     ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", "markupsafe", *LIBRARIES),
     "laptop.page": (

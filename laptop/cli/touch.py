@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from laptop.cli.brick import THE_BRICK, talk
-from laptop.cli.options import FiniteRange, arm_option, examples, importing, in_one_line
+from laptop.cli.options import FiniteRange, arm_option, bar_option, examples, importing, in_one_line
 from shared import state
 from shared.arm_description import Arm, find_arm, read_arm
 from shared.message_fields import printable
@@ -54,12 +54,7 @@ class Crosses(click.ParamType):
 @click.argument("source", metavar="SOURCE", required=False)
 @arm_option("Arm that touches")
 @THE_BRICK
-@click.option(
-    "--bar",
-    type=float,
-    metavar="MM",
-    help="Length of the board's bar as measured.  [default: 100, not measured]",
-)
+@bar_option
 @click.option(
     "--height",
     type=FiniteRange(0, 500),

@@ -14,7 +14,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop import system
-from laptop.cli.options import FiniteRange, examples, importing, in_one_line, on_the_page
+from laptop.cli.options import (
+    FiniteRange,
+    bar_option,
+    examples,
+    importing,
+    in_one_line,
+    on_the_page,
+)
 from laptop.simulator.own_programs import HOUSE, SERVO
 from shared import pairing, state
 from shared.arm_description import find_arm, read_arm
@@ -103,12 +110,7 @@ run()
     help="A printed board lies on the table (markers --board): once it is seen, markers are told "
     "in cm on it, too.",
 )
-@click.option(
-    "--bar",
-    type=float,
-    metavar="MM",
-    help="Length of the board's bar as measured.  [default: 100, not measured]",
-)
+@bar_option
 @click.option(
     "--height",
     type=FiniteRange(0, 500),

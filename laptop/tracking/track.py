@@ -159,7 +159,7 @@ def _track(
         stack.enter_context(quiet_decoders())
         setup = prepare(options, open_synthetic, stack)
         now = clock_of(setup.cameras)
-        server = _serve(options, stack, now, print_line) if options.serve else None
+        server = serve(options, stack, now, print_line) if options.serve else None
         serve_page = open_page(stack) if open_page else None
         if setup.learned:
             write_markers(setup.file, {**setup.known, **setup.learned})
@@ -252,12 +252,13 @@ def clock_of(cameras: Sequence[FrameSource]) -> Callable[[], float]:
     return time.monotonic if time.monotonic in clocks else clocks[0]
 
 
-def _serve(
+def serve(
     options: TrackOptions,
     stack: ExitStack,
     now: Callable[[], float],
     print_line: Callable[[str], None],
 ) -> TrackingServer:
+    """Listen for the brick, as the options say, by this laptop's code; the stack closes it."""
     port = messages.PORT if options.port is None else options.port
     code, salt = read_pairing(say=print_line)
     server = TrackingServer(options.host, port, code, now, salt=salt)

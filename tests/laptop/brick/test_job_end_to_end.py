@@ -1,13 +1,13 @@
 """A drawing over sshd to the emulated brick: sent, watched, paused, left alone, seen again."""
 
 import asyncio
-import contextlib
 import subprocess
 import sys
 
 import pytest
 from places import ROOT
 from ssh_brick import Proxy
+from terminal_keys import keys_for
 from waiting import PATIENCE
 
 from laptop.brick import BrickProblem, jobs
@@ -22,15 +22,7 @@ ARM = read_arm(find_arm("planar"))
 @pytest.fixture
 def typed(monkeypatch):
     """Hands keys to whoever watches."""
-    hands = []
-
-    @contextlib.contextmanager
-    def reading(take):
-        hands.append(take)
-        yield
-
-    monkeypatch.setattr(jobs, "reading", reading)
-    return lambda keys: hands[-1](keys)
+    return keys_for(monkeypatch, jobs)
 
 
 @pytest.fixture

@@ -1,12 +1,12 @@
 """Touching over sshd on the emulated brick: points come here as they are taken."""
 
 import asyncio
-import contextlib
 import json
 import math
 import re
 
 import pytest
+from terminal_keys import keys_for
 
 from laptop.brick import BrickProblem, touching
 from laptop.brick.connection import Dialogue, connected, read_address
@@ -16,15 +16,7 @@ from laptop.calibration.marker_offset import BadTouches
 @pytest.fixture
 def typed(monkeypatch):
     """Hands keys to whoever touches."""
-    hands = []
-
-    @contextlib.contextmanager
-    def reading(take):
-        hands.append(take)
-        yield
-
-    monkeypatch.setattr(touching, "reading", reading)
-    return lambda keys: hands[-1](keys)
+    return keys_for(monkeypatch, touching)
 
 
 def touch(ssh_brick, take, typed, at_ready=b"\r", skip=lambda: False, words=()):
