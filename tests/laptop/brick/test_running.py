@@ -339,16 +339,14 @@ def test_a_command_that_is_told_to_end_leaves_the_terminal_as_it_was(ssh_brick, 
 
 SHOWS_ITS_SIZE = """
 import os, signal, sys
-def show(*_):
+def show():
     size = os.get_terminal_size()
     print(size.columns, "by", size.lines, flush=True)
-def end(*_):
-    show()
-    sys.exit(4)
-signal.signal(signal.SIGWINCH, end)
+signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGWINCH])  # it waits, however early it comes
 show()
-while True:
-    signal.pause()
+signal.sigwait([signal.SIGWINCH])
+show()
+sys.exit(4)
 """
 
 
