@@ -62,14 +62,12 @@ def test_a_script_that_is_not_there_is_told_before_the_brick_is_looked_for(ssh_b
 ENDS_BY_SIGHUP = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.SIG_IGN)
-def end(*_):
-    open(sys.argv[1], "w").write("hung up")
-    sys.exit(129)
-signal.signal(signal.SIGHUP, end)
+signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGHUP])  # it waits, however early it comes
 open(sys.argv[1], "w").close()
 print("ready", flush=True)
-while True:
-    signal.pause()
+signal.sigwait([signal.SIGHUP])
+open(sys.argv[1], "w").write("hung up")
+sys.exit(129)
 """
 
 
