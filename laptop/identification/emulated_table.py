@@ -16,7 +16,7 @@ from laptop.calibration.camera_model import CameraModel
 from laptop.identification.arm_fit import PLACING, TouchSight
 from laptop.identification.calibrating import check_board
 from laptop.identification.touching import crosses_to_touch
-from laptop.measuring.emulated_rig import marker_place
+from laptop.measuring.emulated_rig import marker_point
 from laptop.vision.board import BOARDS, Board
 from laptop.vision.finders.board import BoardView
 from robot.motion import kinematics
@@ -111,7 +111,7 @@ class EmulatedTable:
             point = (hand - self.base) @ np.array([[c, -s], [s, c]])
             elbow = ("up", "down")[int(luck.integers(2))]
             q = kinematics.inverse(_free(self.arm), tuple(map(float, point)), elbow)
-            place = np.array([marker_place(self.arm, q, self.height)])
+            place = np.array([marker_point(self.arm, q, self.height)])
             looks = self.project(np.repeat(place, TOUCH_LOOKS, axis=0))
             looks = looks + noise_px * luck.standard_normal(looks.shape)
             pixel = np.median(looks, axis=0)

@@ -8,7 +8,7 @@ from laptop.identification.arm_fit import RestSights
 from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand, Standing
 from laptop.identification.emulated_table import EmulatedTable, camera_over
 from laptop.identification.pose_plan import scouts
-from laptop.measuring.emulated_rig import marker_place
+from laptop.measuring.emulated_rig import marker_point
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))
@@ -48,7 +48,7 @@ def rests(over, count=40, zeros=(0.0, 0.0), noise_px=0.0, phase=0.0, seed=0, mov
     links = q + np.array(zeros) - sides * backlash / 2
     if moved is not None:
         links = moved(links)
-    places = np.array([marker_place(over.arm, pose, over.height) for pose in links])
+    places = np.array([marker_point(over.arm, pose, over.height) for pose in links])
     pixels = over.project(places)
     pixels = pixels + noise_px * luck.standard_normal(pixels.shape)
     e = q + phase * math.radians(1) * luck.uniform(-1, 1, q.shape)

@@ -8,7 +8,7 @@ import seen_arms
 
 from laptop.identification.arm_model import ArmModel, CameraPrior, Standing
 from laptop.identification.emulated_table import camera_over
-from laptop.measuring.emulated_rig import marker_place
+from laptop.measuring.emulated_rig import marker_point
 
 CAMERA = CameraPrior.of(camera_over(600.0, (0.0, 0.0), 60.0, 0.3, 1.0, 0.2))
 POSES = np.radians([(20.0, 40.0), (-50.0, 100.0), (120.0, -80.0)])
@@ -32,7 +32,7 @@ def test_the_marker_is_where_the_kinematics_have_it(arm):
     q = np.column_stack([POSES, POSES[:, 0] / 3])[:, : len(arm.joints)]
     found = model.marker(model.mean, q)
     height = 0.0 if model.spatial else model.mean[model.index("marker.height")]
-    assert found == pytest.approx(np.array([marker_place(arm, pose, height) for pose in q]))
+    assert found == pytest.approx(np.array([marker_point(arm, pose, height) for pose in q]))
 
 
 def test_the_arm_stands_turned_and_shifted_on_the_board():

@@ -7,7 +7,7 @@ import jobs
 import numpy as np
 import pytest
 
-from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig, marker_place
+from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig, marker_point
 from laptop.measuring.measured_run import BadMeasurement
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
@@ -94,6 +94,15 @@ def test_noise_and_the_times_of_pictures_are_drawn_anew_by_seed(job):
     assert 0.4 < np.std(resting - resting.mean(axis=0)) < 1.8, "px: one is asked for"
 
 
+def test_the_log_goes_by_the_clock_of_the_pictures_also_where_the_program_takes_long_to_start(job):
+    rig = EmulatedRig(ARM, None, "cpu=1", {"A": FromAbove()})
+    run = rig.measure(job, dry=False)
+    inked = [sample.t for sample in rig.last.record if sample.pen]
+    drawn = [row.t for row in run.rows if not row.rest]
+    assert inked[0] < drawn[0] < inked[0] + 0.5
+    assert inked[-1] - 0.5 < drawn[-1] < inked[-1]
+
+
 def test_with_the_pen_down_it_draws(job):
     rig = EmulatedRig(ARM, None, "cpu=0", {"A": FromAbove()})
     rig.measure(job, dry=False)
@@ -122,7 +131,7 @@ def test_rendered_pictures_are_really_tracked(job):
 def test_in_space_the_marker_sits_along_and_above_the_last_link():
     arm = SPATIAL._replace(marker_offset=(0.5, 0.3))
     q = (0.7, 0.4, -0.9)
-    x, y, z = marker_place(arm, q)
+    x, y, z = marker_point(arm, q)
     tip = np.array(kinematics.forward(arm, q))
     *_, elbow, _ = (np.array(p) for p in kinematics.joint_positions(arm, q))
     along = (tip - elbow) / np.linalg.norm(tip - elbow)
