@@ -96,6 +96,7 @@ def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
     assert "off by" in done.output
 
 
+@pytest.mark.long
 def test_a_trial_that_ends_before_the_first_stroke_says_so(draw, monkeypatch):
     monkeypatch.setattr(drawing_plot, "pen_down_runs", lambda rows: [])
     done = draw("--card", "star", "--size", "3", "--simulate", "--out", "try")
