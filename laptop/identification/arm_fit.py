@@ -16,14 +16,22 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from laptop.identification.arm_model import SIGNS, ArmModel, Standing, encoder_sigma, slopes
+from laptop.identification.arm_model import (
+    SIGNS,
+    ArmModel,
+    Standing,
+    encoder_sigma,
+    running_on,
+    slopes,
+)
 from shared.arm_description import ArmError
 
 LOSS_SCALE = 2.0
 """Residuals beyond so many standard deviations count less."""
 STEP = 1e-4
 """Of numerical derivatives, in standard deviations of the prior."""
-MAX_STEPS = {"board.turn": 1e-4, "board.x": 1e-3, "board.y": 1e-3}
+INSIDE = 1e-6
+"""A fit begins so far within the bounds, standard deviations of the prior."""
 PASSES = 3
 """So often the noise is seen through the arm anew."""
 PLACING = 0.03
@@ -279,6 +287,7 @@ def fit_arm(model: ArmModel, rests: RestSights, touches: Sequence[TouchSight] = 
     Raises:
         BadIdentification: too little was seen, or nothing moves as joints do.
     """
+    model = replace(model, run_on=running_on(model.arm, rests.stood))
     model, state, _ = first_guess(model, rests)
     fit = _fitted(model, state, rests)
     elbows = bent_at(fit, touches)
@@ -357,10 +366,18 @@ def _fitted(
     free[[model.index(name) for name in fixed]] = False
     problem = _ArmProblem(model, rests, touches, free, elbows)
     x = ((state - model.mean) / np.where(free, model.spread, 1.0))[free]
+    least = model.least()[free]
+    x = np.maximum(x, least + INSIDE)
     for _ in range(PASSES):
         problem = problem.whitened(x)
         found = least_squares(
-            problem.residuals, x, loss="soft_l1", f_scale=LOSS_SCALE, x_scale="jac", max_nfev=60
+            problem.residuals,
+            x,
+            bounds=(least, np.inf),
+            loss="soft_l1",
+            f_scale=LOSS_SCALE,
+            x_scale="jac",
+            max_nfev=60,
         )
         x = found.x
     return _told(problem, x)

@@ -48,6 +48,11 @@ COUNT = math.radians(1)
 LAG = (0.02, 0.06)
 """By how much less a motor has pushed its link than the brick's observer believes, counts: mean and
 standard deviation from arm to arm.  It looks like backlash, and no more poses tell it from that."""
+RUN_ON, RUN_ON_LAG = 0.5, 0.2
+"""Where a motor goes back at more than such a share of the rests, its link mostly runs on, too: the
+standard deviation of the lag there, counts."""
+WENT_BACK = 0.4
+"""A motor that is so much behind where it was has gone back, counts."""
 SIGNS = (1, -1)
 SMALL = 1e-4
 """Step of a derivative by an angle, rad."""
@@ -122,12 +127,14 @@ class ArmModel:
     cameras   by name
     known     beside them
     signs     per joint: +1, or -1 if it turns the other way round than described
+    run_on    per joint: whether its link mostly runs on where its motor stops
     """
 
     arm: Arm
     cameras: dict[str, CameraPrior]
     known: MeasuredByHand = field(default_factory=MeasuredByHand)
     signs: tuple[int, ...] = ()
+    run_on: tuple[bool, ...] = ()
     names: tuple[str, ...] = field(init=False)
     mean: np.ndarray = field(init=False)
     spread: np.ndarray = field(init=False)
@@ -159,6 +166,7 @@ class ArmModel:
         rows = []
         for k, joint in enumerate(joints):
             base = self.spatial and k == 0
+            lag_spread = RUN_ON_LAG if self.run_on and self.run_on[k] else LAG[1]
             rows += [
                 (
                     f"{joint.name}.link",
@@ -168,7 +176,10 @@ class ArmModel:
                 (f"{joint.name}.zero", 0.0, ZERO_SPREAD),
                 (f"{joint.name}.backlash", joint.backlash, BACKLASH_SPREAD),
                 (f"{joint.name}.gear", 1.0, GEAR_SPREAD),
-                (f"{joint.name}.lag", *(share * COUNT / joint.gear for share in LAG)),
+                (
+                    f"{joint.name}.lag",
+                    *(share * COUNT / joint.gear for share in (LAG[0], lag_spread)),
+                ),
             ]
         along, aside = self.arm.marker_offset
         rows += [("marker.along", along, known.offset_sigma)]
@@ -185,6 +196,14 @@ class ArmModel:
         else:
             rows += [("marker.height", known.height, GIVEN_HEIGHT_SPREAD)]
         return rows
+
+    def least(self) -> np.ndarray:
+        """Return the lower bounds of all numbers, in standard deviations of their priors, (m,)."""
+        found = np.full(len(self.names), -np.inf)
+        for joint in self.arm.joints:  # no link has less play than none
+            k = self.index(f"{joint.name}.backlash")
+            found[k] = -self.mean[k] / self.spread[k]
+        return found
 
     # Where things are
 
@@ -275,6 +294,13 @@ class ArmModel:
         )
         places = self.marker(state, np.column_stack([first, bend]))
         return self.cameras[name].project(self.camera_numbers(state, name), places)
+
+
+def running_on(arm: Arm, stood: Standing) -> tuple[bool, ...]:
+    """Return per joint whether its link mostly runs on where its motor stops."""
+    counts = np.array([COUNT / joint.gear for joint in arm.joints])
+    share = (stood.back > WENT_BACK * counts).mean(axis=0)
+    return tuple(bool(one) for one in share > RUN_ON)
 
 
 def encoder_sigma(arm: Arm) -> np.ndarray:
