@@ -23,10 +23,10 @@ from typing import Any
 import numpy as np
 
 from laptop.bench import workers
-from laptop.identification.arm_file import measured, write_measured
 from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand
 from laptop.identification.calibrating import identify
 from laptop.identification.emulated_table import EmulatedTable, camera_over
+from laptop.identification.measured_numbers import measured, write_measured
 from laptop.measuring.emulated_rig import EmulatedRig
 from laptop.reporting import line_accuracy
 from laptop.simulator import session

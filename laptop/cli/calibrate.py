@@ -14,8 +14,8 @@ from laptop.cli.rigs import live_rig
 
 if TYPE_CHECKING:
     from laptop.calibration.camera_fit import Calibration
-    from laptop.identification.arm_file import Measured
     from laptop.identification.arm_fit import TouchSight
+    from laptop.identification.measured_numbers import Measured
     from laptop.measuring.live_rig import LiveRig
     from shared.arm_description import Arm
 
@@ -100,7 +100,8 @@ def calibrate(
     pen is up.  What comes out is written into the arm's file; the old one is kept beside it.
     """
     with importing():
-        from laptop.identification import arm_file as files
+        from laptop.calibration.arm_file import BACKUP
+        from laptop.identification import measured_numbers as numbers
         from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand
         from laptop.identification.calibrating import go_home, identify
         from shared.arm_description import find_arm, read_arm
@@ -118,16 +119,17 @@ def calibrate(
             model = ArmModel(arm, {"A": CameraPrior.of(found.camera)}, known)
             result = identify(rig, model, touches, click.echo, seconds)
             check()
-            files.check_scale(result.fit, found.bar)
+            numbers.check_scale(result.fit, found.bar)
             go_home(rig)
-            rows = files.measured(result.fit)
+            rows = numbers.measured(result.fit)
             for line in _table(rows):
                 click.echo(line)
             if dry_run:
                 click.echo("nothing was written, as wished")
                 return
-            file, old = files.write_measured(result.fit, rows, date.today(), out)
-            click.echo(f"written: {file}" + (f"; the old one is {old}" if old else ""))
+            file = numbers.write_measured(result.fit, rows, date.today(), out)
+            old = Path(f"{file}{BACKUP}")
+            click.echo(f"written: {file}" + (f"; the old one is {old}" if old.exists() else ""))
             if any(row.key == "home" and not row.why for row in rows):
                 click.echo(
                     "the arm stands where its home pose was; so that the brick takes over its "

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.identification.arm_file import check_signs
 from laptop.identification.arm_fit import ArmFit, BadIdentification, RestSights, TouchSight, fit_arm
 from laptop.identification.arm_model import ArmModel
+from laptop.identification.measured_numbers import check_signs
 from laptop.identification.pose_plan import (
     ApproachedPose,
     choose,

@@ -1,26 +1,18 @@
-"""What was measured of an arm: a table for people, and the arm's file with it.
+"""What was measured of an arm: a table for people, and what of it goes into the arm's file.
 
-A number is written where it is known better than it was; the old file is kept beside the new one.
-A shipped arm's file is never changed: one's own copy of it is what its name means from then on.
+A number is written where it is known better than it was.
 """
 
 from __future__ import annotations
 
 import math
-import os
-import re
-import shutil
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 
+from laptop.calibration.arm_file import write_values
 from laptop.identification.arm_fit import ArmFit, BadIdentification
-from shared.arm_description import BadArmFile, comes_along, read_arm, users_file
-from shared.ini import BadIni, with_values
-from shared.message_fields import printable
-from shared.small_files import SpoiltFile, read_text
 
 LINK_LIMIT = 0.02
 """Standard uncertainties up to which a number is worth being written: of a link, a share, ..."""
@@ -30,9 +22,6 @@ OFFSET_LIMIT = 0.1
 """... and of the marker_offset, cm."""
 LEARNT = 0.7
 """Share of the uncertainty before above which nothing was learnt of a number."""
-BACKUP = ".bak"
-SIGNED = re.compile(r"\+- \S+ \S+, seen by a camera \d{4}-\d\d-\d\d(?:; )?")
-"""What an earlier calibration wrote into a comment."""
 SCALE_NOTED, SCALE_ALIKE = 0.01, 0.012
 """Links that differ from their description by such a share, and alike to such a one, look like a
 board that was not printed at 100 %."""
@@ -125,14 +114,15 @@ def _of_marker(fit: ArmFit) -> list[Measured]:
     rows = []
     offset = [fit.value("marker.along"), fit.value("marker.aside")]
     text = " ".join(_number(value, 0.01) for value in offset)
-    for k, (key, where) in enumerate((("along", "along"), ("aside", "aside"))):
-        name = f"marker.{key}"
-        known = _learnt(fit, name) and fit.sigma(name) <= OFFSET_LIMIT
+    names = ("marker.along", "marker.aside")
+    known = all(_learnt(fit, name) and fit.sigma(name) <= OFFSET_LIMIT for name in names)
+    why = "" if known else "touch crosses with the pen"
+    for k, (name, where) in enumerate(zip(names, ("beyond the pen", "left of it"), strict=True)):
         rows.append(
             Measured(
-                "arm", "marker_offset" if k == 0 else "", f"marker: {where} of the pen", "cm",
-                fit.model.arm.marker_offset[k], offset[k], fit.sigma(name),
-                "" if known else "touch crosses with the pen", text if k == 0 and known else "",
+                "arm", "marker_offset" if k == 0 else "", f"marker: {where}", "cm",
+                fit.model.arm.marker_offset[k], offset[k], fit.sigma(name), why,
+                text if k == 0 else "",
             )
         )  # fmt: skip
     if not fit.model.spatial and _scaled(fit):
@@ -211,16 +201,10 @@ def check_signs(fit: ArmFit) -> None:
         )
 
 
-def target_of(fit: ArmFit) -> Path:
-    """Return the file that is written for an arm."""
-    arm = fit.model.arm
-    return Path(users_file(arm.name) if comes_along(arm) else os.path.realpath(arm.file))
-
-
 def write_measured(
     fit: ArmFit, rows: Sequence[Measured], today: date, file: Path | None = None
-) -> tuple[Path, Path | None]:
-    """Write the arm's file with what was measured; return it, and where the old one is kept.
+) -> Path:
+    """Write the arm's file with what was measured, each number's uncertainty in its comment.
 
     Args:
         fit: whose arm it is.
@@ -228,63 +212,26 @@ def write_measured(
         today: told in the comments.
         file: to be written; None: the arm's own, or one's own copy of one that comes along.
 
+    Returns:
+        The file; the one before is beside it, with arm_file.BACKUP behind its name.
+
     Raises:
-        BadIdentification: nothing is known, or it cannot be written; all is as it was.
+        BadIdentification: nothing is known better than before.
+        ArmNotWritten: it cannot be written; all is as it was.
     """
-    arm = fit.model.arm
     new = [row for row in rows if row.text and row.key and not row.why]
     if not new:
         raise BadIdentification(
             "nothing is known better than before; show the board, and touch crosses: nothing was "
             "written"
         )
-    file = file or target_of(fit)
-    try:
-        text = read_text(arm.file)
-        if any(row.key == "marker_offset" for row in new) and not _has(text, "marker_offset"):
-            text = text.replace("[arm]\n", "[arm]\nmarker_offset = 0 0\n", 1)
-        text = with_values(text, {(row.section, row.key): row.text for row in new})
-        for row in new:
-            text = _signed(text, row, today)
-        return file, _replaced(file, text)
-    except (OSError, SpoiltFile, BadIni, BadArmFile) as error:
-        what = getattr(error, "strerror", None) or getattr(error, "problem", None) or error
-        raise BadIdentification(
-            f"{printable(str(file))} cannot be written ({printable(str(what))}); correct "
-            "that, or write these numbers into it yourself"
-        ) from None
-
-
-def _has(text: str, key: str) -> bool:
-    return re.search(rf"(?m)^{key}\s*=", text) is not None
-
-
-def _signed(text: str, row: Measured, today: date) -> str:
-    """Put the uncertainty into the comment of a number's line."""
-    lines, section = text.split("\n"), ""
-    mark = f"+- {row.sigma:.2g} {row.unit}, seen by a camera {today.isoformat()}"
-    for number, line in enumerate(lines):
-        if line.startswith("["):
-            section = line[1 : line.index("]")]
-        elif section == row.section and re.match(rf"{row.key}\s*=", line):
-            value, sign, comment = line.partition(";")
-            comment = SIGNED.sub("", comment.strip()).strip()
-            column = value if sign else f"{value.rstrip():<19} "
-            lines[number] = f"{column}; {mark}{'; ' if comment else ''}{comment}"
-            break
-    return "\n".join(lines)
-
-
-def _replaced(file: Path, text: str) -> Path | None:
-    """Put a text that an arm can be read from in the place of a file; return the old one's."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=file.parent) as folder:
-        draft = Path(folder) / file.name
-        draft.write_text(text, encoding="utf-8", newline="")
-        read_arm(str(draft))
-        backup = None
-        if file.exists():
-            backup = file.with_name(file.name + BACKUP)
-            shutil.copy2(file, backup)
-        os.replace(draft, file)
-    return backup
+    values = {(row.section, row.key): row.text for row in new}
+    sigmas = {(row.section, row.key): f"{row.sigma:.2g}" for row in new}
+    if ("arm", "marker_offset") in sigmas:  # two numbers in one line
+        sigmas["arm", "marker_offset"] += f" {fit.sigma('marker.aside'):.2g}"
+    notes = {
+        (row.section, row.key): f"+- {sigmas[row.section, row.key]} {row.unit}, seen by a camera "
+        f"{today}"
+        for row in new
+    }
+    return write_values(fit.model.arm, values, file, notes)
