@@ -5,19 +5,21 @@ from __future__ import annotations
 import sys
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from laptop.cli.options import FiniteRange, arm_option, examples, importing, in_one_line
 from laptop.cli.rigs import live_rig
+from laptop.cli.run_folder import check_room, write_files
+from laptop.reporting.arm_numbers import numbers_of
+from shared.arm_description import Arm, find_arm, read_arm
 
 if TYPE_CHECKING:
     from laptop.calibration.camera_fit import Calibration
     from laptop.identification.arm_fit import TouchSight
     from laptop.identification.measured_numbers import Measured
     from laptop.measuring.live_rig import LiveRig
-    from shared.arm_description import Arm
 
 LOOK_S = 1.0
 """The marker is looked at so long while the pen stands on a cross, s."""
@@ -65,9 +67,11 @@ LOOK_S = 1.0
               help="The arm moves for so long at the most.")  # fmt: skip
 @click.option(
     "--out",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE.ini",
-    help="Write this arm file instead of the arm's own.",
+    type=click.Path(file_okay=False, path_type=Path),
+    default="out",
+    show_default=True,
+    metavar="DIR",
+    help="Leave summary.json and rests.csv there, for report; with --simulate the arm file, too.",
 )
 @click.option("--dry-run", is_flag=True, help="Measure and tell, write nothing.")
 @click.option("--call", is_flag=True, help="Start the brick's program over ssh.")
@@ -75,6 +79,11 @@ LOOK_S = 1.0
 @click.option("--simulate", is_flag=True, help="An emulated arm before an emulated camera.")
 @click.option("--plant", metavar="KEY=VALUE,...", help="Of the emulated arm, as for simulate.")
 @click.option("--built", metavar="FILE", help="The emulated arm is built as this file says.")
+@click.option(
+    "--scene",
+    metavar="KEY=VALUE,...",
+    help="The emulated camera's pictures are rendered, as for simulate, and really looked at.",
+)
 @click.option("--seed", type=click.IntRange(0), metavar="N", help="Of all that is emulated.")
 def calibrate(
     sources: tuple[str, ...],
@@ -85,81 +94,90 @@ def calibrate(
     touch: str,
     board_square: str | None,
     seconds: float,
-    out: Path | None,
+    out: Path,
     dry_run: bool,
     call: bool,
     effector: str | None,
     simulate: bool,
     plant: str | None,
     built: str | None,
+    scene: str | None,
     seed: int | None,
 ) -> None:
     """Let an arm measure itself by a camera: links, zeros, backlash, and its marker's place.
 
     The printed board lies within the arm's reach, and the camera sees it and all of the arm.  The
-    pen is up.  What comes out is written into the arm's file; the old one is kept beside it.
+    pen is up.  What comes out is written into the arm's file; the old one is kept beside it.  An
+    emulated arm leaves the real one's file alone.
     """
     with importing():
         from laptop.calibration.arm_file import BACKUP
         from laptop.identification import measured_numbers as numbers
         from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand
-        from laptop.identification.calibrating import go_home, identify
-        from shared.arm_description import find_arm, read_arm
+        from laptop.identification.calibrating import CalibrationSetup, go_home, identify
+        from laptop.identification.calibration_record import calibration_files
 
     with in_one_line():
-        _check_words(sources, simulate, plant, built, seed)
+        emulated = {"plant": plant, "built": built, "scene": scene, "seed": seed}
+        _check_words(sources, simulate, emulated)
         arm = read_arm(find_arm(arm_file))
         square = None if board_square is None else int(board_square) // 90
         crosses = _crosses(touch, arm)
         known = MeasuredByHand(None if height is None else height / 10, square)
+        text = plant or "cpu=1"
+        text += "" if "seed=" in text else f",seed={seed or 0}"
+        check_room(out)
 
-        def finish(rig, found: Calibration, touches: list[TouchSight], check) -> None:  # type: ignore[no-untyped-def]
-            for line in _board(found):
+        def finish(setup: CalibrationSetup) -> None:
+            for line in _board(setup.camera):
                 click.echo(line)
-            model = ArmModel(arm, {"A": CameraPrior.of(found.camera)}, known)
-            result = identify(rig, model, touches, click.echo, seconds)
-            check()
-            numbers.check_scale(result.fit, found.bar)
-            go_home(rig)
+            model = ArmModel(arm, {"A": CameraPrior.of(setup.camera.camera)}, known)
+            result = identify(setup.rig, model, setup.touches, click.echo, seconds)
+            setup.check()
+            numbers.check_scale(result.fit, setup.camera.bar)
+            go_home(setup.rig)
             rows = numbers.measured(result.fit)
             for line in _table(rows):
                 click.echo(line)
+            what: dict[str, Any] = {"simulated": simulate, "arm_numbers": numbers_of(arm)}
+            if simulate:
+                what |= {"plant": text, "built_numbers": built and numbers_of(truth)}
+            write_files(out, calibration_files(result, rows, setup.camera, what))
+            click.echo(f"{out}/summary.json, rests.csv")
             if dry_run:
-                click.echo("nothing was written, as wished")
+                click.echo("the arm's file was left as it is, as wished")
                 return
-            file = numbers.write_measured(result.fit, rows, date.today(), out)
+            own = out / f"{arm.name}.ini" if simulate else None
+            file = numbers.write_measured(result.fit, rows, date.today(), own)
             old = Path(f"{file}{BACKUP}")
             click.echo(f"written: {file}" + (f"; the old one is {old}" if old.exists() else ""))
-            if any(row.key == "home" and not row.why for row in rows):
+            if not simulate and any(row.key == "home" and not row.why for row in rows):
                 click.echo(
                     "the arm stands where its home pose was; so that the brick takes over its "
                     "zero, leave it there and type: driver.py home --here"
                 )
 
         if simulate:
-            _simulated(arm, built, plant or "cpu=1", seed or 0, bar, crosses, known, finish)
+            from laptop.cli.calibrate_simulated import by_formula, rendered
+
+            truth = read_arm(find_arm(built)) if built else arm
+            if scene is None:
+                finish(by_formula(arm, truth, text, seed or 0, bar, crosses, known))
+            else:
+                finish(rendered(arm, truth, text, seed or 0, bar, crosses, scene))
             return
         with live_rig(sources, arm_file, effector=effector, call=call and not crosses) as rig:
             found, check = _calibrated(rig, camera_file, bar)
-            finish(rig, found, _touched(rig, crosses), check)
+            finish(CalibrationSetup(rig, found, _touched(rig, crosses), check))
 
 
-def _check_words(
-    sources: tuple[str, ...],
-    simulate: bool,
-    plant: str | None,
-    built: str | None,
-    seed: int | None,
-) -> None:
-    emulated = [
-        word
-        for word, value in (("--plant", plant), ("--built", built), ("--seed", seed))
-        if value is not None
-    ]
+def _check_words(sources: tuple[str, ...], simulate: bool, emulated: dict[str, Any]) -> None:
+    """Refuse words that do not go together."""
+    given = [f"--{word}" for word, value in emulated.items() if value is not None]
     if simulate and sources:
         raise click.UsageError(f"--simulate has a camera of its own: leave {sources[0]} out")
-    if not simulate and emulated:
-        raise click.UsageError(f"{emulated[0]} is of what is emulated: give --simulate, too")
+    if not simulate and given:
+        raise click.UsageError(f"{given[0]} is of what is emulated: give --simulate, too")
     if not simulate and not sources:
         raise click.UsageError("give a camera, such as 0, or --simulate")
 
@@ -197,27 +215,6 @@ def _table(rows: list[Measured]) -> list[str]:
         else:
             lines.append(f"{start}{row.found:9.3f}  {row.sigma:.3f} {row.unit}")
     return lines
-
-
-def _simulated(arm, built, plant, seed, bar, crosses, known, finish) -> None:  # type: ignore[no-untyped-def]
-    """Let an emulated arm do it."""
-    import math
-
-    from laptop.identification.emulated_table import EmulatedTable, camera_over, luck_of
-    from laptop.measuring.emulated_rig import EmulatedRig
-    from shared.arm_description import find_arm, read_arm
-
-    truth = read_arm(find_arm(built)) if built else arm
-    height = 2.5 if known.height is None else known.height
-    camera = camera_over(560.0, (-8.0, 0.0), 44.0, math.radians(20), 1.0, 0.1)
-    turn = 0.0 if known.square is None else -math.pi / 2 * known.square
-    table = EmulatedTable(truth, camera, turn=turn, height=height)
-    luck = luck_of(seed)
-    found = table.calibrated(luck, bar)
-    touches = table.touches(len(crosses), luck) if crosses else []
-    text = plant if "seed=" in plant else f"{plant},seed={seed}"
-    rig = EmulatedRig(arm, truth, text, {"A": table}, height, seed=seed)
-    finish(rig, found, touches, lambda: None)
 
 
 def _calibrated(rig: LiveRig, camera_file: Path | None, bar: float | None):  # type: ignore[no-untyped-def]

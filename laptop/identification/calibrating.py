@@ -7,9 +7,11 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from laptop.calibration.camera_fit import Calibration
 from laptop.identification.arm_fit import ArmFit, BadIdentification, RestSights, TouchSight, fit_arm
 from laptop.identification.arm_model import ArmModel
 from laptop.identification.measured_numbers import check_signs
@@ -61,6 +63,21 @@ class Identified:
     poses: list[ApproachedPose]
     times: np.ndarray
     seconds: float
+
+
+class CalibrationSetup(NamedTuple):
+    """What a calibration works with.
+
+    rig      the arm before its cameras
+    camera   as the board has told
+    touches  of a hand, before the arm moves
+    check    raises ArmError if camera or board has moved since
+    """
+
+    rig: Rig
+    camera: Calibration
+    touches: Sequence[TouchSight]
+    check: Callable[[], None]
 
 
 def identify(

@@ -110,7 +110,7 @@ class EmulatedTable:
             c, s = math.cos(self.turn), math.sin(self.turn)
             point = (hand - self.base) @ np.array([[c, -s], [s, c]])
             elbow = ("up", "down")[int(luck.integers(2))]
-            q = kinematics.inverse(_free(self.arm), tuple(map(float, point)), elbow)
+            q = kinematics.inverse(with_free_joints(self.arm), tuple(map(float, point)), elbow)
             place = np.array([marker_point(self.arm, q, self.height)])
             looks = self.project(np.repeat(place, TOUCH_LOOKS, axis=0))
             looks = looks + noise_px * luck.standard_normal(looks.shape)
@@ -126,7 +126,7 @@ def luck_of(seed: int) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-def _free(arm: Arm) -> Arm:
+def with_free_joints(arm: Arm) -> Arm:
     """Return the arm without limits: a hand does not ask for them."""
     turn = math.pi
     return arm._replace(
