@@ -114,7 +114,12 @@ def calibrate(
         from laptop.calibration.arm_file import BACKUP
         from laptop.identification import measured_numbers as numbers
         from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand
-        from laptop.identification.calibrating import CalibrationSetup, go_home, identify
+        from laptop.identification.calibrating import (
+            CalibrationSetup,
+            MarkerUnseen,
+            go_home,
+            identify,
+        )
         from laptop.identification.calibration_record import calibration_files
 
     with in_one_line():
@@ -132,7 +137,11 @@ def calibrate(
             for line in _board(setup.camera):
                 click.echo(line)
             model = ArmModel(arm, {"A": CameraPrior.of(setup.camera.camera)}, known)
-            result = identify(setup.rig, model, setup.touches, click.echo, seconds)
+            try:
+                result = identify(setup.rig, model, setup.touches, click.echo, seconds)
+            except MarkerUnseen:
+                setup.check()  # why, the picture may tell
+                raise
             setup.check()
             numbers.check_scale(result.fit, setup.camera.bar)
             go_home(setup.rig)
@@ -222,10 +231,10 @@ def _calibrated(rig: LiveRig, camera_file: Path | None, bar: float | None):  # t
     from laptop.calibration.camera_file import read_camera
     from laptop.calibration.camera_fit import calibrate as fit_camera
     from laptop.calibration.camera_report import shift_since
-    from laptop.identification.calibrating import check_board
+    from laptop.identification.calibrating import check_sharp, seen_board
     from laptop.vision.finders.board import find_board
 
-    view = check_board(find_board(rig.image()))
+    view = seen_board(rig.image())
     if camera_file:
         found = read_camera(camera_file)
         if bar is not None and bar != found.bar:
@@ -234,12 +243,14 @@ def _calibrated(rig: LiveRig, camera_file: Path | None, bar: float | None):  # t
         found = fit_camera([view], bar)
 
     def check() -> None:
-        now = find_board(rig.image())
+        image = rig.image()
+        check_sharp(image)
+        now = find_board(image)
         if now is None:
             return  # the arm may hide it
         shift = shift_since(found, now)
         if shift.moved:
-            raise click.ClickException(f"{shift}; calibrate again; nothing was written")
+            raise click.ClickException(f"{shift}; nothing was written")
 
     if camera_file:
         check()

@@ -10,7 +10,7 @@ from laptop.calibration.camera_fit import calibrate
 from laptop.calibration.camera_report import shift_since
 from laptop.identification.arm_fit import PLACING, BadIdentification, TouchSight
 from laptop.identification.arm_model import USUAL_HEIGHT, MeasuredByHand
-from laptop.identification.calibrating import CalibrationSetup, check_board
+from laptop.identification.calibrating import CalibrationSetup, check_sharp, seen_board
 from laptop.identification.emulated_table import (
     EmulatedTable,
     camera_over,
@@ -85,12 +85,14 @@ def rendered(
         raise BadScene("the scene has no board: --scene board=a4,board_x=12")
     view = Scene(built, constants)
     pictures = _Pictures(built, view)
-    found = calibrate([check_board(find_board(pictures.take(ASIDE[: len(built.joints)])))], bar)
+    found = calibrate([seen_board(pictures.take(ASIDE))], bar)
     touches = pictures.touches(crosses, luck_of(seed))
     rig = RenderedRig(arm, {"A": view}, built, plant, seed, only_rests=True)
 
     def check() -> None:
-        now = find_board(pictures.take(rig.last.record[-1].q))
+        image = pictures.take(rig.last.record[-1].q)
+        check_sharp(image)
+        now = find_board(image)
         if now and (shift := shift_since(found, now)).moved:
             raise BadIdentification(f"{shift}; nothing was written")
 

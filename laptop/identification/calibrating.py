@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from laptop.calibration.camera_fit import Calibration
@@ -27,7 +28,7 @@ from laptop.identification.pose_plan import (
 )
 from laptop.identification.suspects import explain
 from laptop.measuring.measured_run import MEDIAN_NOISE, MeasuredRun, Rig
-from laptop.vision.finders.board import BoardView
+from laptop.vision.finders.board import BoardView, find_board
 
 SCOUTS, BATCH = 12, 10
 """Poses before anything is known, and from one fit to the next."""
@@ -41,6 +42,10 @@ FEWEST_SEEN = 3
 """Pictures in which a marker must be seen at a rest."""
 BOARD_SEEN = 0.6
 """Share of the board's markers that must be seen."""
+LEAST_CONTRAST = 40.0
+"""Between dark and bright of a picture, of 255."""
+MOST_SPREAD = 5.0
+"""Standard deviation of its sharpest edges, px."""
 REACHING = 4.0
 """Before the first rest the arm moves for about so long, s."""
 LOST = 0.5
@@ -150,6 +155,47 @@ def go_home(rig: Rig) -> None:
         rig.measure(file)
 
 
+class MarkerUnseen(BadIdentification):
+    """The arm's marker was seen too seldom; why, a look at the picture may tell."""
+
+
+def seen_board(image: np.ndarray) -> BoardView:
+    """Return the board in a picture, BGR; refuse one by which no arm can be measured.
+
+    Raises:
+        BadIdentification: too little of it is seen.
+    """
+    view = find_board(image)
+    if view is None:
+        check_sharp(image)
+    return check_board(view)
+
+
+def check_sharp(image: np.ndarray) -> None:
+    """Refuse a picture, BGR, in which nothing can be seen.
+
+    Raises:
+        BadIdentification: it is even, or blurred.
+    """
+    grey = cv2.GaussianBlur(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), (0, 0), 1.0).astype(float)
+    dark, bright = np.percentile(grey, [1, 99])
+    if bright - dark < LEAST_CONTRAST:
+        raise BadIdentification(
+            f"the picture is nearly even ({dark:.0f} to {bright:.0f} of 255): give it light, and "
+            "take the cap off the camera; nothing was written"
+        )
+    across, down = np.gradient(grey, axis=1), np.gradient(grey, axis=0)
+    ways = (across, down, (across + down) / math.sqrt(2), (across - down) / math.sqrt(2))
+    steepest = min(float(np.percentile(np.abs(way), 99.9)) for way in ways)
+    # An edge that is spread like a normal distribution: its height over its greatest slope.
+    spread = (bright - dark) / max(steepest, 1e-3) / math.sqrt(2 * math.pi)
+    if spread > MOST_SPREAD:
+        raise BadIdentification(
+            f"the picture is blurred: no edge in it is sharper than {2.5 * spread:.0f} px; focus, "
+            "fasten the camera, and give it more light; nothing was written"
+        )
+
+
 def check_board(view: BoardView | None) -> BoardView:
     """Return the view; refuse a board of which too little is seen for an arm to be measured by it.
 
@@ -159,13 +205,15 @@ def check_board(view: BoardView | None) -> BoardView:
     if view is None:
         raise BadIdentification(
             "no marker of the printed board is seen: lay it flat within the arm's reach, sharp "
-            "and lit, and let the camera see it (brickservo markers --board makes one)"
+            "and lit, and let the camera see it (brickservo markers --board makes one); nothing "
+            "was written"
         )
     seen, every = len(view.numbers), len(view.board.numbers)
     if seen < BOARD_SEEN * every:
         raise BadIdentification(
             f"{seen} of the board's {every} markers are seen, and {math.ceil(BOARD_SEEN * every)} "
-            "are the least to measure an arm by: uncover it, and turn the arm aside"
+            "are the least to measure an arm by: uncover it, and turn the arm aside; nothing was "
+            "written"
         )
     return view
 
@@ -199,10 +247,11 @@ def _check_seen(rests: RestSights) -> None:
     for name, pixels in rests.pixels.items():
         seen = int(np.isfinite(pixels).all(axis=1).sum())
         if seen < LOST * len(pixels):
-            raise BadIdentification(
+            raise MarkerUnseen(
                 f"camera {name} saw the marker in {seen} of {len(pixels)} poses that lie all over "
                 "what the arm can reach: it is out of the picture, hidden or blurred; let the "
-                "camera see all of the table, or make the joints' limits narrower in the arm's file"
+                "camera see all of the table, or make the joints' limits narrower in the arm's "
+                "file; nothing was written"
             )
 
 

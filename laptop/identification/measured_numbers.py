@@ -64,7 +64,11 @@ def measured(fit: ArmFit) -> list[Measured]:
         link, sigma = told("link")
         why = ""
         if not _learnt(fit, f"{joint.name}.link") or sigma > LINK_LIMIT * joint.link:
-            why = "no board gives the scale" if not _scaled(fit) else "too few poses tell it"
+            why = "too few poses tell it"
+            if model.known.height is None:
+                why = "it hangs on the marker's height: measure that, --height"
+            if not _scaled(fit):
+                why = "no board gives the scale"
             if joint is last and _scaled(fit):
                 why = "by sight it cannot be told from the marker's place on it: touch crosses"
         found.append(
@@ -173,7 +177,10 @@ def check_scale(fit: ArmFit, bar: float | None) -> None:
         fit.value(f"{joint.name}.link") / joint.link for joint in fit.model.arm.joints[first:]
     ]
     mean = sum(shares) / len(shares)
-    if abs(mean - 1) > SCALE_NOTED and max(shares) - min(shares) < SCALE_ALIKE:
+    sure = min(
+        fit.sigma(f"{joint.name}.link") / joint.link for joint in fit.model.arm.joints[first:]
+    )
+    if abs(mean - 1) > max(SCALE_NOTED, 2 * sure) and max(shares) - min(shares) < SCALE_ALIKE:
         more = "longer" if mean > 1 else "shorter"
         raise BadIdentification(
             f"by the board all links are {100 * abs(mean - 1):.1f} % {more} than the arm's file "

@@ -18,8 +18,10 @@ from laptop.identification.arm_fit import ArmFit
 
 FITS = 1.7
 """Noise over what was expected up to which an arm is believed."""
-LEAST_AFTER = 4
+LEAST_BEFORE, LEAST_AFTER = 4, 2
 """A jump is looked for with so many rests before and after it."""
+FAR_OFF = 6.0
+"""Standard deviations by which the last rests are off where something has just happened."""
 EXPLAINED = 0.6
 """Share of the misfit that a suspect must explain to be named."""
 ALONE = 1.5
@@ -53,7 +55,7 @@ def explain(fit: ArmFit, rests: int, times: Sequence[float]) -> str:
         rests: how many they are.
         times: of the rests, s.
     """
-    if fit.noise <= FITS:
+    if fit.noise <= FITS and not _ends_off(fit):
         return ""
     found = suspects(fit)
     best = max(found, key=lambda suspect: suspect.explained, default=None)
@@ -83,6 +85,16 @@ def explain(fit: ArmFit, rests: int, times: Sequence[float]) -> str:
     )
 
 
+def _ends_off(fit: ArmFit) -> bool:
+    """Return whether the last rests are off, which a robust loss takes for slips of the tracker."""
+    for residuals in fit.residuals.values():
+        off = np.linalg.norm(residuals, axis=1)
+        off = off[np.isfinite(off)][-LEAST_AFTER:]
+        if len(off) == LEAST_AFTER and (off > FAR_OFF).all():
+            return True
+    return False
+
+
 def suspects(fit: ArmFit) -> list[Culprit]:
     """Return of each joint and camera the jump that explains most."""
     names = list(fit.residuals)
@@ -105,7 +117,7 @@ def suspects(fit: ArmFit) -> list[Culprit]:
     def best_jump(kind: str, name: str, columns: np.ndarray) -> Culprit:
         """Try every time at which columns (cameras n, 2, k) could begin to count."""
         best = Culprit(kind, name, 0, 0.0, 0.0)
-        for after in range(LEAST_AFTER, n - LEAST_AFTER + 1):
+        for after in range(LEAST_BEFORE, n - LEAST_AFTER + 1):
             late = np.where((index >= after)[:, None, None], columns, 0.0)
             own = late[there].reshape(len(flat), -1)
             clean = unfitted(own)
