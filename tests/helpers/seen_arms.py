@@ -56,7 +56,7 @@ def rests(over, count=40, zeros=(0.0, 0.0), noise_px=0.0, phase=0.0, seed=0, mov
     return RestSights(Standing(e, sides, np.zeros(q.shape)), {"A": pixels}, {"A": sigma})
 
 
-def model(over, known=None, described=ARM, seed=0):
-    camera = over.calibrated(np.random.default_rng(seed), 100.0).camera
+def model(over, known=None, described=ARM, seed=0, bar=100.0):
+    camera = over.calibrated(np.random.default_rng(seed), bar).camera
     known = known or MeasuredByHand(over.height, 0, 0.3)
     return ArmModel(described, {"A": CameraPrior.of(camera)}, known)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import seen_arms
 
-from laptop.identification.arm_model import ArmModel, CameraPrior, Standing
+from laptop.identification.arm_model import ArmModel, CameraPrior, Standing, running_on
 from laptop.identification.emulated_table import camera_over
 from laptop.measuring.emulated_rig import marker_point
 
@@ -85,3 +85,19 @@ def test_a_cameras_standard_normal_numbers_have_its_covariance():
     )
     assert prior.root @ prior.root.T == pytest.approx(covariance)
     assert prior.model(np.zeros(14)).covariance == pytest.approx(covariance)
+
+
+def test_a_link_has_no_less_play_than_none_and_all_else_is_free():
+    model = ArmModel(seen_arms.ARM, {"A": CAMERA})
+    least = model.mean + model.spread * model.least()
+    for name, value in zip(model.names, least, strict=True):
+        assert value == pytest.approx(0.0) if name.endswith("backlash") else value == -np.inf
+
+
+def test_a_link_runs_on_where_its_motor_mostly_goes_back():
+    back = np.radians([[0.9, 0.0], [0.9, 0.9], [0.1, 0.0], [0.5, 0.3]])
+    stood = Standing(np.zeros((4, 2)), np.ones((4, 2)), back)
+    assert running_on(seen_arms.ARM, stood) == (True, False)
+    model = ArmModel(seen_arms.ARM, {"A": CAMERA}, run_on=(True, False))
+    spreads = np.degrees([model.spread[model.index(f"{j}.lag")] for j in ("shoulder", "elbow")])
+    assert spreads == pytest.approx([0.2, 0.06])
