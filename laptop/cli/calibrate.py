@@ -49,7 +49,7 @@ LOOK_S = 1.0
     "--height",
     type=FiniteRange(0, 200),
     metavar="MM",
-    help="Of the marker over the table, by a ruler.",
+    help="Of the marker over the table, in space of the shoulder's axis, by a ruler.",
 )
 @click.option(
     "--touch",

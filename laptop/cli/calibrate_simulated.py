@@ -55,8 +55,10 @@ def by_formula(
     Raises:
         ArmError: a text is wrong, or the board is not seen.
     """
-    height = USUAL_HEIGHT if known.height is None else known.height
-    camera = camera_over(560.0, (-8.0, 0.0), 44.0, math.radians(20), 1.0, 0.1)
+    height, distance = USUAL_HEIGHT if known.height is None else known.height, 44.0
+    if built.chain == "spatial":  # the tip is the marker, and high
+        height, distance = 0.0, 90.0
+    camera = camera_over(560.0, (-8.0, 0.0), distance, math.radians(20), 1.0, 0.1)
     turn = -math.pi / 2 * (known.square or 0)
     table = EmulatedTable(built, camera, turn=turn, height=height)
     luck = luck_of(seed)

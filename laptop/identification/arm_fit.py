@@ -36,7 +36,7 @@ PASSES = 3
 """So often the noise is seen through the arm anew."""
 PLACING = 0.03
 """Error with which a hand sets a pen on a cross, cm."""
-LEAST_PIXEL = 0.05
+LEAST_PIXEL = 0.1
 """Error of a marker's place that is always reckoned with, px."""
 WORST_START = 8.0
 """Root mean square, px, of the first guess above which no motion explains what is seen."""
@@ -276,6 +276,9 @@ def _first_in_space(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.nd
         if rms < least:
             state = start.copy()
             state[place] = found.x
+            # A turn more is the same place, and far from what is known of it.
+            middle = model.mean[place[0]]
+            state[place[0]] = middle + math.remainder(found.x[0] - middle, 2 * math.pi)
             best, least = state, rms
     assert best is not None
     return model, best, least

@@ -109,7 +109,8 @@ class CameraPrior:
 class MeasuredByHand:
     """What somebody has measured beside the camera.
 
-    height       of the marker over the table, cm; None: not measured
+    height       of the marker over the table, in space of the shoulder's axis, cm; None: not
+                 measured
     square       the board's edge lies along the arm's x, turned by so many quarters; None: not
     offset_sigma of the marker_offset in the arm's file, cm
     """
@@ -165,14 +166,14 @@ class ArmModel:
         joints, known = self.arm.joints, self.known
         rows = []
         for k, joint in enumerate(joints):
-            base = self.spatial and k == 0
+            link, link_spread = joint.link, LINK_SPREAD * joint.link
+            if self.spatial and k == 0:  # that one is a height
+                link_spread = BASE_HEIGHT_SPREAD
+                if known.height is not None:
+                    link, link_spread = known.height, GIVEN_HEIGHT_SPREAD
             lag_spread = RUN_ON_LAG if self.run_on and self.run_on[k] else LAG[1]
             rows += [
-                (
-                    f"{joint.name}.link",
-                    joint.link,
-                    BASE_HEIGHT_SPREAD if base else LINK_SPREAD * joint.link,
-                ),
+                (f"{joint.name}.link", link, link_spread),
                 (f"{joint.name}.zero", 0.0, ZERO_SPREAD),
                 (f"{joint.name}.backlash", joint.backlash, BACKLASH_SPREAD),
                 (f"{joint.name}.gear", 1.0, GEAR_SPREAD),

@@ -14,7 +14,7 @@ from pathlib import Path
 from laptop.calibration.arm_file import write_values
 from laptop.identification.arm_fit import ArmFit, BadIdentification
 
-LINK_LIMIT = 0.02
+LINK_LIMIT = 0.01
 """Standard uncertainties up to which a number is worth being written: of a link, a share, ..."""
 ANGLE_LIMIT = math.radians(0.8)
 """... of a zero and a backlash, rad, ..."""
@@ -54,6 +54,8 @@ def measured(fit: ArmFit) -> list[Measured]:
     """Return what a fit says of an arm, number by number."""
     model, found = fit.model, []
     last = model.arm.joints[-1]
+    confused = "by sight it cannot be told from the marker's place on the link"
+    confused += "" if model.spatial else ": touch crosses"
     for k, joint in enumerate(model.arm.joints):
         base = model.spatial and k == 0
 
@@ -63,14 +65,17 @@ def measured(fit: ArmFit) -> list[Measured]:
 
         link, sigma = told("link")
         why = ""
-        if not _learnt(fit, f"{joint.name}.link") or sigma > LINK_LIMIT * joint.link:
+        by_ruler = base and model.known.height is not None
+        learnt = by_ruler or _learnt(fit, f"{joint.name}.link")
+        if not learnt or sigma > LINK_LIMIT * joint.link:
             why = "too few poses tell it"
             if model.known.height is None:
-                why = "it hangs on the marker's height: measure that, --height"
+                what = "base's" if model.spatial else "marker's"
+                why = f"it hangs on the {what} height: measure that, --height"
             if not _scaled(fit):
                 why = "no board gives the scale"
             if joint is last and _scaled(fit):
-                why = "by sight it cannot be told from the marker's place on it: touch crosses"
+                why = confused
         found.append(
             Measured(
                 joint.name, "link", f"{joint.name}: {'height' if base else 'link'}", "cm",
@@ -84,7 +89,7 @@ def measured(fit: ArmFit) -> list[Measured]:
         if k == 0 and model.known.square is None:
             why = "no camera sees it: lay the board's edge along the arm's x, --board-square"
         elif not _learnt(fit, f"{joint.name}.zero") or sigma > ANGLE_LIMIT:
-            why = "by sight it cannot be told from the marker's place on the link: touch crosses"
+            why = confused
         found.append(
             Measured(
                 joint.name, "home", f"{joint.name}: home (its zero)", "deg",
@@ -120,7 +125,9 @@ def _of_marker(fit: ArmFit) -> list[Measured]:
     text = " ".join(_number(value, 0.01) for value in offset)
     names = ("marker.along", "marker.aside")
     known = all(_learnt(fit, name) and fit.sigma(name) <= OFFSET_LIMIT for name in names)
-    why = "" if known else "touch crosses with the pen"
+    why = "touch crosses with the pen"
+    if known or fit.model.spatial:
+        why = "" if known else "by sight it cannot be told from the last link"
     for k, (name, where) in enumerate(zip(names, ("beyond the pen", "left of it"), strict=True)):
         rows.append(
             Measured(

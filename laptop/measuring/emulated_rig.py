@@ -31,7 +31,7 @@ from laptop.vision.tracker import Tracker
 from shared.arm_description import Arm
 from shared.job import Job
 from shared.job_log import read_log
-from shared.messages import EFFECTOR
+from shared.messages import EFFECTOR, LEAST_CONFIDENCE
 
 TIMEOUT = 24 * 3600.0
 """A job may take so long, s of the brick's time."""
@@ -175,7 +175,8 @@ class RenderedRig(EmulatedRig):
                 continue
             frame = camera.capture(index)
             times_seen[index] = frame.t
-            if found := tracker.find(frame.image, frame.t).get(EFFECTOR):
+            found = tracker.find(frame.image, frame.t).get(EFFECTOR)
+            if found and found.confidence >= LEAST_CONFIDENCE:
                 pixels[index] = found.u, found.v
         return Sights(times_seen, pixels)
 

@@ -134,6 +134,26 @@ def test_rendered_pictures_tell_the_same(run, tmp_path):
 
 
 @pytest.mark.long
+def test_an_arm_in_space_is_measured_too(run, tmp_path):
+    built = tmp_path / "built.ini"
+    text = Path(find_arm("spatial")).read_text()
+    built.write_text(text.replace("link = 11.3", "link = 11.6"))
+    result = run(
+        "--simulate", "--arm", "spatial", "--built", str(built), "--bar", "100",
+        "--height", "120", "--board-square", "0", "--plant", "cpu=0,backlash=1.2,spread=0",
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    base, shoulder, elbow = read_arm(tmp_path / "out" / "spatial.ini").joints
+    assert base.link == pytest.approx(12.0, abs=0.1)
+    assert shoulder.link == pytest.approx(11.6, abs=0.08)
+    assert elbow.link == 9.5, "unknown"
+    assert math.degrees(shoulder.home) == pytest.approx(45, abs=0.4)
+    for joint in (base, shoulder, elbow):
+        assert math.degrees(joint.backlash) == pytest.approx(1.2, abs=0.5)
+    assert "base: tilt about x             0.000     " in result.output
+
+
+@pytest.mark.long
 def test_a_dry_run_tells_and_changes_no_arm(run, tmp_path):
     result = run("--simulate", "--plant", "cpu=0", "--dry-run", "--seconds", "60")
     assert result.exit_code == 0, result.output

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 import seen_arms
 
-from laptop.identification.arm_model import ArmModel, CameraPrior, Standing, running_on
+from laptop.identification.arm_model import (
+    ArmModel,
+    CameraPrior,
+    MeasuredByHand,
+    Standing,
+    running_on,
+)
 from laptop.identification.emulated_table import camera_over
 from laptop.measuring.emulated_rig import marker_point
 
@@ -101,3 +107,11 @@ def test_a_link_runs_on_where_its_motor_mostly_goes_back():
     model = ArmModel(seen_arms.ARM, {"A": CAMERA}, run_on=(True, False))
     spreads = np.degrees([model.spread[model.index(f"{j}.lag")] for j in ("shoulder", "elbow")])
     assert spreads == pytest.approx([0.2, 0.06])
+
+
+def test_in_space_the_height_that_a_ruler_has_is_the_shoulders():
+    given = ArmModel(seen_arms.SPATIAL, {"A": CAMERA}, MeasuredByHand(height=12.4))
+    k = given.index("base.link")
+    assert (given.mean[k], given.spread[k]) == (12.4, 0.05)
+    free = ArmModel(seen_arms.SPATIAL, {"A": CAMERA})
+    assert (free.mean[k], free.spread[k]) == (12.0, 1.0)
