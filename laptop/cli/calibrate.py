@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from laptop.identification.measured_numbers import Measured
     from laptop.measuring.live_rig import LiveRig
 
+SYNTHETIC = "synthetic"
+"""The source before which an emulated brick works, both in real time."""
+SCENE = "board=a4,board_x=12,goal=none,fps=12"
+"""Before what is written for a scene."""
 LOOK_S = 1.0
 """The marker is looked at so long while the pen stands on a cross, s."""
 
@@ -132,6 +136,7 @@ def calibrate(
         text = plant or "cpu=1"
         text += "" if "seed=" in text else f",seed={seed or 0}"
         check_room(out)
+        unreal = simulate or SYNTHETIC in sources
 
         def finish(setup: CalibrationSetup) -> None:
             for line in _board(setup.camera):
@@ -148,7 +153,7 @@ def calibrate(
             rows = numbers.measured(result.fit)
             for line in _table(rows):
                 click.echo(line)
-            what: dict[str, Any] = {"simulated": simulate, "arm_numbers": numbers_of(arm)}
+            what: dict[str, Any] = {"simulated": unreal, "arm_numbers": numbers_of(arm)}
             if simulate:
                 what |= {"plant": text, "built_numbers": built and numbers_of(truth)}
             write_files(out, calibration_files(result, rows, setup.camera, what))
@@ -156,11 +161,11 @@ def calibrate(
             if dry_run:
                 click.echo("the arm's file was left as it is, as wished")
                 return
-            own = out / f"{arm.name}.ini" if simulate else None
+            own = out / f"{arm.name}.ini" if unreal else None
             file = numbers.write_measured(result.fit, rows, date.today(), own)
             old = Path(f"{file}{BACKUP}")
             click.echo(f"written: {file}" + (f"; the old one is {old}" if old.exists() else ""))
-            if not simulate and any(row.key == "home" and not row.why for row in rows):
+            if not unreal and any(row.key == "home" and not row.why for row in rows):
                 click.echo(
                     "the arm stands where its home pose was; so that the brick takes over its "
                     "zero, leave it there and type: driver.py home --here"
@@ -175,7 +180,10 @@ def calibrate(
             else:
                 finish(rendered(arm, truth, text, seed or 0, bar, crosses, scene))
             return
-        with live_rig(sources, arm_file, effector=effector, call=call and not crosses) as rig:
+        pictures = f"{SCENE},{scene or ''}" if unreal else ""
+        port = 0 if unreal else None  # any will do for an emulated brick
+        calls = call and not crosses
+        with live_rig(sources, arm_file, pictures, effector, port=port, call=calls) as rig:
             found, check = _calibrated(rig, camera_file, bar)
             finish(CalibrationSetup(rig, found, _touched(rig, crosses), check))
 
@@ -185,6 +193,8 @@ def _check_words(sources: tuple[str, ...], simulate: bool, emulated: dict[str, A
     given = [f"--{word}" for word, value in emulated.items() if value is not None]
     if simulate and sources:
         raise click.UsageError(f"--simulate has a camera of its own: leave {sources[0]} out")
+    if SYNTHETIC in sources and given == ["--scene"]:
+        return
     if not simulate and given:
         raise click.UsageError(f"{given[0]} is of what is emulated: give --simulate, too")
     if not simulate and not sources:
