@@ -51,6 +51,7 @@ RULES = {
     ),
     "laptop.identification": (
         *("laptop.identification", "laptop.calibration", "laptop.measuring", "laptop.vision"),
+        "laptop.simulator.scene",
         *("robot.motion.gravity", "robot.motion.kinematics", "shared", "numpy", "scipy", "cv2"),
     ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", "markupsafe", *LIBRARIES),

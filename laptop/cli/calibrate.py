@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 SYNTHETIC = "synthetic"
 """The source before which an emulated brick works, both in real time."""
-SCENE = "board=a4,board_x=12,goal=none,fps=12"
-"""Before what is written for a scene."""
 LOOK_S = 1.0
 """The marker is looked at so long while the pen stands on a cross, s."""
 
@@ -125,6 +123,7 @@ def calibrate(
             identify,
         )
         from laptop.identification.calibration_record import calibration_files
+        from laptop.identification.emulated_setups import SCENE, by_formula, rendered
 
     with in_one_line():
         emulated = {"plant": plant, "built": built, "scene": scene, "seed": seed}
@@ -172,8 +171,6 @@ def calibrate(
                 )
 
         if simulate:
-            from laptop.cli.calibrate_simulated import by_formula, rendered
-
             truth = read_arm(find_arm(built)) if built else arm
             if scene is None:
                 finish(by_formula(arm, truth, text, seed or 0, bar, crosses, known))

@@ -10,8 +10,8 @@ import pytest
 import spoilt_rigs
 from click.testing import CliRunner
 
-from laptop.cli import calibrate_simulated
 from laptop.cli.main import laptop
+from laptop.identification import emulated_setups
 from laptop.lab_report.measured_runs import read_measured
 from shared.arm_description import find_arm, read_arm
 
@@ -228,7 +228,7 @@ def test_a_print_of_a_wrong_size_is_told_and_its_bar_measured_mends_it(run, tmp_
 def test_an_arm_that_does_not_fit_is_told_and_no_file_is_touched(
     run, tmp_path, monkeypatch, wrong, told
 ):
-    monkeypatch.setattr(calibrate_simulated, "EmulatedRig", spoilt_rigs.spoilt_rig(**wrong))
+    monkeypatch.setattr(emulated_setups, "EmulatedRig", spoilt_rigs.spoilt_rig(**wrong))
     mine = Path(shutil.copyfile(find_arm("planar"), tmp_path / "mine.ini"))
     before = mine.read_bytes()
     said = refused(run("--simulate", "--arm", str(mine), "--plant", "cpu=0"), tmp_path)

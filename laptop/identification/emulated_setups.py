@@ -1,4 +1,4 @@
-"""`calibrate --simulate`: an emulated arm before a camera by its formula, or rendered pictures."""
+"""An emulated arm before a camera by its formula, or one whose pictures are rendered."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 
 from laptop.calibration.camera_fit import calibrate
 from laptop.calibration.camera_report import shift_since
-from laptop.cli.calibrate import SCENE
 from laptop.identification.arm_fit import PLACING, BadIdentification, TouchSight
 from laptop.identification.arm_model import USUAL_HEIGHT, MeasuredByHand
 from laptop.identification.calibrating import CalibrationSetup, check_sharp, seen_board
@@ -34,6 +33,8 @@ from robot.motion import kinematics
 from shared.arm_description import Arm
 from shared.messages import EFFECTOR
 
+SCENE = "board=a4,board_x=12,goal=none,fps=12"
+"""Before what is written for a scene."""
 ASIDE = (2.4, 1.2)
 """Joints of a planar arm that leaves the board free, rad."""
 LOOKS = 6
