@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -77,6 +78,12 @@ LOOK_S = 1.0
 )
 @click.option("--dry-run", is_flag=True, help="Measure and tell, write nothing.")
 @click.option("--call", is_flag=True, help="Start the brick's program over ssh.")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    metavar="P",
+    help="For the brick's link, 0 for any, as for track.",
+)
 @click.option("--effector", metavar="SPEC", help="The marker on the arm, as for track.")
 @click.option("--simulate", is_flag=True, help="An emulated arm before an emulated camera.")
 @click.option("--plant", metavar="KEY=VALUE,...", help="Of the emulated arm, as for simulate.")
@@ -99,6 +106,7 @@ def calibrate(
     out: Path,
     dry_run: bool,
     call: bool,
+    port: int | None,
     effector: str | None,
     simulate: bool,
     plant: str | None,
@@ -127,7 +135,8 @@ def calibrate(
 
     with in_one_line():
         emulated = {"plant": plant, "built": built, "scene": scene, "seed": seed}
-        _check_words(sources, simulate, emulated)
+        real = {"camera": camera_file, "effector": effector, "call": call or None, "port": port}
+        _check_words(sources, simulate, emulated, real)
         arm = read_arm(find_arm(arm_file))
         square = None if board_square is None else int(board_square) // 90
         crosses = _crosses(touch, arm)
@@ -178,15 +187,21 @@ def calibrate(
                 finish(rendered(arm, truth, text, seed or 0, bar, crosses, scene))
             return
         pictures = f"{SCENE},{scene or ''}" if unreal else ""
-        port = 0 if unreal else None  # any will do for an emulated brick
+        if unreal and port is None:
+            port = 0  # an emulated brick is told which
         calls = call and not crosses
         with live_rig(sources, arm_file, pictures, effector, port=port, call=calls) as rig:
             found, check = _calibrated(rig, camera_file, bar)
             finish(CalibrationSetup(rig, found, _touched(rig, crosses), check))
 
 
-def _check_words(sources: tuple[str, ...], simulate: bool, emulated: dict[str, Any]) -> None:
+def _check_words(
+    sources: tuple[str, ...], simulate: bool, emulated: dict[str, Any], real: dict[str, Any]
+) -> None:
     """Refuse words that do not go together."""
+    unheard = [f"--{word}" for word, value in real.items() if value is not None]
+    if simulate and unheard:
+        raise click.UsageError(f"{unheard[0]} is of what is real: leave it out with --simulate")
     given = [f"--{word}" for word, value in emulated.items() if value is not None]
     if simulate and sources:
         raise click.UsageError(f"--simulate has a camera of its own: leave {sources[0]} out")
@@ -233,7 +248,9 @@ def _table(rows: list[Measured]) -> list[str]:
     return lines
 
 
-def _calibrated(rig: LiveRig, camera_file: Path | None, bar: float | None):  # type: ignore[no-untyped-def]
+def _calibrated(
+    rig: LiveRig, camera_file: Path | None, bar: float | None
+) -> tuple[Calibration, Callable[[], None]]:
     """Return the camera, and what raises if it or the board has moved by the end."""
     from laptop.calibration.camera_file import read_camera
     from laptop.calibration.camera_fit import calibrate as fit_camera

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from laptop.calibration.arm_file import write_values
 from laptop.identification.arm_fit import ArmFit, BadIdentification
+from shared.arm_description import Joint
 
 LINK_LIMIT = 0.01
 """Standard uncertainties up to which a number is worth being written: of a link, a share, ..."""
@@ -59,7 +60,7 @@ def measured(fit: ArmFit) -> list[Measured]:
     for k, joint in enumerate(model.arm.joints):
         base = model.spatial and k == 0
 
-        def told(key: str, joint=joint) -> tuple[float, float]:  # type: ignore[no-untyped-def]
+        def told(key: str, joint: Joint = joint) -> tuple[float, float]:
             name = f"{joint.name}.{key}"
             return fit.value(name), fit.sigma(name)
 

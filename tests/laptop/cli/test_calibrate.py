@@ -45,6 +45,8 @@ def refused(result, tmp_path):
         (("0", "--simulate"), "--simulate has a camera of its own: leave 0 out"),
         (("0", "--seed", "3"), "--seed is of what is emulated: give --simulate, too"),
         (("0", "--scene", ""), "--scene is of what is emulated: give --simulate, too"),
+        (("--simulate", "--effector", "red"), "--effector is of what is real: leave it out with"),
+        (("--simulate", "--call"), "--call is of what is real: leave it out with --simulate"),
         (("--simulate", "--touch", "1,2"), "3 different crosses are the least, 6 are better"),
         (("--simulate", "--touch", "1,2,12"), "the crosses have numbers from 1 to 9, like 1,3,7,9"),
         (("--simulate", "--touch", "1,2,3", "--arm", "spatial"), "is for an arm in the plane"),

@@ -59,7 +59,8 @@ def test_the_file_gets_the_numbers_with_their_uncertainties_and_the_old_one_is_k
     sigma = fit.sigma("shoulder.link")
     assert f"; +- {sigma:.2g} cm, seen by a camera 2026-11-25; from the shoulder's" in lines[1]
     assert lines[0].startswith("marker_offset = 0.")
-    assert lines[0].count("+- ") == 1
+    sigmas = [f"{fit.sigma(f'marker.{key}'):.2g}" for key in ("along", "aside")]
+    assert f"; +- {' '.join(sigmas)} cm, seen by a camera 2026-11-25" in lines[0]
     mine.write_text(before)
 
 
