@@ -50,7 +50,7 @@ LOOK_S = 1.0
 )
 @click.option(
     "--height",
-    type=FiniteRange(0, 200),
+    type=FiniteRange(0, 500),
     metavar="MM",
     help="Of the marker over the table, in space of the shoulder's axis, by a ruler.",
 )

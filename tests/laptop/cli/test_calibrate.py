@@ -6,13 +6,22 @@ import math
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 import spoilt_rigs
+from click import ClickException, UsageError
 from click.testing import CliRunner
 
+from laptop.calibration.camera_file import write_camera
+from laptop.cli import calibrate
 from laptop.cli.main import laptop
 from laptop.identification import emulated_setups
+from laptop.identification.arm_fit import BadIdentification
 from laptop.lab_report.measured_runs import read_measured
+from laptop.measuring.measured_run import Sights
+from laptop.simulator.scene.optics import to_srgb
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
 from shared.arm_description import find_arm, read_arm
 
 
@@ -237,3 +246,69 @@ def test_an_arm_that_does_not_fit_is_told_and_no_file_is_touched(
     assert told in said
     assert mine.read_bytes() == before
     assert not Path(f"{mine}.bak").exists()
+
+
+# Before real cameras
+
+
+class FakeRig:
+    """Pictures that stand still, instead of a live rig's."""
+
+    def __init__(self, image):
+        self._image = image
+
+    def image(self):
+        return self._image
+
+    def look(self, seconds):
+        pixels = np.array([(200.0, 150.0)] * 8)
+        return {"A": Sights(np.arange(8.0), pixels)}
+
+
+@pytest.fixture(scope="module")
+def picture():
+    scene = Scene(read_arm(find_arm("planar")), read_scene(emulated_setups.SCENE))
+    return np.round(to_srgb(scene.image((2.4, 1.2)))).astype(np.uint8)
+
+
+def test_a_camera_that_moved_is_noticed_by_the_board_in_the_end(picture):
+    rig = FakeRig(picture)
+    found, check = calibrate._calibrated(rig, None, 98.0)
+    assert found.bar == 98.0
+    check()
+    rig._image = spoilt_rigs.pushed(picture, 4)
+    with pytest.raises(ClickException, match=r"has moved since by 4\.0 px.*nothing was written"):
+        check()
+    rig._image = spoilt_rigs.smeared(picture)
+    with pytest.raises(BadIdentification, match="the picture is blurred"):
+        check()
+
+
+def test_a_camera_file_is_believed_only_where_the_camera_still_is(picture, tmp_path):
+    rig, file = FakeRig(picture), tmp_path / "camera.json"
+    found, _ = calibrate._calibrated(rig, None, 98.0)
+    write_camera(file, found)
+    again, _ = calibrate._calibrated(rig, file, None)
+    assert again.bar == 98.0
+    assert again.camera.position == pytest.approx(found.camera.position)
+    with pytest.raises(UsageError, match="--bar is that of .*camera.json: leave it out here"):
+        calibrate._calibrated(rig, file, 100.0)
+    rig._image = spoilt_rigs.pushed(picture, 10)
+    with pytest.raises(ClickException, match=r"has moved since by 10\.0 px"):
+        calibrate._calibrated(rig, file, None)
+
+
+def test_whoever_touches_is_asked_for_each_cross(monkeypatch):
+    asked = []
+    monkeypatch.setattr(calibrate.click, "pause", asked.append)
+    monkeypatch.setattr(
+        calibrate.sys, "stdin", type("Terminal", (), {"isatty": lambda self: True})()
+    )
+    touches = calibrate._touched(FakeRig(None), [(1.0, 2.0), (3.0, -4.0)])
+    assert asked[1] == "set the pen on the cross at 3, -4 cm, hands off, and press a key"
+    assert [touch.pixel for touch in touches] == [(200.0, 150.0)] * 2
+
+
+def test_where_nobody_can_answer_nothing_is_asked():
+    with pytest.raises(ClickException, match="there is no terminal to answer at"):
+        calibrate._touched(FakeRig(None), [(1.0, 2.0)])
