@@ -58,7 +58,8 @@ def distance_accuracy(
     AD is how far the mean distance is from the commanded one, RD three standard deviations of it.
 
     Args:
-        one, other: (..., cycles, d), cm, of the same cycles.
+        one: attained positions of a pose, (..., cycles, d), cm.
+        other: of another one in the same cycles.
         commanded: cm.
     """
     distances = np.linalg.norm(one - other, axis=-1)

@@ -137,7 +137,7 @@ def measure(
     parts = plan.parts()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "accuracy.job"
-        headers = [plan.write_job(file, name, ways) for name, ways in parts.items()]  # all first
+        seconds = plan.seconds()  # before anything moves: all of it can be had
         for number, (name, ways) in enumerate(parts.items(), 1):
             tell(name, number, len(parts))
             plan.write_job(file, name, ways)
@@ -176,7 +176,7 @@ def measure(
         is_fitted,
         sigma,
         (_axis_mm([p for way, p in of_ways if way.what == "path"]), _axis_mm([fitted_at])),
-        sum(header.seconds for header in headers),
+        seconds,
     )
 
 
@@ -252,9 +252,7 @@ def _of_pose(
     )
 
 
-def _of_path(
-    plan: AccuracyPlan, name: str, way: PlannedWay, cycles: Sequence[Places]
-) -> Attained:
+def _of_path(plan: AccuracyPlan, name: str, way: PlannedWay, cycles: Sequence[Places]) -> Attained:
     kind = list(plan.paths)[way.number]
     path, planes = plan.paths[kind], PLANES[kind]
     found: list[Crossings] = [crossings(path, planes, *one) for one in cycles]
@@ -283,8 +281,8 @@ def _check_seen(name: str, seen: int, cycles: int) -> None:
     if seen < least:
         raise HiddenMarker(
             f"{name}: the marker was seen in {seen} of {cycles} cycles; the camera must see all of "
-            "the test's cube, and nothing may hide the marker: look at its picture, or give another "
-            "--at or --size"
+            "the test's cube, and nothing may hide the marker: look at its picture, or give --at "
+            "or --side"
         )
 
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from laptop.accuracy.crossings import CirclePath, StraightPath, CommandedPath
+from laptop.accuracy.crossings import CirclePath, CommandedPath, StraightPath
 from laptop.drawing import reach
 from robot.motion import kinematics, trajectory
 from shared import job
@@ -104,7 +104,7 @@ class AccuracyPlan:
 
     @property
     def sides(self) -> np.ndarray:
-        """Sides of the poses' plane along its axes, (2,), cm: in space it is the cube's diagonal's."""
+        """Sides of the poses' plane along its axes, (2,), cm; in space one is a diagonal."""
         long = math.sqrt(2) if len(self.centre) == 3 else 1.0
         return self.side * np.array([long, 1.0])
 
@@ -165,31 +165,52 @@ class AccuracyPlan:
                 way = np.array([end - begin * direction, end])
                 yield PlannedWay("direction", number, pose, 1.0, way)
 
-    def write_job(self, file: Path, name: str, strokes: list[PlannedWay]) -> job.JobHeader:
+    def seconds(self) -> float:
+        """Return how long the arm is at it, about, s.
+
+        Raises:
+            kinematics.Unreachable: a way of it cannot be had.
+        """
+        return sum(self._planned(ways)[1] for ways in self.parts().values())
+
+    def write_job(self, file: Path, name: str, ways: Sequence[PlannedWay]) -> job.JobHeader:
         """Write the job of a part.
 
         Raises:
             kinematics.Unreachable: a way of it cannot be had.
             job.BadJob, OSError: it cannot be written.
         """
-        lines, t, planned = [], 0.0, {}
-        rest = PATH_REST if strokes[0].what == "path" else POSE_REST
-        for stroke in strokes:
-            key = (stroke.way.tobytes(), stroke.share)
-            if key not in planned:  # each is done many times
-                speed = stroke.share * self.arm.speed
-                way = [tuple(p) for p in stroke.way.tolist()]
-                planned[key] = trajectory.plan(self.arm, [way], speed, self.elbow)
-            motions = planned[key]
-            cm = float(np.linalg.norm(np.diff(stroke.way, axis=0), axis=1).sum())
-            pieces = [motion.numbers() for motion in motions]
-            lines.append(job.Stroke("", round(cm, 3), round(t, 2), pieces))
-            t += sum(motion.duration for motion in motions) + rest + SETTLES
+        strokes, seconds = self._planned(ways)
         header: job.JobHeader = job.header_of(
-            self.arm, f"accuracy: {name}", self.arm.speed, lines, 0.0, round(t, 1), LOG, rest
+            *(self.arm, f"accuracy: {name}", self.arm.speed, strokes, 0.0, round(seconds, 1)),
+            *(LOG, rest_of(ways)),
         )
-        job.write_job(str(file), header, lines)
+        job.write_job(str(file), header, strokes)
         return header
+
+    def _planned(self, ways: Sequence[PlannedWay]) -> tuple[list[job.Stroke], float]:
+        """Return the strokes of a job and how long it takes, about, s."""
+        strokes, t = [], 0.0
+        planned: dict[tuple[bytes, float], tuple[list[tuple], float, float]] = {}
+        for way in ways:
+            key = (way.way.tobytes(), way.share)
+            if key not in planned:  # each is done many times
+                points = [tuple(p) for p in way.way.tolist()]
+                motions = trajectory.plan(
+                    self.arm, [points], way.share * self.arm.speed, self.elbow
+                )
+                cm = float(np.linalg.norm(np.diff(way.way, axis=0), axis=1).sum())
+                took = sum(motion.duration for motion in motions)
+                planned[key] = [motion.numbers() for motion in motions], round(cm, 3), took
+            pieces, cm, took = planned[key]
+            strokes.append(job.Stroke("", cm, round(t, 2), pieces))
+            t += took + rest_of(ways) + SETTLES
+        return strokes, t
+
+
+def rest_of(ways: Sequence[PlannedWay]) -> float:
+    """Return how long the arm stands after each way of a part, s."""
+    return PATH_REST if ways[0].what == "path" else POSE_REST
 
 
 def plan_accuracy(
@@ -226,17 +247,15 @@ def plan_accuracy(
         wanted = f" of {side:g} cm" if side else ""
         raise BadAccuracyPlan(
             f"the arm {arm.name} has no room for a test {what}{wanted} {where}: its largest there "
-            f"is {found:.1f} cm; {'give another --at' if centre is not None else 'give a smaller --size'}"
+            f"is {found:.1f} cm; give {'another --at' if centre is not None else 'a smaller --side'}"
         )
     return AccuracyPlan(
         arm, elbow, side or max(SIZES[0], ROUNDED * math.floor(found / ROUNDED)), middle, cycles
     )
 
 
-def _room(
-    arm: Arm, d: int, centre: tuple[float, ...] | None
-) -> tuple[float, str, np.ndarray]:
-    """Return (side, posture, centre) of the largest cube, ahead of the arm or at the place given."""
+def _room(arm: Arm, d: int, centre: tuple[float, ...] | None) -> tuple[float, str, np.ndarray]:
+    """Return (side, posture, centre) of the largest cube, ahead of the arm or where it is given."""
     _, outer = kinematics.reach(arm)
     steps = np.arange(CENTRES, outer, CENTRES)
     if centre is not None:

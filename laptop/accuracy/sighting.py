@@ -55,7 +55,7 @@ class Places(NamedTuple):
 
 
 class SeenMarker(NamedTuple):
-    """Where the marker was on the board, Places, and the joints by their encoders, rad, (n, joints)."""
+    """Places of the marker on the board, and the joints by their encoders, rad, (n, joints)."""
 
     places: Places
     q: np.ndarray
@@ -155,9 +155,7 @@ class Sighting:
             found.append(SeenMarker(self._places(pixels, spread), q))
         return found
 
-    def _places(
-        self, pixels: Mapping[str, np.ndarray], sigma: Mapping[str, np.ndarray]
-    ) -> Places:
+    def _places(self, pixels: Mapping[str, np.ndarray], sigma: Mapping[str, np.ndarray]) -> Places:
         """Return the marker's places on the board from pixels (n, 2) and their sigma (n,)."""
         cameras, pixels = dict(self.cameras), dict(pixels)
         points = self._marker(cameras, pixels)
@@ -216,12 +214,15 @@ class Sighting:
         good = np.isfinite(seen.places.points).all(axis=1)
         there = (commanded + self.offsets(seen.q))[good, :2]
         here = seen.places.points[good, :2]
-        a, b = there - there.mean(axis=0), here - here.mean(axis=0)
-        turn = float(
-            np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
-        )
-        x, y = here.mean(axis=0) - turning(turn, 2) @ there.mean(axis=0)
-        return ArmOnBoard(turn, (float(x), float(y)))
+        return nearest_stand(here, there)
+
+
+def nearest_stand(here: np.ndarray, there: np.ndarray) -> ArmOnBoard:
+    """Return the stand by which points of the board (n, 2) come nearest to those of the arm."""
+    a, b = there - there.mean(axis=0), here - here.mean(axis=0)
+    turn = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
+    x, y = here.mean(axis=0) - turning(turn, 2) @ there.mean(axis=0)
+    return ArmOnBoard(turn, (float(x), float(y)))
 
 
 def absorbed(places: Places, poses: Places) -> Places:

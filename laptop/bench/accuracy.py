@@ -7,23 +7,23 @@ see the arm through the lens that they truly have.  The truth is the emulator's 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from laptop.accuracy import measurement
-from laptop.accuracy.plan import PlannedWay, plan_accuracy
-from laptop.accuracy.sighting import ArmOnBoard, Places, Sighting
+from laptop.accuracy.measurement import AccuracyResult
+from laptop.accuracy.plan import AccuracyPlan, PlannedWay, plan_accuracy
+from laptop.accuracy.sighting import ArmOnBoard, BadSighting, Places, Sighting
+from laptop.accuracy.truth import in_nearest_frame, true_places
 from laptop.bench import workers
 from laptop.bench.camera import draw_lens
 from laptop.bench.camera_renders import Lens, Stand, photograph
 from laptop.calibration.camera_fit import calibrate
-from laptop.calibration.camera_model import CameraModel
 from laptop.measuring.emulated_rig import EmulatedRig
-from laptop.measuring.measured_run import SETTLED, MeasuredRun
+from laptop.measuring.measured_run import MeasuredRun
 from laptop.vision.finders.board import find_board
 from robot.motion import kinematics
 from shared.arm_description import Arm, find_arm, read_arm
@@ -32,14 +32,24 @@ ARMS = ("planar", "geared", "spatial")
 CYCLES = 30
 NOISE = 0.1
 """Of a marker in one picture, px: three times what the tracker's is."""
+FPS = 30.0
+"""Pictures a second, as webcams give them."""
 SHARE = 0.1
 """A criterion is told well if it is off by no more of its true value."""
 DISTANCE = {2: 48.0, 3: 62.0}
 """Of the cameras from the test's cube, by the arm's coordinates, cm."""
 TILTS = {2: ((20.0, 180.0),), 3: ((30.0, 200.0), (50.0, 80.0))}
 """Of the cameras, and whence they look, degrees."""
-SHOWN = ((0.0, 0.0), (35.0, 60.0))
-"""The board is photographed lying, after it was held like this: tilt and turn, degrees."""
+MARKER_HEIGHT = {2: 2.5, 3: 0.0}
+"""Of the marker over the tip, cm."""
+FOCAL = 600.0
+"""Of a camera that stands at just that distance, px; longer ones stand farther off."""
+HELD = ((35.0, 60.0), (0.0, 0.0))
+"""How the board is held for each photograph, tilt and turn, degrees; at last it lies."""
+STEEP = 40.0
+"""A camera that is tilted more sees the board held towards it, degrees."""
+BAR = 100.0
+"""Of the board, measured, mm."""
 
 
 @dataclass(frozen=True)
@@ -87,9 +97,9 @@ class LensCamera:
         return self._stand.pixels(self._lens, on_board)
 
 
-def calibrated(
+def look_at_cube(
     arm: Arm, middle: np.ndarray, seed: int
-) -> tuple[dict[str, LensCamera], dict[str, CameraModel], ArmOnBoard]:
+) -> tuple[dict[str, LensCamera], Sighting, ArmOnBoard]:
     """Draw cameras that look at the test's cube, and calibrate them by the board that lies there.
 
     Returns:
@@ -105,56 +115,65 @@ def calibrated(
     cameras, models = {}, {}
     for number, (tilt, azimuth) in enumerate(TILTS[d]):
         lens = draw_lens(seed + number)
-        stand = Stand.looking(
-            DISTANCE[d] * lens.focal / 600.0,
-            math.radians(tilt),
-            turn + math.radians(azimuth + luck.uniform(-8, 8)),
-            0.0,
-            (0.0, 0.0),
-        )
-        views = []
-        for more, aside in SHOWN[::-1]:
-            held = Stand.looking(
-                DISTANCE[d] * lens.focal / 600.0,
-                math.radians(tilt + more),
+        azimuth += luck.uniform(-8, 8)
+        stands = [
+            Stand.looking(
+                DISTANCE[d] * lens.focal / FOCAL,
+                math.radians(tilt + (more if tilt < STEEP else -more)),
                 turn + math.radians(azimuth + aside),
-                0.2,
+                0.0,
                 (0.0, 0.0),
             )
-            shown = stand if not more else held
-            view = find_board(photograph(lens, shown, seed=[seed, 52, number, len(views)]))
-            assert view is not None, "the camera sees the board by its place"
+            for more, aside in HELD
+        ]
+        views = []
+        for k, stand in enumerate(stands):
+            view = find_board(photograph(lens, stand, seed=[seed, 52, number, k]))
+            if view is None:
+                raise BadSighting(f"seed {seed}: the camera does not see the board; take another")
             views.append(view)
-        name = "AB"[number]
-        cameras[name] = LensCamera(lens, stand, on_board)
-        models[name] = calibrate(views, 100.0).camera
-    return cameras, models, on_board
+        cameras["AB"[number]] = LensCamera(lens, stands[-1], on_board)
+        models["AB"[number]] = calibrate(views, BAR).camera
+    return cameras, Sighting(arm, models, MARKER_HEIGHT[d]), on_board
 
 
-def true_places(
-    record: Sequence[Any], ways: Sequence[PlannedWay], run: MeasuredRun
-) -> Iterator[tuple[PlannedWay, Places]]:
-    """Yield each way with where the tip truly was: at its end at rest, or all along a path.
+def measure_emulated(
+    plan: AccuracyPlan,
+    built: Arm | None = None,
+    plant: str = "",
+    noise: float = NOISE,
+    seed: int = 1000,
+    fit: bool = False,
+    tell: Callable[[str, int, int], None] = lambda part, number, count: None,
+) -> tuple[AccuracyResult, dict[str, float]]:
+    """Do the test by an emulated arm before emulated cameras.
 
     Args:
-        record: MotionSamples of the run.
-        ways: of its job.
-        run: whose rows tell when.
+        plan: of the test.
+        built: the arm as it is; None: as described.
+        plant: text of the plant's constants.
+        noise: of the marker in one picture, px.
+        seed: of all chance.
+        fit: how the arm stands on the board is not known.
+        tell: as for `measurement.measure`.
+
+    Returns:
+        What the cameras tell, and the true criteria by name, mm; of a stand that was fitted the
+        true ones are, too, in the frame that is nearest to the poses.
     """
-    t = np.array([row.t for row in record])
-    tips = np.array([(row.x, row.y) if row.z is None else (row.x, row.y, row.z) for row in record])
-    rests = {row.stroke: row.t for row in run.rows if row.rest}
-    begins: dict[int, float] = {}
-    for row in run.rows:
-        begins.setdefault(row.stroke, row.t)
-    for number, way in enumerate(ways, 1):
-        end = rests[number]
-        if way.what == "path":
-            along = tips[(t >= begins[number]) & (t <= end - run.rest)]
-        else:
-            along = tips[(t > end - SETTLED * run.rest) & (t <= end)].mean(axis=0)[None]
-        n, d = along.shape
-        yield way, Places(along, np.zeros((n, d, d)), np.zeros((n, d, 0)))
+    arm = plan.arm
+    cameras, sighting, on_board = look_at_cube(arm, plan.centre, seed)
+    rig = EmulatedRig(arm, built, plant, cameras, sighting.height, noise, FPS, seed)
+    truth: list[tuple[PlannedWay, Places]] = []
+
+    def keep(ways: list[PlannedWay], run: MeasuredRun) -> None:
+        truth.extend(true_places(rig.last.record, ways, run))
+
+    stand = None if fit else on_board
+    result = measurement.measure(rig, plan, sighting, stand, tell, keep)
+    if fit:
+        truth = in_nearest_frame(truth)
+    return result, measurement.plain(plan, measurement.collect(plan, truth))
 
 
 def run_case(case: AccuracyCase) -> list[AccuracyFigure]:
@@ -163,19 +182,10 @@ def run_case(case: AccuracyCase) -> list[AccuracyFigure]:
     Raises:
         ArmError: the arm has no room for the test, or it failed.
     """
-    arm = read_arm(find_arm(case.arm))
-    plan = plan_accuracy(arm, case.cycles)
-    cameras, models, on_board = calibrated(arm, plan.centre, case.seed)
-    rig = EmulatedRig(arm, None, "cpu=1", cameras, 0.0, case.noise, seed=case.seed)
-    truth: list[tuple[PlannedWay, Places]] = []
-
-    def keep(ways: list[PlannedWay], run: MeasuredRun) -> None:
-        truth.extend(true_places(rig.last.record, ways, run))
-
-    result = measurement.measure(rig, plan, Sighting(arm, models), on_board, after=keep)
-    true = measurement.plain(plan, measurement.collect(plan, truth))
+    plan = plan_accuracy(read_arm(find_arm(case.arm)), case.cycles)
+    result, true = measure_emulated(plan, None, "cpu=1", case.noise, case.seed)
     return [
-        AccuracyFigure(arm.name, one.name, one.mm, one.u_mm, true[one.name])
+        AccuracyFigure(plan.arm.name, one.name, one.mm, one.u_mm, true[one.name])
         for one in result.criteria
     ]
 
@@ -214,5 +224,3 @@ def verdict(figures: Sequence[AccuracyFigure]) -> str:
         f"{near} of {len(figures)} within {100 * SHARE:.0f} % of the truth; "
         f"{within} within two standard uncertainties"
     )
-
-

@@ -8,6 +8,7 @@ import sys
 import click
 
 from laptop import system
+from laptop.cli.accuracy import accuracy
 from laptop.cli.bench import bench
 from laptop.cli.brick import brick
 from laptop.cli.camera import camera
@@ -28,7 +29,7 @@ def laptop() -> None:
     """Everything that runs beside the brick."""
 
 
-for command in (simulate, draw, demo, track, markers, camera, brick, guide, bench):
+for command in (simulate, draw, demo, track, markers, camera, brick, accuracy, guide, bench):
     laptop.add_command(command)
 
 
