@@ -5,6 +5,7 @@ laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.r
 laptop.cli -> laptop.brick -> shared
 laptop.cli, laptop.bench -> laptop.calibration -> laptop.vision
 laptop.cli, laptop.bench -> laptop.measuring -> laptop.tracking, laptop.simulator
+laptop.cli, laptop.bench -> laptop.accuracy -> laptop.measuring, laptop.calibration
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
 laptop.bench, laptop.demo, laptop.guide, laptop.simulator -> robot; all of them -> shared
@@ -43,6 +44,11 @@ RULES = {
         *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.vision"),
         *("robot.motion.kinematics", "shared", "numpy"),
     ),
+    "laptop.accuracy": (
+        *("laptop.accuracy", "laptop.measuring", "laptop.calibration"),
+        *("laptop.drawing.reach", *PURE, "shared", "numpy"),
+    ),
+    "laptop.accuracy.plots": ("laptop.accuracy", "laptop.reporting", "numpy", "matplotlib"),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
     "laptop.page": (
         *("laptop.page", "laptop.drawing", *BELOW_SIMULATOR, "shared"),
@@ -107,6 +113,10 @@ RULES = {
         )
         for name in ("plot", "interruptions")
     },
+    "laptop.bench.accuracy": (
+        *("laptop.bench", "laptop.accuracy", "laptop.calibration", "laptop.measuring"),
+        *("laptop.vision.finders.board", "robot.motion.kinematics", "shared", "numpy"),
+    ),
     "laptop.bench.plot_drawings": ("laptop.drawing.artwork", "numpy"),
     "laptop.bench.page": (
         *("laptop.bench", "laptop.demo", "laptop.simulator", *BELOW_SIMULATOR),

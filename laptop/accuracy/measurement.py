@@ -21,7 +21,7 @@ from laptop.accuracy.plan import (
     AccuracyPlan,
     PlannedWay,
 )
-from laptop.accuracy.sighting import ArmOnBoard, Places, Sighting, absorbed
+from laptop.accuracy.sighting import ArmOnBoard, ArmSighting, Places, absorbed
 from laptop.measuring.measured_run import BadMeasurement, MeasuredRun, Rig
 
 PLANES = {"line": 20, "circle": 36}
@@ -114,7 +114,7 @@ class AccuracyResult:
 def measure(
     rig: Rig,
     plan: AccuracyPlan,
-    sighting: Sighting,
+    sighting: ArmSighting,
     stand: ArmOnBoard | None = None,
     tell: Callable[[str, int, int], None] = lambda part, number, count: None,
     after: Callable[[list[PlannedWay], MeasuredRun], None] = lambda ways, run: None,

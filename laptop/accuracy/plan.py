@@ -243,11 +243,12 @@ def plan_accuracy(
     found, elbow, middle = _room(arm, d, centre)
     what = "square" if d == 2 else "cube"
     where = "anywhere" if centre is None else f"at {','.join(f'{c:g}' for c in centre)} cm"
+    advice = "give another --at" if centre is not None else "give a smaller --side"
     if found < (side or SIZES[0]):
         wanted = f" of {side:g} cm" if side else ""
         raise BadAccuracyPlan(
             f"the arm {arm.name} has no room for a test {what}{wanted} {where}: its largest there "
-            f"is {found:.1f} cm; give {'another --at' if centre is not None else 'a smaller --side'}"
+            f"is {found:.1f} cm; {advice}"
         )
     return AccuracyPlan(
         arm, elbow, side or max(SIZES[0], ROUNDED * math.floor(found / ROUNDED)), middle, cycles

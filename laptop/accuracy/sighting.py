@@ -79,7 +79,7 @@ class ArmOnBoard:
 
 
 @dataclass(frozen=True, eq=False)
-class Sighting:
+class ArmSighting:
     """Cameras that look at an arm's marker.
 
     arm      as described; its marker_offset is taken off

@@ -16,7 +16,7 @@ import numpy as np
 from laptop.accuracy import measurement
 from laptop.accuracy.measurement import AccuracyResult
 from laptop.accuracy.plan import AccuracyPlan, PlannedWay, plan_accuracy
-from laptop.accuracy.sighting import ArmOnBoard, BadSighting, Places, Sighting
+from laptop.accuracy.sighting import ArmOnBoard, ArmSighting, BadSighting, Places
 from laptop.accuracy.truth import in_nearest_frame, true_places
 from laptop.bench import workers
 from laptop.bench.camera import draw_lens
@@ -99,7 +99,7 @@ class LensCamera:
 
 def look_at_cube(
     arm: Arm, middle: np.ndarray, seed: int
-) -> tuple[dict[str, LensCamera], Sighting, ArmOnBoard]:
+) -> tuple[dict[str, LensCamera], ArmSighting, ArmOnBoard]:
     """Draw cameras that look at the test's cube, and calibrate them by the board that lies there.
 
     Returns:
@@ -134,7 +134,7 @@ def look_at_cube(
             views.append(view)
         cameras["AB"[number]] = LensCamera(lens, stands[-1], on_board)
         models["AB"[number]] = calibrate(views, BAR).camera
-    return cameras, Sighting(arm, models, MARKER_HEIGHT[d]), on_board
+    return cameras, ArmSighting(arm, models, MARKER_HEIGHT[d]), on_board
 
 
 def measure_emulated(

@@ -17,7 +17,7 @@ from shared.arm_description import find_arm, read_arm
 if TYPE_CHECKING:
     from laptop.accuracy.measurement import AccuracyResult
     from laptop.accuracy.plan import AccuracyPlan
-    from laptop.accuracy.sighting import ArmOnBoard, Sighting
+    from laptop.accuracy.sighting import ArmOnBoard, ArmSighting
     from laptop.measuring.live_rig import LiveRig
     from shared.job_messages import JobStatus
 
@@ -260,14 +260,14 @@ def _look(
     kept: Sequence[Any],
     bar: float | None,
     height: float,
-) -> Sighting:
+) -> ArmSighting:
     """Return the cameras: from their files, or from the board as they see it now."""
-    from laptop.accuracy.sighting import BadSighting, Sighting
+    from laptop.accuracy.sighting import ArmSighting, BadSighting
     from laptop.calibration.camera_fit import calibrate
     from laptop.vision.finders.board import find_board
 
     if kept:
-        return Sighting(plan.arm, dict(zip(names, kept, strict=True)), height)
+        return ArmSighting(plan.arm, dict(zip(names, kept, strict=True)), height)
     cameras = {}
     for name in names:
         view = find_board(rig.image(name))
@@ -277,7 +277,7 @@ def _look(
                 "--calibrated"
             )
         cameras[name] = calibrate([view], bar).camera
-    return Sighting(plan.arm, cameras, height)
+    return ArmSighting(plan.arm, cameras, height)
 
 
 def _leave(
