@@ -21,7 +21,7 @@ import zlib
 
 from shared.arm_description import ArmError
 from shared.record import record
-from shared.small_files import SpoiltFile, number, open_file, open_to_write
+from shared.small_files import SpoiltFile, check_replaceable, number, open_file, open_to_write
 
 VERSION = 1
 """Of the format; it rises when something in it changes its meaning."""
@@ -97,9 +97,13 @@ def write_job(path, header, strokes):
     """Write a job, whole or not at all.
 
     Raises:
-        BadJob: a stroke is too long for the brick.
+        BadJob: a stroke is too long for the brick, or a device or the like is there.
         OSError: there is no room.
     """
+    try:
+        check_replaceable(path)
+    except SpoiltFile as error:
+        raise BadJob("{}: {}; choose another name".format(path, error)) from None
     draft = path + ".part"
     crc = 0
     try:

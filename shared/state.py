@@ -51,6 +51,9 @@
     jobs/orders       driver, brick, people        driver                   orders to it, appended
                                                                             line by line; see
                                                                             robot.jobs.orders
+    touched/          touch                        whoever places markers   ARM.json: where its
+                                                                            marker sits, how it
+                                                                            stands on the board
 
 Those that are read are read by shared.small_files: a regular file of a sensible size, and any error
 in it is a sentence.
@@ -72,6 +75,7 @@ LAST_BRICK_FILE = "brick"
 CALLED_BRICK_FILE = "brick.txt"
 BRICK_RUNS_FOLDER = "brick-runs"
 OWN_ARMS_FOLDER = "arms"
+TOUCHED_FOLDER = "touched"
 JOBS_FOLDER, JOB_STATUS_FILE, JOB_ORDERS_FILE = "jobs", "jobs/status", "jobs/orders"
 """Names in the state folder."""
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from laptop.calibration.camera_model import CameraModel, triangulate
-from laptop.measuring.emulated_rig import marker_place
 from laptop.measuring.measured_run import MEDIAN_NOISE, NORMAL, SETTLED, MeasuredRun
+from laptop.tracking.joint_track import marker_shift
 from robot.motion import kinematics
 from shared.arm_description import Arm, ArmError
 
@@ -192,13 +192,8 @@ class ArmSighting:
 
     def offsets(self, q: np.ndarray) -> np.ndarray:
         """Return the way from the tip to its marker in the arm's frame, (n, d), cm."""
-        tips = [kinematics.forward(self.arm, pose) for pose in q.tolist()]
-        return np.array(
-            [
-                np.subtract(marker_place(self.arm, pose, self.height)[: len(tip)], tip)
-                for pose, tip in zip(q.tolist(), tips, strict=True)
-            ]
-        ).reshape(len(q), kinematics.coordinates(self.arm))
+        shifts = [marker_shift(self.arm, pose) for pose in q.tolist()]
+        return np.array(shifts).reshape(len(q), kinematics.coordinates(self.arm))
 
     def tip(self, seen: SeenMarker, stand: ArmOnBoard) -> Places:
         """Return where the tip was, in the arm's frame."""

@@ -73,6 +73,15 @@ def arm_option(what: str, more: str = "") -> Callable[[Any], Any]:
     )
 
 
+bar_option = click.option(
+    "--bar",
+    type=float,
+    metavar="MM",
+    help="Length of the board's bar as measured.  [default: 100, not measured]",
+)
+"""The option for the length of the board's printed bar."""
+
+
 def on_the_page(command: Callable[..., None]) -> Callable[..., None]:
     """Options of a command that serves the page."""
     for option in (

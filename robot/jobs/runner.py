@@ -15,7 +15,7 @@ from robot.jobs.progress import SavedProgress, forget_progress, save_progress
 from robot.jobs.report import Place
 from robot.motion import kinematics
 from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_behind
-from robot.motion.feed import rest_of, same_place, slowed
+from robot.motion.feed import FeedOverride, rest_of, same_place, slowed
 from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import Trajectory
 from robot.program import ignore_signals
@@ -61,7 +61,9 @@ class JobRunner(object):
         self._arm, self._clock, self._job = arm, clock, job
         self._orders, self._report = orders, report
         self._log, self._dry = log, dry
-        self._feed = LoggingFeed(self._look, job.header.log if log else 0)
+        # (One that logs costs every tick two calls more.)
+        logs = log and job.header.log
+        self._feed = LoggingFeed(self._look, logs) if logs else FeedOverride(self._look)
         self._pen_is_down = None
         self._repeat, self._place = 1, Place(1, 1, 0.0, 0.0)
         # What is drawn now, and at which share of its speed it was planned.
@@ -144,7 +146,7 @@ class JobRunner(object):
             self._feed.begin_at(1.0)
             self._arm.follow_fed(self._motions, self._feed, self._pen_down)
             self._pen_up()
-            if self._log:
+            if self._log and self._job.header.log:
                 self._log.add(self._feed.rows(way.place))
             if not self._feed.held:
                 self._rest(way)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from laptop.calibration.camera_model import CameraModel
-from laptop.measuring.emulated_rig import marker_place
+from laptop.measuring.emulated_rig import marker_point
 from laptop.measuring.measured_run import MeasuredRun, Sights
 from robot.motion import kinematics
 from robot.motion.trajectory import Trajectory
@@ -91,4 +91,4 @@ class PuppetRig:
         tip = np.array(kinematics.forward(self.arm, q))
         off = np.zeros(3)
         off[: len(tip)] = self._off(k, share, len(tip))
-        return np.array(marker_place(self.arm, q, self._height)) + off
+        return np.array(marker_point(self.arm, q, self._height)) + off
