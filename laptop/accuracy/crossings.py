@@ -13,6 +13,12 @@ import numpy as np
 
 WIDEST_GAP = 1.5
 """No plane is crossed where two sights beside it are farther apart than this, cm."""
+NODES = 4
+"""Sights that tell where the tip was between the two in their middle."""
+STEEPEST = 3.0
+"""No more of an error along a path is reckoned with as one across it."""
+STEPS = 33
+"""Places between two sights that are tried for a plane."""
 
 
 class Crossings(NamedTuple):
@@ -47,6 +53,10 @@ class StraightPath:
     def along(self, points: np.ndarray) -> np.ndarray:
         """Return how far along the path each point is, (n,)."""
         return np.asarray((points - self.start) @ ((self.end - self.start) / self.length))
+
+    def tangents(self, points: np.ndarray) -> np.ndarray:
+        """Return the way onwards at each point, unit vectors (n, d)."""
+        return np.broadcast_to((self.end - self.start) / self.length, points.shape)
 
     def across(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return where points are across the path, (n, d - 1), and by which axes, (n, d - 1, d)."""
@@ -83,6 +93,12 @@ class CirclePath:
         if len(angles):
             angles = angles - 2 * math.pi * np.round(angles[0] / (2 * math.pi))
         return np.asarray(self.radius * angles)
+
+    def tangents(self, points: np.ndarray) -> np.ndarray:
+        """Return the way onwards at each point, unit vectors (n, d)."""
+        off = points - self.centre
+        a, b = off @ self.u, off @ self.v
+        return (a[:, None] * self.v - b[:, None] * self.u) / np.hypot(a, b)[:, None]
 
     def across(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return where points are across the path, (n, d - 1), and by which axes, (n, d - 1, d).
@@ -148,24 +164,51 @@ def crossings(
     if len(points) < 2:
         return empty
     s = path.along(points)
-    order = np.argsort(s, kind="stable")
-    s = s[order]
-    values, axes = path.across(points[order])
+    values, axes = path.across(points)
     at = stations(path, planes)
-    after = np.clip(np.searchsorted(s, at), 1, len(s) - 1)
-    gap = s[after] - s[after - 1]
+    passed = (s[:-1] < at[:, None]) & (s[1:] >= at[:, None]) & (np.diff(s) <= WIDEST_GAP)
+    before, seen = passed.argmax(axis=1), passed.any(axis=1)
+    window, weights = _crossing_weights(np.flatnonzero(good), s, before, at)
+    found = np.einsum("pk,pkd->pd", weights, values[window])
+    found[~seen] = np.nan
+    # Who errs along the path finds the plane elsewhere, and there the tip is elsewhere across it.
+    ends = window[:, 0], window[:, -1]
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.clip(np.where(gap > 0, (at - s[after - 1]) / gap, 0.5), 0.0, 1.0)
-    beyond = np.maximum(s[0] - at, at - s[-1])
-    missed = (gap > WIDEST_GAP) | (beyond > WIDEST_GAP / 2)
-    across_noise = axes @ noise[order] @ axes.transpose(0, 2, 1)
-    across_common = axes @ common[order]
-    a, b = 1 - share, share
-    found = a[:, None] * values[after - 1] + b[:, None] * values[after]
-    found[missed] = np.nan
-    a, b = a[:, None, None], b[:, None, None]
+        slope = (values[ends[1]] - values[ends[0]]) / (s[ends[1]] - s[ends[0]])[:, None]
+    slope = np.clip(np.nan_to_num(slope), -STEEPEST, STEEPEST)
+    sides = axes[window] - slope[:, None, :, None] * path.tangents(points)[window][:, :, None, :]
+    across_noise = sides @ noise[window] @ sides.swapaxes(-1, -2)
     return Crossings(
         found,
-        a**2 * across_noise[after - 1] + b**2 * across_noise[after],
-        a * across_common[after - 1] + b * across_common[after],
+        np.einsum("pk,pkij->pij", weights**2, across_noise),
+        np.einsum("pk,pkic->pic", weights, sides @ common[window]),
     )
+
+
+def _crossing_weights(
+    t: np.ndarray, s: np.ndarray, before: np.ndarray, at: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return which sights tell of each plane, and by how much, (planes, NODES) each.
+
+    The tip shakes faster than a webcam looks, and a straight line between two pictures cuts off its
+    turns.  J. L. Lagrange's polynomial through the pictures around them does not.
+
+    Args:
+        t: of all sights, in pictures, (n,).
+        s: how far along the path they are, (n,).
+        before: the sight after which a plane is crossed, (planes,).
+        at: where the planes are along the path, (planes,).
+    """
+    nodes = min(NODES, len(t))
+    first = np.clip(before - (nodes // 2 - 1), 0, len(t) - nodes)
+    window = first[:, None] + np.arange(nodes)
+    share = np.linspace(0.0, 1.0, STEPS)[:, None]
+    u = t[before] + share * (t[before + 1] - t[before])  # (steps, planes)
+    basis = np.ones((*u.shape, nodes))
+    for k in range(nodes):
+        for other in set(range(nodes)) - {k}:
+            one, two = t[window[:, k]], t[window[:, other]]
+            basis[..., k] *= (u - two) / (one - two)
+    way = (basis * s[window]).sum(axis=-1)
+    nearest = np.abs(way - at).argmin(axis=0)
+    return window, basis[nearest, np.arange(len(at))]

@@ -111,7 +111,7 @@ class Numbers(click.ParamType):
 @click.option(
     "--noise",
     type=FiniteRange(0, 10),
-    default=0.1,
+    default=0.03,
     show_default=True,
     metavar="PX",
     help="Of the marker in an emulated camera's picture.",

@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 import click
 
-from laptop.cli.options import FiniteRange, bench_examples, importing, in_one_line
+from laptop.cli.options import FiniteRange, Seeds, bench_examples, importing, in_one_line
 
 
 @click.command("accuracy", epilog=bench_examples("accuracy", "accuracy --arm planar --cycles 10"))
@@ -18,17 +18,21 @@ from laptop.cli.options import FiniteRange, bench_examples, importing, in_one_li
 @click.option(
     "--noise",
     type=FiniteRange(0, 10),
-    default=0.1,
+    default=0.03,
     show_default=True,
     metavar="PX",
     help="Of the marker in one picture, standard deviation.",
 )
 @click.option(
-    "--seed", type=click.IntRange(0), default=1000, show_default=True, help="Of cameras and noise."
+    "--seeds",
+    type=Seeds(),
+    default="1000:1001",
+    show_default=True,
+    help="Of plants, cameras and noise.",
 )
 @click.option("--json", "as_json", is_flag=True, help="All figures instead of the table.")
 def bench_accuracy(
-    arms: tuple[str, ...], cycles: int, noise: float, seed: int, as_json: bool
+    arms: tuple[str, ...], cycles: int, noise: float, seeds: range, as_json: bool
 ) -> None:
     """Measure accuracy and repeatability by camera, and set the truth beside it.
 
@@ -42,7 +46,11 @@ def bench_accuracy(
     with in_one_line():
         for arm in arms:
             read_arm(find_arm(arm))
-        todo = [accuracy.AccuracyCase(arm, cycles, noise, seed) for arm in arms or accuracy.ARMS]
+        todo = [
+            accuracy.AccuracyCase(arm, cycles, noise, seed)
+            for arm in arms or accuracy.ARMS
+            for seed in seeds
+        ]
         results = list(show.progress(accuracy.run(todo), len(todo), "measuring"))
     figures = [one for result in results for one in result]
     if as_json:
@@ -52,7 +60,7 @@ def bench_accuracy(
         f"Accuracy and repeatability; {accuracy.LEGEND}",
         accuracy.HEADINGS,
         accuracy.table(figures),
-        1,
+        2,
     )
     for result in results:
-        click.echo(f"{result[0].arm}: {accuracy.verdict(result)}")
+        click.echo(f"{result[0].arm}, seed {result[0].seed}: {accuracy.verdict(result)}")
