@@ -20,7 +20,7 @@ SINGULAR = 1e-12
 
 
 def pose_accuracy(values: np.ndarray, commanded: np.ndarray) -> np.ndarray:
-    """AP: distance of the barycentre from the commanded position, mm (7.2.1).
+    """AP: distance of the barycentre from the commanded position, mm.
 
     Args:
         values: (..., cycles, d), cm.
@@ -31,7 +31,7 @@ def pose_accuracy(values: np.ndarray, commanded: np.ndarray) -> np.ndarray:
 
 
 def pose_repeatability(values: np.ndarray) -> np.ndarray:
-    """RP: mean distance from the barycentre and three of its standard deviations, mm (7.2.2).
+    """RP: mean distance from the barycentre and three of its standard deviations, mm.
 
     Args:
         values: (..., cycles, d), cm.
@@ -41,7 +41,7 @@ def pose_repeatability(values: np.ndarray) -> np.ndarray:
 
 
 def direction_variation(barycentres: np.ndarray) -> np.ndarray:
-    """VAP: greatest distance between what one pose is from several directions, mm (7.2.3).
+    """VAP: greatest distance between what one pose is from several directions, mm.
 
     Args:
         barycentres: (..., directions, d), cm.
@@ -53,7 +53,7 @@ def direction_variation(barycentres: np.ndarray) -> np.ndarray:
 def distance_accuracy(
     one: np.ndarray, other: np.ndarray, commanded: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """AD and RD of the distance of two poses, mm (7.3.2, 7.3.3).
+    """AD and RD of the distance of two poses, mm.
 
     AD is how far the mean distance is from the commanded one, RD three standard deviations of it.
 
@@ -70,7 +70,7 @@ def distance_accuracy(
 
 
 def path_accuracy(crossings: np.ndarray) -> np.ndarray:
-    """AT: greatest distance of the barycentre from the path, over all planes, mm (8.2).
+    """AT: greatest distance of the barycentre from the path, over all planes, mm.
 
     Args:
         crossings: (..., planes, cycles, d), cm across the path; the path itself is at 0.
@@ -79,7 +79,7 @@ def path_accuracy(crossings: np.ndarray) -> np.ndarray:
 
 
 def path_repeatability(crossings: np.ndarray) -> np.ndarray:
-    """RT: the greatest of all planes' repeatability, mm (8.3); arguments as for path_accuracy."""
+    """RT: the greatest of all planes' repeatability, mm; arguments as for path_accuracy."""
     return np.asarray(pose_repeatability(crossings).max(axis=-1))
 
 

@@ -64,27 +64,13 @@ class Criterion:
     """One figure of the report.
 
     name    such as "AP P1"
-    clause  of ISO 9283:1998
     mm      its value
     u_mm    standard uncertainty of that by the camera alone
     """
 
     name: str
-    clause: str
     mm: float
     u_mm: float = 0.0
-
-
-CLAUSES = {
-    "AP": "7.2.1",
-    "RP": "7.2.2",
-    "vAP": "7.2.3",
-    "AD": "7.3.2",
-    "RD": "7.3.3",
-    "AT": "8.2",
-    "RT": "8.3",
-}
-"""Of ISO 9283:1998, by criterion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -347,7 +333,6 @@ def with_uncertainty(
         again[name] = criteria.without_noise(anew, one.noise)
     values, spread = evaluate(plan, found), evaluate(plan, again)
     for name, mm in values.items():
-        kind = name.split()[0]
         # (Of how far a criterion is off, not only of how it scatters.)
         u = float(np.sqrt(((spread[name] - mm) ** 2).mean()))
-        yield Criterion(name, CLAUSES[kind], float(mm), u)
+        yield Criterion(name, float(mm), u)

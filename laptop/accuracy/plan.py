@@ -1,6 +1,6 @@
 """The test's cube, its poses and paths, and the jobs by which an arm goes there.
 
-After ISO 9283:1998, 6.8: a cube with edges along the arm's axes; in it a plane with five poses, P1
+After ISO 9283:1998: a cube with edges along the arm's axes; in it a plane with five poses, P1
 in its middle, P2 to P5 on its diagonals, a tenth of their length from the ends.  An arm in the
 plane has a square for its cube.
 """
@@ -32,15 +32,15 @@ ROUNDED = 0.5
 INSET = 0.1
 """Of a diagonal, between its end and a pose."""
 RADIUS = 0.4
-"""Of the circle, in sides (8.1: its diameter is 80 % of the side)."""
+"""Of the circle, in sides: its diameter is 80 % of one."""
 SHARES = (1.0, 0.5, 0.1)
 """Of the arm's drawing speed, for paths."""
 ROUND = (5, 4, 3, 2, 1)
-"""A cycle's poses, in order (7.2.1)."""
+"""A cycle's poses, in order."""
 FROM_DIRECTIONS = (1, 2, 4)
-"""Poses that are approached from several directions (7.2.3)."""
+"""Poses that are approached from several directions."""
 DISTANCE = (2, 4)
-"""Poses whose distance is looked at (7.3)."""
+"""Poses whose distance is looked at."""
 POSE_REST, PATH_REST = 1.0, 0.3
 """The arm stands so long at a pose, and after a path, s."""
 LOG = 0.1

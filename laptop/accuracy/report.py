@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import os
 from collections.abc import Mapping
 from typing import Any
@@ -51,11 +52,11 @@ def table(
         cells = [f"{sign}{one.mm:.2f}", f"{2 * one.u_mm:.2f}"]
         rows.append(
             [
-                *(one.name, WORDS[one.name.split()[0]], one.clause, *cells),
+                *(one.name, WORDS[one.name.split()[0]], *cells),
                 *([f"{truth[one.name]:.2f}"] if truth else []),
             ]
         )
-    return ["", STANDARD, "clause", "mm", "U mm", *(["truth mm"] if truth else [])], rows
+    return ["", STANDARD, "mm", "U mm", *(["truth mm"] if truth else [])], rows
 
 
 def notes(result: AccuracyResult) -> list[str]:
@@ -97,6 +98,8 @@ def summary(
     return {
         "kind": "accuracy",
         "arm": plan.arm.name,
+        "status": 0,
+        "reason": "ended",
         **conditions,
         "standard": STANDARD,
         "cycles": plan.cycles,
@@ -105,6 +108,9 @@ def summary(
         "centre_cm": [round(float(c), 3) for c in plan.centre],
         "speed_cm_per_s": plan.arm.speed,
         "stand_fitted": result.is_fitted,
+        "stand_x_cm": round(result.stand.base[0], 3),
+        "stand_y_cm": round(result.stand.base[1], 3),
+        "stand_turn_deg": round(math.degrees(result.stand.turn), 3),
         "noise_px": {name: round(sigma, 4) for name, sigma in result.sigma.items()},
         "noise_path_mm": round(result.noise_mm[0], 4),
         "noise_rest_mm": round(result.noise_mm[1], 4),
@@ -112,7 +118,6 @@ def summary(
             {
                 "criterion": one.name,
                 "meaning": WORDS[one.name.split()[0]],
-                "clause": one.clause,
                 "value_mm": round(one.mm, 4),
                 "expanded_uncertainty_mm": round(2 * one.u_mm, 4),
                 **({"true_mm": round(truth[one.name], 4)} if truth else {}),

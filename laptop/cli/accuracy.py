@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,12 +12,14 @@ import click
 
 from laptop.cli.options import FiniteRange, arm_option, examples, importing, in_one_line
 from laptop.cli.run_folder import alone_in, check_room, write_files
+from laptop.reporting.arm_numbers import numbers_of
 from shared.arm_description import find_arm, read_arm
 
 if TYPE_CHECKING:
     from laptop.accuracy.measurement import AccuracyResult
     from laptop.accuracy.plan import AccuracyPlan
-    from laptop.accuracy.sighting import ArmOnBoard, ArmSighting
+    from laptop.accuracy.sighting import ArmOnBoard
+    from laptop.calibration.camera_fit import Calibration
     from laptop.measuring.live_rig import LiveRig
     from shared.job_messages import JobStatus
 
@@ -175,7 +177,7 @@ def accuracy(
                 conditions, truth = {}, None
                 result = _live(
                     *(plan, sources, arm_file, scene, effector, size, call),
-                    *(calibrated, bar, height or 0.0, stand or None),
+                    *(calibrated, bar, (height or 0.0) / 10, stand or None),
                 )
             _leave(out, result, conditions, truth)
 
@@ -216,7 +218,12 @@ def _simulated(
     read_plant(plant)  # before minutes are spent
     own = read_arm(find_arm(built)) if built else None
     result, truth = measure_emulated(plan, own, plant, noise, seed, False, _tell)
-    told = {"simulated": True, "plant": plant, "built": own.name if own else plan.arm.name}
+    told = {
+        "simulated": True,
+        "plant": plant,
+        "built": own.name if own else plan.arm.name,
+        "built_numbers": own and numbers_of(own),
+    }
     return told, result, truth
 
 
@@ -234,10 +241,11 @@ def _live(
     stand: ArmOnBoard | None,
 ) -> AccuracyResult:
     from laptop.accuracy import measurement
+    from laptop.accuracy.sighting import ArmSighting
     from laptop.calibration import camera_file
     from laptop.cli.rigs import live_rig
 
-    kept = [camera_file.read_camera(file).camera for file in calibrated]
+    kept = [camera_file.read_camera(file) for file in calibrated]
     told = -1
 
     def tell(status: JobStatus) -> None:
@@ -249,26 +257,22 @@ def _live(
 
     with live_rig(sources, arm_file, scene, effector, size=size, call=call, tell=tell) as rig:
         names = [chr(ord("A") + k) for k in range(len(sources))]
-        sighting = _look(rig, plan, names, kept, bar, height / 10)
-        return measurement.measure(rig, plan, sighting, stand, _tell)
+        found = dict(zip(names, kept, strict=True)) if kept else _look(rig, names, bar)
+        cameras = {name: calibration.camera for name, calibration in found.items()}
+        sighting = ArmSighting(plan.arm, cameras, height)
+        _check_still(rig, found)
+        return measurement.measure(
+            *(rig, plan, sighting, stand, _tell), lambda ways, run: _check_still(rig, found)
+        )
 
 
-def _look(
-    rig: LiveRig,
-    plan: AccuracyPlan,
-    names: Sequence[str],
-    kept: Sequence[Any],
-    bar: float | None,
-    height: float,
-) -> ArmSighting:
-    """Return the cameras: from their files, or from the board as they see it now."""
-    from laptop.accuracy.sighting import ArmSighting, BadSighting
+def _look(rig: LiveRig, names: Sequence[str], bar: float | None) -> dict[str, Calibration]:
+    """Calibrate the cameras by the board as they see it now."""
+    from laptop.accuracy.sighting import BadSighting
     from laptop.calibration.camera_fit import calibrate
     from laptop.vision.finders.board import find_board
 
-    if kept:
-        return ArmSighting(plan.arm, dict(zip(names, kept, strict=True)), height)
-    cameras = {}
+    found = {}
     for name in names:
         view = find_board(rig.image(name))
         if view is None:
@@ -276,8 +280,25 @@ def _look(
                 f"camera {name} does not see the board: lay it flat where the arm works, or give "
                 "--calibrated"
             )
-        cameras[name] = calibrate([view], bar).camera
-    return ArmSighting(plan.arm, cameras, height)
+        found[name] = calibrate([view], bar)
+    return found
+
+
+def _check_still(rig: LiveRig, found: Mapping[str, Calibration]) -> None:
+    """Raise BadSighting if a camera or its board is not where it was calibrated."""
+    from laptop.accuracy.sighting import BadSighting
+    from laptop.calibration.camera_report import shift_since
+    from laptop.vision.finders.board import find_board
+
+    for name, calibration in found.items():
+        view = find_board(rig.image(name))
+        if view is None:
+            click.echo(f"camera {name}: the board is covered; whether it has moved is not known")
+        elif (shift := shift_since(calibration, view)).moved:
+            raise BadSighting(
+                f"camera {name} or its board has moved since it was calibrated, by {shift.px:.1f} "
+                f"px, {shift.mm:.1f} mm on the table: fix both, and do the test again"
+            )
 
 
 def _leave(
@@ -288,7 +309,7 @@ def _leave(
 
     headings, rows = report.table(result, truth)
     widths = [max(len(row[k]) for row in (headings, *rows)) for k in range(len(headings))]
-    left = 3  # columns of words
+    left = 2  # columns of words
     for row in (headings, *rows):
         cells = [
             cell.ljust(width) if k < left else cell.rjust(width)
@@ -298,6 +319,7 @@ def _leave(
     notes = report.notes(result)
     for note in notes:
         click.echo(note)
+    conditions = {**conditions, "arm_numbers": numbers_of(result.plan.arm)}
     told = report.summary(result, conditions, truth)
     title = f"Accuracy and repeatability after {report.STANDARD}: {result.plan.arm.name}"
     write_files(
