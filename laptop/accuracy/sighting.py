@@ -132,7 +132,6 @@ class ArmSighting:
         strokes = sorted({row.stroke for row in run.rows})
         rows = [row for row in run.rows if not row.rest]
         t_log = np.array([row.t for row in rows])
-        q_log = np.array([row.q for row in rows]).reshape(len(rows), -1)
         ends = {row.stroke: row.t - run.rest for row in run.rows if row.rest}
         begins: dict[int, float] = {}
         for row in rows:
@@ -150,7 +149,8 @@ class ArmSighting:
             pixels = {first: sights.pixels[along]}
             for name in others:
                 pixels[name] = _between(run.sights[name].t, run.sights[name].pixels, t)
-            q = np.stack([np.interp(t, t_log, column) for column in q_log.T], axis=1)
+            columns = zip(*(row.q for row in rows), strict=True)
+            q = np.stack([np.interp(t, t_log, column) for column in columns], axis=1)
             spread = {name: np.full(len(t), sigma[name]) for name in self.cameras}
             found.append(SeenMarker(self._places(pixels, spread), q))
         return found

@@ -46,8 +46,10 @@ FOCAL = 600.0
 """Of a camera that stands at just that distance, px; longer ones stand farther off."""
 HELD = tuple((tilt, turn) for tilt in (35.0, 20.0) for turn in (60.0, 180.0, 300.0)) + ((0.0, 0.0),)
 """How the board is held for each photograph, tilt and turn, degrees; at last it lies."""
-STEEP = 40.0
-"""A camera that is tilted more sees the board held towards it, degrees."""
+STEEP = 55.0
+"""A board that would be seen tilted by more is held towards the camera, degrees."""
+SHOWN = 0.5
+"""Share of the board's markers below which a photograph is not used."""
 BAR = 100.0
 """Of the board, measured, mm."""
 
@@ -128,7 +130,7 @@ def look_at_cube(
         stands = [
             Stand.looking(
                 DISTANCE[d] * lens.focal / FOCAL,
-                math.radians(tilt + (more if tilt < STEEP else -more)),
+                math.radians(tilt + (more if tilt + more <= STEEP else -more)),
                 turn + math.radians(azimuth + aside),
                 0.0,
                 (0.0, 0.0),
@@ -138,9 +140,10 @@ def look_at_cube(
         views = []
         for k, stand in enumerate(stands):
             view = find_board(photograph(lens, stand, seed=[seed, 52, number, k]))
-            if view is None:
+            if view and len(view.numbers) >= SHOWN * len(view.board.numbers):
+                views.append(view)
+            elif k == len(stands) - 1:
                 raise BadSighting(f"seed {seed}: the camera does not see the board; take another")
-            views.append(view)
         cameras["AB"[number]] = LensCamera(lens, stands[-1], on_board)
         models["AB"[number]] = calibrate(views, BAR).camera
     return cameras, ArmSighting(arm, models, MARKER_HEIGHT[d]), on_board

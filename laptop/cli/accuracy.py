@@ -244,12 +244,15 @@ def _live(
     from laptop.accuracy.sighting import ArmSighting
     from laptop.calibration import camera_file
     from laptop.cli.rigs import live_rig
+    from shared.job_messages import DRAWING
 
     kept = [camera_file.read_camera(file) for file in calibrated]
     told = -1
 
     def tell(status: JobStatus) -> None:
         nonlocal told
+        if status.state != DRAWING:
+            return  # what is fetched counts otherwise
         share = int(10 * status.cm / status.cm_all) if status.cm_all else told
         if share != told:
             told = share
