@@ -10,6 +10,9 @@ from shared.job import Job
 
 ARMS = {name: read_arm(find_arm(name)) for name in ("planar", "geared", "spatial")}
 
+CENTRES = {"planar": (14.0, 0.0), "geared": (14.0, 0.0), "spatial": (14.0, 0.0, 11.0)}
+"""Where they have room."""
+
 
 def test_in_the_plane_the_poses_are_the_middle_and_four_corners_of_the_square():
     plan = plan_accuracy(ARMS["planar"], 5, 10.0, (14.0, 0.5))
@@ -19,7 +22,7 @@ def test_in_the_plane_the_poses_are_the_middle_and_four_corners_of_the_square():
 
 
 def test_in_space_the_poses_lie_on_two_diagonals_of_the_cube():
-    plan = plan_accuracy(ARMS["spatial"], 5, 8.0)
+    plan = plan_accuracy(ARMS["spatial"], 5, 8.0, CENTRES["spatial"])
     off = plan.poses - plan.centre
     assert off[0] == pytest.approx(np.zeros(3))
     assert np.abs(off[1:]) == pytest.approx(np.full((4, 3), 3.2)), "a tenth from the corners"
@@ -31,7 +34,7 @@ def test_in_space_the_poses_lie_on_two_diagonals_of_the_cube():
 
 @pytest.mark.parametrize("name", ARMS)
 def test_each_pose_is_approached_from_directions_that_leave_out_no_side(name):
-    plan = plan_accuracy(ARMS[name], 3)
+    plan = plan_accuracy(ARMS[name], 3, None, CENTRES[name])
     assert np.linalg.norm(plan.directions, axis=1) == pytest.approx(np.ones(len(plan.directions)))
     assert plan.directions.sum(axis=0) == pytest.approx(np.zeros(len(plan.centre)), abs=1e-12)
     assert np.linalg.matrix_rank(plan.directions) == len(plan.centre)
@@ -40,7 +43,7 @@ def test_each_pose_is_approached_from_directions_that_leave_out_no_side(name):
 @pytest.mark.parametrize("name", ARMS)
 def test_jobs_lead_to_the_poses_in_order_and_can_be_done(name, tmp_path):
     arm = ARMS[name]
-    plan = plan_accuracy(arm, 3)
+    plan = plan_accuracy(arm, 3, None, CENTRES[name])
     parts = plan.parts()
     assert list(parts) == ["poses", "directions", *(f"paths at {n} %" for n in (100, 50, 10))]
     file = tmp_path / "a.job"
@@ -61,6 +64,13 @@ def test_jobs_lead_to_the_poses_in_order_and_can_be_done(name, tmp_path):
 
 def test_thirty_cycles_of_poses_are_ten_of_paths():
     assert [plan_accuracy(ARMS["planar"], n).path_cycles for n in (3, 12, 30)] == [3, 4, 10]
+
+
+@pytest.mark.long
+def test_room_is_found_in_space():
+    plan = plan_accuracy(ARMS["spatial"], 3)
+    assert plan.side >= 9.0
+    assert plan.centre[2] > plan.side / 2
 
 
 @pytest.mark.parametrize(
