@@ -92,13 +92,7 @@ class ArmSighting:
     height: float = 0.0
 
     def __post_init__(self) -> None:
-        needed = 1 if kinematics.coordinates(self.arm) == 2 else 2
-        if len(self.cameras) != needed:
-            raise BadSighting(
-                f"{len(self.cameras)} camera{'s' if len(self.cameras) > 1 else ''}: an arm "
-                f"{'in the plane needs one' if needed == 1 else 'in space needs two'}; give "
-                f"{'one' if needed == 1 else 'two'}"
-            )
+        check_cameras(self.arm, len(self.cameras))
 
     def sigma(self, run: MeasuredRun) -> dict[str, float]:
         """Return each camera's noise: standard deviation of one coordinate in one picture, px.
@@ -210,6 +204,17 @@ class ArmSighting:
         there = (commanded + self.offsets(seen.q))[good, :2]
         here = seen.places.points[good, :2]
         return nearest_stand(here, there)
+
+
+def check_cameras(arm: Arm, count: int) -> None:
+    """Raise BadSighting unless so many cameras tell where the arm's tip is."""
+    needed = 1 if kinematics.coordinates(arm) == 2 else 2
+    if count != needed:
+        raise BadSighting(
+            f"{count} camera{'s' if count > 1 else ''}: an arm "
+            f"{'in the plane needs one' if needed == 1 else 'in space needs two'}; give "
+            f"{'one' if needed == 1 else 'two'}"
+        )
 
 
 def nearest_stand(here: np.ndarray, there: np.ndarray) -> ArmOnBoard:

@@ -241,11 +241,12 @@ def _live(
     stand: ArmOnBoard | None,
 ) -> AccuracyResult:
     from laptop.accuracy import measurement
-    from laptop.accuracy.sighting import ArmSighting
+    from laptop.accuracy.sighting import ArmSighting, check_cameras
     from laptop.calibration import camera_file
     from laptop.cli.rigs import live_rig
     from shared.job_messages import DRAWING
 
+    check_cameras(plan.arm, len(sources))
     kept = [camera_file.read_camera(file) for file in calibrated]
     told = -1
 
