@@ -59,6 +59,13 @@ def test_noise_is_that_of_a_picture_though_a_rest_takes_its_mean_away():
     assert np.trace(found.noise, axis1=1, axis2=2) == pytest.approx(whole, rel=0.08)
 
 
+def test_noise_is_not_told_too_small_where_a_rest_has_few_pictures():
+    luck = np.random.default_rng(6)
+    run = at_rests(200 + 0.2 * luck.standard_normal((1500, 3, 2)))
+    sigma = ArmSighting(PLANAR, {"A": CAMERA}, 2.5).sigma(run)
+    assert sigma["A"] == pytest.approx(0.2, rel=0.06)  # without Bessel's correction 0.163
+
+
 def test_a_marker_that_was_hardly_seen_at_rest_tells_no_noise():
     run = at_rests(np.full((5, 15, 2), np.nan))
     with pytest.raises(BadSighting, match="camera A saw the marker in hardly a picture while"):
