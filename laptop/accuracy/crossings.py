@@ -13,6 +13,8 @@ import numpy as np
 
 WIDEST_GAP = 1.5
 """No plane is crossed where two sights beside it are farther apart than this, cm."""
+NEAR = 0.5
+"""So far from its first or last sight a plane is taken to be there, cm."""
 NODES = 4
 """Sights that tell where the tip was between the two in their middle."""
 STEEPEST = 3.0
@@ -168,6 +170,10 @@ def crossings(
     at = stations(path, planes)
     passed = (s[:-1] < at[:, None]) & (s[1:] >= at[:, None]) & (np.diff(s) <= WIDEST_GAP)
     before, seen = passed.argmax(axis=1), passed.any(axis=1)
+    # Where a run begins or ends just beside a plane, its first or last sight is taken for that.
+    ahead, behind = s[0] - at, at - s.max()
+    before[ahead >= 0], before[behind > 0] = 0, len(s) - 2
+    seen |= ((ahead >= 0) & (ahead <= NEAR)) | ((behind > 0) & (behind <= NEAR))
     window, weights = _crossing_weights(np.flatnonzero(good), s, before, at)
     found = np.einsum("pk,pkd->pd", weights, values[window])
     found[~seen] = np.nan

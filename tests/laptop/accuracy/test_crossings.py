@@ -108,3 +108,13 @@ def test_a_sight_far_ahead_is_no_crossing_of_the_planes_before_it():
     points[8] = LINE.end + np.array([-0.8, 0.6])
     found = crossings(LINE, 5, points).values[1:, 0]
     assert found == pytest.approx(np.zeros(4), abs=1e-9)
+
+
+def test_a_run_that_is_first_seen_just_behind_a_plane_has_crossed_it_there():
+    left = np.array([-0.8, 0.6])
+    for begin, end, missed in ((0.9, 4.2, []), (1.2, 3.8, [0, 4])):
+        s = np.linspace(begin, end, 12)[:, None]
+        points = LINE.start + s * np.array([0.6, 0.8]) + 0.2 * left
+        values = crossings(LINE, 5, points).values[:, 0]
+        assert np.flatnonzero(np.isnan(values)).tolist() == missed
+        assert np.nanmax(np.abs(values - 0.2)) < 1e-9
