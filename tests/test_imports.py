@@ -5,6 +5,7 @@ laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.r
 laptop.cli -> laptop.brick -> shared
 laptop.cli, laptop.bench -> laptop.calibration -> laptop.tracking, robot.motion.kinematics
 laptop.cli, laptop.bench -> laptop.measuring -> laptop.tracking, laptop.simulator
+laptop.cli, laptop.bench -> laptop.accuracy -> laptop.measuring, laptop.calibration
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
 laptop.cli -> laptop.lab_report -> what laptop.demo has found
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
@@ -54,6 +55,11 @@ RULES = {
         "laptop.simulator.scene",
         *("robot.motion.gravity", "robot.motion.kinematics", "shared", "numpy", "scipy", "cv2"),
     ),
+    "laptop.accuracy": (
+        *("laptop.accuracy", "laptop.measuring", "laptop.calibration"),
+        *("laptop.drawing.reach", "laptop.tracking.joint_track", *PURE, "shared", "numpy"),
+    ),
+    "laptop.accuracy.plots": ("laptop.accuracy", "laptop.reporting", "numpy", "matplotlib"),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", "markupsafe", *LIBRARIES),
     "laptop.page": (
         *("laptop.page", "laptop.drawing", *BELOW_SIMULATOR, "shared"),
@@ -126,6 +132,10 @@ RULES = {
     "laptop.bench.calibrate": (
         *("laptop.bench", "laptop.identification", "laptop.measuring", "laptop.reporting"),
         *("laptop.simulator", "robot", "shared", "numpy"),
+    ),
+    "laptop.bench.accuracy": (
+        *("laptop.bench", "laptop.accuracy", "laptop.calibration", "laptop.measuring"),
+        *("laptop.vision.finders.board", "robot.motion.kinematics", "shared", "numpy"),
     ),
     "laptop.bench.plot_drawings": ("laptop.drawing.artwork", "numpy"),
     "laptop.bench.page": (

@@ -233,6 +233,8 @@ class Shell:
             parse(words[3:])
         elif words[3] == "draw" and not {"--preview", "--job"} & set(words):
             parse(words[3:])  # the same; tests/laptop/cli/test_draw.py has --simulate
+        elif words[3] == "accuracy":  # it takes minutes; tests/laptop/cli/test_accuracy.py has it
+            parse(words[3:])
         elif words[3] == "track":
             self.close()
             self._until(words[3:], UNTIL["track"])

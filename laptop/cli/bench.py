@@ -10,6 +10,7 @@ from dataclasses import asdict
 
 import click
 
+from laptop.cli.bench_accuracy import bench_accuracy
 from laptop.cli.bench_calibrate import bench_calibrate
 from laptop.cli.bench_camera import bench_camera
 from laptop.cli.bench_interruptions import bench_interruptions
@@ -457,11 +458,7 @@ def bench_brick() -> None:
 
 
 for command in (
-    bench_calibrate,
-    bench_camera,
-    bench_interruptions,
-    bench_page,
-    bench_plot,
-    bench_stop,
+    *(bench_accuracy, bench_calibrate, bench_camera, bench_interruptions),
+    *(bench_page, bench_plot, bench_stop),
 ):
     bench.add_command(command)

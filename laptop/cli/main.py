@@ -8,6 +8,7 @@ import sys
 import click
 
 from laptop import system
+from laptop.cli.accuracy import accuracy
 from laptop.cli.bench import bench
 from laptop.cli.brick import brick
 from laptop.cli.calibrate import calibrate
@@ -32,18 +33,8 @@ def laptop() -> None:
 
 
 COMMANDS = (
-    simulate,
-    draw,
-    demo,
-    track,
-    markers,
-    camera,
-    touch,
-    calibrate,
-    brick,
-    guide,
-    report,
-    bench,
+    *(simulate, draw, demo, track, markers, camera, touch, calibrate),
+    *(accuracy, brick, guide, report, bench),
 )
 for command in COMMANDS:
     laptop.add_command(command)
