@@ -8,6 +8,7 @@ the last ends the file and holds the checksum of all before it:
     {"cm": 12.3, "layer": "", "pieces": [[times, segments, end], ...], "start_s": 3.1, "stroke": 1}
     {"end": 37, "crc": 305419896}
 
+A stroke may have "offsets" beside: what a camera has taught of it, see robot.jobs.learned.
 There is no space between the parts of a line, and its keys are sorted. Planning costs the brick
 more time than drawing; so a piece, a smooth part of a stroke, is planned already: what
 robot.motion.trajectory.Trajectory is made of. Where a piece ends the tip stands. Lengths are cm,
@@ -71,13 +72,15 @@ log         the brick logs so often where its motors are, s (shared.job_log); 0:
 rest        after each stroke the arm stands so long, pen up, and that is logged, s; 0: it does not
 """
 
-Stroke = record("Stroke", "layer cm start_s pieces")
+Stroke = record("Stroke", "layer cm start_s pieces offsets", defaults=((),))
 Stroke.__doc__ = """From pen down to pen up.
 
 layer       name of its layer, "" where it has none
 cm          its length
 start_s     when the pen is to come down on it, from the job's start
 pieces      [(times, segments, end)], see robot.motion.trajectory.Trajectory
+offsets     of each piece (ways, joints): lengths of the way from its beginning, cm, and per joint
+            by how much its angle is moved at these, rad; of a stroke without, there are none
 """
 
 
@@ -122,7 +125,10 @@ def _lines(header, strokes):
             del told[key]
     yield _line(told)
     for k, stroke in enumerate(strokes, 1):
-        line = _line(dict(stroke._asdict(), stroke=k))
+        told = dict(stroke._asdict(), stroke=k)
+        if not stroke.offsets:
+            del told["offsets"]
+        line = _line(told)
         if len(line) > MAX_LINE:
             raise BadJob(
                 "stroke {} takes {} bytes, more than the brick's {}; lift the pen somewhere, or "
@@ -183,8 +189,9 @@ class Job(object):
                 self.between()
             if not pieces:
                 raise SpoiltFile("has a stroke without a piece")
+            offsets = [_offsets(one, len(pieces[0][2])) for one in value.get("offsets", ())]
             stroke = Stroke(
-                str(value["layer"]), number(value["cm"]), number(value["start_s"]), pieces
+                str(value["layer"]), number(value["cm"]), number(value["start_s"]), pieces, offsets
             )
             _check_joined(pieces, self.between)
         except OSError as error:
@@ -192,7 +199,7 @@ class Job(object):
         except (SpoiltFile, ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
             raise self._bad(error) from None
         if self._arm:
-            _check_joints(self.path, k, pieces, self._arm.joints, self.between)
+            check_joints(self.path, k, pieces, self._arm.joints, self.between)
         return stroke
 
     def cm_before(self, k):
@@ -318,6 +325,15 @@ def _piece(value, joints):
     return times, out, end
 
 
+def _offsets(value, joints):
+    """(ways, joints) as a Stroke has them, of numbers only."""
+    ways, by_joint = value
+    ways, by_joint = [number(w) for w in ways], [[number(d) for d in own] for own in by_joint]
+    if len(by_joint) != joints or any(len(own) != len(ways) for own in by_joint):
+        raise SpoiltFile("has offsets of another arm")
+    return ways, by_joint
+
+
 def _ends(times, segments):
     """Per segment, per joint: angle at its beginning and end, rad, and speed there, rad/s."""
     for t, t_end, (v, a, cubics, _) in zip(times, times[1:], segments):
@@ -357,8 +373,8 @@ def _check_jump(before, after):
         raise SpoiltFile("has a joint that jumps by {:.1f} deg".format(math.degrees(jump)))
 
 
-def _check_joints(path, k, pieces, joints, between):
-    """Refuse angles and speeds that the joints may not have."""
+def check_joints(path, k, pieces, joints, between=_go_on):
+    """Refuse, by BadJob, angles and speeds that the joints may not have."""
     for times, segments, _ in pieces:
         between()
         for states in _ends(times, segments):
