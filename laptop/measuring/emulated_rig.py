@@ -106,8 +106,10 @@ class EmulatedRig:
             if self.last.outcome.status:
                 lines = said.getvalue().strip().splitlines()
                 raise BadMeasurement(lines[-1] if lines else self.last.outcome.reason)
-            # By the clock of the emulated world, as the record of its truth is.
-            rows = [row._replace(t=row.t - UPTIME) for row in read_log(str(log))]
+            # By the clock of the emulated world, as the record of its truth is: that knows nothing
+            # of the program's start.
+            ahead = UPTIME + (self.last.outcome.start or 0.0)
+            rows = [row._replace(t=row.t - ahead) for row in read_log(str(log))]
         record = self.last.record
         times = np.array([sample.t for sample in record])
         angles = np.array([sample.q for sample in record])

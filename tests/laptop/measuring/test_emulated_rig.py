@@ -86,6 +86,15 @@ def test_noise_and_the_times_of_pictures_are_drawn_anew_by_seed(job):
     assert 0.4 < np.std(resting - resting.mean(axis=0)) < 1.8, "px: one is asked for"
 
 
+def test_the_log_goes_by_the_clock_of_the_pictures_also_where_the_program_takes_long_to_start(job):
+    rig = EmulatedRig(ARM, None, "cpu=1", {"A": FromAbove()})
+    run = rig.measure(job, dry=False)
+    inked = [sample.t for sample in rig.last.record if sample.pen]
+    drawn = [row.t for row in run.rows if not row.rest]
+    assert inked[0] < drawn[0] < inked[0] + 0.5
+    assert inked[-1] - 0.5 < drawn[-1] < inked[-1]
+
+
 def test_with_the_pen_down_it_draws(job):
     rig = EmulatedRig(ARM, None, "cpu=0", {"A": FromAbove()})
     rig.measure(job, dry=False)
