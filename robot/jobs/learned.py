@@ -10,14 +10,15 @@ import math
 from robot.motion.trajectory import JOINT_ACCELERATION
 from shared.job import JOINED, MAX_JUMP, BadJob, check_joints
 
-MAX_OFFSET = math.radians(12)
-"""Greatest offset of a joint, rad: a link that is 10 % too long makes half of that."""
+MAX_OFFSET = math.radians(20)
+"""Greatest offset of a joint, rad: a link that is 5 % too long makes 3 degrees of it, and near the
+arm's full reach five times as much."""
 
 MAX_KNOTS = 200
 """Offsets of a piece and joint, at the most."""
 
-SHARE = 1.0
-"""Offsets may ask of a joint so many times a plan's greatest acceleration."""
+MAX_ACCELERATION = 2 * JOINT_ACCELERATION
+"""Greatest acceleration that offsets may add to a joint's, rad/s^2: their moves are small."""
 
 SAME_WAY = 0.05
 """Offsets are of a piece if the lengths of both ways differ by no more, cm."""
@@ -79,7 +80,7 @@ def _check(job, k, piece, ways, offsets):
         raise _bad(job, k, "{} offsets of a piece, and it takes 2 to {}".format(
             len(ways), MAX_KNOTS
         ))  # fmt: skip
-    if ways[0] != 0 or any([b <= a for a, b in zip(ways, ways[1:])]):
+    if ways[0] != 0 or any(b <= a for a, b in zip(ways, ways[1:])):
         raise _bad(job, k, "their places do not go on")
     length = sum(_lengths(piece))
     if abs(ways[-1] - length) > SAME_WAY:
@@ -123,9 +124,9 @@ def _with(job, k, piece, ways, offsets):
                 abs(e2 + e2) * v * v + abs(m0 * a),
                 abs(e2 + e2 + 6.0 * e3 * length) * v_end * v_end + abs(m1 * a),
             )
-            if bend > SHARE * JOINT_ACCELERATION:
+            if bend > MAX_ACCELERATION:
                 raise _bad(job, k, "{:.0f} deg/s^2 of a joint, and {:.0f} are the most".format(
-                    math.degrees(bend), math.degrees(SHARE * JOINT_ACCELERATION)
+                    math.degrees(bend), math.degrees(MAX_ACCELERATION)
                 ))  # fmt: skip
             moved.append((c0 + d0, c1 + m0, c2 + e2, c3 + e3))
         out.append((v, a, moved, across))

@@ -1,0 +1,211 @@
+"""What to change in the joints' path so that the tip goes where it is to go.  Pure.
+
+Iterative learning control (Arimoto, Kawamura and Miyazaki 1984): what was missed is taken off the
+next time.  Across the path all of it; along the path only what is missed at its ends, in equal
+steps from one to the other, for on the way nobody sees when the tip is where.  What is narrower than
+the arm can follow is smoothed away before, so that it cannot build up from time to time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from laptop.sight.tracks import PieceTrack
+from laptop.sight.way import PieceWay
+from robot.jobs.learned import MAX_ACCELERATION
+
+KNOT_SPACING, KNOTS = 0.2, (9, 120)
+"""Of offsets: about so far apart, cm, and how many at the least and most."""
+
+SMOOTH_OVER = 2.5
+"""Waves that are this long lose half on being smoothed, cm."""
+
+TUKEY = 4.0
+"""Sights off by more than so many standard deviations do not count."""
+
+ROUNDS = 5
+"""Of weighing them anew."""
+
+SOFT, SOFTENINGS = 0.8, 12
+"""Share of the brick's greatest acceleration that offsets use; so often they are smoothed more."""
+
+NORMAL = 1.4826
+"""Standard deviation of a normal distribution by its median absolute deviation."""
+
+
+@dataclass(frozen=True, eq=False)
+class Missed:
+    """By how much the tip missed a piece, at as many places as there are offsets.
+
+    Attributes:
+        s: length of the way, cm, (n,).
+        across: to the left of the path, smoothed, cm, (n,).
+        along: ahead of its beginning and of its end, cm, (2,).
+        noise: standard deviation of single sights about that, cm.
+        unsure: standard deviation of `across` by that noise, cm.
+    """
+
+    s: np.ndarray
+    across: np.ndarray
+    along: np.ndarray
+    noise: float
+    unsure: float
+
+    @property
+    def mean_square(self) -> float:
+        """Of what was missed, over its length and its ends, cm^2."""
+        ahead = np.interp(self.s, self.s[[0, -1]], self.along)
+        return float((self.across**2).mean() + (ahead**2).mean())
+
+    @property
+    def greatest(self) -> float:
+        """Distance across, or at an end, cm."""
+        ends = np.hypot(self.along, self.across[[0, -1]])
+        return float(max(np.abs(self.across).max(), ends.max()))
+
+
+def missed(piece: PieceWay, track: PieceTrack) -> Missed:
+    """By how much a track missed its piece."""
+    count = int(np.clip(np.ceil(piece.length / KNOT_SPACING) + 1, *KNOTS))
+    knots = np.linspace(0.0, piece.length, count)
+    off = track.p - piece.at(track.s, piece.p)
+    ahead = (off * piece.at(track.s, piece.ahead)).sum(axis=1)
+    along = np.array([_at_end(track, ahead, end) for end in (-1, 1)])
+    # A tip that is late or early by a moment was farther back or ahead on its way, not beside it.
+    steady = np.interp(track.s, [0.0, piece.length], along)
+    there = np.where(track.stands == 0, track.s + ahead - steady, track.s)
+    there = np.clip(there, 0.0, piece.length)
+    off = track.p - piece.at(there, piece.p)
+    across, noise, unsure = _smoothed(knots, there, (off * piece.at(there, piece.left)).sum(axis=1))
+    return Missed(knots, across, along, noise, unsure)
+
+
+def _at_end(track: PieceTrack, ahead: np.ndarray, end: int) -> float:
+    """How far ahead of an end the tip stood, or passed it, cm."""
+    stood = track.stands == end
+    if stood.sum() >= 2:
+        return float(np.median(ahead[stood]))
+    near = np.argsort(track.s if end < 0 else -track.s)[:3]
+    return float(np.median(ahead[near]))
+
+
+def _smoothed(
+    knots: np.ndarray, s: np.ndarray, values: np.ndarray
+) -> tuple[np.ndarray, float, float]:
+    """Smooth values (n,) at s, after Whittaker 1923, without those that are far off.
+
+    Returns:
+        What they are at the knots; the standard deviation of one about that, and of that.
+    """
+    spacing = knots[1]
+    k = np.clip((s / spacing).astype(int), 0, len(knots) - 2)
+    share = s / spacing - k
+    design = np.zeros((len(s), len(knots)))
+    rows = np.arange(len(s))
+    design[rows, k], design[rows, k + 1] = 1 - share, share
+    # What stands at an end tells of that end alone.
+    moving = np.count_nonzero((s > 0) & (s < knots[-1]))
+    stiffness = _stiffness(knots, SMOOTH_OVER) * max(moving, 1) / knots[-1] * spacing
+    weights = np.ones(len(s))
+    for _ in range(ROUNDS):
+        normal = design.T @ (weights[:, None] * design) + stiffness + 1e-9 * np.eye(len(knots))
+        inverse = np.linalg.inv(normal)
+        found = inverse @ (design.T @ (weights * values))
+        left = values - design @ found
+        noise = max(NORMAL * float(np.median(np.abs(left))), 1e-4)
+        weights = np.clip(1 - (left / (TUKEY * noise)) ** 2, 0.0, None) ** 2
+    spread = inverse @ (design.T * weights)
+    unsure = float(np.sqrt((spread**2).sum(axis=1).mean())) * noise
+    return found, noise, unsure
+
+
+def _stiffness(knots: np.ndarray, wave: float) -> np.ndarray:
+    """What bends cost values at knots, each of which counts 1, if this wave is to be halved.
+
+    A wave sin(k s) bends by k^2: to leave it as it is costs as much as to leave it out.
+    """
+    bends = np.diff(np.eye(len(knots)), 2, axis=0) / knots[1] ** 2
+    return (wave / (2 * np.pi)) ** 4 * bends.T @ bends
+
+
+@dataclass(frozen=True, eq=False)
+class Offsets:
+    """By how much each joint is moved along a piece.
+
+    Attributes:
+        s: length of the way, cm, (n,).
+        q: (n, joints), rad.
+    """
+
+    s: np.ndarray
+    q: np.ndarray
+
+    @property
+    def greatest(self) -> float:
+        """Of any joint, rad."""
+        return float(np.abs(self.q).max())
+
+    def numbers(self) -> tuple[list[float], list[list[float]]]:
+        """As shared.job.Stroke has them."""
+        return [round(s, 4) for s in self.s.tolist()], np.round(self.q.T, 6).tolist()
+
+
+def none(piece: PieceWay) -> Offsets:
+    """Return the offsets of a piece of which nothing is learned."""
+    count = int(np.clip(np.ceil(piece.length / KNOT_SPACING) + 1, *KNOTS))
+    return Offsets(np.linspace(0.0, piece.length, count), np.zeros((count, piece.back.shape[1])))
+
+
+def corrected(piece: PieceWay, offsets: Offsets, miss: Missed) -> Offsets:
+    """Return offsets that take off what was missed."""
+    ahead = np.interp(miss.s, miss.s[[0, -1]], miss.along)
+    off = miss.across[:, None] * _units(piece.at(miss.s, piece.left))
+    off += ahead[:, None] * _units(piece.at(miss.s, piece.ahead))
+    back = np.stack(
+        [piece.at(miss.s, piece.back[:, k]) for k in range(piece.back.shape[1])], axis=1
+    )
+    return Offsets(offsets.s, offsets.q - np.einsum("njk,nk->nj", back, off))
+
+
+def _units(vectors: np.ndarray) -> np.ndarray:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+
+
+def softened(piece: PieceWay, offsets: Offsets, most: float = SOFT * MAX_ACCELERATION) -> Offsets:
+    """Return offsets smoothed until they ask no joint for more acceleration, rad/s^2."""
+    speed = np.gradient(piece.s, piece.t)
+    fast, gains = (
+        piece.at(offsets.s, speed),
+        np.abs(piece.at(offsets.s, speed * np.gradient(speed, piece.s))),
+    )
+    q, wave = offsets.q, SMOOTH_OVER
+    for _ in range(SOFTENINGS):
+        slopes = np.gradient(q, offsets.s, axis=0)
+        bends = np.abs(np.gradient(slopes, offsets.s, axis=0))
+        # (A cubic between two knots may bend half as much again as the points do.)
+        asked = 1.5 * bends * fast[:, None] ** 2 + np.abs(slopes) * gains[:, None]
+        if asked.max() <= most:
+            break
+        kept = np.eye(len(q)) + _stiffness(offsets.s, wave)
+        q, wave = np.linalg.solve(kept, offsets.q), 1.3 * wave
+    return Offsets(offsets.s, q)
+
+
+def joined(pieces: Sequence[Offsets], spread: float = 1.0) -> list[Offsets]:
+    """Return the offsets of a stroke's pieces so that no joint jumps from one to the next.
+
+    Args:
+        pieces: in order.
+        spread: so far from where they meet what they differ by is shared out, cm.
+    """
+    out = [Offsets(one.s, one.q.copy()) for one in pieces]
+    for before, after in zip(out, out[1:], strict=False):
+        half = (after.q[0] - before.q[-1]) / 2
+        for one, way, sign in ((before, before.s[-1] - before.s, 1), (after, after.s, -1)):
+            reach = min(spread, one.s[-1] / 2)
+            x = np.clip(1 - way / reach, 0.0, 1.0)
+            one.q[:] += sign * (x * x * (3 - 2 * x))[:, None] * half
+    return out

@@ -1,0 +1,113 @@
+"""Where the tip was while each piece was drawn, beside where it was to be.  Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from laptop.measuring.measured_run import BadMeasurement, MeasuredRun
+from laptop.sight.view import TipView
+from laptop.sight.way import PieceWay
+
+BEFORE, AFTER = 0.3, 0.3
+"""So long before the first row of a stroke's log, and after its last, the pen is down and the tip
+stands, s."""
+
+LANDED = 0.06
+"""So long after a piece's end its tip has come to rest, s."""
+
+LONGEST_SETTLING, SAME_TIME = 0.3, 1e-6
+"""A piece is over for so long at the most when the next one begins; and what is no step back, s."""
+
+LEAST_SIGHTS = 6
+"""Of a piece: with fewer nothing is learned of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class PieceTrack:
+    """Where the tip was seen on a piece.
+
+    s       length of the way that was to be done by then, (n,), cm
+    p       where the tip was, (n, 2), cm
+    stands  -1 before it began to move, 1 after it has landed at the end, 0 between, (n,)
+    """
+
+    s: np.ndarray
+    p: np.ndarray
+    stands: np.ndarray
+
+
+def tracks(
+    run: MeasuredRun,
+    view: TipView,
+    strokes: Sequence[Sequence[PieceWay]],
+    starts: Sequence[float],
+    camera: str = "A",
+) -> list[list[PieceTrack]]:
+    """Return what a camera saw of every piece of every stroke.
+
+    Args:
+        run: of the strokes' job, with a log.
+        view: of that camera.
+        strokes: pieces of each.
+        starts: each stroke's start_s in the job, s.
+        camera: its name in the run.
+
+    Raises:
+        BadMeasurement: the brick logged nothing of a stroke, or the camera saw too little of it.
+    """
+    sights = run.sights[camera]
+    seen = np.isfinite(sights.pixels).all(axis=1)
+    times, pixels = sights.t[seen], sights.pixels[seen]
+    found = []
+    for number, (pieces, start) in enumerate(zip(strokes, starts, strict=True), 1):
+        rows = [row for row in run.rows if row.stroke == number and not row.rest]
+        if len(rows) < 2:
+            raise BadMeasurement(
+                f"the brick has logged nothing of stroke {number}; put today's program on it: "
+                "brickservo brick install"
+            )
+        t = np.array([row.t for row in rows])
+        plan = np.array([row.plan for row in rows]) - start
+        mine = (times > t[0] - BEFORE) & (times < t[-1] + AFTER)
+        heading = np.interp(times[mine], t, [sum(row.q) for row in rows])
+        tips = view.tips(pixels[mine], heading)
+        there = np.isfinite(tips).all(axis=1)
+        found.append(_by_piece(pieces, t, plan, times[mine][there], tips[there]))
+        for k, track in enumerate(found[-1], 1):
+            if len(track.s) < LEAST_SIGHTS:
+                raise BadMeasurement(
+                    f"the camera saw the marker {len(track.s)} times on piece {k} of stroke "
+                    f"{number}, and {LEAST_SIGHTS} are the least: light the table, let nothing "
+                    "hide the marker, or draw slower with --speed"
+                )
+    return found
+
+
+def _by_piece(
+    pieces: Sequence[PieceWay], t: np.ndarray, plan: np.ndarray, seen: np.ndarray, tips: np.ndarray
+) -> list[PieceTrack]:
+    """Share out what was seen at times among pieces, by the log's rows (t, plan)."""
+    ends = np.cumsum([piece.duration for piece in pieces])
+    # After a piece's end its own time goes on while it settles; then the next one's begins.
+    own = np.zeros(len(t), int)
+    for k in range(1, len(t)):
+        later = plan[k] < plan[k - 1] - SAME_TIME or plan[k] > ends[own[k - 1]] + LONGEST_SETTLING
+        own[k] = min(own[k - 1] + int(later), len(pieces) - 1)
+    out = []
+    for number, piece in enumerate(pieces):
+        rows = own == number
+        if not rows.any():
+            out.append(PieceTrack(np.zeros(0), np.zeros((0, 2)), np.zeros(0)))
+            continue
+        first, last = np.flatnonzero(rows)[[0, -1]]
+        begin = -np.inf if number == 0 else t[first]
+        end = np.inf if number == len(pieces) - 1 else t[min(last + 1, len(t) - 1)]
+        mine = (seen >= begin) & (seen < end)
+        tau = plan[rows] - (ends[number] - piece.duration)
+        at = np.interp(seen[mine], t[rows], tau)
+        stands = np.where(at <= 0, -1, np.where(at > piece.duration + LANDED, 1, 0))
+        out.append(PieceTrack(np.interp(at, piece.t, piece.s), tips[mine], stands))
+    return out

@@ -1,0 +1,48 @@
+"""From the marker's pixels to the tip of the pen, in the arm's own frame.  Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+
+class TableCamera(Protocol):
+    """What knows where pixels are over the table; a calibration's CameraModel does."""
+
+    def to_table(self, pixels: np.ndarray, height: float | np.ndarray = 0.0) -> np.ndarray:
+        """Places (n, 2), cm, of pixels (n, 2) at a height, cm; nan where there is none."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class TipView:
+    """A camera over the table on which the arm stands.
+
+    camera  its places are of the board
+    height  of the marker over the table, cm
+    offset  of the marker from the pen, in the last link's frame, (x, y), cm
+    turn    of the arm's x from the board's, rad
+    base    the arm's origin on the board, (x, y), cm
+    """
+
+    camera: TableCamera
+    height: float = 0.0
+    offset: tuple[float, float] = (0.0, 0.0)
+    turn: float = 0.0
+    base: tuple[float, float] = (0.0, 0.0)
+
+    def tips(self, pixels: np.ndarray, headings: np.ndarray) -> np.ndarray:
+        """Return where the pen is in the arm's frame, (n, 2), cm; nan where it was not seen.
+
+        Args:
+            pixels: of the marker, (n, 2).
+            headings: of the last link in the arm's frame, (n,), rad.
+        """
+        c, s = np.cos(self.turn), np.sin(self.turn)
+        board = self.camera.to_table(pixels, self.height) - np.array(self.base)
+        markers = board @ np.array([[c, -s], [s, c]])
+        x, y = self.offset
+        c, s = np.cos(headings), np.sin(headings)
+        return np.asarray(markers - np.stack([c * x - s * y, s * x + c * y], axis=1))
