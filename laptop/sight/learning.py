@@ -26,6 +26,9 @@ SMOOTH_OVER = 2.5
 TUKEY = 4.0
 """Sights off by more than so many standard deviations do not count."""
 
+LEAST_SIGHTS = 6
+"""Of a piece: with fewer nothing is learned of it by itself."""
+
 ROUNDS = 5
 """Of weighing them anew."""
 
@@ -69,18 +72,61 @@ class Missed:
 
 def missed(piece: PieceWay, track: PieceTrack) -> Missed:
     """By how much a track missed its piece."""
-    count = int(np.clip(np.ceil(piece.length / KNOT_SPACING) + 1, *KNOTS))
-    knots = np.linspace(0.0, piece.length, count)
+    knots = none(piece).s
     off = track.p - piece.at(track.s, piece.p)
     ahead = (off * piece.at(track.s, piece.ahead)).sum(axis=1)
     along = np.array([_at_end(track, ahead, end) for end in (-1, 1)])
-    # A tip that is late or early by a moment was farther back or ahead on its way, not beside it.
+    # A tip that is late or early was farther back or ahead on its way, not beside it.
     steady = np.interp(track.s, [0.0, piece.length], along)
     there = np.where(track.stands == 0, track.s + ahead - steady, track.s)
     there = np.clip(there, 0.0, piece.length)
     off = track.p - piece.at(there, piece.p)
     across, noise, unsure = _smoothed(knots, there, (off * piece.at(there, piece.left)).sum(axis=1))
     return Missed(knots, across, along, noise, unsure)
+
+
+def missed_of(pieces: Sequence[PieceWay], seen: Sequence[PieceTrack]) -> list[Missed] | None:
+    """By how much a stroke's pieces were missed; None if too little was seen of all of them.
+
+    A piece of which too little was seen was missed as its neighbours were where they meet it.
+    """
+    sure = {
+        k: missed(piece, track)
+        for k, (piece, track) in enumerate(zip(pieces, seen, strict=True))
+        if len(track.s) >= LEAST_SIGHTS
+    }
+    if not sure:
+        return None
+    unsure = max(one.unsure for one in sure.values())
+    out = []
+    for k, piece in enumerate(pieces):
+        if k in sure:
+            out.append(sure[k])
+            continue
+        before = max((n for n in sure if n < k), default=None)
+        after = min((n for n in sure if n > k), default=None)
+        ends = [
+            _vector(pieces[n], sure[n], end)
+            for n, end in ((before, -1), (after, 0))
+            if n is not None
+        ]
+        out.append(_bridged(piece, ends[0], ends[-1], unsure))
+    return out
+
+
+def _vector(piece: PieceWay, miss: Missed, end: int) -> np.ndarray:
+    """What was missed at an end, 0 or -1, (2,), cm."""
+    return miss.across[end] * piece.left[end] + miss.along[end] * piece.ahead[end]
+
+
+def _bridged(piece: PieceWay, begin: np.ndarray, end: np.ndarray, unsure: float) -> Missed:
+    """What was missed from one vector to another."""
+    knots = none(piece).s
+    share = (knots / piece.length)[:, None]
+    off = begin * (1 - share) + end * share
+    across = (off * _units(piece.at(knots, piece.left))).sum(axis=1)
+    along = (off[[0, -1]] * piece.ahead[[0, -1]]).sum(axis=1)
+    return Missed(knots, across, along, 0.0, unsure)
 
 
 def _at_end(track: PieceTrack, ahead: np.ndarray, end: int) -> float:

@@ -21,9 +21,6 @@ LANDED = 0.06
 LONGEST_SETTLING, SAME_TIME = 0.3, 1e-6
 """A piece is over for so long at the most when the next one begins; and what is no step back, s."""
 
-LEAST_SIGHTS = 6
-"""Of a piece: with fewer nothing is learned of it."""
-
 
 @dataclass(frozen=True, eq=False)
 class PieceTrack:
@@ -56,33 +53,34 @@ def tracks(
         camera: its name in the run.
 
     Raises:
-        BadMeasurement: the brick logged nothing of a stroke, or the camera saw too little of it.
+        BadMeasurement: the brick logged nothing of a stroke.
     """
     sights = run.sights[camera]
     seen = np.isfinite(sights.pixels).all(axis=1)
     times, pixels = sights.t[seen], sights.pixels[seen]
-    found = []
-    for number, (pieces, start) in enumerate(zip(strokes, starts, strict=True), 1):
-        rows = [row for row in run.rows if row.stroke == number and not row.rest]
+    moved = [
+        [row for row in run.rows if row.stroke == number and not row.rest]
+        for number in range(1, len(strokes) + 1)
+    ]
+    for number, rows in enumerate(moved, 1):
         if len(rows) < 2:
             raise BadMeasurement(
                 f"the brick has logged nothing of stroke {number}; put today's program on it: "
                 "brickservo brick install"
             )
+    first, last = ([rows[k].t for rows in moved] for k in (0, -1))
+    # Where strokes are joined the pen stays down, and one ends where the next one begins.
+    begins = [max(t - BEFORE, before) for t, before in zip(first, [-np.inf, *last], strict=False)]
+    ends = [min(t + AFTER, after) for t, after in zip(last, [*first[1:], np.inf], strict=True)]
+    found = []
+    for pieces, start, rows, begin, end in zip(strokes, starts, moved, begins, ends, strict=True):
         t = np.array([row.t for row in rows])
         plan = np.array([row.plan for row in rows]) - start
-        mine = (times > t[0] - BEFORE) & (times < t[-1] + AFTER)
+        mine = (times > begin) & (times < end)
         heading = np.interp(times[mine], t, [sum(row.q) for row in rows])
         tips = view.tips(pixels[mine], heading)
         there = np.isfinite(tips).all(axis=1)
         found.append(_by_piece(pieces, t, plan, times[mine][there], tips[there]))
-        for k, track in enumerate(found[-1], 1):
-            if len(track.s) < LEAST_SIGHTS:
-                raise BadMeasurement(
-                    f"the camera saw the marker {len(track.s)} times on piece {k} of stroke "
-                    f"{number}, and {LEAST_SIGHTS} are the least: light the table, let nothing "
-                    "hide the marker, or draw slower with --speed"
-                )
     return found
 
 

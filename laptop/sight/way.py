@@ -1,4 +1,4 @@
-"""One smooth piece of a stroke as the tip is to go along it, and as the joints are planned to.  Pure."""
+"""One smooth piece of a stroke as the tip is to go, and as the joints are planned to.  Pure."""
 
 from __future__ import annotations
 

@@ -1,0 +1,246 @@
+"""Lines and curves drawn by sight by arms that are not as described: what rehearsals bring.
+
+Each seed draws an arm, planar or geared in turn, and what is wrong with it: links, zero, backlash,
+load.  A camera that knows the table sees its marker.  No file tells the arm what is wrong.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import math
+import random
+import tempfile
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from laptop.bench import workers
+from laptop.drawing.artwork import Artwork
+from laptop.drawing.lines import in_place, line_through
+from laptop.drawing.options import DrawingOptions
+from laptop.drawing.preparing import DrawingPlan, prepare
+from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig
+from laptop.measuring.measured_run import MeasuredRun
+from laptop.reporting.line_accuracy import distances, pen_down_runs, place, refined
+from laptop.sight.rehearsal import Learned, Lessons, rehearse
+from laptop.sight.view import TipView
+from laptop.sight.emulated_view import view_of
+from laptop.simulator.device.plant_constants import CPU
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
+from shared.arm_description import Arm, ArmError, find_arm, read_arm
+
+ARMS = ("planar", "geared")
+
+REHEARSALS = 3
+
+LINES = {
+    "line 1": ((10, 0), (5, 10)),
+    "line 2": ((15, 0), (0, 15)),
+    "line 3": ((12, 15), (0, 15)),
+}
+"""A usual lab report's; the last comes near to full reach, cm."""
+
+CURVES = ("circle", "wave")
+
+LINK_ERROR, ZERO_ERROR, BACKLASH, LOAD = 0.05, 1.5, 3.0, 0.015
+"""What is wrong, at the most: share of a link, degrees, degrees, and Nm at every joint."""
+
+BATTERY = 7.6, 8.2
+"""Voltage of the motors, drawn anew for each drawing: so no two are the same, V."""
+
+NOISE_PX, FPS = 0.5, 20.0
+"""Of the camera that sees by its formula."""
+
+
+@dataclass(frozen=True)
+class SightCase:
+    """One arm that draws one path.
+
+    seed, arm, path  which
+    wrong            whether it is built otherwise than described
+    rendered         whether the real tracker looks at rendered pictures
+    cpu              how slowly its brick computes
+    """
+
+    seed: int
+    arm: str
+    path: str
+    wrong: bool = True
+    rendered: bool = False
+    cpu: float = CPU
+
+
+@dataclass(frozen=True)
+class SightResult:
+    """What became of a case.
+
+    greatest_mm  greatest distance of the true ink from its path, after 0, 1, ... rehearsals
+    end_mm       greater distance of the ink's two ends from the path's
+    rms_mm       of the ink from its path
+    seen_mm      rms of what the camera saw missed, in each rehearsal
+    learned_deg  greatest offset of a joint in the end
+    repeats_mm   greatest distance between two drawings of what was learned in the end
+    why          why it ended before all were done; or what went wrong
+    """
+
+    case: SightCase
+    greatest_mm: tuple[float, ...] = ()
+    end_mm: tuple[float, ...] = ()
+    rms_mm: tuple[float, ...] = ()
+    seen_mm: tuple[float, ...] = ()
+    learned_deg: float = math.nan
+    repeats_mm: float = math.nan
+    why: str = ""
+    failed: bool = False
+
+
+def cases(
+    seeds: range, arms: Sequence[str] = ARMS, rendered: int = 5, cpu: float = CPU
+) -> list[SightCase]:
+    """Every path by every seed's arm, as built; then by one that is as described."""
+    out = []
+    for wrong in (True, False):
+        for k, seed in enumerate(seeds):
+            arm = arms[k % len(arms)]
+            for path in (*LINES, *CURVES):
+                out.append(SightCase(seed, arm, path, wrong, k < rendered, cpu))
+    return out
+
+
+def run(todo: Sequence[SightCase], executor: Executor | None = None) -> Iterator[SightResult]:
+    """Yield the results of the cases, in their order."""
+    return workers.map_cases(run_case, todo, executor=executor)
+
+
+def artwork_of(path: str) -> Artwork:
+    """Return a path of this bench, in the arm's frame."""
+    if path in LINES:
+        return line_through(LINES[path])
+    angle = np.linspace(0, 2 * np.pi, 121)
+    if path == "circle":
+        points = np.stack([11 + 3 * np.cos(angle), 4 + 3 * np.sin(angle)], axis=1)
+    else:
+        points = np.stack([6 + 8 * angle / angle[-1], 4 + 2 * np.sin(angle)], axis=1)
+    return Artwork(path, (points,), ("",))
+
+
+class AgeingRig:
+    """An emulated arm whose battery is another one each time: no two drawings are the same.
+
+    Args:
+        case: which arm.
+
+    Attributes:
+        arm: as it is described.
+        view: of its camera.
+        rig: EmulatedRig of the last drawing.
+        plant: text of what is wrong with its motors.
+    """
+
+    rig: EmulatedRig
+
+    def __init__(self, case: SightCase) -> None:
+        self.arm: Arm = read_arm(find_arm(case.arm))
+        draw = random.Random(f"{case.arm}/{case.seed}")
+        self.plant = f"seed={case.seed},cpu={case.cpu:g}"
+        self._built = self.arm
+        if case.wrong:
+            links = [
+                joint.link * (1 + draw.uniform(-1, 1) * LINK_ERROR) for joint in self.arm.joints
+            ]
+            joints = zip(self.arm.joints, links, strict=True)
+            self._built = self.arm._replace(
+                joints=tuple(joint._replace(link=link) for joint, link in joints)
+            )
+            self.plant += (
+                f",backlash={draw.uniform(0, BACKLASH):.3f}"
+                f",zero_error={draw.uniform(-1, 1) * ZERO_ERROR:.3f}"
+                f",load={draw.uniform(-1, 1) * LOAD:.4f}"
+            )
+        self._battery = random.Random(f"battery/{case.arm}/{case.seed}/{case.path}")
+        self._rendered = case.rendered
+        self._scene = Scene(self._built, read_scene(f"fps={FPS:g},seed={case.seed}"))
+        self.view: TipView = view_of(self._scene, self.arm)
+
+    def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+        """As Rig.measure."""
+        plant = f"{self.plant},voltage={self._battery.uniform(*BATTERY):.3f}"
+        seed = self._battery.randrange(2**31)
+        if self._rendered:
+            self.rig = RenderedRig(self.arm, {"A": self._scene}, self._built, plant, seed)
+        else:
+            height = self._scene.constants["marker_height"]
+            camera = {"A": self._scene}
+            self.rig = EmulatedRig(
+                self.arm, self._built, plant, camera, height, NOISE_PX, FPS, seed
+            )
+        return self.rig.measure(job, dry)
+
+    def ink(self) -> np.ndarray:
+        """The true ink of the last drawing, (n, 2), cm."""
+        (strokes,) = pen_down_runs(self.rig.last.record)
+        return np.asarray(refined(np.array([place(row) for row in strokes], float))[:, :2])
+
+
+def plan_of(arm: Arm, path: str) -> DrawingPlan:
+    """Plan a path where it is."""
+    artwork = artwork_of(path)
+    return prepare(artwork, arm, in_place(artwork, DrawingOptions()))
+
+
+def _drawn_twice(plan: DrawingPlan, learned: Learned, rig: AgeingRig) -> list[np.ndarray]:
+    """The inks of two drawings of what was learned."""
+    inks = []
+    with tempfile.TemporaryDirectory() as folder:
+        job = Path(folder) / "drawing.job"
+        plan.write_job(job, learned.numbers())
+        for _ in range(2):
+            rig.measure(job, dry=False)
+            inks.append(rig.ink())
+    return inks
+
+
+def run_case(case: SightCase) -> SightResult:
+    """Draw a path after none, one, ... rehearsals."""
+    rig = AgeingRig(case)
+    plan = plan_of(rig.arm, case.path)
+    wished = np.concatenate([piece.p for stroke in Lessons(plan).ways for piece in stroke])
+    inks: list[np.ndarray] = []
+
+    class Watched:
+        """Keeps the ink of every rehearsal."""
+
+        arm = rig.arm
+
+        def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+            run = rig.measure(job, dry)
+            inks.append(rig.ink())
+            return run
+
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            learned = rehearse(plan, Watched(), rig.view, REHEARSALS)
+            twice = _drawn_twice(plan, learned, rig)
+    except ArmError as error:
+        return SightResult(case, why=str(error), failed=True)
+    inks.append(twice[0])
+    # Who has no more to learn goes on drawing what was learned.
+    inks += [twice[1]] * (REHEARSALS + 1 - len(inks))
+    off = [10 * distances(ink, wished) for ink in inks]
+    ends = [10 * max(math.dist(ink[0], wished[0]), math.dist(ink[-1], wished[-1])) for ink in inks]
+    greatest = max(piece.greatest for stroke in learned.offsets for piece in stroke)
+    return SightResult(
+        case,
+        tuple(float(one.max()) for one in off),
+        tuple(ends),
+        tuple(float(np.sqrt((one**2).mean())) for one in off),
+        tuple(step.rms_mm for step in learned.steps),
+        math.degrees(greatest),
+        float(10 * distances(twice[0], twice[1]).max()),
+        learned.why,
+    )

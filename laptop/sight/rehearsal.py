@@ -1,0 +1,189 @@
+"""Rehearse a drawing before a camera until there is no more to learn of it."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from laptop.drawing import planning
+from laptop.drawing.preparing import DrawingPlan
+from laptop.measuring.measured_run import BadMeasurement, MeasuredRun, Rig
+from laptop.sight.learning import Offsets, missed_of, none
+from laptop.sight.lesson import Lesson, Rehearsal, floor
+from laptop.sight.tracks import tracks
+from laptop.sight.view import TipView
+from laptop.sight.way import PieceWay, way_of
+
+LOG_PERIOD = 0.05
+"""So often the brick logs where it is, s."""
+
+AT_FLOOR = "what is left is no more than two drawings of it differ by"
+IN_VAIN = "no rehearsal was better than without; nothing of them is kept"
+"""Why there is no more to learn."""
+
+Drawn = Sequence[Sequence[Offsets]]
+"""Per stroke, per piece."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One rehearsal of a whole drawing, as the camera saw it.
+
+    number       from 1 on
+    rms_mm       what was missed, by the length of its strokes
+    greatest_mm  the most of it, across the path or at an end
+    """
+
+    number: int
+    rms_mm: float
+    greatest_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class Learned:
+    """What rehearsals have taught of a drawing.
+
+    offsets  with which to draw it
+    steps    each rehearsal
+    floor_mm what two drawings of it differ by, about, rms
+    why      it ended before all were done, or what is to be said of it; ""
+    in_vain  nothing that was tried was better than what it began with
+    """
+
+    offsets: Drawn
+    steps: Sequence[Step]
+    floor_mm: float
+    why: str
+    in_vain: bool
+
+    def numbers(self) -> list[list[planning.Learned]]:
+        """Offsets as a job has them."""
+        return [[piece.numbers() for piece in stroke] for stroke in self.offsets]
+
+
+class Lessons:
+    """What is learned of a drawing, stroke by stroke; what is joined is learned together.
+
+    Args:
+        plan: the drawing.
+        first: with which offsets it begins; None: without.
+    """
+
+    def __init__(self, plan: DrawingPlan, first: Drawn | None = None) -> None:
+        self.plan = plan
+        self.ways: list[list[PieceWay]] = [
+            [way_of(plan.arm, motion) for motion in stroke.motions] for stroke in plan.strokes
+        ]
+        first = first or [[none(piece) for piece in stroke] for stroke in self.ways]
+        self._chains: list[list[int]] = []
+        for k, stroke in enumerate(plan.strokes):
+            if k and planning.is_joined(plan.strokes[k - 1], stroke):
+                self._chains[-1].append(k)
+            else:
+                self._chains.append([k])
+        self._lessons = []
+        for chain in self._chains:
+            pieces = [piece for k in chain for piece in self.ways[k]]
+            begin = [piece for k in chain for piece in first[k]]
+            self._lessons.append(Lesson(pieces, floor(plan.arm, pieces), begin))
+
+    @property
+    def offsets(self) -> Drawn:
+        """The best that is known."""
+        out: list[Sequence[Offsets]] = []
+        for chain, lesson in zip(self._chains, self._lessons, strict=True):
+            own = list(lesson.offsets)
+            for k in chain:
+                out.append(own[: len(self.ways[k])])
+                del own[: len(self.ways[k])]
+        return out
+
+    @property
+    def floor(self) -> float:
+        """What two drawings of it differ by, about, rms, cm."""
+        return self._mean([lesson.floor for lesson in self._lessons])
+
+    @property
+    def is_at_floor(self) -> bool:
+        """Whether no stroke has more to learn."""
+        return all(lesson.is_at_floor for lesson in self._lessons)
+
+    @property
+    def is_in_vain(self) -> bool:
+        """Whether no stroke has learned anything."""
+        return all(lesson.is_in_vain for lesson in self._lessons)
+
+    def _mean(self, values: Sequence[float]) -> float:
+        lengths = [sum(piece.length for piece in lesson.pieces) for lesson in self._lessons]
+        return float(np.sqrt(np.average(np.square(values), weights=lengths)))
+
+    def add(self, run: MeasuredRun, view: TipView, starts: Sequence[float], camera: str) -> Step:
+        """Take in a rehearsal that was drawn with `offsets`; starts are its job's, s.
+
+        Raises:
+            BadMeasurement: the camera saw too little of it.
+        """
+        seen = tracks(run, view, self.ways, starts, camera)
+        every: list[Rehearsal] = []
+        for chain, lesson in zip(self._chains, self._lessons, strict=True):
+            found = missed_of(lesson.pieces, [track for k in chain for track in seen[k]])
+            if found is None:
+                raise BadMeasurement(
+                    f"the camera saw next to nothing of stroke {chain[0] + 1}: light the table, "
+                    "let nothing hide the marker, or draw slower with --speed"
+                )
+            lesson.add(found)
+            every.append(lesson.rehearsals[-1])
+        number = len(self._lessons[0].rehearsals)
+        return Step(
+            number,
+            10 * self._mean([one.rms for one in every]),
+            10 * max(one.greatest for one in every),
+        )
+
+
+def rehearse(
+    plan: DrawingPlan,
+    rig: Rig,
+    view: TipView,
+    times: int,
+    first: Drawn | None = None,
+    camera: str = "A",
+    tell: Callable[[Step], None] = lambda step: None,
+) -> Learned:
+    """Let the arm draw a drawing some times, pen down, and learn from what a camera sees.
+
+    Args:
+        plan: the drawing.
+        rig: an arm with that camera.
+        view: of it.
+        times: so often at the most.
+        first: what was learned before, with which it begins; None: nothing.
+        camera: its name.
+        tell: called after each.
+
+    Raises:
+        BadMeasurement: the camera saw too little, or the job did not come to its end.
+        ArmError: the arm fails.
+    """
+    lessons = Lessons(plan, first)
+    steps: list[Step] = []
+    why = ""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
+        for _ in range(times):
+            offsets = [[piece.numbers() for piece in own] for own in lessons.offsets]
+            plan.write_job(file, offsets, LOG_PERIOD)
+            starts = [round(start, 2) for start in plan.estimate.starts]
+            steps.append(lessons.add(rig.measure(file, dry=False), view, starts, camera))
+            tell(steps[-1])
+            if lessons.is_at_floor:
+                why = AT_FLOOR
+                break
+    if lessons.is_in_vain:
+        why = IN_VAIN
+    return Learned(lessons.offsets, steps, 10 * lessons.floor, why, lessons.is_in_vain)
