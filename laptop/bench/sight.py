@@ -50,7 +50,7 @@ CURVES = ("circle", "wave")
 LINK_ERROR, ZERO_ERROR, BACKLASH, LOAD = 0.05, 1.5, 3.0, 0.015
 """What is wrong, at the most: share of a link, degrees, degrees, and Nm at every joint."""
 
-BATTERY = 7.6, 8.2
+BATTERY = 7.85, 7.95
 """Voltage of the motors, drawn anew for each drawing: so no two are the same, V."""
 
 NOISE_PX, FPS = 0.5, 20.0

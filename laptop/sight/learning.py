@@ -21,7 +21,13 @@ KNOT_SPACING, KNOTS = 0.2, (9, 120)
 """Of offsets: about so far apart, cm, and how many at the least and most."""
 
 SMOOTH_OVER = 2.5
-"""Waves that are this long lose half on being smoothed, cm."""
+"""Waves that are this long lose half on being smoothed, cm: across the path."""
+
+ALONG_OVER = 6.0
+"""And along it, where a tip that is a moment late has not missed anything."""
+
+END = 2.0
+"""What is missed along the path counts at its ends, as if so much of it did, cm."""
 
 TUKEY = 4.0
 """Sights off by more than so many standard deviations do not count."""
@@ -35,6 +41,12 @@ ROUNDS = 5
 SOFT, SOFTENINGS = 0.8, 12
 """Share of the brick's greatest acceleration that offsets use; so often they are smoothed more."""
 
+USUAL_NOISE = 0.05
+"""Of sights, before anything is known of it, cm."""
+
+SLACK = np.radians(1.0)
+"""Half of a backlash is wrongly described by about so much, rad."""
+
 NORMAL = 1.4826
 """Standard deviation of a normal distribution by its median absolute deviation."""
 
@@ -46,7 +58,9 @@ class Missed:
     Attributes:
         s: length of the way, cm, (n,).
         across: to the left of the path, smoothed, cm, (n,).
-        along: ahead of its beginning and of its end, cm, (2,).
+        along: ahead on it, smoothed more, cm, (n,).
+        slack: of that, what each joint's backlash makes by which it is wrongly described: half of
+            the difference, rad, (joints,).
         noise: standard deviation of single sights about that, cm.
         unsure: standard deviation of `across` by that noise, cm.
     """
@@ -54,19 +68,20 @@ class Missed:
     s: np.ndarray
     across: np.ndarray
     along: np.ndarray
+    slack: np.ndarray
     noise: float
     unsure: float
 
     @property
     def mean_square(self) -> float:
         """Of what was missed, over its length and its ends, cm^2."""
-        ahead = np.interp(self.s, self.s[[0, -1]], self.along)
-        return float((self.across**2).mean() + (ahead**2).mean())
+        ends = float((self.along[[0, -1]] ** 2).mean())
+        return float((self.across**2).mean()) + ends * min(1.0, END / self.s[-1])
 
     @property
     def greatest(self) -> float:
         """Distance across, or at an end, cm."""
-        ends = np.hypot(self.along, self.across[[0, -1]])
+        ends = np.hypot(self.along[[0, -1]], self.across[[0, -1]])
         return float(max(np.abs(self.across).max(), ends.max()))
 
 
@@ -75,14 +90,27 @@ def missed(piece: PieceWay, track: PieceTrack) -> Missed:
     knots = none(piece).s
     off = track.p - piece.at(track.s, piece.p)
     ahead = (off * piece.at(track.s, piece.ahead)).sum(axis=1)
-    along = np.array([_at_end(track, ahead, end) for end in (-1, 1)])
+    along, *_ = _smoothed(knots, track.s, ahead, np.zeros((len(ahead), 0)), ALONG_OVER)
     # A tip that is late or early was farther back or ahead on its way, not beside it.
-    steady = np.interp(track.s, [0.0, piece.length], along)
-    there = np.where(track.stands == 0, track.s + ahead - steady, track.s)
-    there = np.clip(there, 0.0, piece.length)
+    late = ahead - np.interp(track.s, knots, along)
+    there = np.clip(track.s + np.where(track.stands == 0, late, 0.0), 0.0, piece.length)
     off = track.p - piece.at(there, piece.p)
-    across, noise, unsure = _smoothed(knots, there, (off * piece.at(there, piece.left)).sum(axis=1))
-    return Missed(knots, across, along, noise, unsure)
+    left = piece.at(there, piece.left)
+    # What a joint's backlash makes that is wider or narrower than described.
+    slack = np.einsum(
+        "nk,nkj,nj->nj", left, *(piece.at(there, x) for x in (piece.turns, piece.sides))
+    )
+    smooth, wide, noise, unsure = _smoothed(
+        knots, there, (off * left).sum(axis=1), slack, SMOOTH_OVER
+    )
+    turned = _by_slack(piece, knots, wide)
+    across = smooth + (turned * _units(piece.at(knots, piece.left))).sum(axis=1)
+    return Missed(knots, across, along, wide, noise, unsure)
+
+
+def _by_slack(piece: PieceWay, s: np.ndarray, slack: np.ndarray) -> np.ndarray:
+    """Return what backlash that is wrongly described makes of the tip's place, (n, 2), cm."""
+    return np.einsum("nkj,nj->nk", piece.at(s, piece.turns), piece.at(s, piece.sides) * slack)
 
 
 def missed_of(pieces: Sequence[PieceWay], seen: Sequence[PieceTrack]) -> list[Missed] | None:
@@ -116,7 +144,7 @@ def missed_of(pieces: Sequence[PieceWay], seen: Sequence[PieceTrack]) -> list[Mi
 
 def _vector(piece: PieceWay, miss: Missed, end: int) -> np.ndarray:
     """What was missed at an end, 0 or -1, (2,), cm."""
-    return miss.across[end] * piece.left[end] + miss.along[end] * piece.ahead[end]
+    return np.asarray(miss.across[end] * piece.left[end] + miss.along[end] * piece.ahead[end])
 
 
 def _bridged(piece: PieceWay, begin: np.ndarray, end: np.ndarray, unsure: float) -> Missed:
@@ -125,47 +153,50 @@ def _bridged(piece: PieceWay, begin: np.ndarray, end: np.ndarray, unsure: float)
     share = (knots / piece.length)[:, None]
     off = begin * (1 - share) + end * share
     across = (off * _units(piece.at(knots, piece.left))).sum(axis=1)
-    along = (off[[0, -1]] * piece.ahead[[0, -1]]).sum(axis=1)
-    return Missed(knots, across, along, 0.0, unsure)
-
-
-def _at_end(track: PieceTrack, ahead: np.ndarray, end: int) -> float:
-    """How far ahead of an end the tip stood, or passed it, cm."""
-    stood = track.stands == end
-    if stood.sum() >= 2:
-        return float(np.median(ahead[stood]))
-    near = np.argsort(track.s if end < 0 else -track.s)[:3]
-    return float(np.median(ahead[near]))
+    along = (off * _units(piece.at(knots, piece.ahead))).sum(axis=1)
+    return Missed(knots, across, along, np.zeros(piece.turns.shape[2]), 0.0, unsure)
 
 
 def _smoothed(
-    knots: np.ndarray, s: np.ndarray, values: np.ndarray
-) -> tuple[np.ndarray, float, float]:
+    knots: np.ndarray, s: np.ndarray, values: np.ndarray, others: np.ndarray, wave: float
+) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Smooth values (n,) at s, after Whittaker 1923, without those that are far off.
 
+    Args:
+        knots: where the smooth values are to be, cm.
+        s: where the values are.
+        values: (n,), cm.
+        others: (n, m), columns that may be part of the values beside what is smooth.
+        wave: of this length, cm, loses half.
+
     Returns:
-        What they are at the knots; the standard deviation of one about that, and of that.
+        The smooth values at the knots; how much of each column is in the values, (m,); the standard
+        deviation of a value about both, and that of the smooth ones, cm.
     """
-    spacing = knots[1]
-    k = np.clip((s / spacing).astype(int), 0, len(knots) - 2)
+    spacing, count = knots[1], len(knots)
+    k = np.clip((s / spacing).astype(int), 0, count - 2)
     share = s / spacing - k
-    design = np.zeros((len(s), len(knots)))
+    design = np.zeros((len(s), count + others.shape[1]))
     rows = np.arange(len(s))
     design[rows, k], design[rows, k + 1] = 1 - share, share
+    design[:, count:] = others
     # What stands at an end tells of that end alone.
     moving = np.count_nonzero((s > 0) & (s < knots[-1]))
-    stiffness = _stiffness(knots, SMOOTH_OVER) * max(moving, 1) / knots[-1] * spacing
-    weights = np.ones(len(s))
+    stiff = np.zeros((design.shape[1],) * 2)
+    stiff[:count, :count] = _stiffness(knots, wave) * max(moving, 1) / knots[
+        -1
+    ] * spacing + 1e-9 * np.eye(count)
+    weights, noise = np.ones(len(s)), USUAL_NOISE
     for _ in range(ROUNDS):
-        normal = design.T @ (weights[:, None] * design) + stiffness + 1e-9 * np.eye(len(knots))
-        inverse = np.linalg.inv(normal)
+        stiff[range(count, len(stiff)), range(count, len(stiff))] = (noise / SLACK) ** 2
+        inverse = np.linalg.inv(design.T @ (weights[:, None] * design) + stiff)
         found = inverse @ (design.T @ (weights * values))
         left = values - design @ found
         noise = max(NORMAL * float(np.median(np.abs(left))), 1e-4)
         weights = np.clip(1 - (left / (TUKEY * noise)) ** 2, 0.0, None) ** 2
-    spread = inverse @ (design.T * weights)
+    spread = (inverse @ (design.T * weights))[:count]
     unsure = float(np.sqrt((spread**2).sum(axis=1).mean())) * noise
-    return found, noise, unsure
+    return found[:count], found[count:], noise, unsure
 
 
 def _stiffness(knots: np.ndarray, wave: float) -> np.ndarray:
@@ -202,18 +233,20 @@ class Offsets:
 def none(piece: PieceWay) -> Offsets:
     """Return the offsets of a piece of which nothing is learned."""
     count = int(np.clip(np.ceil(piece.length / KNOT_SPACING) + 1, *KNOTS))
-    return Offsets(np.linspace(0.0, piece.length, count), np.zeros((count, piece.back.shape[1])))
+    return Offsets(np.linspace(0.0, piece.length, count), np.zeros((count, piece.turns.shape[2])))
 
 
 def corrected(piece: PieceWay, offsets: Offsets, miss: Missed) -> Offsets:
     """Return offsets that take off what was missed."""
-    ahead = np.interp(miss.s, miss.s[[0, -1]], miss.along)
-    off = miss.across[:, None] * _units(piece.at(miss.s, piece.left))
-    off += ahead[:, None] * _units(piece.at(miss.s, piece.ahead))
-    back = np.stack(
-        [piece.at(miss.s, piece.back[:, k]) for k in range(piece.back.shape[1])], axis=1
-    )
-    return Offsets(offsets.s, offsets.q - np.einsum("njk,nk->nj", back, off))
+    # Backlash is taken off the joints' angles as it makes them wrong, the rest as a place is.
+    slack = _by_slack(piece, miss.s, miss.slack)
+    left, ahead = (_units(piece.at(miss.s, units)) for units in (piece.left, piece.ahead))
+    along = miss.along - (slack * ahead).sum(axis=1)
+    off = (miss.across - (slack * left).sum(axis=1))[:, None] * left
+    off += along[:, None] * ahead
+    turned = np.einsum("njk,nk->nj", piece.at(miss.s, piece.back), off)
+    turned += piece.at(miss.s, piece.sides) * miss.slack
+    return Offsets(offsets.s, offsets.q - turned)
 
 
 def _units(vectors: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from laptop.sight.learning import Offsets, missed_of, none
 from laptop.sight.lesson import Lesson, Rehearsal, floor
 from laptop.sight.tracks import tracks
 from laptop.sight.view import TipView
-from laptop.sight.way import PieceWay, way_of
+from laptop.sight.way import ways_of
 
 LOG_PERIOD = 0.05
 """So often the brick logs where it is, s."""
@@ -75,9 +75,7 @@ class Lessons:
 
     def __init__(self, plan: DrawingPlan, first: Drawn | None = None) -> None:
         self.plan = plan
-        self.ways: list[list[PieceWay]] = [
-            [way_of(plan.arm, motion) for motion in stroke.motions] for stroke in plan.strokes
-        ]
+        self.ways = [ways_of(plan.arm, stroke.motions) for stroke in plan.strokes]
         first = first or [[none(piece) for piece in stroke] for stroke in self.ways]
         self._chains: list[list[int]] = []
         for k, stroke in enumerate(plan.strokes):

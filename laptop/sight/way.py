@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robot.motion import kinematics
+from robot.motion.backlash import BacklashCompensation
+from robot.motion.gravity import Gravity
 from robot.motion.trajectory import Trajectory
 from shared.arm_description import Arm
 
@@ -27,14 +29,18 @@ class PieceWay:
         t: when the tip is to be there, s from its beginning, (n,).
         p: where that is, (n, 2), cm.
         ahead: unit vectors along it, (n, 2).
-        back: joints' turns (rad) by the tip's (cm): the inverse Jacobian, (n, joints, 2).
+        turns: the tip's moves (cm) by the joints' (rad): the Jacobian, (n, 2, joints).
+        back: its inverse, (n, joints, 2).
+        sides: where each joint's backlash lies as it is planned, -1 to 1, (n, joints).
     """
 
     s: np.ndarray
     t: np.ndarray
     p: np.ndarray
     ahead: np.ndarray
+    turns: np.ndarray
     back: np.ndarray
+    sides: np.ndarray
 
     @property
     def length(self) -> float:
@@ -52,19 +58,32 @@ class PieceWay:
         return np.column_stack([-self.ahead[:, 1], self.ahead[:, 0]])
 
     def at(self, s: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Return values (n,) or (n, m), known at its places, at other lengths (k,)."""
-        if values.ndim == 1:
-            return np.interp(s, self.s, values)
-        return np.stack([np.interp(s, self.s, column) for column in values.T], axis=1)
+        """Return values (n, ...), known at its places, at other lengths (k,)."""
+        flat = values.reshape(len(values), -1)
+        out = np.stack([np.interp(s, self.s, column) for column in flat.T], axis=1)
+        return out.reshape(len(s), *values.shape[1:])
 
 
-def way_of(arm: Arm, motion: Trajectory) -> PieceWay:
-    """Return the way of a planned piece.
+def ways_of(arm: Arm, motions: Sequence[Trajectory]) -> list[PieceWay]:
+    """Return the ways of a stroke's planned pieces.
 
     Args:
         arm: that draws it; in space its height is not looked at.
-        motion: as planned.
+        motions: as planned.
     """
+    gravity = Gravity(arm)
+    preload = gravity.preload_sides if gravity.loaded else None
+    # It is approached from behind: all backlash is taken up its way.
+    sides = gravity.sides(motions[0].start, motions[0].directions)
+    out = []
+    for motion in motions:
+        backlash = BacklashCompensation(arm.joints, motion, sides, preload)
+        out.append(_way(arm, motion, backlash))
+        sides = backlash.sides
+    return out
+
+
+def _way(arm: Arm, motion: Trajectory, backlash: BacklashCompensation) -> PieceWay:
     times, segments, _ = motion.numbers()
     s, t, q, slopes = [], [], [], []
     whole = [(b - a) * (v + 0.5 * c * (b - a)) for a, b, (v, c, _, _) in _spans(times, segments)]
@@ -92,7 +111,9 @@ def way_of(arm: Arm, motion: Trajectory) -> PieceWay:
         np.array(t),
         np.array([kinematics.forward(arm, pose)[:2] for pose in q]),
         ahead / np.linalg.norm(ahead, axis=1, keepdims=True),
+        jacobians[:, :2],
         np.linalg.pinv(jacobians)[:, :, :2],
+        np.array([backlash.sides_at(at) for at in t], float),
     )
 
 

@@ -7,7 +7,6 @@ become part of the cubics that the plan is made of: a control tick does not know
 
 import math
 
-from robot.motion.trajectory import JOINT_ACCELERATION
 from shared.job import JOINED, MAX_JUMP, BadJob, check_joints
 
 MAX_OFFSET = math.radians(20)
@@ -17,8 +16,9 @@ arm's full reach five times as much."""
 MAX_KNOTS = 200
 """Offsets of a piece and joint, at the most."""
 
-MAX_ACCELERATION = 2 * JOINT_ACCELERATION
-"""Greatest acceleration that offsets may add to a joint's, rad/s^2: their moves are small."""
+MAX_ACCELERATION = math.radians(1000)
+"""Greatest acceleration that offsets may add to a joint's, rad/s^2: as much as a backlash of 3
+degrees takes to be crossed, for where it is described wrongly they do that."""
 
 SAME_WAY = 0.05
 """Offsets are of a piece if the lengths of both ways differ by no more, cm."""
