@@ -51,6 +51,9 @@
     jobs/orders       driver, brick, people        driver                   orders to it, appended
                                                                             line by line; see
                                                                             robot.jobs.orders
+    learned/          draw --by-sight                the same                 what a camera has taught
+                                                                            of a path of an arm; see
+                                                                            laptop.sight.kept
 
 Those that are read are read by shared.small_files: a regular file of a sensible size, and any error
 in it is a sentence.
@@ -73,6 +76,7 @@ CALLED_BRICK_FILE = "brick.txt"
 BRICK_RUNS_FOLDER = "brick-runs"
 OWN_ARMS_FOLDER = "arms"
 JOBS_FOLDER, JOB_STATUS_FILE, JOB_ORDERS_FILE = "jobs", "jobs/status", "jobs/orders"
+LEARNED_FOLDER = "learned"
 """Names in the state folder."""
 
 
