@@ -51,8 +51,8 @@
     jobs/orders       driver, brick, people        driver                   orders to it, appended
                                                                             line by line; see
                                                                             robot.jobs.orders
-    learned/          draw --by-sight                the same                 what a camera has taught
-                                                                            of a path of an arm; see
+    learned/          draw --by-sight              the same                 what a camera has taught
+                                                                            of an arm's path: see
                                                                             laptop.sight.kept
 
 Those that are read are read by shared.small_files: a regular file of a sensible size, and any error

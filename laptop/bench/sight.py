@@ -26,9 +26,9 @@ from laptop.drawing.preparing import DrawingPlan, prepare
 from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig
 from laptop.measuring.measured_run import MeasuredRun
 from laptop.reporting.line_accuracy import distances, pen_down_runs, place, refined
+from laptop.sight.emulated_view import view_of
 from laptop.sight.rehearsal import Learned, Lessons, rehearse
 from laptop.sight.view import TipView
-from laptop.sight.emulated_view import view_of
 from laptop.simulator.device.plant_constants import CPU
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from laptop.simulator.own_programs import find_script
 
 if TYPE_CHECKING:
     from laptop.drawing.preparing import DrawingPlan
+    from shared.arm_description import Arm
 
 TIMEOUT = 24 * 3600.0
 """A drawing may take so long on the emulated brick, s."""
@@ -26,15 +28,33 @@ TIMEOUT = 24 * 3600.0
 PICTURE = "picture.png"
 
 
-def draw_simulated(plan: DrawingPlan, out: Path, plant_text: str, words: tuple[str, ...]) -> int:
-    """Draw a plan on the emulated brick and leave its files in `out`; return the exit status."""
+def draw_simulated(
+    plan: DrawingPlan,
+    out: Path,
+    plant_text: str,
+    words: tuple[str, ...],
+    offsets: Sequence[Any] = (),
+    built: Arm | None = None,
+) -> int:
+    """Draw a plan on the emulated brick and leave its files in `out`; return the exit status.
+
+    Args:
+        plan: the drawing.
+        out: folder for files.
+        plant_text: constants of the emulated motors.
+        words: more arguments of `driver.py job`.
+        offsets: what was learned of it, as DrawingPlan.write_job takes it.
+        built: the arm as it is; None: as described.
+    """
     plant = read_plant(plant_text)
     check_room(out)
     with alone_in(out), tempfile.TemporaryDirectory() as folder:
         file = str(Path(folder) / "drawing.job")
-        header = plan.write_job(file)
+        header = plan.write_job(file, offsets)
         args = ("job", file, *words)
-        run = session.run(plan.arm, find_script("driver.py"), args, plant, timeout=TIMEOUT)
+        run = session.run(
+            plan.arm, find_script("driver.py"), args, plant, timeout=TIMEOUT, built=built
+        )
         wished = chains(plan.strokes, plan.arm, plan.options.height)
         accuracy = drawing_plot.compare(run.record, wished)
         summary: dict[str, Any] = {
@@ -61,6 +81,14 @@ def draw_simulated(plan: DrawingPlan, out: Path, plant_text: str, words: tuple[s
         )
     click.echo(f"{out}/{PICTURE}, trace.csv, summary.json")
     return int(run.outcome.status)
+
+
+def write_picture(plan: DrawingPlan, record: Sequence[Any], file: Path, what: str) -> None:
+    """Write the picture of a run: its truth over what was wished."""
+    wished = chains(plan.strokes, plan.arm, plan.options.height)
+    accuracy = drawing_plot.compare(record, wished)
+    notes = f"{what}: off by {accuracy.greatest_mm:.1f} mm at most"
+    drawing_plot.write_drawing_plot(file, record, wished, accuracy, plan.name, notes)
 
 
 def _in_words(estimated: float, drawn: float, accuracy: drawing_plot.DrawingAccuracy) -> str:

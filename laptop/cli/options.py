@@ -73,6 +73,17 @@ def arm_option(what: str, more: str = "") -> Callable[[Any], Any]:
     )
 
 
+def option_group(*options: Any) -> Any:
+    """Return what gives a command these options and arguments, in their order."""
+
+    def add(command: Any) -> Any:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
 def on_the_page(command: Callable[..., None]) -> Callable[..., None]:
     """Options of a command that serves the page."""
     for option in (

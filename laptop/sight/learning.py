@@ -1,9 +1,9 @@
 """What to change in the joints' path so that the tip goes where it is to go.  Pure.
 
 Iterative learning control (Arimoto, Kawamura and Miyazaki 1984): what was missed is taken off the
-next time.  Across the path all of it; along the path only what is missed at its ends, in equal
-steps from one to the other, for on the way nobody sees when the tip is where.  What is narrower than
-the arm can follow is smoothed away before, so that it cannot build up from time to time.
+next time.  Across the path it is smoothed a little, along it more: who is late on his way has
+missed nothing; at the ends the tip stands, and there all of it counts.  What is narrower than an
+arm can follow is smoothed away before, so that it cannot build up from time to time.
 """
 
 from __future__ import annotations
@@ -143,12 +143,12 @@ def missed_of(pieces: Sequence[PieceWay], seen: Sequence[PieceTrack]) -> list[Mi
 
 
 def _vector(piece: PieceWay, miss: Missed, end: int) -> np.ndarray:
-    """What was missed at an end, 0 or -1, (2,), cm."""
+    """Return what was missed at an end, 0 or -1, (2,), cm."""
     return np.asarray(miss.across[end] * piece.left[end] + miss.along[end] * piece.ahead[end])
 
 
 def _bridged(piece: PieceWay, begin: np.ndarray, end: np.ndarray, unsure: float) -> Missed:
-    """What was missed from one vector to another."""
+    """Return what was missed where that goes from one vector to another."""
     knots = none(piece).s
     share = (knots / piece.length)[:, None]
     off = begin * (1 - share) + end * share
@@ -200,7 +200,7 @@ def _smoothed(
 
 
 def _stiffness(knots: np.ndarray, wave: float) -> np.ndarray:
-    """What bends cost values at knots, each of which counts 1, if this wave is to be halved.
+    """Return what bends cost values at knots that each count 1, if this wave is to be halved.
 
     A wave sin(k s) bends by k^2: to leave it as it is costs as much as to leave it out.
     """

@@ -1,10 +1,10 @@
-"""What rehearsals of one stroke teach, all of them together; and when there is no more to learn.  Pure.
+"""What rehearsals of one stroke teach, all of them together; and when that is all.  Pure.
 
 Each rehearsal says where the offsets should be: where they were, less what was missed.  It is wrong
 by what two drawings of one stroke differ by anyway, and by a share of what was missed.  So the
-offsets to come are the mean of what all rehearsals say, each weighed by how sure it is; and of those
-that the stroke began with, weighed by how much there is to learn at all.  A rehearsal that went
-wrong hardly counts, and what is learned does not swing from one to the next.
+offsets to come are the mean of what all rehearsals say, each weighed by how sure it is; and of
+those that the stroke began with, weighed by how much there is to learn at all.  A rehearsal that
+went wrong hardly counts, and what is learned does not swing from one to the next.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ class Lesson:
 
 
 def floor(arm: Arm, pieces: Sequence[PieceWay]) -> float:
-    """What two drawings of a stroke differ by, about, rms, cm: encoders count in whole degrees.
+    """Return what two drawings of a stroke differ by, about, rms, cm: encoders count degrees.
 
     An angle that is known to a count is wrong by a count / sqrt(12), rms.
 

@@ -14,7 +14,7 @@ from laptop.drawing.preparing import DrawingPlan
 from laptop.measuring.measured_run import BadMeasurement, MeasuredRun, Rig
 from laptop.sight.learning import Offsets, missed_of, none
 from laptop.sight.lesson import Lesson, Rehearsal, floor
-from laptop.sight.tracks import tracks
+from laptop.sight.tracks import laid, tracks
 from laptop.sight.view import TipView
 from laptop.sight.way import ways_of
 
@@ -177,7 +177,10 @@ def rehearse(
             offsets = [[piece.numbers() for piece in own] for own in lessons.offsets]
             plan.write_job(file, offsets, LOG_PERIOD)
             starts = [round(start, 2) for start in plan.estimate.starts]
-            steps.append(lessons.add(rig.measure(file, dry=False), view, starts, camera))
+            run = rig.measure(file, dry=False)
+            if view.to_lay:
+                view = laid(run, view, lessons.ways, starts, camera)
+            steps.append(lessons.add(run, view, starts, camera))
             tell(steps[-1])
             if lessons.is_at_floor:
                 why = AT_FLOOR

@@ -18,6 +18,9 @@ stands, s."""
 LANDED = 0.06
 """So long after a piece's end its tip has come to rest, s."""
 
+LEAST_LAID = 10
+"""Sights from which it is told how the arm stands on the board."""
+
 LONGEST_SETTLING, SAME_TIME = 0.3, 1e-6
 """A piece is over for so long at the most when the next one begins; and what is no step back, s."""
 
@@ -34,6 +37,46 @@ class PieceTrack:
     s: np.ndarray
     p: np.ndarray
     stands: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _StrokeSights:
+    """One stroke's log (t and the job's plan, s) and sights (times, pixels, the link's heading)."""
+
+    t: np.ndarray
+    plan: np.ndarray
+    times: np.ndarray
+    pixels: np.ndarray
+    heading: np.ndarray
+
+
+def _sights(run: MeasuredRun, camera: str, strokes: int) -> list[_StrokeSights]:
+    """Return what was logged and seen of each stroke."""
+    sights = run.sights[camera]
+    seen = np.isfinite(sights.pixels).all(axis=1)
+    times, pixels = sights.t[seen], sights.pixels[seen]
+    moved = [
+        [row for row in run.rows if row.stroke == number and not row.rest]
+        for number in range(1, strokes + 1)
+    ]
+    for number, rows in enumerate(moved, 1):
+        if len(rows) < 2:
+            raise BadMeasurement(
+                f"the brick has logged nothing of stroke {number}; put today's program on it: "
+                "brickservo brick install"
+            )
+    first, last = ([rows[k].t for rows in moved] for k in (0, -1))
+    # Where strokes are joined the pen stays down, and one ends where the next one begins.
+    begins = [max(t - BEFORE, before) for t, before in zip(first, [-np.inf, *last], strict=False)]
+    ends = [min(t + AFTER, after) for t, after in zip(last, [*first[1:], np.inf], strict=True)]
+    found = []
+    for rows, begin, end in zip(moved, begins, ends, strict=True):
+        t = np.array([row.t for row in rows])
+        mine = (times > begin) & (times < end)
+        heading = np.interp(times[mine], t, [sum(row.q) for row in rows])
+        plan = np.array([row.plan for row in rows])
+        found.append(_StrokeSights(t, plan, times[mine], pixels[mine], heading))
+    return found
 
 
 def tracks(
@@ -55,33 +98,46 @@ def tracks(
     Raises:
         BadMeasurement: the brick logged nothing of a stroke.
     """
-    sights = run.sights[camera]
-    seen = np.isfinite(sights.pixels).all(axis=1)
-    times, pixels = sights.t[seen], sights.pixels[seen]
-    moved = [
-        [row for row in run.rows if row.stroke == number and not row.rest]
-        for number in range(1, len(strokes) + 1)
-    ]
-    for number, rows in enumerate(moved, 1):
-        if len(rows) < 2:
-            raise BadMeasurement(
-                f"the brick has logged nothing of stroke {number}; put today's program on it: "
-                "brickservo brick install"
-            )
-    first, last = ([rows[k].t for rows in moved] for k in (0, -1))
-    # Where strokes are joined the pen stays down, and one ends where the next one begins.
-    begins = [max(t - BEFORE, before) for t, before in zip(first, [-np.inf, *last], strict=False)]
-    ends = [min(t + AFTER, after) for t, after in zip(last, [*first[1:], np.inf], strict=True)]
     found = []
-    for pieces, start, rows, begin, end in zip(strokes, starts, moved, begins, ends, strict=True):
-        t = np.array([row.t for row in rows])
-        plan = np.array([row.plan for row in rows]) - start
-        mine = (times > begin) & (times < end)
-        heading = np.interp(times[mine], t, [sum(row.q) for row in rows])
-        tips = view.tips(pixels[mine], heading)
+    for pieces, start, seen in zip(
+        strokes, starts, _sights(run, camera, len(strokes)), strict=True
+    ):
+        tips = view.tips(seen.pixels, seen.heading)
         there = np.isfinite(tips).all(axis=1)
-        found.append(_by_piece(pieces, t, plan, times[mine][there], tips[there]))
+        plan = seen.plan - start
+        found.append(_by_piece(pieces, seen.t, plan, seen.times[there], tips[there]))
     return found
+
+
+def laid(
+    run: MeasuredRun,
+    view: TipView,
+    strokes: Sequence[Sequence[PieceWay]],
+    starts: Sequence[float],
+    camera: str = "A",
+) -> TipView:
+    """Return the view in which a first run lies best on what was wished, see TipView.laid.
+
+    Raises:
+        BadMeasurement: the brick logged nothing of a stroke, or the camera saw next to nothing.
+    """
+    pixels, headings, wished = [], [], []
+    for pieces, start, seen in zip(
+        strokes, starts, _sights(run, camera, len(strokes)), strict=True
+    ):
+        at = np.interp(seen.times, seen.t, seen.plan - start)
+        begun = np.cumsum([0.0, *(piece.duration for piece in pieces)])
+        t = np.concatenate([first + piece.t for first, piece in zip(begun, pieces, strict=False)])
+        p = np.concatenate([piece.p for piece in pieces])
+        pixels.append(seen.pixels)
+        headings.append(seen.heading)
+        wished.append(np.stack([np.interp(at, t, column) for column in p.T], axis=1))
+    every = np.concatenate(pixels)
+    if len(every) < LEAST_LAID:
+        raise BadMeasurement(
+            f"the camera saw the marker {len(every)} times: light the table, let nothing hide it"
+        )
+    return view.laid(every, np.concatenate(headings), np.concatenate(wished))
 
 
 def _by_piece(
