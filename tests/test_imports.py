@@ -5,6 +5,7 @@ laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.r
 laptop.cli -> laptop.brick -> shared
 laptop.cli, laptop.bench -> laptop.calibration -> laptop.vision
 laptop.cli, laptop.bench -> laptop.measuring -> laptop.tracking, laptop.simulator
+laptop.cli, laptop.bench -> laptop.sight -> laptop.measuring, laptop.drawing
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
 laptop.bench, laptop.demo, laptop.guide, laptop.simulator -> robot; all of them -> shared
@@ -30,6 +31,7 @@ TOP_LEVEL = {
 LIBRARIES = ("numpy", "cv2", "matplotlib", "rich")
 BELOW_SIMULATOR = ("laptop.system", "laptop.tracking", "laptop.vision", "laptop.reporting")
 PURE = tuple(f"robot.motion.{name}" for name in ("chains", "kinematics", "paths", "trajectory"))
+SIGHT_PURE = ("backlash", "gravity", "kinematics", "trajectory")
 RULES = {
     "shared": ("shared",),
     "robot": ("robot", "shared", "ev3dev2.motor"),
@@ -42,6 +44,14 @@ RULES = {
     "laptop.measuring": (
         *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.vision"),
         *("robot.motion.kinematics", "shared", "numpy"),
+    ),
+    "laptop.sight": (
+        *("laptop.sight", "laptop.measuring.measured_run", "laptop.drawing", "shared", "numpy"),
+        *("robot.jobs.learned", *(f"robot.motion.{name}" for name in SIGHT_PURE)),
+    ),
+    "laptop.sight.emulated_view": (
+        *("laptop.sight.view", "laptop.calibration.camera_model", "shared", "numpy", "cv2"),
+        "laptop.simulator.scene.scene",
     ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
     "laptop.page": (
@@ -107,6 +117,10 @@ RULES = {
         )
         for name in ("plot", "interruptions")
     },
+    "laptop.bench.sight": (
+        *("laptop.bench", "laptop.drawing", "laptop.measuring", "laptop.reporting"),
+        *("laptop.sight", "laptop.simulator", "shared", "numpy"),
+    ),
     "laptop.bench.plot_drawings": ("laptop.drawing.artwork", "numpy"),
     "laptop.bench.page": (
         *("laptop.bench", "laptop.demo", "laptop.simulator", *BELOW_SIMULATOR),

@@ -244,3 +244,30 @@ def run_case(case: SightCase) -> SightResult:
         float(10 * distances(twice[0], twice[1]).max()),
         learned.why,
     )
+
+
+HEADINGS = ("arm", "path", "built", "drawn", "greatest, median", "p95", "mean", "end", "repeats")
+
+
+def table(results: Sequence[SightResult]) -> list[list[str]]:
+    """One row per arm, path and whether it was described rightly; after 0, 1, ... rehearsals."""
+    groups: dict[tuple[str, str, bool], list[SightResult]] = {}
+    for one in results:
+        groups.setdefault((one.case.arm, one.case.path, one.case.wrong), []).append(one)
+    rows = []
+    for (arm, path, wrong), every in groups.items():
+        drawn = [one for one in every if not one.failed]
+        row = [arm, path, "otherwise" if wrong else "as described", f"{len(drawn)} of {len(every)}"]
+        if drawn:
+            greatest = np.array([one.greatest_mm for one in drawn])
+            ends = np.array([one.end_mm for one in drawn])
+            columns = (
+                np.median(greatest, axis=0),
+                np.percentile(greatest, 95, axis=0),
+                greatest.mean(axis=0),
+                np.median(ends, axis=0),
+                np.array([np.median([one.repeats_mm for one in drawn])]),
+            )
+            row += [" ".join(f"{value:.2f}" for value in column) for column in columns]
+        rows.append(row + [""] * (len(HEADINGS) - len(row)))
+    return rows

@@ -14,6 +14,7 @@ from laptop.cli.bench_camera import bench_camera
 from laptop.cli.bench_interruptions import bench_interruptions
 from laptop.cli.bench_page import bench_page, bench_stop
 from laptop.cli.bench_plot import bench_plot
+from laptop.cli.bench_sight import bench_sight
 from laptop.cli.options import FiniteRange, Seeds, bench_examples, importing, in_one_line
 from laptop.simulator.device.plant_constants import CPU
 
@@ -455,5 +456,5 @@ def bench_brick() -> None:
     show.table(title, brick.HEADINGS, brick.table(rows), sections=0)
 
 
-for command in (bench_camera, bench_interruptions, bench_page, bench_plot, bench_stop):
+for command in (bench_camera, bench_interruptions, bench_page, bench_plot, bench_sight, bench_stop):
     bench.add_command(command)

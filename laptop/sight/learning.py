@@ -52,7 +52,7 @@ NORMAL = 1.4826
 
 
 @dataclass(frozen=True, eq=False)
-class Missed:
+class PathMiss:
     """By how much the tip missed a piece, at as many places as there are offsets.
 
     Attributes:
@@ -85,7 +85,7 @@ class Missed:
         return float(max(np.abs(self.across).max(), ends.max()))
 
 
-def missed(piece: PieceWay, track: PieceTrack) -> Missed:
+def missed(piece: PieceWay, track: PieceTrack) -> PathMiss:
     """By how much a track missed its piece."""
     knots = none(piece).s
     off = track.p - piece.at(track.s, piece.p)
@@ -105,7 +105,7 @@ def missed(piece: PieceWay, track: PieceTrack) -> Missed:
     )
     turned = _by_slack(piece, knots, wide)
     across = smooth + (turned * _units(piece.at(knots, piece.left))).sum(axis=1)
-    return Missed(knots, across, along, wide, noise, unsure)
+    return PathMiss(knots, across, along, wide, noise, unsure)
 
 
 def _by_slack(piece: PieceWay, s: np.ndarray, slack: np.ndarray) -> np.ndarray:
@@ -113,7 +113,7 @@ def _by_slack(piece: PieceWay, s: np.ndarray, slack: np.ndarray) -> np.ndarray:
     return np.einsum("nkj,nj->nk", piece.at(s, piece.turns), piece.at(s, piece.sides) * slack)
 
 
-def missed_of(pieces: Sequence[PieceWay], seen: Sequence[PieceTrack]) -> list[Missed] | None:
+def missed_of(pieces: Sequence[PieceWay], seen: Sequence[PieceTrack]) -> list[PathMiss] | None:
     """By how much a stroke's pieces were missed; None if too little was seen of all of them.
 
     A piece of which too little was seen was missed as its neighbours were where they meet it.
@@ -142,19 +142,19 @@ def missed_of(pieces: Sequence[PieceWay], seen: Sequence[PieceTrack]) -> list[Mi
     return out
 
 
-def _vector(piece: PieceWay, miss: Missed, end: int) -> np.ndarray:
+def _vector(piece: PieceWay, miss: PathMiss, end: int) -> np.ndarray:
     """Return what was missed at an end, 0 or -1, (2,), cm."""
     return np.asarray(miss.across[end] * piece.left[end] + miss.along[end] * piece.ahead[end])
 
 
-def _bridged(piece: PieceWay, begin: np.ndarray, end: np.ndarray, unsure: float) -> Missed:
+def _bridged(piece: PieceWay, begin: np.ndarray, end: np.ndarray, unsure: float) -> PathMiss:
     """Return what was missed where that goes from one vector to another."""
     knots = none(piece).s
     share = (knots / piece.length)[:, None]
     off = begin * (1 - share) + end * share
     across = (off * _units(piece.at(knots, piece.left))).sum(axis=1)
     along = (off * _units(piece.at(knots, piece.ahead))).sum(axis=1)
-    return Missed(knots, across, along, np.zeros(piece.turns.shape[2]), 0.0, unsure)
+    return PathMiss(knots, across, along, np.zeros(piece.turns.shape[2]), 0.0, unsure)
 
 
 def _smoothed(
@@ -236,7 +236,7 @@ def none(piece: PieceWay) -> Offsets:
     return Offsets(np.linspace(0.0, piece.length, count), np.zeros((count, piece.turns.shape[2])))
 
 
-def corrected(piece: PieceWay, offsets: Offsets, miss: Missed) -> Offsets:
+def corrected(piece: PieceWay, offsets: Offsets, miss: PathMiss) -> Offsets:
     """Return offsets that take off what was missed."""
     # Backlash is taken off the joints' angles as it makes them wrong, the rest as a place is.
     slack = _by_slack(piece, miss.s, miss.slack)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from laptop.sight.learning import Missed, Offsets, corrected, joined, softened
+from laptop.sight.learning import Offsets, PathMiss, corrected, joined, softened
 from laptop.sight.way import PieceWay
 from shared.arm_description import Arm
 
@@ -34,7 +34,7 @@ class Rehearsal:
     """
 
     offsets: Sequence[Offsets]
-    missed: Sequence[Missed]
+    missed: Sequence[PathMiss]
 
     @property
     def rms(self) -> float:
@@ -65,7 +65,7 @@ class Lesson:
     first: Sequence[Offsets]
     rehearsals: list[Rehearsal] = field(default_factory=list)
 
-    def add(self, missed: Sequence[Missed]) -> None:
+    def add(self, missed: Sequence[PathMiss]) -> None:
         """Take in a rehearsal that was drawn with `offsets`."""
         self.rehearsals.append(Rehearsal(self.offsets, missed))
 

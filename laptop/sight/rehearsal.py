@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,9 +18,17 @@ from laptop.sight.lesson import Lesson, Rehearsal, floor
 from laptop.sight.tracks import laid, tracks
 from laptop.sight.view import TipView
 from laptop.sight.way import ways_of
+from robot.jobs.learned import merged
+from shared import job
 
 LOG_PERIOD = 0.05
 """So often the brick logs where it is, s."""
+
+MARGIN = np.radians(0.2)
+"""Offsets leave so much room to a joint's limits, rad."""
+
+SHARES = (1.0, 0.75, 0.5, 0.25)
+"""So much of what was learned of a stroke is tried, until the arm may do it."""
 
 AT_FLOOR = "what is left is no more than two drawings of it differ by"
 IN_VAIN = "no rehearsal was better than without; nothing of them is kept"
@@ -96,9 +105,29 @@ class Lessons:
         for chain, lesson in zip(self._chains, self._lessons, strict=True):
             own = list(lesson.offsets)
             for k in chain:
-                out.append(own[: len(self.ways[k])])
+                out.append(self._drawable(k, own[: len(self.ways[k])]))
                 del own[: len(self.ways[k])]
         return out
+
+    def _drawable(self, k: int, pieces: Sequence[Offsets]) -> Sequence[Offsets]:
+        """Return so much of a stroke's offsets as the arm may do, which the brick checks, too."""
+        joints = self.plan.arm.joints
+        low = np.array([joint.lower for joint in joints]) + MARGIN
+        high = np.array([joint.upper for joint in joints]) - MARGIN
+        within = []
+        for way, own in zip(self.ways[k], pieces, strict=True):
+            q = way.at(own.s, way.q)
+            within.append(Offsets(own.s, np.clip(q + own.q, low, high) - q))
+        stroke = job.Stroke(
+            "", 0.0, 0.0, [piece.numbers() for piece in self.plan.strokes[k].motions]
+        )
+        for share in SHARES:
+            some = [Offsets(own.s, share * own.q) for own in within]
+            learned = [own.numbers() for own in some]
+            with contextlib.suppress(job.BadJob):
+                merged(self.plan.name, k + 1, stroke._replace(offsets=learned), joints)
+                return some
+        return [none(piece) for piece in self.ways[k]]
 
     @property
     def floor(self) -> float:

@@ -29,6 +29,7 @@ class PieceWay:
         t: when the tip is to be there, s from its beginning, (n,).
         p: where that is, (n, 2), cm.
         ahead: unit vectors along it, (n, 2).
+        q: the joints' angles there, (n, joints), rad.
         turns: the tip's moves (cm) by the joints' (rad): the Jacobian, (n, 2, joints).
         back: its inverse, (n, joints, 2).
         sides: where each joint's backlash lies as it is planned, -1 to 1, (n, joints).
@@ -38,6 +39,7 @@ class PieceWay:
     t: np.ndarray
     p: np.ndarray
     ahead: np.ndarray
+    q: np.ndarray
     turns: np.ndarray
     back: np.ndarray
     sides: np.ndarray
@@ -111,6 +113,7 @@ def _way(arm: Arm, motion: Trajectory, backlash: BacklashCompensation) -> PieceW
         np.array(t),
         np.array([kinematics.forward(arm, pose)[:2] for pose in q]),
         ahead / np.linalg.norm(ahead, axis=1, keepdims=True),
+        np.array(q),
         jacobians[:, :2],
         np.linalg.pinv(jacobians)[:, :, :2],
         np.array([backlash.sides_at(at) for at in t], float),
