@@ -157,10 +157,12 @@ def _drawings(parser, args, description):
         return []
     if args.command == "line":
         if args.by_sight is not None:
-            parser.error("a brick has no camera; on the laptop: {} draw --line \"{}\" --by-sight {}".format(
-                laptop_program(),
-                " ".join(",".join(map("{:g}".format, p[:2])) for p in args.points), args.by_sight,
-            ))  # fmt: skip
+            points = " ".join(",".join(map("{:g}".format, p[:2])) for p in args.points)
+            parser.error(
+                'a brick has no camera; on the laptop: {} draw --line "{}" --by-sight {}'.format(
+                    laptop_program(), points, args.by_sight
+                )
+            )
         if args.angle is None and args.length is None and len(args.points) == 2:
             return [paths.polyline(args.points)]
         if args.angle is not None and args.length is not None and len(args.points) == 1:
