@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -202,9 +202,11 @@ def rehearse(
     why = ""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
-        for _ in range(times):
+        for number in range(1, times + 1):
+            # (By its name each is another job for whoever watches, also where nothing was learned.)
+            named = replace(plan, name=f"rehearsal {number} of {plan.name}")
             offsets = [[piece.numbers() for piece in own] for own in lessons.offsets]
-            plan.write_job(file, offsets, LOG_PERIOD)
+            named.write_job(file, offsets, LOG_PERIOD)
             starts = [round(start, 2) for start in plan.estimate.starts]
             run = rig.measure(file, dry=False)
             if view.to_lay:
