@@ -22,7 +22,9 @@ LINES = {
 from; in space an upright, a level and a slanting one."""
 
 
-ABOUT = "Draw with the arm; all lengths in cm. What a laptop has planned: driver.py job --help."
+ABOUT = """\
+Draw with the arm; all lengths in cm. What a laptop has planned: driver.py job --help.
+Points that you touch with the arm: driver.py touch --help."""
 """Of the help, too."""
 
 EXAMPLES = """\

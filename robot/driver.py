@@ -6,6 +6,7 @@
     driver.py line 10,0 5,10            centimetres: x forward, y left, from the shoulder
     driver.py line 10,0,5 5,10,15       in space: z up, from the table
     driver.py                           home if need be, then the three lines of the first report
+    driver.py touch                     you lead the arm by hand, and a press takes a point
     driver.py job rose                  what a laptop has planned; also: driver.py jobs, order pause
 
 From Brickman start it by its name; from a shell also as `python3 -m robot.driver`.
@@ -25,9 +26,21 @@ from robot import program  # noqa: E402
 if __name__ == "__main__":
     program.let_signals_end()
 
+
+def _command(words):
+    """The command that is typed, if nothing but an arm or --take stands before it."""
+    while words and words[0].startswith("--"):
+        words = words[2 if words[0] == "--arm" else 1 :]
+    return words[0] if words else ""
+
+
 # All else is imported: Python keeps what it has compiled of a module, but of a script nothing.
 if __name__ == "__main__" and sys.argv[1:2] and sys.argv[1] in ("job", "jobs", "order"):
     from robot.job_commands import main  # without the rest: an order is not to wait for it
+
+    sys.exit(main())
+if __name__ == "__main__" and _command(sys.argv[1:]) == "touch":
+    from robot.touch_command import main
 
     sys.exit(main())
 

@@ -109,13 +109,13 @@ def _job(parser, args):
     arm = program.connect(description, clock, args.take)
     with program.parking(arm):
         arm.load_zero()
-        print("{}: {} strokes, {:.0f} cm, {}".format(
-            header.name, header.strokes, header.cm, in_minutes(header.seconds)
+        print("{}: {}, {:.0f} cm, {}".format(
+            header.name, in_strokes(header.strokes), header.cm, in_minutes(header.seconds)
         ))  # fmt: skip
         paused = args.paused
         if progress:
             paused = _tell_resumed(arm, job, progress, first) or paused
-        elif first > 1:
+        elif args.share is not None:
             print("begins with stroke {} of {}".format(first, header.strokes))
         presses = _presses()
         orders = JobOrders(args.speed_percent / 100, paused, presses, orders_file())
@@ -204,6 +204,11 @@ def _presses():
     elif found and isinstance(found[-1], Keys):
         print("Enter: pause, resume; up, down: speed; arrows in a pause: nudge; Ctrl-C: stop")
     return found
+
+
+def in_strokes(count):
+    """How many they are, for people."""
+    return "1 stroke" if count == 1 else "{} strokes".format(count)
 
 
 def in_minutes(seconds):
@@ -318,8 +323,8 @@ def _in_words(told):
     state = told["state"] and {
         "begun": "begun, goes on with stroke {next}: driver.py job {file} --resume"
     }.get(told["state"], "{state} now").format(**told)
-    return "{}: {} strokes, {:.0f} cm, {}{}".format(
-        told["file"], told["strokes"], told["cm"], in_minutes(told["seconds"]),
+    return "{}: {}, {:.0f} cm, {}{}".format(
+        told["file"], in_strokes(told["strokes"]), told["cm"], in_minutes(told["seconds"]),
         state and "; " + state,
     )  # fmt: skip
 

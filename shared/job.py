@@ -22,7 +22,7 @@ import zlib
 
 from shared.arm_description import ArmError
 from shared.record import record
-from shared.small_files import SpoiltFile, number, open_file, open_to_write
+from shared.small_files import SpoiltFile, check_replaceable, number, open_file, open_to_write
 
 VERSION = 1
 """Of the format; it rises when something in it changes its meaning."""
@@ -100,9 +100,13 @@ def write_job(path, header, strokes):
     """Write a job, whole or not at all.
 
     Raises:
-        BadJob: a stroke is too long for the brick.
+        BadJob: a stroke is too long for the brick, or a device or the like is there.
         OSError: there is no room.
     """
+    try:
+        check_replaceable(path)
+    except SpoiltFile as error:
+        raise BadJob("{}: {}; choose another name".format(path, error)) from None
     draft = path + ".part"
     crc = 0
     try:
@@ -126,9 +130,7 @@ def _lines(header, strokes):
     yield _line(told)
     for k, stroke in enumerate(strokes, 1):
         told = dict(stroke._asdict(), stroke=k)
-        if not stroke.offsets:
-            del told["offsets"]
-        line = _line(told)
+        line = _line({key: part for key, part in told.items() if key != "offsets" or part})
         if len(line) > MAX_LINE:
             raise BadJob(
                 "stroke {} takes {} bytes, more than the brick's {}; lift the pen somewhere, or "
@@ -312,8 +314,7 @@ def _piece(value, joints):
     out = []
     for v, a, cubics, across in segments:
         cubics = [tuple(number(c) for c in cubic) for cubic in cubics]
-        if across is not None:
-            across = [number(x) for x in across]
+        across = across if across is None else [number(x) for x in across]
         if len(cubics) != joints or any(len(cubic) != 4 for cubic in cubics):
             raise SpoiltFile("has a piece of another arm")
         if across is not None and len(across) != joints:
@@ -327,8 +328,7 @@ def _piece(value, joints):
 
 def _offsets(value, joints):
     """(ways, joints) as a Stroke has them, of numbers only."""
-    ways, by_joint = value
-    ways, by_joint = [number(w) for w in ways], [[number(d) for d in own] for own in by_joint]
+    ways, *by_joint = [[number(x) for x in own] for own in (value[0], *value[1])]
     if len(by_joint) != joints or any(len(own) != len(ways) for own in by_joint):
         raise SpoiltFile("has offsets of another arm")
     return ways, by_joint

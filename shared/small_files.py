@@ -53,6 +53,20 @@ def open_to_write(path, how=os.O_TRUNC):
     return os.open(path, flags, 0o666)
 
 
+def check_replaceable(path):
+    """Let a file be put where none is, or a regular one: what a rename does, it does to anything.
+
+    Raises:
+        SpoiltFile: a folder, a device, a pipe or the like is there.
+        OSError: that cannot be found out.
+    """
+    try:
+        found = os.stat(path)
+    except FileNotFoundError:
+        return
+    _check_regular(found)
+
+
 def _check_regular(found):
     if not stat.S_ISREG(found.st_mode):
         words = [words for is_kind, words in KINDS if is_kind(found.st_mode)]

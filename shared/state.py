@@ -54,6 +54,9 @@
     learned/          draw --by-sight              the same                 what a camera has taught
                                                                             of an arm's path: see
                                                                             laptop.sight.kept
+    touched/          touch                        whoever places markers   ARM.json: where its
+                                                                            marker sits, how it
+                                                                            stands on the board
 
 Those that are read are read by shared.small_files: a regular file of a sensible size, and any error
 in it is a sentence.
@@ -75,6 +78,7 @@ LAST_BRICK_FILE = "brick"
 CALLED_BRICK_FILE = "brick.txt"
 BRICK_RUNS_FOLDER = "brick-runs"
 OWN_ARMS_FOLDER = "arms"
+TOUCHED_FOLDER = "touched"
 JOBS_FOLDER, JOB_STATUS_FILE, JOB_ORDERS_FILE = "jobs", "jobs/status", "jobs/orders"
 LEARNED_FOLDER = "learned"
 """Names in the state folder."""

@@ -3,10 +3,11 @@
 laptop.cli -> laptop.bench -> laptop.demo -> laptop.simulator -> laptop.tracking -> laptop.vision
 laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.reporting
 laptop.cli -> laptop.brick -> shared
-laptop.cli, laptop.bench -> laptop.calibration -> laptop.vision
+laptop.cli, laptop.bench -> laptop.calibration -> laptop.tracking, robot.motion.kinematics
 laptop.cli, laptop.bench -> laptop.measuring -> laptop.tracking, laptop.simulator
 laptop.cli, laptop.bench -> laptop.sight -> laptop.measuring, laptop.drawing
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
+laptop.cli -> laptop.lab_report -> what laptop.demo has found
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
 laptop.bench, laptop.demo, laptop.guide, laptop.simulator -> robot; all of them -> shared
 """
@@ -32,6 +33,7 @@ LIBRARIES = ("numpy", "cv2", "matplotlib", "rich")
 BELOW_SIMULATOR = ("laptop.system", "laptop.tracking", "laptop.vision", "laptop.reporting")
 PURE = tuple(f"robot.motion.{name}" for name in ("chains", "kinematics", "paths", "trajectory"))
 SIGHT_PURE = ("backlash", "gravity", "kinematics", "trajectory")
+FOR_THE_CARDS = "laptop.drawing.durations", "laptop.drawing.pictures"
 RULES = {
     "shared": ("shared",),
     "robot": ("robot", "shared", "ev3dev2.motor"),
@@ -40,10 +42,14 @@ RULES = {
         *("laptop.system", "laptop.tracking", "laptop.vision", "shared"),
         *("numpy", "cv2", "ifaddr", "rich"),
     ),
-    "laptop.calibration": (*("laptop.calibration", "laptop.vision", "shared", "numpy", "cv2"),),
+    "laptop.tracking.joint_track": ("robot.motion.kinematics", "shared"),
+    "laptop.calibration": (
+        *("laptop.calibration", "laptop.vision", "laptop.tracking", "shared", "numpy", "cv2"),
+        "robot.motion.kinematics",
+    ),
     "laptop.measuring": (
         *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.vision"),
-        *("robot.motion.kinematics", "shared", "numpy"),
+        *("shared", "numpy"),
     ),
     "laptop.sight": (
         *("laptop.sight", "laptop.measuring.measured_run", "laptop.drawing", "shared", "numpy"),
@@ -53,7 +59,7 @@ RULES = {
         *("laptop.sight.view", "laptop.calibration.camera_model", "shared", "numpy", "cv2"),
         "laptop.simulator.scene.scene",
     ),
-    "laptop.reporting": ("laptop.reporting", "shared", "jinja2", *LIBRARIES),
+    "laptop.reporting": ("laptop.reporting", "shared", "jinja2", "markupsafe", *LIBRARIES),
     "laptop.page": (
         *("laptop.page", "laptop.drawing", *BELOW_SIMULATOR, "shared"),
         *("robot.motion.kinematics", "robot.motion.paths", "robot.motion.trajectory"),
@@ -63,7 +69,7 @@ RULES = {
         f"laptop.page.{name}": ("laptop.page", "laptop.tracking.pipeline", "shared", *libraries)
         for name, libraries in (
             ("browser", ("nicegui",)),
-            ("cards", ("nicegui", "laptop.reporting.document")),
+            ("cards", ("nicegui", "laptop.reporting.document", *FOR_THE_CARDS)),
             ("server", ("nicegui", "fastapi", "uvicorn")),
             ("http_limits", ("uvicorn",)),
             ("stop_gate", ("uvicorn",)),
@@ -103,6 +109,11 @@ RULES = {
         *("numpy", "matplotlib", "jinja2", "markupsafe"),
     ),
     "laptop.guide.examiner": (),
+    "laptop.lab_report": (
+        *("laptop.lab_report", "laptop.demo.report", "laptop.demo.results", "laptop.reporting"),
+        *("shared", "numpy", "cv2", "matplotlib", "markupsafe"),
+    ),
+    "laptop.lab_report.print_pdf": ("laptop.system", "shared"),
     # What students write imports what they may import.
     **{f"laptop.guide.{room}": ("robot.api", "ev3dev2.motor") for room in ("tasks", "solutions")},
     "laptop.bench": (

@@ -57,6 +57,7 @@ REDUCED = (
     (r"--camera \d", "--camera synthetic"),  # no webcam
     (r" --open\b", " --page"),  # no browser
     (r"--seeds (\d+):\d+", lambda seeds: f"--seeds {seeds[1]}:{int(seeds[1]) + 1}"),
+    (r" --pdf \S+", ""),  # no browser
     (r"--seconds \d+", "--seconds 3"),  # pairing takes one of them
     (r"(tracking_client\.py(?!.*--seconds).*)", r"\1 --seconds 3"),  # else until Ctrl-C
     (r"\bpytest\b.*", "pytest --collect-only --quiet -n 0 tests/shared/test_ini.py"),
@@ -79,7 +80,8 @@ STATUS = {"--fault unplug": 1, "--wait": 130, "guide check": 1}
 EXAMPLE = re.compile(r"demo$|bench (draw|limits|track)$|bench servo --seeds")
 """Of `demo` and `bench` these are begun; of the others the options are parsed, no more."""
 
-SHORTHAND = ("demo", "track", "simulate", "markers", "camera", "brick", "draw", "guide", "bench")
+SHORTHAND = ("demo", "track", "simulate", "markers", "camera", "brick", "draw", "guide")
+SHORTHAND += ("report", "bench")
 """In a table, what begins so has `.uv/bin/uv run python -m laptop` in front."""
 
 BRICK = re.compile(r"(?:robot/)?(\w+\.py)\b")
@@ -175,6 +177,8 @@ def folder(tmp_path, monkeypatch):
     """An empty folder in which commands run, with what a reader has by then."""
     shutil.copy(SCRIPTS / "lab1_moves.py", tmp_path / "my_lab_script.py")
     shutil.copy(ROOT / "shared" / "arms" / "geared.ini", tmp_path / "my.ini")
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "summary.json").write_text('{"script": "driver.py", "arm": "planar"}')
     (tmp_path / "class").mkdir()
     shutil.copy(ROOT / "laptop" / "guide" / "tasks" / "line.py", tmp_path / "class")
     monkeypatch.chdir(tmp_path)
@@ -222,7 +226,8 @@ class Shell:
                 self._until(words[3:], UNTIL[words[3]])
             else:
                 parse(words[3:])
-        elif words[3] == "brick":  # it needs one to reach by ssh; tests/laptop/brick has it
+        # These need a brick to reach by ssh, or a camera, too; their own tests have them.
+        elif words[3] == "brick" or (words[3] == "touch" and "--simulate" not in words):
             parse(words[3:])
         elif words[3] == "draw" and not {"--preview", "--job"} & set(words):
             parse(words[3:])  # the same; tests/laptop/cli/test_draw.py has --simulate
@@ -314,6 +319,10 @@ def _for_the_brick(words):
         options += ["--scene", "goal_x=0,goal_y=8"]
     if "--wait" in words:
         options += ["--fault", "int@2"]
+    if "touch" in words:  # somebody leads the arm, and presses at two places
+        options += ["--hand", "12,0@5 8,6@9"]
+        for press in ("enter@7", "enter@11", "enter@15" if "--go" in words else "down@15"):
+            options += ["--press", press]
     if words[-1] in ("home", "check"):  # somebody confirms, and answers, at the brick
         presses = ["enter@2", "left@10", "left@13", "right@20", "left@23"]
         for press in presses if words[-1] == "check" else presses[:1]:

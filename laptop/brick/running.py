@@ -16,7 +16,7 @@ import shlex
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from pathlib import Path, PurePosixPath
 
 import asyncssh
@@ -83,7 +83,13 @@ async def run(
         start = f"PYTHONPATH={THIS_VERSION} python3 {shlex.quote(own)}"
     with KeptRun(address, (script, *words), dialogue.say) as log:
         command = " ".join([start, *map(shlex.quote, words)])
-        log.status = await _watched(brick, address, dialogue, command, log.hear)
+        log.status = await watched(
+            brick,
+            address,
+            dialogue,
+            command,
+            lambda program: on_terminal(brick, program, log.hear),
+        )
         return log.status
 
 
@@ -131,14 +137,25 @@ async def _new_log(brick: asyncssh.SSHClientConnection) -> str:
     return f"{LOGS}/{time.strftime('%Y-%m-%d-%H%M%S')}-servo.jsonl"
 
 
-async def _watched(
+async def watched(
     brick: asyncssh.SSHClientConnection,
     address: BrickAddress,
     dialogue: Dialogue,
     command: str,
-    hear: Callable[[bytes], None],
+    follow: Callable[[str], Awaitable[int]],
 ) -> int:
-    """Run a command that is asked to end when the laptop falls silent; return its exit status."""
+    """Run a command that is asked to end when the laptop falls silent; return its exit status.
+
+    Args:
+        brick: the connection.
+        address: the brick's.
+        dialogue: with who has started it.
+        command: for the brick's shell.
+        follow: starts what it is given, follows it to its end, and returns its exit status.
+
+    Raises:
+        BrickProblem: the connection is lost.
+    """
     token = secrets.token_hex(8)
     program = PROGRAM.format(token=token, command=command)
     try:
@@ -147,7 +164,7 @@ async def _watched(
         )
         beating = asyncio.ensure_future(_beat(watch, dialogue))
         try:
-            status = await on_terminal(brick, program, hear)
+            status = await follow(program)
         finally:
             beating.cancel()
         with contextlib.suppress(BrokenPipeError):  # it has ended: it has asked the program to

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -33,19 +34,28 @@ def write_camera(file: str | Path, calibration: Calibration) -> None:
         **{name: getattr(calibration, name) for name in NUMBERS},
         **{name: getattr(camera, name).tolist() for name in SHAPES},
     }
-    target = Path(os.path.abspath(file))
-    draft = target.parent / f".{target.name}.part"
     try:
-        try:
-            with open(open_to_write(str(draft)), "w", encoding="utf-8") as out:
-                json.dump(told, out)
-            draft.replace(target)
-        finally:
-            draft.unlink(missing_ok=True)
+        write_json(file, told)
     except OSError as error:
         raise BadCalibration(
             f"cannot write {printable(str(file))}: {error.strerror}; choose another file"
         ) from None
+
+
+def write_json(file: str | Path, told: Mapping[str, object]) -> None:
+    """Write a file of JSON, whole or not at all.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    target = Path(os.path.abspath(file))
+    draft = target.parent / f".{target.name}.part"
+    try:
+        with open(open_to_write(str(draft)), "w", encoding="utf-8") as out:
+            json.dump(told, out)
+        draft.replace(target)
+    finally:
+        draft.unlink(missing_ok=True)
 
 
 def read_camera(file: str | Path) -> Calibration:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import cv2
 import numpy as np
@@ -149,7 +150,22 @@ def calibrate(views: Sequence[BoardView], bar: float | None = None) -> Calibrati
 def _fit(views: Sequence[BoardView], scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Fit all views: state (8 + 6 n,), what is left over (n, 2), information matrix."""
     points = [scale * view.points for view in views]
-    state = _first_guess(views, points)
+    return refine(views, points, _first_guess(views, points))
+
+
+def refine(
+    views: Sequence[PointsView], points: Sequence[np.ndarray], state: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit a lens, and a place of the camera for each view, from a first guess.
+
+    Args:
+        views: of one camera.
+        points: of each view, (n, 3), cm.
+        state: (8 + 6 n,): the lens, and each view's rotation and shift.
+
+    Returns:
+        The state, what is left over (n, 2), px, and the information matrix.
+    """
     sigma = FIRST_SIGMA
     for _ in range(PASSES):
         state, off, information = _minimize(views, points, state, sigma)
@@ -240,13 +256,26 @@ def _first_guess(views: Sequence[BoardView], points: Sequence[np.ndarray]) -> np
             state += [turns[0].ravel(), shifts[0].ravel()]
             score += float(np.ravel(errors)[0]) ** 2
         states.append(np.concatenate(state))
-        # Seen straight on, all fit alike: then it is the usual one.
+        # PointsView straight on, all fit alike: then it is the usual one.
         scores.append(score / len(views) + 0.01 * math.log(share) ** 2)
     return states[int(np.argmin(scores))]
 
 
+class PointsView(Protocol):
+    """What one picture shows of points that are known.
+
+    pixels  (n, 2)
+    size    of the picture, (width, height), px
+    """
+
+    @property
+    def pixels(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def size(self) -> tuple[int, int]: ...  # noqa: D102
+
+
 def _minimize(
-    views: Sequence[BoardView], points: Sequence[np.ndarray], state: np.ndarray, sigma: float
+    views: Sequence[PointsView], points: Sequence[np.ndarray], state: np.ndarray, sigma: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Fit the state by Levenberg and Marquardt's method.
 
@@ -286,7 +315,7 @@ def _weights(off: np.ndarray) -> np.ndarray:
 
 
 def _system(
-    views: Sequence[BoardView], points: Sequence[np.ndarray], state: np.ndarray, sigma: float
+    views: Sequence[PointsView], points: Sequence[np.ndarray], state: np.ndarray, sigma: float
 ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
     """Cost, what is left over (n, 2), normal matrix and gradient, with the priors."""
     lens, poses = state[:8], state[8:].reshape(-1, 6)

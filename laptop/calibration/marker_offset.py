@@ -106,7 +106,7 @@ class MarkerFit:
 
     def on_board(self, tips: np.ndarray) -> np.ndarray:
         """Points of the arm's frame, (n, 2), cm, on the board."""
-        return self.base + np.asarray(tips) @ rotation(self.turn).T
+        return self.base + self.scale * np.asarray(tips) @ rotation(self.turn).T
 
     def notes(self) -> list[str]:
         """Lines for people."""
@@ -152,6 +152,7 @@ def fit_marker(
     touches: Sequence[Touch],
     height: float | None = None,
     placing: float = PLACING,
+    joints: float = JOINTS,
 ) -> MarkerFit:
     """Find where the marker sits on the last link.
 
@@ -160,6 +161,8 @@ def fit_marker(
         touches: of six crosses or more.
         height: of the marker over the paper, cm, if it was measured; None: it is fitted.
         placing: error with which the pen was set on the crosses, cm.
+        joints: error with which the joints tell where that was, cm; of an arm that was led by
+            hand most of it is play.
 
     Raises:
         BadTouches: too few, or one does not fit the others.
@@ -173,7 +176,7 @@ def fit_marker(
     values = np.array([(*t.cross, *t.tip, t.heading, *t.pixel) for t in touches])
     if not np.isfinite(values).all():
         raise BadTouches("a touch holds what is no number: touch all crosses anew")
-    problem = _Problem(camera, touches, height, placing)
+    problem = _Problem(camera, touches, height, placing, joints)
     state, surprise = problem.solve(range(len(touches)))
     # Of each touch 4 numbers; 7 are fitted.
     if surprise.sum() / (4 * len(touches) - 7) > LIKELY:
@@ -196,6 +199,7 @@ class _Problem:
         touches: Sequence[Touch],
         height: float | None,
         placing: float,
+        joints: float,
     ) -> None:
         self.camera = camera
         self.crosses = np.array([touch.cross for touch in touches])
@@ -211,7 +215,7 @@ class _Problem:
         self.whiten = []
         for sigma in pixel:
             covariance = np.array(
-                [[placing**2 + JOINTS**2, placing**2], [placing**2, placing**2 + sigma**2]]
+                [[placing**2 + joints**2, placing**2], [placing**2, placing**2 + sigma**2]]
             )
             self.whiten.append(np.linalg.inv(np.linalg.cholesky(covariance)))
 

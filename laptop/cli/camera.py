@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from laptop.cli.options import examples, importing, in_one_line
+from laptop.cli.options import bar_option, examples, importing, in_one_line
 from laptop.cli.track import open_synthetic
 from shared import state
 
@@ -25,12 +25,7 @@ LIVE_PICTURE = 10
     epilog=examples("camera 0 --bar 97 --out camera.json", "camera tilted.jpg lying.jpg")
 )
 @click.argument("sources", metavar="SOURCE...", nargs=-1, required=True)
-@click.option(
-    "--bar",
-    type=float,
-    metavar="MM",
-    help="Length of the printed bar as measured.  [default: 100, not measured]",
-)
+@bar_option
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),

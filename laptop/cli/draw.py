@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import sys
 import tempfile
@@ -255,6 +256,14 @@ def draw(
 
     with in_one_line():
         words = _words(repeat, resume, share)
+        _check_apart(what, *previews, *filter(None, (job_file,)))
+        if simulate and (resume or detach):
+            raise click.UsageError("--resume and --detach are of the brick: leave --simulate out.")
+        if (words or detach) and (previews or job_file) and not simulate:
+            raise click.UsageError(
+                "--repeat, --from, --resume and --detach say how the brick draws: "
+                "leave them or --preview and --job out."
+            )
         asked = read_sight_options(options, simulate, bool(words), detach)
         arm = read_arm(find_arm(arm_file))
         artwork = _artwork(what, arm, options)
@@ -289,6 +298,18 @@ def draw(
             file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
             plan.write_job(file, offsets)
             sys.exit(_sent(name, file, ("--arm", arm.name, *words), detach))
+
+
+def _check_apart(what: str | None, *files: Path) -> None:
+    """Refuse to write a file over what is drawn, or over another one."""
+    taken = {}
+    if what and os.path.exists(what):  # else it is the name of one that comes along
+        taken[os.path.realpath(what)] = "what is drawn"
+    for file in files:
+        place = os.path.realpath(file)
+        if place in taken:
+            raise click.UsageError(f"{file} is {taken[place]}, too: write to another file.")
+        taken[place] = "a file that is written"
 
 
 def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:
@@ -419,7 +440,7 @@ def _words(repeat: int, resume: bool, share: str | None) -> tuple[str, ...]:
     words += ("--resume",) if resume else ()
     if share is None:
         return words
-    if not re.fullmatch(r"\d{1,3}(\.\d*)?%?", share) or float(share.rstrip("%")) >= 100:
+    if not re.fullmatch(r"[0-9]{1,3}(\.[0-9]*)?%?", share) or float(share.rstrip("%")) >= 100:
         raise click.UsageError(f"--from {share}: give a share of its length, as 40%.")
     return (*words, "--from", share)
 

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.run_folder import alone_in, check_room, write_files
+from laptop.drawing.durations import in_minutes
 from laptop.drawing.planning import chains
-from laptop.drawing.preview import minutes
 from laptop.reporting import drawing_plot, line_accuracy
+from laptop.reporting.arm_numbers import numbers_of
 from laptop.simulator import session
 from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.own_programs import find_script
@@ -58,6 +59,7 @@ def draw_simulated(
         wished = chains(plan.strokes, plan.arm, plan.options.height)
         accuracy = drawing_plot.compare(run.record, wished)
         summary: dict[str, Any] = {
+            "kind": "drawing",
             "drawing": plan.name,
             "arm": plan.arm.name,
             "plant": plant_text,
@@ -66,6 +68,7 @@ def draw_simulated(
             "estimated_s": round(header.seconds, 2),
             "drawn_s": round(run.outcome.t, 2),
             **accuracy.as_dict(),
+            "arm_numbers": numbers_of(plan.arm),
         }
         notes = _in_words(header.seconds, run.outcome.t, accuracy)
         click.echo(notes)
@@ -93,8 +96,10 @@ def write_picture(plan: DrawingPlan, record: Sequence[Any], file: Path, what: st
 
 def _in_words(estimated: float, drawn: float, accuracy: drawing_plot.DrawingAccuracy) -> str:
     """Say how it went in a line."""
+    if not accuracy.inks:
+        return "nothing was drawn"
     return (
-        f"drawn in {minutes(drawn)} ({minutes(estimated)} estimated), off by "
+        f"drawn in {in_minutes(drawn)} ({in_minutes(estimated)} estimated), off by "
         f"{accuracy.greatest_mm:.1f} mm at most and {accuracy.rms_mm:.2f} mm rms"
     )
 

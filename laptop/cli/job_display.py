@@ -10,16 +10,10 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from laptop.brick.jobs import BrickJobStatus, JobKeys
+from laptop.drawing.durations import in_minutes
 
 LINE_PERIOD = 10.0
 """Between two lines where there is no terminal, s."""
-
-
-def in_minutes(seconds: float) -> str:
-    """Write a time as people say it: 0:45, 12:05, 1:02:03."""
-    whole = max(0, round(seconds))
-    hours, minutes, rest = whole // 3600, whole // 60 % 60, whole % 60
-    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
 
 
 def line_of(status: BrickJobStatus) -> str:

@@ -15,7 +15,9 @@ from laptop.cli.demo import demo
 from laptop.cli.draw import draw
 from laptop.cli.guide import guide
 from laptop.cli.markers import markers
+from laptop.cli.report import report
 from laptop.cli.simulate import simulate
+from laptop.cli.touch import touch
 from laptop.cli.track import track
 from shared import state
 from shared.message_fields import printable
@@ -28,7 +30,8 @@ def laptop() -> None:
     """Everything that runs beside the brick."""
 
 
-for command in (simulate, draw, demo, track, markers, camera, brick, guide, bench):
+COMMANDS = simulate, draw, demo, track, markers, camera, touch, brick, guide, report, bench
+for command in COMMANDS:
     laptop.add_command(command)
 
 
@@ -42,7 +45,8 @@ def main() -> int:
         return error.exit_code
     except click.UsageError as error:
         where = error.ctx.command_path if error.ctx else state.laptop_program()
-        _tell(f"{error.format_message()} See {where} --help.")
+        problem = error.format_message()
+        _tell(f"{problem}{'' if problem.endswith(('.', '?')) else '.'} See {where} --help.")
         return error.exit_code
     except click.ClickException as error:
         _tell(error.format_message())

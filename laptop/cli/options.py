@@ -73,6 +73,15 @@ def arm_option(what: str, more: str = "") -> Callable[[Any], Any]:
     )
 
 
+bar_option = click.option(
+    "--bar",
+    type=float,
+    metavar="MM",
+    help="Length of the board's bar as measured.  [default: 100, not measured]",
+)
+"""The option for the length of the board's printed bar."""
+
+
 def option_group(*options: Any) -> Any:
     """Return what gives a command these options and arguments, in their order."""
 

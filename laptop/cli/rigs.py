@@ -53,14 +53,12 @@ def live_rig(
     """
     from laptop.measuring.live_rig import LiveRig, SightCollector
     from laptop.tracking.options import CAMERA_NAMES, TrackOptions
-    from laptop.tracking.pairing_file import read_pairing
     from laptop.tracking.pipeline import CameraPipeline
-    from laptop.tracking.server import TrackingServer
     from laptop.tracking.setup import SYNTHETIC, prepare
-    from laptop.tracking.track import clock_of
+    from laptop.tracking.track import clock_of, serve
     from laptop.vision.frames import quiet_decoders
     from laptop.vision.tracker import Tracker
-    from shared import messages
+    from shared.messages import EFFECTOR
 
     options = TrackOptions(
         tuple(sources), effector, (), (), markers, scene, None, True, host, port, None, size, None
@@ -69,11 +67,9 @@ def live_rig(
         stack.enter_context(quiet_decoders())
         setup = prepare(options, partial(open_synthetic, arm), stack)
         now = clock_of(setup.cameras)
-        code, salt = read_pairing(say=click.echo)
-        port = messages.PORT if port is None else port
-        server = stack.enter_context(TrackingServer(host, port, code, now, salt=salt))
+        server = serve(options, stack, now, click.echo)
         collector = SightCollector(server)
-        marks = [marker for marker in setup.markers if marker.name == messages.EFFECTOR]
+        marks = [marker for marker in setup.markers if marker.name == EFFECTOR]
         pipelines = [
             CameraPipeline(name, camera, Tracker(marks), server=collector, live=setup.live, now=now)
             for name, camera in zip(CAMERA_NAMES, setup.cameras, strict=False)

@@ -17,8 +17,11 @@ from click.core import ParameterSource
 from laptop.cli.options import FiniteRange, arm_option, examples, importing
 from laptop.cli.plugs import NO_ARM, plugged, wheels_of
 from laptop.cli.run_folder import alone_in, check_room, write_files
+from laptop.reporting.arm_numbers import numbers_of
+from laptop.reporting.private_paths import without_folders
 from laptop.simulator import measured_brick, session
 from laptop.simulator.device.buttons import LATEST, read_press
+from laptop.simulator.device.leading_hand import read_hand
 from laptop.simulator.device.plant_constants import TABLE, read_plant
 from laptop.simulator.device.sensor_orders import listing, read_sensors
 from laptop.simulator.device.sensor_scene import LINE, line_points
@@ -90,6 +93,13 @@ class BrickScript(click.Path):
     help="Press a brick button (or touch) at a time, e.g. enter@2.0; several times if needed.",
 )
 @click.option(
+    "--hand",
+    "hand_text",
+    metavar='"X,Y@S ..."',
+    help="A hand leads the tip to a place, cm, by a time, and on to the next ones, wherever the "
+    "motors coast: for driver.py touch.",
+)
+@click.option(
     "--fault",
     "faults",
     multiple=True,
@@ -157,6 +167,7 @@ def simulate(
     out: Path,
     realtime: bool,
     presses: tuple[str, ...],
+    hand_text: str | None,
     faults: tuple[str, ...],
     start: str,
     plug: tuple[str, ...],
@@ -173,7 +184,7 @@ def simulate(
     Leaves trace.csv, picture.png and summary.json in the folder given by --out.  Options go before
     SCRIPT.  Every run is a brick of its own: what one run homes, the next does not know.  It
     computes as slowly as a real one; with --plant cpu=0 in no time.  The status is 3 where the
-    script succeeds before a fault or a press has come.
+    script succeeds before a fault, a press or the hand has come.
     """
     with importing():  # numpy; --help does without
         from laptop.reporting import line_accuracy
@@ -190,6 +201,7 @@ def simulate(
         plant = read_plant(plant_text, measured)
         if measured:
             click.echo(f"as {constants_file} has it: {measured_brick.in_words(measured)}")
+        hand = None if hand_text is None else read_hand(hand_text)
         options = {
             "plant": plant,
             "faults": [session.read_fault(text) for text in faults],
@@ -202,6 +214,7 @@ def simulate(
             "sensors": read_sensors(sensors),
             "watched": None if scene is None else _watched(scene, built, realtime),
             "built": built,
+            "person": None if hand is None else lambda brick, devices: brick.lead(hand),
         }
         ordered = [
             *(
@@ -211,6 +224,10 @@ def simulate(
             *(
                 (f"--press {text}", press.t)
                 for text, press in zip(presses, options["presses"], strict=True)
+            ),
+            *(
+                (f"--hand {place.p[0]:g},{place.p[1]:g}@{place.t:g}", place.t)
+                for place in hand or ()
             ),
         ]
         _check_in_time(ordered, timeout)
@@ -235,6 +252,9 @@ def simulate(
     summary["sensors"] = list(sensors)
     summary["built"] = built.name if built else NO_ARM
     summary["measured"] = measured
+    summary["scene"] = scene
+    summary["arm_numbers"] = arm and numbers_of(arm)
+    summary["built_numbers"] = numbers_of(built) if built and built is not arm else None
     late = [words for words, t in ordered if t > run.outcome.t]
     summary["never_came"] = late
     click.echo(_report(summary, took))
@@ -323,7 +343,8 @@ def _write(
     """Write all files, each whole or not at all; no picture of an earlier run stays."""
     from laptop.reporting import line_accuracy
 
-    title = " ".join([summary["script"], *summary["args"]])
+    # A picture goes into reports, where folders of this computer have no place.
+    title = " ".join([Path(summary["script"]).name, *map(without_folders, summary["args"])])
     sensors = summary["sensors"]
 
     def draw_robot(file: str) -> None:
@@ -366,6 +387,7 @@ def _summary(
     measures: list[line_accuracy.Measure | None],
 ) -> dict:
     return {
+        "kind": "simulate",
         "script": script,
         "args": list(args),
         "arm": arm.name if arm else NO_ARM,

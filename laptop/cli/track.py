@@ -14,11 +14,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop import system
-from laptop.cli.options import FiniteRange, examples, importing, in_one_line, on_the_page
+from laptop.cli.options import (
+    FiniteRange,
+    bar_option,
+    examples,
+    importing,
+    in_one_line,
+    on_the_page,
+)
 from laptop.simulator.own_programs import HOUSE, SERVO
 from shared import pairing, state
 from shared.arm_description import find_arm, read_arm
-from shared.messages import EFFECTOR
 
 if TYPE_CHECKING:
     from laptop.tracking.track import PageInputs, ServedPage
@@ -95,7 +101,8 @@ run()
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
     help="One row per frame and marker: frame,t,marker,u,v,confidence; of several cameras with "
-    "another column, camera; with --board x and y on it, cm.",
+    "another column, camera; with --board x and y on it, cm, with --touched arm_x and arm_y, of "
+    "several cameras z and gap.",
 )
 @click.option(
     "--board",
@@ -103,17 +110,20 @@ run()
     help="A printed board lies on the table (markers --board): once it is seen, markers are told "
     "in cm on it, too.",
 )
-@click.option(
-    "--bar",
-    type=float,
-    metavar="MM",
-    help="Length of the board's bar as measured.  [default: 100, not measured]",
-)
+@bar_option
 @click.option(
     "--height",
     type=FiniteRange(0, 500),
     metavar="MM",
-    help="Of the arm's marker over the table, for --board.  [default: 0]",
+    help="Of the arm's marker over the table, for --board.  [default: 0; of several cameras: two "
+    "that see it measure it]",
+)
+@click.option(
+    "--touched",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="What touching the board's crosses gave, for --board: the pen's place is told, on the "
+    "board and in the arm's frame.",
 )
 @click.option(
     "--serve/--no-serve",
@@ -184,7 +194,7 @@ def track(
         from laptop.tracking import announcements, track
         from laptop.tracking.options import TrackOptions
 
-    for name in ("bar", "height"):
+    for name in ("bar", "height", "touched"):
         if options[name] is not None and not options["board"]:
             raise click.UsageError(f"--{name} is of the board; say --board, too.")
     shown = options["serve"] if page is None else page
@@ -194,14 +204,13 @@ def track(
     if options["open"] and not shown:
         raise click.UsageError("--open opens the page; leave --no-page out.")
     with in_one_line():
-        watch_board = None
+        watch_boards = None
         if options["board"]:
-            from laptop.calibration.board_watch import BoardWatch
-            from laptop.calibration.camera_fit import check_bar
+            from laptop.calibration.table_watch import watch_tables
 
-            check_bar(options["bar"])
-            height = (options["height"] or 0.0) / 10
-            watch_board = partial(BoardWatch, options["bar"], {EFFECTOR: height})
+            watch_boards = watch_tables(
+                options["bar"], options["height"], options["touched"], read_arm(find_arm(arm))
+            )
         status = track.track(
             TrackOptions(**options),
             partial(open_synthetic, arm),
@@ -218,7 +227,7 @@ def track(
             if shown
             else None,
             announce=announcements.json_lines(sys.stdout) if announce else announcements.silence,
-            watch_board=watch_board,
+            watch_boards=watch_boards,
         )
     sys.exit(status)
 

@@ -74,7 +74,7 @@ class Lettering:
     def check(self) -> None:
         """Refuse (BadArtwork) what cannot be written so."""
         for name, value, least, most, unit in (
-            ("size", self.size, 0.1, 100.0, " cm"),
+            ("letters", self.size, 0.1, 100.0, " cm"),
             ("slant", math.degrees(self.slant), -45.0, 45.0, " degrees"),
             ("spacing", self.spacing, 0.5, 5.0, ""),
             ("leading", self.leading, 1.0, 10.0, ""),

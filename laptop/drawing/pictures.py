@@ -31,6 +31,14 @@ FLAT = 24
 """A picture whose tones differ by less shows nothing, of 255."""
 
 
+DETAILS, SHADES, SMOOTHINGS = (0, 100), (0, len(HATCH_ANGLES)), (0, 100)
+"""Least and greatest of what may be wished of how a picture is drawn."""
+
+
+class ShowsNothing(BadArtwork):
+    """A sound picture that shows nothing in the way in which it was to be drawn."""
+
+
 @dataclass(frozen=True)
 class Tracing:
     """How a picture is drawn.
@@ -49,9 +57,9 @@ class Tracing:
     def check(self) -> None:
         """Refuse (BadArtwork) what says nothing."""
         for name, value, least, most in (
-            ("detail", self.detail, 0, 100),
-            ("shades", self.shades, 0, 4),
-            ("smoothing", self.smoothing, 0, 100),
+            ("detail", self.detail, *DETAILS),
+            ("shades", self.shades, *SHADES),
+            ("smoothing", self.smoothing, *SMOOTHINGS),
             ("width", self.width, 0.1, 1000),
         ):
             if not least <= value <= most or (name == "shades" and value != int(value)):
@@ -70,7 +78,8 @@ def read_picture(data: bytes, name: str = "picture", how: Tracing | None = None)
         how: as a Tracing is by itself where it is None.
 
     Raises:
-        BadArtwork: It is no picture, beyond a limit, or shows nothing.
+        BadArtwork: It is no picture, or beyond a limit.
+        ShowsNothing: There is no line in it.
     """
     how = how or Tracing()
     how.check()
@@ -78,7 +87,7 @@ def read_picture(data: bytes, name: str = "picture", how: Tracing | None = None)
     outlines, more = _outlines(grey, how.detail) if how.detail else ([], 0)
     hatching = _hatching(grey, how.shades)
     if not outlines and not hatching:
-        raise BadArtwork(
+        raise ShowsNothing(
             f"{name}: shows nothing to draw at detail = {how.detail:g} and shades = {how.shades}; "
             "raise them, or take a picture with more contrast"
         )

@@ -214,10 +214,9 @@ def _chosen(artwork: Artwork, options: DrawingOptions) -> Artwork:
     known = list(dict.fromkeys(artwork.layers))
     for layer in options.layers:
         if layer not in known:
-            raise BadDrawingOption(
-                f"layer {layer!r}: {artwork.name} has {', '.join(map(repr, known)) or 'none'}; "
-                "give one of these"
-            )
+            named = ", ".join(repr(name) for name in known if name)
+            there = f"has {named}; give one of these" if named else "has no layers; leave it out"
+            raise BadDrawingOption(f"layer {layer!r}: {artwork.name} {there}")
     kept = [k for k, layer in enumerate(artwork.layers) if layer in options.layers]
     return replace(
         artwork,

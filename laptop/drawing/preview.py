@@ -14,8 +14,10 @@ import numpy as np
 
 from laptop.drawing import reach
 from laptop.drawing.artwork import BadArtwork, stroke_length
+from laptop.drawing.durations import in_minutes
 from laptop.drawing.preparing import DrawingPlan
 from robot.motion import kinematics
+from shared.small_files import SpoiltFile, check_replaceable
 
 FORMATS = (".svg", ".png")
 
@@ -69,24 +71,35 @@ class PreviewScene:
 
 
 def write_preview(plan: DrawingPlan, file: str | os.PathLike[str]) -> None:
-    """Write the picture of a plan, as SVG or PNG by the file's ending.
+    """Write the picture of a plan, as SVG or PNG by the file's ending, whole or not at all.
 
     Raises:
-        BadPreview: another ending.
+        BadPreview: another ending, or a device or the like is there.
         OSError: as the system says it.
     """
     ending = Path(file).suffix.lower()
     if ending not in FORMATS:
         raise BadPreview(f"{file}: a preview is written as {' or '.join(FORMATS)}; name it so")
+    try:
+        check_replaceable(file)
+    except SpoiltFile as error:
+        raise BadPreview(f"{file}: {error}; choose another name") from None
     seen = scene(plan)
     if ending == ".svg":
         from laptop.drawing.preview_svg import svg_text
 
-        Path(file).write_text(svg_text(seen), encoding="utf-8")
+        data = svg_text(seen).encode("utf-8")
     else:
         from laptop.drawing.preview_png import png_bytes  # matplotlib takes a second to load
 
-        Path(file).write_bytes(png_bytes(seen))
+        data = png_bytes(seen)
+    target = os.path.realpath(file)  # a link stays
+    draft = Path(f"{target}.part")
+    try:
+        draft.write_bytes(data)
+        draft.replace(target)
+    finally:
+        draft.unlink(missing_ok=True)
 
 
 def seen_from_behind(points: np.ndarray) -> np.ndarray:
@@ -157,16 +170,6 @@ def reach_outlines(plan: DrawingPlan) -> list[np.ndarray]:
     return out
 
 
-def minutes(seconds: float) -> str:
-    """A time for people: 45 s, 5 min 12 s, 1 h 20 min."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
-
-
 def lines_of(plan: DrawingPlan) -> list[str]:
     """Say what a plan is, a few lines for people."""
     width, height = plan.placement.size
@@ -176,7 +179,7 @@ def lines_of(plan: DrawingPlan) -> list[str]:
         f"{width:.1f} x {height:.1f} cm around ({x:.1f}, {y:.1f}) cm, "
         f"{count} stroke{'' if count == 1 else 's'}, "
         f"{plan.cm:.0f} cm drawn, {plan.after.pen_up_cm:.0f} cm with the pen up",
-        f"about {minutes(plan.estimate.seconds)} with the {plan.arm.name} arm at "
+        f"about {in_minutes(plan.estimate.seconds)} with the {plan.arm.name} arm at "
         f"{plan.speed:g} cm/s",
     ]
     if plan.missed:

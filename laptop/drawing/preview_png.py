@@ -14,7 +14,8 @@ from matplotlib.patches import PathPatch, Polygon
 from matplotlib.path import Path
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
-from laptop.drawing.preview import PreviewScene, minutes
+from laptop.drawing.durations import in_minutes
+from laptop.drawing.preview import PreviewScene
 from laptop.reporting.line_plot import ARM, ARM_EDGE, REACH, REACH_EDGE, new_figure, png_of
 
 HEIGHT = 1200
@@ -41,7 +42,7 @@ def png_bytes(scene: PreviewScene) -> bytes:
         if scene.strokes:
             bar = figure.colorbar(_coloured(scene), cax=figure.add_axes(BAR))
             bar.set_ticks(np.linspace(0, scene.seconds, TICKS).tolist())
-            bar.formatter = FuncFormatter(lambda seconds, _: minutes(seconds))
+            bar.formatter = FuncFormatter(lambda seconds, _: in_minutes(seconds))
             bar.update_ticks()
         figure.legend(loc="upper left", bbox_to_anchor=LEGEND, fontsize=9)
         return png_of(figure)

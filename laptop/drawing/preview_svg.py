@@ -6,7 +6,8 @@ from html import escape
 
 import numpy as np
 
-from laptop.drawing.preview import PreviewScene, minutes
+from laptop.drawing.durations import in_minutes
+from laptop.drawing.preview import PreviewScene
 
 SCALE = 24.0
 """Units of the picture per cm."""
@@ -153,7 +154,7 @@ class _Page:
             self._out.append(f'<rect x="{50 + 6 * k}" y="{y}" width="6.5" height="13" '
                              f'fill="{colour}"/>')  # fmt: skip
         end = 50 + 6 * len(self._scene.scale)
-        self._word(end + 6, y + 11, f"last, after {minutes(self._scene.seconds)}", "small")
+        self._word(end + 6, y + 11, f"last, after {in_minutes(self._scene.seconds)}", "small")
         x = end + 190
         self._out.append(f'<circle cx="{x}" cy="{y + 6}" r="6" fill="none" stroke="#009E73" '
                          'stroke-width="3"/>')  # fmt: skip

@@ -56,6 +56,8 @@ def read_source(
     Raises:
         BadArtwork: Nothing can be drawn of it, or it is beyond a limit; in one sentence.
     """
+    if source == "":
+        raise BadArtwork(f"no file is named; give one, or a drawing: {', '.join(gallery())}")
     if isinstance(source, bytes):
         data, name = source, name or "drawing"
     else:

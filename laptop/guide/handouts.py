@@ -61,7 +61,7 @@ class Handout:
 
     def page(self) -> str:
         """Return the page as the text of an HTML file."""
-        from laptop.guide.formulas import formula, matrix  # matplotlib is slow to import
+        from laptop.reporting.formulas import formula, matrix  # matplotlib is slow to import
 
         return render_report(
             HERE / "templates" / f"{self.name}.html",

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import math
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -26,9 +25,9 @@ from laptop.simulator.scene.poses import ScriptedPoses
 from laptop.simulator.scene.rendered_tracker import marker_specs
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.synthetic_camera import SyntheticCamera
+from laptop.tracking.joint_track import marker_place
 from laptop.vision.markers import read_spec
 from laptop.vision.tracker import Tracker
-from robot.motion import kinematics
 from shared.arm_description import Arm
 from shared.job import Job
 from shared.job_log import read_log
@@ -126,7 +125,7 @@ class EmulatedRig:
 
     def _see(self, name: str, t: np.ndarray, q: np.ndarray) -> Sights:
         """Look at times (n,), s, the joints at q (n, joints), rad."""
-        places = np.array([marker_place(self.built, pose, self._height) for pose in q])
+        places = np.array([marker_point(self.built, pose, self._height) for pose in q])
         pixels = np.asarray(self._cameras[name].project(places))
         return Sights(t, pixels + self._noise * self._luck.standard_normal(pixels.shape))
 
@@ -181,7 +180,7 @@ class RenderedRig(EmulatedRig):
         return Sights(times_seen, pixels)
 
 
-def marker_place(arm: Arm, q: Sequence[float], height: float = 0.0) -> tuple[float, float, float]:
+def marker_point(arm: Arm, q: Sequence[float], height: float = 0.0) -> tuple[float, float, float]:
     """Where the marker of an arm is, (x, y, z), cm, with the joints at q, rad.
 
     Args:
@@ -189,13 +188,5 @@ def marker_place(arm: Arm, q: Sequence[float], height: float = 0.0) -> tuple[flo
         q: joint angles, rad.
         height: of the marker over the tip, cm.
     """
-    along, across = arm.marker_offset
-    p = kinematics.forward(arm, q)
-    if len(p) == 2:
-        heading = sum(q)
-        c, s = math.cos(heading), math.sin(heading)
-        return p[0] + along * c - across * s, p[1] + along * s + across * c, height
-    base, pitch = q[0], sum(q[1:])
-    out = along * math.cos(pitch) - across * math.sin(pitch)
-    up = along * math.sin(pitch) + across * math.cos(pitch)
-    return p[0] + out * math.cos(base), p[1] + out * math.sin(base), p[2] + up + height
+    x, y, *up = marker_place(arm, q)
+    return x, y, sum(up) + height

@@ -2,7 +2,7 @@
 
 The board tells where pixels are on the table, cm, at any height; but not where on it the arm
 stands.  That the tip's own moves tell: a turn and a shift bring the places of its marker on the
-board to where the joints say that the tip is (Kabsch 1976).  Pure.
+board to where the joints say that the marker is (Kabsch 1976).  Pure.
 """
 
 from __future__ import annotations
@@ -44,10 +44,30 @@ class BoardMapping:
     def __init__(self, place: Place, marker: str) -> None:
         self._place, self._marker = place, marker
         self._pairs: dict[tuple[int, ...], tuple[float, np.ndarray, np.ndarray]] = {}
+        self._stand: tuple[np.ndarray, np.ndarray] | None = None
         self.view: TableView | None = None
 
+    def forget(self) -> None:
+        """Begin anew: the board, or the arm on it, stands elsewhere now."""
+        self._pairs.clear()
+        self.view = self._stand = None
+
+    def pen(self, pixels: np.ndarray, shifts: np.ndarray) -> np.ndarray | None:
+        """Return where in the arm's frame the pen was, (n, 2), cm; None: that is not known.
+
+        Args:
+            pixels: of the marker, (n, 2).
+            shifts: from the pen to the marker, cm, (n, 2).
+        """
+        if self.view is None or self._stand is None:
+            return None
+        turn, shift = self._stand
+        places = [self._place(self._marker, (float(u), float(v))) for u, v in pixels]
+        on_board = np.array([place or (math.nan, math.nan) for place in places])
+        return np.asarray(on_board @ turn.T + shift - shifts[:, :2])
+
     def add(self, p: Sequence[float], pixel: Point, speed: float, size: tuple[int, int]) -> None:
-        """Take in that the tip was at p (x, y), cm, and its marker at a pixel (u, v) at once.
+        """Take in that the marker was at p (x, y), cm, and at a pixel (u, v) at once.
 
         Args:
             p: cm.
@@ -67,7 +87,7 @@ class BoardMapping:
     def _fit(self, size: tuple[int, int]) -> None:
         board = np.array([one for _, one, _ in self._pairs.values()])
         arm = np.array([other for _, _, other in self._pairs.values()])
-        self.view = None
+        self.view = self._stand = None
         if len(board) < MIN_PLACES or math.sqrt((np.var(board, axis=0)).sum()) < MIN_SPREAD:
             return
         turn, shift = rigid(board, arm)
@@ -85,6 +105,7 @@ class BoardMapping:
         matrix, _ = cv2.findHomography(np.array(points) @ turn.T + shift, np.array(pixels))
         if matrix is not None:
             source = "the board on the table"
+            self._stand = turn, shift
             self.view = TableView(matrix / matrix[2, 2], len(board), 10 * misfit, source)
 
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from laptop.drawing.picture_files import is_picture
+from laptop.drawing.pictures import Tracing
 from laptop.page.board_mapping import BoardMapping
 from laptop.page.camera_feed import CameraFeed
 from laptop.page.drag_path import smooth_path
@@ -20,6 +24,7 @@ from laptop.page.drawing_snapshots import (
     DrawingState,
     InkPoint,
     JobState,
+    NothingShown,
     PlacedDrawing,
     Placing,
     Request,
@@ -27,14 +32,17 @@ from laptop.page.drawing_snapshots import (
 )
 from laptop.page.drawing_worker import DrawingWorker
 from laptop.page.ink_track import InkTrack
+from laptop.page.job_states import heard, unheard
 from laptop.page.look_around import look_job
-from laptop.page.table_mapping import TableMapping, TableView, TipTrack
+from laptop.page.table_mapping import TableMapping, TableView
 from laptop.tracking.job_offer import JobOffer
+from laptop.tracking.joint_track import JointTrack, marker_place, marker_shift
 from laptop.tracking.pipeline import Point
 from laptop.tracking.server_state import ServerState as LinkState
+from laptop.tracking.tip_track import TipTrack
 from robot.motion import kinematics
 from shared.arm_description import Arm, ArmError
-from shared.job_messages import DONE, ENDS, FETCHING, ORDERS, Draw, JobStatus, Order, check_order
+from shared.job_messages import DONE, ENDS, ORDERS, Draw, JobStatus, Order, check_order
 from shared.messages import EFFECTOR, LEAST_CONFIDENCE, Stop
 
 MAX_FILE = 8_000_000
@@ -84,10 +92,12 @@ class DrawControl:
         self._boards = {
             name: BoardMapping(feed.watcher.place, EFFECTOR) for name, feed in cameras.items()
         }
+        self._versions = dict.fromkeys(cameras, 0)  # of the calibrations by a board
         self._tracks = {name: TipTrack() for name in cameras}
-        self._inks = {name: InkTrack() for name in cameras}
+        self._joints = JointTrack()
+        self._inks = {name: InkTrack(self._marker_shift) for name in cameras}
         self._last_status: object = None
-        # Times, s, and where the joints said that the tip was, cm: frames come later.
+        # Times, s, and where the joints said that the marker was, cm: frames come later.
         self._pairs: dict[str, deque[tuple[float, Sequence[float]]]] = {
             name: deque(maxlen=32) for name in cameras
         }
@@ -116,7 +126,8 @@ class DrawControl:
         """Read a drawing from a file's bytes: SVG, PNG, JPEG, or a text."""
         if len(data) > MAX_FILE:
             return f"{name}: {len(data) / 1e6:.0f} MB; at most {MAX_FILE / 1e6:.0f} MB are read"
-        return self._take(Source("file", name[:80], data))
+        tracing = Tracing() if is_picture(data) else None
+        return self._take(Source("file", name[:80], data, tracing=tracing))
 
     def write(self, text: str) -> str:
         """Write a text, in letters of single strokes."""
@@ -142,6 +153,19 @@ class DrawControl:
         x, y = (low + high) / 2
         placing = Placing(float(x), float(y), float((high - low).max()))
         return self._take(Source("path", "dragged path", path=path), placing)
+
+    def trace_picture(self, tracing: Tracing) -> str:
+        """Draw the picture otherwise: it is read anew, and lies where it was."""
+        with self._lock:
+            source = self._request and self._request.source
+            if self._request is None or source is None or source.tracing is None:
+                return "there is no picture to trace; drop a PNG or JPEG first"
+            self._number += 1
+            source = source._replace(tracing=tracing)
+            self._ask(self._request._replace(number=self._number, source=source))
+            if self._placed:
+                self._busy = "reading it anew"
+            return ""
 
     def place(self, placing: Placing) -> str:
         """Lay the drawing elsewhere, or turn it, or make it larger or smaller."""
@@ -176,6 +200,8 @@ class DrawControl:
         assert self._worker
         self._request, self._trouble = request, ""
         self._busy = "reading it" if self._placed is None else "planning it"
+        if self._placed:  # what was planned is not what is asked for now
+            self._placed = self._placed._replace(seconds=None, job=b"")
         self._revision += 1
         self._worker.ask(request)
 
@@ -191,10 +217,10 @@ class DrawControl:
             self._busy = "" if last else "planning it"
             if isinstance(answer, str):
                 self._trouble = answer
-                if self._placed is None:
-                    self._request = None
-                else:
+                if self._placed is not None:
                     self._placed = self._placed._replace(why_not=answer, job=b"")
+                elif not isinstance(answer, NothingShown):
+                    self._request = None
             else:
                 self._placed = answer
 
@@ -287,9 +313,9 @@ class DrawControl:
     def view(self, camera: str) -> TableView | None:
         """Return where the paper is in a camera's picture, if that is known.
 
-        Without a board it is where the tip's marker is seen when the tip is on the paper.
+        Without a board, of an arm in a plane, it is that in which the marker rides over the paper.
         """
-        if camera not in self._mappings:
+        if camera not in self._mappings or self._cameras[camera].watcher.placing[1]:
             return None
         return self._boards[camera].view or self._mappings[camera].view
 
@@ -297,17 +323,23 @@ class DrawControl:
         """Return how it stands."""
         with self._lock:
             placed, on = self._placed, self.is_on
+            source = self._request and self._request.source
             views = [self.view(name) for name in self._mappings]
             return DrawingState(
                 revision=self._revision,
                 is_there=placed is not None,
                 busy=self._busy,
                 trouble=self._trouble,
-                unmapped={n: m.why for n, m in self._mappings.items() if self.view(n) is None},
+                unmapped={
+                    n: self._cameras[n].watcher.placing[1] or m.why
+                    for n, m in self._mappings.items()
+                    if self.view(n) is None
+                },
                 misfit=max((view.misfit for view in views if view), default=None),
                 source=next((view.source for view in views if view), ""),
                 job=self._job_state(),
                 can_start=bool(placed and placed.job and not placed.why_not and not on),
+                tracing=source.tracing if source else None,
             )
 
     def drawing(self) -> DrawingSnapshot:
@@ -328,47 +360,43 @@ class DrawControl:
         """
         with self._lock:
             ink = self._inks[camera]
-            points = ink.points[after if version == ink.version else 0 :]
-            paper, above = self.view(camera), self._mappings[camera].view
-            if points and paper and above and paper is not above:
-                # Seen at the height of the marker, it is shown on the paper below.
-                on_table = above.to_table(np.array([(point.u, point.v) for point in points]))
-                places = paper.to_picture(on_table)
+            first = after if version == ink.version else 0
+            points, shifts = ink.points[first:], np.array(ink.shifts[first:])
+            paper = self.view(camera)
+            if points and paper:
+                # What is seen is the marker, beside the pen and over it.
+                seen = np.array([(point.u, point.v) for point in points])
+                places = paper.to_picture(self._pen_places(camera, seen, shifts))
                 points = [
-                    InkPoint(float(u), float(v), point.begins)
+                    InkPoint(float(u), float(v), point.begins) if math.isfinite(u + v) else point
                     for (u, v), point in zip(places, points, strict=True)
                 ]
             return ink.version, points
 
+    def _pen_places(self, camera: str, pixels: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+        """Return where the pen was, (n, 2), cm in the arm's frame; nan where that is not known."""
+        for mapping in (self._mappings[camera], self._boards[camera]):
+            if (places := mapping.pen(pixels, shifts)) is not None:
+                return places
+        return np.full((len(pixels), 2), math.nan)
+
+    def _marker_shift(self, t: float) -> Sequence[float] | None:
+        """Return the way from the pen to the marker at a time, s; None: not known yet, or never."""
+        if self._arm is None:
+            return 0.0, 0.0, 0.0
+        if not any(self._arm.marker_offset):
+            return (0.0,) * kinematics.coordinates(self._arm)
+        q = self._joints.at(t)
+        return q and marker_shift(self._arm, q)
+
     def _job_state(self) -> JobState | None:
-        progress = self._progress
-        if self._offered and (progress is None or progress.t <= self._told_before):
-            if self._now() - self._offered_at > START_TIMEOUT:
-                return JobState(
-                    self._offered.name, "failed", 0.0, 0, 0, 0.0, 0.0, None,
-                    "the brick did not begin; does its program run with --wait?", False,
-                )  # fmt: skip
-            return JobState(self._offered.name, FETCHING, 0.0, 0, 0, 0.0, 0.0, None, "", True)
+        offered, progress = self._offered, self._progress
+        if offered and (progress is None or progress.t <= self._told_before):
+            return unheard(offered.name, self._now() - self._offered_at > START_TIMEOUT)
         if progress is None:
             return None
-        reason = progress.reason
-        if self._link().client is None and progress.state not in ENDS:
-            alone = self._offered and self._offered.alone
-            reason = "the link is lost; " + (
-                "it goes on by itself" if alone else "it pauses with the pen up until that is back"
-            )
-        return JobState(
-            progress.name,
-            progress.state,
-            progress.cm / progress.cm_all if progress.cm_all else 0.0,
-            progress.stroke,
-            progress.strokes,
-            progress.cm,
-            progress.cm_all,
-            progress.seconds,
-            reason,
-            progress.state not in ENDS,
-        )
+        is_lost = self._link().client is None
+        return heard(progress, is_lost, bool(offered and offered.alone))
 
     # At every heartbeat
 
@@ -377,15 +405,20 @@ class DrawControl:
         with self._lock:
             link = self._link()
             self._take_tips()
+            self._notice_moves()
             self._learn(link)
             self._follow(link)
+            for ink in self._inks.values():
+                ink.judge(self._now())
             views = [
-                (m.view is None, m.moved, self._boards[name].view is None)
+                (self.view(name) is None, m.moved, self._boards[name].view is None)
                 for name, m in self._mappings.items()
             ]
             if views != self._seen:
                 self._seen = views
                 self._revision += 1
+                for ink in self._inks.values():
+                    ink.version += 1  # it is shown elsewhere now
 
     def _take_tips(self) -> None:
         for name, feed in self._cameras.items():
@@ -396,15 +429,26 @@ class DrawControl:
                 if self._progress and self._progress.state not in ENDS:
                     self._inks[name].see(view.frame.t, (seen.u, seen.v))
 
+    def _notice_moves(self) -> None:
+        """Forget what was learned of a camera that was calibrated anew: it, or the board, moved."""
+        for name, feed in self._cameras.items():
+            version, _ = feed.watcher.placing
+            if version != self._versions[name]:
+                self._boards[name].forget()
+                if self._versions[name]:
+                    self._mappings[name].forget()
+                self._versions[name] = version
+
     def _learn(self, link: LinkState) -> None:
-        """Take in pairs of where the joints say that the tip is, and where cameras see it."""
+        """Take in pairs of where the joints say that the marker is, and where cameras see it."""
         status, now = link.status, self._now()
         if self._arm and status and status is not self._last_status:
             self._last_status = status
             if len(status.q) == len(self._arm.joints):
                 t = now - (link.status_age or 0.0) - link.status_lag
+                self._joints.add(t, status.q)
                 for pairs in self._pairs.values():
-                    pairs.append((t, kinematics.forward(self._arm, status.q)))
+                    pairs.append((t, marker_place(self._arm, status.q)))
         for name, pairs in self._pairs.items():
             track = self._tracks[name]
             while pairs and pairs[0][0] <= track.last:
@@ -440,11 +484,10 @@ class DrawControl:
     def _compare(self, progress: JobStatus) -> None:
         """Have it worked out how far what was drawn is from the wish, where cm are known."""
         for name, ink in self._inks.items():
-            # (Of the plane in which the marker rides.)
-            view = self._mappings[name].view
-            if view and len(ink.points) > 1 and self._wish and self._worker:
+            if self.view(name) and len(ink.points) > 1 and self._wish and self._worker:
                 wish = self._wish.good
                 if progress.state == DONE and wish:
-                    lines = ink.on_table(view)
+                    lines = ink.lines(partial(self._pen_places, name))
+                    lines = tuple(line[np.isfinite(line).all(axis=1)] for line in lines)
                     self._worker.ask(Request(0, None, wish=wish, ink=lines))
                     return

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from laptop.drawing.pictures import Tracing
 from laptop.page.table_mapping import TableView
 
 Lines = tuple[np.ndarray, ...]
@@ -16,16 +17,18 @@ Lines = tuple[np.ndarray, ...]
 class Source(NamedTuple):
     """What a drawing is made of.
 
-    kind  "file", "text", "gallery", "path" (dragged in a picture)
-    name  for people; of a gallery's drawing its key
-    data  of a file or a text, as UTF-8
-    path  of what was dragged (n, 2), cm, in the arm's coordinates
+    kind     "file", "text", "gallery", "path" (dragged in a picture)
+    name     for people; of a gallery's drawing its key
+    data     of a file or a text, as UTF-8
+    path     of what was dragged (n, 2), cm, in the arm's coordinates
+    tracing  how a picture, PNG or JPEG, is drawn; None: it is none
     """
 
     kind: str
     name: str
     data: bytes = b""
     path: np.ndarray | None = None
+    tracing: Tracing | None = None
 
 
 class Placing(NamedTuple):
@@ -87,7 +90,7 @@ class Deviation(NamedTuple):
 class Request(NamedTuple):
     """What is to be done: a drawing is read, unless it is the one of before, and placed.
 
-    number  of the source, by which it is told whether it is the one of before
+    number  of the source, by which it is told whether it is the one of before, drawn as before
     height  of the paper, cm
     wish    lines (n, 2), cm, with `ink`: how far one is from the other; then nothing else is done
     """
@@ -98,6 +101,10 @@ class Request(NamedTuple):
     height: float = 0.0
     wish: Lines = ()
     ink: Lines = ()
+
+
+class NothingShown(str):
+    """Why nothing was drawn of a picture, of which something may be if it is traced otherwise."""
 
 
 Answer = PlacedDrawing | Deviation | str
@@ -138,6 +145,7 @@ class DrawingState(NamedTuple):
     source     what it is known by, in words, or ""
     job        of the brick, or None
     can_start  it can be drawn now
+    tracing    how the picture that was asked for is drawn; None: it is none
     """
 
     revision: int = 0
@@ -149,6 +157,7 @@ class DrawingState(NamedTuple):
     source: str = ""
     job: JobState | None = None
     can_start: bool = False
+    tracing: Tracing | None = None
 
 
 class DrawingSnapshot(NamedTuple):

@@ -17,10 +17,19 @@ from laptop.drawing import lettering, strokes
 from laptop.drawing.artwork import Artwork, stroke_length
 from laptop.drawing.lettering import Lettering
 from laptop.drawing.options import DrawingOptions
+from laptop.drawing.pictures import ShowsNothing
 from laptop.drawing.placing import LEAST_SIZE, place
 from laptop.drawing.preparing import prepare
 from laptop.drawing.sources import gallery, read_source
-from laptop.page.drawing_snapshots import Answer, Deviation, Lines, PlacedDrawing, Request, Source
+from laptop.page.drawing_snapshots import (
+    Answer,
+    Deviation,
+    Lines,
+    NothingShown,
+    PlacedDrawing,
+    Request,
+    Source,
+)
 from shared.arm_description import Arm, ArmError
 
 MEMORY = 3_000_000_000
@@ -49,6 +58,8 @@ def serve(pipe: Connection, arm: Arm) -> None:
             try:
                 for answer, last in studio.answers(request, pipe.poll):
                     pipe.send((answer, last))
+            except ShowsNothing as error:
+                pipe.send((NothingShown(error), True))
             except ArmError as error:
                 pipe.send((str(error), True))
             except MemoryError:
@@ -172,7 +183,7 @@ def read(source: Source) -> Artwork:
         # A sheet's right is the arm's -y, and up on it is the arm's x.
         sheet = np.column_stack([-source.path[:, 1], source.path[:, 0]])
         return Artwork(source.name, (sheet,), ("",))
-    return read_source(source.data, source.name)
+    return read_source(source.data, source.name, tracing=source.tracing)
 
 
 def compare(wish: Lines, ink: Lines) -> Deviation:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from laptop.page.drawing_snapshots import InkPoint, Lines
-from laptop.page.table_mapping import TableView
 from laptop.tracking.pipeline import Point
 
 SPACING = 1.5
@@ -17,6 +17,11 @@ MAX_POINTS = 6000
 """An ink of more points is thinned to half of them."""
 MAX_GAP = 0.5
 """A tip that was not seen for so long leaves a gap, s."""
+PATIENCE = 2.0
+"""So long it is waited for what tells how the marker is beside the pen, s; else there is a gap."""
+
+Shift = Callable[[float], Sequence[float] | None]
+"""From a time, s, to the way from the pen to the marker then, cm; None: that is not known (yet)."""
 
 
 class InkTrack:
@@ -25,19 +30,25 @@ class InkTrack:
     When the pen was down is told by the brick, later than the camera sees the tip: so places wait
     until it is known of them.  While the pen goes down or up the tip stands.
 
+    Args:
+        shift: how the marker that is seen is beside the pen.
+
     Attributes:
         version: rises when points are taken away, so that whoever has some begins anew.
-        points: of the ink so far.
+        points: of the marker while the pen drew, so far.
+        shifts: of each the way from the pen to the marker, cm.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, shift: Shift = lambda t: (0.0, 0.0)) -> None:
         self.version = 0
+        self._shift = shift
         self.begin()
 
     def begin(self) -> None:
         """Forget all: another job begins."""
         self.version += 1
         self.points: list[InkPoint] = []
+        self.shifts: list[Sequence[float]] = []
         self._seen: deque[tuple[float, Point]] = deque(maxlen=600)  # and not judged yet
         self._spacing = SPACING
         self._changes: deque[tuple[float, bool]] = deque([(-math.inf, False)], maxlen=64)
@@ -56,33 +67,48 @@ class InkTrack:
         self._told = t
         if down != self._changes[-1][1]:
             self._changes.append((t, down))
-        while self._seen and self._seen[0][0] <= t:
-            seen, pixel = self._seen.popleft()
-            if self._was_down(seen):
-                self._add(seen, pixel)
-            else:
+        self.judge(t)
+
+    def judge(self, now: float) -> None:
+        """Judge what is waited for, at a time (s) to which there is nothing new of the pen."""
+        while self._seen and self._seen[0][0] <= self._told:
+            seen, pixel = self._seen[0]
+            down = self._was_down(seen)
+            shift = self._shift(seen) if down else None
+            if down and shift is None and now - seen < PATIENCE:
+                return
+            self._seen.popleft()
+            if shift is None:
                 self._last = None
+            else:
+                self._add(seen, pixel, shift)
 
     def _was_down(self, t: float) -> bool:
         return next((down for since, down in reversed(self._changes) if since <= t), False)
 
-    def _add(self, t: float, pixel: Point) -> None:
+    def _add(self, t: float, pixel: Point, shift: Sequence[float]) -> None:
         begins = self._last is None or t - self._last[0] > MAX_GAP
         if self._last and not begins and math.dist(self._last[1], pixel) < self._spacing:
             self._last = t, self._last[1]
             return
         self._last = t, pixel
         self.points.append(InkPoint(*pixel, begins))
+        self.shifts.append(shift)
         if len(self.points) > MAX_POINTS:
-            kept = [p for k, p in enumerate(self.points) if k % 2 == 0 or p.begins]
-            self.points, self._spacing = kept, 2 * self._spacing
+            kept = [k for k, p in enumerate(self.points) if k % 2 == 0 or p.begins]
+            self.points = [self.points[k] for k in kept]
+            self.shifts = [self.shifts[k] for k in kept]
+            self._spacing *= 2
             self.version += 1
 
-    def on_table(self, view: TableView) -> Lines:
-        """Return the ink as lines of points (n, 2), cm."""
-        lines: list[list[tuple[float, float]]] = []
-        for point in self.points:
-            if point.begins or not lines:
-                lines.append([])
-            lines[-1].append((point.u, point.v))
-        return tuple(view.to_table(np.array(line)) for line in lines)
+    def lines(self, pen: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Lines:
+        """Return the ink as lines of points (n, 2), cm.
+
+        Args:
+            pen: from the marker's pixels (n, 2) and shifts (n, 2 or 3) to the pen's places (n, 2).
+        """
+        if not self.points:
+            return ()
+        places = pen(np.array([(p.u, p.v) for p in self.points]), np.array(self.shifts))
+        begins = [k for k, point in enumerate(self.points) if point.begins and k]
+        return tuple(np.split(places, begins))

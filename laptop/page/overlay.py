@@ -144,8 +144,7 @@ def _marker(mark: MarkerSnapshot, color: str, shown: FrameSnapshot, k: float) ->
     if mark.confidence is not None:
         text += f" {mark.confidence:.2f}" + (f" {mark.why}" if mark.why else "")
     if mark.place:
-        x, y = (round(c, 2) + 0.0 for c in mark.place)
-        text += f" at {x:.2f}, {y:.2f} cm"
+        text += f" at {mark.place}"
     size = 14 * k
     # On a small page the text is larger than that, see the style.
     right = mark.u + radius + 6 * k + 0.58 * 24 * k * len(text) < shown.width

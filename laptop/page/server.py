@@ -15,6 +15,7 @@ from nicegui import app as nice
 from laptop.page.async_controller import AsyncChannel, AsyncController, csv_of
 from laptop.page.auth import BROWSER, MAX_MESSAGE, AuthMiddleware
 from laptop.page.browser import Page
+from laptop.page.build_turns import TURN, BuildTurns
 from laptop.page.cards.session import BrowserSession, browser_name
 from laptop.page.http_limits import LimitedHttp
 from laptop.page.interface import AdmissionCalls, DrawCalls, RunCalls, StatusCalls, SteeringCalls
@@ -30,7 +31,7 @@ UNREAD = {"connection": "close"}
 MAX_FILE, FILE_TIMEOUT = 8_000_000, 20.0
 """Bytes of such a file, and time that it may take to come, s."""
 BUILD_TIMEOUT = 60.0
-"""Time that a page may take to be put together, its turn and all, s."""
+"""Time that a page may take to be put together once it is its turn, s."""
 
 
 def serve(
@@ -60,7 +61,6 @@ def serve(
         await core.sio.emit("beat", t, room=page)
 
     pulse = Pulse(hear, beat)
-    turn = asyncio.Semaphore(MAX_BUILDS)
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
 
     @app.get("/view/{camera}/{index}.jpg")
@@ -107,7 +107,7 @@ def serve(
         session = BrowserSession(
             controller, _browser(client), _name(client), age=lambda: pulse.age(client.id)
         )
-        async with turn:
+        async with client.request.scope[TURN]:
             await Page(session, gate_port).build()
 
     @nice.exception_handler(404)
@@ -171,7 +171,13 @@ def serve(
         show_welcome_message=False,
     )
     config = uvicorn.Config(
-        AuthMiddleware(app, key, hosts, hosts, posts=[DRAWING], redeem=redeem, gate_port=gate_port),
+        AuthMiddleware(
+            BuildTurns(app, "/", MAX_BUILDS),
+            *(key, hosts, hosts),
+            posts=[DRAWING],
+            redeem=redeem,
+            gate_port=gate_port,
+        ),
         http=LimitedHttp,
         log_level="critical",  # addresses hold the token
         access_log=False,

@@ -9,6 +9,7 @@ from laptop.page.drawing_snapshots import DrawingState
 from laptop.page.run_records import RunSummary
 from laptop.tracking.pipeline import Point
 from laptop.vision.tracker import Window
+from laptop.vision.view import BoardPlace
 from shared.messages import Start, Status
 
 DEFAULTS = Start()
@@ -28,7 +29,7 @@ class MarkerSnapshot(NamedTuple):
     confidence     0 to 1; None of a fixed goal
     why, advice    why it is lost or doubted, and what to do; "" where it is seen
     window         where it was looked for first, px; None: in the whole picture
-    place          where it is on the table, (x, y), cm; None: no board was seen
+    place          where it is on the board; None: that is not known
     """
 
     name: str
@@ -39,7 +40,7 @@ class MarkerSnapshot(NamedTuple):
     why: str
     advice: str
     window: Window | None
-    place: tuple[float, float] | None = None
+    place: BoardPlace | None = None
 
 
 class FrameSnapshot(NamedTuple):

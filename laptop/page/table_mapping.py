@@ -1,10 +1,10 @@
 """Where places on the table are in a camera's picture, learned from the tip's own moves.
 
-The brick tells its joints' angles, and so where the tip is, cm; the camera sees it at the same
-time, px.  Of an arm in a plane such pairs give a homography, that of the plane in which the marker
-rides: whatever lies below it is seen elsewhere, but not the marker, which is what is compared.  Of
-an arm in space they give the camera's matrix (DLT; Hartley and Zisserman, Multiple View Geometry,
-chapters 4 and 7), and that a homography for every height.  Pure.
+The brick tells its joints' angles, and so where the tip's marker is, cm; the camera sees it at the
+same time, px.  Of an arm in a plane such pairs give a homography, that of the plane in which the
+marker rides: whatever lies below it is seen elsewhere.  The pen is beside the marker, by a way that
+turns with the last link.  Of an arm in space they give the camera's matrix (DLT; Hartley and
+Zisserman, Multiple View Geometry, chapters 4 and 7), and that a homography for every height.  Pure.
 """
 
 from __future__ import annotations
@@ -90,6 +90,7 @@ class TableMapping:
         self._reach, self._height = reach, height
         self._places: dict[tuple[int, ...], tuple[float, np.ndarray, Point]] = {}
         self._misfits: deque[float] = deque(maxlen=MOVED_PLACES)
+        self._camera: np.ndarray | None = None  # 3 x 4, of an arm in space
         self.view: TableView | None = None
         self.why = "the arm has not moved before this camera yet"
         self.moved = 0
@@ -100,12 +101,12 @@ class TableMapping:
         return len(self._places)
 
     def add(self, p: Sequence[float], pixel: Point, speed: float) -> None:
-        """Take in that the tip was at p (x, y[, z]), cm, and at a pixel (u, v), px, at once.
+        """Take in that the marker was at p (x, y[, z]), cm, and at a pixel (u, v), px, at once.
 
         Args:
             p: cm.
             pixel: px.
-            speed: of the tip in the picture, px/s.
+            speed: of the marker in the picture, px/s.
         """
         if speed > MAX_TIP_SPEED or not np.isfinite([*p, *pixel]).all():
             return
@@ -122,6 +123,24 @@ class TableMapping:
         if known is None or speed <= known[0]:
             self._places[key] = speed, np.array(p, float), pixel
             self._fit()
+
+    def pen(self, pixels: np.ndarray, shifts: np.ndarray) -> np.ndarray | None:
+        """Return where on the table the pen was, (n, 2), cm; None: that is not known.
+
+        Args:
+            pixels: of the marker, (n, 2).
+            shifts: from the pen to the marker, cm, (n, 2 or 3).
+        """
+        if self.view is None:
+            return None
+        if self._camera is None:
+            return self.view.to_table(pixels) - shifts[:, :2]
+        # The marker's plane is another one for each height at which it sits over the pen.
+        planes = np.repeat(self._camera[None, :, [0, 1, 3]], len(pixels), axis=0)
+        planes[:, :, 2] += np.outer(self._height + shifts[:, 2], self._camera[:, 2])
+        seen = np.column_stack([pixels, np.ones(len(pixels))])
+        places = np.linalg.solve(planes, seen[..., None])[..., 0]
+        return np.asarray(places[:, :2] / places[:, 2:] - shifts[:, :2])
 
     def forget(self) -> None:
         """Begin anew: camera or arm stand elsewhere now."""
@@ -143,7 +162,7 @@ class TableMapping:
             matrix = np.full((3, 3), np.nan) if found is None else found
             fitted = _mapped(matrix, points)
         else:
-            camera = _camera_matrix(points, pixels)
+            camera = self._camera = _camera_matrix(points, pixels)
             fitted = _projected(camera, points)
             along = camera[:, 3] + self._height * camera[:, 2]
             matrix = np.column_stack([camera[:, :2], along])
@@ -204,48 +223,3 @@ def _normal(points: np.ndarray) -> np.ndarray:
 def _projected(camera: np.ndarray, points: np.ndarray) -> np.ndarray:
     homogeneous = np.column_stack([points, np.ones(len(points))]) @ camera.T
     return homogeneous[:, :2] / homogeneous[:, 2:]
-
-
-class TipTrack:
-    """Where the tip was in one camera's picture lately, by time.
-
-    Args:
-        duration: s that are kept.
-    """
-
-    def __init__(self, duration: float = 3.0) -> None:
-        self._duration = duration
-        self._seen: deque[tuple[float, Point]] = deque()
-
-    @property
-    def last(self) -> float:
-        """Time at which it was seen last, s."""
-        return self._seen[-1][0] if self._seen else -math.inf
-
-    def add(self, t: float, pixel: Point) -> None:
-        """Take in where the tip was at t (s), px."""
-        if self._seen and t <= self._seen[-1][0]:
-            return
-        self._seen.append((t, pixel))
-        while self._seen[0][0] < t - self._duration:
-            self._seen.popleft()
-
-    def at(self, t: float, gap: float = 0.2) -> tuple[Point, float] | None:
-        """Return (pixel, speed px/s) of the tip at t (s); None where it was not seen about then.
-
-        Args:
-            t: s.
-            gap: greatest time between the two frames about it, s.
-        """
-        before = None
-        for t1, pixel in self._seen:
-            if t1 >= t:
-                if before is None or t1 - before[0] > gap:
-                    return None
-                t0, (u0, v0) = before
-                share = (t - t0) / (t1 - t0)
-                u1, v1 = pixel
-                place = u0 + share * (u1 - u0), v0 + share * (v1 - v0)
-                return place, math.hypot(u1 - u0, v1 - v0) / (t1 - t0)
-            before = t1, pixel
-        return None

@@ -68,10 +68,10 @@ class DrawingAccuracy:
     points: np.ndarray
     off_mm: np.ndarray
 
-    def as_dict(self) -> dict[str, float | int]:
-        """All figures, for JSON."""
+    def as_dict(self) -> dict[str, float | int | None]:
+        """All figures, for JSON; None for what nothing tells, as there is no ink."""
         return {
-            name: value if isinstance(value, int) else round(float(value), 3)
+            name: _for_json(value)
             for name, value in vars(self).items()
             if name not in ("points", "off_mm")
         }
@@ -110,6 +110,13 @@ def compare(rows: Sequence[Any], chains: Sequence[Sequence[np.ndarray]]) -> Draw
         np.concatenate(inks)[:, :2] if inks else np.zeros((0, 2)),
         every,
     )
+
+
+def _for_json(value: float | int) -> float | int | None:
+    """Return a figure as JSON has it, which knows no NaN."""
+    if isinstance(value, int):
+        return value
+    return round(float(value), 3) if np.isfinite(value) else None
 
 
 def _nearest(points: np.ndarray, paths: Sequence[np.ndarray]) -> np.ndarray:

@@ -217,6 +217,7 @@ def run(
     keyboard=None,
     home=None,
     meanwhile=(),
+    person=None,
 ):
     """Run `script` on an emulated brick that carries `arm`.
 
@@ -240,6 +241,8 @@ def run(
         home: folder of the brick's state, which stays, and may be that of an earlier run; one for
             this run alone if None.
         meanwhile: pairs of a time (s) and a function without arguments, called then.
+        person: `person(brick, devices)` is called before the script starts: somebody at the brick,
+            who presses and leads when the time comes.
 
     Returns:
         SimulationResult.
@@ -282,6 +285,8 @@ def run(
         folder = stack.enter_context(_home_folder(brick, arm, q, homed, tracker, home))
         if start != UNCHECKED and arm is not None:
             Checked(arm, folder).save({})
+        if person:
+            person(brick, devices)
         if keyboard:
             stack.enter_context(_typed_at(keyboard(brick)))
         _let_joints_touch(brick, devices)

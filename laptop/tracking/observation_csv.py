@@ -9,14 +9,35 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from laptop.vision.frames import Frame
+from laptop.vision.view import BoardPlace
 from shared.arm_description import ArmError
 
 
 class TrackingInterrupted(ArmError):
     """Cameras that were given up, a disk that is full: what ends tracking before its time."""
+
+
+class PairedPlace(NamedTuple):
+    """Where two cameras see a marker together.
+
+    frame, t  of the first one's picture, s
+    marker    its name
+    confidence  the lesser one
+    place     on the board
+    gap       between the two lines of sight, cm
+    cameras   "A+B"
+    """
+
+    frame: int
+    t: float
+    marker: str
+    confidence: float
+    place: BoardPlace
+    gap: float
+    cameras: str
 
 
 class ObservationCsv:
@@ -25,15 +46,16 @@ class ObservationCsv:
     Args:
         file: an old one is replaced.
         several: several cameras, so that each row names its own.
-        placed: with columns for places on the table, cm.
+        columns: further ones, cm: of x, y, z, gap, arm_x and arm_y; they are empty where that
+            is not known.
 
     Raises:
         TrackingInterrupted: from every method, if the file cannot be written.
     """
 
-    def __init__(self, file: Path, several: bool, placed: bool = False) -> None:
+    def __init__(self, file: Path, several: bool, columns: Sequence[str] = ()) -> None:
         self.file = file
-        self._placed = placed
+        self._columns = columns
         self._several = several
         self._lock = threading.Lock()  # one row after the other, whoever writes it
         with self._refusing():
@@ -41,7 +63,7 @@ class ObservationCsv:
             self._writer = csv.writer(self._out, lineterminator="\n")
             heading = ["frame", "t", "marker", "u", "v", "confidence"]
             try:
-                self._writer.writerow(heading + ["x", "y"] * placed + ["camera"] * several)
+                self._writer.writerow([*heading, *columns, *["camera"] * several])
                 self._out.flush()
             except OSError:
                 with suppress(OSError):  # there is still no room
@@ -53,7 +75,7 @@ class ObservationCsv:
         camera: str,
         frame: Frame,
         markers: Mapping[str, Any],
-        places: Mapping[str, tuple[float, float]] = MappingProxyType({}),
+        places: Mapping[str, BoardPlace] = MappingProxyType({}),
     ) -> None:
         """Write the rows of one frame.
 
@@ -61,19 +83,44 @@ class ObservationCsv:
             camera: its short name.
             frame: index and capture time are taken from it.
             markers: as in an Observation: (u, v, confidence) or None, by name.
-            places: (x, y) on the table, cm, by name; as far as that is known.
+            places: on the board, by name; as far as that is known.
         """
-        t = f"{frame.t:.6f}"
-        last = [camera] * self._several
-        rows = [
+        self._write(
             [
-                *(frame.index, t, name),
-                *(_cells(seen) if seen else ("", "", "0.000")),
-                *([f"{x:.4f}" for x in places.get(name, ())] or ["", ""]) * self._placed,
-                *last,
+                [
+                    *(frame.index, f"{frame.t:.6f}", name),
+                    *(_cells(seen) if seen else ("", "", "0.000")),
+                    *self._placed(places.get(name)),
+                    *[camera] * self._several,
+                ]
+                for name, seen in markers.items()
             ]
-            for name, seen in markers.items()
-        ]
+        )
+
+    def add_pairs(self, pairs: Sequence[PairedPlace]) -> None:
+        """Write a row for each place that two cameras tell together; it has no pixel."""
+        self._write(
+            [
+                [
+                    *(pair.frame, f"{pair.t:.6f}", pair.marker, "", "", f"{pair.confidence:.3f}"),
+                    *self._placed(pair.place, pair.gap),
+                    pair.cameras,
+                ]
+                for pair in pairs
+            ]
+        )
+
+    def _placed(self, place: BoardPlace | None, gap: float | None = None) -> list[str]:
+        """Return the cells of a place."""
+        if place is None:
+            return [""] * len(self._columns)
+        arm_x, arm_y = place.arm or (None, None)
+        known = {"x": place.x, "y": place.y, "z": place.z, "gap": gap}
+        known.update(arm_x=arm_x, arm_y=arm_y)
+        cells = [known[column] for column in self._columns]
+        return ["" if cell is None else f"{cell:.4f}" for cell in cells]
+
+    def _write(self, rows: Sequence[Sequence[object]]) -> None:
         with self._refusing(), self._lock:
             self._writer.writerows(rows)
 

@@ -42,6 +42,7 @@ class TrackOptions:
     board: bool = False
     bar: float | None = None
     height: float | None = None
+    touched: Path | None = None
 
 
 class Pick(NamedTuple):

@@ -12,14 +12,17 @@ from typing import Protocol
 import numpy as np
 
 from laptop.tracking.detection_stats import DetectionStats
-from laptop.tracking.observation_csv import ObservationCsv
+from laptop.tracking.observation_csv import ObservationCsv, PairedPlace
 from laptop.vision.frames import Frame
 from laptop.vision.tracker import Sighting, Window
-from laptop.vision.view import AnnotatedFrame
+from laptop.vision.view import AnnotatedFrame, BoardPlace
 from shared.messages import GOAL, Observation
 
 SILENCE_TIMEOUT = 1.0
 """Without a frame for so long, s, or three frames, a live camera is said to be silent."""
+
+STALE = 0.3
+"""A place in space is shown beside a marker for so long, s: the other camera's picture is later."""
 
 Point = tuple[float, float]
 """A place in an image (u, v), px."""
@@ -58,8 +61,23 @@ class ObservationSink(Protocol):
 class TablePlacer(Protocol):
     """What knows where on the table a pixel is, once it has seen how; see `calibration`."""
 
+    version: int
+    why: str
+
     def look(self, image: np.ndarray) -> None: ...  # noqa: D102
     def place(self, marker: str, pixel: Point) -> Point | None: ...  # noqa: D102
+    def tell(self, marker: str, pixel: Point) -> BoardPlace | None: ...  # noqa: D102
+
+
+class PairPlacer(Protocol):
+    """What knows where in space two cameras see something; see `calibration.two_cameras`."""
+
+    latest: dict[str, PairedPlace]
+
+    def see(  # noqa: D102
+        self, camera: str, frame: Frame, markers: Mapping[str, tuple[float, float, float] | None]
+    ) -> list[PairedPlace]: ...
+    def lines(self) -> list[str]: ...  # noqa: D102
 
 
 class CameraPipeline:
@@ -76,6 +94,7 @@ class CameraPipeline:
         keep: index of the frame to keep as a picture; None: the last one.
         now: the clock of live capture times, s.
         placer: tells where on the table a marker is, cm, or None.
+        pairs: tells where in space it is, with the other cameras, or None.
 
     Attributes:
         ended: the camera gives no more frames.
@@ -97,6 +116,7 @@ class CameraPipeline:
         keep: int | None = None,
         now: Callable[[], float] = time.monotonic,
         placer: TablePlacer | None = None,
+        pairs: PairPlacer | None = None,
     ) -> None:
         self.name = name
         self.camera = camera
@@ -115,6 +135,7 @@ class CameraPipeline:
         self._kept: AnnotatedFrame | None = None
         self._now = now
         self._placer = placer
+        self._pairs = pairs
         self._ages: deque[float] = deque(maxlen=30)
         self._counts: deque[tuple[float, int]] = deque(maxlen=60)  # when (s), frames by then
         self._last_index: int | None = None
@@ -143,25 +164,32 @@ class CameraPipeline:
         places = self._places(frame, markers)
         if self._csv:
             self._csv.add(self.name, frame, markers, places)
+        if self._pairs:
+            new = self._pairs.see(self.name, frame, markers)
+            if self._csv:
+                self._csv.add_pairs(new)
+            for name, pair in self._pairs.latest.items():
+                if frame.t - pair.t < STALE and markers.get(name):
+                    places.setdefault(name, pair.place)
         self._count(frame, found, places)
         return True
 
     def _places(
         self, frame: Frame, markers: Mapping[str, tuple[float, float, float] | None]
-    ) -> dict[str, Point]:
-        """Return where on the table the markers are, cm, by name; {} where that is not known."""
+    ) -> dict[str, BoardPlace]:
+        """Return where on the board the markers are, by name; {} where that is not known."""
         if self._placer is None:
             return {}
         self._placer.look(frame.image)
         places = {
-            name: self._placer.place(name, (seen[0], seen[1]))
+            name: self._placer.tell(name, (seen[0], seen[1]))
             for name, seen in markers.items()
             if seen
         }
         return {name: place for name, place in places.items() if place}
 
     def _count(
-        self, frame: Frame, found: dict[str, Sighting | None], places: dict[str, Point]
+        self, frame: Frame, found: dict[str, Sighting | None], places: dict[str, BoardPlace]
     ) -> None:
         why = dict(self._tracker.why)
         for name, seen in found.items():
@@ -180,6 +208,11 @@ class CameraPipeline:
     def place(self, marker: str, pixel: Point) -> Point | None:
         """Return where on the table a marker at a pixel is, cm; None: that is not known."""
         return self._placer.place(marker, pixel) if self._placer else None
+
+    @property
+    def placing(self) -> tuple[int, str]:
+        """Which calibration places markers, 0: none; and why it does not any more, or ""."""
+        return (self._placer.version, self._placer.why) if self._placer else (0, "")
 
     def wait(self, timeout: float) -> None:
         """Wait until the next frame has been processed, or for so long (s)."""

@@ -38,6 +38,7 @@ class TrackingSession:
         link: gives the link's status in a few words, or None.
         console: shows the status.
         has_viewers: returns True while somebody has the page open; only asked if all went well.
+        others: gives further lines of status.
     """
 
     def __init__(
@@ -47,8 +48,9 @@ class TrackingSession:
         link: Callable[[], str] | None,
         console: Console,
         has_viewers: Callable[[], bool] = lambda: False,
+        others: Callable[[], list[str]] = list,
     ) -> None:
-        self.display = StatusDisplay(pipelines, link, console)
+        self.display = StatusDisplay(pipelines, link, console, others)
         self.threads: list[threading.Thread] = []
         self._pipelines = pipelines
         self._csv = csv

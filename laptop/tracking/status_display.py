@@ -27,6 +27,7 @@ class StatusDisplay:
         pipelines: one for each camera.
         link: gives the link's status in a few words, or None.
         console: shows it.
+        others: gives further lines.
     """
 
     def __init__(
@@ -34,7 +35,9 @@ class StatusDisplay:
         pipelines: Sequence[CameraPipeline],
         link: Callable[[], str] | None,
         console: Console,
+        others: Callable[[], list[str]] = list,
     ) -> None:
+        self._others = others
         self._pipelines = pipelines
         self._link = link
         self._console = console
@@ -42,10 +45,11 @@ class StatusDisplay:
         self._next_line_at = 0.0
 
     def lines(self) -> list[str]:
-        """Return a line for each camera, and one for the link."""
+        """Return a line for each camera, others, and one for the link."""
         lines = [pipeline_status(pipeline) for pipeline in self._pipelines]
         if len(lines) > 1:
             lines = [f"{p.name}: {line}" for p, line in zip(self._pipelines, lines, strict=True)]
+        lines += self._others()
         return [*lines, self._link()] if self._link else lines
 
     @contextmanager

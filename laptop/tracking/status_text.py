@@ -30,7 +30,7 @@ def pipeline_status(pipeline: CameraPipeline) -> str:
         for name, seen in view.found.items():
             if seen:
                 at = view.places.get(name)
-                cm = " = {:.2f},{:.2f} cm".format(*(round(c, 2) + 0.0 for c in at)) if at else ""
+                cm = f" = {at}" if at else ""
                 parts.append(f"{name} {seen.u:.1f},{seen.v:.1f}{cm} ({seen.confidence:.2f})")
             else:
                 parts.append(f"{name} lost: {view.why.get(name) or 'not seen'}")

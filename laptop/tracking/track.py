@@ -17,10 +17,11 @@ from rich.console import Console
 
 from laptop.tracking import announcements
 from laptop.tracking.announcements import Announce
+from laptop.tracking.joint_track import Joints
 from laptop.tracking.observation_csv import ObservationCsv, TrackingInterrupted
 from laptop.tracking.options import CAMERA_NAMES, TrackOptions
 from laptop.tracking.pairing_file import read_pairing
-from laptop.tracking.pipeline import CameraPipeline, FrameSource, TablePlacer
+from laptop.tracking.pipeline import CameraPipeline, FrameSource, PairPlacer, TablePlacer
 from laptop.tracking.process_signals import signals_ignored
 from laptop.tracking.server import TrackingServer
 from laptop.tracking.session import TrackingSession
@@ -46,8 +47,12 @@ StartBrick = Callable[[str, str], AbstractContextManager[Callable[[], str]]]
 function that tells why the brick has ended, "" while it has not."""
 
 
-WatchBoard = Callable[[str, Callable[[str], None]], TablePlacer]
-"""From a camera's name, and what tells people a line, to what places its markers on the table."""
+WatchBoards = Callable[
+    [Sequence[str], Callable[[str], None], Joints],
+    tuple[Sequence[TablePlacer], PairPlacer | None],
+]
+"""From the cameras' names, what tells people a line, and the joints, to what places the markers of
+each on the table, and those of several in space."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +108,7 @@ def track(
     start_brick: StartBrick | None = None,
     open_page: OpenPage | None = None,
     announce: Announce = announcements.silence,
-    watch_board: WatchBoard | None = None,
+    watch_boards: WatchBoards | None = None,
 ) -> int:
     """Track as the options say, and return the exit status.
 
@@ -114,7 +119,7 @@ def track(
         start_brick: for a page before a synthetic camera; None: the page brings no brick.
         open_page: makes the page; None: there is none.
         announce: tells programs how it goes.
-        watch_board: makes what waits for the board, for each camera; None: there is none.
+        watch_boards: makes what waits for the board; None: there is none.
 
     Raises:
         ArmError: one line that says what is wrong.
@@ -127,7 +132,7 @@ def track(
             start_brick,
             open_page,
             announce,
-            watch_board,
+            watch_boards,
         )
     except ArmError as error:
         announce(announcements.END, status=1, reason=str(error))
@@ -143,7 +148,7 @@ def _track(
     start_brick: StartBrick | None,
     open_page: OpenPage | None,
     announce: Announce,
-    watch_board: WatchBoard | None,
+    watch_boards: WatchBoards | None,
 ) -> tuple[int, str]:
     """Do as `track`; exit status, and why it ended."""
     cv2.setNumThreads(1)  # on windows as small as the tracker's, more only wait for each other
@@ -154,17 +159,22 @@ def _track(
         stack.enter_context(quiet_decoders())
         setup = prepare(options, open_synthetic, stack)
         now = clock_of(setup.cameras)
-        server = _serve(options, stack, now, print_line) if options.serve else None
+        server = serve(options, stack, now, print_line) if options.serve else None
         serve_page = open_page(stack) if open_page else None
         if setup.learned:
             write_markers(setup.file, {**setup.known, **setup.learned})
         # Only now: an old file is not given up for a run that does not begin.
         several = len(setup.cameras) > 1
-        csv = ObservationCsv(options.csv, several, options.board) if options.csv else None
+        csv = ObservationCsv(options.csv, several, _columns(options)) if options.csv else None
         if csv:
             stack.callback(csv.close)
         keep = setup.picture and setup.picture[1]
         trackers = [Tracker(setup.markers) for _ in setup.cameras]
+        names = CAMERA_NAMES[: len(setup.cameras)]
+        placers: Sequence[TablePlacer | None] = [None] * len(names)
+        pairs = None
+        if watch_boards:
+            placers, pairs = watch_boards(names, print_line, partial(_told_joints, server, now))
         pipelines = [
             CameraPipeline(
                 name,
@@ -176,10 +186,11 @@ def _track(
                 setup.live,
                 keep,
                 now,
-                watch_board and watch_board(name, print_line),
+                placer,
+                pairs,
             )  # fmt: skip
-            for name, camera, tracker, point in zip(
-                CAMERA_NAMES, setup.cameras, trackers, setup.points, strict=False
+            for name, camera, tracker, point, placer in zip(
+                names, setup.cameras, trackers, setup.points, placers, strict=True
             )
         ]
         _introduce(print_line, announce, pipelines, options.camera, setup)
@@ -200,7 +211,8 @@ def _track(
             _show(print_line, announce, page, options.open)
         link = (lambda: link_status(server.state())) if server else None
         has_viewers = page.has_viewers if page else (lambda: False)
-        session = TrackingSession(pipelines, csv, link, console, has_viewers)
+        others = pairs.lines if pairs else list
+        session = TrackingSession(pipelines, csv, link, console, has_viewers, others)
         try:
             status = session.run(partial(announce, announcements.READY))
         except TrackingInterrupted as error:
@@ -216,18 +228,37 @@ def _track(
     return status, "every camera has ended"
 
 
+def _columns(options: TrackOptions) -> list[str]:
+    """Return the CSV's columns for places."""
+    if not options.board:
+        return []
+    space = ["z", "gap"] if len(options.camera) > 1 else []
+    return ["x", "y", *space, *(["arm_x", "arm_y"] if options.touched else [])]
+
+
+def _told_joints(
+    server: TrackingServer | None, now: Callable[[], float]
+) -> tuple[float, Sequence[float]] | None:
+    """Return when the brick's joints were where, as it told last; see Joints."""
+    state = server.state() if server else None
+    if state is None or state.status is None or state.client is None or state.status_age is None:
+        return None
+    return now() - state.status_age - state.status_lag, state.status.q
+
+
 def clock_of(cameras: Sequence[FrameSource]) -> Callable[[], float]:
     """Return the clock of their frames, s: the emulated world's, if all of them live there."""
     clocks = [getattr(camera, "now", time.monotonic) for camera in cameras]
     return time.monotonic if time.monotonic in clocks else clocks[0]
 
 
-def _serve(
+def serve(
     options: TrackOptions,
     stack: ExitStack,
     now: Callable[[], float],
     print_line: Callable[[str], None],
 ) -> TrackingServer:
+    """Listen for the brick, as the options say, by this laptop's code; the stack closes it."""
     port = messages.PORT if options.port is None else options.port
     code, salt = read_pairing(say=print_line)
     server = TrackingServer(options.host, port, code, now, salt=salt)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -21,11 +21,34 @@ class BadPicture(ArmError, OSError):
     """A picture that cannot be written."""
 
 
+class BoardPlace(NamedTuple):
+    """Where something is on the board, cm.
+
+    x, y  on it
+    z     over it; None: that was not measured
+    arm   the same (x, y) in the arm's frame; None: how that stands on the board is not known
+    """
+
+    x: float
+    y: float
+    z: float | None = None
+    arm: tuple[float, float] | None = None
+
+    def __str__(self) -> str:
+        numbers = [self.x, self.y, *([] if self.z is None else [self.z])]
+        text = _centimetres(numbers)
+        return f"{text} = arm {_centimetres(self.arm)}" if self.arm else text
+
+
+def _centimetres(numbers: Sequence[float]) -> str:
+    return ",".join(f"{round(number, 2) + 0.0:.2f}" for number in numbers) + " cm"
+
+
 class AnnotatedFrame(NamedTuple):
     """A frame, and what a tracker found in it.
 
     windows  per marker where it was looked for first, see Tracker
-    places   per marker where it is on the table, (x, y), cm, as far as that is known
+    places   per marker where it is on the board, as far as that is known
     """
 
     frame: Frame
@@ -33,7 +56,7 @@ class AnnotatedFrame(NamedTuple):
     why: dict[str, str]
     fixed: dict[str, tuple[float, float, float]]
     windows: Mapping[str, Window | None] = MappingProxyType({})
-    places: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    places: Mapping[str, BoardPlace] = MappingProxyType({})
 
 
 _INK = {"effector": (40, 240, 255), "goal": (255, 230, 60)}

@@ -221,9 +221,14 @@ KEYS = {
 class Keys(object):
     """The keys of the terminal that the program was started in, until `close`.
 
+    Attributes:
+        names: what a key is called, by what the terminal sends; others mean nothing.
+
     Raises:
         OSError, ImportError: there is none.
     """
+
+    names = KEYS
 
     def __init__(self):
         import select
@@ -250,7 +255,7 @@ class Keys(object):
         found = []
         while typed:
             size = 3 if typed.startswith(b"\x1b[") else 1
-            if typed[:size] in KEYS:
-                found.append(KEYS[typed[:size]])
+            if typed[:size] in self.names:
+                found.append(self.names[typed[:size]])
             typed = typed[size:]
         return found

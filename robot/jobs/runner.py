@@ -16,6 +16,7 @@ from robot.jobs.report import Place
 from robot.jobs.way import Way
 from robot.motion import kinematics
 from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_behind
+from robot.motion.feed import FeedOverride
 from robot.motion.online_trajectory import STOP
 from robot.program import ignore_signals
 from shared.job import JOINED
@@ -57,7 +58,9 @@ class JobRunner(object):
         self._arm, self._clock, self._job = arm, clock, job
         self._orders, self._report = orders, report
         self._log, self._dry = log, dry
-        self._feed = LoggingFeed(self._look, job.header.log if log else 0)
+        # (One that logs costs every tick two calls more.)
+        logs = log and job.header.log
+        self._feed = LoggingFeed(self._look, logs) if logs else FeedOverride(self._look)
         self._pen_is_down = None
         self._repeat, self._place = 1, Place(1, 1, 0.0, 0.0)
         # What is drawn now, and at which share of its speed it was planned.
@@ -140,7 +143,7 @@ class JobRunner(object):
             self._feed.begin_at(1.0)
             self._arm.follow_fed(self._motions, self._feed, self._pen_down)
             self._pen_up()
-            if self._log:
+            if self._log and self._job.header.log:
                 self._log.add(self._feed.rows(way.place))
             if not self._feed.held:
                 self._rest(way)

@@ -24,7 +24,7 @@ def reach(arm):
 
 def point_text(p):
     """A point for people, cm."""
-    return "({}) cm".format(", ".join("{:.6g}".format(c) for c in p))
+    return "({}) cm".format(", ".join("{:.6g}".format(round(c, 6) + 0.0) for c in p))
 
 
 # ---- the planar chain: every axis upright, the angles add up along the chain

@@ -13,7 +13,7 @@ import math
 from robot.motion.online_trajectory import STOP
 from robot.motion.trajectory import JOINT_ACCELERATION
 
-RAMP_TIME, LONGEST_RAMP = 0.15, 0.25
+RAMP_TIME, LONGEST_RAMP = 0.15, 0.2
 """The rate goes from 1 to 0 in this time at the least, s, and at the most: joints that turn fast
 take longer, as they are to slow down no harder than a plan does (JOINT_ACCELERATION)."""
 

@@ -13,6 +13,8 @@ SCRIPTS = {
     "tracking_client.py": "tracking_commands",
 }
 """Scripts of the brick and the modules that read their command lines."""
+OTHERS = {"touch": "touch_command"}
+"""Commands of `driver.py` that a module of their own reads."""
 
 
 def parse(words):
@@ -45,4 +47,5 @@ def parse_all(words):
 def parse_script(name, words):
     """Parse what a script of the brick is given; fails unless it would be taken."""
     words = [" " + word if re.match(r"-\d", word) else word for word in words]
-    importlib.import_module("robot." + SCRIPTS[name])._parser().parse_args(words)
+    module = OTHERS.get(words[0] if words else "") if name == "driver.py" else None
+    importlib.import_module("robot." + (module or SCRIPTS[name]))._parser().parse_args(words)

@@ -8,7 +8,7 @@ import pytest
 from rig import Shell
 
 from laptop.simulator.device.buttons import read_press
-from robot.job_commands import in_minutes
+from robot.job_commands import in_minutes, in_strokes
 from robot.jobs.progress import SavedProgress, save_progress
 from shared.job import Job
 
@@ -177,6 +177,18 @@ def test_jobs_are_listed_for_people_and_programs_and_removed(shell, tmp_path):
     other = jobs.write(tmp_path)
     assert "remove it by hand" in shell.run("jobs", other, "--remove").err
     assert os.path.exists(other)
+
+
+def test_a_share_within_the_first_stroke_is_told_to_begin_there(shell, tmp_path):
+    keep(tmp_path, strokes=TWO[:1])
+    shown = shell.run("job", "two", "--from", "60%")
+    assert shown.status == 0, shown.err
+    assert "begins with stroke 1 of 1" in shown.out
+    assert len(shell.ink()) == 1
+
+
+def test_one_stroke_is_not_told_as_many():
+    assert [in_strokes(count) for count in (1, 2)] == ["1 stroke", "2 strokes"]
 
 
 def test_a_time_is_told_in_minutes():

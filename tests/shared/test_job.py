@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import zlib
 
 import pytest
@@ -169,3 +170,12 @@ def test_a_stroke_too_long_for_the_brick_is_not_written(tmp_path):
     with pytest.raises(BadJob, match="lift the pen somewhere"):
         written(tmp_path, strokes)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_job_takes_the_place_of_a_regular_file_only(tmp_path):
+    path = tmp_path / "a.job"
+    os.mkfifo(str(path))
+    with pytest.raises(BadJob, match=r"a\.job: is a pipe, not a file; choose another name"):
+        written(tmp_path)
+    assert path.is_fifo()
+    assert list(tmp_path.iterdir()) == [path]

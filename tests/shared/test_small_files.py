@@ -13,6 +13,7 @@ from shared.arm_description import ArmError, BadArmFile, find_arm, read_arm
 from shared.small_files import (
     MAX_SIZE,
     SpoiltFile,
+    check_replaceable,
     number,
     open_to_write,
     parse_json,
@@ -86,6 +87,17 @@ def test_a_pipe_that_nobody_reads_is_not_waited_for(tmp_path):
     os.write(descriptor, b"b")
     os.close(descriptor)
     assert read_text(str(tmp_path / "file")) == "ab"
+
+
+def test_only_a_regular_file_is_replaced(tmp_path):
+    check_replaceable(str(tmp_path / "nothing"))
+    (tmp_path / "file").write_text("a")
+    check_replaceable(str(tmp_path / "file"))
+    os.mkfifo(str(tmp_path / "pipe"))
+    with pytest.raises(SpoiltFile, match="is a pipe, not a file"):
+        check_replaceable(str(tmp_path / "pipe"))
+    with pytest.raises(SpoiltFile, match="is a folder, not a file"):
+        check_replaceable(str(tmp_path))
 
 
 # All who keep such files

@@ -9,6 +9,8 @@ from pathlib import Path
 
 from nicegui import events, ui
 
+from laptop.drawing.durations import in_minutes
+from laptop.drawing.pictures import DETAILS, SHADES, SMOOTHINGS, Tracing
 from laptop.page.cards.camera_view import CameraView
 from laptop.page.cards.card import card, heading
 from laptop.page.cards.session import DRAW, BrowserSession
@@ -31,6 +33,12 @@ GALLERY = "rose", "spirograph", "knot", "owl", "house"
 """Drawings that come along."""
 ANSWER_TIMEOUT = 3.0
 """So long is an answer waited for to what was typed, s."""
+TRACING_SLIDERS = (
+    ("detail", "Detail", DETAILS, 5, "how weak an edge still gets an outline"),
+    ("shades", "Shades", SHADES, 1, "how many tones are hatched"),
+    ("smoothing", "Smoothing", SMOOTHINGS, 5, "how much of what is fine is left out"),
+)
+"""Of a picture: fields of a Tracing, their names for people, bounds, steps, and what they do."""
 PEN_STEP, MAX_PEN = 5.0, 30.0
 """Degrees of the pen's motor: a press of a button, and the most."""
 
@@ -50,6 +58,8 @@ class DrawCard:
         self._typing = False  # in a field of the placing: what is typed is not to be changed
         self._asked: Placing | None = None  # by typing, not answered yet
         self._asked_at = -math.inf  # s
+        self._tracing: Tracing | None = None  # the last that the tracker told
+        self._traced: list[Tracing] = []  # asked for here, not told yet
         self._pen = 0.0  # degrees deeper
         ui.add_head_html(f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>")
         ui.add_body_html(f"<script>takeDrops({MAX_FILE})</script>")
@@ -58,6 +68,7 @@ class DrawCard:
         with card("Draw") as self.element:
             heading("Draw")
             self._add_sources()
+            self._add_tracing()
             self._add_facts()
             self._add_place()
             self._add_mapping()
@@ -79,6 +90,18 @@ class DrawCard:
             self._text = ui.input("or type a text").classes("grow").props("dense clearable")
             self._text.on("keydown.enter", self._write)
             ui.button("Write", on_click=self._write).props("flat dense no-caps")
+
+    def _add_tracing(self) -> None:
+        with ui.element("div").classes("w-full tracing") as self._tracing_box:
+            self._sliders = {}
+            for key, name, (least, most), step, what in TRACING_SLIDERS:
+                ui.label(name).classes("quiet").tooltip(what)
+                slider = ui.slider(min=least, max=most, step=step)
+                slider.props(f'label dense aria-label="{name.lower()}: {what}"')
+                shown = ui.label().classes("quiet")
+                shown.bind_text_from(slider, "value", lambda value: f"{value or 0:g}")
+                self._sliders[key] = slider.on("change", self._on_tracing)
+        self._tracing_box.set_visibility(False)
 
     def _add_facts(self) -> None:
         with ui.element("div").props("role=status aria-live=polite"):
@@ -181,6 +204,7 @@ class DrawCard:
             view.show_drawing()
             if drawing.job is not None:
                 await view.show_ink()
+        self._show_tracing(drawing.tracing)
         self._show_facts(drawing)
         steers, job = session.steers, drawing.job
         is_on = job is not None and job.is_on
@@ -200,6 +224,19 @@ class DrawCard:
         self._job.set_visibility(job is not None)
         if job is not None:
             self._show_job(job)
+
+    def _show_tracing(self, told: Tracing | None) -> None:
+        """Have the sliders show how the picture is drawn, unless a hand has moved them to that."""
+        if told == self._tracing:
+            return
+        self._tracing = told
+        self._tracing_box.set_visibility(told is not None)
+        if told in self._traced:
+            del self._traced[: self._traced.index(told) + 1]
+        elif told:
+            self._traced.clear()
+            for key, slider in self._sliders.items():
+                slider.set_value(getattr(told, key))
 
     def _show_facts(self, drawing: DrawingState) -> None:
         placed = self._snapshot.placed
@@ -311,6 +348,17 @@ class DrawCard:
     async def _write(self) -> None:
         await self._session.draw(DrawCalls.write, str(self._text.value or ""))
 
+    async def _on_tracing(self) -> None:
+        """Have the picture drawn as the sliders say."""
+        values = {key: slider.value for key, slider in self._sliders.items()}
+        asked = Tracing(values["detail"], int(values["shades"]), values["smoothing"])
+        if asked == self._tracing and not self._traced:
+            return
+        self._traced.append(asked)
+        if not await self._session.draw(DrawCalls.trace_picture, asked):
+            self._traced.clear()
+            self._tracing = None  # the sliders show again what is
+
     async def _fit(self) -> None:
         placed = self._snapshot.placed
         await self._session.draw(DrawCalls.place, Placing(rotate=placed.rotate if placed else 0.0))
@@ -343,14 +391,6 @@ def _alike(one: Placing, other: Placing) -> bool:
     """Return True if fields, which show tenths, show the same of both."""
     pairs = zip(one, other, strict=True)
     return all(abs((a or 0.0) - (b or 0.0)) <= 0.051 for a, b in pairs)
-
-
-def in_minutes(seconds: float) -> str:
-    """Return a time for people."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    return f"{whole // 60} min {whole % 60:02d} s" if whole < 3600 else f"{whole / 3600:.1f} h"
 
 
 def job_text(job: JobState) -> str:

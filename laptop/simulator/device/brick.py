@@ -4,6 +4,7 @@ import math
 from collections import namedtuple
 
 from laptop.simulator.device.buttons import INPUTS
+from laptop.simulator.device.leading_hand import BadHand, LeadingHand
 from laptop.simulator.device.plant import ArmPlant
 from laptop.simulator.device.plant_constants import at_port, read_plant
 from laptop.simulator.device.ports import OutputPort
@@ -86,6 +87,7 @@ class EmulatedBrick(object):
                 self.motors[joint.port].hold()
         self.record = []
         self._steps = 0
+        self._hand = None  # LeadingHand
         self._pushed = []  # links and bare rotors in a hand, and where that takes them, rad
         self._tip = self._tip_at = None  # the true tip, and the joint angles of it
         self._sample()
@@ -124,6 +126,8 @@ class EmulatedBrick(object):
         """Bring physics and drivers up to time `t`, s."""
         step, motors = self.plant.step, self.motors.values()
         while (self._steps + 1) * STEP <= t + 1e-9:
+            if self._hand is not None:
+                self._hand.lead((self._steps + 1) * STEP, STEP)
             step(STEP)
             for moved, end in self._pushed:
                 moved.angle = max(end, moved.angle - PUSH_SPEED * STEP)
@@ -174,6 +178,20 @@ class EmulatedBrick(object):
         self.jam(port)
         moved = self._moved(port)
         self._pushed.append((moved, moved.angle - PUSH_ANGLE))
+
+    def lead(self, places):
+        """Let a hand lead the tip through HandPlaces.
+
+        Raises:
+            BadHand: it cannot.
+        """
+        if self.arm is None:
+            raise BadHand("a hand leads an arm, and there is none; leave --hand out")
+        motors = [self.motors[joint.port] for joint in self.arm.joints]
+        coasts, now = (lambda k: motors[k].mode == "coast"), self._steps * STEP
+        if self._hand is not None:
+            self._hand.let_go()
+        self._hand = LeadingHand(self.arm, self.plant.joints, coasts, places, now)
 
     def kill_encoder(self, port):
         """The encoder at `port` counts no more."""

@@ -87,9 +87,9 @@ class Drive(object):
             self.speed = speed = 0.0 if self.jammed else speed
             self.angle += h * speed
             return
-        half_gap, jammed = link.half_backlash, link.jammed
+        half_gap, imposed = link.half_backlash, link.imposed
         link_pushed = link.speed + h * link.load / link_inertia
-        link_speed = 0.0 if jammed else _slowed(link_pushed, link_drag)
+        link_speed = _slowed(link_pushed, link_drag) if imposed is None else imposed
         gap = self.angle - link.angle
         closing = speed - link_speed
         after = gap + h * closing
@@ -103,7 +103,7 @@ class Drive(object):
             alone = 0.0 if alone <= 0.0 else h if alone > h else alone
             link_angle = link.angle + alone * link_speed
             together = (inertia * pushed + link_inertia * link_pushed) / both
-            speed = link_speed = 0.0 if jammed else _slowed(together, both_drag)
+            speed = link_speed = _slowed(together, both_drag) if imposed is None else imposed
             link_angle += (h - alone) * speed
             angle = link_angle + touching
         if not link.lower <= link_angle <= link.upper:
@@ -121,7 +121,11 @@ class Drive(object):
 
 
 class DrivenLink(object):
-    """The link behind the gap: inertia, friction, stops and the torque on it."""
+    """The link behind the gap: inertia, friction, stops and the torque on it.
+
+    Attributes:
+        imposed: the speed that something far stronger gives it, rad/s; None: it is free.
+    """
 
     def __init__(self, angle, inertia, friction, backlash, lower, upper):
         self.angle = angle
@@ -132,4 +136,15 @@ class DrivenLink(object):
         self.lower = lower
         self.upper = upper
         self.load = 0.0
-        self.jammed = False
+        self.imposed = None
+        self._jammed = False
+
+    @property
+    def jammed(self):
+        """Whether it is blocked."""
+        return self._jammed
+
+    @jammed.setter
+    def jammed(self, blocked):
+        self._jammed = blocked
+        self.imposed = 0.0 if blocked else None

@@ -1,13 +1,13 @@
 """A drawing over sshd to the emulated brick: sent, watched, paused, left alone, seen again."""
 
 import asyncio
-import contextlib
 import subprocess
 import sys
 
 import pytest
 from places import ROOT
 from ssh_brick import Proxy
+from terminal_keys import keys_for
 from waiting import PATIENCE
 
 from laptop.brick import BrickProblem, jobs
@@ -22,15 +22,7 @@ ARM = read_arm(find_arm("planar"))
 @pytest.fixture
 def typed(monkeypatch):
     """Hands keys to whoever watches."""
-    hands = []
-
-    @contextlib.contextmanager
-    def reading(take):
-        hands.append(take)
-        yield
-
-    monkeypatch.setattr(jobs, "reading", reading)
-    return lambda keys: hands[-1](keys)
+    return keys_for(monkeypatch, jobs)
 
 
 @pytest.fixture
@@ -164,5 +156,5 @@ def test_a_drawing_is_drawn_by_what_one_types(ssh_brick, tmp_path):
     lines = done.stdout.splitlines()
     assert lines[0].startswith("4.0 x 4.0 cm around ")
     assert any(line.startswith("square.svg: drawing, ") for line in lines)
-    assert lines[-1].startswith("square.svg: done, 100 %, stroke 1 of 1, 0:00 left")
+    assert lines[-1].startswith("square.svg: done, 100 %, stroke 1 of 1, 0 s left")
     assert "sent, and started" in done.stderr

@@ -62,14 +62,12 @@ def test_a_script_that_is_not_there_is_told_before_the_brick_is_looked_for(ssh_b
 ENDS_BY_SIGHUP = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.SIG_IGN)
-def end(*_):
-    open(sys.argv[1], "w").write("hung up")
-    sys.exit(129)
-signal.signal(signal.SIGHUP, end)
+signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGHUP])  # it waits, however early it comes
 open(sys.argv[1], "w").close()
 print("ready", flush=True)
-while True:
-    signal.pause()
+signal.sigwait([signal.SIGHUP])
+open(sys.argv[1], "w").write("hung up")
+sys.exit(129)
 """
 
 
@@ -339,16 +337,14 @@ def test_a_command_that_is_told_to_end_leaves_the_terminal_as_it_was(ssh_brick, 
 
 SHOWS_ITS_SIZE = """
 import os, signal, sys
-def show(*_):
+def show():
     size = os.get_terminal_size()
     print(size.columns, "by", size.lines, flush=True)
-def end(*_):
-    show()
-    sys.exit(4)
-signal.signal(signal.SIGWINCH, end)
+signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGWINCH])  # it waits, however early it comes
 show()
-while True:
-    signal.pause()
+signal.sigwait([signal.SIGWINCH])
+show()
+sys.exit(4)
 """
 
 

@@ -77,6 +77,16 @@ def test_six_crosses_touched_to_03_mm_place_the_pen_to_half_a_millimetre(camera)
     assert 0.2 < np.mean(claims) < 2  # what it says of itself is true
 
 
+def test_the_joints_measure_is_turned_into_the_boards():
+    """Of a print that is too small, and not told to be, the board's centimetres are small."""
+    untold = calibrate([view(CAMERA, np.random.default_rng(3), 0.02, scale=0.97)]).camera
+    touches = touched(range(9), np.random.default_rng(3), 0.001, 0.001, scale=0.97)
+    fit = fit_marker(untold, touches)
+    assert fit.scale == pytest.approx(1 / 0.97, abs=0.004)
+    tips = np.array([touch.tip for touch in touches])
+    assert fit.on_board(tips) == pytest.approx(CROSSES, abs=0.05)
+
+
 def test_a_height_that_was_measured_is_kept(camera):
     luck = np.random.default_rng(1)
     fit = fit_marker(camera, touched(SIX, luck), height=HEIGHT)

@@ -58,6 +58,19 @@ def test_nothing_that_is_told_of_a_failure_steers_the_terminal(monkeypatch, caps
     assert told.endswith("\n")
 
 
+@pytest.mark.parametrize("problem", ["'3x' is no size", "leave it out.", "Did you mean --at?"])
+def test_what_is_told_of_a_wrong_word_is_a_sentence_and_so_is_the_next_step(
+    monkeypatch, capsys, problem
+):
+    def fail(**options):
+        raise click.UsageError(problem)
+
+    monkeypatch.setattr(main, "laptop", fail)
+    main.main()
+    told = capsys.readouterr().err
+    assert told.startswith(f"laptop: {problem}" + "." * problem.endswith("size") + " See ")
+
+
 @pytest.mark.parametrize(
     ("there", "words", "missing"),
     [([], ["--help"], "click"), (["click"], ["simulate", "robot/driver.py", "where"], "numpy")],

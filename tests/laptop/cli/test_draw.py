@@ -10,9 +10,11 @@ import pytest
 from click.testing import CliRunner
 
 from laptop.brick.jobs import BrickJobStatus
-from laptop.cli.job_display import JobDisplay, in_minutes, line_of
+from laptop.cli.job_display import JobDisplay, line_of
 from laptop.cli.main import laptop
 from laptop.drawing.cards import reach_card
+from laptop.drawing.sources import GALLERY
+from laptop.reporting import drawing_plot
 from laptop.reporting.line_accuracy import distances
 from robot.motion.kinematics import forward
 from shared.arm_description import find_arm, read_arm
@@ -85,11 +87,20 @@ def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
         *("picture.png", "summary.json", "trace.csv")
     ]
     summary = json.loads((tmp_path / "try" / "summary.json").read_text())
+    assert summary["kind"] == "drawing"
+    assert summary["arm_numbers"]["name"] == summary["arm"]
     assert summary["estimated_s"] == pytest.approx(summary["drawn_s"], rel=0.05)
     assert summary["greatest_mm"] < 4
     assert 0 < summary["rms_mm"] < summary["greatest_mm"]
     assert summary["pen_up_cm"] == 0
     assert "off by" in done.output
+
+
+def test_a_trial_that_ends_before_the_first_stroke_says_so(draw, monkeypatch):
+    monkeypatch.setattr(drawing_plot, "pen_down_runs", lambda rows: [])
+    done = draw("--card", "star", "--size", "3", "--simulate", "--out", "try")
+    assert "nothing was drawn" in done.output
+    assert "nan" not in done.output
 
 
 @pytest.mark.long
@@ -111,6 +122,17 @@ def test_the_boundary_of_the_reach_is_drawn_where_it_is(draw, tmp_path):
     assert "the card reach lies where it is: leave --rotate out" in done.output
 
 
+@pytest.mark.parametrize("option", ["--preview", "--job"])
+def test_what_is_drawn_is_never_written_over(draw, tmp_path, option):
+    mine = (GALLERY / "house.svg").read_bytes()
+    (tmp_path / "mine.svg").write_bytes(mine)
+    (tmp_path / "folder").mkdir()
+    done = draw("mine.svg", option, "folder/../mine.svg")
+    assert "mine.svg is what is drawn, too: write to another file" in done.output
+    assert (tmp_path / "mine.svg").read_bytes() == mine
+    assert draw("rose", "--job", "rose").exit_code == 0, "a name of the gallery is no file"
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -121,18 +143,32 @@ def test_the_boundary_of_the_reach_is_drawn_where_it_is(draw, tmp_path):
         (("rose", "--at", "5"), "write it as 5,10, in cm"),
         (("rose", "--fit", "--size", "5"), "leave it or --size out"),
         (("rose", "--speed", "nan"), "speed nan: give 0.5 to 50 cm/s"),
-        (("rose", "--tolerance", "9"), "tolerance 0.9: give 0 to 0.2 cm"),
+        (("rose", "--tolerance", "9"), "tolerance 9: give 0 to 2 mm"),
         (("rose", "--paper", "a9"), "paper 'a9' is no sheet"),
         (("rose", "--elbow", "left"), "elbow 'left': give one of"),
         (("rose", "--layer", "ink"), "layer 'ink'"),
         (("rose", "--from", "140%"), "--from 140%: give a share of its length, as 40%"),
+        (("rose", "--from", "\u0664\u0660%"), "give a share of its length, as 40%"),
+        (("rose", "--simulate", "--resume"), "are of the brick: leave --simulate out"),
+        (("rose", "--simulate", "--detach"), "are of the brick: leave --simulate out"),
         (("rose", "--from", "4", "--resume"), "leave it or --from out"),
         (("rose", "--watch"), "stand alone"),
         (("--jobs", "--cancel", "a"), "stand alone"),
         (("rose", "--preview", "rose.gif"), "a preview is written as .svg or .png"),
         (("rose", "--preview", "no/rose.svg"), "cannot write no/rose.svg"),
         (("--card", "house"), "there is no such test card"),
-        (("--text", "a", "--letters", "0"), "size = 0 cm: it must be from 0.1"),
+        (
+            ("rose", "--repeat", "3", "--preview", "a.png"),
+            "--repeat, --from, --resume and --detach",
+        ),
+        (("",), "no file is named; give one, or a drawing: house"),
+        (
+            ("rose", "--preview", "a.svg", "--job", "./a.svg"),
+            "a.svg is a file that is written",
+        ),
+        (("rose", "--layer", "x"), "layer 'x': rose has no layers; leave it out"),
+        (("rose", "--detach", "--job", "a.job"), "leave them or --preview and --job out"),
+        (("--text", "a", "--letters", "0"), "letters = 0 cm: it must be from 0.1"),
         (("rose", "--arm", "nobody"), "nobody"),
     ],
 )
@@ -148,16 +184,9 @@ def test_a_job_on_its_way_is_told_in_a_line():
         "drawing", "rose", "", 3, 9, 12.5, 50.0, 75, 2, 3, (10.06, 4.2), 7.62, 60, -5.0
     )
     assert line_of(status) == (
-        "rose: drawing, 25 %, stroke 3 of 9, time 2 of 3, 1:15 left, tip 10.1, 4.2 cm, 7.6 V, "
-        "speed 60 %, pen -5 deg"
+        "rose: drawing, 25 %, stroke 3 of 9, time 2 of 3, 1 min 15 s left, tip 10.1, 4.2 cm, "
+        "7.6 V, speed 60 %, pen -5 deg"
     )
-
-
-@pytest.mark.parametrize(
-    ("seconds", "told"), [(0, "0:00"), (59.6, "1:00"), (725, "12:05"), (3723, "1:02:03")]
-)
-def test_times_are_told_as_people_say_them(seconds, told):
-    assert in_minutes(seconds) == told
 
 
 @pytest.mark.parametrize("terminal", [False, True])

@@ -121,6 +121,9 @@ def test_a_line_leaves_trace_picture_and_summary(line):
     assert min(width, height) >= 400
 
     summary = json.loads((result.out / "summary.json").read_text())
+    assert (summary["kind"], summary["scene"]) == ("simulate", None)
+    assert [joint["link_cm"] for joint in summary["arm_numbers"]["joints"]] == [11.3, 9.5]
+    assert summary["built_numbers"] is None  # as described
     assert summary["script"] == DRIVER
     assert summary["args"] == LINE
     assert summary["arm"] == "planar"
@@ -231,6 +234,19 @@ def test_where_nothing_moves_there_is_no_picture_nor_that_of_an_earlier_run(simu
             f"{result.out}/trace.csv, summary.json; the arm has not moved, so there is no picture\n"
         )
         assert sorted(os.listdir(result.out)) == ["summary.json", "trace.csv"]
+
+
+def test_the_picture_bears_no_folder_of_this_computer(simulate, script, monkeypatch, tmp_path):
+    titles = []
+
+    def write(file, *words):
+        titles.append(words[5])
+        Path(file).touch()
+
+    monkeypatch.setattr(picture, "write_line_plot", write)
+    words = ("--picture", script("print('hi')\n"), f"--log={tmp_path}/x y/a.jsonl", "10,0")
+    assert simulate(*words, with_picture=True).exit_code == 0
+    assert titles == ["mine.py --log=a.jsonl 10,0"]
 
 
 def test_no_picture_where_none_is_wanted(simulate):

@@ -122,8 +122,8 @@ def test_every_character_of_ascii_can_be_written_in_every_font():
 @pytest.mark.parametrize(
     ("how", "told"),
     [
-        ({"size": 0}, "size = 0 cm: it must be from 0.1 to 100 cm"),
-        ({"size": float("nan")}, "size = nan cm: it must be"),
+        ({"size": 0}, "letters = 0 cm: it must be from 0.1 to 100 cm"),
+        ({"size": float("nan")}, "letters = nan cm: it must be"),
         ({"slant": 1.0}, "slant = 57.2958 degrees: it must be from -45 to 45 degrees"),
         ({"spacing": -1}, "spacing = -1: it must be from 0.5 to 5"),
         ({"leading": 0.0}, "leading = 0: it must be from 1 to 10"),

@@ -1,6 +1,8 @@
 """Previews: read back, since a picture that merely exists shows nothing."""
 
+import os
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -80,9 +82,27 @@ def test_another_ending_is_refused(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("seconds", "text"),
-    [(0, "0 s"), (59.4, "59 s"), (59.6, "1 min 0 s"), (312, "5 min 12 s"), (4830, "1 h 20 min")],
-)
-def test_times_are_said_as_people_say_them(seconds, text):
-    assert preview.minutes(seconds) == text
+@pytest.mark.parametrize("name", ["p.svg", "p.png"])
+def test_what_is_no_regular_file_is_left_as_it_is(tmp_path, name):
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(preview.BadPreview, match=f"{name}: is a pipe, not a file; choose another"):
+        preview.write_preview(plan(), tmp_path / name)
+    assert (tmp_path / name).is_fifo()
+
+
+def test_a_preview_that_is_broken_off_leaves_the_one_of_before(tmp_path, monkeypatch):
+    def broken_off(path, target):
+        raise KeyboardInterrupt
+
+    (tmp_path / "p.svg").write_text("before")
+    monkeypatch.setattr(Path, "replace", broken_off)
+    with pytest.raises(KeyboardInterrupt):
+        preview.write_preview(plan(), tmp_path / "p.svg")
+    assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("p.svg", "before")]
+
+
+def test_a_link_to_a_preview_stays_a_link(tmp_path):
+    (tmp_path / "p.svg").symlink_to(tmp_path / "there.svg")
+    preview.write_preview(plan(), tmp_path / "p.svg")
+    assert (tmp_path / "p.svg").is_symlink()
+    assert "<svg" in (tmp_path / "there.svg").read_text()

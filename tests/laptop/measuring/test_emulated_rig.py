@@ -7,7 +7,7 @@ import jobs
 import numpy as np
 import pytest
 
-from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig, marker_place
+from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig, marker_point
 from laptop.measuring.measured_run import BadMeasurement
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
@@ -123,7 +123,7 @@ def test_rendered_pictures_are_really_tracked(job):
 def test_in_space_the_marker_sits_along_and_above_the_last_link():
     arm = SPATIAL._replace(marker_offset=(0.5, 0.3))
     q = (0.7, 0.4, -0.9)
-    x, y, z = marker_place(arm, q)
+    x, y, z = marker_point(arm, q)
     tip = np.array(kinematics.forward(arm, q))
     *_, elbow, _ = (np.array(p) for p in kinematics.joint_positions(arm, q))
     along = (tip - elbow) / np.linalg.norm(tip - elbow)

@@ -76,3 +76,14 @@ def test_a_turn_and_a_shift_are_found_and_never_a_mirror():
     assert shift == pytest.approx(SHIFT)
     turn, _ = rigid(PLACES * (1, -1), PLACES)
     assert np.linalg.det(turn) == pytest.approx(1.0)
+
+
+def test_the_pen_is_beside_the_marker_and_what_was_learned_can_be_forgotten():
+    mapping = learn(PLACES)
+    asked = np.random.default_rng(3).uniform((5, -10), (18, 10), (50, 2))
+    shifts = np.random.default_rng(4).uniform(-0.7, 0.7, asked.shape)
+    seen = project(to_board(asked + shifts), HEIGHT)
+    assert mapping.pen(seen, shifts) == pytest.approx(asked, abs=1e-6)
+    mapping.forget()
+    assert mapping.view is None
+    assert mapping.pen(seen, shifts) is None

@@ -6,20 +6,23 @@ import re
 import threading
 import zlib
 
+import cv2
 import numpy as np
 import pytest
 from page_scene import PageScene
 from waiting import until
 
+from laptop.drawing.pictures import Tracing
 from laptop.page import draw_control, drawing_studio
 from laptop.page.drawing_snapshots import PlacedDrawing, Placing, Request, Source
 from laptop.page.drawing_worker import DrawingWorker
 from laptop.page.table_mapping import TableView
+from laptop.vision.tracker import Sighting
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 from shared.job import Job
 from shared.job_messages import Draw, JobStatus, Order, Want, bytes_of
-from shared.messages import Status, Stop
+from shared.messages import EFFECTOR, Status, Stop
 
 ARM = read_arm(find_arm("planar"))
 SQUARE = b"""<svg xmlns="http://www.w3.org/2000/svg" width="4cm" height="4cm" viewBox="0 0 4 4">
@@ -323,6 +326,112 @@ def test_what_was_drawn_is_compared_with_the_wish(scene, drawings):
     assert deviation.rms < 1.2
 
 
+OFFSET_ARM = ARM._replace(marker_offset=(0.6, -0.4))
+
+
+class OffsetScene(DrawScene):
+    """The same with a marker beside the pen, seen exactly where it is."""
+
+    def joints(self, q, still=5, down=None):
+        c, s = math.cos(sum(q)), math.sin(sum(q))
+        off = 0.6 * c + 0.4 * s, 0.6 * s - 0.4 * c
+        marker = np.array(kinematics.forward(ARM, q)) + off
+        seen = {EFFECTOR: Sighting(*self.pixel(marker), 1.0, 10.0)}
+        self.trackers[0].find = lambda image, t: seen
+        for k in range(still):
+            self.t += 0.0005  # a status is of another moment than a frame
+            if k == min(2, still - 1):
+                self.server.status = Status(self.t - 0.02, q, None, "ready")
+            if down is not None:
+                self.tell("drawing", cm=1.0, down=down)
+            self.show()
+
+
+@pytest.mark.parametrize("by_board", [False, True])
+def test_of_a_marker_beside_the_pen_the_ink_and_the_drawing_are_the_pens(
+    tmp_path, monkeypatch, by_board
+):
+    monkeypatch.setattr(draw_control, "DrawingWorker", ThreadWorker)
+    scene = OffsetScene(tmp_path, arm=OFFSET_ARM)
+    scene.server.status = None
+    drawings = scene.controller.drawings
+    if by_board:  # which lies askew of the arm, and tells where the marker is on it
+        turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+        back = TableView(homography(scene.pixel)).to_table
+        scene.watchers[0]._placer = FakePlacer(lambda uv: tuple(turn @ back(np.array([uv]))[0]))
+    scene.look_around()
+    assert drawings.view("A").source.startswith("the board" if by_board else "the tip")
+    drawings.load("square.svg", SQUARE)
+    drawings.place(Placing(13.0, 0.0, 6.0))
+    shown = scene.drawn()
+    for line in shown.placed.good:  # where it lies is where the pen will go
+        seen = np.array([scene.pixel(p) for p in line])
+        assert np.abs(shown.views["A"].to_picture(line) - seen).max() < 0.05, "px"
+    drawings.start()
+    ring = np.array([(10.0, -3.0), (10.0, 3.0), (16.0, 3.0), (16.0, -3.0), (10.0, -3.0)])
+    scene.joints(kinematics.inverse(OFFSET_ARM, ring[0]), 10, down=False)
+    for p, q in zip(ring, ring[1:], strict=False):
+        for k in range(60):
+            scene.joints(kinematics.inverse(OFFSET_ARM, p + (q - p) * k / 60), 1, down=True)
+    _, points = drawings.ink("A", -1, 0)
+    pens = TableView(homography(scene.pixel)).to_table(np.array([(p.u, p.v) for p in points]))
+    assert len(pens) > 60
+    off = np.abs(np.abs(pens - (13.0, 0.0)).max(axis=1) - 3.0)
+    assert 10 * off.max() < 0.3, "mm; the marker itself is up to 7 mm beside the square"
+    scene.tell("done", cm=12.0)
+    for _ in range(20):
+        scene.show()
+    until(lambda: drawings.drawing().deviation, "a comparison")
+    assert drawings.drawing().deviation.greatest < 0.3, "mm"
+    drawings.close()
+
+
+class FakePlacer:
+    """Knows where pixels are on a board, once it is asked."""
+
+    version, why = 1, ""
+
+    def __init__(self, where):
+        self.where = where
+
+    def look(self, image):
+        pass
+
+    def place(self, marker, pixel):
+        return self.where(pixel)
+
+    def tell(self, marker, pixel):
+        return None
+
+
+def homography(function):
+    """The matrix of a function from cm to px."""
+    corners = np.array([(6.0, -8.0), (6.0, 8.0), (18.0, -8.0), (18.0, 8.0)])
+    pixels = np.array([function(p) for p in corners])
+    return cv2.getPerspectiveTransform(corners.astype(np.float32), pixels.astype(np.float32))
+
+
+def test_while_a_camera_is_not_where_it_was_nothing_is_shown_and_then_all_is_learned_anew(
+    scene, drawings
+):
+    placer = scene.watchers[0]._placer = FakePlacer(lambda uv: None)
+    scene.look_around()
+    revision = drawings.state().revision
+    placer.why = "camera or board has moved, by 3 px"
+    scene.show()
+    assert drawings.view("A") is None
+    assert drawings.drawing().views == {}
+    assert drawings.state().unmapped == {"A": "camera or board has moved, by 3 px"}
+    assert drawings.state().revision > revision
+    placer.why = ""
+    scene.show()
+    assert drawings.view("A"), "it is back where it was"
+    placer.version = 2
+    scene.show()
+    assert drawings.view("A") is None
+    assert "let the arm look around again" in drawings.state().unmapped["A"]
+
+
 def test_where_a_board_tells_the_papers_place_wish_and_ink_are_shown_there(scene, drawings):
     scene.look_around()
     drawings.look_around()
@@ -361,6 +470,91 @@ def test_what_comes_after_a_drawing_that_was_cleared_is_read(scene, drawings):
     assert "broken.svg" in drawings.state().trouble
     drawings.choose("rose")
     assert scene.drawn().placed.name == "rose"
+
+
+def png(grey):
+    """A picture's file."""
+    return cv2.imencode(".png", grey)[1].tobytes()
+
+
+def discs():
+    """A dark disc and a lighter one on white paper, uint8."""
+    grey = np.full((120, 160), 255, np.uint8)
+    cv2.circle(grey, (45, 60), 16, 20, -1)
+    cv2.circle(grey, (115, 60), 16, 130, -1)
+    return grey
+
+
+def test_a_picture_is_traced_as_the_sliders_say_and_lies_where_it_was(scene, drawings):
+    drawings.load("discs.png", png(discs()))
+    assert drawings.state().tracing == Tracing()
+    drawings.place(Placing(14.0, -1.0, 6.0, 20.0))
+    hatched = scene.drawn().placed
+    assert drawings.trace_picture(Tracing(50.0, 0, 30.0)) == ""
+    assert drawings.state().tracing == Tracing(50.0, 0, 30.0)
+    outlined = scene.drawn().placed
+    assert outlined.strokes == 2, "an outline each"
+    assert hatched.strokes > 15
+    assert 0 < outlined.seconds < hatched.seconds
+    assert (outlined.centre, outlined.rotate) == ((14.0, -1.0), 20.0)
+    assert max(outlined.size) == pytest.approx(6.0)
+    assert drawings.start() == ""
+    assert scene.server.offered.job.header.strokes == outlined.strokes
+
+
+@pytest.mark.parametrize("order", ["place", "trace_picture"])
+def test_what_was_planned_before_is_not_started_any_more(scene, drawings, order):
+    drawings.load("discs.png", png(discs()))
+    scene.drawn()
+    drawings._worker.ask = lambda request: None  # it takes its time
+    wish = Placing(14.0) if order == "place" else Tracing(shades=1)
+    assert getattr(drawings, order)(wish) == ""
+    assert not drawings.state().can_start
+    assert drawings.drawing().placed.seconds is None
+    assert drawings.start() == "it is not planned yet; wait a moment"
+    assert scene.server.sent == []
+
+
+def test_a_picture_that_shows_nothing_at_first_can_be_traced_otherwise(scene, drawings):
+    faint = np.full((120, 160), 255, np.uint8)
+    cv2.circle(faint, (80, 60), 40, 236, -1)
+    drawings.load("faint.png", png(faint))
+    scene.drawn()
+    state = drawings.state()
+    assert "faint.png: shows nothing to draw at detail = 50 and shades = 3" in state.trouble
+    assert (state.is_there, state.tracing) == (False, Tracing())
+    drawings.trace_picture(Tracing(100.0, 3, 0.0))
+    assert scene.drawn().placed.strokes == 1
+    assert drawings.state().trouble == ""
+
+
+def test_sliders_that_leave_nothing_say_so_and_what_was_drawn_stays_in_sight(scene, drawings):
+    drawings.load("discs.png", png(discs()))
+    before = scene.drawn().placed
+    drawings.trace_picture(Tracing(0.0, 0, 30.0))
+    placed = scene.drawn().placed
+    assert len(placed.good) == len(before.good)
+    assert placed.why_not == (
+        "detail = 0 and shades = 0: nothing would be drawn; raise one of them"
+    )
+    assert not drawings.state().can_start
+    drawings.trace_picture(Tracing(0.0, 1, 30.0))
+    assert scene.drawn().placed.why_not == ""
+    assert drawings.state().can_start
+
+
+@pytest.mark.parametrize(
+    ("order", "argument"),
+    [("choose", "rose"), ("write", "LEGO"), ("load", SQUARE), ("load", png(discs())[:200])],
+)
+def test_only_of_a_picture_it_is_told_how_it_is_traced(scene, drawings, order, argument):
+    names = ["it.png"] if order == "load" else []
+    getattr(drawings, order)(*names, argument)
+    scene.drawn()
+    assert drawings.state().tracing is None
+    assert drawings.trace_picture(Tracing()) == (
+        "there is no picture to trace; drop a PNG or JPEG first"
+    )
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ from laptop.tracking.pipeline import CameraPipeline
 from laptop.vision.cameras import open_camera
 from laptop.vision.markers import read_spec
 from laptop.vision.tracker import Tracker
+from laptop.vision.view import BoardPlace
 from shared.messages import EFFECTOR
 
 
@@ -151,13 +152,17 @@ def test_places_on_the_board_stand_beside_the_markers(scene):
     scene.show()
     shown = scene.controller.frames.view("A")
     assert "cm" not in overlay(shown)
-    placed = shown._replace(marks=(mark(shown)._replace(place=(11.807, -0.25)),))
-    assert " 11.81, -0.25 cm</text>" in overlay(placed)
+    placed = shown._replace(marks=(mark(shown)._replace(place=BoardPlace(11.807, -0.25)),))
+    assert " at 11.81,-0.25 cm</text>" in overlay(placed)
+    in_arm = placed._replace(
+        marks=(mark(placed)._replace(place=BoardPlace(1, 2, arm=(3, -0.001))),)
+    )
+    assert " at 1.00,2.00 cm = arm 3.00,0.00 cm</text>" in overlay(in_arm)
 
 
 def test_the_places_are_those_of_the_frame(scene):
     scene.show()
     view = scene.controller.frames._cameras["A"].watcher.view
-    seen, fixed = marks(view._replace(places={EFFECTOR: (1.5, 2.5)})), marks(view)
-    assert [m.place for m in seen if m.name == EFFECTOR] == [(1.5, 2.5)]
+    seen, fixed = marks(view._replace(places={EFFECTOR: BoardPlace(1.5, 2.5)})), marks(view)
+    assert [m.place for m in seen if m.name == EFFECTOR] == [BoardPlace(1.5, 2.5)]
     assert {m.place for m in fixed} == {None}

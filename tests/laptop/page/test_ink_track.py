@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from laptop.page.ink_track import MAX_POINTS, InkTrack
-from laptop.page.table_mapping import TableView
 
 
 def watched(frames_late, tells_late):
@@ -68,7 +67,49 @@ def test_it_stays_small_and_says_when_it_was_thinned():
 
 def test_on_the_table_it_is_lines_in_cm():
     ink = watched(0.0, 0.0)
-    scale = np.diag([10.0, 10.0, 1.0])
-    one, other = ink.on_table(TableView(scale))
+    one, other = ink.lines(lambda pixels, shifts: pixels / 10 - shifts)
     assert one[0] == pytest.approx((10.0, 0.5))
     assert other[-1] == pytest.approx((40.0, 0.5), abs=1.01)
+    assert InkTrack().lines(lambda pixels, shifts: pixels) == ()
+
+
+def shifted(known_until):
+    """The ink of a marker beside the pen, whose place beside it is known by `known_until` (s)."""
+    return InkTrack(lambda t: (t, -1.0) if t <= known_until[0] else None)
+
+
+def test_ink_waits_until_it_is_known_how_the_marker_is_beside_the_pen():
+    known = [0.35]
+    ink = shifted(known)
+    ink.tell(0.0, True)
+    for k in range(1, 11):
+        ink.see(0.1 * k, (100.0 * k, 0.0))
+    ink.tell(1.0, True)
+    assert len(ink.points) == 3
+    known[0] = 1.0
+    ink.judge(1.1)
+    assert len(ink.points) == len(ink.shifts) == 10
+    (line,) = ink.lines(lambda pixels, shifts: shifts)
+    assert line == pytest.approx(np.column_stack([np.arange(1, 11) / 10, np.full(10, -1.0)]))
+
+
+def test_where_that_is_never_known_there_is_a_gap_and_no_ink_in_a_wrong_place():
+    ink = InkTrack(lambda t: None if 0.25 < t < 0.75 else (0.0, 0.0))
+    ink.tell(0.0, True)
+    for k in range(1, 11):
+        ink.see(0.1 * k, (100.0 * k, 0.0))
+    ink.tell(1.0, True)
+    assert [point.u for point in ink.points] == [100.0, 200.0]
+    ink.judge(5.0)
+    assert [(p.u, p.begins) for p in ink.points][2:] == [
+        (800.0, True), (900.0, False), (1000.0, False)
+    ]  # fmt: skip
+
+
+def test_a_thinned_ink_keeps_what_belongs_together():
+    ink = InkTrack(lambda t: (t, 0.0))
+    ink.tell(0.0, True)
+    for k in range(MAX_POINTS + 10):
+        ink.see(0.01 * k, (2.0 * k, 0.0))
+        ink.tell(0.01 * k + 0.005, True)
+    assert [s[0] * 200 for s in ink.shifts] == pytest.approx([p.u for p in ink.points])

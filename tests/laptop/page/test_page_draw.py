@@ -3,10 +3,12 @@
 The truth is the ink on the emulated table, and where the synthetic camera truly sees the tip.
 """
 
+import base64
 import math
 import re
 import time
 
+import cv2
 import numpy as np
 import pytest
 from page_tracker import SYNTHETIC, Surfer, Tracker, a_browser
@@ -22,9 +24,10 @@ WINDOW = {"width": 1440, "height": 940}
 STAR = """<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="60mm"
 viewBox="-10 -10 20 20"><path fill="none" stroke="black" d="M0,-9 L5.29,7.28 L-8.56,-2.78 H8.56
 L-5.29,7.28 Z"/></svg>"""
-DROP = """([name, text]) => {
+DROP = """([name, base64]) => {
   const data = new DataTransfer();
-  data.items.add(new File([text], name));
+  const bytes = Uint8Array.from(atob(base64), letter => letter.charCodeAt(0));
+  data.items.add(new File([bytes], name));
   for (const kind of ["dragenter", "dragover", "drop"]) {
     document.querySelector(".picture").dispatchEvent(
       new DragEvent(kind, { dataTransfer: data, bubbles: true, cancelable: true }));
@@ -38,9 +41,28 @@ class Drawer(Surfer):
     def tab(self, name):
         self.page.get_by_role("tab", name=name).click()
 
-    def drop(self, name, text):
+    def drop(self, name, content):
         self.steer()  # whoever was here before may count as steering still: then it is refused
-        self.page.evaluate(DROP, [name, text])
+        data = content if isinstance(content, bytes) else content.encode()
+        self.page.evaluate(DROP, [name, base64.b64encode(data).decode()])
+
+    def slider(self, name):
+        return self.page.get_by_role("slider", name=re.compile(f"^{name}: "))
+
+    def slide(self, name, key, value):
+        """Move a slider by a key."""
+
+        def act():
+            self.slider(name).locator("[tabindex]").focus()  # what takes keys lies inside
+            self.page.keyboard.press(key)
+
+        self.order(act)
+        self.until(lambda: self.slider(name).get_attribute("aria-valuenow") == value, name)
+
+    def strokes(self, name):
+        """How many strokes a drawing has, once it is planned."""
+        self.facts(rf"^{re.escape(name)}: \d+ strokes?, \d+ cm, [\d minsh]+$")
+        return int(self.page.locator(".facts-line").inner_text().split(": ")[1].split()[0])
 
     def word(self, text):
         self.wait(self.page.locator(".job-word", has_text=text))
@@ -278,6 +300,33 @@ def test_a_path_that_cannot_be_reached_is_red_before_anything_moves(surfer):
     surfer.page.locator(".draws:disabled", has_text="Start").wait_for()
     surfer.press("Remove")
     surfer.page.wait_for_function("() => !document.querySelector('[data-drawing]')")
+
+
+def test_a_picture_is_traced_as_the_sliders_say(surfer):
+    page = surfer.page
+    surfer.tab("Draw")
+    assert not surfer.slider("shades").is_visible()
+    grey = np.full((120, 160), 255, np.uint8)
+    cv2.circle(grey, (45, 60), 16, 20, -1)
+    cv2.circle(grey, (115, 60), 16, 130, -1)
+    surfer.drop("discs.png", cv2.imencode(".png", grey)[1].tobytes())
+    hatched = surfer.strokes("discs.png")
+    assert hatched > 20
+    told = [surfer.slider(n).get_attribute("aria-valuenow") for n in ("detail", "shades", "smoo.*")]
+    assert told == ["50", "3", "30"]
+    surfer.slide("shades", "PageDown", "0")
+    surfer.facts("discs.png: 2 strokes")
+    assert surfer.strokes("discs.png") == 2, "an outline each"
+    surfer.slide("detail", "PageDown", "0")
+    surfer.wait(page.locator(".trouble", has_text="nothing would be drawn; raise one of them"))
+    page.locator(".draws:disabled", has_text="Start").wait_for()
+    surfer.slide("shades", "ArrowRight", "1")
+    surfer.wait(page.locator(".draws:enabled", has_text="Start"))
+    assert 5 < surfer.strokes("discs.png") < hatched
+    page.get_by_role("button", name="rose", exact=True).click()
+    surfer.facts(r"^rose: ")
+    surfer.until(lambda: not surfer.slider("shades").is_visible(), "no sliders for a rose")
+    surfer.press("Remove")
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from laptop.page.table_mapping import MIN_PLACES, MOVED_PLACES, TableMapping, TipTrack
+from laptop.page.table_mapping import MIN_PLACES, MOVED_PLACES, TableMapping
 
 # A camera that looks down askew: its matrix times the pose of the table before it.
 K = np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]])
@@ -61,6 +61,22 @@ def test_moves_in_space_tell_where_any_height_is(height):
     asked = places(100, seed=2)
     wanted = truth(np.column_stack([asked, np.full(len(asked), height)]))
     assert np.abs(mapping.view.to_picture(asked) - wanted).max() < 1.5
+
+
+def test_the_pen_is_beside_the_marker_that_is_seen():
+    mapping = learn(TableMapping(REACH), places(60))
+    asked = places(50, seed=2)
+    shifts = np.random.default_rng(3).uniform(-0.7, 0.7, asked.shape)
+    assert mapping.pen(truth(asked + shifts), shifts) == pytest.approx(asked, abs=1e-4)
+    assert TableMapping(REACH).pen(truth(asked), shifts) is None
+
+
+def test_in_space_the_pen_on_the_paper_is_below_the_marker_that_is_seen():
+    mapping = learn(TableMapping(REACH), places(80, height=(0, 12)))
+    asked = places(50, seed=2)
+    pens = np.column_stack([asked, np.zeros(len(asked))])
+    shifts = np.random.default_rng(3).uniform((-0.7, -0.7, 0.2), (0.7, 0.7, 1.5), pens.shape)
+    assert mapping.pen(truth(pens + shifts), shifts) == pytest.approx(asked, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -121,17 +137,3 @@ def test_a_camera_that_was_moved_is_noticed_and_learned_anew():
     assert mapping.moved == 1
     asked = places(50, seed=2)
     assert np.abs(mapping.view.to_picture(asked) - truth(asked) - 40).max() < 0.01
-
-
-def test_the_tip_between_two_frames_is_between_its_places():
-    track = TipTrack()
-    for k in range(10):
-        track.add(0.1 * k, (10.0 * k, 5.0))
-    place, speed = track.at(0.55)
-    assert place == pytest.approx((55.0, 5.0))
-    assert speed == pytest.approx(100.0)
-    assert track.at(0.95) is None, "nobody has seen that yet"
-    track.add(2.0, (0.0, 0.0))
-    assert track.at(1.5) is None, "nobody saw it then"
-    track.add(9.0, (0.0, 0.0))
-    assert track.at(0.55) is None, "that was long ago"

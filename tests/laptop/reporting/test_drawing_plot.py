@@ -1,5 +1,6 @@
 """A drawing's ink against what was wished: figures by hand, and a picture."""
 
+import json
 from types import SimpleNamespace
 
 import cv2
@@ -59,6 +60,9 @@ def test_nothing_drawn_is_no_number():
     found = compare(rows_of(way((10, 0), (10, 4), 0)), LINES)
     assert np.isnan(found.greatest_mm)
     assert found.ink_cm == 0
+    told = json.loads(json.dumps(found.as_dict(), allow_nan=False))
+    assert (told["greatest_mm"], told["rms_mm"], told["missed_mm"]) == (None, None, None)
+    assert told["ink_cm"] == 0.0
 
 
 def test_the_picture_shows_x_upwards_and_y_to_the_left(tmp_path):

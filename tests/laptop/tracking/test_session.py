@@ -15,12 +15,13 @@ from waiting import PATIENCE
 
 from laptop.tracking import session, status_display, status_text
 from laptop.tracking.detection_stats import DetectionStats
-from laptop.tracking.observation_csv import ObservationCsv, TrackingInterrupted
+from laptop.tracking.observation_csv import ObservationCsv, PairedPlace, TrackingInterrupted
 from laptop.tracking.pipeline import CameraPipeline
 from laptop.tracking.server_state import ServerState
 from laptop.tracking.session import TrackingSession
 from laptop.tracking.status_display import StatusDisplay
 from laptop.tracking.status_text import pipeline_status
+from laptop.vision.view import BoardPlace
 from shared.messages import Status
 
 
@@ -339,10 +340,14 @@ class FakePlacer:
     def place(self, marker, pixel):
         return (pixel[0] / 10, pixel[1] / 10) if self.looks > 1 and marker != "away" else None
 
+    def tell(self, marker, pixel):
+        at = self.place(marker, pixel)
+        return at and BoardPlace(*at, arm=(7.0, -1.0))
+
 
 def test_places_on_the_table_stand_in_the_file_once_they_are_known(tmp_path):
     file = tmp_path / "out.csv"
-    out = ObservationCsv(file, True, True)
+    out = ObservationCsv(file, True, ["x", "y", "arm_x", "arm_y"])
     camera = FakeCamera(frame(0, 0.0, 1), frame(1, 0.1, 1))
     pipeline = CameraPipeline(
         "A", camera, FakeTracker(), (40.0, 20.0), csv=out, live=False, placer=FakePlacer()
@@ -351,19 +356,54 @@ def test_places_on_the_table_stand_in_the_file_once_they_are_known(tmp_path):
         pass
     out.close()
     heading, *lines = file.read_text().splitlines()
-    assert heading == "frame,t,marker,u,v,confidence,x,y,camera"
+    assert heading == "frame,t,marker,u,v,confidence,x,y,arm_x,arm_y,camera"
     goals = [line.split(",") for line in lines if ",goal," in line]
     assert [cells[3:] for cells in goals] == [
-        ["40.000", "20.000", "1.000", "", "", "A"],
-        ["40.000", "20.000", "1.000", "4.0000", "2.0000", "A"],
+        ["40.000", "20.000", "1.000", "", "", "", "", "A"],
+        ["40.000", "20.000", "1.000", "4.0000", "2.0000", "7.0000", "-1.0000", "A"],
     ]
-    assert pipeline.view.places["goal"] == (4.0, 2.0)
+    assert pipeline.view.places["goal"][:2] == (4.0, 2.0)
+
+
+class FakePairs:
+    """Two cameras that tell a place in space with the second picture."""
+
+    def __init__(self):
+        self.latest = {}
+
+    def see(self, camera, frame, markers):
+        if frame.index != 1:
+            return []
+        place = BoardPlace(1.0, 2.0, 3.0)
+        self.latest = {"goal": PairedPlace(0, 0.0, "goal", 0.9, place, 0.05, "A+B")}
+        return list(self.latest.values())
+
+    def lines(self):
+        return []
+
+
+def test_what_two_cameras_tell_together_has_rows_of_its_own(tmp_path):
+    file = tmp_path / "out.csv"
+    out = ObservationCsv(file, True, ["x", "y", "z", "gap"])
+    camera = FakeCamera(frame(0, 0.0, 1), frame(1, 0.1, 1), frame(2, 0.9, 1))
+    pipeline = CameraPipeline(
+        "A", camera, FakeTracker(), (40.0, 20.0), csv=out, live=False, pairs=FakePairs()
+    )
+    places = []
+    while pipeline.step(0.1):
+        places.append(pipeline.view.places.get("goal"))
+    out.close()
+    lines = file.read_text().splitlines()
+    assert lines[0] == "frame,t,marker,u,v,confidence,x,y,z,gap,camera"
+    assert "0,0.000000,goal,,,0.900,1.0000,2.0000,3.0000,0.0500,A+B" in lines
+    assert len([line for line in lines if line.endswith("A+B")]) == 1
+    assert places == [None, BoardPlace(1, 2, 3), None], "what is old is not shown any more"
 
 
 def test_without_a_board_the_file_is_as_ever(tmp_path):
     file = tmp_path / "out.csv"
     out = ObservationCsv(file, False)
-    out.add("A", frame(0, 0.0, 1), {"m": (1.0, 2.0, 0.5), "n": None}, {"m": (3.0, 4.0)})
+    out.add("A", frame(0, 0.0, 1), {"m": (1.0, 2.0, 0.5), "n": None}, {"m": BoardPlace(3.0, 4.0)})
     out.close()
     assert file.read_text().splitlines() == [
         "frame,t,marker,u,v,confidence",

@@ -20,6 +20,8 @@ from places import FOOTAGE, ROOT
 from refusals import in_one_line
 from waiting import PATIENCE
 
+from laptop.calibration.marker_offset import MarkerFit
+from laptop.calibration.touch_file import TouchedArm, write_touched
 from laptop.cli.main import laptop
 from laptop.cli.track import track as track_command
 from laptop.simulator.scene.optics import to_srgb
@@ -654,6 +656,28 @@ def test_with_a_board_markers_are_told_in_cm_on_it(run, tmp_path):
     assert "x" not in rows(tmp_path / "out.csv")[0]
 
 
+def test_after_touching_crosses_the_pens_place_is_told_on_the_board_and_by_the_arm(run, tmp_path):
+    arm = read_arm(find_arm("planar"))
+    q, offset = (0.3, 0.8), np.array([0.6, -0.4])
+    scene = Scene(
+        arm._replace(marker_offset=tuple(offset)),
+        read_scene("board=a4,clutter=0,shadow=0,board_turn=20"),
+    )
+    cv2.imwrite(str(tmp_path / "0.png"), np.round(to_srgb(scene.image(q))).astype(np.uint8))
+    c, s = math.cos(math.radians(20)), math.sin(math.radians(20))
+    to_board = np.array([[c, s], [-s, c]])
+    base = to_board @ (-9.0, 0.0)  # the board's middle is at 9, 0
+    fit = MarkerFit(offset, 2.5, math.radians(-20), base, 1.0, np.eye(7), 0.2)
+    write_touched(tmp_path / "t.json", TouchedArm("planar", "a4", None, fit))
+    words = ["--camera", tmp_path, "--no-serve", "--board", "--csv", tmp_path / "out.csv"]
+    run(*words, "--touched", tmp_path / "t.json")
+    for row in rows(tmp_path / "out.csv"):
+        pen = kinematics.forward(arm, q) if row["marker"] == "effector" else (12, -9)
+        assert (float(row["arm_x"]), float(row["arm_y"])) == pytest.approx(pen, abs=0.06), row
+        on_board = to_board @ pen + base
+        assert (float(row["x"]), float(row["y"])) == pytest.approx(on_board, abs=0.06), row
+
+
 def test_a_camera_that_sees_no_board_tells_pixels_and_no_cm(run, video, tmp_path):
     shown = run("--camera", video(), "--no-serve", "--board", "--csv", tmp_path / "out.csv")
     assert "cm" not in shown.output
@@ -665,6 +689,8 @@ def test_a_camera_that_sees_no_board_tells_pixels_and_no_cm(run, video, tmp_path
     [
         (["--bar", "97"], 2, "--bar is of the board; say --board, too."),
         (["--height", "25"], 2, "--height is of the board; say --board, too."),
+        (["--touched", "t.json"], 2, "--touched is of the board; say --board, too."),
+        (["--board", "--touched", "t.json"], 1, "cannot read t.json: No such file or directory"),
         (["--board", "--bar", "9.7"], 1, "bar 9.7 mm: it is 100 mm long on paper"),
         (["--board", "--height", "-3"], 2, "-3"),
     ],

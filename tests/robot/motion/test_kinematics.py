@@ -198,6 +198,7 @@ UNREACHABLE = [
         "(25, 0) cm is 25 cm from the shoulder, out of reach: the links reach from 1.8 to 20.8 cm;"
         " choose a point nearer",
     ),
+    ("as good as 0", (25, -2.6e-15), None, "(25, 0) cm is 25 cm from the shoulder"),
     (
         "in the hole",
         (0, 1),

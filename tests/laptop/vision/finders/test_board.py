@@ -10,7 +10,7 @@ from laptop.simulator.scene.board_items import board_place
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
 from laptop.simulator.scene.sensor import Sensor
-from laptop.vision.finders.board import find_board
+from laptop.vision.finders.board import find_again, find_board
 from shared.arm_description import find_arm, read_arm
 
 ASIDE = (2.6, 1.2)
@@ -84,3 +84,19 @@ def test_where_there_is_none_none_is_found(shape):
     assert find_board(np.full(shape, 90, np.uint8)) is None
     noise = np.random.default_rng(0).integers(0, 256, shape, np.uint8)
     assert find_board(noise) is None
+
+
+def test_markers_that_are_about_where_they_were_are_found_again(shown):
+    scene, image = shown
+    whole = find_board(image)
+    first = {
+        n: scene.project(board_place(scene.constants, whole.board.square(n)[:, :2])) + (0.9, -0.7)
+        for n in whole.numbers
+    }
+    view = find_again(image, whole.board, first)
+    assert set(view.numbers) >= set(whole.numbers)
+    assert np.median(off(scene, view)) < 0.03
+    assert find_again(image, whole.board, {n: quad + 10 for n, quad in first.items()}) is None
+    outside = {n: quad + (500, 0) for n, quad in first.items()}
+    assert find_again(image, whole.board, outside) is None
+    assert find_again(image, whole.board, {}) is None

@@ -1,0 +1,81 @@
+"""`report`: a lab report of the runs in a folder."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from laptop.cli.options import examples, importing, in_one_line
+from shared.message_fields import printable
+
+if TYPE_CHECKING:
+    from laptop.lab_report.lab_report import LabReport
+
+
+@click.command(
+    epilog=examples(
+        "report runs",
+        'report runs --title "Lab 3: straight lines" --pdf lab3.pdf --paper letter',
+    )
+)
+@click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.option(
+    "--out",
+    metavar="FILE",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="The report; its raw data go into a folder beside it.  [default: lab-report.html in "
+    "FOLDER]",
+)
+@click.option("--title", default="", metavar="TEXT", help="Over the report.")
+@click.option("--replace", is_flag=True, help="A report that is there, with what was typed in it.")
+@click.option(
+    "--pdf",
+    metavar="FILE",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Print it there, too, by a Chromium, Chrome or Edge that is installed.",
+)
+@click.option(
+    "--paper",
+    type=click.Choice(["a4", "letter"]),
+    default="a4",
+    show_default=True,
+    help="Of the PDF; the HTML prints on both.",
+)
+def report(
+    folder: Path, out: Path | None, title: str, replace: bool, pdf: Path | None, paper: str
+) -> None:
+    """Make a lab report of the runs in FOLDER and below it: one HTML file, raw data beside it.
+
+    It takes what simulate, draw --simulate, demo, accuracy and calibrate leave, logs of
+    visual_servoing.py, CSVs of track, and what is saved from the page.  Fields for names and
+    discussion are left blank.  What is not in the files is not in the report.
+    """
+    with importing():  # matplotlib
+        from laptop.lab_report import lab_report, print_pdf
+
+    file = out or folder / lab_report.OUT
+    with in_one_line():
+        lab_report.check_out(file, replace)
+        browser = print_pdf.find_browser() if pdf else ""
+        data = lab_report.data_folder_of(file)
+        made = lab_report.compose(folder, title or lab_report.TITLE, data.name)
+        lab_report.write(made, file)
+        click.echo(_in_words(file, made))
+        click.echo(f"{data}: {len(made.data)} files with the raw data")
+        if pdf:
+            print_pdf.print_pdf(made.html(lab_report.PAPERS[paper], linked=False), pdf, browser)
+            click.echo(f"{pdf}: the same, printed on {paper}")
+    for left in made.left_out:
+        click.echo(f"laptop: left out: {printable(f'{left.name}: {left.why}')}", err=True)
+
+
+def _in_words(file: Path, made: LabReport) -> str:
+    kinds = Counter(run.kind for run in made.runs)
+    runs = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
+    counts = (("run", len(made.runs)), ("table", made.tables), ("figure", made.figures))
+    told = [f"{count} {word}{'s' * (count != 1)}" for word, count in counts]
+    told[0] += f" ({runs})"
+    return f"{file}: {', '.join(told)}"

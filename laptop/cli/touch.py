@@ -1,0 +1,294 @@
+"""`touch`: where the arm's marker sits beside the pen, found by touching the board's crosses."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from laptop.cli.brick import THE_BRICK, talk
+from laptop.cli.options import FiniteRange, arm_option, bar_option, examples, importing, in_one_line
+from shared import state
+from shared.arm_description import Arm, find_arm, read_arm
+from shared.message_fields import printable
+from shared.messages import EFFECTOR
+
+if TYPE_CHECKING:
+    from laptop.calibration.cross_touching import CrossTouching
+    from laptop.calibration.touch_looks import Looks
+    from laptop.vision.markers import Marker
+
+MAX_LINE = 4096
+"""Longest line of a file of touches, characters."""
+COUNT = 9
+"""Crosses of the board."""
+
+
+class Crosses(click.ParamType):
+    """Some of the board's crosses, by the numbers that are printed beside them."""
+
+    name = "N,N,..."
+
+    def convert(
+        self, value: str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, ...]:
+        """Return their places in the list of crosses; fail if they are none."""
+        numbers = [int(one) if one.strip().isdecimal() else 0 for one in value.split(",")]
+        if not all(1 <= one <= COUNT for one in numbers) or len(set(numbers)) < len(numbers):
+            self.fail(f"'{value}' is not a list of crosses from 1 to {COUNT}, like 1,3,4,6,7,9")
+        return tuple(one - 1 for one in numbers)
+
+
+@click.command(
+    epilog=examples(
+        "touch 0 --arm mine.ini --bar 97",
+        "touch pictures/ --arm mine.ini --touches points.jsonl",
+        "touch --simulate",
+    )
+)
+@click.argument("source", metavar="SOURCE", required=False)
+@arm_option("Arm that touches")
+@THE_BRICK
+@bar_option
+@click.option(
+    "--height",
+    type=FiniteRange(0, 500),
+    metavar="MM",
+    help="Of the arm's marker over the paper, if it was measured.  [default: it is found]",
+)
+@click.option(
+    "--effector",
+    metavar="SPEC",
+    help="The arm's marker, as for track.  [default: effector of ~/.brickservo/markers.ini]",
+)
+@click.option(
+    "--crosses",
+    type=Crosses(),
+    default="1,2,3,4,5,6,7,8,9",
+    metavar="N,N,...",
+    help="The crosses to touch, in this order; six are the least.  [default: all nine]",
+)
+@click.option(
+    "--pen",
+    type=click.Choice(["up", "down"]),
+    help="Put the pen there before the motors let go.  [default: where it is]",
+)
+@click.option(
+    "--touches",
+    "file",
+    metavar="FILE",
+    help="Points that driver.py touch --json has written, or - for those that it writes now; no "
+    "brick is called.  Of a folder, the first picture shows the board, then there is one each.",
+)
+@click.option(
+    "--simulate",
+    "simulated",
+    is_flag=True,
+    help="On the emulated brick, with an emulated hand and the synthetic camera.",
+)
+@click.option(
+    "--scene",
+    metavar="KEY=VALUE,...",
+    help="Of the synthetic camera.  [default: board=a4,board_x=12,marker_stray=0.4]",
+)
+@click.option("--plant", default="", metavar="KEY=VALUE,...", help="Of the emulated arm.")
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    metavar="DIR",
+    help="Write arm file and fit there.  [default: the arm's own file, or a copy in "
+    "~/.brickservo/arms of one that comes along, and ~/.brickservo/touched; with --simulate, out]",
+)
+def touch(
+    source: str | None,
+    arm_file: str,
+    name: str | None,
+    bar: float | None,
+    height: float | None,
+    effector: str | None,
+    crosses: tuple[int, ...],
+    pen: str | None,
+    file: str | None,
+    simulated: bool,
+    scene: str | None,
+    plant: str,
+    out: Path | None,
+) -> None:
+    """Find where the arm's marker sits beside the pen: set the pen on the printed board's crosses.
+
+    SOURCE is the camera that sees the board: a webcam's number or a stream.  Lead the arm by hand;
+    a touch sensor, the brick's centre button or Enter here takes each cross.
+    """
+    with importing():  # OpenCV
+        from laptop.calibration.camera_fit import check_bar
+        from laptop.calibration.camera_report import describe
+        from laptop.calibration.cross_touching import CrossTouching, check_led
+        from laptop.calibration.marker_offset import MIN_TOUCHES, BadTouches
+
+    _check(source, simulated, scene, plant, file, name, pen)
+    say = partial(click.echo, file=sys.stdout)  # also while a program on the brick has that
+    with in_one_line(), ExitStack() as stack:
+        check_bar(bar)
+        arm = read_arm(find_arm(arm_file))
+        check_led(arm)
+        if len(crosses) < MIN_TOUCHES:
+            raise BadTouches(f"{len(crosses)} crosses; {MIN_TOUCHES} are the least, 9 are better")
+        if simulated:
+            from laptop.cli.touch_simulated import SimulatedTouching
+
+            simulation = SimulatedTouching(arm, scene, plant, say)
+            looks: Looks = simulation.looks(effector)
+        else:
+            assert source is not None
+            looks = _open(source, effector, stack)
+        calibration = looks.board(bar)
+        for line in describe(calibration):
+            say(line)
+        again = file is None or file == "-" or _is_pipe(file)
+        touching = CrossTouching(arm, calibration, looks.look, say, again, crosses)
+        if simulated:
+            simulation.run(touching)
+        elif file is not None:
+            _from_file(touching, file)
+        else:
+            words = ("--arm", arm.name, *(("--pen", pen) if pen else ()))
+            _from_brick(touching, name, words)
+        if again:
+            touching.check_camera(looks.look())
+        _conclude(touching, arm, height, out or (Path("out") if simulated else None))
+
+
+def _check(
+    source: str | None,
+    simulated: bool,
+    scene: str | None,
+    plant: str,
+    file: str | None,
+    name: str | None,
+    pen: str | None,
+) -> None:
+    """Refuse options that do not go together."""
+    if simulated and source not in (None, "synthetic"):
+        raise click.UsageError(f"--simulate has a camera of its own; leave {source} out.")
+    if not simulated and source is None:
+        raise click.UsageError("Missing argument 'SOURCE': the camera, or --simulate.")
+    if not simulated and (scene is not None or plant):
+        raise click.UsageError("--scene and --plant are of the emulated arm; say --simulate, too.")
+    if source == "synthetic" and not simulated:
+        raise click.UsageError("the synthetic camera sees the emulated arm; say --simulate, too.")
+    if file is not None and simulated:
+        raise click.UsageError("--simulate touches by itself; leave --touches out.")
+    if file is not None and (name or pen):
+        raise click.UsageError("--touches calls no brick; leave --brick and --pen out.")
+
+
+def _open(source: str, effector: str | None, stack: ExitStack) -> Looks:
+    """Open the camera."""
+    from laptop.calibration.touch_looks import Looks
+    from laptop.vision.cameras import is_live, open_camera
+    from laptop.vision.frames import quiet_decoders
+
+    marker = _marker(effector)
+    stack.enter_context(quiet_decoders())
+    camera = open_camera(source)
+    stack.callback(camera.close)
+    return Looks(camera, marker, is_live(source))
+
+
+def _marker(effector: str | None) -> Marker:
+    """Return the arm's marker, as it is told, or as the tracker has learned it."""
+    from laptop.tracking.setup import markers_file
+    from laptop.vision.markers import BadMarker, read_markers, read_spec
+
+    if effector is not None:
+        return read_spec(EFFECTOR, effector)
+    file = markers_file()
+    known = read_markers(file) if file.exists() else {}
+    if EFFECTOR not in known:
+        raise BadMarker(
+            f"{file} has no marker [{EFFECTOR}]: say what it is, --effector disc:red, or let "
+            "track learn it"
+        )
+    return known[EFFECTOR]
+
+
+def _is_pipe(file: str) -> bool:
+    return Path(file).is_fifo()
+
+
+def _lines(file: str) -> Iterator[str]:
+    if file == "-":
+        yield from iter(lambda: sys.stdin.readline(MAX_LINE), "")
+        return
+    try:
+        with open(file, encoding="utf-8", errors="replace") as lines:
+            yield from iter(lambda: lines.readline(MAX_LINE), "")
+    except OSError as error:
+        raise click.ClickException(f"{printable(file)}: {error.strerror}") from None
+
+
+def _from_file(touching: CrossTouching, file: str) -> None:
+    """Take the touches of a file, or of a program that writes them now."""
+    from laptop.calibration.cross_touching import read_point
+
+    click.echo(touching.request())
+    for line in _lines(file):
+        if not line.strip():
+            continue
+        touching.take(read_point(line))
+        if touching.cross is None:
+            return
+        click.echo(touching.request())
+
+
+def _from_brick(touching: CrossTouching, name: str | None, words: tuple[str, ...]) -> None:
+    """Let somebody touch the crosses with the brick's arm."""
+    from laptop.brick import touching as on_brick
+    from laptop.calibration.cross_touching import read_point
+
+    def went_on() -> bool:
+        if touching.cross is None:
+            return True
+        _ask()
+        return False
+
+    def take(line: str) -> bool:
+        if touching.cross is not None:
+            touching.take(read_point(line))
+        return went_on()
+
+    def skip() -> bool:
+        touching.skip()
+        return went_on()
+
+    def _ask() -> None:
+        click.echo(touching.request())
+
+    click.echo("Enter here takes a point, too; s leaves a cross out, q ends, Ctrl-C gives up")
+    _ask()
+    talk(name, on_brick.touch, words, take, skip)
+
+
+def _conclude(touching: CrossTouching, arm: Arm, height: float | None, out: Path | None) -> None:
+    """Tell what was found, and write it."""
+    from laptop.calibration.arm_file import write_values
+    from laptop.calibration.touch_file import TouchedArm, touched_file, write_touched
+
+    fit = touching.fit(None if height is None else height / 10)
+    for line in fit.notes():
+        click.echo(line)
+    x, y = (f"{value + 0.0:.3f}" for value in fit.offset)
+    own = None if out is None else out / f"{arm.name}.ini"
+    kept = touched_file(arm.name) if out is None else out / f"{arm.name}.touched.json"
+    path = write_values(arm, {("arm", "marker_offset"): f"{x} {y}"}, own)
+    write_touched(kept, TouchedArm(arm.name, touching.paper, touching.bar, fit))
+    click.echo(
+        f"marker_offset = {x} {y} written to {path}; how the arm stands on the board: {kept}"
+    )
+    if out is None:
+        click.echo(f"put it on the brick, too: {state.laptop_program()} brick arm {path}")

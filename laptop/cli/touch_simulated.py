@@ -1,0 +1,203 @@
+"""`touch --simulate`: an emulated hand touches the crosses, before the synthetic camera."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import random
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TextIO
+
+from laptop.calibration.cross_touching import CrossTouching, read_point
+from laptop.calibration.touch_looks import Looks
+from laptop.simulator import session
+from laptop.simulator.device.buttons import Press
+from laptop.simulator.device.leading_hand import BadHand, HandPlace
+from laptop.simulator.device.plant_constants import read_plant
+from laptop.simulator.own_programs import find_script
+from laptop.simulator.scene.board_items import board_place
+from laptop.simulator.scene.rendered_tracker import marker_specs
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import BadScene, read_scene
+from laptop.simulator.scene.synthetic_camera import SyntheticCamera, film
+from laptop.vision.board import CROSSES
+from laptop.vision.frames import Frame
+from laptop.vision.markers import read_spec
+from shared.arm_description import Arm, ArmError
+from shared.messages import EFFECTOR
+
+if TYPE_CHECKING:
+    from laptop.simulator.device.brick import EmulatedBrick
+    from laptop.simulator.device.peripherals import Peripherals
+
+SCENE = "board=a4,board_x=12,marker_stray=0.4"
+"""The usual one: an arm in the plane reaches all crosses there."""
+READY, LEADING, PRESSING = 4.0, 2.5, 0.6
+"""Times of the hand, s: until it begins, from cross to cross, and from there to the press."""
+PLACED = 0.02
+"""Error with which it sets the pen on a cross, standard deviation, cm."""
+PRESS_TIME = 0.2
+"""Time for which the touch sensor is pressed, s."""
+TRIES = 3
+"""Presses after which a cross that does not count is left out."""
+PEOPLES = ("point ", "lead the arm")
+"""How lines of the program begin that are for whoever leads the arm."""
+TIMEOUT = 600.0
+"""Time for all of it, s."""
+
+
+class TouchEnded(ArmError):
+    """The program on the emulated brick has ended badly."""
+
+
+class SimulatedTouching:
+    """A brick whose arm a hand leads to the crosses, and a camera above it.
+
+    Args:
+        arm: in the plane.
+        scene: as of the synthetic camera; None: SCENE.
+        plant: constants of the arm, as text.
+        say: tells people a line.
+
+    Raises:
+        ArmError: a text is wrong, or there is no board in the scene.
+    """
+
+    def __init__(self, arm: Arm, scene: str | None, plant: str, say: Callable[[str], None]) -> None:
+        self._say = say
+        self._arm, self._scene = arm, SCENE if scene is None else scene
+        self._plant = read_plant(plant)
+        self._constants = read_scene(self._scene)
+        if self._constants["board"] == "none":
+            raise BadScene("the scene has no board to touch: --scene board=a4,board_x=12")
+        self._complete = Scene(arm, self._constants).constants
+        self._camera: SyntheticCamera | None = None
+        self._brick: EmulatedBrick
+        self._devices: Peripherals
+        self._touching: CrossTouching
+        self._problem: ArmError | None = None
+        self._tries = 0
+        self._luck = random.Random(self._constants["seed"])
+        self._index = -1
+
+    def looks(self, effector: str | None) -> Looks:
+        """Look through its camera; before the run, at the arm at home."""
+        spec = effector or marker_specs(self._complete)[EFFECTOR]
+        return Looks(self, read_spec(EFFECTOR, spec), live=True)
+
+    def read(self, timeout: float = 1.0) -> Frame | None:
+        """Return a picture of the arm as it stands."""
+        if self._camera is None:
+            return self._at_home()
+        # It stands for longer than some pictures take; their noise differs.
+        self._index += 1
+        newest = self._camera.newest(self._brick.world.now())
+        return self._camera.capture(max(newest - self._index % 5, 0))
+
+    def _at_home(self) -> Frame:
+        from laptop.simulator.scene.poses import ScriptedPoses
+
+        self._index += 1
+        home = tuple(joint.home for joint in self._arm.joints)
+        scene = Scene(self._arm, self._constants)
+        camera = SyntheticCamera(scene, ScriptedPoses(self._arm, lambda t: home), lambda: 0.0)
+        return camera.capture(self._index)
+
+    def run(self, touching: CrossTouching) -> None:
+        """Touch all crosses.
+
+        Raises:
+            ArmError: what `touching` raises, or the program on the emulated brick ended badly.
+        """
+        with (
+            contextlib.redirect_stdout(_Hearing(sys.stdout, self._heard)),
+            contextlib.redirect_stderr(_Hearing(sys.stderr, lambda line: None, PEOPLES)),
+        ):
+            run = session.run(
+                self._arm,
+                find_script("driver.py"),
+                ("touch", "--json"),
+                self._plant,
+                timeout=TIMEOUT,
+                person=lambda brick, devices: self._begin(touching, brick, devices),
+            )
+        if self._problem:
+            raise self._problem
+        if run.outcome.status:
+            raise TouchEnded(
+                f"driver.py touch has ended on the emulated brick: {run.outcome.reason}, status "
+                f"{run.outcome.status}"
+            )
+
+    def _begin(self, touching: CrossTouching, brick: EmulatedBrick, devices: Peripherals) -> None:
+        self._brick, self._devices, self._touching = brick, devices, touching
+        self._camera = film(brick, self._scene)
+        self._ask(READY)
+
+    def _ask(self, after: float) -> None:
+        """Tell the hand where to go, and when to press."""
+        touching, now = self._touching, self._brick.world.now()
+        while touching.cross is not None:
+            if self._tries >= TRIES:
+                touching.skip()
+                self._tries = 0
+                continue
+            self._say(touching.request())
+            x, y, _ = board_place(self._constants, CROSSES[[touching.cross]])[0]
+            x, y = (float(one) + self._luck.gauss(0, PLACED) for one in (x, y))
+            t = now + after + LEADING
+            try:
+                self._brick.lead([HandPlace((x, y), t)])
+            except BadHand as problem:
+                self._say(str(problem))
+                touching.skip()
+                continue
+            self._devices.press(Press("touch:in4", t + PRESSING, PRESS_TIME))
+            return
+        self._devices.press(Press("down", now + PRESSING, PRESS_TIME))
+
+    def _heard(self, line: str) -> None:
+        # In the world's time, not the program's: what the laptop computes takes the brick none.
+        self._brick.world.at(self._brick.world.now(), lambda: self._take(line))
+
+    def _take(self, line: str) -> None:
+        try:
+            counts = self._touching.take(read_point(line))
+        except ArmError as problem:
+            self._problem = problem
+            self._devices.press(Press("down", self._brick.world.now() + PRESSING, PRESS_TIME))
+            return
+        self._tries = 0 if counts else self._tries + 1
+        self._ask(0.0)
+
+
+class _Hearing(io.TextIOBase):
+    """An output while the program on the brick runs: some of its lines are heard.
+
+    Args:
+        shown: where all else goes.
+        hear: called with each such line.
+        begins: how those begin.
+    """
+
+    def __init__(
+        self, shown: TextIO, hear: Callable[[str], None], begins: tuple[str, ...] = ("{",)
+    ) -> None:
+        super().__init__()
+        self._shown, self._hear, self._begins = shown, hear, begins
+        self._rest = ""
+
+    def write(self, text: str) -> int:
+        """Hear each line as it comes."""
+        *lines, self._rest = (self._rest + text).split("\n")
+        for line in lines:
+            if line.startswith(self._begins):
+                self._hear(line)
+            else:
+                self._shown.write(f"{line}\n")
+        return len(text)
+
+    def flush(self) -> None:
+        """Show what is to be shown."""
+        self._shown.flush()

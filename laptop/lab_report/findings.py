@@ -1,0 +1,105 @@
+"""What a report is made of: runs with their tables, figures and raw data.  Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from shared.arm_description import ArmError
+
+DRAWING, SERVO, ACCURACY, CALIBRATION, SCRIPT, TRACKING = (
+    *("drawing", "servo", "accuracy", "calibration", "script", "tracking"),
+)
+"""Kinds of runs, in the order of a report's sections."""
+NOT_THERE = "\u2013"
+"""In a cell of which the files hold no value."""
+
+
+class DamagedRun(ArmError, ValueError):
+    """A run whose files cannot be understood; the text says which and why."""
+
+
+class LabTable(NamedTuple):
+    """A table of texts.
+
+    caption   without its number and run
+    headings  of the columns
+    rows      of texts, as many each as there are headings
+    """
+
+    caption: str
+    headings: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+class LabFigure(NamedTuple):
+    """A picture as PNG or JPEG, and its caption without number and run."""
+
+    caption: str
+    picture: bytes
+
+
+class RawData(NamedTuple):
+    """A CSV that goes beside the report.
+
+    name    of the file, without the run's number
+    source  the file that is copied, or the text itself
+    holds   in a few words
+    """
+
+    name: str
+    source: Path | str
+    holds: str
+
+
+@dataclass(eq=False)
+class LabRun:
+    """One run, as its files tell it.
+
+    Attributes:
+        name: its folder or file, from the report's folder on.
+        kind: DRAWING, SERVO, ...
+        what: it did, in a line.
+        outcome: how it ended, in a few words, or "".
+        seconds: it took, or None.
+        arm: its name, or "".
+        arm_numbers: as `laptop.reporting.arm_numbers` has them, or None.
+        built_numbers: the same of the arm as it was built, where that is another one.
+        set_up: (what, as the files have it) of brick, camera, scene.
+        results: rows for the tables of its kind, by their caption.
+        methods: of servoing, that it used.
+        tables, figures, data: of this run alone.
+        gaps: what its files do not hold, a sentence each.
+        number: in the report, from 1 on.
+    """
+
+    name: str
+    kind: str
+    what: str
+    outcome: str = ""
+    seconds: float | None = None
+    arm: str = ""
+    arm_numbers: dict[str, Any] | None = None
+    built_numbers: dict[str, Any] | None = None
+    set_up: list[tuple[str, str]] = field(default_factory=list)
+    results: list[tuple[str, tuple[str, ...]]] = field(default_factory=list)
+    methods: list[str] = field(default_factory=list)
+    tables: list[LabTable] = field(default_factory=list)
+    figures: list[LabFigure] = field(default_factory=list)
+    data: list[RawData] = field(default_factory=list)
+    gaps: list[str] = field(default_factory=list)
+    number: int = 0
+
+    @property
+    def label(self) -> str:
+        """Its name in tables and captions."""
+        return f"R{self.number}"
+
+
+class LeftOut(NamedTuple):
+    """What is not in the report: its folder or file, and why."""
+
+    name: str
+    why: str

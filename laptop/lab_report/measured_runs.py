@@ -1,0 +1,132 @@
+"""Measured by the camera: runs of `accuracy` and of `calibrate`.
+
+Of their summaries all figures are shown, by the names that they have there.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+from laptop.lab_report.findings import (
+    ACCURACY,
+    CALIBRATION,
+    NOT_THERE,
+    DamagedRun,
+    LabFigure,
+    LabRun,
+    LabTable,
+    RawData,
+)
+from laptop.lab_report.run_files import decimal, read_picture, read_rows, word
+from laptop.reporting.private_paths import without_folders
+
+WORDS = {
+    ACCURACY: ("accuracy and repeatability", "Accuracy and repeatability, measured by the camera."),
+    CALIBRATION: ("calibration of the arm", "The calibration's fit."),
+}
+MAX_ROWS, MAX_COLUMNS = 45, 12
+"""A larger table is a CSV beside the report only."""
+DIGITS = 4
+"""Of a figure."""
+UNITS = re.compile(r"_((?:mm|cm|px|deg|rad)(?:_per_s)?|s|percent)$")
+HEAD = frozenset(("kind", "arm", "status", "reason", "arm_numbers", "built_numbers"))
+"""What the report tells of elsewhere."""
+
+
+def read_measured(name: str, folder: Path, summary: dict[str, Any], kind: str) -> LabRun:
+    """Return a run that measured the arm.
+
+    Raises:
+        DamagedRun: it holds no figure.
+    """
+    what, caption = WORDS[kind]
+    run = LabRun(name, kind, what, arm=word(summary, "arm"))
+    run.outcome = without_folders(word(summary, "reason"))
+    if summary.get("simulated") is True:
+        plant = word(summary, "plant")
+        run.set_up.append(("brick", "emulated" + (f", {plant}" if plant else "")))
+    for attribute in ("arm_numbers", "built_numbers"):
+        if isinstance(summary.get(attribute), dict):
+            setattr(run, attribute, summary[attribute])
+    for title, heading, rows in tables_of(summary, what):
+        if len(heading) > MAX_COLUMNS or len(rows) > MAX_ROWS:
+            run.gaps.append(f"{title} has {len(rows)} rows of {len(heading)} values: too many here")
+        else:
+            run.tables.append(LabTable(f"{title[:1].upper()}{title[1:]}", heading, rows))
+    if not run.tables:
+        raise DamagedRun("summary.json holds no figure; do this run again")
+    for file in sorted(folder.glob("*.csv")):
+        try:
+            heading, rows = read_rows(file)
+        except DamagedRun as error:
+            run.gaps.append(f"left out: {error}")
+            continue
+        run.data.append(RawData(file.name, file, ", ".join(heading)[:100]))
+    if not run.data:
+        run.gaps.append("there is no CSV, so no raw data")
+    for file in sorted(folder.glob("*.png")):
+        try:
+            run.figures.append(LabFigure(f"{caption} ({file.name})", read_picture(file)))
+        except DamagedRun as error:
+            run.gaps.append(f"left out: {error}")
+    return run
+
+
+def tables_of(
+    values: dict[str, Any], title: str, depth: int = 0
+) -> list[tuple[str, list[str], list[list[str]]]]:
+    """Return the figures of a summary as tables: (title, headings, rows of texts)."""
+    simple, others = [], []
+    for key, value in values.items():
+        if depth == 0 and key in HEAD:
+            continue
+        if isinstance(value, dict) and value:
+            if all(isinstance(x, dict) for x in value.values()):
+                others.append(_of_rows(in_words(key), [{"": k, **v} for k, v in value.items()]))
+            elif depth < 3:
+                others += tables_of(value, in_words(key), depth + 1)
+        elif isinstance(value, list) and value and all(isinstance(x, dict) for x in value):
+            others.append(_of_rows(in_words(key), value))
+        elif value not in ("", [], {}):
+            simple.append([in_words(key), _cell(value)])
+    return [*([(title, ["quantity", "value"], simple)] if simple else []), *others]
+
+
+def _of_rows(title: str, rows: list[dict[str, Any]]) -> tuple[str, list[str], list[list[str]]]:
+    """Return a list of objects as a table; what they hold of objects stays away."""
+    keys = list(
+        dict.fromkeys(key for row in rows for key, x in row.items() if not isinstance(x, dict))
+    )
+    columns = [_column([row.get(key) for row in rows]) for key in keys]
+    return title, [in_words(key) for key in keys], [list(row) for row in zip(*columns, strict=True)]
+
+
+def _column(values: list[Any]) -> list[str]:
+    """Return a column's cells; fractions have as many decimals as the greatest needs."""
+    numbers = [abs(x) for x in values if isinstance(x, float) and math.isfinite(x)]
+    digits = DIGITS - 1 - math.floor(math.log10(max([*numbers, 1e-9])))
+    return [
+        decimal(x, min(max(digits, 0), 6)) if isinstance(x, float) else _cell(x) for x in values
+    ]
+
+
+def in_words(key: str) -> str:
+    """Return a key for people: `end_mm` is "end, mm"."""
+    key = UNITS.sub(r", \1", without_folders(str(key)))
+    return key.replace("_", " ")
+
+
+def _cell(value: Any) -> str:
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return NOT_THERE
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.{DIGITS}g}".replace("-", "\u2212")
+    if isinstance(value, list):
+        shown = ", ".join(_cell(x) for x in value[:8])
+        return shown + (f", ... ({len(value)})" if len(value) > 8 else "")
+    return without_folders(str(value))[:200]

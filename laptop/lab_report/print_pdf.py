@@ -1,0 +1,77 @@
+"""Prints a page to PDF by a Chromium that is at hand."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+from laptop import system
+from shared.arm_description import ArmError
+
+BROWSERS = (
+    *("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome"),
+    *("msedge", "microsoft-edge"),
+)
+"""Programs that print so, by their names."""
+PLACES = (
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    r"C:\Program Files\Google\Chrome\Application\chrome.exe",
+    r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
+)
+"""Where they are on systems that do not put them on the PATH."""
+PRINT_TIMEOUT = 120.0
+"""Printing may take so long, s."""
+
+
+class CannotPrint(ArmError, OSError):
+    """No browser is there, or it does not print."""
+
+
+def find_browser() -> str:
+    """Return the program that prints.
+
+    Raises:
+        CannotPrint: there is none.
+    """
+    found = [*filter(None, map(shutil.which, BROWSERS)), *filter(os.path.exists, PLACES)]
+    if not found:
+        raise CannotPrint(
+            "there is no Chromium, Chrome or Edge to make a PDF; install one, or open the HTML in "
+            "any browser and print it from there"
+        )
+    return found[0]
+
+
+def print_pdf(html: str, out: Path, browser: str) -> None:
+    """Print a page that needs nothing else, as its style says.
+
+    Raises:
+        CannotPrint: the browser does not, or the file cannot be written.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        page, made = Path(folder) / "page.html", Path(folder) / "page.pdf"
+        page.write_text(html, encoding="utf-8")
+        words = [
+            *(browser, "--headless", "--disable-gpu", "--no-first-run", "--no-pdf-header-footer"),
+            *(f"--user-data-dir={folder}/profile", f"--print-to-pdf={made}"),
+            *(["--no-sandbox"] if system.is_root() else []),
+            page.as_uri(),
+        ]
+        try:
+            subprocess.run(words, capture_output=True, timeout=PRINT_TIMEOUT, check=False)
+        except (OSError, subprocess.TimeoutExpired):
+            raise CannotPrint(f"{browser} did not start, or did not end; print the HTML") from None
+        if not made.is_file():
+            raise CannotPrint(
+                f"{browser} has printed nothing; open the HTML in a browser and print it from there"
+            )
+        try:
+            shutil.copyfile(made, out)
+        except OSError as error:
+            raise CannotPrint(
+                f"cannot write {out}: {error.strerror}; give another file with --pdf"
+            ) from None

@@ -1,0 +1,169 @@
+"""Reads the files that runs leave: whatever they hold, the answer is values or one clear line."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.image import imread
+
+from laptop.lab_report.findings import NOT_THERE, DamagedRun
+
+MAX_TEXT, MAX_PICTURE, MAX_CSV = 20_000_000, 40_000_000, 300_000_000
+"""Larger files are not read, bytes."""
+MAX_PIXELS = 20_000_000
+"""Larger pictures are not decoded."""
+HEADS = {b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg"}
+"""Kinds of pictures by their first bytes."""
+
+
+def read_object(file: Path) -> dict[str, Any]:
+    """Return the object that a JSON file holds; numbers in it may be NaN.
+
+    Raises:
+        DamagedRun: it cannot be read, or holds none.
+    """
+    content = read_bytes(file, MAX_TEXT)
+    try:
+        values = json.loads(content.decode("utf-8"))
+    except (ValueError, RecursionError) as error:
+        where = f" (line {error.lineno})" if isinstance(error, json.JSONDecodeError) else ""
+        raise DamagedRun(f"{file.name} is no JSON{where}; do this run again") from None
+    if not isinstance(values, dict):
+        raise DamagedRun(f"{file.name} holds no JSON object; do this run again")
+    return values
+
+
+def read_bytes(file: Path, most: int) -> bytes:
+    """Return what a file holds.
+
+    Raises:
+        DamagedRun: it cannot be read, is no file, or is larger than `most` bytes.
+    """
+    try:
+        if not file.is_file():
+            raise DamagedRun(f"{file.name} is not there, or no file")
+        with file.open("rb") as opened:
+            content = opened.read(most + 1)
+    except OSError as error:
+        raise DamagedRun(f"{file.name} cannot be read: {error.strerror}") from None
+    if len(content) > most:
+        raise DamagedRun(f"{file.name} is larger than {most // 1_000_000} MB")
+    return content
+
+
+def read_columns(file: Path) -> dict[str, np.ndarray]:
+    """Return the columns of a CSV of numbers by their names; an empty cell is NaN.
+
+    Raises:
+        DamagedRun: it is none, a row is cut off, or it has no row.
+    """
+    heading, rows = read_rows(file)
+    table = np.full((len(rows), len(heading)), np.nan)
+    for k, row in enumerate(rows):
+        try:
+            table[k] = [float(cell) if cell else math.nan for cell in row]
+        except ValueError:
+            raise DamagedRun(f"{file.name}: line {k + 2} holds no numbers") from None
+    return {name: table[:, k] for k, name in enumerate(heading)}
+
+
+def read_rows(file: Path) -> tuple[list[str], list[list[str]]]:
+    """Return heading and rows of a CSV, as many cells in each.
+
+    Raises:
+        DamagedRun: it is none, a row is cut off, or it has no row.
+    """
+    content = read_bytes(file, MAX_CSV)
+    try:
+        lines = content.decode("utf-8-sig").splitlines()
+        heading, *rows = [row for row in csv.reader(lines) if row]
+    except (ValueError, csv.Error):
+        raise DamagedRun(f"{file.name} is no CSV") from None
+    for k, row in enumerate(rows):
+        if len(row) != len(heading):
+            raise DamagedRun(
+                f"{file.name}: row {k + 1} has {len(row)} values, its heading has {len(heading)}"
+            )
+    if not rows:
+        raise DamagedRun(f"{file.name} has no row")
+    return heading, rows
+
+
+def read_picture(file: Path) -> bytes:
+    """Return a PNG or JPEG that really is one.
+
+    Raises:
+        DamagedRun: it is none.
+    """
+    return checked_picture(read_bytes(file, MAX_PICTURE), file.name)
+
+
+def checked_picture(content: bytes, name: str) -> bytes:
+    """Return a PNG or JPEG that really is one.
+
+    Raises:
+        DamagedRun: it is none.
+    """
+    if not any(content.startswith(head) for head in HEADS):
+        raise DamagedRun(f"{name} is neither PNG nor JPEG")
+    wide, high = (int.from_bytes(content[k : k + 4], "big") for k in (16, 20))
+    if content.startswith(b"\x89PNG") and wide * high > MAX_PIXELS:
+        raise DamagedRun(f"{name} has {wide} x {high} px, more than {MAX_PIXELS // 1_000_000} MP")
+    try:
+        imread(io.BytesIO(content))  # OpenCV takes a picture that is cut off, and prints a warning
+    except (OSError, SyntaxError, ValueError):
+        raise DamagedRun(f"{name} is a damaged picture") from None
+    return content
+
+
+def number(values: dict[str, Any], key: str, file: str = "summary.json") -> float | None:
+    """Return a number; None where it is missing, null or not finite.
+
+    Raises:
+        DamagedRun: it is something else.
+    """
+    value = values.get(key)
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise DamagedRun(f"{file}: '{key}' is no number; do this run again")
+    return float(value) if math.isfinite(value) else None
+
+
+def word(values: dict[str, Any], key: str, file: str = "summary.json") -> str:
+    """Return a text, "" where it is missing or null.
+
+    Raises:
+        DamagedRun: it is something else.
+    """
+    value = values.get(key)
+    if value is None:
+        return ""
+    if not isinstance(value, str):
+        raise DamagedRun(f"{file}: '{key}' is no text; do this run again")
+    return value
+
+
+def items(values: dict[str, Any], key: str, kind: type, file: str = "summary.json") -> list[Any]:
+    """Return a list whose elements are of a type or None, [] where it is missing.
+
+    Raises:
+        DamagedRun: it is something else.
+    """
+    value = values.get(key) or []
+    if not isinstance(value, list) or not all(x is None or isinstance(x, kind) for x in value):
+        raise DamagedRun(f"{file}: '{key}' is not as it is written; do this run again")
+    return value
+
+
+def decimal(value: float | None, digits: int = 2) -> str:
+    """Return a number for a cell."""
+    if value is None or not math.isfinite(value):
+        return NOT_THERE
+    return f"{value:.{digits}f}".replace("-", "\u2212")

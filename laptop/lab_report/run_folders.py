@@ -1,0 +1,182 @@
+"""Finds the runs in a folder and below it, and reads each; a damaged one is named and left out."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+from laptop.lab_report.drawing_runs import TRACE, read_drawing, read_simulated
+from laptop.lab_report.findings import ACCURACY, CALIBRATION, SERVO, DamagedRun, LabRun, LeftOut
+from laptop.lab_report.measured_runs import read_measured
+from laptop.lab_report.page_files import (
+    HISTORY,
+    REPORT,
+    is_track,
+    read_history,
+    read_page_report,
+    read_track,
+)
+from laptop.lab_report.run_files import items, read_object, word
+from laptop.lab_report.servo_runs import is_log, read_demo, read_servo_log
+from laptop.reporting.private_paths import without_folders
+from shared.arm_description import ArmError
+
+SUMMARY, DEMO = "summary.json", "demo.json"
+CONTENTS = "report-contents.csv"
+"""A folder with this file holds the raw data of a report, and no run."""
+MAX_FOLDERS, MAX_DEPTH = 2000, 8
+
+
+class NoRuns(ArmError, ValueError):
+    """A folder without a run that a report could tell of."""
+
+
+def read_runs(folder: Path) -> tuple[list[LabRun], list[LeftOut]]:
+    """Read all runs in a folder and below it, in the order of their folders.
+
+    Raises:
+        NoRuns: there is none that can be read, or there are too many folders.
+    """
+    reader = RunReader(folder)
+    for number, (place, files) in enumerate(_walk(folder)):
+        if number >= MAX_FOLDERS:
+            raise NoRuns(
+                f"{folder} holds more than {MAX_FOLDERS} folders; give the one with your runs"
+            )
+        reader.read_place(place, files)
+    runs = reader.runs
+    if not runs:
+        raise NoRuns(_none(folder, reader.left_out))
+    for k, run in enumerate(runs, 1):
+        run.number = k
+    return runs, reader.left_out
+
+
+def _walk(folder: Path) -> Iterator[tuple[Path, list[str]]]:
+    """Yield each folder with the names of its files; folders of reports and hidden ones not."""
+    for at, folders, files in os.walk(folder):
+        place = Path(at)
+        if CONTENTS in files:
+            folders.clear()
+            continue
+        deep = len(place.relative_to(folder).parts)
+        folders[:] = sorted(f for f in folders if not f.startswith(".")) if deep < MAX_DEPTH else []
+        yield place, sorted(files)
+
+
+class RunReader:
+    """Reads folder by folder, the upper ones first.
+
+    Attributes:
+        left_out: what cannot be read, and why.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._runs: list[tuple[Path, LabRun]] = []  # what each was read from
+        self.left_out: list[LeftOut] = []
+        self._told: set[Path] = set()  # folders and files of which another run has told
+
+    @property
+    def runs(self) -> list[LabRun]:
+        """What was read, each run once."""
+        return [run for source, run in self._runs if source not in self._told]
+
+    def read_place(self, place: Path, files: Sequence[str]) -> None:
+        """Read what is in one folder."""
+        if place in self._told:
+            return
+        claimed = {DEMO, SUMMARY}
+        if DEMO in files and self._read(place / DEMO, lambda name: read_demo(name, place)):
+            logs = [place / file for file in files if file.endswith(".jsonl")]
+            self._told |= {*logs, *(log.with_suffix("") for log in logs)}
+            claimed.add("track.csv")
+        if SUMMARY in files:
+            self._read(place / SUMMARY, lambda name: self._of_summary(name, place))
+        elif TRACE in files:
+            why = "there is no summary.json beside it"
+            self.left_out.append(LeftOut(_name(self._folder, place / TRACE), why))
+        for file in files:
+            if file not in claimed and (read := _reader_of(place / file)):
+                self._read(place / file, read)
+
+    def _read(self, file: Path, read: Callable[[str], LabRun]) -> bool:
+        """Read one run, or note why it cannot be."""
+        whole = file.parent if file.name in (DEMO, SUMMARY) else file
+        try:
+            self._runs.append((file, read(_name(self._folder, whole))))
+        except DamagedRun as error:
+            why = str(error).removeprefix(f"{file.name}: ")
+            why = re.sub(rf"^{re.escape(file.name)} ", "it ", why)
+            self.left_out.append(LeftOut(_name(self._folder, file), why))
+            return False
+        return True
+
+    def _of_summary(self, name: str, place: Path) -> LabRun:
+        """Return the run of a summary, with the logs that belong to it.
+
+        Raises:
+            DamagedRun: the summary is not as it is written.
+        """
+        summary = read_object(place / SUMMARY)
+        kind = word(summary, "kind")
+        if kind in (ACCURACY, CALIBRATION):
+            self._told |= set(place.glob("*.csv"))
+            return read_measured(name, place, summary, kind)
+        if "drawing" in summary:
+            return read_drawing(name, place, summary)
+        if "script" not in summary:
+            known = "simulate, draw --simulate, accuracy, calibrate"
+            raise DamagedRun(f"{SUMMARY} is of none of these: {known}")
+        run = read_simulated(name, place, summary)
+        told = [Path(part).name for part in items(summary, "args", str) if part]
+        beside = sorted(place.glob("*.jsonl"))
+        named = [place.parent / part for part in told if part.endswith(".jsonl")]
+        for log in beside or named:
+            if is_log(log):
+                self._told.add(log)
+                try:
+                    read_servo_log(run, log)
+                except DamagedRun as error:
+                    run.gaps.append(f"left out: {error}")
+        return run
+
+
+def _reader_of(file: Path) -> Callable[[str], LabRun] | None:
+    """Return what reads the run of which a file alone tells; None if it tells of none."""
+    if REPORT.fullmatch(file.name):
+        return partial(read_page_report, file=file)
+    if HISTORY.fullmatch(file.name):
+        return partial(read_history, file=file)
+    if file.suffix == ".csv" and is_track(file):
+        return partial(read_track, file=file)
+    if file.suffix == ".jsonl" and is_log(file):
+        return partial(_of_log, file=file)
+    return None
+
+
+def _of_log(name: str, file: Path) -> LabRun:
+    run = LabRun(name, SERVO, "")
+    read_servo_log(run, file)
+    return run
+
+
+def _name(folder: Path, place: Path) -> str:
+    """Return a folder's or a file's name from the report's folder on, for people."""
+    inside = place.relative_to(folder).as_posix()
+    return without_folders(folder.resolve().name or "runs") if inside == "." else inside
+
+
+def _none(folder: Path, left_out: list[LeftOut]) -> str:
+    if left_out:
+        first = left_out[0]
+        more = f" (and {len(left_out) - 1} more)" if len(left_out) > 1 else ""
+        return f"no run in {folder} can be read: {first.name}: {first.why}{more}"
+    empty = not any(folder.iterdir())
+    return (
+        f"{folder} {'is empty' if empty else 'holds no run'}; give the folder that --out of "
+        "simulate, draw --simulate or demo named, or one above it"
+    )

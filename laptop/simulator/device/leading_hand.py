@@ -1,0 +1,147 @@
+"""A hand that leads the arm's tip, against motors that coast; `--hand "10,5@2 12,0@5"`.
+
+The tip is at each place at its time and stays until it has to leave.  The hand is far stronger than
+a motor that coasts, so it gives the links their speeds, and the rotors follow through gears and
+play.  A motor that holds, brakes or is driven it leaves alone: then it comes later, as fast as it
+may, which is what a person does before a program that has not let go yet.
+"""
+
+import collections
+import math
+import re
+
+from robot.motion import kinematics
+from shared.arm_description import ArmError
+from shared.message_fields import one_line
+
+SPEED, MAX_SPEED = math.radians(60), math.radians(240)
+"""Speeds of a joint: with which the hand leads if it has the time, and its greatest, rad/s."""
+
+LATEST = 1e6
+"""Latest time that may be ordered, s."""
+
+
+class BadHand(ArmError, ValueError):
+    """A way of the hand that cannot be understood, or cannot be had."""
+
+
+HandPlace = collections.namedtuple("HandPlace", "p t")
+HandPlace.__doc__ = """Where the tip is led, (x, y), cm, and by when, s."""
+
+
+def read_hand(text):
+    """Read the places of a hand's way from `X,Y@S X,Y@S ...`.
+
+    Raises:
+        BadHand: it is none.
+    """
+    places = []
+    for word in text.split():
+        match = re.match(r"^([^,@]+),([^,@]+)@([^,@]+)$", word)
+        try:
+            x, y, t = (float(part) for part in match.groups()) if match else (math.nan,) * 3
+        except ValueError:
+            x = y = t = math.nan
+        if not all(map(math.isfinite, (x, y, t))):
+            raise BadHand(
+                "hand '{}': write X,Y@SECONDS, like 10,5@2, in cm from the shoulder".format(
+                    one_line(word)
+                )
+            )
+        least = places[-1].t if places else 0.0
+        if not least < t <= LATEST:
+            raise BadHand(
+                "hand '{}': its time must be above {:g} and up to {:g} s; times rise".format(
+                    one_line(word), least, LATEST
+                )
+            )
+        places.append(HandPlace((x, y), t))
+    if not places:
+        raise BadHand("hand '': no place; write X,Y@SECONDS, like 10,5@2")
+    return places
+
+
+def _eased(share):
+    """The share of a way at a share of its time: a minimum-jerk motion (Flash and Hogan, 1985)."""
+    share = min(max(share, 0.0), 1.0)
+    return share * share * share * (10 + share * (6 * share - 15))
+
+
+class LeadingHand(object):
+    """The hand on one arm.
+
+    Args:
+        arm: its description, as it was built.
+        drives: the joints' Drives, from the base outwards.
+        coasts: tells of each joint by its number whether its motor coasts.
+        places: from `read_hand`.
+        now: s.
+
+    Raises:
+        BadHand: the tip cannot get there, or not in that time.
+    """
+
+    def __init__(self, arm, drives, coasts, places, now=0.0):
+        if kinematics.coordinates(arm) != 2:
+            raise BadHand(
+                "a hand leads an arm in the plane; {} is in space, and drops where its motors let "
+                "go".format(arm.name)
+            )
+        self._links = [drive.link for drive in drives]
+        self._coasts = coasts
+        self._led = set()
+        q = tuple([link.angle for link in self._links])
+        self._ways = []  # (begin, end, from, to): s and rad
+        left = now
+        for place in places:
+            to = self._pose(arm, place, q)
+            far = max(abs(b - a) for a, b in zip(q, to))
+            least = 1.9 * far / MAX_SPEED  # the greatest speed is 15/8 of the mean one
+            if place.t - left < least:
+                raise BadHand(
+                    "hand {:g},{:g}@{:g}: it cannot be there before {:.1f} s; give a later "
+                    "time".format(place.p[0], place.p[1], place.t, left + least + 0.05)
+                )
+            begin = max(left, place.t - max(1.9 * far / SPEED, 0.1))
+            self._ways.append((begin, place.t, q, to))
+            q, left = to, place.t
+
+    @staticmethod
+    def _pose(arm, place, near):
+        try:
+            return kinematics.inverse(arm, place.p, near=near)
+        except ArmError as problem:
+            raise BadHand("hand {:g},{:g}@{:g}: {}".format(
+                place.p[0], place.p[1], place.t, problem
+            )) from None  # fmt: skip
+
+    def pose(self, t):
+        """Where the joints are led at the time `t` (s), rad."""
+        begin, end, start, goal = self._ways[0]
+        for way in self._ways:
+            if way[0] > t:
+                break
+            begin, end, start, goal = way
+        share = _eased((t - begin) / (end - begin))
+        return tuple([a + share * (b - a) for a, b in zip(start, goal)])
+
+    def lead(self, t, h):
+        """Give the links that it leads their speeds for a step of `h` seconds that ends at `t`."""
+        leads = t > self._ways[0][0]
+        for k, (link, wanted) in enumerate(zip(self._links, self.pose(t))):
+            if link.jammed:
+                continue
+            if leads and self._coasts(k):
+                link.imposed = min(max((wanted - link.angle) / h, -MAX_SPEED), MAX_SPEED)
+                link.speed = link.imposed
+                self._led.add(k)
+            elif k in self._led:
+                link.imposed = None
+                self._led.discard(k)
+
+    def let_go(self):
+        """Lead no more."""
+        for k in self._led:
+            if not self._links[k].jammed:
+                self._links[k].imposed = None
+        self._led.clear()

@@ -1,0 +1,76 @@
+"""Where the joints were lately, as the brick told, and where that puts pen and marker.  Pure.
+
+The tip's marker is not where the pen is: `marker_offset` of the arm's file says how far off it sits
+on the last link.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
+
+from robot.motion import kinematics
+from shared.arm_description import Arm
+
+MAX_GAP = 1.0
+"""Between two words on the joints, s, beyond which nothing is known of the time between them."""
+DURATION = 20.0
+"""For so long the joints' angles are kept, s."""
+
+Joints = Callable[[], tuple[float, Sequence[float]] | None]
+"""Tells how the joints stood last, rad, and when, s; None: the brick has not told."""
+
+
+def marker_shift(arm: Arm, q: Sequence[float]) -> tuple[float, ...]:
+    """Return the way from the pen's tip to the marker with the joints at q (rad), cm.
+
+    As many numbers as a point of this arm has.  In space the last link's y points upwards.
+    """
+    along, across = arm.marker_offset
+    if kinematics.coordinates(arm) == 2:
+        heading = sum(q)
+        c, s = math.cos(heading), math.sin(heading)
+        return along * c - across * s, along * s + across * c
+    pitch = sum(q[1:])
+    out = along * math.cos(pitch) - across * math.sin(pitch)
+    up = along * math.sin(pitch) + across * math.cos(pitch)
+    return out * math.cos(q[0]), out * math.sin(q[0]), up
+
+
+def marker_place(arm: Arm, q: Sequence[float]) -> tuple[float, ...]:
+    """Return where the marker is with the joints at q (rad), cm in the arm's frame."""
+    pen = kinematics.forward(arm, q)
+    return tuple(p + off for p, off in zip(pen, marker_shift(arm, q), strict=True))
+
+
+class JointTrack:
+    """Angles of the joints by time."""
+
+    def __init__(self) -> None:
+        self._told: deque[tuple[float, Sequence[float]]] = deque()
+
+    def add(self, t: float, q: Sequence[float]) -> None:
+        """Take in that the joints were at q (rad) at t (s)."""
+        if self._told and t <= self._told[-1][0]:
+            return
+        self._told.append((t, q))
+        while self._told[0][0] < t - DURATION:
+            self._told.popleft()
+
+    def at(self, t: float) -> tuple[float, ...] | None:
+        """Return the angles at t (s), rad, between those told; None: nothing was told about then.
+
+        What comes after the last word is not known yet, either.
+        """
+        after = None
+        for told, q in reversed(self._told):
+            if told <= t:
+                if after is None:
+                    return tuple(q) if told == t else None
+                if after[0] - told > MAX_GAP:
+                    return None
+                share = (t - told) / (after[0] - told)
+                return tuple(a + share * (b - a) for a, b in zip(q, after[1], strict=True))
+            after = told, q
+        return None

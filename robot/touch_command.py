@@ -1,0 +1,360 @@
+"""`driver.py touch`: the arm is led by hand, and a press takes the point where its tip is."""
+
+import contextlib
+import os
+import re
+import sys
+
+from robot import program
+from robot.command_line import BadArgument, Parser
+from shared.arm_description import PULLED_DOWN, ArmError
+from shared.state import default_arm
+
+COMMAND = "touch"
+
+EXAMPLES = """\
+  driver.py touch
+  driver.py touch --points 2 --go midpoint
+  driver.py touch --json --points 9"""
+"""Of the help."""
+
+LOOK_PERIOD = 0.03
+"""Between two looks at encoders and buttons, s."""
+
+MAX_POINTS = 10000
+
+TAKE, END = "enter", "down"
+"""Buttons of the brick: a point is taken; that was the last one."""
+
+LINE_TAKES, LINE_ENDS = b"", (b"q", b"e", b"end")
+"""Lines of an input that is no terminal."""
+
+
+class TouchRefused(ArmError):
+    """This arm cannot be led by hand, or not so."""
+
+
+def _count(text):
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if not 1 <= number <= MAX_POINTS:
+        raise BadArgument("'{}' must be a whole number from 1 to {}".format(
+            text.strip()[:40], MAX_POINTS
+        ))  # fmt: skip
+    return number
+
+
+def _parser():
+    parser = Parser(
+        "driver.py",
+        "Touch points with the arm, led by hand: where they are, their distance, angle, midpoint.\n"
+        "Within its play a joint turns unseen: a point is known to half of the play, which is told",
+        EXAMPLES,
+    )
+    parser.add_argument(
+        "--arm", default=default_arm(), metavar="FILE",
+        help="arm file (default: $BRICKSERVO_ARM, else planar)",
+    )  # fmt: skip
+    program.add_take(parser)
+    touch = parser.add_command(COMMAND, "lead the arm by hand; each press takes a point")
+    touch.add_argument(
+        "--points", type=_count, metavar="N", help="end after so many (default: at the end key)"
+    )
+    touch.add_argument(
+        "--pen",
+        choices=("up", "down"),
+        help="put it there before the motors let go (default: where it is)",
+    )
+    touch.add_argument(
+        "--go", choices=("point", "midpoint"),
+        help="in the end, after one more press, go to the last point or to the midpoint of the "
+        "last two, pen up",
+    )  # fmt: skip
+    touch.add_argument(
+        "--json", action="store_true",
+        help="for programs: a line of JSON for each point, with p (cm), q (rad), t (s) and play "
+        "(cm); what is for people goes to the standard error",
+    )  # fmt: skip
+    return parser
+
+
+# ---- who presses
+
+
+class TouchSensors(object):
+    """The touch sensors at inputs where no joint has its own.
+
+    Args:
+        arm: shared.arm_description.Arm.
+
+    Attributes:
+        ports: of those that are there.
+    """
+
+    def __init__(self, arm):
+        import ev3dev2.motor
+        from ev3dev2.sensor.lego import TouchSensor  # not above: it is slow to import
+
+        self._sensors = {}
+        taken = [joint.touch_port for joint in arm.joints if joint.find_home == "touch"]
+        for port in ("in1", "in2", "in3", "in4"):
+            if port not in taken:
+                try:
+                    self._sensors[port] = TouchSensor(port)
+                except (ev3dev2.DeviceNotFound, OSError):
+                    continue  # there is none, or another kind of sensor
+        self.ports = sorted(self._sensors)
+        self._before = self._down()
+
+    def _down(self):
+        down = set()
+        for port in self.ports:
+            try:
+                if self._sensors[port].is_pressed:
+                    down.add(port)
+            except OSError:  # its cable was pulled: the others are still there
+                self.ports = [one for one in self.ports if one != port]
+        return down
+
+    def close(self):
+        """Nothing to let go of."""
+
+    def pressed(self):
+        """TAKE, once for a press of any of them."""
+        down = self._down()
+        fresh, self._before = down - self._before, down
+        return [TAKE] if fresh else []
+
+
+class Lines(object):
+    """The lines of an input that is no terminal, as of a program that runs this one.
+
+    Raises:
+        OSError, ValueError: there is no such input.
+    """
+
+    def __init__(self):
+        import select
+
+        self._select = select.select
+        self._file = sys.stdin.fileno()
+        self._rest = b""
+        self._select([self._file], [], [], 0)  # Windows waits for sockets only: told now
+
+    def close(self):
+        """Nothing to let go of."""
+
+    def pressed(self):
+        """TAKE for an empty line, END for one that says so; nothing once it has ended."""
+        if self._file is None or not self._select([self._file], [], [], 0)[0]:
+            return []
+        data = os.read(self._file, 4096)
+        if not data:
+            self._file = None  # sensor and buttons still take points
+        lines = (self._rest + data).split(b"\n")
+        self._rest = lines.pop()[-64:]
+        words = [line.strip().lower() for line in lines]
+        return [TAKE if word == LINE_TAKES else END for word in words
+                if word == LINE_TAKES or word in LINE_ENDS]  # fmt: skip
+
+
+def _hands(arm, say):
+    """Whoever may press, and a line on how."""
+    from robot.asking import Person
+    from robot.jobs.orders import KEYS, Buttons, Keys
+
+    class TouchKeys(Keys):
+        names = {key: TAKE for key, name in KEYS.items() if name == TAKE}
+        names.update({b"q": END, b"e": END, b"\x04": END})
+
+    sensors, found = TouchSensors(arm), []
+    ways = ["sensor at " + ", ".join(sensors.ports)] if sensors.ports else []
+    for kind, way in ((Buttons, "CENTRE"), (TouchKeys, "Enter"), (Lines, "")):
+        if kind is Lines and len(ways) > 1 and ways[-1] == "Enter":
+            break
+        try:
+            found.append(kind())
+        except (ImportError, OSError, ValueError, AttributeError):
+            continue  # not on a brick; no terminal
+        if way:
+            ways.append(way)
+    end = "q" if "Enter" in ways and not Person(None).at_brick else "the button DOWN"
+    say("lead the arm by hand;\na press takes a point:\n{}\n{} ends".format(",\n".join(ways), end))
+    return [sensors] + found
+
+
+# ---- what comes of it
+
+
+class Touching(object):
+    """The points that somebody takes with one arm.
+
+    Args:
+        arm: robot.motion.arm.RobotArm, whose motors coast.
+        clock: has `now()` and `sleep(seconds)`.
+        hands: whose `pressed()` gives TAKE and END, for what was pressed since it was asked last.
+        say: is called with lines for people.
+        tell: is called with each touching.TouchPoint and its play, cm.
+
+    Attributes:
+        points: touching.TouchPoints.
+    """
+
+    def __init__(self, arm, clock, hands, say, tell):
+        self._arm, self._clock, self._hands = arm, clock, hands
+        self._say, self._tell = say, tell
+        self.points = []
+
+    def take(self, most=None):
+        """Take points until somebody ends it, or there are so many; whether it was that many."""
+        from robot.touching import StillWatch
+
+        joints = self._arm.joints
+        watch = StillWatch([motor.resolution for motor in joints])
+        while most is None or len(self.points) < most:
+            presses = self.presses()
+            now = self._clock.now()
+            if END in presses:
+                return False
+            if presses:
+                watch.press(now)
+            q = watch.see(now, [motor.angle() for motor in joints])
+            if q:
+                self._note(q, now)
+            elif q is not None:
+                self._say("the arm moves, no point taken:\nhold it still, and press again")
+        return True
+
+    def presses(self):
+        """What was pressed in the next moment; a pulled cable and a pen that slips are noticed."""
+        self._clock.sleep(LOOK_PERIOD)
+        self._arm.motors.check()
+        return [one for hand in self._hands for one in hand.pressed() if one in (TAKE, END)]
+
+    def _note(self, q, now):
+        from robot.motion import kinematics
+        from robot.touching import TouchPoint, play_at, told
+
+        arm = self._arm.description
+        point = TouchPoint(tuple(kinematics.forward(arm, q)), q, now)
+        self.points.append(point)
+        play = play_at(arm, q)
+        self._tell(point, play)
+        lines = told([one.p for one in self.points[-3:]], play, len(self.points))
+        self._say("\n".join(lines))
+
+
+def _sayer():
+    """A function that says short lines: one below the other on the brick's screen, else in one."""
+    from robot.asking import Person
+
+    below = Person(None).at_brick
+
+    def say(text):
+        if not below:
+            text = re.sub("([:,;])\n", "\\1 ", text).replace("\n", "; ")
+        print(text, flush=True)
+
+    return say
+
+
+def _tell_json(out, point, play):
+    import json
+
+    told = {"p": [round(x, 4) for x in point.p], "q": [round(x, 6) for x in point.q],
+            "t": round(point.t, 3), "play": round(play, 4)}  # fmt: skip
+    print(json.dumps(told, sort_keys=True), file=out, flush=True)
+
+
+def _go(arm, touching, go, say):
+    """Go to the last point or the midpoint, once somebody has pressed."""
+    from robot.drawing import Driver
+    from robot.touching import midpoint
+
+    needed = 1 if go == "point" else 2
+    if len(touching.points) < needed:
+        raise TouchRefused("--go {} needs {} point{}, and there {}: nothing has moved".format(
+            go, needed, "s" * (needed > 1),
+            "is 1" if touching.points else "are none",
+        ))  # fmt: skip
+    last = [point.p for point in touching.points[-2:]]
+    place = last[-1] if go == "point" else midpoint(*last)
+    say("take your hands off; a press goes to {}".format(
+        ",".join("{:.2f}".format(x + 0.0) for x in place)
+    ))  # fmt: skip
+    presses = []
+    while not presses:
+        presses = touching.presses()
+    if END in presses:
+        say("stays here")
+        return
+    driver = Driver(arm)
+    driver.move_to(place)
+    say("tip at {} cm, as the encoders have it".format(
+        ",".join("{:.2f}".format(x + 0.0) for x in driver.position())
+    ))  # fmt: skip
+
+
+def _touch(args, tell):
+    from robot.clock import Clock
+    from shared.arm_description import find_arm, read_arm
+
+    description = read_arm(find_arm(args.arm))
+    if description.chain in PULLED_DOWN:
+        raise TouchRefused(
+            "{} is an arm in space: its motors hold it up, and let go it would drop; touch is for "
+            "an arm in the plane, like --arm planar".format(description.name)
+        )
+    if args.pen and not description.pen:
+        raise TouchRefused(
+            "--pen {}: {} has no pen motor ([pen] in its file); leave it out".format(
+                args.pen, description.name
+            )
+        )
+    clock = Clock()
+    arm = program.connect(description, clock, args.take)
+    say = _sayer()
+    with program.parking(arm):
+        arm.load_zero()
+        if description.pen and args.pen:
+            _put_pen(arm, args.pen)
+        hands = _hands(description, say)
+        touching = Touching(arm, clock, hands, say, tell)
+        try:
+            with arm.lend_motors():
+                for motor in arm.joints:
+                    motor.let_go()
+                touching.take(args.points)
+                arm.motors.hold(arm.joints)
+            if args.go:
+                _go(arm, touching, args.go, say)
+            if args.pen == "down":
+                _put_pen(arm, "up")
+        finally:
+            for hand in hands:
+                hand.close()
+
+
+def _put_pen(arm, where):
+    pen = arm.description.pen
+    arm.move_pen(pen.down if where == "down" else pen.up)
+
+
+def main(argv=None):
+    """Run the command; the exit status."""
+    argv = sys.argv[1:] if argv is None else argv
+    # A leading space tells argparse that "-5" is a number and not an option.
+    argv = [" " + word if re.match(r"-(\d|\.)", word) else word for word in argv]
+    parser = _parser()
+    args = parser.parse_args(argv)
+
+    def command():
+        with contextlib.ExitStack() as stack:
+            out = sys.stdout
+            if args.json:  # all that is for people, whoever says it, goes elsewhere
+                stack.enter_context(contextlib.redirect_stdout(sys.stderr))
+            _touch(args, lambda *taken: args.json and _tell_json(out, *taken))
+
+    return program.run(parser.prog, command)

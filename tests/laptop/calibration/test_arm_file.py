@@ -1,0 +1,91 @@
+"""Numbers go into an arm's file; all else in it stays, and so does the file before."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from laptop.calibration.arm_file import ArmNotWritten, own_file, write_values
+from shared.arm_description import find_arm, read_arm, users_file
+
+OFFSET = {("arm", "marker_offset"): "0.350 -0.200"}
+
+
+@pytest.fixture(autouse=True)
+def state(tmp_path, monkeypatch):
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
+
+
+@pytest.fixture
+def mine(tmp_path):
+    return Path(shutil.copyfile(find_arm("planar"), tmp_path / "mine.ini"))
+
+
+def test_a_key_that_is_missing_is_added_to_its_section(mine):
+    before = mine.read_text()
+    assert write_values(read_arm(mine), OFFSET) == mine
+    assert read_arm(mine).marker_offset == (0.35, -0.2)
+    added = [line for line in mine.read_text().splitlines() if line not in before.splitlines()]
+    assert added == ["marker_offset = 0.350 -0.200"]
+    assert mine.read_text().replace(added[0] + "\n", "") == before
+    assert Path(f"{mine}.bak").read_text() == before
+    assert sorted(one.name for one in mine.parent.glob("*mine*")) == ["mine.ini", "mine.ini.bak"]
+
+
+def test_a_key_that_is_there_is_changed_and_its_comment_stays(mine):
+    mine.write_text(
+        mine.read_text().replace("[arm]\n", "[arm]\nmarker_offset = 1 2   ; by ruler\n")
+    )
+    write_values(read_arm(mine), {**OFFSET, ("elbow", "link"): "9.612"})
+    text = mine.read_text()
+    assert "marker_offset = 0.350 -0.200 ; by ruler\n" in text
+    assert "link = 9.612        ; from the elbow's axis to the tip" in text
+    assert read_arm(mine).joints[1].link == 9.612
+
+
+@pytest.mark.parametrize("end", [b"\r\n", b"\n"])
+def test_the_ends_of_lines_and_a_mark_at_the_begin_stay(mine, end):
+    plain = mine.read_bytes()
+    mine.write_bytes(b"\xef\xbb\xbf" + plain.replace(b"\n", end).rstrip())
+    write_values(read_arm(mine), {**OFFSET, ("pen", "down"): "61"})
+    now = mine.read_bytes()
+    assert now.startswith(b"\xef\xbb\xbf#")
+    assert now.count(b"\n") == now.count(end)
+    assert read_arm(mine).marker_offset == (0.35, -0.2)
+
+
+def test_an_arm_that_comes_along_is_copied_and_never_changed():
+    shipped = find_arm("planar")
+    before = Path(shipped).read_bytes()
+    arm = read_arm(shipped)
+    path = write_values(arm, OFFSET)
+    assert path == own_file(arm) == Path(users_file("planar"))
+    assert find_arm("planar") == str(path), "its name means the copy from now on"
+    assert read_arm(path).marker_offset == (0.35, -0.2)
+    assert Path(shipped).read_bytes() == before
+    with pytest.raises(ArmNotWritten, match=r"it is yours, and .*planar.ini was measured"):
+        write_values(read_arm(shipped), OFFSET)
+
+
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        ({("arm", "marker_offset"): "far off"}, "must be two numbers"),
+        ({("base", "link"): "3"}, r"there is no section \[base\]"),
+        ({("elbow", "link"): "-3"}, "link = -3"),
+    ],
+)
+def test_what_no_arm_can_have_is_not_written(mine, values, told):
+    before = mine.read_bytes()
+    with pytest.raises(ArmNotWritten, match=told) as problem:
+        write_values(read_arm(mine), values)
+    assert "write there: [" in str(problem.value)
+    assert ".new" not in str(problem.value)
+    assert mine.read_bytes() == before
+    assert [one.name for one in mine.parent.glob("*mine*")] == ["mine.ini"]
+
+
+def test_a_folder_that_takes_no_file_is_told(mine, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ArmNotWritten, match="is not changed"):
+        write_values(read_arm(mine), OFFSET, tmp_path / "file" / "mine.ini")

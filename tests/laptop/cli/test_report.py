@@ -1,0 +1,160 @@
+"""`report`: what it says, its exit status, and the pages that a browser prints of it."""
+
+import re
+import stat
+
+import pytest
+from click.testing import CliRunner
+from lab_runs import simulated
+from page_tracker import a_browser
+
+from laptop.cli.main import laptop
+from laptop.lab_report import print_pdf
+from laptop.lab_report.findings import LabTable
+from laptop.reporting.document import render_report
+
+PAPERS = {"A4": (794, 1123), "letter": (816, 1056)}
+"""Width and height, px of CSS."""
+MARGIN = 16 / 25.4 * 96
+"""Of the page's style, px."""
+
+
+def run(*words):
+    result = CliRunner().invoke(laptop, ["report", *map(str, words)])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result
+
+
+@pytest.fixture
+def no_formulas(monkeypatch):
+    monkeypatch.setattr("laptop.lab_report.method.formula", lambda tex: "")
+
+
+def test_it_says_where_the_report_is_and_what_was_left_out(tmp_path, no_formulas):
+    simulated(tmp_path / "line")
+    (tmp_path / "bad").mkdir()
+    (tmp_path / "bad" / "summary.json").write_text("{")
+    result = run(tmp_path, "--title", "Lab 3")
+    assert result.exit_code == 0
+    assert result.stdout.splitlines() == [
+        f"{tmp_path}/lab-report.html: 1 run (1 drawing), 4 tables, 1 figure",
+        f"{tmp_path}/lab-report-data: 6 files with the raw data",
+    ]
+    assert result.stderr == (
+        "laptop: left out: bad/summary.json: it is no JSON (line 1); do this run again\n"
+    )
+    assert "<h1>Lab 3</h1>" in (tmp_path / "lab-report.html").read_text()
+    assert run(tmp_path).exit_code == 1
+    assert run(tmp_path, "--replace").exit_code == 0
+
+
+def test_a_folder_without_runs_is_an_error_and_leaves_nothing(tmp_path):
+    result = run(tmp_path)
+    assert result.exit_code == 1
+    assert result.stderr.count("\n") <= 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_a_browser_no_pdf_is_begun(tmp_path, monkeypatch):
+    simulated(tmp_path / "line")
+    monkeypatch.setattr(print_pdf.shutil, "which", lambda name: None)
+    monkeypatch.setattr(print_pdf, "PLACES", ())
+    result = run(tmp_path, "--pdf", tmp_path / "x.pdf")
+    assert result.exit_code == 1
+    assert "there is no Chromium, Chrome or Edge to make a PDF; install one" in result.output
+    assert [path.name for path in tmp_path.iterdir()] == ["line"]
+
+
+def test_a_browser_that_prints_nothing_is_told(tmp_path):
+    idle = tmp_path / "chromium"
+    idle.write_text("#!/bin/sh\nexit 0\n")
+    idle.chmod(idle.stat().st_mode | stat.S_IXUSR)
+    with pytest.raises(print_pdf.CannotPrint, match="has printed nothing; open the HTML"):
+        print_pdf.print_pdf("<p>", tmp_path / "x.pdf", str(idle))
+    with pytest.raises(print_pdf.CannotPrint, match="did not start"):
+        print_pdf.print_pdf("<p>", tmp_path / "x.pdf", str(tmp_path / "none"))
+
+
+def test_a_pdf_is_printed_by_the_browser_that_is_there(tmp_path, monkeypatch):
+    """A stand-in for the browser copies the page; the words that it gets are the real one's."""
+    fake = tmp_path / "chromium"
+    fake.write_text(
+        "#!/bin/sh\n"
+        'for w in "$@"; do case "$w" in\n'
+        '--print-to-pdf=*) out="${w#*=}";; file://*) page="${w#file://}";; esac; done\n'
+        'cp "$page" "$out"\n'
+    )
+    fake.chmod(0o755)
+    monkeypatch.setattr(print_pdf, "BROWSERS", (str(fake),))
+    monkeypatch.setattr("laptop.lab_report.method.formula", lambda tex: "")
+    simulated(tmp_path / "runs" / "line")
+    result = run(tmp_path / "runs", "--pdf", tmp_path / "x.pdf", "--paper", "letter")
+    assert result.exit_code == 0, result.output
+    assert result.stdout.splitlines()[-1] == f"{tmp_path}/x.pdf: the same, printed on letter"
+    printed = (tmp_path / "x.pdf").read_text()
+    assert "@page { size: letter; }" in printed
+    assert "href" not in printed  # in a PDF it would tell a folder of this computer
+
+
+def wide_table(columns=14):
+    """A table with as many columns as a report may have."""
+    headings = [f"heading {k} mm" for k in range(columns)]
+    return headings, [[f"{k}{k}.125" for k in range(columns)]] * 60
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("paper", PAPERS)
+def test_nothing_of_a_report_is_cut_off_in_print(tmp_path, monkeypatch, paper):
+    simulated(tmp_path / "line", args=["line", "x" * 300], reason="y" * 300)
+    from laptop.lab_report import lab_report
+
+    report = lab_report.compose(tmp_path, "Lab", "lab-data")
+    table = lab_report.Numbering().table(LabTable("Wide", *wide_table()), report.runs)
+    report.values["ran_on"] = table
+    _check_width(report.html(), paper, rows=60)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("paper", PAPERS)
+def test_nothing_of_a_demos_or_a_pages_report_is_cut_off_in_print(paper):
+    from laptop.page.report import TEMPLATE
+
+    headings, rows = wide_table(9)
+    text = render_report(
+        TEMPLATE,
+        title="",
+        good=True,
+        verdict="It worked.",
+        headline="",
+        facts="",
+        note="",
+        headings=headings,
+        rows=[["goal 1", "kalman", "marker lost for long", *row[3:]] for row in rows],
+        file_name="",
+        illustrations=[],
+        runs=[],
+    )
+    _check_width(text, paper, rows=60)
+
+
+def _check_width(text, paper, rows):
+    """Fail unless all of a page is as wide as the paper lets it be, and heads repeat in print."""
+    width = PAPERS[paper][0] - 2 * MARGIN
+    with a_browser() as browser:
+        page = browser.new_page(viewport={"width": round(width), "height": 900})
+        page.emulate_media(media="print")
+        page.set_content(text)
+        boxes = page.evaluate(
+            "[...document.querySelectorAll('td, th, img, p, figure, code')]"
+            ".map(e => [e.tagName, e.textContent, e.getBoundingClientRect().right])"
+        )
+        assert sum(tag == "TD" for tag, _, _ in boxes) > rows
+        assert [box for box in boxes if box[2] > width + 0.5] == []
+        clipped = page.evaluate(
+            "[...document.querySelectorAll('body *')].filter("
+            "e => e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).overflowX != 'visible')"
+            ".length"
+        )
+        assert clipped == 0
+        pdf = page.pdf(format=paper, margin=dict.fromkeys(("left", "right", "top"), "16mm"))
+        assert len(re.findall(rb"/Type\s*/Page\b", pdf)) >= 2

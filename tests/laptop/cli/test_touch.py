@@ -1,0 +1,194 @@
+"""`touch`, end to end: an emulated hand on nine crosses, or pictures and points from files."""
+
+import json
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from laptop.calibration.touch_file import read_touched
+from laptop.cli.main import laptop
+from laptop.simulator.scene.board_items import board_place
+from laptop.simulator.scene.marker_items import marker_offset
+from laptop.simulator.scene.optics import to_srgb
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
+from laptop.vision.board import CROSSES
+from robot.motion import kinematics
+from shared.arm_description import find_arm, read_arm
+
+ARM = read_arm(find_arm("planar"))
+TEXT = "board=a4,board_x=12,marker_stray=0.5,seed=3,clutter=0"
+SIX = (0, 2, 3, 5, 6, 8)
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
+    monkeypatch.delenv("BRICKSERVO_ARM", raising=False)
+    return lambda *words: CliRunner().invoke(laptop, ["touch", *words])
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--plant", "cpu=0", "--crosses", "1,3,4,6,7,9"),
+        pytest.param((), marks=pytest.mark.long),
+        pytest.param(("--arm", "geared", "--plant", "backlash=1,seed=4"), marks=pytest.mark.long),
+    ],
+    ids=["six crosses", "nine crosses", "behind gears"],
+)
+def test_an_emulated_hand_finds_the_offset_to_half_a_millimetre(run, tmp_path, words):
+    result = run("--simulate", "--scene", TEXT, *words)
+    assert result.exit_code == 0, result.output
+    arm = "geared" if "geared" in words else "planar"
+    assert "set the pen on cross 9 of 9, bottom right on the sheet, and press" in result.output
+    truth = marker_offset(ARM, read_scene(TEXT))
+    found = read_arm(tmp_path / "out" / f"{arm}.ini").marker_offset
+    assert np.linalg.norm(truth) == pytest.approx(0.5)
+    assert np.linalg.norm(np.array(found) - truth) < 0.05
+    kept = read_touched(tmp_path / "out" / f"{arm}.touched.json")
+    assert kept.fit.offset == pytest.approx(truth, abs=0.05)
+    assert kept.fit.base == pytest.approx((-12, 0), abs=0.3)  # of 2 degrees of play
+    assert kept.fit.height == pytest.approx(2.5, abs=0.1)
+    assert find_arm("planar") == ARM.file, "an emulated arm leaves the real one alone"
+
+
+# ---- pictures and points
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A folder of pictures, the board alone and six crosses, and the points' lines."""
+    folder = tmp_path_factory.mktemp("touches")
+    scene = Scene(ARM, read_scene(TEXT))
+    lines = []
+
+    def photograph(name, q):
+        image = np.round(to_srgb(scene.image(q))).astype(np.uint8)
+        cv2.imwrite(str(folder / name), image)
+
+    photograph("0.png", (2.6, 1.2))
+    for number, k in enumerate(SIX, 1):
+        x, y, _ = board_place(scene.constants, CROSSES[k][None])[0]
+        q = kinematics.inverse(ARM, (x, y))
+        photograph(f"{number}.png", q)
+        lines.append(json.dumps({"p": [x, y], "q": q, "t": float(number)}))
+    return folder, lines
+
+
+@pytest.fixture
+def touched(run, recorded, tmp_path):
+    """Run touch on what was recorded, crosses 2, 5 and 8 left out by blanks, or on other lines."""
+    folder, lines = recorded
+
+    def go(*words, lines=lines, pictures=folder):
+        file = tmp_path / "points.jsonl"
+        file.write_text("\n".join(lines) + "\n")
+        words = ("--effector", "red", "--crosses", "1,3,4,6,7,9", *words)
+        return run(str(pictures), "--touches", str(file), *words)
+
+    return go
+
+
+def test_pictures_and_points_of_files_give_it_and_the_arm_is_copied(touched, tmp_path):
+    result = touched()
+    assert result.exit_code == 0, result.output
+    own = tmp_path / "state" / "arms" / "planar.ini"
+    assert find_arm("planar") == str(own)
+    truth = marker_offset(ARM, read_scene(TEXT))
+    assert read_arm(own).marker_offset == pytest.approx(tuple(truth), abs=0.03)
+    assert read_touched(tmp_path / "state" / "touched" / "planar.json").arm == "planar"
+    assert f"written to {own}" in result.output
+    assert not Path(f"{own}.bak").exists()
+
+
+def test_a_file_of_ones_own_is_changed_and_the_old_one_kept(touched, tmp_path):
+    mine = tmp_path / "mine.ini"
+    mine.write_text(Path(ARM.file).read_text())
+    assert touched("--arm", str(mine)).exit_code == 0
+    assert "marker_offset = " in mine.read_text()
+    assert "marker_offset" not in Path(f"{mine}.bak").read_text()
+
+
+def nothing_written(tmp_path):
+    return (
+        not (tmp_path / "state" / "arms").exists() and not (tmp_path / "state" / "touched").exists()
+    )
+
+
+def test_a_disc_that_is_not_seen_leaves_its_cross_out(touched, recorded, tmp_path):
+    folder, _ = recorded
+    pictures = tmp_path / "pictures"
+    pictures.mkdir()
+    for file in folder.iterdir():
+        (pictures / file.name).write_bytes(file.read_bytes())
+    image = cv2.imread(str(folder / "3.png"))
+    image[..., 2] = image[..., :2].max(axis=2)  # nothing is red any more
+    cv2.imwrite(str(pictures / "3.png"), image)
+    result = touched(pictures=pictures)
+    assert result.exit_code == 1
+    assert re.search(r"the arm's marker is not seen \(.*\): cross 4 is left out", result.output)
+    assert "5 crosses were touched; 6 are the least, 9 are better" in result.output
+    assert nothing_written(tmp_path)
+
+
+def test_a_camera_that_moved_writes_nothing(touched, recorded, tmp_path):
+    folder, _ = recorded
+    pictures = tmp_path / "pictures"
+    pictures.mkdir()
+    for file in folder.iterdir():
+        (pictures / file.name).write_bytes(file.read_bytes())
+    cv2.imwrite(str(pictures / "5.png"), np.roll(cv2.imread(str(folder / "5.png")), 4, axis=1))
+    result = touched(pictures=pictures)
+    assert result.exit_code == 1
+    assert "has moved since by 4.0 px" in result.output
+    assert nothing_written(tmp_path)
+
+
+def test_a_touch_beside_its_cross_writes_nothing(touched, recorded, tmp_path):
+    _, lines = recorded
+    spoilt = [*lines[:4], lines[5], lines[5]]
+    result = touched(lines=spoilt)
+    assert result.exit_code == 1
+    assert nothing_written(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ((), "Missing argument 'SOURCE': the camera, or --simulate."),
+        (("0", "--simulate"), "--simulate has a camera of its own; leave 0 out."),
+        (("synthetic",), "say --simulate, too."),
+        (("0", "--plant", "cpu=0"), "say --simulate, too."),
+        (("0", "--simulate", "--touches", "x"), "--simulate has a camera of its own"),
+        (("0", "--touches", "x", "--brick", "ev3"), "--touches calls no brick"),
+        (("--simulate", "--arm", "spatial"), "let go it would drop"),
+        (("--simulate", "--scene", "board=none"), "the scene has no board to touch"),
+        (("--simulate", "--bar", "5"), "bar"),
+        (("--simulate", "--crosses", "1,2"), "6 are the least"),
+        (("--simulate", "--crosses", "1,2,x"), "'1,2,x' is not a list of crosses"),
+        (("--simulate", "--crosses", "1,1,2,3,4,5,6"), "is not a list of crosses"),
+        (("nowhere.png", "--touches", "x", "--effector", "red"), "nowhere.png"),
+        (("0",), "has no marker [effector]: say what it is, --effector disc:red"),
+    ],
+)
+def test_what_cannot_be_is_one_line(run, tmp_path, words, told):
+    result = run(*words)
+    assert result.exit_code != 0
+    assert told in result.output
+    assert "Traceback" not in result.output
+    assert nothing_written(tmp_path)
+
+
+def test_files_of_points_that_are_none_are_one_line(touched, tmp_path):
+    result = touched(lines=["ended, status 0"])
+    assert result.exit_code == 1
+    assert "'ended, status 0' is no JSON: it is no point of driver.py touch --json" in result.output
+    result = touched(lines=[])
+    assert "0 crosses were touched" in result.output
+    assert nothing_written(tmp_path)

@@ -1,0 +1,202 @@
+"""The report as a document: order, numbers, sources, raw data, and nothing of this computer."""
+
+import csv
+import re
+from html.parser import HTMLParser
+
+import pytest
+from lab_runs import PATH, TRACE, drawn, simulated
+from servo_log import log_text
+
+from laptop.lab_report import lab_report
+from laptop.lab_report.findings import LabRun, LabTable
+from laptop.lab_report.lab_report import (
+    BadLabReport,
+    Numbering,
+    check_out,
+    compose,
+    data_folder_of,
+    write,
+)
+from laptop.lab_report.run_folders import CONTENTS
+
+
+@pytest.fixture(autouse=True)
+def no_formulas(monkeypatch, no_servo_figures):
+    """They take long to be set, and have tests of their own."""
+    monkeypatch.setattr("laptop.lab_report.method.formula", lambda tex: "")
+
+
+class Page(HTMLParser):
+    """The texts of a page by the part that they stand in."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.parts, self._open = [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        if tag in ("h1", "h2", "h3", "h4", "caption", "figcaption", "li", "td", "th"):
+            self._open.append(tag)
+            self.parts.append((tag, ""))
+
+    def handle_endtag(self, tag):
+        if self._open and self._open[-1] == tag:
+            self._open.pop()
+
+    def handle_data(self, data):
+        if self._open:
+            tag, text = self.parts[-1]
+            self.parts[-1] = (tag, text + data)
+
+    def __getitem__(self, tag):
+        return [" ".join(text.split()) for found, text in self.parts if found == tag]
+
+
+def made(folder, title="Lab 3"):
+    return compose(folder, title, "lab-data")
+
+
+def test_it_is_in_the_order_of_a_lab(tmp_path):
+    simulated(tmp_path / "line")
+    (tmp_path / "servo.jsonl").write_text(log_text())
+    page = Page(made(tmp_path).html())
+    assert page["h1"] == ["Lab 3"]
+    assert page["h2"] == [
+        *("1 Aim", "2 Set-up", "3 Method", "4 Results", "5 Discussion", "6 Conclusion"),
+        "7 Raw data",
+    ]
+    assert page["h3"][-2:] == ["4.1 Drawing", "4.2 Going to what the camera sees"]
+
+
+def test_tables_and_figures_are_numbered_in_order_and_name_their_runs(tmp_path):
+    simulated(tmp_path / "line-1")
+    simulated(tmp_path / "line-2")
+    drawn(tmp_path / "house")
+    report = made(tmp_path)
+    page = Page(report.html())
+    tables, figures = page["caption"], page["figcaption"]
+    assert [re.match(r"Table (\d+)\.", text)[1] for text in tables] == [*"123456"]
+    assert [re.match(r"Figure (\d+)\.", text)[1] for text in figures] == [*"123"]
+    assert (report.tables, report.figures) == (6, 3)
+    assert figures[0].endswith("(picture.png) (run R1, house)")
+    assert figures[1].endswith("(picture.png) (run R2, line-1)")
+    assert tables[4].endswith("(runs R2, R3)")
+    assert all(re.search(r"\(runs? R\d", text) for text in tables + figures)
+
+
+def test_a_value_that_no_file_holds_does_not_stand_in_it(tmp_path):
+    simulated(tmp_path / "line", paths=[{**PATH, "missed_mm": None}])
+    (tmp_path / "servo.jsonl").write_text(log_text())
+    page = Page(made(tmp_path).html())
+    assert "missed mm" not in page["th"]  # a column without a value
+    assert "truly off mm" not in page["th"]
+    assert "end off mm" in page["th"]
+    assert "R2: path 1: summary.json has no value for missed_mm." in page["li"]
+
+
+def test_what_is_left_out_is_named_with_its_reason(tmp_path):
+    simulated(tmp_path / "line")
+    assert "Left out" not in made(tmp_path).html()
+    (tmp_path / "bad").mkdir()
+    (tmp_path / "bad" / "summary.json").write_text("{")
+    assert (
+        "bad/summary.json: it is no JSON (line 1); do this run again."
+        in (Page(made(tmp_path).html())["li"])
+    )
+
+
+def test_nothing_of_this_computer_stands_in_it_and_nothing_steers_the_page(tmp_path):
+    simulated(
+        tmp_path / "line",
+        script=str(tmp_path / "secret name" / "lab.py"),
+        args=[f"--log={tmp_path}/secret name/a.jsonl", "/opt/other/b.svg"],
+        reason=f"cannot read {tmp_path}/secret name/c.py: <script>alert(1)</script>",
+        plant="",
+    )
+    (tmp_path / "demo.json").write_text("{}")
+    report = made(tmp_path)
+    for text in (report.html(), report.html("A4", linked=False)):
+        assert str(tmp_path) not in text
+        assert "secret" not in text
+        assert "/opt" not in text
+        assert "<script" not in text
+        assert "&lt;script&gt;alert(1)" in text
+    assert "href" not in report.html(linked=False)
+    for raw in report.data.values():
+        if isinstance(raw.source, str):
+            assert "secret" not in raw.source
+
+
+def test_the_raw_data_lie_beside_it_and_each_table_is_a_csv(tmp_path):
+    simulated(tmp_path / "line", paths=[PATH, {**PATH, "rms_mm": None}])
+    out = tmp_path / "lab-report.html"
+    write(made(tmp_path), out)
+    folder = data_folder_of(out)
+    assert (folder / "R1-trace.csv").read_text() == TRACE
+    with (folder / CONTENTS).open(newline="") as file:
+        told = {row["file"]: row for row in csv.DictReader(file)}
+    assert told.keys() == {path.name for path in folder.iterdir()} - {CONTENTS}
+    assert told["R1-trace.csv"]["from"] == "run R1, line"
+    (paths,) = [name for name, row in told.items() if row["holds"].startswith("Drawn paths")]
+    with (folder / paths).open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["rms mm"] for row in rows] == ["0.50", ""]
+    assert 'href="lab-data/R1-trace.csv"' in out.read_text()
+
+
+def test_written_again_it_tells_of_the_same_runs_and_leaves_no_file_of_before(tmp_path):
+    simulated(tmp_path / "line")
+    out = tmp_path / "lab-report.html"
+    write(made(tmp_path), out)
+    before = out.read_text()
+    stale = data_folder_of(out) / "R9-trace.csv"
+    stale.write_text("")
+    with pytest.raises(BadLabReport, match="is there already, perhaps with what somebody wrote"):
+        check_out(out, replace=False)
+    check_out(out, replace=True)
+    write(made(tmp_path), out)
+    assert out.read_text() == before
+    assert not stale.exists()
+    assert {path.name for path in tmp_path.iterdir()} == {"line", out.name, "lab-report-data"}
+
+
+def test_a_folder_that_is_somebody_elses_is_not_touched(tmp_path):
+    (tmp_path / "x-data").mkdir()
+    with pytest.raises(BadLabReport, match="x-data is there and is not of a report"):
+        check_out(tmp_path / "x.html", replace=True)
+    with pytest.raises(BadLabReport, match="is no folder; make it"):
+        check_out(tmp_path / "none" / "x.html", replace=True)
+
+
+def test_where_there_is_no_room_nothing_is_left_and_what_was_there_stays(tmp_path, monkeypatch):
+    simulated(tmp_path / "line")
+    out = tmp_path / "lab-report.html"
+    report = made(tmp_path)
+    write(report, out)
+
+    def full(*words):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(lab_report.shutil, "copyfile", full)
+    with pytest.raises(BadLabReport, match="No space left on device; make room, or give another"):
+        write(report, out)
+    assert {path.name for path in tmp_path.iterdir()} == {"line", out.name, "lab-report-data"}
+    assert (data_folder_of(out) / "R1-trace.csv").exists()
+
+
+def test_two_files_of_one_name_in_a_run_stay_two():
+    run = LabRun("a", "servo", "", number=1)
+    run.data = [
+        lab_report.RawData("track.csv", "a\n", ""),
+        lab_report.RawData("track.csv", "b\n", ""),
+        lab_report.RawData("../up and/away.csv", "c\n", ""),
+    ]
+    data, _ = lab_report._raw_data([run], [], "x")
+    assert [*data] == ["R1-track.csv", "R1-track-2.csv", "R1-..-up-and-away.csv", CONTENTS]
+
+
+def test_a_column_of_numbers_stands_to_the_right():
+    table = LabTable("", ("a", "b", "c"), [("x1", "\u22121.5", "50 %"), ("2", "\u2013", "7")])
+    printed = Numbering().table(table, [LabRun("a", "servo", "", number=1)])
+    assert printed.numeric == [False, True, True]

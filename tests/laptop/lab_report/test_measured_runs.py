@@ -1,0 +1,67 @@
+"""Runs of accuracy and of calibration: all figures of their summaries, by their names."""
+
+import pytest
+from lab_runs import a_picture
+
+from laptop.lab_report.findings import ACCURACY, CALIBRATION, DamagedRun
+from laptop.lab_report.measured_runs import in_words, read_measured, tables_of
+
+SUMMARY = {
+    "kind": "accuracy",
+    "arm": "planar",
+    "cycles": 30,
+    "poses": [
+        {"pose": "P1", "accuracy_mm": 1.234567, "repeatability_mm": float("nan")},
+        {"pose": "P2", "accuracy_mm": -0.5, "seen": True},
+    ],
+    "line": {"accuracy_mm": 0.75, "speeds": [2, 4, 8]},
+    "links": {"upper": {"cm": 11.3, "sigma_cm": 0.01}, "fore": {"cm": 9.5}},
+    "from": "/home/anna/arm.ini",
+    "plant": "",
+}
+
+
+def test_a_summary_becomes_tables_with_its_own_names():
+    found = {title: (heading, rows) for title, heading, rows in tables_of(SUMMARY, "all")}
+    assert found["all"][1] == [["cycles", "30"], ["from", "arm.ini"]]
+    assert found["poses"] == (
+        ["pose", "accuracy, mm", "repeatability, mm", "seen"],
+        [["P1", "1.235", "\u2013", "\u2013"], ["P2", "\u22120.500", "\u2013", "yes"]],
+    )
+    assert found["line"][1] == [["accuracy, mm", "0.75"], ["speeds", "2, 4, 8"]]
+    assert found["links"][1] == [["upper", "11.30", "0.01000"], ["fore", "9.50", "\u2013"]]
+
+
+def test_csvs_and_pictures_come_along_and_damaged_ones_are_told(tmp_path):
+    (tmp_path / "accuracy.csv").write_text("pose,x_cm\nP1,3\n")
+    (tmp_path / "cut.csv").write_text("pose,x_cm\nP1\n")
+    (tmp_path / "accuracy.png").write_bytes(a_picture())
+    (tmp_path / "cut.png").write_bytes(a_picture()[:50])
+    run = read_measured("a", tmp_path, SUMMARY, ACCURACY)
+    assert [(raw.name, raw.holds) for raw in run.data] == [("accuracy.csv", "pose, x_cm")]
+    assert [figure.picture for figure in run.figures] == [a_picture()]
+    assert run.gaps == [
+        "left out: cut.csv: row 1 has 1 values, its heading has 2",
+        "left out: cut.png is a damaged picture",
+    ]
+
+
+def test_a_table_too_large_to_print_is_left_to_the_csv(tmp_path):
+    summary = {"sights": [{"u": k} for k in range(100)], "rms_px": 0.5}
+    run = read_measured("c", tmp_path, summary, CALIBRATION)
+    assert [table.rows for table in run.tables] == [[["rms, px", "0.5"]]]
+    assert run.gaps == [
+        "sights has 100 rows of 1 values: too many here",
+        "there is no CSV, so no raw data",
+    ]
+
+
+def test_a_summary_without_a_figure_is_damaged(tmp_path):
+    with pytest.raises(DamagedRun, match="holds no figure"):
+        read_measured("c", tmp_path, {"kind": "calibration", "arm": "planar"}, CALIBRATION)
+
+
+def test_a_key_is_told_in_words():
+    assert in_words("end_off_mm") == "end off, mm"
+    assert in_words("arms") == "arms"
+    assert in_words("speed_cm_per_s") == "speed, cm per s"

@@ -1,0 +1,78 @@
+"""Files that hold anything: values, or one clear line."""
+
+import math
+
+import pytest
+from lab_runs import a_picture
+
+from laptop.lab_report import run_files
+from laptop.lab_report.findings import NOT_THERE, DamagedRun
+from laptop.lab_report.run_files import (
+    decimal,
+    number,
+    read_columns,
+    read_object,
+    read_picture,
+)
+
+
+def test_columns_are_numbers_by_name_and_an_empty_cell_is_nan(tmp_path):
+    file = tmp_path / "trace.csv"
+    file.write_text("t,q1\n0,1.5\n1,\n")
+    columns = read_columns(file)
+    assert columns["t"].tolist() == [0, 1]
+    assert columns["q1"][0] == 1.5
+    assert math.isnan(columns["q1"][1])
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("", "trace.csv is no CSV"),
+        ("t,q1\n", "trace.csv has no row"),
+        ("t,q1\n0,1\n0.1", "trace.csv: row 2 has 1 values, its heading has 2"),
+        ("t,q1\n0,one\n", "trace.csv: line 2 holds no numbers"),
+        ("\xff", "trace.csv is no CSV"),
+    ],
+)
+def test_a_damaged_csv_is_told_in_a_line(tmp_path, text, why):
+    file = tmp_path / "trace.csv"
+    file.write_bytes(text.encode("latin-1"))
+    with pytest.raises(DamagedRun) as failed:
+        read_columns(file)
+    assert str(failed.value) == why
+
+
+def test_a_picture_is_a_whole_png_or_jpeg(tmp_path):
+    file = tmp_path / "picture.png"
+    file.write_bytes(a_picture())
+    assert read_picture(file) == a_picture()
+    huge = bytearray(a_picture())
+    huge[16:24] = (100_000).to_bytes(4, "big") * 2
+    for content, why in (
+        (b"GIF89a", "is neither PNG nor JPEG"),
+        (a_picture()[:60], "is a damaged picture"),
+        (b"\xff\xd8\xff", "is a damaged picture"),
+        (bytes(huge), "has 100000 x 100000 px"),
+    ):
+        file.write_bytes(content)
+        with pytest.raises(DamagedRun, match=why):
+            read_picture(file)
+
+
+def test_a_file_that_is_too_large_or_none_is_not_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(run_files, "MAX_TEXT", 10)
+    (tmp_path / "summary.json").write_text('{"arm": "planar"}')
+    with pytest.raises(DamagedRun, match="is larger than"):
+        read_object(tmp_path / "summary.json")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(DamagedRun, match="is not there, or no file"):
+        read_object(tmp_path / "folder")
+
+
+def test_a_number_that_is_none_is_not_there():
+    values = {"a": 1, "b": None, "c": math.nan, "d": math.inf}
+    assert [number(values, key) for key in "abcde"] == [1.0, None, None, None, None]
+    assert [decimal(value) for value in (1.0, None, math.nan, -0.5)] == [
+        *("1.00", NOT_THERE, NOT_THERE, "\u22120.50")
+    ]

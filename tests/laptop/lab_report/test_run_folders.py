@@ -1,0 +1,124 @@
+"""Which runs are found in a folder, and what is said of those that cannot be read."""
+
+import json
+
+import pytest
+from lab_runs import TRACE, drawn, simulated
+from servo_log import log_text
+
+from laptop.lab_report.findings import DRAWING, SERVO
+from laptop.lab_report.run_folders import CONTENTS, NoRuns, read_runs
+
+pytestmark = pytest.mark.usefixtures("no_servo_figures")
+
+
+def names(runs):
+    return [(run.label, run.name, run.kind) for run in runs]
+
+
+def test_runs_are_found_however_deep_and_numbered_by_their_folders(tmp_path):
+    simulated(tmp_path / "b" / "deep" / "line")
+    drawn(tmp_path / "a")
+    runs, left_out = read_runs(tmp_path)
+    assert names(runs) == [("R1", "a", DRAWING), ("R2", "b/deep/line", DRAWING)]
+    assert left_out == []
+
+
+def test_the_folder_itself_may_be_a_run(tmp_path):
+    simulated(tmp_path / "line-1")
+    runs, _ = read_runs(tmp_path / "line-1")
+    assert names(runs) == [("R1", "line-1", DRAWING)]
+
+
+def test_hidden_folders_and_the_data_of_a_report_are_no_runs(tmp_path):
+    simulated(tmp_path / "line")
+    simulated(tmp_path / ".part")
+    simulated(tmp_path / "lab-report-data")
+    (tmp_path / "lab-report-data" / CONTENTS).write_text("file,from,holds\n")
+    assert names(read_runs(tmp_path)[0]) == [("R1", "line", DRAWING)]
+
+
+def test_an_empty_folder_and_one_without_runs_are_told_apart(tmp_path):
+    with pytest.raises(NoRuns, match=r"is empty; give the folder that --out of"):
+        read_runs(tmp_path)
+    (tmp_path / "notes.txt").write_text("hello")
+    (tmp_path / "other.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(NoRuns, match=r"holds no run; give the folder that --out of"):
+        read_runs(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        ("{", "it is no JSON (line 1); do this run again"),
+        ("\xff\xfe", "it is no JSON; do this run again"),
+        ("[" * 100_000, "it is no JSON; do this run again"),
+        ("[1]", "it holds no JSON object; do this run again"),
+        ("{}", "it is of none of these: simulate, draw --simulate, accuracy, calibrate"),
+        ('{"script": 7}', "'script' is no text; do this run again"),
+        ('{"script": "a.py", "args": "x"}', "'args' is not as it is written; do this run again"),
+        ('{"script": "a.py", "paths": [1]}', "'paths' is not as it is written; do this run again"),
+        ('{"script": "a.py", "status": "0"}', "'status' is no number; do this run again"),
+        ('{"script": "a.py", "arm_numbers": 1}', "'arm_numbers' is not as it is written"),
+        ('{"drawing": "x", "greatest_mm": true}', "'greatest_mm' is no number; do this run again"),
+        ('{"kind": "accuracy"}', "it holds no figure; do this run again"),
+    ],
+)
+def test_a_damaged_summary_is_left_out_with_its_reason_and_the_others_stand(tmp_path, content, why):
+    simulated(tmp_path / "good")
+    (tmp_path / "bad").mkdir()
+    (tmp_path / "bad" / "summary.json").write_bytes(content.encode("latin-1"))
+    runs, left_out = read_runs(tmp_path)
+    assert names(runs) == [("R1", "good", DRAWING)]
+    assert left_out == [("bad/summary.json", why)]
+
+
+def test_if_none_can_be_read_the_first_reason_is_told(tmp_path):
+    for name in "ab":
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "summary.json").write_text("{")
+    with pytest.raises(NoRuns, match=r"can be read: a/summary.json: it is no JSON .*\(and 1 more"):
+        read_runs(tmp_path)
+
+
+def test_a_trace_alone_is_left_out(tmp_path):
+    simulated(tmp_path / "good")
+    (tmp_path / "bad").mkdir()
+    (tmp_path / "bad" / "trace.csv").write_text(TRACE)
+    assert read_runs(tmp_path)[1] == [("bad/trace.csv", "there is no summary.json beside it")]
+
+
+@pytest.mark.parametrize("beside", ["servo", "."])
+def test_a_log_belongs_to_the_run_that_wrote_it_beside_or_above_its_folder(tmp_path, beside):
+    words = ["--log", "/tmp/x/servo.jsonl"]
+    simulated(tmp_path / "servo", script="visual_servoing.py", args=words, paths=[])
+    (tmp_path / beside / "servo.jsonl").write_text(log_text())
+    runs, _ = read_runs(tmp_path)
+    assert names(runs) == [("R1", "servo", SERVO)]
+    assert runs[0].outcome == "converged"
+
+
+def test_a_log_alone_is_a_run_on_a_brick_and_one_cut_off_says_so(tmp_path):
+    (tmp_path / "whole.jsonl").write_text(log_text())
+    (tmp_path / "other.jsonl").write_text('{"event": "ready"}\n')
+    (tmp_path / "cut.jsonl").write_text(log_text()[:2000])
+    runs, left_out = read_runs(tmp_path)
+    assert [run.name for run in runs] == ["cut.jsonl", "whole.jsonl"]
+    assert runs[0].gaps == ["cut.jsonl ends without a verdict: the run was cut off"]
+    assert left_out == []
+
+
+def test_a_folder_of_very_many_folders_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("laptop.lab_report.run_folders.MAX_FOLDERS", 3)
+    for k in range(5):
+        simulated(tmp_path / str(k))
+    with pytest.raises(NoRuns, match="holds more than 3 folders; give the one with your runs"):
+        read_runs(tmp_path)
+
+
+def test_a_damaged_demo_is_left_out_and_its_drawing_stands(tmp_path):
+    (tmp_path / "demo.json").write_text(json.dumps({"arm": "planar"}))
+    simulated(tmp_path / "drawing")
+    runs, left_out = read_runs(tmp_path)
+    assert names(runs) == [("R1", "drawing", DRAWING)]
+    assert left_out == [("demo.json", "it is not of a demo; run the demo again")]
