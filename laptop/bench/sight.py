@@ -22,12 +22,13 @@ from laptop.bench import workers
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.lines import in_place, line_through
 from laptop.drawing.options import DrawingOptions
+from laptop.drawing.planning import Learned
 from laptop.drawing.preparing import DrawingPlan, prepare
 from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig
 from laptop.measuring.measured_run import MeasuredRun
 from laptop.reporting.line_accuracy import distances, pen_down_runs, place, refined
 from laptop.sight.emulated_view import view_of
-from laptop.sight.rehearsal import Learned, Lessons, rehearse
+from laptop.sight.rehearsal import Lessons, rehearse
 from laptop.sight.view import TipView
 from laptop.simulator.device.plant_constants import CPU
 from laptop.simulator.scene.scene import Scene
@@ -37,6 +38,9 @@ from shared.arm_description import Arm, ArmError, find_arm, read_arm
 ARMS = ("planar", "geared")
 
 REHEARSALS = 3
+
+DRAWINGS = 5
+"""An arm that is as described draws so many times without and with what was learned."""
 
 LINES = {
     "line 1": ((10, 0), (5, 10)),
@@ -55,6 +59,9 @@ BATTERY = 7.85, 7.95
 
 NOISE_PX, FPS = 0.5, 20.0
 """Of the camera that sees by its formula."""
+
+Inks = list[np.ndarray]
+"""Of some drawings, (n, 2) each, cm."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +92,8 @@ class SightResult:
     seen_mm      rms of what the camera saw missed, in each rehearsal
     learned_deg  greatest offset of a joint in the end
     repeats_mm   greatest distance between two drawings of what was learned in the end
+    means_mm     of an arm as described: mean greatest distance of some drawings without what was
+                 learned, and with it; () where nothing was learned, so that nothing differs
     why          why it ended before all were done; or what went wrong
     """
 
@@ -95,6 +104,7 @@ class SightResult:
     seen_mm: tuple[float, ...] = ()
     learned_deg: float = math.nan
     repeats_mm: float = math.nan
+    means_mm: tuple[float, ...] = ()
     why: str = ""
     failed: bool = False
 
@@ -102,14 +112,20 @@ class SightResult:
 def cases(
     seeds: range, arms: Sequence[str] = ARMS, rendered: int = 5, cpu: float = CPU
 ) -> list[SightCase]:
-    """Every path by every seed's arm, as built; then by one that is as described."""
-    out = []
-    for wrong in (True, False):
-        for k, seed in enumerate(seeds):
-            arm = arms[k % len(arms)]
-            for path in (*LINES, *CURVES):
-                out.append(SightCase(seed, arm, path, wrong, k < rendered, cpu))
-    return out
+    """Every path by every seed's arm as built, and by one that is as described.
+
+    Args:
+        seeds: of the arms.
+        arms: their descriptions, in turn.
+        rendered: so many seeds' arms as built are seen in rendered pictures.
+        cpu: how slowly their bricks compute.
+    """
+    return [
+        SightCase(seed, arms[k % len(arms)], path, wrong, wrong and k < rendered, cpu)
+        for k, seed in enumerate(seeds)
+        for wrong in (True, False)
+        for path in (*LINES, *CURVES)
+    ]
 
 
 def run(todo: Sequence[SightCase], executor: Executor | None = None) -> Iterator[SightResult]:
@@ -139,6 +155,7 @@ class AgeingRig:
         arm: as it is described.
         view: of its camera.
         rig: EmulatedRig of the last drawing.
+        rendered: whether pictures are rendered for the real tracker.
         plant: text of what is wrong with its motors.
     """
 
@@ -163,7 +180,7 @@ class AgeingRig:
                 f",load={draw.uniform(-1, 1) * LOAD:.4f}"
             )
         self._battery = random.Random(f"battery/{case.arm}/{case.seed}/{case.path}")
-        self._rendered = case.rendered
+        self.rendered = case.rendered
         self._scene = Scene(self._built, read_scene(f"fps={FPS:g},seed={case.seed}"))
         self.view: TipView = view_of(self._scene, self.arm)
 
@@ -171,7 +188,7 @@ class AgeingRig:
         """As Rig.measure."""
         plant = f"{self.plant},voltage={self._battery.uniform(*BATTERY):.3f}"
         seed = self._battery.randrange(2**31)
-        if self._rendered:
+        if self.rendered:
             self.rig = RenderedRig(self.arm, {"A": self._scene}, self._built, plant, seed)
         else:
             height = self._scene.constants["marker_height"]
@@ -193,13 +210,13 @@ def plan_of(arm: Arm, path: str) -> DrawingPlan:
     return prepare(artwork, arm, in_place(artwork, DrawingOptions()))
 
 
-def _drawn_twice(plan: DrawingPlan, learned: Learned, rig: AgeingRig) -> list[np.ndarray]:
-    """The inks of two drawings of what was learned."""
+def _drawn(plan: DrawingPlan, offsets: list[list[Learned]], rig: AgeingRig, times: int) -> Inks:
+    """Draw it so many times with these offsets."""
     inks = []
     with tempfile.TemporaryDirectory() as folder:
         job = Path(folder) / "drawing.job"
-        plan.write_job(job, learned.numbers())
-        for _ in range(2):
+        plan.write_job(job, offsets)
+        for _ in range(times):
             rig.measure(job, dry=False)
             inks.append(rig.ink())
     return inks
@@ -225,7 +242,16 @@ def run_case(case: SightCase) -> SightResult:
     try:
         with contextlib.redirect_stdout(io.StringIO()):
             learned = rehearse(plan, Watched(), rig.view, REHEARSALS)
-            twice = _drawn_twice(plan, learned, rig)
+            rig.rendered = False  # nobody learns any more
+            twice = _drawn(plan, learned.numbers(), rig, 2)
+            means: tuple[float, ...] = ()
+            if not case.wrong and any(piece.greatest for own in learned.offsets for piece in own):
+                without = _drawn(plan, [], rig, DRAWINGS)
+                learned_inks = twice + _drawn(plan, learned.numbers(), rig, DRAWINGS - 2)
+                means = tuple(
+                    float(np.mean([10 * distances(ink, wished).max() for ink in every]))
+                    for every in (without, learned_inks)
+                )
     except ArmError as error:
         return SightResult(case, why=str(error), failed=True)
     inks.append(twice[0])
@@ -242,32 +268,48 @@ def run_case(case: SightCase) -> SightResult:
         tuple(step.rms_mm for step in learned.steps),
         math.degrees(greatest),
         float(10 * distances(twice[0], twice[1]).max()),
+        means,
         learned.why,
     )
 
 
-HEADINGS = ("arm", "path", "built", "drawn", "greatest, median", "p95", "mean", "end", "repeats")
+HEADINGS = (
+    *("arm", "path", "built", "drawn", "greatest, median", "p95", "end, median", "repeats"),
+    "mean of 5: without, learned",
+)
 
 
 def table(results: Sequence[SightResult]) -> list[list[str]]:
     """One row per arm, path and whether it was described rightly; after 0, 1, ... rehearsals."""
-    groups: dict[tuple[str, str, bool], list[SightResult]] = {}
+    groups: dict[tuple[str, bool, str], list[SightResult]] = {}
     for one in results:
-        groups.setdefault((one.case.arm, one.case.path, one.case.wrong), []).append(one)
-    rows = []
-    for (arm, path, wrong), every in groups.items():
-        drawn = [one for one in every if not one.failed]
-        row = [arm, path, "otherwise" if wrong else "as described", f"{len(drawn)} of {len(every)}"]
-        if drawn:
-            greatest = np.array([one.greatest_mm for one in drawn])
-            ends = np.array([one.end_mm for one in drawn])
-            columns = (
-                np.median(greatest, axis=0),
-                np.percentile(greatest, 95, axis=0),
-                greatest.mean(axis=0),
-                np.median(ends, axis=0),
-                np.array([np.median([one.repeats_mm for one in drawn])]),
-            )
-            row += [" ".join(f"{value:.2f}" for value in column) for column in columns]
-        rows.append(row + [""] * (len(HEADINGS) - len(row)))
-    return rows
+        case = one.case
+        kind = "lines" if case.path in LINES else "curves"
+        rows = [case.path, f"all {kind}"] + [f"{kind}, rendered"] * case.rendered
+        for path in rows:
+            groups.setdefault((case.arm, case.wrong, path), []).append(one)
+    order = [*LINES, *CURVES, "all lines", "all curves", "lines, rendered", "curves, rendered"]
+    keys = sorted(groups, key=lambda key: (-ARMS.index(key[0]), key[1], -order.index(key[2])))
+    return [_row(key, groups[key]) for key in reversed(keys)]
+
+
+def _row(key: tuple[str, bool, str], every: Sequence[SightResult]) -> list[str]:
+    arm, wrong, path = key
+    drawn = [one for one in every if not one.failed]
+    row = [arm, path, "otherwise" if wrong else "as described", f"{len(drawn)} of {len(every)}"]
+    if drawn:
+        greatest = np.array([one.greatest_mm for one in drawn])
+        ends = np.array([one.end_mm for one in drawn])
+        columns = [
+            np.median(greatest, axis=0),
+            np.percentile(greatest, 95, axis=0),
+            np.median(ends, axis=0),
+            np.array([np.median([one.repeats_mm for one in drawn])]),
+        ]
+        means = [one.means_mm for one in drawn if one.means_mm]
+        if means:
+            columns.append(np.mean(means, axis=0))
+        row += [" ".join(f"{value:.2f}" for value in column) for column in columns]
+        if means:
+            row[-1] += f" ({len(means)} learned)"
+    return row + [""] * (len(HEADINGS) - len(row))
