@@ -203,7 +203,7 @@ def rehearse(
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
         for number in range(1, times + 1):
-            # (By its name each is another job for whoever watches, also where nothing was learned.)
+            # (So that whoever watches the brick reads which one is on.)
             named = replace(plan, name=f"rehearsal {number} of {plan.name}")
             offsets = [[piece.numbers() for piece in own] for own in lessons.offsets]
             named.write_job(file, offsets, LOG_PERIOD)

@@ -7,7 +7,7 @@ become part of the cubics that the plan is made of: a control tick does not know
 
 import math
 
-from shared.job import JOINED, MAX_JUMP, BadJob, check_joints
+from shared.job import JOINED, MAX_JUMP, BadJob, check_joints, go_on
 
 MAX_OFFSET = math.radians(20)
 """Greatest offset of a joint, rad: a link that is 5 % too long makes 3 degrees of it, and near the
@@ -24,7 +24,7 @@ SAME_WAY = 0.05
 """Offsets are of a piece if the lengths of both ways differ by no more, cm."""
 
 
-def merged(job, k, stroke, joints):
+def merged(job, k, stroke, joints, between=go_on):
     """The pieces of a stroke with its offsets merged into them.
 
     Args:
@@ -32,6 +32,7 @@ def merged(job, k, stroke, joints):
         k: number of the stroke, for people.
         stroke: shared.job.Stroke.
         joints: the arm's.
+        between: called now and then: 10 cm take the brick some 0.15 s.
 
     Raises:
         BadJob: the offsets are none of this stroke, too large or too rough, or ask of a joint what
@@ -45,11 +46,12 @@ def merged(job, k, stroke, joints):
         ))  # fmt: skip
     out = []
     for piece, (ways, offsets) in zip(stroke.pieces, stroke.offsets):
+        between()
         _check(job, k, piece, ways, offsets)
         piece = _with(job, k, piece, ways, offsets)
         check_way(job, k, out, [piece], MAX_JUMP)
         out.append(piece)
-    check_joints(job, k, out, joints)
+    check_joints(job, k, out, joints, between)
     return out
 
 

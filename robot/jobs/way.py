@@ -33,7 +33,7 @@ class Way(object):
         self._planned = []  # the pieces without what was learned
         for n, stroke in enumerate(chain, k):
             self._planned += stroke.pieces
-            learned = merged(job.path, n, stroke, joints)
+            learned = merged(job.path, n, stroke, joints, job.between)
             check_way(job.path, n, self.pieces, learned)
             seconds = sum([piece[0][-1] for piece in stroke.pieces])
             planned, cm = stroke.start_s, job.cm_before(n)
