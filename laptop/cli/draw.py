@@ -264,7 +264,9 @@ def draw(
                 "--repeat, --from, --resume and --detach say how the brick draws: "
                 "leave them or --preview and --job out."
             )
-        asked = read_sight_options(options, simulate, bool(words), detach)
+        asked = read_sight_options(
+            options, simulate, bool(words) or detach, bool(previews or job_file)
+        )
         arm = read_arm(find_arm(arm_file))
         artwork = _artwork(what, arm, options)
         plan = _prepared(artwork, arm, _options(options, artwork))
@@ -274,8 +276,13 @@ def draw(
             _written(file, lambda file: preview.write_preview(plan, file))
         if not (previews and plan.missed):
             plan.check()
+        offsets = []
+        if asked and not asked.times and not simulate:
+            from laptop.cli.draw_by_sight import offsets_on_file
+
+            offsets = offsets_on_file(plan, asked)
         if job_file:
-            _written(job_file, plan.write_job)
+            _written(job_file, lambda file: plan.write_job(file, offsets))
         built = options["built"] and read_arm(find_arm(options["built"]))
         if simulate and asked:
             from laptop.cli.draw_by_sight import simulate_by_sight
@@ -287,13 +294,10 @@ def draw(
             sys.exit(draw_simulated(plan, out, plant, words, built=built))
         if previews or job_file:
             return
-        offsets = []
-        if asked:
-            from laptop.cli.draw_by_sight import draw_by_sight, offsets_on_file
+        if asked and asked.times:
+            from laptop.cli.draw_by_sight import draw_by_sight
 
-            if asked.times:
-                sys.exit(draw_by_sight(plan, asked, arm_file))
-            offsets = offsets_on_file(plan, asked)
+            sys.exit(draw_by_sight(plan, asked, arm_file))
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
             plan.write_job(file, offsets)

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from laptop.cli.options import FiniteRange, option_group
+from shared.small_files import SpoiltFile, number
 
 
 @dataclass(frozen=True)
@@ -67,9 +68,19 @@ BY_SIGHT = option_group(
 
 
 def read_sight_options(
-    options: dict[str, Any], simulate: bool, words: bool, detach: bool
+    options: dict[str, Any], simulate: bool, otherwise: bool, written: bool
 ) -> SightOptions | None:
-    """Return how it is to be learned by sight; None if it is not."""
+    """Return how it is to be learned by sight; None if it is not.
+
+    Args:
+        options: as typed.
+        simulate: whether the emulated brick draws.
+        otherwise: whether it is said how the brick is to draw it.
+        written: whether a preview or a job is written.
+
+    Raises:
+        click.UsageError: what is typed does not go together, or is no place.
+    """
     if options["by_sight"] is None:
         of_sight = ("camera", "camera_file", "arm_at", "scene", "forget")
         for key in of_sight:
@@ -78,13 +89,19 @@ def read_sight_options(
         if options["built"] and not simulate:
             raise click.UsageError("--built is for --simulate: add it.")
         return None
-    if (words or detach) and options["by_sight"]:
-        raise click.UsageError("--by-sight draws all of it, once: leave out how else.")
+    if otherwise and options["by_sight"]:
+        raise click.UsageError(
+            "--by-sight draws all of it, once: leave --repeat, --from, --resume and --detach out."
+        )
+    if written and options["by_sight"]:
+        raise click.UsageError(
+            "--by-sight rehearses at once: leave --preview and --job out, or --by-sight."
+        )
     at = None
     if options["arm_at"]:
         try:
-            x, y, degrees = (float(part) for part in options["arm_at"].split(","))
-        except ValueError:
+            x, y, degrees = (number(float(part)) for part in options["arm_at"].split(","))
+        except (ValueError, SpoiltFile):
             raise click.UsageError(
                 f"--arm-at {options['arm_at']}: write it as -9,0,0: cm, cm and degrees."
             ) from None
