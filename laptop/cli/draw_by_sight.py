@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from laptop.cli.draw_simulated import draw_simulated, write_picture
-from laptop.cli.run_folder import alone_in, check_room
+from laptop.cli.draw_simulated import draw_simulated
+from laptop.cli.run_folder import check_room
 from laptop.sight import kept
 from laptop.sight.rehearsal import LOG_PERIOD, Learned, Step, rehearse
 
@@ -26,9 +26,6 @@ if TYPE_CHECKING:
     from laptop.measuring.measured_run import MeasuredRun
     from laptop.sight.view import TipView
     from shared.arm_description import Arm
-
-BEFORE = "before.png"
-"""Picture of the first rehearsal on the emulated brick."""
 
 NOISE_PX = 0.5
 """Of the emulated camera, which sees by its formula: ten times what the tracker has, px."""
@@ -55,26 +52,23 @@ def simulate_by_sight(
     scene = Scene(built or plan.arm, read_scene(asked.scene))
     height = scene.constants["marker_height"]
     rig = EmulatedRig(plan.arm, built, plant, {"A": scene}, height, NOISE_PX)
-    watched = _FirstRun(rig)
+    watched = _Watched(rig)
     with contextlib.redirect_stdout(io.StringIO()):
         learned = _rehearsed(plan, asked, watched, view_of(scene, plan.arm), before)
-    with alone_in(out):
-        write_picture(plan, watched.record, out / BEFORE, "the first rehearsal")
-    click.echo(f"{out}/{BEFORE}")
-    return draw_simulated(plan, out, plant, words, learned.numbers(), built)
+    return draw_simulated(plan, out, plant, words, learned.numbers(), built, watched.records)
 
 
-class _FirstRun:
-    """A rig that keeps what truly happened in its first run."""
+class _Watched:
+    """A rig that keeps what truly happened in its runs."""
 
     def __init__(self, rig: EmulatedRig) -> None:
         self.arm = rig.arm
-        self.record: list[Any] = []
         self._rig = rig
+        self.records: list[list[Any]] = []
 
     def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
         run = self._rig.measure(job, dry)
-        self.record = self.record or self._rig.last.record
+        self.records.append(self._rig.last.record)
         return run
 
 

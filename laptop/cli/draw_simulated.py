@@ -15,6 +15,7 @@ from laptop.drawing.durations import in_minutes
 from laptop.drawing.planning import chains
 from laptop.reporting import drawing_plot, line_accuracy
 from laptop.reporting.arm_numbers import numbers_of
+from laptop.reporting.learning_plot import write_learning_plot
 from laptop.simulator import session
 from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.own_programs import find_script
@@ -26,7 +27,8 @@ if TYPE_CHECKING:
 TIMEOUT = 24 * 3600.0
 """A drawing may take so long on the emulated brick, s."""
 
-PICTURE = "picture.png"
+PICTURE, LEARNING = "picture.png", "learning.png"
+"""The drawing; and it over those in which it was learned."""
 
 
 def draw_simulated(
@@ -36,6 +38,7 @@ def draw_simulated(
     words: tuple[str, ...],
     offsets: Sequence[Any] = (),
     built: Arm | None = None,
+    rehearsals: Sequence[Sequence[Any]] = (),
 ) -> int:
     """Draw a plan on the emulated brick and leave its files in `out`; return the exit status.
 
@@ -46,6 +49,7 @@ def draw_simulated(
         words: more arguments of `driver.py job`.
         offsets: what was learned of it, as DrawingPlan.write_job takes it.
         built: the arm as it is; None: as described.
+        rehearsals: records of this drawing's, to be shown beside.
     """
     plant = read_plant(plant_text)
     check_room(out)
@@ -72,26 +76,22 @@ def draw_simulated(
         }
         notes = _in_words(header.seconds, run.outcome.t, accuracy)
         click.echo(notes)
-        write_files(
-            out,
-            {
-                "trace.csv": lambda path: line_accuracy.write_trace(path, run.record, run.names),
-                "summary.json": lambda path: _write(path, summary),
-                PICTURE: lambda path: drawing_plot.write_drawing_plot(
-                    path, run.record, wished, accuracy, plan.name, notes
-                ),
-            },
-        )
-    click.echo(f"{out}/{PICTURE}, trace.csv, summary.json")
+        files: dict[str, Any] = {
+            "trace.csv": lambda path: line_accuracy.write_trace(path, run.record, run.names),
+            "summary.json": lambda path: _write(path, summary),
+            PICTURE: lambda path: drawing_plot.write_drawing_plot(
+                path, run.record, wished, accuracy, plan.name, notes
+            ),
+        }
+        if rehearsals and accuracy.inks:
+            shown = [*rehearsals[:2], run.record]
+            names = ["at first", "after 1", f"after {len(rehearsals)}"]
+            names = [*names[: len(shown) - 1], names[-1]]
+            every = list(zip(names, shown, strict=True))
+            files[LEARNING] = lambda path: write_learning_plot(path, every, wished, plan.name)
+        write_files(out, files)
+    click.echo(f"{out}/{PICTURE}, {', '.join(name for name in files if name != PICTURE)}")
     return int(run.outcome.status)
-
-
-def write_picture(plan: DrawingPlan, record: Sequence[Any], file: Path, what: str) -> None:
-    """Write the picture of a run: its truth over what was wished."""
-    wished = chains(plan.strokes, plan.arm, plan.options.height)
-    accuracy = drawing_plot.compare(record, wished)
-    notes = f"{what}: off by {accuracy.greatest_mm:.1f} mm at most"
-    drawing_plot.write_drawing_plot(file, record, wished, accuracy, plan.name, notes)
 
 
 def _in_words(estimated: float, drawn: float, accuracy: drawing_plot.DrawingAccuracy) -> str:

@@ -41,7 +41,7 @@ def test_what_was_rehearsed_is_kept_and_drawn_again(draw, tmp_path):
     assert done.exit_code == 0, done.output
     assert "rehearsal 1 of 2: the tip missed its path by" in done.output
     assert "what was learned is kept in" in done.output
-    assert (tmp_path / "first" / "before.png").exists()
+    assert (tmp_path / "first" / "learning.png").exists()
     (file,) = (tmp_path / "state" / "learned").iterdir()
     again = draw(*LINE, "--by-sight", "0", *PLANT, "--out", "again")
     assert again.exit_code == 0, again.output
