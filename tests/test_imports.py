@@ -55,6 +55,10 @@ RULES = {
         *("laptop.sight", "laptop.measuring.measured_run", "laptop.drawing", "shared", "numpy"),
         *("robot.jobs.learned", *(f"robot.motion.{name}" for name in SIGHT_PURE)),
     ),
+    "laptop.sight.still_table": (
+        *("laptop.measuring.measured_run", "laptop.calibration.camera_fit", "numpy"),
+        *("laptop.calibration.camera_report", "laptop.vision.finders.board"),
+    ),
     "laptop.sight.emulated_view": (
         *("laptop.sight.view", "laptop.calibration.camera_model", "shared", "numpy", "cv2"),
         "laptop.simulator.scene.scene",

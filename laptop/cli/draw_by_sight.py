@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from laptop.cli.sight_options import SightOptions
     from laptop.drawing.preparing import DrawingPlan
     from laptop.measuring.emulated_rig import EmulatedRig
+    from laptop.measuring.live_rig import LiveRig
     from laptop.measuring.measured_run import MeasuredRun
+    from laptop.sight.still_table import StillTable
     from laptop.sight.view import TipView
     from shared.arm_description import Arm
 
@@ -94,8 +96,8 @@ def _offsets_of(before: kept.Kept | None) -> list[Any]:
 def draw_by_sight(plan: DrawingPlan, asked: SightOptions, arm: str) -> int:
     """Rehearse before a real camera, and let the brick that waits draw; return the exit status."""
     before = _before(plan, asked)
-    with _live(plan, asked, arm) as (rig, view):
-        learned = _rehearsed(plan, asked, rig, view, before)
+    with _live(plan, asked, arm) as (rig, still, view):
+        learned = _rehearsed(plan, asked, still, view, before)
         if sys.stdin.isatty():
             click.prompt("put the good sheet there, then press Enter", "", show_default=False)
         with tempfile.TemporaryDirectory() as folder:
@@ -107,42 +109,44 @@ def draw_by_sight(plan: DrawingPlan, asked: SightOptions, arm: str) -> int:
 
 
 @contextmanager
-def _live(plan: DrawingPlan, asked: SightOptions, arm: str) -> Iterator[tuple[Any, TipView]]:
-    """Open a rig with a real camera, and give its view."""
+def _live(
+    plan: DrawingPlan, asked: SightOptions, arm: str
+) -> Iterator[tuple[LiveRig, StillTable, TipView]]:
+    """Open a rig with a real camera; give it, it with a table that has to stand, and its view."""
     from laptop.calibration.camera_file import read_camera
-    from laptop.calibration.camera_fit import BadCalibration, calibrate
+    from laptop.calibration.camera_fit import BadCalibration, calibrate, check_bar
     from laptop.cli.rigs import live_rig
+    from laptop.sight.still_table import StillTable
     from laptop.sight.view import TipView
     from laptop.vision.finders.board import find_board
 
-    camera = read_camera(asked.camera_file).camera if asked.camera_file else None
+    check_bar(asked.bar)
+    known, since = None, "the first look"
+    if asked.camera_file:
+        known, since = read_camera(asked.camera_file), f"{asked.camera_file} was made"
     with ExitStack() as stack:
-        rig = stack.enter_context(live_rig([asked.camera or "0"], arm, asked.scene))
-        if camera is None:
-            view = find_board(rig.image())
-            if view is None:
+        source = asked.camera or "0"
+        rig = stack.enter_context(live_rig([source], arm, asked.scene, port=asked.port))
+        if known is None:
+            board = find_board(rig.image())
+            if board is None:
                 raise BadCalibration(
                     "the camera sees no board, so that nobody knows where its pixels are: print "
                     "one by markers --board and lay it on the table, or give --camera-file"
                 )
-            camera = calibrate([view]).camera
+            known = calibrate([board], asked.bar)
+        still = StillTable(rig, known, rig.image, since)
+        still.check()
         x, y, degrees = asked.arm_at or (0.0, 0.0, 0.0)
-        if asked.arm_at is None:
+        to_lay = asked.arm_at is None
+        if to_lay:
             click.echo(
                 "where the arm stands on the board is not known (--arm-at X,Y,DEG): the shape is "
                 "learned, and the drawing stays where the arm puts it"
             )
-        yield (
-            rig,
-            TipView(
-                camera,
-                asked.height_mm / 10,
-                plan.arm.marker_offset,
-                math.radians(degrees),
-                (x, y),
-                asked.arm_at is None,
-            ),
-        )
+        height, offset = asked.height_mm / 10, plan.arm.marker_offset
+        turn = math.radians(degrees)
+        yield rig, still, TipView(known.camera, height, offset, turn, (x, y), to_lay)
 
 
 def _before(plan: DrawingPlan, asked: SightOptions) -> kept.Kept | None:

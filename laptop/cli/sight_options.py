@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from laptop.cli.options import FiniteRange, option_group
+from laptop.cli.options import FiniteRange, bar_option, option_group
 from shared.small_files import SpoiltFile, number
 
 
@@ -23,6 +23,8 @@ class SightOptions:
     height_mm    of the marker over the table
     scene        of a synthetic camera
     forget       what was learned before is not used
+    bar          length of the board's bar as measured, mm; None: as printed
+    port         at which the brick is waited for; None: the usual one
     """
 
     times: int
@@ -32,6 +34,8 @@ class SightOptions:
     height_mm: float
     scene: str
     forget: bool
+    bar: float | None
+    port: int | None
 
 
 BY_SIGHT = option_group(
@@ -63,6 +67,13 @@ BY_SIGHT = option_group(
     ),
     click.option("--scene", default="", metavar="KEY=VALUE,...", help="Of a synthetic camera."),
     click.option("--built", metavar="FILE", help="For --simulate: the arm as it truly is."),
+    bar_option,
+    click.option(
+        "--port",
+        type=click.IntRange(0, 65535),
+        metavar="PORT",
+        help="For --by-sight, as for track.",
+    ),
     click.option("--forget", is_flag=True, help="Learn anew, not from what was learned before."),
 )
 
@@ -82,9 +93,9 @@ def read_sight_options(
         click.UsageError: what is typed does not go together, or is no place.
     """
     if options["by_sight"] is None:
-        of_sight = ("camera", "camera_file", "arm_at", "scene", "forget")
+        of_sight = ("camera", "camera_file", "arm_at", "scene", "bar", "port", "forget")
         for key in of_sight:
-            if options[key]:
+            if options[key] not in (None, False, ""):
                 raise click.UsageError(f"--{key.replace('_', '-')} is for --by-sight N: add it.")
         if options["built"] and not simulate:
             raise click.UsageError("--built is for --simulate: add it.")
@@ -114,4 +125,6 @@ def read_sight_options(
         options["marker_height"],
         options["scene"],
         options["forget"],
+        options["bar"],
+        options["port"],
     )

@@ -42,7 +42,7 @@ def write_learning_plot(
         OSError: as the system says it.
     """
     every = [(name, compare(rows, chains)) for name, rows in drawings]
-    notes = "off at most: " + ", ".join(f"{name} {one.greatest_mm:.1f} mm" for name, one in every)
+    notes = "off at most: " + ", ".join(f"{one.greatest_mm:.1f} mm {name}" for name, one in every)
     picks = np.linspace(0, len(COLOURS) - 1, len(every)).round().astype(int)
     with new_figure(900) as figure:
         write_title(figure, title, notes)
