@@ -264,10 +264,10 @@ def draw(
                 "--repeat, --from, --resume and --detach say how the brick draws: "
                 "leave them or --preview and --job out."
             )
-        asked = read_sight_options(
-            options, simulate, bool(words) or detach, bool(previews or job_file)
-        )
         arm = read_arm(find_arm(arm_file))
+        asked = read_sight_options(
+            options, arm, simulate, bool(words) or detach, bool(previews or job_file)
+        )
         artwork = _artwork(what, arm, options)
         plan = _prepared(artwork, arm, _options(options, artwork))
         for line in preview.lines_of(plan):

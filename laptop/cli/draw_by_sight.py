@@ -154,7 +154,7 @@ def _before(plan: DrawingPlan, asked: SightOptions) -> kept.Kept | None:
     if asked.forget:
         return None
     notes: list[str] = []
-    before = kept.find(plan, notes)
+    before = kept.find(plan, asked.emulated, notes)
     for note in notes:
         click.echo(note, err=True)
     return before
@@ -199,9 +199,9 @@ def _rehearsed(
         )
     if learned.why:
         click.echo(f"{learned.why} (about {learned.floor_mm:.1f} mm rms)", err=True)
-    if not learned.in_vain:
+    if not learned.in_vain and any(piece.greatest for own in learned.offsets for piece in own):
         try:
-            file = kept.keep(plan, learned, before)
+            file = kept.keep(plan, learned, asked.emulated, before)
             click.echo(f"what was learned is kept in {file}", err=True)
         except OSError as error:
             click.echo(f"what was learned cannot be kept: {error.strerror}", err=True)

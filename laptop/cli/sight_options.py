@@ -9,7 +9,11 @@ from typing import Any
 import click
 
 from laptop.cli.options import FiniteRange, bar_option, option_group
+from shared.arm_description import Arm
 from shared.small_files import SpoiltFile, number
+
+SYNTHETIC = "synthetic"
+"""The camera before which an emulated brick comes by itself."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,7 @@ class SightOptions:
     forget       what was learned before is not used
     bar          length of the board's bar as measured, mm; None: as printed
     port         at which the brick is waited for; None: the usual one
+    emulated     the emulated brick draws, of which a real arm learns nothing
     """
 
     times: int
@@ -36,6 +41,7 @@ class SightOptions:
     forget: bool
     bar: float | None
     port: int | None
+    emulated: bool
 
 
 BY_SIGHT = option_group(
@@ -79,12 +85,13 @@ BY_SIGHT = option_group(
 
 
 def read_sight_options(
-    options: dict[str, Any], simulate: bool, otherwise: bool, written: bool
+    options: dict[str, Any], arm: Arm, simulate: bool, otherwise: bool, written: bool
 ) -> SightOptions | None:
     """Return how it is to be learned by sight; None if it is not.
 
     Args:
         options: as typed.
+        arm: that draws.
         simulate: whether the emulated brick draws.
         otherwise: whether it is said how the brick is to draw it.
         written: whether a preview or a job is written.
@@ -100,6 +107,10 @@ def read_sight_options(
         if options["built"] and not simulate:
             raise click.UsageError("--built is for --simulate: add it.")
         return None
+    if len(arm.joints) > 2:
+        raise click.UsageError(
+            f"--by-sight teaches an arm in the plane, and {arm.name} moves in space: leave it out."
+        )
     if otherwise and options["by_sight"]:
         raise click.UsageError(
             "--by-sight draws all of it, once: leave --repeat, --from, --resume and --detach out."
@@ -127,4 +138,5 @@ def read_sight_options(
         options["forget"],
         options["bar"],
         options["port"],
+        simulate or options["camera"] == SYNTHETIC,
     )

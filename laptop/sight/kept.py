@@ -45,14 +45,15 @@ class Kept:
     left_mm: float
 
 
-def find(plan: DrawingPlan, notes: list[str] | None = None) -> Kept | None:
+def find(plan: DrawingPlan, emulated: bool = False, notes: list[str] | None = None) -> Kept | None:
     """Return what was learned of a drawing's path by its arm, or None.
 
     Args:
         plan: the drawing.
+        emulated: of the emulated brick, which is another arm.
         notes: takes a sentence where a file is there that cannot be read.
     """
-    file = file_of(plan)
+    file = file_of(plan, emulated)
     try:
         told = json.loads(read_text(str(file), MAX_KEPT))
         if told["format"] != FORMAT:
@@ -70,12 +71,15 @@ def find(plan: DrawingPlan, notes: list[str] | None = None) -> Kept | None:
         return None
 
 
-def keep(plan: DrawingPlan, learned: Learned, before: Kept | None = None) -> Path:
+def keep(
+    plan: DrawingPlan, learned: Learned, emulated: bool = False, before: Kept | None = None
+) -> Path:
     """Put on file what was learned of a drawing; return where.
 
     Args:
         plan: the drawing.
         learned: of it.
+        emulated: by the emulated brick.
         before: what was known of it, if it began with that.
 
     Raises:
@@ -92,7 +96,7 @@ def keep(plan: DrawingPlan, learned: Learned, before: Kept | None = None) -> Pat
         "left_mm": round(min(step.rms_mm for step in learned.steps), 3),
         "offsets": learned.numbers(),
     }
-    file = file_of(plan)
+    file = file_of(plan, emulated)
     file.parent.mkdir(parents=True, exist_ok=True)
     draft = file.with_suffix(".part")
     with open(open_to_write(str(draft)), "w", encoding="utf-8") as out:
@@ -101,10 +105,11 @@ def keep(plan: DrawingPlan, learned: Learned, before: Kept | None = None) -> Pat
     return file
 
 
-def file_of(plan: DrawingPlan) -> Path:
+def file_of(plan: DrawingPlan, emulated: bool = False) -> Path:
     """Where what is learned of a drawing is kept."""
     path = [
         plan.arm.name,
+        emulated,
         round(plan.speed, 6),
         round(plan.options.height, 6),
         [np.round(stroke.placed.points, 4).tolist() for stroke in plan.strokes],

@@ -68,6 +68,7 @@ def test_what_was_rehearsed_is_kept_and_drawn_again(draw, tmp_path):
         ((*LINE, "--camera", "0"), "--camera is for --by-sight N: add it"),
         ((*LINE, "--forget"), "--forget is for --by-sight N: add it"),
         ((*LINE, "--built", "planar"), "--built is for --simulate: add it"),
+        (("house", "--arm", "spatial", "--by-sight", "3"), "spatial moves in space: leave it out"),
         (("--line", "10,0", "--by-sight", "3"), "give two points or more"),
         (("--line", "10,0 90,0", "--by-sight", "3"), "cannot be reached"),
         (

@@ -51,6 +51,12 @@ def test_another_path_and_another_arm_have_learned_nothing(plan, learned):
     assert kept.find(plan_of([(10, 0), (8, 4)], ARM._replace(name="mine"))) is None
 
 
+def test_of_the_emulated_arm_a_real_one_learns_nothing(plan, learned):
+    kept.keep(plan, learned, emulated=True)
+    assert kept.find(plan) is None
+    assert kept.find(plan, emulated=True)
+
+
 def test_an_arm_with_other_numbers_begins_anew_and_can_compare(plan, learned):
     kept.keep(plan, learned)
     joints = (ARM.joints[0]._replace(backlash=0.0), ARM.joints[1])
@@ -62,7 +68,7 @@ def test_an_arm_with_other_numbers_begins_anew_and_can_compare(plan, learned):
 def test_who_goes_on_remembers_how_it_began(plan, learned):
     kept.keep(plan, learned)
     again = replace(learned, steps=[Step(1, 0.4, 0.8)])
-    kept.keep(plan, again, kept.find(plan))
+    kept.keep(plan, again, before=kept.find(plan))
     found = kept.find(plan)
     assert (found.rehearsals, found.without_mm, found.left_mm) == (3, 3.0, 0.4)
 
@@ -71,7 +77,7 @@ def test_who_goes_on_remembers_how_it_began(plan, learned):
 def test_a_spoilt_file_is_told_and_is_no_error(plan, learned, spoil):
     kept.keep(plan, learned).write_text(spoil)
     notes = []
-    assert kept.find(plan, notes) is None
+    assert kept.find(plan, notes=notes) is None
     assert len(notes) == 1
     assert "is spoilt" in notes[0]
 
@@ -82,5 +88,5 @@ def test_numbers_that_are_none_are_spoilt(plan, learned):
     told["offsets"][0][0][1][0][3] = float("nan")
     file.write_text(json.dumps(told))
     notes = []
-    assert kept.find(plan, notes) is None
+    assert kept.find(plan, notes=notes) is None
     assert len(notes) == 1

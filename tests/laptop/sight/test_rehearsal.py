@@ -1,5 +1,7 @@
 """An emulated arm rehearses before an emulated camera, and draws better; or nothing is kept."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,6 +50,13 @@ def test_a_camera_that_sees_nothing_is_told():
     rig._see = lambda name, t, q: type(rig)._see(rig, name, t[:2], q[:2])
     with pytest.raises(BadMeasurement, match="saw next to nothing of stroke 1"):
         rehearse(short_line(), rig, view, 1)
+
+
+def test_what_is_far_off_is_no_lesson():
+    rig, view = rig_of()
+    elsewhere = replace(view, base=(6.0, 2.0))  # the arm does not stand where it is said to
+    with pytest.raises(BadMeasurement, match=r"was seen \d\d mm beside its path, and 30 are the"):
+        rehearse(short_line(), rig, elsewhere, 1)
 
 
 def test_what_the_arm_may_not_do_is_learned_in_part():
