@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 import sys
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from laptop.cli.brick import THE_BRICK, talk
+from laptop.cli.draw_files import check_files, check_together, write_file
 from laptop.cli.options import arm_option, examples, importing, in_one_line, option_group
 from laptop.cli.sight_options import BY_SIGHT, read_sight_options
 from shared.arm_description import Arm, find_arm, read_arm
@@ -247,23 +246,18 @@ def draw(
     --simulate the brick draws it: Ctrl-C pauses, a second one aborts, and when this computer is
     closed the brick goes on.
     """
-    if watch or jobs or cancel:
-        if sum(map(bool, (what, options["text"], options["card"], watch, jobs, cancel))) > 1:
-            raise click.UsageError("--watch, --jobs and --cancel stand alone: leave all else out.")
+    to_brick = watch or jobs or cancel is not None
+    check_together(to_brick, simulate, simulate or not (previews or job_file))
+    if to_brick:
         sys.exit(_told(name, jobs, cancel))
     with importing():  # numpy and OpenCV
         from laptop.drawing import preview
 
     with in_one_line():
         words = _words(repeat, resume, share)
-        _check_apart(what, *previews, *filter(None, (job_file,)))
-        if simulate and (resume or detach):
-            raise click.UsageError("--resume and --detach are of the brick: leave --simulate out.")
-        if (words or detach) and (previews or job_file) and not simulate:
-            raise click.UsageError(
-                "--repeat, --from, --resume and --detach say how the brick draws: "
-                "leave them or --preview and --job out."
-            )
+        check_files(what, *previews, *filter(None, (job_file,)))
+        for file in previews:
+            preview.check_name(file)
         arm = read_arm(find_arm(arm_file))
         asked = read_sight_options(
             options, arm, simulate, bool(words) or detach, bool(previews or job_file)
@@ -273,7 +267,7 @@ def draw(
         for line in preview.lines_of(plan):
             click.echo(line)
         for file in previews:
-            _written(file, lambda file: preview.write_preview(plan, file))
+            write_file(file, lambda path: preview.write_preview(plan, path))
         if not (previews and plan.missed):
             plan.check()
         offsets = []
@@ -282,16 +276,16 @@ def draw(
 
             offsets = offsets_on_file(plan, asked)
         if job_file:
-            _written(job_file, lambda file: plan.write_job(file, offsets))
+            write_file(job_file, lambda path: plan.write_job(path, offsets))
         built = options["built"] and read_arm(find_arm(options["built"]))
         if simulate and asked:
             from laptop.cli.draw_by_sight import simulate_by_sight
 
-            sys.exit(simulate_by_sight(plan, asked, built, out, plant, words))
+            sys.exit(simulate_by_sight(plan, asked, built, out, plant, words, repeat, share))
         if simulate:
             from laptop.cli.draw_simulated import draw_simulated  # more to import
 
-            sys.exit(draw_simulated(plan, out, plant, words, built=built))
+            sys.exit(draw_simulated(plan, out, plant, words, repeat, share, built=built))
         if previews or job_file:
             return
         if asked and asked.times:
@@ -302,18 +296,6 @@ def draw(
             file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
             plan.write_job(file, offsets)
             sys.exit(_sent(name, file, ("--arm", arm.name, *words), detach))
-
-
-def _check_apart(what: str | None, *files: Path) -> None:
-    """Refuse to write a file over what is drawn, or over another one."""
-    taken = {}
-    if what and os.path.exists(what):  # else it is the name of one that comes along
-        taken[os.path.realpath(what)] = "what is drawn"
-    for file in files:
-        place = os.path.realpath(file)
-        if place in taken:
-            raise click.UsageError(f"{file} is {taken[place]}, too: write to another file.")
-        taken[place] = "a file that is written"
 
 
 def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:
@@ -425,17 +407,6 @@ def _prepared(artwork: Artwork, arm: Arm, options: DrawingOptions) -> DrawingPla
         )
 
 
-def _written(file: Path, write: Callable[[Path], object]) -> None:
-    """Write a file, and say so."""
-    try:
-        write(file)
-    except OSError as error:
-        raise click.ClickException(
-            f"cannot write {file}: {error.strerror}; choose another file"
-        ) from None
-    click.echo(f"{file} is written")
-
-
 def _words(repeat: int, resume: bool, share: str | None) -> tuple[str, ...]:
     """Return what the program on the brick is told of how to draw it."""
     if resume and share is not None:
@@ -472,7 +443,7 @@ def _told(name: str | None, listed: bool, cancelled: str | None) -> int:
     if listed:
         click.echo(talk(name, jobs.jobs))
         return 0
-    if cancelled:
+    if cancelled is not None:
         click.echo(talk(name, jobs.cancel, cancelled))
         return 0
     display = JobDisplay(Console())

@@ -40,11 +40,14 @@ def simulate_by_sight(
     out: Path,
     plant: str,
     words: tuple[str, ...],
+    repeat: int = 1,
+    share: str | None = None,
 ) -> int:
     """Rehearse and draw on the emulated brick; return the exit status."""
     before = _before(plan, asked)
     if not asked.times:
-        return draw_simulated(plan, out, plant, words, _offsets_of(before), built)
+        known = _offsets_of(before)
+        return draw_simulated(plan, out, plant, words, repeat, share, known, built)
     from laptop.measuring.emulated_rig import EmulatedRig
     from laptop.sight.emulated_view import view_of
     from laptop.simulator.scene.scene import Scene
@@ -57,7 +60,8 @@ def simulate_by_sight(
     watched = _Watched(rig)
     with contextlib.redirect_stdout(io.StringIO()):
         learned = _rehearsed(plan, asked, watched, view_of(scene, plan.arm), before)
-    return draw_simulated(plan, out, plant, words, learned.numbers(), built, watched.records)
+    offsets, records = learned.numbers(), watched.records
+    return draw_simulated(plan, out, plant, words, repeat, share, offsets, built, records)
 
 
 class _Watched:

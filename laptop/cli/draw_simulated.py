@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import tempfile
+from bisect import bisect_right
 from collections.abc import Sequence
+from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +38,8 @@ def draw_simulated(
     out: Path,
     plant_text: str,
     words: tuple[str, ...],
+    repeat: int = 1,
+    share: str | None = None,
     offsets: Sequence[Any] = (),
     built: Arm | None = None,
     rehearsals: Sequence[Sequence[Any]] = (),
@@ -43,10 +47,12 @@ def draw_simulated(
     """Draw a plan on the emulated brick and leave its files in `out`; return the exit status.
 
     Args:
-        plan: the drawing.
-        out: folder for files.
-        plant_text: constants of the emulated motors.
-        words: more arguments of `driver.py job`.
+        plan: what is drawn.
+        out: the folder.
+        plant_text: changes of the plant.
+        words: for the program on the brick, `repeat` and `share` among them.
+        repeat: how often it is drawn.
+        share: of its length at which it begins, as "40%", or None.
         offsets: what was learned of it, as DrawingPlan.write_job takes it.
         built: the arm as it is; None: as described.
         rehearsals: records of this drawing's, to be shown beside.
@@ -62,6 +68,7 @@ def draw_simulated(
         )
         wished = chains(plan.strokes, plan.arm, plan.options.height)
         accuracy = drawing_plot.compare(run.record, wished)
+        estimated = repeat * header.seconds - _left_out(plan, share)
         summary: dict[str, Any] = {
             "kind": "drawing",
             "drawing": plan.name,
@@ -69,12 +76,12 @@ def draw_simulated(
             "plant": plant_text,
             "status": run.outcome.status,
             "reason": run.outcome.reason,
-            "estimated_s": round(header.seconds, 2),
+            "estimated_s": round(estimated, 2),
             "drawn_s": round(run.outcome.t, 2),
             **accuracy.as_dict(),
             "arm_numbers": numbers_of(plan.arm),
         }
-        notes = _in_words(header.seconds, run.outcome.t, accuracy)
+        notes = _in_words(estimated, run.outcome.t, accuracy)
         click.echo(notes)
         files: dict[str, Any] = {
             "trace.csv": lambda path: line_accuracy.write_trace(path, run.record, run.names),
@@ -94,10 +101,19 @@ def draw_simulated(
     return int(run.outcome.status)
 
 
+def _left_out(plan: DrawingPlan, share: str | None) -> float:
+    """Return how long what lies before a share of the length takes, s."""
+    if share is None:
+        return 0.0
+    begins = [0.0, *accumulate(stroke.cm for stroke in plan.strokes[:-1])]
+    first = bisect_right(begins, float(share.rstrip("%")) / 100 * plan.cm) - 1
+    return plan.estimate.starts[first] - plan.estimate.starts[0]
+
+
 def _in_words(estimated: float, drawn: float, accuracy: drawing_plot.DrawingAccuracy) -> str:
     """Say how it went in a line."""
     if not accuracy.inks:
-        return "nothing was drawn"
+        return f"nothing was drawn in {in_minutes(drawn)}"
     return (
         f"drawn in {in_minutes(drawn)} ({in_minutes(estimated)} estimated), off by "
         f"{accuracy.greatest_mm:.1f} mm at most and {accuracy.rms_mm:.2f} mm rms"

@@ -66,7 +66,6 @@ class DrawingOptions:
         _within("height", self.height, -LARGEST, LARGEST, "cm")
         if self.speed is not None:
             _within("speed", self.speed, *SPEEDS, "cm/s")
-        # (People give it in mm.)
         _within("tolerance", 10 * self.tolerance, 0.0, 10 * GREATEST_TOLERANCE, "mm")
         if self.elbow not in (None, *POSTURES):
             raise BadDrawingOption(f"elbow {self.elbow!r}: give one of {', '.join(POSTURES)}")

@@ -149,9 +149,11 @@ def prepare(
     if found.in_parts:
         named = ", ".join(map(str, found.in_parts[: strokes.NAMED]))
         more = len(found.in_parts) - strokes.NAMED
+        several = len(found.in_parts) > 1
         notes.append(
-            f"stroke {named}{f' and {more} more' if more > 0 else ''} is drawn in parts, between "
-            "which the elbow bends the other way"
+            f"stroke{'s' * several} {named}{f' and {more} more' if more > 0 else ''} "
+            f"{'are' if several else 'is'} drawn in parts, between which the elbow bends "
+            "the other way"
         )
     progress("ordering", STAGES["ordering"])
     before = _figures(found.strokes)

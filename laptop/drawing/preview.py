@@ -70,6 +70,18 @@ class PreviewScene:
     seconds: float
 
 
+def check_name(file: str | os.PathLike[str]) -> str:
+    """Return the ending of a preview's file, as it is in FORMATS.
+
+    Raises:
+        BadPreview: it is another one.
+    """
+    ending = Path(file).suffix.lower()
+    if ending not in FORMATS:
+        raise BadPreview(f"{file}: a preview is written as {' or '.join(FORMATS)}; name it so")
+    return ending
+
+
 def write_preview(plan: DrawingPlan, file: str | os.PathLike[str]) -> None:
     """Write the picture of a plan, as SVG or PNG by the file's ending, whole or not at all.
 
@@ -77,9 +89,7 @@ def write_preview(plan: DrawingPlan, file: str | os.PathLike[str]) -> None:
         BadPreview: another ending, or a device or the like is there.
         OSError: as the system says it.
     """
-    ending = Path(file).suffix.lower()
-    if ending not in FORMATS:
-        raise BadPreview(f"{file}: a preview is written as {' or '.join(FORMATS)}; name it so")
+    ending = check_name(file)
     try:
         check_replaceable(file)
     except SpoiltFile as error:

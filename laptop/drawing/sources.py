@@ -74,6 +74,8 @@ def read_source(
         if data.startswith(begin):
             raise BadArtwork(f"{name}: is {what}, which is not read; {advice}")
     text = _text(data)
+    if text is None and b"\0" not in data and name.lower().endswith(".txt"):
+        raise BadArtwork(f"{name}: is no text in UTF-8; save it so")
     if text is None:
         raise BadArtwork(f"{name}: is no drawing that is known here; give an SVG, a PNG or a JPEG")
     if name.lower().endswith(DRAWING_ENDINGS):
@@ -87,6 +89,8 @@ def read_source(
 def _read(path: Path) -> tuple[bytes, Path]:
     """What is in a file, or in a drawing of the gallery; and which file it is."""
     here = _one_line(str(path))
+    if path.parts[:1] in (("http:",), ("https:",)) and not path.exists():
+        raise BadArtwork(f"{here}: nothing is fetched from addresses; save it, and give the file")
     comes_along = GALLERY / f"{path.name.removesuffix('.svg')}.svg"
     try:
         if not path.exists() and path.parent == Path() and comes_along.exists():

@@ -26,13 +26,13 @@ from shared.job import JOINED
 
 DIRECT, GEARED, IN_SPACE = "direct", "geared", "in space"
 
-MOVE_SETTLES = {DIRECT: 0.092, GEARED: 0.145, IN_SPACE: 0.195}
+MOVE_SETTLES = {DIRECT: 0.092, GEARED: 0.145, IN_SPACE: 0.13}
 """What a fast move with the pen up takes longer than planned, by the kind of arm, s."""
 
 APPROACH_SETTLES = {DIRECT: 0.068, GEARED: 0.07, IN_SPACE: 0.1}
 """And the slow one to where a stroke begins, s."""
 
-PIECE_SETTLES = {DIRECT: 0.081, GEARED: 0.122, IN_SPACE: 0.114}
+PIECE_SETTLES = {DIRECT: 0.081, GEARED: 0.122, IN_SPACE: 0.144}
 """And each piece of a stroke, s."""
 
 PEN_SETTLES = 0.085

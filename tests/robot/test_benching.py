@@ -87,7 +87,7 @@ def within(share, found, true):
 # There and back
 
 
-@pytest.mark.short("planar-cpu=1.5,access=0.0007,link_friction=0.02,backlash=3,voltage=7.2")
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("arm", "plant"),
     [

@@ -520,6 +520,7 @@ def test_a_film_made_harder_to_see_is_less_sure(film):
         assert not any(c.clear for c in harder)
 
 
+@pytest.mark.short(every=3)
 @pytest.mark.parametrize(
     ("kind", "harm", "seed"), [("ball", MOTION, 103), ("ball", MOTION, 107), ("disc", GONE, 100)]
 )

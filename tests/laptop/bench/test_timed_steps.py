@@ -153,6 +153,7 @@ def test_a_joint_does_not_go_past_its_limit(tmp_path):
     assert max(sample.q[0] for sample in rig.brick.record) < math.radians(63)
 
 
+@pytest.mark.long
 def test_one_that_gets_stuck_says_so():
     result = drawn("timed steps, halved", REPORT_LINES[0], elbow="up")
     assert result.error == "ArmError: still 11.5 cm from the end after 60 s; it got stuck"

@@ -100,6 +100,7 @@ def test_an_address_where_nobody_answers_is_told_in_a_line(monkeypatch, address)
     assert f"no scheduler answers at {address}; start one" in done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_a_cluster_gives_the_results_of_this_machine(monkeypatch):
     distributed = pytest.importorskip("distributed", reason="Dask's distributed is not installed")

@@ -112,6 +112,7 @@ def test_only_what_has_changed_is_sent_and_python_starts_only_then(ssh_brick, cl
     assert len(ssh_brick.python_starts) == starts + 1
 
 
+@pytest.mark.long
 def test_a_cut_cable_leaves_the_old_program_whole(ssh_brick, clone):
     put(ssh_brick)
     old, before = versions(ssh_brick), tree(program(ssh_brick))
@@ -245,6 +246,7 @@ def test_a_full_card_leaves_the_old_program_whole(ssh_brick, clone):
         subprocess.run(["umount", "--lazy", str(ssh_brick.home)], check=True)
 
 
+@pytest.mark.long
 def test_a_card_that_gets_full_on_the_way_leaves_the_old_program_whole(ssh_brick, clone):
     """Also where no small file system can be had: what unpacks it there ends as on a full card."""
     put(ssh_brick)

@@ -80,6 +80,7 @@ def waiting_script(ssh_brick, tmp_path):
     return script
 
 
+@pytest.mark.long
 def test_the_third_ctrl_c_leaves_a_program_to_itself(ssh_brick, waiting_script, tmp_path):
     process = ssh_brick.command("run", waiting_script, tmp_path / "ended")
     assert process.stdout.readline() == "ready\n"
@@ -102,6 +103,7 @@ def pending(number):
     return int(lines["SigPnd"], 16) | int(lines["ShdPnd"], 16)
 
 
+@pytest.mark.long
 def test_two_programs_at_once_are_each_stopped_where_the_laptop_falls_silent(
     ssh_brick, waiting_script, tmp_path, monkeypatch
 ):
@@ -133,6 +135,7 @@ def test_two_programs_at_once_are_each_stopped_where_the_laptop_falls_silent(
     ssh_brick.wait_for_sessions()
 
 
+@pytest.mark.long
 def test_a_version_stays_while_something_runs_of_it(ssh_brick, tmp_path, monkeypatch):
     ssh_brick.use_plain_python()
     script = tmp_path / "late.py"
@@ -268,6 +271,7 @@ def words_of(number):
         return file.read()
 
 
+@pytest.mark.long
 def test_a_program_without_its_watch_is_said_to_be_and_keeps_its_status(ssh_brick, tmp_path):
     script = tmp_path / "waits.py"
     script.write_text("import sys\nprint('ready', flush=True)\nsys.exit(len(input()))\n")
@@ -282,6 +286,7 @@ def test_a_program_without_its_watch_is_said_to_be_and_keeps_its_status(ssh_bric
     assert process.returncode == 7, out + errors
 
 
+@pytest.mark.long
 def test_a_reader_who_has_gone_is_not_a_cable_that_is_pulled(ssh_brick):
     for words in (("run", "driver.py", "--help"), ("doctor",)):
         reads, writes = os.pipe()
@@ -348,6 +353,7 @@ sys.exit(4)
 """
 
 
+@pytest.mark.long
 def test_a_window_that_is_resized_is_resized_there(ssh_brick, tmp_path):
     ssh_brick.use_plain_python()
     script = tmp_path / "size.py"

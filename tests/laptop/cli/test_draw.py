@@ -96,6 +96,7 @@ def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
     assert "off by" in done.output
 
 
+@pytest.mark.long
 def test_a_trial_that_ends_before_the_first_stroke_says_so(draw, monkeypatch):
     monkeypatch.setattr(drawing_plot, "pen_down_runs", lambda rows: [])
     done = draw("--card", "star", "--size", "3", "--simulate", "--out", "try")
@@ -146,30 +147,36 @@ def test_what_is_drawn_is_never_written_over(draw, tmp_path, option):
         (("rose", "--tolerance", "9"), "tolerance 9: give 0 to 2 mm"),
         (("rose", "--paper", "a9"), "paper 'a9' is no sheet"),
         (("rose", "--elbow", "left"), "elbow 'left': give one of"),
-        (("rose", "--layer", "ink"), "layer 'ink'"),
+        (("rose", "--layer", "ink"), "layer 'ink': rose has no layers; leave it out"),
         (("rose", "--from", "140%"), "--from 140%: give a share of its length, as 40%"),
         (("rose", "--from", "\u0664\u0660%"), "give a share of its length, as 40%"),
-        (("rose", "--simulate", "--resume"), "are of the brick: leave --simulate out"),
-        (("rose", "--simulate", "--detach"), "are of the brick: leave --simulate out"),
         (("rose", "--from", "4", "--resume"), "leave it or --from out"),
         (("rose", "--watch"), "stand alone"),
         (("--jobs", "--cancel", "a"), "stand alone"),
         (("rose", "--preview", "rose.gif"), "a preview is written as .svg or .png"),
-        (("rose", "--preview", "no/rose.svg"), "cannot write no/rose.svg"),
-        (("--card", "house"), "there is no such test card"),
         (
-            ("rose", "--repeat", "3", "--preview", "a.png"),
-            "--repeat, --from, --resume and --detach",
+            ("rose", "--preview", "no/rose.svg"),
+            "cannot write no/rose.svg: there is no folder no; make it",
         ),
+        (("--card", "house"), "there is no such test card"),
         (("",), "no file is named; give one, or a drawing: house"),
         (
             ("rose", "--preview", "a.svg", "--job", "./a.svg"),
             "a.svg is a file that is written",
         ),
-        (("rose", "--layer", "x"), "layer 'x': rose has no layers; leave it out"),
-        (("rose", "--detach", "--job", "a.job"), "leave them or --preview and --job out"),
         (("--text", "a", "--letters", "0"), "letters = 0 cm: it must be from 0.1"),
         (("rose", "--arm", "nobody"), "nobody"),
+        (("--jobs", "--repeat", "3"), "stand alone"),
+        (("--watch", "--preview", "rose.svg"), "stand alone"),
+        (("rose", "--preview", "rose.svg", "--repeat", "3"), "--repeat is for drawing"),
+        (("rose", "--job", "rose.job", "--from", "4"), "--from is for drawing"),
+        (("rose", "--job", "rose.job", "--detach"), "--detach is for drawing on the brick"),
+        (("rose", "--simulate", "--resume"), "an emulated one begins anew: leave it out"),
+        (("rose", "--simulate", "--detach"), "--detach is for drawing on the brick: leave it out"),
+        (("--cancel", "", "rose"), "stand alone"),
+        (("rose", "--job", "rose.job", "--out", "a"), "--out is for --simulate: leave it out"),
+        (("rose", "--job", "-"), "- would be a file of this name"),
+        (("https://a.org/b.svg",), "nothing is fetched from addresses; save it"),
     ],
 )
 def test_bad_input_is_told_in_a_line(draw, words, told):
@@ -177,6 +184,15 @@ def test_bad_input_is_told_in_a_line(draw, words, told):
     assert done.exit_code in (1, 2)
     assert told in done.output
     assert "Traceback" not in done.output
+
+
+@pytest.mark.long
+def test_the_time_that_is_told_is_that_of_what_is_drawn(draw, tmp_path):
+    for words in ((), ("--repeat", "2"), ("--from", "50%")):
+        done = draw("--card", "grid", "--size", "3", "--simulate", *words)
+        assert done.exit_code == 0, done.output
+        summary = json.loads((tmp_path / "out/summary.json").read_text())
+        assert summary["estimated_s"] == pytest.approx(summary["drawn_s"], rel=0.06), words
 
 
 def test_a_job_on_its_way_is_told_in_a_line():

@@ -432,6 +432,7 @@ def test_a_fault_to_order(simulate, fault, status, says):
     assert not any(motor["driven"] for motor in summary["motors"].values())
 
 
+@pytest.mark.long
 def test_a_frozen_picture_holds_the_arm(simulate):
     """It is a rendered one, and the tracker finds the same in it as before."""
     servo = str(ROOT / "robot/visual_servoing.py")
@@ -479,6 +480,7 @@ def test_where_all_came_nothing_is_said(simulate, script):
     assert json.loads((result.out / "summary.json").read_text())["never_came"] == []
 
 
+@pytest.mark.long
 def test_two_runs_do_not_write_into_one_folder(tmp_path, script):
     """Else one result is lost. A killed one leaves the folder free."""
     out = tmp_path / "out"
@@ -819,6 +821,7 @@ def test_a_run_of_nothing_or_of_another_arm_is_refused(tmp_path, rows):
 
 
 # python-ev3dev2 leaves its files open, and some of them here are real ones.
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 def test_a_measured_brick_is_emulated_and_the_plant_overrides(simulate, tmp_path):

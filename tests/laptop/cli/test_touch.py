@@ -33,12 +33,13 @@ def run(tmp_path, monkeypatch):
     return lambda *words: CliRunner().invoke(laptop, ["touch", *words])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "words",
     [
         ("--plant", "cpu=0", "--crosses", "1,3,4,6,7,9"),
-        pytest.param((), marks=pytest.mark.long),
-        pytest.param(("--arm", "geared", "--plant", "backlash=1,seed=4"), marks=pytest.mark.long),
+        (),
+        ("--arm", "geared", "--plant", "backlash=1,seed=4"),
     ],
     ids=["six crosses", "nine crosses", "behind gears"],
 )

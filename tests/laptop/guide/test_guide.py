@@ -201,6 +201,7 @@ def test_a_wider_camera_stands_lower():
     assert seen > 4 / 3 * (x1 - x0)  # the picture is 4 : 3
 
 
+@pytest.mark.long
 def test_the_command_writes_a_file_or_opens_the_page(tmp_path, monkeypatch):
     opened = []
     monkeypatch.setattr(webbrowser, "open", opened.append)

@@ -235,6 +235,7 @@ def test_a_whole_class_is_checked_at_once(tmp_path):
     assert output.count("WRONG") == 3
 
 
+@pytest.mark.long
 def test_the_handouts_go_into_a_class_folder(tmp_path, monkeypatch):
     monkeypatch.setattr(basins, "draw_basins", lambda arm, goal: png())
     files = write_handouts(tmp_path / "7b")

@@ -111,6 +111,7 @@ def test_the_laptop_is_told_why_the_arm_is_held(watched):
     assert w.statuses[-1].verdict == FROZEN == shown.log[-1]["verdict"]
 
 
+@pytest.mark.long
 def test_the_reports_method_is_held_as_well(watched):
     w = watched()
     w.in_motion(6.0, w.tracker.pictures.freeze)

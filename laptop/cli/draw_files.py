@@ -1,0 +1,91 @@
+"""What of `draw`'s options goes together, and the files that it writes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+from click.core import ParameterSource
+
+BRICK_ALONE = ("watch", "jobs", "cancel", "name")
+"""What is asked of the brick without a drawing: --brick goes with it, and nothing else."""
+
+
+def check_together(to_brick: bool, simulate: bool, drawn: bool) -> None:
+    """Refuse options that would be heard by nobody.
+
+    Args:
+        to_brick: the brick is asked for something without a drawing.
+        simulate: it is drawn on the emulated brick.
+        drawn: it is drawn at all.
+
+    Raises:
+        click.UsageError: one is given.
+    """
+    here = click.get_current_context()
+    given = {
+        param.name or "": param.opts[0]
+        for param in here.command.params
+        if here.get_parameter_source(param.name or "") is ParameterSource.COMMANDLINE
+    }
+    if to_brick:
+        alone = [name for name in given if name in BRICK_ALONE[:3]]
+        if len(alone) > 1 or not set(given) <= set(BRICK_ALONE):
+            raise click.UsageError("--watch, --jobs and --cancel stand alone: leave all else out.")
+        return
+    for name, why in (
+        ("out", "" if simulate else "is for --simulate"),
+        ("plant", "" if simulate else "is for --simulate"),
+        ("detach", "is for drawing on the brick" if simulate or not drawn else ""),
+        ("resume", "is for drawing on the brick; an emulated one begins anew" if simulate else ""),
+        *(
+            (name, "" if drawn else "is for drawing; behind driver.py job FILE it is told the job")
+            for name in ("repeat", "share", "resume")
+        ),
+    ):
+        if why and name in given:
+            raise click.UsageError(f"{given[name]} {why}: leave it out.")
+
+
+def check_files(source: str | None, *files: Path) -> None:
+    """Refuse to write a file over what is drawn, over another one, or where there is no folder.
+
+    Args:
+        source: what is drawn, if it is a file.
+        files: that are to be written.
+
+    Raises:
+        click.UsageError: one would be lost.
+        click.ClickException: one cannot be written.
+    """
+    taken = {}
+    if source and os.path.exists(source):  # else it is the name of one that comes along
+        taken[os.path.realpath(source)] = "what is drawn"
+    for file in files:
+        place = os.path.realpath(file)
+        if place in taken:
+            raise click.UsageError(f"{file} is {taken[place]}, too: write to another file.")
+        taken[place] = "a file that is written"
+        if str(file) == "-":
+            raise click.UsageError("- would be a file of this name: name another one.")
+        if not file.parent.is_dir():
+            raise _refused(file, f"there is no folder {file.parent}", "make it, or ")
+
+
+def write_file(file: Path, write: Callable[[Path], object]) -> None:
+    """Write a file, and say so.
+
+    Raises:
+        click.ClickException: it cannot be written.
+    """
+    try:
+        write(file)
+    except OSError as error:
+        raise _refused(file, error.strerror or type(error).__name__) from None
+    click.echo(f"{file} is written")
+
+
+def _refused(file: Path, why: str, advice: str = "") -> click.ClickException:
+    return click.ClickException(f"cannot write {file}: {why}; {advice}choose another file")
