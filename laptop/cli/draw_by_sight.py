@@ -93,7 +93,7 @@ def _offsets_of(before: kept.Kept | None) -> list[Any]:
         raise click.ClickException(
             f"nothing is learned {why}; give --by-sight 3, say, to rehearse it"
         )
-    click.echo(f"as {before.rehearsals} rehearsals have taught: {_gained(before)}")
+    click.echo(f"as {_gained(before)}")
     return [[piece.numbers() for piece in stroke] for stroke in before.offsets]
 
 
@@ -165,7 +165,10 @@ def _before(plan: DrawingPlan, asked: SightOptions) -> kept.Kept | None:
 
 
 def _gained(before: kept.Kept) -> str:
-    return f"{before.without_mm:.1f} mm were missed before, {before.left_mm:.1f} after them (rms)"
+    if before.rehearsals == 1:
+        return f"1 rehearsal has taught: {before.without_mm:.1f} mm were missed in it (rms)"
+    missed = f"{before.without_mm:.1f} mm were missed before, {before.left_mm:.1f} after (rms)"
+    return f"{before.rehearsals} rehearsals have taught: {missed}"
 
 
 def _rehearsed(
@@ -175,8 +178,7 @@ def _rehearsed(
     first = before.offsets if before else None
     if before and first is not None:
         click.echo(
-            f"begins with what {before.rehearsals} rehearsals have taught before: "
-            f"{_gained(before)}; --forget begins anew",
+            f"begins with what {_gained(before)}; --forget begins anew",
             err=True,
         )
     steps: list[Step] = []

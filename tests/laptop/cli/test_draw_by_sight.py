@@ -3,10 +3,13 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from laptop.cli.main import laptop
+from laptop.sight import kept
+from laptop.sight.learning import Offsets
 from shared.job import Job
 
 LINE = ("--line", "10,1 8,5")
@@ -46,13 +49,22 @@ def test_what_was_rehearsed_is_kept_and_drawn_again(draw, tmp_path):
     again = draw(*LINE, "--by-sight", "0", *PLANT, "--out", "again")
     assert again.exit_code == 0, again.output
     assert "as 2 rehearsals have taught:" in again.output
-    written = draw(*LINE, "--by-sight", "0", "--job", "a.job")
-    assert written.exit_code == 0, written.output
-    assert Job("a.job").stroke(1).offsets
+    # Of an emulated arm the real one learns nothing.
+    refused(draw(*LINE, "--by-sight", "0", "--job", "a.job"), "nothing is learned of this path")
+    assert not (tmp_path / "a.job").exists()
     plain = draw(*LINE, *PLANT, "--out", "plain")
     assert plain.exit_code == 0, plain.output
     assert off("again") < 0.6 * off("plain")
     assert json.loads(file.read_text())["rehearsals"] == 2
+
+
+def test_a_job_is_written_with_what_was_learned(draw, monkeypatch):
+    told = kept.Kept([[Offsets(np.array([0.0, 4.4721]), np.full((2, 2), 0.01))]], 2, 3.0, 0.5)
+    monkeypatch.setattr(kept, "find", lambda plan, emulated, notes: None if emulated else told)
+    done = draw(*LINE, "--by-sight", "0", "--job", "a.job")
+    assert done.exit_code == 0, done.output
+    assert "as 2 rehearsals have taught: 3.0 mm were missed before, 0.5 after" in done.output
+    assert Job("a.job").stroke(1).offsets == [([0.0, 4.4721], [[0.01, 0.01], [0.01, 0.01]])]
 
 
 @pytest.mark.parametrize(
