@@ -67,8 +67,18 @@ def test_what_the_arm_may_not_do_is_learned_in_part():
     lessons = Lessons(plan)
     (some,) = lessons._drawable(0, [far])
     assert np.degrees(some.greatest) == pytest.approx(15)
-    upper = np.array([joint.upper for joint in ARM.joints])
-    assert (way.at(some.s, way.q) + some.q <= upper).all()
+
+
+def test_what_is_learned_stays_within_the_limits_of_the_joints():
+    plan = short_line()
+    ((way,),) = Lessons(plan).ways
+    shoulder, elbow = ARM.joints
+    upper = way.q[:, 0].max() + np.radians(2)
+    tight = replace(plan, arm=ARM._replace(joints=(shoulder._replace(upper=upper), elbow)))
+    s = np.linspace(0, way.length, 20)
+    (some,) = Lessons(tight)._drawable(0, [Offsets(s, np.full((20, 2), np.radians(3)))])
+    assert (way.at(s, way.q)[:, 0] + some.q[:, 0]).max() == pytest.approx(upper, abs=0.01)
+    assert some.q[:, 1] == pytest.approx(np.radians(3))
 
 
 @pytest.mark.long
