@@ -12,7 +12,7 @@ from robot.motion import kinematics, paths, trajectory
 from robot.motion.checked import NotChecked
 from robot.motion.zero import NotHomed
 from shared.arm_description import ArmError, find_arm, read_arm
-from shared.state import default_arm
+from shared.state import default_arm, laptop_program
 
 LINES = {
     2: (((10, 0), (5, 10)), ((15, 0), (0, 15)), ((12, 15), (0, 15))),
@@ -101,6 +101,9 @@ def _parser():
     line.add_argument("points", type=_point, nargs="+", metavar="X,Y[,Z]")
     line.add_argument("--angle", type=number_in(-360, 360, "deg"), metavar="DEG")
     line.add_argument("--length", type=number_in(0.1, 100, "cm"), metavar="CM")
+    line.add_argument(
+        "--by-sight", metavar="N", help="says how, for that takes the laptop's camera"
+    )
     for name, text in (
         ("polyline", "straight from point to point"),
         ("arc", "smoothly through n points"),
@@ -155,6 +158,13 @@ def _drawings(parser, args, description):
     if args.command in ("where", "inverse", "check", "home", "move"):
         return []
     if args.command == "line":
+        if args.by_sight is not None:
+            points = " ".join(",".join(map("{:g}".format, p[:2])) for p in args.points)
+            parser.error(
+                'a brick has no camera; on the laptop: {} draw --line "{}" --by-sight {}'.format(
+                    laptop_program(), points, args.by_sight
+                )
+            )
         if args.angle is None and args.length is None and len(args.points) == 2:
             return [paths.polyline(args.points)]
         if args.angle is not None and args.length is not None and len(args.points) == 1:

@@ -81,6 +81,7 @@ def _parser():
 
 def _job(parser, args):
     from robot.clock import Clock
+    from robot.jobs.learned import merged
     from robot.jobs.orders import JobOrders, orders_file
     from robot.jobs.progress import find_job, load_progress
     from robot.jobs.report import JobReport, status_file
@@ -103,7 +104,8 @@ def _job(parser, args):
     elif args.share is not None:
         first = job.stroke_at(args.share / 100)
     repeats = max(args.repeat or 1, repeat)
-    job.stroke(first)  # what is wrong with it is said before anything moves
+    # What is wrong with it is said before anything moves.
+    merged(job.path, first, job.stroke(first), description.joints)
     arm = program.connect(description, clock, args.take)
     with program.parking(arm):
         arm.load_zero()

@@ -8,6 +8,7 @@ the last ends the file and holds the checksum of all before it:
     {"cm": 12.3, "layer": "", "pieces": [[times, segments, end], ...], "start_s": 3.1, "stroke": 1}
     {"end": 37, "crc": 305419896}
 
+A stroke may have "offsets" beside: what a camera has taught of it, see robot.jobs.learned.
 There is no space between the parts of a line, and its keys are sorted. Planning costs the brick
 more time than drawing; so a piece, a smooth part of a stroke, is planned already: what
 robot.motion.trajectory.Trajectory is made of. Where a piece ends the tip stands. Lengths are cm,
@@ -71,13 +72,15 @@ log         the brick logs so often where its motors are, s (shared.job_log); 0:
 rest        after each stroke the arm stands so long, pen up, and that is logged, s; 0: it does not
 """
 
-Stroke = record("Stroke", "layer cm start_s pieces")
+Stroke = record("Stroke", "layer cm start_s pieces offsets", defaults=((),))
 Stroke.__doc__ = """From pen down to pen up.
 
 layer       name of its layer, "" where it has none
 cm          its length
 start_s     when the pen is to come down on it, from the job's start
 pieces      [(times, segments, end)], see robot.motion.trajectory.Trajectory
+offsets     of each piece (ways, joints): lengths of the way from its beginning, cm, and per joint
+            by how much its angle is moved at these, rad; of a stroke without, there are none
 """
 
 
@@ -126,7 +129,8 @@ def _lines(header, strokes):
             del told[key]
     yield _line(told)
     for k, stroke in enumerate(strokes, 1):
-        line = _line(dict(stroke._asdict(), stroke=k))
+        told = dict(stroke._asdict(), stroke=k)
+        line = _line({key: part for key, part in told.items() if key != "offsets" or part})
         if len(line) > MAX_LINE:
             raise BadJob(
                 "stroke {} takes {} bytes, more than the brick's {}; lift the pen somewhere, or "
@@ -159,7 +163,7 @@ class Job(object):
     def __init__(self, path, arm=None):
         self.path = path
         self._arm = arm
-        self.between = _go_on
+        self.between = go_on
         try:
             self._offsets, self._lengths, self.crc = self._scan()
             self.header = self._read_header()
@@ -187,8 +191,9 @@ class Job(object):
                 self.between()
             if not pieces:
                 raise SpoiltFile("has a stroke without a piece")
+            offsets = [_offsets(one, len(pieces[0][2])) for one in value.get("offsets", ())]
             stroke = Stroke(
-                str(value["layer"]), number(value["cm"]), number(value["start_s"]), pieces
+                str(value["layer"]), number(value["cm"]), number(value["start_s"]), pieces, offsets
             )
             _check_joined(pieces, self.between)
         except OSError as error:
@@ -196,7 +201,7 @@ class Job(object):
         except (SpoiltFile, ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
             raise self._bad(error) from None
         if self._arm:
-            _check_joints(self.path, k, pieces, self._arm.joints, self.between)
+            check_joints(self.path, k, pieces, self._arm.joints, self.between)
         return stroke
 
     def cm_before(self, k):
@@ -309,8 +314,7 @@ def _piece(value, joints):
     out = []
     for v, a, cubics, across in segments:
         cubics = [tuple(number(c) for c in cubic) for cubic in cubics]
-        if across is not None:
-            across = [number(x) for x in across]
+        across = across if across is None else [number(x) for x in across]
         if len(cubics) != joints or any(len(cubic) != 4 for cubic in cubics):
             raise SpoiltFile("has a piece of another arm")
         if across is not None and len(across) != joints:
@@ -320,6 +324,14 @@ def _piece(value, joints):
     if len(end) != joints:
         raise SpoiltFile("has a piece of another arm")
     return times, out, end
+
+
+def _offsets(value, joints):
+    """(ways, joints) as a Stroke has them, of numbers only."""
+    ways, *by_joint = [[number(x) for x in own] for own in (value[0], *value[1])]
+    if len(by_joint) != joints or any(len(own) != len(ways) for own in by_joint):
+        raise SpoiltFile("has offsets of another arm")
+    return ways, by_joint
 
 
 def _ends(times, segments):
@@ -338,8 +350,8 @@ def _ends(times, segments):
         ]
 
 
-def _go_on():
-    pass
+def go_on():
+    """What is called between two pieces of work where nobody wants to be."""
 
 
 def _check_joined(pieces, between):
@@ -361,8 +373,8 @@ def _check_jump(before, after):
         raise SpoiltFile("has a joint that jumps by {:.1f} deg".format(math.degrees(jump)))
 
 
-def _check_joints(path, k, pieces, joints, between):
-    """Refuse angles and speeds that the joints may not have."""
+def check_joints(path, k, pieces, joints, between=go_on):
+    """Refuse, by BadJob, angles and speeds that the joints may not have."""
     for times, segments, _ in pieces:
         between()
         for states in _ends(times, segments):

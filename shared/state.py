@@ -51,6 +51,9 @@
     jobs/orders       driver, brick, people        driver                   orders to it, appended
                                                                             line by line; see
                                                                             robot.jobs.orders
+    learned/          draw --by-sight              the same                 what a camera has taught
+                                                                            of an arm's path: see
+                                                                            laptop.sight.kept
     touched/          touch                        whoever places markers   ARM.json: where its
                                                                             marker sits, how it
                                                                             stands on the board
@@ -77,6 +80,7 @@ BRICK_RUNS_FOLDER = "brick-runs"
 OWN_ARMS_FOLDER = "arms"
 TOUCHED_FOLDER = "touched"
 JOBS_FOLDER, JOB_STATUS_FILE, JOB_ORDERS_FILE = "jobs", "jobs/status", "jobs/orders"
+LEARNED_FOLDER = "learned"
 """Names in the state folder."""
 
 

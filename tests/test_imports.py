@@ -6,6 +6,7 @@ laptop.cli -> laptop.brick -> shared
 laptop.cli, laptop.bench -> laptop.calibration -> laptop.tracking, robot.motion.kinematics
 laptop.cli, laptop.bench -> laptop.measuring -> laptop.tracking, laptop.simulator
 laptop.cli, laptop.bench -> laptop.accuracy -> laptop.measuring, laptop.calibration
+laptop.cli, laptop.bench -> laptop.sight -> laptop.measuring, laptop.drawing
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
 laptop.cli -> laptop.lab_report -> what laptop.demo has found
 laptop.cli -> laptop.drawing -> what is pure of robot.motion
@@ -32,6 +33,7 @@ TOP_LEVEL = {
 LIBRARIES = ("numpy", "cv2", "matplotlib", "rich")
 BELOW_SIMULATOR = ("laptop.system", "laptop.tracking", "laptop.vision", "laptop.reporting")
 PURE = tuple(f"robot.motion.{name}" for name in ("chains", "kinematics", "paths", "trajectory"))
+SIGHT_PURE = ("backlash", "gravity", "kinematics", "trajectory")
 FOR_THE_CARDS = "laptop.drawing.durations", "laptop.drawing.pictures"
 RULES = {
     "shared": ("shared",),
@@ -60,6 +62,18 @@ RULES = {
         *("laptop.drawing.reach", "laptop.tracking.joint_track", *PURE, "shared", "numpy"),
     ),
     "laptop.accuracy.plots": ("laptop.accuracy", "laptop.reporting", "numpy", "matplotlib"),
+    "laptop.sight": (
+        *("laptop.sight", "laptop.measuring.measured_run", "laptop.drawing", "shared", "numpy"),
+        *("robot.jobs.learned", *(f"robot.motion.{name}" for name in SIGHT_PURE)),
+    ),
+    "laptop.sight.still_table": (
+        *("laptop.measuring.measured_run", "laptop.calibration.camera_fit", "numpy"),
+        *("laptop.calibration.camera_report", "laptop.vision.finders.board"),
+    ),
+    "laptop.sight.emulated_view": (
+        *("laptop.sight.view", "laptop.calibration.camera_model", "shared", "numpy", "cv2"),
+        "laptop.simulator.scene.scene",
+    ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", "markupsafe", *LIBRARIES),
     "laptop.page": (
         *("laptop.page", "laptop.drawing", *BELOW_SIMULATOR, "shared"),
@@ -136,6 +150,10 @@ RULES = {
     "laptop.bench.accuracy": (
         *("laptop.bench", "laptop.accuracy", "laptop.calibration", "laptop.measuring"),
         *("laptop.vision.finders.board", "robot.motion.kinematics", "shared", "numpy"),
+    ),
+    "laptop.bench.sight": (
+        *("laptop.bench", "laptop.drawing", "laptop.measuring", "laptop.reporting"),
+        *("laptop.sight", "laptop.simulator", "shared", "numpy"),
     ),
     "laptop.bench.plot_drawings": ("laptop.drawing.artwork", "numpy"),
     "laptop.bench.page": (

@@ -16,6 +16,7 @@ from laptop.cli.bench_camera import bench_camera
 from laptop.cli.bench_interruptions import bench_interruptions
 from laptop.cli.bench_page import bench_page, bench_stop
 from laptop.cli.bench_plot import bench_plot
+from laptop.cli.bench_sight import bench_sight
 from laptop.cli.options import FiniteRange, Seeds, bench_examples, importing, in_one_line
 from laptop.simulator.device.plant_constants import CPU
 
@@ -459,6 +460,6 @@ def bench_brick() -> None:
 
 for command in (
     *(bench_accuracy, bench_calibrate, bench_camera, bench_interruptions),
-    *(bench_page, bench_plot, bench_stop),
+    *(bench_page, bench_plot, bench_sight, bench_stop),
 ):
     bench.add_command(command)

@@ -13,7 +13,8 @@ import click
 
 from laptop.cli.brick import THE_BRICK, talk
 from laptop.cli.draw_files import check_files, check_together, write_file
-from laptop.cli.options import arm_option, examples, importing, in_one_line
+from laptop.cli.options import arm_option, examples, importing, in_one_line, option_group
+from laptop.cli.sight_options import BY_SIGHT, read_sight_options
 from shared.arm_description import Arm, find_arm, read_arm
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ EXAMPLES = examples(
     "draw house.svg --size 9 --simulate",
     'draw --text "Hello\\nworld" --font script --at 12,4 --preview hello.svg',
     "draw photo.jpg --detail 60 --shades 2 --clip --brick ev3dev",
+    'draw --line "10,0 5,10" --by-sight 3 --camera 0',
     "draw --watch",
 )
 
@@ -59,20 +61,16 @@ class Centimetres(click.ParamType):
         self.fail(f"'{value}' is no size or place; write it as {form}, in cm", param, ctx)
 
 
-def _group(*options: Any) -> Any:
-    def add(command: Any) -> Any:
-        for option in reversed(options):
-            command = option(command)
-        return command
-
-    return add
-
-
-SOURCE = _group(
+SOURCE = option_group(
     click.argument("what", required=False),
     click.option("--text", metavar="TEXT", help="Write this; \\n begins a new line."),
     click.option(
         "--card", metavar="NAME", help="A test card: grid, star, circles, iso9283, reach."
+    ),
+    click.option(
+        "--line",
+        metavar='"X,Y X,Y"',
+        help="A line through points of the table, cm, drawn where it is.",
     ),
     click.option(
         "--font",
@@ -120,7 +118,7 @@ SOURCE = _group(
     ),
 )
 
-PLACE = _group(
+PLACE = option_group(
     click.option(
         "--fit", is_flag=True, help="As large as the arm reaches, or as the paper is (default)."
     ),
@@ -167,7 +165,7 @@ PLACE = _group(
     ),
 )
 
-WHERE_TO = _group(
+WHERE_TO = option_group(
     click.option(
         "--preview",
         "previews",
@@ -221,6 +219,7 @@ WHERE_TO = _group(
 @click.command(epilog=EXAMPLES)
 @SOURCE
 @PLACE
+@BY_SIGHT
 @WHERE_TO
 @arm_option("Arm that draws")
 def draw(
@@ -260,6 +259,9 @@ def draw(
         for file in previews:
             preview.check_name(file)
         arm = read_arm(find_arm(arm_file))
+        asked = read_sight_options(
+            options, arm, simulate, bool(words) or detach, bool(previews or job_file)
+        )
         artwork = _artwork(what, arm, options)
         plan = _prepared(artwork, arm, _options(options, artwork))
         for line in preview.lines_of(plan):
@@ -268,29 +270,46 @@ def draw(
             write_file(file, lambda path: preview.write_preview(plan, path))
         if not (previews and plan.missed):
             plan.check()
+        offsets = []
+        if asked and not asked.times and not simulate:
+            from laptop.cli.draw_by_sight import offsets_on_file
+
+            offsets = offsets_on_file(plan, asked)
         if job_file:
-            write_file(job_file, plan.write_job)
+            write_file(job_file, lambda path: plan.write_job(path, offsets))
+        built = options["built"] and read_arm(find_arm(options["built"]))
+        if simulate and asked:
+            from laptop.cli.draw_by_sight import simulate_by_sight
+
+            sys.exit(simulate_by_sight(plan, asked, built, out, plant, words, repeat, share))
         if simulate:
             from laptop.cli.draw_simulated import draw_simulated  # more to import
 
-            sys.exit(draw_simulated(plan, out, plant, words, repeat, share))
+            sys.exit(draw_simulated(plan, out, plant, words, repeat, share, built=built))
         if previews or job_file:
             return
+        if asked and asked.times:
+            from laptop.cli.draw_by_sight import draw_by_sight
+
+            sys.exit(draw_by_sight(plan, asked, arm_file))
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
-            plan.write_job(file)
+            plan.write_job(file, offsets)
             sys.exit(_sent(name, file, ("--arm", arm.name, *words), detach))
 
 
 def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:
     """Return what is to be drawn."""
     from laptop.drawing import cards, lettering, pictures, sources
+    from laptop.drawing.lines import line_through
 
-    text, card = options["text"], options["card"]
-    if sum(one is not None for one in (what, text, card)) != 1:
+    text, card, line = options["text"], options["card"], options["line"]
+    if sum(one is not None for one in (what, text, card, line)) != 1:
         raise click.UsageError(
-            "give one thing to draw: a FILE, - or a drawing's name, or --text, or --card."
+            "give one thing to draw: a FILE, - or a drawing's name, or --text, --card or --line."
         )
+    if line is not None:
+        return line_through(_points(line))
     letters = lettering.Lettering(
         options["font"],
         options["letters"],
@@ -316,6 +335,7 @@ def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:
 
 def _options(options: dict[str, Any], artwork: Artwork) -> DrawingOptions:
     """Return how it is to be drawn."""
+    from laptop.drawing import lines
     from laptop.drawing.artwork import bounds
     from laptop.drawing.options import TOLERANCE, DrawingOptions
 
@@ -330,7 +350,11 @@ def _options(options: dict[str, Any], artwork: Artwork) -> DrawingOptions:
         if given:
             raise click.UsageError(f"the card {IN_PLACE} lies where it is: leave --{given[0]} out.")
         options = {**options, **in_place}
-    return DrawingOptions(
+    if options["line"] is not None:
+        given = [key for key in ("fit", "paper", "at", "size", "rotate") if options[key]]
+        if given:
+            raise click.UsageError(f"--line lies where it is: leave --{given[0]} out.")
+    wished = DrawingOptions(
         options["paper"],
         options["at"],
         options["size"],
@@ -343,6 +367,21 @@ def _options(options: dict[str, Any], artwork: Artwork) -> DrawingOptions:
         not options["keep_order"],
         options["layers"] or None,
     )
+    return wished if options["line"] is None else lines.in_place(artwork, wished)
+
+
+def _points(text: str) -> list[tuple[float, float]]:
+    """Points of a line, cm."""
+    points = []
+    for part in text.split():
+        try:
+            x, y = (float(number) for number in part.split(","))
+        except ValueError:
+            raise click.UsageError(
+                f"--line {text!r}: '{part}' is no point; write it as \"10,0 5,10\", in cm."
+            ) from None
+        points.append((x, y))
+    return points
 
 
 def _prepared(artwork: Artwork, arm: Arm, options: DrawingOptions) -> DrawingPlan:

@@ -4,28 +4,33 @@ from __future__ import annotations
 
 import json
 import tempfile
+from bisect import bisect_right
+from collections.abc import Sequence
+from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-import numpy as np
 
 from laptop.cli.run_folder import alone_in, check_room, write_files
 from laptop.drawing.durations import in_minutes
 from laptop.drawing.planning import chains
 from laptop.reporting import drawing_plot, line_accuracy
 from laptop.reporting.arm_numbers import numbers_of
+from laptop.reporting.learning_plot import write_learning_plot
 from laptop.simulator import session
 from laptop.simulator.device.plant_constants import read_plant
 from laptop.simulator.own_programs import find_script
 
 if TYPE_CHECKING:
     from laptop.drawing.preparing import DrawingPlan
+    from shared.arm_description import Arm
 
 TIMEOUT = 24 * 3600.0
 """A drawing may take so long on the emulated brick, s."""
 
-PICTURE = "picture.png"
+PICTURE, LEARNING = "picture.png", "learning.png"
+"""The drawing; and it over those in which it was learned."""
 
 
 def draw_simulated(
@@ -35,6 +40,9 @@ def draw_simulated(
     words: tuple[str, ...],
     repeat: int = 1,
     share: str | None = None,
+    offsets: Sequence[Any] = (),
+    built: Arm | None = None,
+    rehearsals: Sequence[Sequence[Any]] = (),
 ) -> int:
     """Draw a plan on the emulated brick and leave its files in `out`; return the exit status.
 
@@ -45,14 +53,19 @@ def draw_simulated(
         words: for the program on the brick, `repeat` and `share` among them.
         repeat: how often it is drawn.
         share: of its length at which it begins, as "40%", or None.
+        offsets: what was learned of it, as DrawingPlan.write_job takes it.
+        built: the arm as it is; None: as described.
+        rehearsals: records of this drawing's, to be shown beside.
     """
     plant = read_plant(plant_text)
     check_room(out)
     with alone_in(out), tempfile.TemporaryDirectory() as folder:
         file = str(Path(folder) / "drawing.job")
-        header = plan.write_job(file)
+        header = plan.write_job(file, offsets)
         args = ("job", file, *words)
-        run = session.run(plan.arm, find_script("driver.py"), args, plant, timeout=TIMEOUT)
+        run = session.run(
+            plan.arm, find_script("driver.py"), args, plant, timeout=TIMEOUT, built=built
+        )
         wished = chains(plan.strokes, plan.arm, plan.options.height)
         accuracy = drawing_plot.compare(run.record, wished)
         estimated = repeat * header.seconds - _left_out(plan, share)
@@ -70,17 +83,21 @@ def draw_simulated(
         }
         notes = _in_words(estimated, run.outcome.t, accuracy)
         click.echo(notes)
-        write_files(
-            out,
-            {
-                "trace.csv": lambda path: line_accuracy.write_trace(path, run.record, run.names),
-                "summary.json": lambda path: _write(path, summary),
-                PICTURE: lambda path: drawing_plot.write_drawing_plot(
-                    path, run.record, wished, accuracy, plan.name, notes
-                ),
-            },
-        )
-    click.echo(f"{out}/{PICTURE}, trace.csv, summary.json")
+        files: dict[str, Any] = {
+            "trace.csv": lambda path: line_accuracy.write_trace(path, run.record, run.names),
+            "summary.json": lambda path: _write(path, summary),
+            PICTURE: lambda path: drawing_plot.write_drawing_plot(
+                path, run.record, wished, accuracy, plan.name, notes
+            ),
+        }
+        if rehearsals and accuracy.inks:
+            shown = [*rehearsals[:2], run.record]
+            names = ["at first", "after 1", f"after {len(rehearsals)}"]
+            names = [*names[: len(shown) - 1], names[-1]]
+            every = list(zip(names, shown, strict=True))
+            files[LEARNING] = lambda path: write_learning_plot(path, every, wished, plan.name)
+        write_files(out, files)
+    click.echo(f"{out}/{PICTURE}, {', '.join(name for name in files if name != PICTURE)}")
     return int(run.outcome.status)
 
 
@@ -88,8 +105,8 @@ def _left_out(plan: DrawingPlan, share: str | None) -> float:
     """Return how long what lies before a share of the length takes, s."""
     if share is None:
         return 0.0
-    begins = np.cumsum([0.0, *(stroke.cm for stroke in plan.strokes[:-1])])
-    first = np.searchsorted(begins, float(share.rstrip("%")) / 100 * plan.cm, side="right") - 1
+    begins = [0.0, *accumulate(stroke.cm for stroke in plan.strokes[:-1])]
+    first = bisect_right(begins, float(share.rstrip("%")) / 100 * plan.cm) - 1
     return plan.estimate.starts[first] - plan.estimate.starts[0]
 
 

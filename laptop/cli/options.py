@@ -82,6 +82,17 @@ bar_option = click.option(
 """The option for the length of the board's printed bar."""
 
 
+def option_group(*options: Any) -> Any:
+    """Return what gives a command these options and arguments, in their order."""
+
+    def add(command: Any) -> Any:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
 def on_the_page(command: Callable[..., None]) -> Callable[..., None]:
     """Options of a command that serves the page."""
     for option in (

@@ -27,6 +27,9 @@ Progress = Callable[[float], None]
 
 Piece = list[tuple[float, ...]]
 
+Learned = tuple[list[float], list[list[float]]]
+"""Offsets of a piece as a job has them."""
+
 
 @dataclass(frozen=True, eq=False)
 class PlannedStroke:
@@ -203,6 +206,8 @@ def write(
     starts: Sequence[float],
     pen_up_cm: float,
     seconds: float,
+    offsets: Sequence[Sequence[Learned]] = (),
+    log: float = 0.0,
 ) -> job.JobHeader:
     """Write the job's file, whole or not at all.
 
@@ -215,6 +220,8 @@ def write(
         starts: when the pen comes down on each, s.
         pen_up_cm: length of the ways between them.
         seconds: for all of it.
+        offsets: per stroke, what was learned of its pieces, see shared.job.Stroke.
+        log: so often the brick logs where its motors are, s; 0: never.
 
     Raises:
         job.BadJob: too much for the brick.
@@ -226,11 +233,14 @@ def write(
             round(stroke.cm, 3),
             round(start, 2),
             [motion.numbers() for motion in stroke.motions],
+            learned,
         )
-        for stroke, start in zip(strokes, starts, strict=True)
+        for stroke, start, learned in zip(
+            strokes, starts, offsets or [()] * len(strokes), strict=True
+        )
     ]
     header: job.JobHeader = job.header_of(
-        arm, name, speed, lines, round(pen_up_cm, 3), round(seconds, 2)
+        arm, name, speed, lines, round(pen_up_cm, 3), round(seconds, 2), log
     )
     job.write_job(str(file), header, lines)
     return header

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -92,8 +92,18 @@ class DrawingPlan:
         if self.missed and not (self.options.clip and self.strokes):
             raise strokes.refusal(self.missed, self.total, self.options.clip)
 
-    def write_job(self, file: str | os.PathLike[str]) -> job.JobHeader:
+    def write_job(
+        self,
+        file: str | os.PathLike[str],
+        offsets: Sequence[Sequence[planning.Learned]] = (),
+        log: float = 0.0,
+    ) -> job.JobHeader:
         """Write the job that the brick draws.
+
+        Args:
+            file: where to.
+            offsets: per stroke, what was learned of its pieces, see shared.job.Stroke.
+            log: so often the brick logs where its motors are, s; 0: never.
 
         Raises:
             kinematics.Unreachable: see `check`.
@@ -110,6 +120,8 @@ class DrawingPlan:
             self.estimate.starts,
             self.after.pen_up_cm,
             self.estimate.seconds,
+            offsets,
+            log,
         )
 
 

@@ -165,11 +165,12 @@ class LiveRig:
         self.wait_for_brick()
         offer = JobOffer(job, dry=dry)
         self._collector.take()
+        told = self._server.state().progress
         if not self._server.offer(offer):
             raise BadMeasurement("the link has just broken; it mends by itself, then do it again")
         done = False
         try:
-            self._wait_for_end(offer)
+            self._wait_for_end(offer, told.t if told else -math.inf)
             done = True
         finally:
             if not done:
@@ -182,7 +183,8 @@ class LiveRig:
             )
         return MeasuredRun(rows, offer.job.header.rest, self._collector.take())
 
-    def _wait_for_end(self, offer: JobOffer) -> None:
+    def _wait_for_end(self, offer: JobOffer, told: float) -> None:
+        """Wait; what the brick said until `told`, s of its clock, is of a job before this one."""
         offered_at = time.monotonic()
         ended_at = None
         header = offer.job.header
@@ -190,7 +192,9 @@ class LiveRig:
             self._check()
             state = self._server.state()
             progress = state.progress
-            mine = progress if progress and progress.crc == offer.draw.crc else None
+            mine = None
+            if progress and progress.crc == offer.draw.crc and progress.t > told:
+                mine = progress
             if mine is None:
                 if state.client is None:
                     raise BadMeasurement(f"the link was lost: {state.lost}; do it again")

@@ -13,11 +13,11 @@ from robot.jobs.logbook import LoggingFeed
 from robot.jobs.orders import LOOK_PERIOD
 from robot.jobs.progress import SavedProgress, forget_progress, save_progress
 from robot.jobs.report import Place
+from robot.jobs.way import Way
 from robot.motion import kinematics
 from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_behind
-from robot.motion.feed import FeedOverride, rest_of, same_place, slowed
+from robot.motion.feed import FeedOverride
 from robot.motion.online_trajectory import STOP
-from robot.motion.trajectory import Trajectory
 from robot.program import ignore_signals
 from shared.job import JOINED
 from shared.job_log import LogRow
@@ -33,9 +33,6 @@ CHECK_PERIOD = 1.0
 LEAST_RATE = 0.7
 """What is drawn is not slowed down more than to this rate: where it crosses a backlash the tip
 stands, the longer the lower the rate."""
-
-PIECES_PER_SEGMENT = 2
-"""Straight parts of the wanted path, told to whoever watches, between two knots."""
 
 MAX_SHIFT = math.radians(10)
 """A nudge turns no joint farther, rad."""
@@ -109,7 +106,7 @@ class JobRunner(object):
         self._tell("drawing")
         while stroke is not None:
             chain, after = self._chain(k, stroke)
-            self._way = Way(self._job, k, chain, self._repeat)
+            self._way = Way(self._job, k, chain, self._repeat, joints)
             if os.environ.get(PLAN):
                 announce([self._way.points(self._arm.description)])
             if not self._follow(self._way, joints):
@@ -295,69 +292,6 @@ class JobRunner(object):
                 "how far it is cannot be put on file ({}): make room, or --resume will know of less"
                 "".format(error.strerror)
             )
-
-
-class Way(object):
-    """What is drawn from pen down to pen up: the pieces of one stroke, or of some that are joined.
-
-    Args:
-        job: shared.job.Job.
-        k: number of the first stroke.
-        chain: Strokes.
-        repeat: which time the job is drawn.
-
-    Attributes:
-        pieces: (times, segments, end) of what is not drawn yet, as planned.
-    """
-
-    def __init__(self, job, k, chain, repeat):
-        self._repeat = repeat
-        self.pieces, self._starts = [], []  # of each piece its stroke's number, and s and cm there
-        for n, stroke in enumerate(chain, k):
-            seconds = sum([piece[0][-1] for piece in stroke.pieces])
-            planned, cm = stroke.start_s, job.cm_before(n)
-            for piece in stroke.pieces:
-                self.pieces.append(piece)
-                speed = stroke.cm / seconds
-                self._starts.append((n, planned, cm, speed))
-                planned, cm = planned + piece[0][-1], cm + piece[0][-1] * speed
-
-    def motions(self, share):
-        """Trajectories of what is not drawn yet, at a share of the planned speed."""
-        self._drawn = [slowed(p, share) for p in self.pieces] if share < 1.0 else self.pieces
-        return [Trajectory(*piece) for piece in self._drawn]
-
-    def place(self, index, tau):
-        """The Place at the time `tau` (s) of a motion."""
-        n, planned, cm, speed = self._starts[index]
-        tau = max(same_place(self.pieces[index], self._drawn[index], tau), 0.0)
-        return Place(self._repeat, n, cm + speed * tau, planned + tau)
-
-    def end(self):
-        """The Place where all of it is drawn."""
-        return self.place(len(self.pieces) - 1, self._drawn[-1][0][-1])
-
-    def cut(self, index, tau):
-        """All before the time `tau` (s) of a motion is drawn."""
-        tau = same_place(self.pieces[index], self._drawn[index], tau)
-        rest = rest_of(self.pieces[index], tau)
-        n, planned, cm, speed = self._starts[index]
-        tau = max(tau, 0.0)
-        first = [(n, planned + tau, cm + speed * tau, speed)] if rest else []
-        self._starts = first + self._starts[index + 1 :]
-        self.pieces = ([rest] if rest else []) + self.pieces[index + 1 :]
-
-    def points(self, arm):
-        """The tip's way, cm."""
-        out = []
-        for times, segments, _ in self.pieces:
-            for t, t_end, (v, a, cubics, _) in zip(times, times[1:], segments):
-                whole = (t_end - t) * (v + 0.5 * a * (t_end - t))
-                for n in range(PIECES_PER_SEGMENT):
-                    s = whole * n / PIECES_PER_SEGMENT
-                    q = [c0 + s * (c1 + s * (c2 + s * c3)) for c0, c1, c2, c3 in cubics]
-                    out.append(kinematics.forward(arm, q))
-        return out + [kinematics.forward(arm, self.pieces[-1][2])]
 
 
 def _joined(stroke, after):

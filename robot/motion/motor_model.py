@@ -11,7 +11,8 @@ STIFFNESS = 0.1
 
 FRICTION_DOUBT, STANDING_DOUBT = 0.6, 1.4
 """Friction may be greater than what was learned of it by these shares of the first guess: where a
-joint turned when it last counted, and where it stood or may meet a link that stands."""
+joint goes on as it turned when it last counted, and where it stood, turns round or may meet a link
+that stands: then a load that was taken for friction acts the other way."""
 
 TAKEN_UP_COUNTS, TAKEN_UP_SHARE = 3.5, 1.5
 """Until it has turned one way by so many counts, and so many times its backlash, a motor may meet
@@ -102,6 +103,7 @@ class StallDetector(object):
         self._slack = STOPPING_TIME * abs(self._speed)
         turned = self._low - self._turned_at
         self.friction = friction + self._doubts[-self._taken_up < turned < self._taken_up]
+        self._back = friction + self._doubts[1]
         self._known, self._pushed = friction + self._known_doubt, 0.0
 
     def take(self, dt, low, high, angle, speed, push, friction, load):
@@ -132,18 +134,22 @@ class StallDetector(object):
                 return
         # By one implicit step of the same equation: that is precise enough, and cheap.
         friction, before = self.friction, self._speed
-        if before > 0.0 or (not before and push > friction):
+        if not before:
+            if -friction <= push <= friction:
+                return  # what stands goes on standing
+            if push * self._way < 0.0 and friction < self._back:
+                self.friction = self._back  # the other way it may meet a link that stands
+                return
+        if before > 0.0 or (not before and push > 0.0):
             push -= friction
             speed = before + (self._share * push - before) * dt / (self._lag + dt)
             if speed < 0.0:
                 speed = 0.0
-        elif before < 0.0 or push < -friction:
+        else:
             push += friction
             speed = before + (self._share * push - before) * dt / (self._lag + dt)
             if speed > 0.0:
                 speed = 0.0
-        else:
-            return  # what stands goes on standing
         self._speed = speed
         self._angle = angle = self._angle + 0.5 * dt * (before + speed)
         past = angle - high if angle > high else low - angle

@@ -43,6 +43,9 @@ class Trajectory(object):
             joint errors (rad) become what is missing along the path's direction t (cm), or None
             where the arm is nearly singular.
         end: joint angles at the last knot, rad.
+        turning: segments in whose place the joints turn round, if not in `segments`: those of the
+            plan that `segments` correct.  A backlash is crossed where the plan has it, so that
+            what is corrected there does not move the crossing.
 
     Attributes:
         duration: s.
@@ -51,13 +54,13 @@ class Trajectory(object):
         reversals: per joint, the times (s) at which it turns round.
     """
 
-    def __init__(self, times, segments, end):
+    def __init__(self, times, segments, end, turning=None):
         self._times = times
         self._segments = segments
         self._k = 0
         self.duration = times[-1]
         self.start, self.end = tuple(cubic[0] for cubic in segments[0][2]), tuple(end)
-        self.directions, self.reversals = self._turns()
+        self.directions, self.reversals = self._turns(turning or segments)
 
     def numbers(self):
         """(times, segments, end) as given, rounded to what matters, to be kept in a file."""
@@ -110,11 +113,11 @@ class Trajectory(object):
         s, v, cubics, _ = self._passing(t)
         return [v * (c1 + s * (c2 + c2 + 3.0 * c3 * s)) for _, c1, c2, c3 in cubics]
 
-    def _turns(self):
+    def _turns(self, segments):
         directions, reversals = [], []
         for j in range(len(self.end)):
             first, sign, turns = 0, 0, []
-            for t, (v, a, cubics, _), t_end in zip(self._times, self._segments, self._times[1:]):
+            for t, (v, a, cubics, _), t_end in zip(self._times, segments, self._times[1:]):
                 _, c1, c2, c3 = cubics[j]
                 dt = t_end - t
                 whole = dt * (v + 0.5 * a * dt)

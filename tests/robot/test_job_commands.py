@@ -1,6 +1,7 @@
 """`driver.py job`, `order` and `jobs`, as typed: what is drawn, what is said, what is refused."""
 
 import json
+import math
 import os
 
 import jobs
@@ -10,7 +11,7 @@ from rig import Shell
 from laptop.simulator.device.buttons import read_press
 from robot.job_commands import in_minutes, in_strokes
 from robot.jobs.progress import SavedProgress, save_progress
-from shared.job import Job
+from shared.job import Job, write_job
 
 TWO = [[(9.0, 2.0), (13.0, 6.0)], [(8.0, 6.0), (6.0, 10.0)]]
 
@@ -193,3 +194,28 @@ def test_one_stroke_is_not_told_as_many():
 
 def test_a_time_is_told_in_minutes():
     assert [in_minutes(t) for t in (0, 59.6, 130)] == ["0:00", "1:00", "2:10"]
+
+
+@pytest.mark.parametrize(
+    ("ways", "offsets", "told"),
+    [
+        ([0.0, math.sqrt(32)], [0.0, 1.0], "a joint is moved by 57.3 deg, and 20 are the most"),
+        ([0.0, 99.0], [0.0, 0.0], "they are of 99.00 cm"),
+        (
+            [0.0, 2.0, math.sqrt(32)],
+            [0.0, float("nan"), 0.0],
+            "or is damaged: it holds NaN",
+        ),
+        ([0.0, 2.0], [0.0], "offsets of another arm"),
+    ],
+)
+def test_a_hostile_offset_is_refused_before_anything_moves(shell, tmp_path, ways, offsets, told):
+    path = keep(tmp_path, strokes=TWO[:1])
+    job = Job(path)
+    learned = job.stroke(1)._replace(offsets=[(ways, [offsets, offsets])])
+    write_job(path, job.header, [learned])
+    shown = shell.run("job", "two")
+    assert shown.status != 0
+    assert told in shown.err
+    assert len(shown.err.strip().splitlines()) == 1
+    assert not shell.ink()

@@ -15,6 +15,7 @@ from shared import state
         *(state.PAIRING_FILE, state.MARKERS_FILE, state.TRACKER_FILE),
         *(state.LIVE_FOLDER, state.CLOCK_FILE, state.BRICK_FOLDER, state.MOTORS_FILE),
         *(state.JOBS_FOLDER, state.JOB_STATUS_FILE, state.JOB_ORDERS_FILE),
+        state.LEARNED_FOLDER,
     ],
 )
 def test_every_channel_is_in_the_table(name):

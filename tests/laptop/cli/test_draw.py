@@ -36,10 +36,10 @@ def draw(tmp_path, monkeypatch):
     return run
 
 
-def test_the_help_has_five_examples(draw):
+def test_the_help_has_six_examples(draw):
     done = draw("--help")
     assert done.exit_code == 0
-    assert len(re.findall(r"(?m)^    \S.* draw ", done.output.split("Examples:")[1])) == 5
+    assert len(re.findall(r"(?m)^    \S.* draw ", done.output.split("Examples:")[1])) == 6
 
 
 def test_a_drawing_is_shown_before_and_nothing_moves(draw, tmp_path):

@@ -1,15 +1,19 @@
 """A live rig: a synthetic camera's frames, an emulated brick that is linked, both in real time."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import jobs
 import pytest
 from waiting import PATIENCE
 
 from laptop.cli.rigs import live_rig
+from laptop.measuring import live_rig as live
 from laptop.measuring.measured_run import BadMeasurement
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
+from shared.job_log import LogRow
+from shared.job_messages import DONE, DRAWING, JobStatus
 
 ARM = read_arm(find_arm("planar"))
 WAYS = [[(9.0, 2.0), (12.0, 4.0)], [(12.0, 4.0), (14.0, -2.0)]]
@@ -40,3 +44,38 @@ def test_a_job_is_done_and_seen_and_one_that_fails_is_told(tmp_path, monkeypatch
         assert {status.strokes for status in told} >= {2}
         with pytest.raises(BadMeasurement, match="the brick has failed: .*was planned for planar"):
             rig.measure(wrong)
+
+
+class OneBrick:
+    """A server whose brick draws what it is offered: every look finds it one state further."""
+
+    def __init__(self):
+        self.drawn, self.progress, self.to_tell = 0, None, []
+
+    def offer(self, offer):
+        self.to_tell = [None, DRAWING, DONE]
+        self.offered = offer
+        return True
+
+    def send(self, message):
+        return True
+
+    def state(self):
+        if self.to_tell:
+            state = self.to_tell.pop(0)
+            if state == DONE:
+                self.drawn += 1
+                self.offered.log.append(LogRow(1, 0.0, 0.0, False, (0.0, 0.0)))
+            if state:
+                told = 10.0 * self.drawn + (state == DONE)
+                crc = self.offered.draw.crc
+                self.progress = JobStatus(told, crc, "", state, 1, 1, 0, 1, None, False, "")
+        return SimpleNamespace(client="brick", progress=self.progress, lost="")
+
+
+def test_the_same_job_offered_again_is_drawn_again(tmp_path):
+    job, brick = Path(jobs.write(tmp_path, WAYS, log=0.05)), OneBrick()
+    rig = live.LiveRig(ARM, [], brick, live.SightCollector(brick))
+    for times in (1, 2):
+        assert rig.measure(job).rows
+        assert brick.drawn == times

@@ -86,3 +86,19 @@ def test_a_count_in_either_direction_ends_the_suspicion():
         assert detector.stalled
         detector.take(TICK, low, low + 0.017, low, 0.0, 4.5, 1.0, 0.0)
         assert not detector.stalled
+
+
+@pytest.mark.parametrize(
+    ("push", "stalled"),
+    [(2.2, True), (-2.2, False), (-3.4, True)],
+    ids=["goes on", "turns round", "turns round, and is blocked"],
+)
+def test_who_turns_round_in_silence_may_be_stiffer_than_who_goes_on(push, stalled):
+    count = math.radians(1)
+    detector = StallDetector(MotorModel(1.0, GAINS["large"]), 1.0, 0.0, 2 * count, 9.0)
+    detector.begin(0.0, 0.5 * count, 1.0)
+    for k in range(1, 6):
+        detector.take(TICK, k * count, (k + 1) * count, (k + 0.5) * count, 0.1, 1.5, 1.0, 0.0)
+    for now in [0.0] * 20 + [push] * 20:
+        detector.take(TICK, 5 * count, 6 * count, 5.5 * count, 0.0, now, 1.0, 0.0)
+    assert detector.stalled is stalled

@@ -1,0 +1,214 @@
+"""`draw --by-sight N`: a drawing is rehearsed before a camera, which teaches the arm."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import math
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from laptop.cli.draw_simulated import draw_simulated
+from laptop.cli.run_folder import check_room
+from laptop.sight import kept
+from laptop.sight.rehearsal import LOG_PERIOD, Learned, Step, rehearse
+
+if TYPE_CHECKING:
+    from laptop.cli.sight_options import SightOptions
+    from laptop.drawing.preparing import DrawingPlan
+    from laptop.measuring.emulated_rig import EmulatedRig
+    from laptop.measuring.live_rig import LiveRig
+    from laptop.measuring.measured_run import MeasuredRun
+    from laptop.sight.still_table import StillTable
+    from laptop.sight.view import TipView
+    from shared.arm_description import Arm
+
+NOISE_PX = 0.5
+"""Of the emulated camera, which sees by its formula: ten times what the tracker has, px."""
+
+
+def simulate_by_sight(
+    plan: DrawingPlan,
+    asked: SightOptions,
+    built: Arm | None,
+    out: Path,
+    plant: str,
+    words: tuple[str, ...],
+    repeat: int = 1,
+    share: str | None = None,
+) -> int:
+    """Rehearse and draw on the emulated brick; return the exit status."""
+    before = _before(plan, asked)
+    if not asked.times:
+        known = _offsets_of(before)
+        return draw_simulated(plan, out, plant, words, repeat, share, known, built)
+    from laptop.measuring.emulated_rig import EmulatedRig
+    from laptop.sight.emulated_view import view_of
+    from laptop.simulator.scene.scene import Scene
+    from laptop.simulator.scene.scene_constants import read_scene
+
+    check_room(out)
+    scene = Scene(built or plan.arm, read_scene(asked.scene))
+    height = scene.constants["marker_height"]
+    rig = EmulatedRig(plan.arm, built, plant, {"A": scene}, height, NOISE_PX)
+    watched = _Watched(rig)
+    with contextlib.redirect_stdout(io.StringIO()):
+        learned = _rehearsed(plan, asked, watched, view_of(scene, plan.arm), before)
+    offsets, records = learned.numbers(), watched.records
+    return draw_simulated(plan, out, plant, words, repeat, share, offsets, built, records)
+
+
+class _Watched:
+    """A rig that keeps what truly happened in its runs."""
+
+    def __init__(self, rig: EmulatedRig) -> None:
+        self.arm = rig.arm
+        self._rig = rig
+        self.records: list[list[Any]] = []
+
+    def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
+        run = self._rig.measure(job, dry)
+        self.records.append(self._rig.last.record)
+        return run
+
+
+def offsets_on_file(plan: DrawingPlan, asked: SightOptions) -> list[Any]:
+    """Return what was learned before, for a drawing that is not rehearsed anew.
+
+    Raises:
+        click.ClickException: nothing was.
+    """
+    return _offsets_of(_before(plan, asked))
+
+
+def _offsets_of(before: kept.Kept | None) -> list[Any]:
+    if before is None or before.offsets is None:
+        why = "for this arm as it is described now" if before else "of this path"
+        raise click.ClickException(
+            f"nothing is learned {why}; give --by-sight 3, say, to rehearse it"
+        )
+    click.echo(f"as {_gained(before)}")
+    return [[piece.numbers() for piece in stroke] for stroke in before.offsets]
+
+
+def draw_by_sight(plan: DrawingPlan, asked: SightOptions, arm: str) -> int:
+    """Rehearse before a real camera, and let the brick that waits draw; return the exit status."""
+    before = _before(plan, asked)
+    with _live(plan, asked, arm) as (rig, still, view):
+        learned = _rehearsed(plan, asked, still, view, before)
+        if sys.stdin.isatty():
+            click.prompt("put the good sheet there, then press Enter", "", show_default=False)
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / f"{Path(plan.name).stem or 'drawing'}.job"
+            plan.write_job(file, learned.numbers(), LOG_PERIOD)
+            rig.measure(file, dry=False)
+    click.echo("drawn")
+    return 0
+
+
+@contextmanager
+def _live(
+    plan: DrawingPlan, asked: SightOptions, arm: str
+) -> Iterator[tuple[LiveRig, StillTable, TipView]]:
+    """Open a rig with a real camera; give it, it with a table that has to stand, and its view."""
+    from laptop.calibration.camera_file import read_camera
+    from laptop.calibration.camera_fit import BadCalibration, calibrate, check_bar
+    from laptop.cli.rigs import live_rig
+    from laptop.sight.still_table import StillTable
+    from laptop.sight.view import TipView
+    from laptop.vision.finders.board import find_board
+
+    check_bar(asked.bar)
+    known, since = None, "the first look"
+    if asked.camera_file:
+        known, since = read_camera(asked.camera_file), f"{asked.camera_file} was made"
+    with ExitStack() as stack:
+        source = asked.camera or "0"
+        rig = stack.enter_context(live_rig([source], arm, asked.scene, port=asked.port))
+        if known is None:
+            board = find_board(rig.image())
+            if board is None:
+                raise BadCalibration(
+                    "the camera sees no board, so that nobody knows where its pixels are: print "
+                    "one by markers --board and lay it on the table, or give --camera-file"
+                )
+            known = calibrate([board], asked.bar)
+        still = StillTable(rig, known, rig.image, since)
+        still.check()
+        x, y, degrees = asked.arm_at or (0.0, 0.0, 0.0)
+        to_lay = asked.arm_at is None
+        if to_lay:
+            click.echo(
+                "where the arm stands on the board is not known (--arm-at X,Y,DEG): the shape is "
+                "learned, and the drawing stays where the arm puts it"
+            )
+        height, offset = asked.height_mm / 10, plan.arm.marker_offset
+        turn = math.radians(degrees)
+        yield rig, still, TipView(known.camera, height, offset, turn, (x, y), to_lay)
+
+
+def _before(plan: DrawingPlan, asked: SightOptions) -> kept.Kept | None:
+    """Return what was learned before, if it is wanted."""
+    if asked.forget:
+        return None
+    notes: list[str] = []
+    before = kept.find(plan, asked.emulated, notes)
+    for note in notes:
+        click.echo(note, err=True)
+    return before
+
+
+def _gained(before: kept.Kept) -> str:
+    if before.rehearsals == 1:
+        return f"1 rehearsal has taught: {before.without_mm:.1f} mm were missed in it (rms)"
+    missed = f"{before.without_mm:.1f} mm were missed before, {before.left_mm:.1f} after (rms)"
+    return f"{before.rehearsals} rehearsals have taught: {missed}"
+
+
+def _rehearsed(
+    plan: DrawingPlan, asked: SightOptions, rig: Any, view: TipView, before: kept.Kept | None
+) -> Learned:
+    """Rehearse, say what each time has brought, and keep that."""
+    first = before.offsets if before else None
+    if before and first is not None:
+        click.echo(
+            f"begins with what {_gained(before)}; --forget begins anew",
+            err=True,
+        )
+    steps: list[Step] = []
+
+    def tell(step: Step) -> None:
+        gain = ""
+        if steps:
+            less = steps[-1].rms_mm - step.rms_mm
+            gain = f", {abs(less):.1f} mm {'less' if less >= 0 else 'more'} than the last time"
+        steps.append(step)
+        click.echo(
+            f"rehearsal {step.number} of {asked.times}: the tip missed its path by "
+            f"{step.rms_mm:.1f} mm rms, {step.greatest_mm:.1f} mm at most{gain}",
+            err=True,
+        )
+
+    learned = rehearse(plan, rig, view, asked.times, first, tell=tell)
+    if before and first is None:
+        less = before.without_mm - learned.steps[0].rms_mm
+        click.echo(
+            f"as the arm was described before, it missed by {before.without_mm:.1f} mm unlearned: "
+            f"now there is {abs(less):.1f} mm {'less' if less >= 0 else 'more'} to learn",
+            err=True,
+        )
+    if learned.why:
+        click.echo(f"{learned.why} (about {learned.floor_mm:.1f} mm rms)", err=True)
+    if not learned.in_vain and any(piece.greatest for own in learned.offsets for piece in own):
+        try:
+            file = kept.keep(plan, learned, asked.emulated, before)
+            click.echo(f"what was learned is kept in {file}", err=True)
+        except OSError as error:
+            click.echo(f"what was learned cannot be kept: {error.strerror}", err=True)
+    return learned

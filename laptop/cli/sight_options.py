@@ -1,0 +1,142 @@
+"""The options of `draw --by-sight`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+
+from laptop.cli.options import FiniteRange, bar_option, option_group
+from shared.arm_description import Arm
+from shared.small_files import SpoiltFile, number
+
+SYNTHETIC = "synthetic"
+"""The camera before which an emulated brick comes by itself."""
+
+
+@dataclass(frozen=True)
+class SightOptions:
+    """What is asked of drawing by sight.
+
+    times        rehearsals; 0: what is kept is drawn, and nothing learned
+    camera       source of the camera, as for `track`
+    camera_file  of `camera --out`; None: the board is looked for in the picture
+    arm_at       where the arm stands on the board, (x, y, degrees); None: as the drawing lies
+    height_mm    of the marker over the table
+    scene        of a synthetic camera
+    forget       what was learned before is not used
+    bar          length of the board's bar as measured, mm; None: as printed
+    port         at which the brick is waited for; None: the usual one
+    emulated     the emulated brick draws, of which a real arm learns nothing
+    """
+
+    times: int
+    camera: str | None
+    camera_file: Path | None
+    arm_at: tuple[float, float, float] | None
+    height_mm: float
+    scene: str
+    forget: bool
+    bar: float | None
+    port: int | None
+    emulated: bool
+
+
+BY_SIGHT = option_group(
+    click.option(
+        "--by-sight",
+        type=click.IntRange(0, 20),
+        metavar="N",
+        help="First draw it N times on scrap before a camera, and learn; 0: as was learned before.",
+    ),
+    click.option("--camera", metavar="SOURCE", help="For --by-sight, as for track."),
+    click.option(
+        "--camera-file",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        metavar="FILE",
+        help="Of camera --out.  [default: the board is looked for in the picture]",
+    ),
+    click.option(
+        "--arm-at",
+        metavar="X,Y,DEG",
+        help="Where on the board the arm's axis is, cm, and to where it points.",
+    ),
+    click.option(
+        "--marker-height",
+        type=FiniteRange(0, 500),
+        default=25.0,
+        show_default=True,
+        metavar="MM",
+        help="Of the arm's marker over the table.",
+    ),
+    click.option("--scene", default="", metavar="KEY=VALUE,...", help="Of a synthetic camera."),
+    click.option("--built", metavar="FILE", help="For --simulate: the arm as it truly is."),
+    bar_option,
+    click.option(
+        "--port",
+        type=click.IntRange(0, 65535),
+        metavar="PORT",
+        help="For --by-sight, as for track.",
+    ),
+    click.option("--forget", is_flag=True, help="Learn anew, not from what was learned before."),
+)
+
+
+def read_sight_options(
+    options: dict[str, Any], arm: Arm, simulate: bool, otherwise: bool, written: bool
+) -> SightOptions | None:
+    """Return how it is to be learned by sight; None if it is not.
+
+    Args:
+        options: as typed.
+        arm: that draws.
+        simulate: whether the emulated brick draws.
+        otherwise: whether it is said how the brick is to draw it.
+        written: whether a preview or a job is written.
+
+    Raises:
+        click.UsageError: what is typed does not go together, or is no place.
+    """
+    if options["by_sight"] is None:
+        of_sight = ("camera", "camera_file", "arm_at", "scene", "bar", "port", "forget")
+        for key in of_sight:
+            if options[key] not in (None, False, ""):
+                raise click.UsageError(f"--{key.replace('_', '-')} is for --by-sight N: add it.")
+        if options["built"] and not simulate:
+            raise click.UsageError("--built is for --simulate: add it.")
+        return None
+    if len(arm.joints) > 2:
+        raise click.UsageError(
+            f"--by-sight teaches an arm in the plane, and {arm.name} moves in space: leave it out."
+        )
+    if otherwise and options["by_sight"]:
+        raise click.UsageError(
+            "--by-sight draws all of it, once: leave --repeat, --from, --resume and --detach out."
+        )
+    if written and options["by_sight"]:
+        raise click.UsageError(
+            "--by-sight rehearses at once: leave --preview and --job out, or --by-sight."
+        )
+    at = None
+    if options["arm_at"]:
+        try:
+            x, y, degrees = (number(float(part)) for part in options["arm_at"].split(","))
+        except (ValueError, SpoiltFile):
+            raise click.UsageError(
+                f"--arm-at {options['arm_at']}: write it as -9,0,0: cm, cm and degrees."
+            ) from None
+        at = x, y, degrees
+    return SightOptions(
+        options["by_sight"],
+        options["camera"],
+        options["camera_file"],
+        at,
+        options["marker_height"],
+        options["scene"],
+        options["forget"],
+        options["bar"],
+        options["port"],
+        simulate or options["camera"] == SYNTHETIC,
+    )

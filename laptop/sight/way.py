@@ -1,0 +1,124 @@
+"""One smooth piece of a stroke as the tip is to go, and as the joints are planned to.  Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robot.motion import kinematics
+from robot.motion.backlash import BacklashCompensation
+from robot.motion.gravity import Gravity
+from robot.motion.trajectory import Trajectory
+from shared.arm_description import Arm
+
+STEP = 0.1
+"""Between two places that are worked out, cm, at the most."""
+
+LEAST_PLACES = 9
+"""Of a piece."""
+
+
+@dataclass(frozen=True, eq=False)
+class PieceWay:
+    """A piece, place by place.
+
+    Attributes:
+        s: length of the way from its beginning, (n,), cm; it grows.
+        t: when the tip is to be there, s from its beginning, (n,).
+        p: where that is, (n, 2), cm.
+        ahead: unit vectors along it, (n, 2).
+        q: the joints' angles there, (n, joints), rad.
+        turns: the tip's moves (cm) by the joints' (rad): the Jacobian, (n, 2, joints).
+        back: its inverse, (n, joints, 2).
+        sides: where each joint's backlash lies as it is planned, -1 to 1, (n, joints).
+    """
+
+    s: np.ndarray
+    t: np.ndarray
+    p: np.ndarray
+    ahead: np.ndarray
+    q: np.ndarray
+    turns: np.ndarray
+    back: np.ndarray
+    sides: np.ndarray
+
+    @property
+    def length(self) -> float:
+        """Of the way, cm."""
+        return float(self.s[-1])
+
+    @property
+    def duration(self) -> float:
+        """Planned, s."""
+        return float(self.t[-1])
+
+    @property
+    def left(self) -> np.ndarray:
+        """Unit vectors across it, to its left, (n, 2)."""
+        return np.column_stack([-self.ahead[:, 1], self.ahead[:, 0]])
+
+    def at(self, s: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Return values (n, ...), known at its places, at other lengths (k,)."""
+        flat = values.reshape(len(values), -1)
+        out = np.stack([np.interp(s, self.s, column) for column in flat.T], axis=1)
+        return out.reshape(len(s), *values.shape[1:])
+
+
+def ways_of(arm: Arm, motions: Sequence[Trajectory]) -> list[PieceWay]:
+    """Return the ways of a stroke's planned pieces.
+
+    Args:
+        arm: that draws it; in space its height is not looked at.
+        motions: as planned.
+    """
+    gravity = Gravity(arm)
+    preload = gravity.preload_sides if gravity.loaded else None
+    # It is approached from behind: all backlash is taken up its way.
+    sides = gravity.sides(motions[0].start, motions[0].directions)
+    out = []
+    for motion in motions:
+        backlash = BacklashCompensation(arm.joints, motion, sides, preload)
+        out.append(_way(arm, motion, backlash))
+        sides = backlash.sides
+    return out
+
+
+def _way(arm: Arm, motion: Trajectory, backlash: BacklashCompensation) -> PieceWay:
+    times, segments, _ = motion.numbers()
+    s, t, q, slopes = [], [], [], []
+    whole = [(b - a) * (v + 0.5 * c * (b - a)) for a, b, (v, c, _, _) in _spans(times, segments)]
+    counts = np.maximum(1, np.ceil(np.array(whole) / STEP)).astype(int)
+    counts = np.maximum(counts, -(-LEAST_PLACES // len(counts)))
+    begun = 0.0
+    for (start, _, (v, a, cubics, _)), length, count in zip(
+        _spans(times, segments), whole, counts.tolist(), strict=True
+    ):
+        own = np.linspace(0.0, length, count + 1)
+        own = own if length + begun >= sum(whole) - 1e-9 else own[:-1]
+        powers = np.stack([np.ones_like(own), own, own**2, own**3])
+        s += (begun + own).tolist()
+        # The speed is v at the beginning and grows by a: s = v t + a t^2 / 2.
+        fast = v + np.sqrt(np.maximum(v * v + 2 * a * own, 0.0))
+        t += (start + np.divide(2 * own, fast, out=np.zeros_like(own), where=fast > 0)).tolist()
+        q += (np.array(cubics) @ powers).T.tolist()
+        steep = np.array(cubics)[:, 1:] * [1, 2, 3]
+        slopes += (steep @ powers[:3]).T.tolist()
+        begun += length
+    jacobians = np.array([kinematics.jacobian(arm, pose) for pose in q])
+    ahead = np.einsum("nij,nj->ni", jacobians, np.array(slopes))[:, :2]
+    return PieceWay(
+        np.array(s),
+        np.array(t),
+        np.array([kinematics.forward(arm, pose)[:2] for pose in q]),
+        ahead / np.linalg.norm(ahead, axis=1, keepdims=True),
+        np.array(q),
+        jacobians[:, :2],
+        np.linalg.pinv(jacobians)[:, :, :2],
+        np.array([backlash.sides_at(at) for at in t], float),
+    )
+
+
+def _spans(times: Sequence[float], segments: Sequence[tuple]) -> list[tuple]:
+    return list(zip(times, times[1:], segments, strict=False))
