@@ -312,14 +312,17 @@ def _piece(value, joints):
     if any(b <= a for a, b in zip(times, times[1:])):
         raise SpoiltFile("has a piece whose time does not go on")
     out = []
-    for v, a, cubics, across in segments:
+    for (v, a, cubics, across), t, t_end in zip(segments, times, times[1:]):
+        v, a = number(v), number(a)
+        if v + 0.5 * a * (t_end - t) <= 0:
+            raise SpoiltFile("has a piece that does not go on")
         cubics = [tuple(number(c) for c in cubic) for cubic in cubics]
         across = across if across is None else [number(x) for x in across]
         if len(cubics) != joints or any(len(cubic) != 4 for cubic in cubics):
             raise SpoiltFile("has a piece of another arm")
         if across is not None and len(across) != joints:
             raise SpoiltFile("has a piece of another arm")
-        out.append((number(v), number(a), cubics, across))
+        out.append((v, a, cubics, across))
     end = tuple(number(q) for q in end)
     if len(end) != joints:
         raise SpoiltFile("has a piece of another arm")
@@ -373,13 +376,35 @@ def _check_jump(before, after):
         raise SpoiltFile("has a joint that jumps by {:.1f} deg".format(math.degrees(jump)))
 
 
+def _range(cubic, s):
+    """Least and greatest angle of a joint on a way `s` (cm) by its cubic, rad."""
+    c0, c1, c2, c3 = cubic
+    places = [0.0, s]
+    # It turns round where c1 + 2 c2 x + 3 c3 x^2 = 0.
+    root = c2 * c2 - 3.0 * c1 * c3
+    if root >= 0:
+        far = -c2 - math.copysign(math.sqrt(root), c2)
+        turns = ([far / (3.0 * c3)] if c3 else []) + ([c1 / far] if far else [])
+        places += [x for x in turns if 0 < x < s]
+    angles = [c0 + x * (c1 + x * (c2 + x * c3)) for x in places]
+    return min(angles), max(angles)
+
+
 def check_joints(path, k, pieces, joints, between=go_on):
     """Refuse, by BadJob, angles and speeds that the joints may not have."""
     for times, segments, _ in pieces:
         between()
-        for states in _ends(times, segments):
-            for joint, (q, q_end, speed, speed_end) in zip(joints, states):
+        for t, t_end, segment, states in zip(times, times[1:], segments, _ends(times, segments)):
+            v, a, cubics, _ = segment
+            s = (t_end - t) * (v + 0.5 * a * (t_end - t))
+            for joint, cubic, (q, q_end, speed, speed_end) in zip(joints, cubics, states):
                 low, high = min(q, q_end), max(q, q_end)
+                # Between its ends a cubic stays within the span of them and two points more (as P.
+                # Bezier's curves do): hardly one needs its roots.
+                first = q + s * cubic[1] / 3.0
+                second = first + first - q + s * s * cubic[2] / 3.0
+                if min(first, second) < joint.lower or max(first, second) > joint.upper:
+                    low, high = _range(cubic, s)
                 if low < joint.lower - MAX_JUMP or high > joint.upper + MAX_JUMP:
                     raise BadJob(
                         "{}: stroke {} needs the {} at {:.1f} deg, beyond its limits {:g} to {:g}; "

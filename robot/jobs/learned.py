@@ -126,7 +126,7 @@ def _with(job, k, piece, ways, offsets):
                 abs(e2 + e2) * v * v + abs(m0 * a),
                 abs(e2 + e2 + 6.0 * e3 * length) * v_end * v_end + abs(m1 * a),
             )
-            if bend > MAX_ACCELERATION:
+            if not bend <= MAX_ACCELERATION:  # nor what is no number
                 raise _bad(job, k, "{:.0f} deg/s^2 of a joint, and {:.0f} are the most".format(
                     math.degrees(bend), math.degrees(MAX_ACCELERATION)
                 ))  # fmt: skip

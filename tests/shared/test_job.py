@@ -179,3 +179,25 @@ def test_a_job_takes_the_place_of_a_regular_file_only(tmp_path):
         written(tmp_path)
     assert path.is_fifo()
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_joint_that_leaves_its_limits_between_two_knots_is_refused(tmp_path):
+    shoulder, elbow = ([q, 0.0, 0.0, 0.0] for q in (0.0, 1.0))
+    # From 0 to 0 over 10 cm, s (1 - s / 10)^2: by way of 1.5 rad and, steeper, of 3.1.
+    for size, refused in ((1.0, False), (2.1, True)):
+        bulge = [0.0, size, -0.2 * size, 0.01 * size]
+        segments = [(0.0, 0.05, [bulge, elbow], None), (1.0, -0.05, [shoulder, elbow], None)]
+        piece = ([0.0, 20.0, 40.0], segments, [0.0, 1.0])
+        path = written(tmp_path, [Stroke("", 20.0, 1.0, [piece])])
+        if refused:
+            assert "stroke 1 needs the shoulder at 178.3 deg, beyond its limits" in refusal(path)
+        else:
+            assert read_all(path, PLANAR)
+
+
+def test_a_piece_that_stands_or_goes_back_is_refused(tmp_path):
+    cubics = [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]]
+    for v, a in ((0.0, 0.0), (-1.0, 0.5)):
+        piece = ([0.0, 2.0], [(v, a, cubics, None)], [0.0, 1.0])
+        path = written(tmp_path, [Stroke("", 20.0, 1.0, [piece])])
+        assert "does not go on" in refusal(path)
