@@ -47,7 +47,7 @@ class Way(object):
         """Trajectories of what is not drawn yet, at a share of the planned speed."""
         self._drawn = [slowed(p, share) for p in self.pieces] if share < 1.0 else self.pieces
         return [
-            Trajectory(*drawn, turning=None if planned is piece else planned[1])
+            Trajectory(*drawn, turning=None if planned is piece else _in_time_of(drawn, planned)[1])
             for drawn, piece, planned in zip(self._drawn, self.pieces, self._planned)
         ]
 
@@ -67,7 +67,9 @@ class Way(object):
         rest, rest_planned = rest_of(self.pieces[index], tau), None
         if rest:
             same = self.pieces[index] is self._planned[index]
-            rest_planned = rest if same else rest_of(self._planned[index], tau)
+            rest_planned = rest
+            if not same:
+                rest_planned = _in_time_of(rest, rest_of(self._planned[index], tau))
         n, planned, cm, speed = self._starts[index]
         tau = max(tau, 0.0)
         first = [(n, planned + tau, cm + speed * tau, speed)] if rest else []
@@ -86,3 +88,12 @@ class Way(object):
                     q = [c0 + s * (c1 + s * (c2 + s * c3)) for c0, c1, c2, c3 in cubics]
                     out.append(kinematics.forward(arm, q))
         return out + [kinematics.forward(arm, self._planned[-1][2])]
+
+
+def _in_time_of(piece, planned):
+    """What a piece was without what was learned, at the speeds at which the piece is drawn."""
+    times, segments, _ = piece
+    now = [
+        (v, a, cubics, across) for (v, a, _, _), (_, _, cubics, across) in zip(segments, planned[1])
+    ]
+    return times, now, planned[2]
