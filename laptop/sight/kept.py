@@ -65,7 +65,7 @@ def find(plan: DrawingPlan, emulated: bool = False, notes: list[str] | None = No
         return Kept(offsets, int(told["rehearsals"]), *numbers)
     except FileNotFoundError:
         return None
-    except (OSError, SpoiltFile, ValueError, KeyError, TypeError, RecursionError):
+    except (OSError, SpoiltFile, ValueError, LookupError, TypeError, OverflowError, RecursionError):
         if notes is not None:
             notes.append(f"{file} is spoilt: what was learned before is not known; it is replaced")
         return None

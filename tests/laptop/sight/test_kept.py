@@ -90,3 +90,15 @@ def test_numbers_that_are_none_are_spoilt(plan, learned):
     notes = []
     assert kept.find(plan, notes=notes) is None
     assert len(notes) == 1
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("offsets", [[[[], [[], []]]]]), ("rehearsals", float("inf"))],
+)
+def test_a_file_without_places_or_with_endless_rehearsals_is_spoilt(plan, learned, key, value):
+    file = kept.keep(plan, learned)
+    file.write_text(json.dumps(dict(json.loads(file.read_text()), **{key: value})))
+    notes = []
+    assert kept.find(plan, notes=notes) is None
+    assert "is spoilt" in notes[0]
