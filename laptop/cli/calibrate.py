@@ -64,7 +64,8 @@ LOOK_S = 1.0
     "--board-square",
     type=click.Choice(["0", "90", "180", "270"]),
     metavar="DEG",
-    help="The board's edge lies along the arm's x: its own x is turned from that by 0, 90, ...",
+    help="The board's edge lies along the arm's x: its own x is turned from that by 0, 90, ..., "
+    "counter-clockwise.",
 )
 @click.option("--seconds", type=FiniteRange(60, 900), default=180, show_default=True, metavar="S",
               help="The arm moves for so long at the most.")  # fmt: skip

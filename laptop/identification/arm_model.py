@@ -111,7 +111,8 @@ class MeasuredByHand:
 
     height       of the marker over the table, in space of the shoulder's axis, cm; None: not
                  measured
-    square       the board's edge lies along the arm's x, turned by so many quarters; None: not
+    square       the board's edge lies along the arm's x: its own x is turned from that by so many
+                 quarters, counter-clockwise; None: it does not
     offset_sigma of the marker_offset in the arm's file, cm
     """
 
@@ -187,7 +188,7 @@ class ArmModel:
         rows += [("marker.aside", aside, known.offset_sigma)]
         turn, turn_spread = 0.0, PLACE_SPREAD
         if known.square is not None:
-            turn, turn_spread = math.pi / 2 * known.square, SQUARE_SPREAD
+            turn, turn_spread = -math.pi / 2 * known.square, SQUARE_SPREAD
         rows += [("board.turn", turn, turn_spread)]
         rows += [(f"board.{axis}", 0.0, PLACE_SPREAD) for axis in "xy"]
         if self.spatial:

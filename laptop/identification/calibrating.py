@@ -15,7 +15,7 @@ import numpy as np
 from laptop.calibration.camera_fit import Calibration
 from laptop.identification.arm_fit import ArmFit, BadIdentification, RestSights, TouchSight, fit_arm
 from laptop.identification.arm_model import ArmModel
-from laptop.identification.measured_numbers import check_signs
+from laptop.identification.measured_numbers import check_signs, check_square
 from laptop.identification.pose_plan import (
     ApproachedPose,
     choose,
@@ -118,6 +118,7 @@ def identify(
             _check_seen(rests)
         fit = fit_arm(model, rests, touches)
         check_signs(fit)
+        check_square(fit)
         why = explain(fit, len(poses), times)
         if why:
             raise BadIdentification(why)

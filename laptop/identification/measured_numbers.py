@@ -23,6 +23,8 @@ OFFSET_LIMIT = 0.1
 """... and of the marker_offset, cm."""
 LEARNT = 0.7
 """Share of the uncertainty before above which nothing was learnt of a number."""
+SQUARE_NOTED = math.radians(45)
+"""A first zero beside its description by more: the board lies another quarter turned than said."""
 SCALE_NOTED, SCALE_ALIKE = 0.01, 0.012
 """Links that differ from their description by such a share, and alike to such a one, look like a
 board that was not printed at 100 %."""
@@ -214,6 +216,25 @@ def check_signs(fit: ArmFit) -> None:
             "(direction), or the picture is mirrored: driver.py check finds out; "
             "nothing was written"
         )
+
+
+def check_square(fit: ArmFit) -> None:
+    """Refuse a first joint whose zero is a quarter beside what it should be, or more.
+
+    Raises:
+        BadIdentification: so it is.
+    """
+    square = fit.model.known.square
+    joint = fit.model.arm.joints[0]
+    zero = fit.value(f"{joint.name}.zero")
+    if square is None or abs(zero) <= SQUARE_NOTED:
+        return
+    likely = 90 * round((square - 2 * zero / math.pi) % 4) % 360
+    raise BadIdentification(
+        f"by the board the {joint.name}'s zero is {math.degrees(zero):.0f} deg beside where it is "
+        f"believed; --board-square {likely} instead of {90 * square} would explain most of it: "
+        "look how the board lies; nothing was written"
+    )
 
 
 def write_measured(

@@ -15,6 +15,7 @@ from laptop.identification.arm_model import MeasuredByHand
 from laptop.identification.measured_numbers import (
     check_scale,
     check_signs,
+    check_square,
     measured,
     write_measured,
 )
@@ -24,8 +25,10 @@ TODAY = date(2026, 11, 25)
 ZEROS = (0.01, -0.02)
 
 
-def fitted(arm=seen_arms.ARM, touches=6, square=0, height=2.5, print_scale=1.0, bar=100.0, **more):
-    table = seen_arms.table(print_scale=print_scale)
+def fitted(
+    arm=seen_arms.ARM, touches=6, square=0, height=2.5, print_scale=1.0, bar=100.0, turn=0.0, **more
+):
+    table = seen_arms.table(print_scale=print_scale, turn=turn)
     model = seen_arms.model(table, MeasuredByHand(height, square, 0.3), arm, bar=bar)
     hand = table.touches(touches, np.random.default_rng(5), 0.05) if touches else []
     return fit_arm(model, seen_arms.rests(table, 24, ZEROS, noise_px=0.1, **more), hand)
@@ -82,6 +85,19 @@ def test_a_place_that_cannot_be_written_is_told_and_what_to_write(fit, tmp_path)
     (tmp_path / "file").write_text("")
     with pytest.raises(ArmNotWritten, match=r"is not changed: .*write there: \[shoulder\] link"):
         write_measured(fit, measured(fit), TODAY, tmp_path / "file" / "arm.ini")
+
+
+def test_a_board_may_lie_turned_by_quarters(fit):
+    check_square(fit)
+    turned = fitted(touches=0, square=1, turn=-math.pi / 2)  # its x points to the arm's left
+    assert turned.value("shoulder.zero") == pytest.approx(ZEROS[0], abs=math.radians(1))
+    check_square(turned)
+
+
+def test_a_board_that_lies_otherwise_than_said_is_refused():
+    otherwise = fitted(touches=0, square=3, turn=-math.pi / 2)
+    with pytest.raises(BadIdentification, match="--board-square 90 instead of 270 would explain"):
+        check_square(otherwise)
 
 
 @pytest.mark.long
