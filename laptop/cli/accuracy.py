@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from laptop.cli.options import FiniteRange, arm_option, examples, importing, in_one_line
 from laptop.cli.run_folder import alone_in, check_room, write_files
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 PICTURE, TABLE = "accuracy.png", "accuracy.csv"
 OTHERS = (PICTURE, TABLE, "summary.json", "trace.csv", "picture.png", "picture-side.png")
 """What means something of a run."""
+LIVE = ("place", "bar", "height", "scene", "effector", "size", "call")
+EMULATED = ("plant", "built", "noise", "seed")
+"""Options that are of the one arm only."""
 
 
 class Numbers(click.ParamType):
@@ -162,8 +166,8 @@ def accuracy(
         from laptop.accuracy.plan import plan_accuracy
         from laptop.accuracy.sighting import ArmOnBoard
 
-    _check_words(sources, simulate, plant, built, calibrated)
     with in_one_line():
+        _check_words(sources, simulate, calibrated, bar)
         arm = read_arm(find_arm(arm_file))
         plan = plan_accuracy(arm, cycles, side, at)
         stand = place and ArmOnBoard(math.radians(place[2]), (place[0], place[1]))
@@ -183,13 +187,11 @@ def accuracy(
 
 
 def _check_words(
-    sources: Sequence[str],
-    simulate: bool,
-    plant: str,
-    built: str | None,
-    calibrated: Sequence[Path],
+    sources: Sequence[str], simulate: bool, calibrated: Sequence[Path], bar: float | None
 ) -> None:
-    """Refuse options that say nothing together."""
+    """Refuse options that say nothing together, or that nobody would hear."""
+    from laptop.calibration.camera_fit import check_bar
+
     if simulate and (sources or calibrated):
         raise click.UsageError(
             "--simulate has cameras of its own: leave SOURCE and --calibrated out."
@@ -197,12 +199,23 @@ def _check_words(
     if not simulate:
         if not sources:
             raise click.UsageError("Give the camera's SOURCE, 0 say, or --simulate.")
-        if plant or built:
-            raise click.UsageError("--plant and --built are of the emulated arm: add --simulate.")
         if calibrated and len(calibrated) != len(sources):
             raise click.UsageError(
                 f"{len(calibrated)} --calibrated for {len(sources)} SOURCE: give one for each."
             )
+    here = click.get_current_context()
+    for param in here.command.params:
+        if here.get_parameter_source(param.name or "") is not ParameterSource.COMMANDLINE:
+            continue
+        if simulate and param.name in LIVE:
+            raise click.UsageError(
+                f"{param.opts[0]} is of real cameras: leave it out with --simulate."
+            )
+        if not simulate and param.name in EMULATED:
+            raise click.UsageError(f"{param.opts[0]} is of the emulated arm: add --simulate.")
+    if calibrated and bar is not None:
+        raise click.UsageError("--bar is in the files of --calibrated: leave it out.")
+    check_bar(bar)
 
 
 def _tell(part: str, number: int, count: int) -> None:

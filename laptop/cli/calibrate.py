@@ -225,7 +225,9 @@ def _crosses(text: str, arm: Arm) -> list[tuple[float, float]]:
         raise click.UsageError(
             f"--touch {text}: the crosses have numbers from 1 to {len(CROSSES)}, like 1,3,7,9"
         )
-    if numbers and len(set(numbers)) < 3:
+    if len(set(map(int, numbers))) < len(numbers):
+        raise click.UsageError(f"--touch {text}: touch each cross once, others tell more")
+    if numbers and len(numbers) < 3:
         raise click.UsageError(f"--touch {text}: 3 different crosses are the least, 6 are better")
     return [(float(x), float(y)) for x, y in (CROSSES[int(one) - 1] for one in numbers)]
 

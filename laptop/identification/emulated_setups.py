@@ -63,7 +63,7 @@ def by_formula(
     table = EmulatedTable(built, camera, turn=turn, height=height)
     luck = luck_of(seed)
     found = table.calibrated(luck, bar)
-    touches = table.touches(len(crosses), luck) if crosses else []
+    touches = table.touched(crosses, luck)
     rig = EmulatedRig(arm, built, plant, {"A": table}, height, seed=seed)
     return CalibrationSetup(rig, found, touches, lambda: None)
 

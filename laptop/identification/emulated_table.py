@@ -6,6 +6,7 @@ It is the truth behind `calibrate --simulate` and its bench; what measures is no
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -102,10 +103,23 @@ class EmulatedTable:
     def touches(
         self, count: int, luck: np.random.Generator, noise_px: float = 1.0
     ) -> list[TouchSight]:
-        """Let a hand set the pen on crosses, the camera looking each time."""
+        """Let a hand set the pen on so many crosses that lie well, the camera looking each time."""
+        crosses = crosses_to_touch(self.base, kinematics.reach(self.arm), count)
+        return self.touched(crosses, luck, noise_px)
+
+    def touched(
+        self,
+        crosses: Sequence[tuple[float, float]],
+        luck: np.random.Generator,
+        noise_px: float = 1.0,
+    ) -> list[TouchSight]:
+        """Let a hand set the pen on crosses, cm on the board, the camera looking each time.
+
+        Raises:
+            kinematics.Unreachable: the arm does not reach one.
+        """
         found = []
-        reach = kinematics.reach(self.arm)
-        for cross in crosses_to_touch(self.base, reach, count):
+        for cross in crosses:
             hand = self.print_scale * np.array(cross) + PLACING * luck.standard_normal(2)
             c, s = math.cos(self.turn), math.sin(self.turn)
             point = (hand - self.base) @ np.array([[c, -s], [s, c]])

@@ -57,6 +57,7 @@ def refused(result, tmp_path):
         (("--simulate", "--effector", "red"), "--effector is of what is real: leave it out with"),
         (("--simulate", "--call"), "--call is of what is real: leave it out with --simulate"),
         (("--simulate", "--touch", "1,2"), "3 different crosses are the least, 6 are better"),
+        (("--simulate", "--touch", "1,2,3,01"), "touch each cross once, others tell more"),
         (("--simulate", "--touch", "1,2,12"), "the crosses have numbers from 1 to 9, like 1,3,7,9"),
         (("--simulate", "--touch", "1,2,3", "--arm", "spatial"), "is for an arm in the plane"),
         (("--simulate", "--bar", "nan"), "nan is not in the range 50<=x<=200"),

@@ -8,6 +8,7 @@ import seen_arms
 
 from laptop.calibration.camera_report import shift_since
 from laptop.identification.emulated_table import camera_over, luck_of
+from robot.motion import kinematics
 
 
 def test_a_camera_sees_what_it_aims_at_in_the_middle():
@@ -41,3 +42,11 @@ def test_the_camera_that_is_calibrated_is_the_true_one_and_a_hand_is_nearly_righ
     assert len(touches) == 5
     assert touches == over.touches(5, luck_of(3))
     assert touches != over.touches(5, luck_of(4))
+
+
+def test_a_hand_touches_the_crosses_that_were_named():
+    over = seen_arms.table(seen_arms.ARM)
+    crosses = [(-5.0, 7.5), (0.0, 0.0), (5.0, -7.5)]
+    assert [touch.cross for touch in over.touched(crosses, luck_of(1))] == crosses
+    with pytest.raises(kinematics.Unreachable):
+        over.touched([(50.0, 0.0)], luck_of(1))
