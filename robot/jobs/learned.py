@@ -7,7 +7,8 @@ become part of the cubics that the plan is made of: a control tick does not know
 
 import math
 
-from shared.job import JOINED, MAX_JUMP, BadJob, check_joints, go_on
+from shared.job import JOINED
+from shared.job_pieces import MAX_JUMP, BadJob, check_joints, go_on
 
 MAX_OFFSET = math.radians(20)
 """Greatest offset of a joint, rad: a link that is 5 % too long makes 3 degrees of it, and near the

@@ -195,6 +195,13 @@ def test_a_joint_that_leaves_its_limits_between_two_knots_is_refused(tmp_path):
             assert read_all(path, PLANAR)
 
 
+def test_a_cubic_that_cannot_be_reckoned_with_is_refused(tmp_path):
+    steep, elbow = [0.0, 0.0, 1e200, -1e200], [1.0, 0.0, 0.0, 0.0]
+    piece = ([0.0, 1.0], [(1.0, 0.0, [steep, elbow], None)], [0.0, 1.0])
+    path = written(tmp_path, [Stroke("", 1.0, 1.0, [piece])])
+    assert "needs the shoulder at -inf deg" in refusal(path)
+
+
 def test_a_piece_that_stands_or_goes_back_is_refused(tmp_path):
     cubics = [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]]
     for v, a in ((0.0, 0.0), (-1.0, 0.5)):
