@@ -108,30 +108,41 @@ class Lessons:
         out: list[Sequence[Offsets]] = []
         for chain, lesson in zip(self._chains, self._lessons, strict=True):
             own = list(lesson.offsets)
+            strokes = []
             for k in chain:
-                out.append(self._drawable(k, own[: len(self.ways[k])]))
+                strokes.append(own[: len(self.ways[k])])
                 del own[: len(self.ways[k])]
+            out += self._drawable(chain, strokes)
         return out
 
-    def _drawable(self, k: int, pieces: Sequence[Offsets]) -> Sequence[Offsets]:
-        """Return so much of a stroke's offsets as the arm may do, which the brick checks, too."""
+    def _drawable(self, chain: Sequence[int], strokes: Drawn) -> Drawn:
+        """Return so much of joined strokes' offsets as the arm may do, which the brick checks, too.
+
+        It is as much of each: where they meet, no joint may jump.
+        """
         joints = self.plan.arm.joints
         low = np.array([joint.lower for joint in joints]) + MARGIN
         high = np.array([joint.upper for joint in joints]) - MARGIN
-        within = []
-        for way, own in zip(self.ways[k], pieces, strict=True):
-            q = way.at(own.s, way.q)
-            within.append(Offsets(own.s, np.clip(q + own.q, low, high) - q))
-        stroke = job.Stroke(
-            "", 0.0, 0.0, [piece.numbers() for piece in self.plan.strokes[k].motions]
-        )
+        within: list[list[Offsets]] = []
+        for k, pieces in zip(chain, strokes, strict=True):
+            within.append([])
+            for way, own in zip(self.ways[k], pieces, strict=True):
+                q = way.at(own.s, way.q)
+                within[-1].append(Offsets(own.s, np.clip(q + own.q, low, high) - q))
         for share in SHARES:
-            some = [Offsets(own.s, share * own.q) for own in within]
-            learned = [own.numbers() for own in some]
+            some = [[Offsets(own.s, share * own.q) for own in pieces] for pieces in within]
             with contextlib.suppress(job.BadJob):
-                merged(self.plan.name, k + 1, stroke._replace(offsets=learned), joints)
+                for k, pieces in zip(chain, some, strict=True):
+                    self._check(k, pieces)
                 return some
-        return [none(piece) for piece in self.ways[k]]
+        return [[none(piece) for piece in self.ways[k]] for k in chain]
+
+    def _check(self, k: int, pieces: Sequence[Offsets]) -> None:
+        """Raise BadJob for offsets of a stroke that the brick would refuse."""
+        planned = [piece.numbers() for piece in self.plan.strokes[k].motions]
+        learned = [own.numbers() for own in pieces]
+        stroke = job.Stroke("", 0.0, 0.0, planned, learned)
+        merged(self.plan.name, k + 1, stroke, self.plan.arm.joints)
 
     @property
     def floor(self) -> float:

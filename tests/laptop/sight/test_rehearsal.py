@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from laptop.bench.sight import AgeingRig, SightCase, plan_of, run_case
+from laptop.drawing.artwork import Artwork
 from laptop.drawing.lines import in_place, line_through
 from laptop.drawing.options import DrawingOptions
 from laptop.drawing.preparing import prepare
@@ -65,7 +66,7 @@ def test_what_the_arm_may_not_do_is_learned_in_part():
     s = np.linspace(0, way.length, 20)
     far = Offsets(s, np.full((20, 2), np.radians(30)))  # beyond what the brick takes
     lessons = Lessons(plan)
-    (some,) = lessons._drawable(0, [far])
+    ((some,),) = lessons._drawable([0], [[far]])
     assert np.degrees(some.greatest) == pytest.approx(15)
 
 
@@ -76,9 +77,26 @@ def test_what_is_learned_stays_within_the_limits_of_the_joints():
     upper = way.q[:, 0].max() + np.radians(2)
     tight = replace(plan, arm=ARM._replace(joints=(shoulder._replace(upper=upper), elbow)))
     s = np.linspace(0, way.length, 20)
-    (some,) = Lessons(tight)._drawable(0, [Offsets(s, np.full((20, 2), np.radians(3)))])
+    ((some,),) = Lessons(tight)._drawable([0], [[Offsets(s, np.full((20, 2), np.radians(3)))]])
     assert (way.at(s, way.q)[:, 0] + some.q[:, 0]).max() == pytest.approx(upper, abs=0.01)
     assert some.q[:, 1] == pytest.approx(np.radians(3))
+
+
+def test_of_strokes_that_are_joined_as_much_is_learned_of_each():
+    lines = (np.array([(10.0, 1.0), (9.0, 3.0)]), np.array([(9.0, 3.0), (10.0, 5.0)]))
+    artwork = Artwork("hook", lines, ("", ""))
+    plan = prepare(artwork, ARM, in_place(artwork, DrawingOptions()))
+    first, second = (stroke for (stroke,) in Lessons(plan).ways)
+    begin = np.radians(18)
+    ends = ((first, begin), (second, np.radians(30)))  # the brick takes 20
+    wished = [
+        [Offsets(s, np.linspace((begin, 0), (end, 0), 20))]
+        for way, end in ends
+        for s in [np.linspace(0, way.length, 20)]
+    ]
+    (before,), (after,) = Lessons(plan, wished).offsets
+    assert np.degrees(after.greatest) == pytest.approx(15)
+    assert before.q[-1] == pytest.approx(after.q[0])
 
 
 @pytest.mark.long
