@@ -111,6 +111,11 @@ def read_sight_options(
         raise click.UsageError(
             f"--by-sight teaches an arm in the plane, and {arm.name} moves in space: leave it out."
         )
+    for key in ("camera", "camera_file", "arm_at", "bar", "port"):
+        if simulate and options[key] is not None:
+            raise click.UsageError(
+                f"--{key.replace('_', '-')} is of a real camera: leave it out with --simulate."
+            )
     if otherwise and options["by_sight"]:
         raise click.UsageError(
             "--by-sight draws all of it, once: leave --repeat, --from, --resume and --detach out."

@@ -77,6 +77,8 @@ def test_a_job_is_written_with_what_was_learned(draw, monkeypatch):
         ((*LINE, "--by-sight", "3", "--repeat", "2"), "--by-sight draws all of it, once"),
         ((*LINE, "--by-sight", "3", "--arm-at", "4,5"), "write it as -9,0,0"),
         ((*LINE, "--by-sight", "3", "--arm-at", "nan,0,0"), "write it as -9,0,0"),
+        ((*LINE, "--by-sight", "3", *PLANT, "--arm-at", "4,5,0"), "--arm-at is of a real camera"),
+        ((*LINE, "--by-sight", "3", *PLANT, "--camera", "0"), "--camera is of a real camera"),
         ((*LINE, "--camera", "0"), "--camera is for --by-sight N: add it"),
         ((*LINE, "--forget"), "--forget is for --by-sight N: add it"),
         ((*LINE, "--built", "planar"), "--built is for --simulate: add it"),
