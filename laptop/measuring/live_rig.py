@@ -31,7 +31,9 @@ JOIN_TIMEOUT = 2.0
 
 
 class SightCollector:
-    """Keeps where markers are seen, and passes every observation on to the link.
+    """Passes every observation on to the link, and keeps those of a while.
+
+    Whoever waits, for a brick or a sheet of paper, may do so for hours: then nothing is kept.
 
     Args:
         server: of the brick.
@@ -41,19 +43,26 @@ class SightCollector:
         self._server = server
         self._lock = threading.Lock()
         self._seen: dict[str, list[tuple[float, float, float]]] = {}
+        self._keeps = False
 
     def publish(self, observation: Observation) -> None:
         """Take an observation."""
         seen = observation.markers.get(EFFECTOR)
         u, v = seen[:2] if seen and seen[2] >= LEAST_CONFIDENCE else (math.nan, math.nan)
         with self._lock:
-            self._seen.setdefault(observation.camera, []).append((observation.t, u, v))
+            if self._keeps:
+                self._seen.setdefault(observation.camera, []).append((observation.t, u, v))
         self._server.publish(observation)
 
-    def take(self) -> dict[str, Sights]:
-        """Return what was seen since the last time, by camera."""
+    def begin(self) -> None:
+        """Keep what is seen from now on."""
         with self._lock:
-            seen, self._seen = self._seen, {}
+            self._seen, self._keeps = {}, True
+
+    def take(self) -> dict[str, Sights]:
+        """Return what was seen since it began, by camera, and keep no more."""
+        with self._lock:
+            seen, self._seen, self._keeps = self._seen, {}, False
         found = {}
         for camera, rows in seen.items():
             values = np.array(rows)
@@ -134,7 +143,7 @@ class LiveRig:
         Raises:
             BadMeasurement: a camera has ended.
         """
-        self._collector.take()
+        self._collector.begin()
         until = time.monotonic() + seconds
         while time.monotonic() < until:
             self._check()
@@ -164,7 +173,7 @@ class LiveRig:
         """
         self.wait_for_brick()
         offer = JobOffer(job, dry=dry)
-        self._collector.take()
+        self._collector.begin()
         told = self._server.state().progress
         if not self._server.offer(offer):
             raise BadMeasurement("the link has just broken; it mends by itself, then do it again")
@@ -174,6 +183,7 @@ class LiveRig:
             done = True
         finally:
             if not done:
+                self._collector.take()
                 self._server.send(Order(ABORT, None))
                 self._server.send(Stop("the measurement has ended"))
         rows = list(offer.log)

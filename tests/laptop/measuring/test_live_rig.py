@@ -14,6 +14,7 @@ from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
 from shared.job_log import LogRow
 from shared.job_messages import DONE, DRAWING, JobStatus
+from shared.messages import EFFECTOR, Observation
 
 ARM = read_arm(find_arm("planar"))
 WAYS = [[(9.0, 2.0), (12.0, 4.0)], [(12.0, 4.0), (14.0, -2.0)]]
@@ -79,3 +80,17 @@ def test_the_same_job_offered_again_is_drawn_again(tmp_path):
     for times in (1, 2):
         assert rig.measure(job).rows
         assert brick.drawn == times
+
+
+def test_sights_are_kept_only_while_somebody_measures():
+    passed = []
+    collector = live.SightCollector(SimpleNamespace(publish=passed.append))
+    seen = [Observation(t, "A", float(t), {EFFECTOR: (t, 2.0, 1.0)}) for t in range(4)]
+    collector.publish(seen[0])
+    collector.begin()
+    collector.publish(seen[1])
+    collector.publish(seen[2])
+    assert collector.take()["A"].pixels.tolist() == [[1.0, 2.0], [2.0, 2.0]]
+    collector.publish(seen[3])
+    assert collector.take() == {}
+    assert passed == seen, "the link gets them all"
