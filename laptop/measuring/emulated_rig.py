@@ -81,6 +81,7 @@ class EmulatedRig:
         self._cameras = dict(cameras or {})
         self._height, self._noise, self._fps = height, noise_px, fps
         self._luck = np.random.default_rng(seed)
+        self._looked: list[tuple[float, float]] = []  # from when to when at each rest, s
 
     def measure(self, job: Path, dry: bool = True) -> MeasuredRun:
         """Let the arm do a job, and look; see Rig.
@@ -109,6 +110,9 @@ class EmulatedRig:
             # of the program's start.
             ahead = UPTIME + (self.last.outcome.start or 0.0)
             rows = [row._replace(t=row.t - ahead) for row in read_log(str(log))]
+        # (A picture comes a little late or early, and the tracker needs one to find its marker.)
+        more = 1 / self._fps
+        self._looked = [(row.t - header.rest - more, row.t + more) for row in rows if row.rest]
         record = self.last.record
         times = np.array([sample.t for sample in record])
         angles = np.array([sample.q for sample in record])
@@ -136,7 +140,7 @@ class RenderedRig(EmulatedRig):
     Args:
         arm, built, plant, seed: as for EmulatedRig.
         scenes: by the cameras' names, each of the arm as built.
-        only_rests: no picture is taken while the arm moves.
+        only_rests: no picture is taken but those that tell of a rest, by the brick's log.
     """
 
     def __init__(
@@ -169,9 +173,9 @@ class RenderedRig(EmulatedRig):
         camera = SyntheticCamera(scene, poses, lambda: 0.0, start=float(t[0]))
         tracker = Tracker([read_spec(*look) for look in marker_specs(scene.constants).items()])
         times_seen, pixels = t.copy(), np.full((len(t), 2), np.nan)
-        still = np.abs(np.diff(q, axis=0, append=q[-1:])).max(axis=1) < 1e-4
         for index in range(len(t)):
-            if self._only_rests and not still[index]:
+            at = t[index]
+            if self._only_rests and not any(begin < at <= end for begin, end in self._looked):
                 continue
             frame = camera.capture(index)
             times_seen[index] = frame.t

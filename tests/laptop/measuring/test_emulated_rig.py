@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import jobs
 import numpy as np
@@ -126,6 +127,17 @@ def test_rendered_pictures_are_really_tracked(job):
     for t, pixel in zip(stood, rests.pixel, strict=True):
         truth = scene.truth(true_angles(rig, t - 0.2))["effector"]
         assert pixel == pytest.approx(truth, abs=0.5)
+
+
+def test_an_arm_that_shakes_at_its_rest_is_seen_to(job):
+    rig = RenderedRig(ARM, {"A": Scene(ARM, read_scene("fps=5,jpeg=0"))}, plant="cpu=0",
+                      only_rests=True)  # fmt: skip
+    (end, *_) = [row.t for row in rig.measure(job).rows if row.rest]
+    t, q = end - np.array([1.3, 0.7, 0.5]), np.array([(0.5, 1.0), (0.55, 1.0), (0.5, 1.0)])
+    samples = zip(t, q, strict=True)
+    rig.last = SimpleNamespace(record=[SimpleNamespace(t=at, q=pose) for at, pose in samples])
+    seen = np.isfinite(rig._see("A", t, q).pixels).all(axis=1)
+    assert seen.tolist() == [False, True, True], "only before it rests it is not looked at"
 
 
 def test_in_space_the_marker_sits_along_and_above_the_last_link():
