@@ -128,7 +128,9 @@ class Lessons:
             within.append([])
             for way, own in zip(self.ways[k], pieces, strict=True):
                 q = way.at(own.s, way.q)
-                within[-1].append(Offsets(own.s, np.clip(q + own.q, low, high) - q))
+                # (A path that is planned nearer to a limit stays where it is.)
+                moved = np.clip(q + own.q, np.minimum(low, q), np.maximum(high, q))
+                within[-1].append(Offsets(own.s, moved - q))
         for share in SHARES:
             some = [[Offsets(own.s, share * own.q) for own in pieces] for pieces in within]
             with contextlib.suppress(job.BadJob):

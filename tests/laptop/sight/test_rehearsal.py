@@ -82,6 +82,15 @@ def test_what_is_learned_stays_within_the_limits_of_the_joints():
     assert some.q[:, 1] == pytest.approx(np.radians(3))
 
 
+def test_where_nothing_is_learned_a_path_beside_a_limit_stays_where_it_is():
+    plan = short_line()
+    ((way,),) = Lessons(plan).ways
+    shoulder, elbow = ARM.joints
+    limit = shoulder._replace(upper=way.q[:, 0].max() + np.radians(0.01))
+    ((some,),) = Lessons(replace(plan, arm=ARM._replace(joints=(limit, elbow)))).offsets
+    assert some.greatest == 0
+
+
 def test_of_strokes_that_are_joined_as_much_is_learned_of_each():
     lines = (np.array([(10.0, 1.0), (9.0, 3.0)]), np.array([(9.0, 3.0), (10.0, 5.0)]))
     artwork = Artwork("hook", lines, ("", ""))
