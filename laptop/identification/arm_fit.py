@@ -38,8 +38,6 @@ PLACING = 0.03
 """Error with which a hand sets a pen on a cross, cm."""
 LEAST_PIXEL = 0.1
 """Error of a marker's place that is always reckoned with, px."""
-WORST_START = 8.0
-"""Root mean square, px, of the first guess above which no motion explains what is seen."""
 LIKELY_GEAR = 3.0
 """A gear differs from its description if it does by so many standard deviations, ..."""
 LEAST_GEAR = 0.004
@@ -203,14 +201,14 @@ class _ArmProblem:
         return np.stack(columns, axis=-1)
 
 
-def first_guess(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.ndarray, float]:
-    """Return the model with its joints' signs, its numbers to begin with, and their RMS, px.
+def first_guess(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.ndarray]:
+    """Return the model with its joints' signs, and its numbers to begin with.
 
     Seen from above the marker is linear in three complex numbers: the base, and the two links
     turned by board and zeros.  So nothing needs to be known of where the arm stands.
 
     Raises:
-        BadIdentification: too little was seen, or nothing moves as joints do.
+        BadIdentification: too little was seen.
     """
     name = min(model.cameras)
     pixels = rests.pixels[name]
@@ -249,11 +247,10 @@ def first_guess(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.ndarra
         (f"{model.arm.joints[1].name}.zero", float(np.angle(fore / upper))),
     ):  # fmt: skip
         state[model.index(key)] = value
-    middle = np.column_stack([[places.real.mean()], [places.imag.mean()]])
-    return replace(model, signs=signs), state, least * float(camera.px_per_cm(middle, height)[0])
+    return replace(model, signs=signs), state
 
 
-def _first_in_space(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.ndarray, float]:
+def _first_in_space(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.ndarray]:
     """Try how the arm is turned on the board; its place follows by a few steps of the fit."""
     best, least = None, math.inf
     place = [model.index(f"board.{key}") for key in ("turn", "x", "y")]
@@ -281,17 +278,17 @@ def _first_in_space(model: ArmModel, rests: RestSights) -> tuple[ArmModel, np.nd
             state[place[0]] = middle + math.remainder(found.x[0] - middle, 2 * math.pi)
             best, least = state, rms
     assert best is not None
-    return model, best, least
+    return model, best
 
 
 def fit_arm(model: ArmModel, rests: RestSights, touches: Sequence[TouchSight] = ()) -> ArmFit:
     """Fit an arm's numbers; a gear that is as described is taken for that.
 
     Raises:
-        BadIdentification: too little was seen, or nothing moves as joints do.
+        BadIdentification: too little was seen.
     """
     model = replace(model, run_on=running_on(model.arm, rests.stood))
-    model, state, _ = first_guess(model, rests)
+    model, state = first_guess(model, rests)
     fit = _fitted(model, state, rests)
     elbows = bent_at(fit, touches)
     if touches:
