@@ -24,7 +24,8 @@ LOOK_PERIOD = 0.05
 READ_TIMEOUT = 0.2
 """A pipeline waits so long for one frame, s."""
 BEGIN_TIMEOUT = 10.0
-"""A brick that has said nothing of a job so long after it was offered will not do it, s."""
+"""A brick that has said nothing of a job for so long, since it was offered or linked anew, will not
+do it, s."""
 LAST_WORDS = 2.0
 """So long after a job's end its log may still come in, s."""
 JOIN_TIMEOUT = 2.0
@@ -195,7 +196,7 @@ class LiveRig:
 
     def _wait_for_end(self, offer: JobOffer, told: float) -> None:
         """Wait; what the brick said until `told`, s of its clock, is of a job before this one."""
-        offered_at = time.monotonic()
+        heard_at, begun = time.monotonic(), False
         ended_at = None
         header = offer.job.header
         while True:
@@ -204,14 +205,16 @@ class LiveRig:
             progress = state.progress
             mine = None
             if progress and progress.crc == offer.draw.crc and progress.t > told:
-                mine = progress
+                mine, heard_at, begun = progress, time.monotonic(), True
             if mine is None:
                 if state.client is None:
                     raise BadMeasurement(f"the link was lost: {state.lost}; do it again")
-                if time.monotonic() - offered_at > BEGIN_TIMEOUT:
-                    raise BadMeasurement(
-                        "the brick did not begin; does its program run with --wait?"
-                    )
+                if time.monotonic() - heard_at > BEGIN_TIMEOUT:
+                    why = "the brick did not begin; does its program run with --wait?"
+                    if begun:
+                        why = "the link broke, and since then the brick says nothing of its job; "
+                        why += "do it again"
+                    raise BadMeasurement(why)
             elif mine.state == DONE:
                 ended_at = ended_at or time.monotonic()
                 stands = sum(row.rest for row in offer.log)

@@ -82,6 +82,44 @@ def test_the_same_job_offered_again_is_drawn_again(tmp_path):
         assert brick.drawn == times
 
 
+class RelinkedBrick(OneBrick):
+    """One whose link breaks in mid-job, and is there again with no word of the job yet."""
+
+    def __init__(self, again):
+        super().__init__()
+        self.again = again
+
+    def offer(self, offer):
+        super().offer(offer)
+        self.to_tell = [*[DRAWING] * 30, *["relinked"] * 5, *[DONE] * self.again]
+        return True
+
+    def state(self):
+        if self.to_tell[:1] == ["relinked"]:
+            self.to_tell.pop(0)
+            self.progress = None
+            return SimpleNamespace(client="brick", progress=None, lost="")
+        return super().state()
+
+
+@pytest.mark.parametrize("again", [True, False])
+def test_a_link_that_breaks_late_in_a_job_and_mends_ends_it_only_if_the_brick_stays_silent(
+    tmp_path, monkeypatch, again
+):
+    job, brick, now = Path(jobs.write(tmp_path, WAYS, log=0.05)), RelinkedBrick(again), [0.0]
+    clock = SimpleNamespace(
+        monotonic=lambda: now[0], sleep=lambda s: now.__setitem__(0, now[0] + 10 * s)
+    )
+    monkeypatch.setattr(live, "time", clock)
+    rig = live.LiveRig(ARM, [], brick, live.SightCollector(brick))
+    if again:
+        assert rig.measure(job).rows
+        assert now[0] > live.BEGIN_TIMEOUT
+    else:
+        with pytest.raises(BadMeasurement, match="the link broke, and since then the brick says"):
+            rig.measure(job)
+
+
 def test_sights_are_kept_only_while_somebody_measures():
     passed = []
     collector = live.SightCollector(SimpleNamespace(publish=passed.append))
