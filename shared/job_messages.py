@@ -100,7 +100,7 @@ PART = fields.whole_number(0, MAX_PARTS - 1)
 STROKE = fields.whole_number(0, MAX_SIZE)
 LENGTH = fields.number(0, 1e6, "cm", 2)
 PLANNED = fields.number(0, 1e6, "s", 4)
-_base64 = fields.matching(r"[A-Za-z0-9+/]{4,1900}={0,2}\Z", "at most 1900 letters of base64")
+_base64 = fields.matching(r"[A-Za-z0-9+/]{2,1900}={0,2}\Z", "at most 1900 letters of base64")
 
 
 def _name(value):

@@ -5,6 +5,7 @@ laptop.cli -> laptop.page -> laptop.tracking; whoever tells of a run -> laptop.r
 laptop.cli -> laptop.brick -> shared
 laptop.cli, laptop.bench -> laptop.calibration -> laptop.tracking, robot.motion.kinematics
 laptop.cli, laptop.bench -> laptop.measuring -> laptop.tracking, laptop.simulator
+laptop.cli, laptop.bench -> laptop.accuracy -> laptop.measuring, laptop.calibration
 laptop.cli, laptop.bench -> laptop.sight -> laptop.measuring, laptop.drawing
 laptop.cli -> laptop.guide -> laptop.simulator, laptop.brick
 laptop.cli -> laptop.lab_report -> what laptop.demo has found
@@ -51,6 +52,16 @@ RULES = {
         *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.vision"),
         *("shared", "numpy"),
     ),
+    "laptop.identification": (
+        *("laptop.identification", "laptop.calibration", "laptop.measuring", "laptop.vision"),
+        "laptop.simulator.scene",
+        *("robot.motion.gravity", "robot.motion.kinematics", "shared", "numpy", "scipy", "cv2"),
+    ),
+    "laptop.accuracy": (
+        *("laptop.accuracy", "laptop.measuring", "laptop.calibration"),
+        *("laptop.drawing.reach", "laptop.tracking.joint_track", *PURE, "shared", "numpy"),
+    ),
+    "laptop.accuracy.plots": ("laptop.accuracy", "laptop.reporting", "numpy", "matplotlib"),
     "laptop.sight": (
         *("laptop.sight", "laptop.measuring.measured_run", "laptop.drawing", "shared", "numpy"),
         *("robot.jobs.learned", *(f"robot.motion.{name}" for name in SIGHT_PURE)),
@@ -132,6 +143,14 @@ RULES = {
         )
         for name in ("plot", "interruptions")
     },
+    "laptop.bench.calibrate": (
+        *("laptop.bench", "laptop.identification", "laptop.measuring", "laptop.reporting"),
+        *("laptop.simulator", "robot", "shared", "numpy"),
+    ),
+    "laptop.bench.accuracy": (
+        *("laptop.bench", "laptop.accuracy", "laptop.calibration", "laptop.measuring"),
+        *("laptop.vision.finders.board", "robot.motion.kinematics", "shared", "numpy"),
+    ),
     "laptop.bench.sight": (
         *("laptop.bench", "laptop.drawing", "laptop.measuring", "laptop.reporting"),
         *("laptop.sight", "laptop.simulator", "shared", "numpy"),

@@ -81,7 +81,7 @@ EXAMPLE = re.compile(r"demo$|bench (draw|limits|track)$|bench servo --seeds")
 """Of `demo` and `bench` these are begun; of the others the options are parsed, no more."""
 
 SHORTHAND = ("demo", "track", "simulate", "markers", "camera", "brick", "draw", "guide")
-SHORTHAND += ("report", "bench")
+SHORTHAND += ("report", "bench", "calibrate")
 """In a table, what begins so has `.uv/bin/uv run python -m laptop` in front."""
 
 BRICK = re.compile(r"(?:robot/)?(\w+\.py)\b")
@@ -227,10 +227,14 @@ class Shell:
             else:
                 parse(words[3:])
         # These need a brick to reach by ssh, or a camera, too; their own tests have them.
-        elif words[3] == "brick" or (words[3] == "touch" and "--simulate" not in words):
+        elif words[3] == "brick" or (
+            words[3] in ("touch", "calibrate") and "--simulate" not in words
+        ):
             parse(words[3:])
         elif words[3] == "draw" and not {"--preview", "--job"} & set(words):
             parse(words[3:])  # the same; tests/laptop/cli/test_draw.py has --simulate
+        elif words[3] == "accuracy":  # it takes minutes; tests/laptop/cli/test_accuracy.py has it
+            parse(words[3:])
         elif words[3] == "track":
             self.close()
             self._until(words[3:], UNTIL["track"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,6 +20,10 @@ from shared.ini import BadIni, read_ini, with_values
 
 BACKUP = ".bak"
 """What is put behind the name of the file that was there before."""
+NOTED = re.compile(r"\s*\+- [^;]*?\b\d{4}-\d\d-\d\d\b;?")
+"""A note in a comment, of an earlier measurement."""
+COLUMN = 19
+"""A line's comment begins behind so many characters."""
 
 
 class ArmNotWritten(ArmError, OSError):
@@ -31,7 +36,10 @@ def own_file(arm: Arm) -> Path:
 
 
 def write_values(
-    arm: Arm, values: Mapping[tuple[str, str], str], file: str | Path | None = None
+    arm: Arm,
+    values: Mapping[tuple[str, str], str],
+    file: str | Path | None = None,
+    notes: Mapping[tuple[str, str], str] | None = None,
 ) -> Path:
     """Write numbers into an arm's file; of one that comes along, into a copy that is the user's.
 
@@ -39,6 +47,8 @@ def write_values(
         arm: as it was read.
         values: texts by (section, key); a key that is not there is added to its section.
         file: written instead of the arm's own.
+        notes: by (section, key), what goes first in the comment of that line, such as
+            "+- 0.2 deg, seen by a camera 2026-05-01"; it takes the place of the one before.
 
     Returns:
         The file that has them now; the one before is beside it, with BACKUP behind its name.
@@ -60,7 +70,7 @@ def write_values(
             # As bytes: the ends of its lines stay as they are.
             text = Path(arm.file).read_bytes().decode("utf-8")
             path.parent.mkdir(parents=True, exist_ok=True)
-            draft.write_bytes(_changed(text, values).encode("utf-8"))
+            draft.write_bytes(_noted(_changed(text, values), notes or {}).encode("utf-8"))
             read_arm(draft)
             if path.exists():
                 shutil.copymode(path, draft)
@@ -83,6 +93,22 @@ def _changed(text: str, values: Mapping[tuple[str, str], str]) -> str:
     for (section, key), value in missing.items():
         text = _added(text, section, key, value)
     return text
+
+
+def _noted(text: str, notes: Mapping[tuple[str, str], str]) -> str:
+    """Return the text with notes in the comments of lines."""
+    lines, section = text.splitlines(keepends=True), ""
+    for number, line in enumerate(lines):
+        bare = line.lstrip("\ufeff").rstrip("\r\n")
+        if bare.startswith("["):
+            section = bare[1 : bare.find("]")]
+        note = notes.get((section, bare.partition("=")[0].strip()))
+        if note and bare[:1] not in ("#", ";"):
+            value, _, comment = line.rstrip("\r\n").partition(";")
+            comment = NOTED.sub("", comment).strip()
+            told = f"{note}; {comment}" if comment else note
+            lines[number] = f"{value.rstrip():<{COLUMN}} ; {told}{line[len(line.rstrip()) :]}"
+    return "".join(lines)
 
 
 def _added(text: str, section: str, key: str, value: str) -> str:

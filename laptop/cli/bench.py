@@ -10,6 +10,8 @@ from dataclasses import asdict
 
 import click
 
+from laptop.cli.bench_accuracy import bench_accuracy
+from laptop.cli.bench_calibrate import bench_calibrate
 from laptop.cli.bench_camera import bench_camera
 from laptop.cli.bench_interruptions import bench_interruptions
 from laptop.cli.bench_page import bench_page, bench_stop
@@ -456,5 +458,8 @@ def bench_brick() -> None:
     show.table(title, brick.HEADINGS, brick.table(rows), sections=0)
 
 
-for command in (bench_camera, bench_interruptions, bench_page, bench_plot, bench_sight, bench_stop):
+for command in (
+    *(bench_accuracy, bench_calibrate, bench_camera, bench_interruptions),
+    *(bench_page, bench_plot, bench_sight, bench_stop),
+):
     bench.add_command(command)

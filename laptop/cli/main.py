@@ -8,8 +8,10 @@ import sys
 import click
 
 from laptop import system
+from laptop.cli.accuracy import accuracy
 from laptop.cli.bench import bench
 from laptop.cli.brick import brick
+from laptop.cli.calibrate import calibrate
 from laptop.cli.camera import camera
 from laptop.cli.demo import demo
 from laptop.cli.draw import draw
@@ -30,7 +32,10 @@ def laptop() -> None:
     """Everything that runs beside the brick."""
 
 
-COMMANDS = simulate, draw, demo, track, markers, camera, touch, brick, guide, report, bench
+COMMANDS = (
+    *(simulate, draw, demo, track, markers, camera, touch, calibrate),
+    *(accuracy, brick, guide, report, bench),
+)
 for command in COMMANDS:
     laptop.add_command(command)
 

@@ -12,7 +12,7 @@ import io
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from laptop.vision.tracker import Tracker
 from shared.arm_description import Arm
 from shared.job import Job
 from shared.job_log import read_log
-from shared.messages import EFFECTOR
+from shared.messages import EFFECTOR, LEAST_CONFIDENCE
 
 TIMEOUT = 24 * 3600.0
 """A job may take so long, s of the brick's time."""
@@ -51,7 +51,7 @@ class EmulatedRig:
     Args:
         arm: as it is described; the brick reads it from its file.
         built: as it is; None: as described.
-        plant: text of the plant's constants.
+        plant: text of the plant's constants, or what read_plant has made of it.
         cameras: by name; their points are in the arm's frame.
         height: of the marker over the tip, cm.
         noise_px: standard deviation of each coordinate that is seen, px.
@@ -68,7 +68,7 @@ class EmulatedRig:
         self,
         arm: Arm,
         built: Arm | None = None,
-        plant: str = "",
+        plant: str | dict[str, Any] = "",
         cameras: Mapping[str, PointCamera] | None = None,
         height: float = 0.0,
         noise_px: float = 1.0,
@@ -77,7 +77,7 @@ class EmulatedRig:
     ) -> None:
         self.arm = arm
         self.built = built or arm
-        self._plant = read_plant(plant)
+        self._plant = read_plant(plant) if isinstance(plant, str) else plant
         self._cameras = dict(cameras or {})
         self._height, self._noise, self._fps = height, noise_px, fps
         self._luck = np.random.default_rng(seed)
@@ -175,7 +175,8 @@ class RenderedRig(EmulatedRig):
                 continue
             frame = camera.capture(index)
             times_seen[index] = frame.t
-            if found := tracker.find(frame.image, frame.t).get(EFFECTOR):
+            found = tracker.find(frame.image, frame.t).get(EFFECTOR)
+            if found and found.confidence >= LEAST_CONFIDENCE:
                 pixels[index] = found.u, found.v
         return Sights(times_seen, pixels)
 

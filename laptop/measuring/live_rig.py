@@ -128,6 +128,19 @@ class LiveRig:
             pipeline.wait(LOOK_PERIOD)
         return pipeline.view.frame.image
 
+    def look(self, seconds: float) -> dict[str, Sights]:
+        """Return where the marker is seen for so many s, by camera, whatever the arm does.
+
+        Raises:
+            BadMeasurement: a camera has ended.
+        """
+        self._collector.take()
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            self._check()
+            time.sleep(LOOK_PERIOD)
+        return self._collector.take()
+
     def wait_for_brick(self, timeout: float = math.inf) -> None:
         """Wait until a brick is linked.
 

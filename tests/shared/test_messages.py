@@ -67,6 +67,8 @@ MESSAGES = [
     Draw("", 1, 1, 0, 7, True, True),
     Want(0xCAFE0123, 39),
     JobPart(0xCAFE0123, 39, "aGVsbG8="),
+    JobPart(1, 3, "CQ=="),  # a job's last part may be one byte
+    JobPart(1, 3, "CQk="),
     Order("pause", None),
     Order("speed", 50.0),
     JobStatus(9.5, 7, "a rose", "drawing", 3, 37, 12.25, 412.5, 99.5, True, ""),

@@ -37,11 +37,11 @@ class ArmPlant(object):
         self.drives = {}
         self.joints = []
         start = [joint.home for joint in arm.joints] if start is None else start
-        error = math.radians(plant["zero_error"])
         self._gravity = Gravity(weighed(arm, plant), plant["gravity"])
         self._pen_drag = 0.0 if self.weighs else plant["pen_drag"]  # there is no paper in the air
         for joint, angle, inertia in zip(arm.joints, start, inertias(arm, plant)):
             own = at_port(plant, joint.port)
+            error = math.radians(own["zero_error"])
             backlash = own["backlash"]
             link = DrivenLink(
                 angle + error,

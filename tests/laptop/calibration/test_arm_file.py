@@ -89,3 +89,19 @@ def test_a_folder_that_takes_no_file_is_told(mine, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(ArmNotWritten, match="is not changed"):
         write_values(read_arm(mine), OFFSET, tmp_path / "file" / "mine.ini")
+
+
+def test_notes_stand_first_in_comments_and_take_the_place_of_older_ones(mine):
+    link, home = ("elbow", "link"), ("elbow", "home")
+    note = "+- 0.02 cm, seen by a camera {}"
+    values = {link: "9.612", home: "1.5", **OFFSET}
+    for day in ("2026-05-01", "2026-06-02"):
+        notes = {place: note.format(day) for place in values}
+        write_values(read_arm(mine), values, notes=notes)
+    lines = mine.read_text().splitlines()
+    now = note.format("2026-06-02")
+    assert f"link = 9.612        ; {now}; from the elbow's axis to the tip of the pen" in lines
+    assert f"marker_offset = 0.350 -0.200 ; {now}" in lines
+    assert not any("2026-05-01" in line for line in lines)
+    assert sum(now in line for line in lines) == 3, "no other section's link and home"
+    assert read_arm(mine).joints[1].link == 9.612

@@ -39,6 +39,14 @@ def true_angles(rig, t):
     return [np.interp(t, times, [sample.q[k] for sample in record]) for k in range(2)]
 
 
+def test_the_log_of_a_slow_brick_is_told_by_the_clock_of_the_truth(job):
+    rig = EmulatedRig(ARM, None, "cpu=1", {"A": FromAbove()}, noise_px=0.0)
+    for row in (row for row in rig.measure(job).rows if row.rest):
+        # It has been standing for its rest, to within what an encoder shows and backlash leaves.
+        for ago in (0.0, 0.7):
+            assert true_angles(rig, row.t - ago) == pytest.approx(row.q, abs=math.radians(2))
+
+
 def test_the_camera_sees_the_marker_of_the_arm_as_it_was_built(job):
     built = ARM._replace(
         marker_offset=(0.6, -0.4),

@@ -1,0 +1,297 @@
+"""Arms that are not as they are described, calibrated: what is found beside what is true.
+
+Links are off by up to 5 %, zeros by up to 1.5 degrees, the backlash is anything from 0 to 4 degrees
+and described as 2, the marker sits up to 5 mm beside the pen.  A camera stands anywhere sensible
+over the board and sees the marker to 1 px; a ruler has its height to 0.5 mm, a hand lays the board
+along the arm to 0.3 degrees and sets the pen on six crosses to 0.3 mm.  Each arm's motors are drawn
+with its seed, and the brick computes as slowly as it does.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import math
+import tempfile
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from laptop.bench import workers
+from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand
+from laptop.identification.calibrating import identify
+from laptop.identification.emulated_table import EmulatedTable, camera_over
+from laptop.identification.measured_numbers import measured, write_measured
+from laptop.measuring.emulated_rig import EmulatedRig
+from laptop.reporting import line_accuracy
+from laptop.simulator import session
+from laptop.simulator.device.plant_constants import at_port, read_plant
+from laptop.simulator.own_programs import find_script
+from robot.driver import LINES
+from shared.arm_description import Arm, ArmError, Joint, find_arm, read_arm
+from shared.ini import with_values
+
+LINK_OFF, ZERO_OFF, BACKLASH, OFFSET = 0.05, 1.5, (0.0, 4.0), 0.5
+"""Greatest errors of the description: of links, a share; of zeros, deg; the true backlash, deg;
+the marker beside the pen, cm."""
+NOISE_PX, TOUCHES = 1.0, 6
+HEIGHT_SIGMA, TURN_SIGMA = 0.05, math.radians(0.3)
+FIRST_UNTOUCHED = 1000
+"""Nothing was tuned with seeds from here on."""
+UNITS = {"link": ("%", 0.3), "zero": ("deg", 0.3), "backlash": ("deg", 0.3), "marker": ("mm", 0.5)}
+"""By what a number is: the unit of its error, and the wanted bound of that."""
+
+
+@dataclass(frozen=True)
+class CalibrateCase:
+    """One arm, drawn with a seed."""
+
+    seed: int
+    arm: str = "planar"
+
+
+@dataclass(frozen=True)
+class CalibrateResult:
+    """What came of one arm.
+
+    seed     which
+    refused  why nothing was found, or ""
+    errors   found less true, by the number's name: links in %, angles in deg, offsets in mm
+    sigmas   what was said of these
+    poses, minutes  on the brick
+    lines    greatest deviation of the three lines, mm: as described, as calibrated, with the truth
+    """
+
+    seed: int
+    refused: str = ""
+    errors: dict[str, float] = field(default_factory=dict)
+    sigmas: dict[str, float] = field(default_factory=dict)
+    poses: int = 0
+    minutes: float = math.nan
+    lines: tuple[tuple[float, ...], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnArm:
+    """An arm as its seed has it.
+
+    described, built  the arm
+    zeros  true angles where the zero is believed, rad
+    table  camera, board and hand
+    height of the marker as a ruler has it, cm
+    """
+
+    described: Arm
+    built: Arm
+    zeros: tuple[float, ...]
+    table: EmulatedTable
+    height: float
+
+    def plant(self, seed: int, zeros: Sequence[float]) -> dict[str, Any]:
+        """Return the constants of its motors, the zeros off by so much, rad."""
+        ports = {
+            joint.port: {"zero_error": math.degrees(zero)}
+            for joint, zero in zip(self.described.joints, zeros, strict=True)
+        }
+        return dict(read_plant(f"cpu=1,seed={seed}", {"ports": ports}))
+
+
+def draw_arm(case: CalibrateCase) -> DrawnArm:
+    """Draw an arm, and the camera over it."""
+    luck = np.random.default_rng([case.seed, 20])
+    described = read_arm(find_arm(case.arm))
+    joints, zeros = [], []
+    for joint in described.joints:
+        joints.append(
+            joint._replace(
+                link=joint.link * (1 + luck.uniform(-LINK_OFF, LINK_OFF)),
+                backlash=math.radians(luck.uniform(*BACKLASH)),
+            )
+        )
+        zeros.append(math.radians(luck.uniform(-ZERO_OFF, ZERO_OFF)))
+    offset = tuple(map(float, luck.uniform(-OFFSET, OFFSET, 2)))
+    built = described._replace(joints=tuple(joints), marker_offset=offset)
+    focal = 640 / 2 / math.tan(math.radians(luck.uniform(50, 75)) / 2)
+    camera = camera_over(
+        focal,
+        (-8.0 + luck.uniform(-2, 2), luck.uniform(-2, 2)),
+        focal * luck.uniform(44, 54) / 640,
+        luck.uniform(0.05, 0.5),
+        luck.uniform(0, 2 * math.pi),
+        math.pi / 2 * luck.integers(4) + luck.uniform(-0.2, 0.2),
+        distortion=(luck.uniform(-0.2, 0.05), 0.0, 0.0, 0.0, 0.0),
+    )
+    base = (-12.5 + float(luck.uniform(-1, 1)), float(luck.uniform(-2, 2)))
+    height = float(luck.uniform(1.0, 4.0))
+    turn = TURN_SIGMA * float(luck.standard_normal())
+    table = EmulatedTable(built, camera, base, turn, height)
+    said = height + HEIGHT_SIGMA * float(luck.standard_normal())
+    return DrawnArm(described, built, tuple(zeros), table, said)
+
+
+def cases(seeds: Sequence[int]) -> list[CalibrateCase]:
+    """One arm a seed."""
+    return [CalibrateCase(seed) for seed in seeds]
+
+
+def run(todo: Sequence[CalibrateCase], executor: Executor | None = None) -> Iterator[Any]:
+    """Yield the CalibrateResults of the cases, in their order."""
+    return workers.map_cases(calibrated, todo, executor=executor)
+
+
+def calibrated(case: CalibrateCase) -> CalibrateResult:
+    """Calibrate one arm, and draw lines before and after."""
+    drawn = draw_arm(case)
+    luck = np.random.default_rng([case.seed, 21])
+    rig = EmulatedRig(
+        drawn.described,
+        drawn.built,
+        drawn.plant(case.seed, drawn.zeros),
+        {"A": drawn.table},
+        drawn.table.height,
+        NOISE_PX,
+        seed=case.seed,
+    )
+    try:
+        camera = drawn.table.calibrated(luck, 100.0).camera
+        touches = drawn.table.touches(TOUCHES, luck, NOISE_PX)
+        known = MeasuredByHand(drawn.height, 0, OFFSET / math.sqrt(3))
+        model = ArmModel(drawn.described, {"A": CameraPrior.of(camera)}, known)
+        found = identify(rig, model, touches)
+    except ArmError as error:
+        return CalibrateResult(case.seed, str(error))
+    fit = found.fit
+    truth = {
+        "marker.along": drawn.built.marker_offset[0],
+        "marker.aside": drawn.built.marker_offset[1],
+    }
+    plant = drawn.plant(case.seed, drawn.zeros)
+    for joint, zero in zip(drawn.built.joints, drawn.zeros, strict=True):
+        truth[f"{joint.name}.link"] = joint.link
+        truth[f"{joint.name}.zero"] = zero - _phase(joint, plant)
+        truth[f"{joint.name}.backlash"] = joint.backlash
+    errors, sigmas = {}, {}
+    for name, true in truth.items():
+        unit = _unit(name, true)
+        errors[name] = unit * (fit.value(name) - true)
+        sigmas[name] = unit * fit.sigma(name)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "planar.ini"
+        write_measured(fit, measured(fit), date(2000, 1, 1), file)
+        left = [
+            zero - fit.value(f"{joint.name}.zero")
+            for joint, zero in zip(drawn.built.joints, drawn.zeros, strict=True)
+        ]
+        after = _lines(read_arm(str(file)), drawn, case.seed, left)
+        true_file = Path(folder) / "true" / "planar.ini"
+        true_file.parent.mkdir()
+        true_file.write_text(_true_text(drawn))
+        truly = _lines(read_arm(str(true_file)), drawn, case.seed, [0.0] * len(left))
+    before = _lines(drawn.described, drawn, case.seed, drawn.zeros)
+    return CalibrateResult(
+        case.seed, "", errors, sigmas, len(found.poses), found.seconds / 60, (before, after, truly)
+    )
+
+
+def _phase(joint: Joint, plant: dict[str, Any]) -> float:
+    """How much farther the brick takes a joint to be than its shaft is, in the mean, rad.
+
+    It counts a shaft's start as the middle between two encoder edges, and it is anywhere there: so
+    far its zero is off without anybody's fault.
+    """
+    return joint.direction / joint.gear * math.radians(at_port(plant, joint.port)["phase"] - 0.25)
+
+
+def _unit(name: str, true: float) -> float:
+    """By what a difference becomes the unit of UNITS."""
+    if name.startswith("marker"):
+        return 10.0
+    return 100 / true if name.endswith("link") else math.degrees(1)
+
+
+def _true_text(drawn: DrawnArm) -> str:
+    """The described arm's file with the true links and backlash."""
+    values = {}
+    for joint in drawn.built.joints:
+        values[joint.name, "link"] = f"{joint.link:.4f}"
+        values[joint.name, "backlash"] = f"{math.degrees(joint.backlash):.3f}"
+    return str(with_values(Path(drawn.described.file).read_text(), values))
+
+
+def _lines(arm: Arm, drawn: DrawnArm, seed: int, zeros: Sequence[float]) -> tuple[float, ...]:
+    """Draw the three lines; their greatest deviations, mm, nan of one that was not drawn.
+
+    Seen from the shoulder: how the whole arm stands on the table is no part of it.
+    """
+    plant = drawn.plant(seed, [0.0, *zeros[1:]])
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        done = session.run(arm, find_script("driver.py"), ["lines"], plant, built=drawn.built)
+    found = line_accuracy.measure(done.record, LINES[2])
+    return tuple(math.nan if one is None else one.greatest_mm for one in found)
+
+
+def of_kind(name: str) -> str:
+    """Return the key of UNITS that a number belongs to."""
+    return "marker" if name.startswith("marker") else name.rpartition(".")[2]
+
+
+HEADINGS = (
+    "number", "wanted", "rms", "median", "95 %", "worst", "said (median)", "within 1", "within 2"
+)  # fmt: skip
+LEGEND = "errors against the truth, and of how many the stated uncertainty was true"
+
+
+def table(results: Sequence[CalibrateResult]) -> list[list[str]]:
+    """One row per number."""
+    done = [one for one in results if not one.refused]
+    rows = []
+    for name in done[0].errors if done else ():
+        unit, wanted = UNITS[of_kind(name)]
+        off = np.array([one.errors[name] for one in done])
+        said = np.array([one.sigmas[name] for one in done])
+        rows.append(
+            [
+                name,
+                f"{wanted:g} {unit}",
+                f"{math.sqrt((off**2).mean()):.3f}",
+                *(f"{q:.3f}" for q in np.quantile(np.abs(off), [0.5, 0.95, 1.0])),
+                f"{np.median(said):.3f}",
+                *(f"{100 * (np.abs(off) < k * said).mean():.0f} %" for k in (1, 2)),
+            ]
+        )
+    return rows
+
+
+def ratios(results: Sequence[CalibrateResult]) -> tuple[float, float]:
+    """Greatest deviations over those with the true numbers, geometric mean: before and after."""
+    done = np.array([one.lines for one in results if not one.refused])
+    if not len(done):
+        return math.nan, math.nan
+    logs = np.log(done[:, :2] / done[:, 2:])
+    with np.errstate(all="ignore"):
+        before, after = np.exp(np.nanmean(logs, axis=(0, 2)))
+    return float(before), float(after)
+
+
+def summary(results: Sequence[CalibrateResult]) -> list[str]:
+    """Lines below the table."""
+    done = [one for one in results if not one.refused]
+    lines = [f"{len(done)} of {len(results)} arms were calibrated"]
+    lines += [f"seed {one.seed} was refused: {one.refused}" for one in results if one.refused]
+    if done:
+        minutes = [one.minutes for one in done]
+        before, after = ratios(done)
+        lines.append(
+            f"on the brick {np.median(minutes):.1f} minutes, {max(minutes):.1f} at most, "
+            f"{np.median([one.poses for one in done]):.0f} poses"
+        )
+        lines.append(
+            "three lines, greatest deviation over that with the true numbers (geometric mean): "
+            f"{before:.2f} before, {after:.2f} after"
+        )
+    return lines

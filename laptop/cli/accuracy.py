@@ -1,0 +1,344 @@
+"""`accuracy`: how accurately the arm goes where it is sent, after ISO 9283, by camera."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from laptop.cli.options import FiniteRange, arm_option, examples, importing, in_one_line
+from laptop.cli.run_folder import alone_in, check_room, write_files
+from laptop.reporting.arm_numbers import numbers_of
+from shared.arm_description import find_arm, read_arm
+
+if TYPE_CHECKING:
+    from laptop.accuracy.measurement import AccuracyResult
+    from laptop.accuracy.plan import AccuracyPlan
+    from laptop.accuracy.sighting import ArmOnBoard
+    from laptop.calibration.camera_fit import Calibration
+    from laptop.measuring.live_rig import LiveRig
+    from shared.job_messages import JobStatus
+
+PICTURE, TABLE = "accuracy.png", "accuracy.csv"
+OTHERS = (PICTURE, TABLE, "summary.json", "trace.csv", "picture.png", "picture-side.png")
+"""What means something of a run."""
+
+
+class Numbers(click.ParamType):
+    """Some numbers with commas between."""
+
+    def __init__(self, name: str, counts: tuple[int, ...]) -> None:
+        self.name, self._counts = name, counts
+
+    def convert(
+        self, value: str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, ...]:
+        """Return the numbers; fail if they are none, or too few."""
+        try:
+            numbers = tuple(float(part) for part in value.split(","))
+        except ValueError:
+            numbers = ()
+        if len(numbers) not in self._counts or not all(map(math.isfinite, numbers)):
+            self.fail(f"'{value}' is not {self.name}: numbers with commas between")
+        return numbers
+
+
+@click.command(
+    epilog=examples(
+        "accuracy --simulate --cycles 5",
+        "accuracy 0 --bar 99.5 --height 25 --arm mine.ini",
+        "accuracy 0 2 --arm spatial --calibrated a.json --calibrated b.json --bar 100",
+    )
+)
+@click.argument("sources", metavar="[SOURCE]...", nargs=-1)
+@arm_option("The arm")
+@click.option(
+    "--cycles", type=click.IntRange(3, 100), default=30, show_default=True, help="Of each pose."
+)
+@click.option(
+    "--side",
+    type=FiniteRange(0, 100),
+    metavar="CM",
+    help="Of the test's square or cube.  [default: the largest to which the arm comes easily]",
+)
+@click.option(
+    "--at",
+    type=Numbers("X,Y or X,Y,Z", (2, 3)),
+    metavar="X,Y[,Z]",
+    help="Its centre in the arm's frame, cm.  [default: where it has most room]",
+)
+@click.option(
+    "--place",
+    type=Numbers("X,Y,DEG", (3,)),
+    metavar="X,Y,DEG",
+    help="How the arm stands on the board: its origin there, cm, and how far its x is turned from "
+    "the board's.  [default: fitted to the poses, which hides what they have in common]",
+)
+@click.option(
+    "--bar",
+    type=float,
+    metavar="MM",
+    help="Length of the board's bar as measured.  [default: 100, not measured]",
+)
+@click.option(
+    "--height",
+    type=FiniteRange(0, 500),
+    metavar="MM",
+    help="Of the arm's marker over the table; in space over the tip.  [default: 0]",
+)
+@click.option(
+    "--calibrated",
+    multiple=True,
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE.json",
+    help="A camera from `camera --out`, one for each SOURCE.  [default: what the board tells now]",
+)
+@click.option("--scene", default="", metavar="KEY=VALUE,...", help="Of synthetic cameras.")
+@click.option("--effector", metavar="SPEC", help="The arm's marker, as for `track`.")
+@click.option("--size", metavar="WxH", help="Asked of a webcam, px.  [default: 640x480]")
+@click.option("--brick", "call", is_flag=True, help="Start the program on the brick over ssh.")
+@click.option("--simulate", is_flag=True, help="On an emulated arm, before emulated cameras.")
+@click.option(
+    "--plant", default="", metavar="KEY=VALUE,...", help="Of the emulated brick, as for `simulate`."
+)
+@click.option(
+    "--built",
+    metavar="FILE",
+    help="The emulated arm as it was built, where that is not what --arm says.",
+)
+@click.option(
+    "--noise",
+    type=FiniteRange(0, 10),
+    default=0.03,
+    show_default=True,
+    metavar="PX",
+    help="Of the marker in an emulated camera's picture.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=1000,
+    show_default=True,
+    help="Of emulated cameras and their noise.",
+)
+@click.option(
+    "--out", default="out", metavar="DIR", type=click.Path(path_type=Path), show_default=True
+)
+def accuracy(
+    sources: tuple[str, ...],
+    arm_file: str,
+    cycles: int,
+    side: float | None,
+    at: tuple[float, ...] | None,
+    place: tuple[float, ...] | None,
+    bar: float | None,
+    height: float | None,
+    calibrated: tuple[Path, ...],
+    scene: str,
+    effector: str | None,
+    size: str | None,
+    call: bool,
+    simulate: bool,
+    plant: str,
+    built: str | None,
+    noise: float,
+    seed: int,
+    out: Path,
+) -> None:
+    """Measure accuracy and repeatability of poses and paths after ISO 9283, by camera, in mm.
+
+    SOURCE is a webcam's number or what else `track` takes; an arm in space needs two.  The printed
+    board lies on the table.  The arm goes to five poses, 30 times, then from several directions,
+    then along a line and a circle at three speeds; the pen stays up.
+
+    Leaves accuracy.png, accuracy.csv and summary.json in the folder given by --out.
+    """
+    with importing():
+        from laptop.accuracy import report
+        from laptop.accuracy.plan import plan_accuracy
+        from laptop.accuracy.sighting import ArmOnBoard
+
+    _check_words(sources, simulate, plant, built, calibrated)
+    with in_one_line():
+        arm = read_arm(find_arm(arm_file))
+        plan = plan_accuracy(arm, cycles, side, at)
+        stand = place and ArmOnBoard(math.radians(place[2]), (place[0], place[1]))
+        check_room(out)
+        with alone_in(out):
+            click.echo(report.describe_plan(plan))
+            click.echo(f"that takes the brick some {plan.seconds() / 60:.0f} min")
+            if simulate:
+                conditions, result, truth = _simulated(plan, built, plant, noise, seed)
+            else:
+                conditions, truth = {}, None
+                result = _live(
+                    *(plan, sources, arm_file, scene, effector, size, call),
+                    *(calibrated, bar, (height or 0.0) / 10, stand or None),
+                )
+            _leave(out, result, conditions, truth)
+
+
+def _check_words(
+    sources: Sequence[str],
+    simulate: bool,
+    plant: str,
+    built: str | None,
+    calibrated: Sequence[Path],
+) -> None:
+    """Refuse options that say nothing together."""
+    if simulate and (sources or calibrated):
+        raise click.UsageError(
+            "--simulate has cameras of its own: leave SOURCE and --calibrated out."
+        )
+    if not simulate:
+        if not sources:
+            raise click.UsageError("Give the camera's SOURCE, 0 say, or --simulate.")
+        if plant or built:
+            raise click.UsageError("--plant and --built are of the emulated arm: add --simulate.")
+        if calibrated and len(calibrated) != len(sources):
+            raise click.UsageError(
+                f"{len(calibrated)} --calibrated for {len(sources)} SOURCE: give one for each."
+            )
+
+
+def _tell(part: str, number: int, count: int) -> None:
+    click.echo(f"{number}/{count} {part}")
+
+
+def _simulated(
+    plan: AccuracyPlan, built: str | None, plant: str, noise: float, seed: int
+) -> tuple[dict[str, Any], AccuracyResult, dict[str, float]]:
+    from laptop.bench.accuracy import measure_emulated
+    from laptop.simulator.device.plant_constants import read_plant
+
+    read_plant(plant)  # before minutes are spent
+    own = read_arm(find_arm(built)) if built else None
+    result, truth = measure_emulated(plan, own, plant, noise, seed, False, _tell)
+    told = {
+        "simulated": True,
+        "plant": plant,
+        "built": own.name if own else plan.arm.name,
+        "built_numbers": own and numbers_of(own),
+    }
+    return told, result, truth
+
+
+def _live(
+    plan: AccuracyPlan,
+    sources: Sequence[str],
+    arm_file: str,
+    scene: str,
+    effector: str | None,
+    size: str | None,
+    call: bool,
+    calibrated: Sequence[Path],
+    bar: float | None,
+    height: float,
+    stand: ArmOnBoard | None,
+) -> AccuracyResult:
+    from laptop.accuracy import measurement
+    from laptop.accuracy.sighting import ArmSighting, check_cameras
+    from laptop.calibration import camera_file
+    from laptop.cli.rigs import live_rig
+    from shared.job_messages import DRAWING
+
+    check_cameras(plan.arm, len(sources))
+    kept = [camera_file.read_camera(file) for file in calibrated]
+    told = -1
+
+    def tell(status: JobStatus) -> None:
+        nonlocal told
+        if status.state != DRAWING:
+            return  # what is fetched counts otherwise
+        share = int(10 * status.cm / status.cm_all) if status.cm_all else told
+        if share != told:
+            told = share
+            click.echo(f"  {10 * share} %")
+
+    with live_rig(sources, arm_file, scene, effector, size=size, call=call, tell=tell) as rig:
+        names = [chr(ord("A") + k) for k in range(len(sources))]
+        found = dict(zip(names, kept, strict=True)) if kept else _look(rig, names, bar)
+        cameras = {name: calibration.camera for name, calibration in found.items()}
+        sighting = ArmSighting(plan.arm, cameras, height)
+        _check_still(rig, found)
+        return measurement.measure(
+            *(rig, plan, sighting, stand, _tell), lambda ways, run: _check_still(rig, found)
+        )
+
+
+def _look(rig: LiveRig, names: Sequence[str], bar: float | None) -> dict[str, Calibration]:
+    """Calibrate the cameras by the board as they see it now."""
+    from laptop.accuracy.sighting import BadSighting
+    from laptop.calibration.camera_fit import calibrate
+    from laptop.vision.finders.board import find_board
+
+    found = {}
+    for name in names:
+        view = find_board(rig.image(name))
+        if view is None:
+            raise BadSighting(
+                f"camera {name} does not see the board: lay it flat where the arm works, or give "
+                "--calibrated"
+            )
+        found[name] = calibrate([view], bar)
+    return found
+
+
+def _check_still(rig: LiveRig, found: Mapping[str, Calibration]) -> None:
+    """Raise BadSighting if a camera or its board is not where it was calibrated."""
+    from laptop.accuracy.sighting import BadSighting
+    from laptop.calibration.camera_report import shift_since
+    from laptop.vision.finders.board import find_board
+
+    for name, calibration in found.items():
+        view = find_board(rig.image(name))
+        if view is None:
+            click.echo(f"camera {name}: the board is covered; whether it has moved is not known")
+        elif (shift := shift_since(calibration, view)).moved:
+            raise BadSighting(
+                f"camera {name} or its board has moved since it was calibrated, by {shift.px:.1f} "
+                f"px, {shift.mm:.1f} mm on the table: fix both, and do the test again"
+            )
+
+
+def _leave(
+    out: Path, result: AccuracyResult, conditions: dict[str, Any], truth: dict[str, float] | None
+) -> None:
+    """Print the table and write the files."""
+    from laptop.accuracy import plots, report
+
+    headings, rows = report.table(result, truth)
+    widths = [max(len(row[k]) for row in (headings, *rows)) for k in range(len(headings))]
+    left = 2  # columns of words
+    for row in (headings, *rows):
+        cells = [
+            cell.ljust(width) if k < left else cell.rjust(width)
+            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        click.echo("  ".join(cells).rstrip())
+    notes = report.notes(result)
+    for note in notes:
+        click.echo(note)
+    conditions = {**conditions, "arm_numbers": numbers_of(result.plan.arm)}
+    told = report.summary(result, conditions, truth)
+    title = f"Accuracy and repeatability after {report.STANDARD}: {result.plan.arm.name}"
+    write_files(
+        out,
+        {
+            TABLE: lambda path: report.write_csv(path, result),
+            "summary.json": lambda path: _write(path, told),
+            PICTURE: lambda path: plots.write_accuracy_plot(
+                path, result, title, report.describe_plan(result.plan)
+            ),
+        },
+        OTHERS,
+    )
+    click.echo(f"{out}/{PICTURE}, {TABLE}, summary.json")
+
+
+def _write(path: str, told: dict[str, Any]) -> None:
+    Path(path).write_text(json.dumps(told, indent=1) + "\n")

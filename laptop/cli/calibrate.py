@@ -1,0 +1,294 @@
+"""`calibrate`: an arm measures itself by a camera, and its file says what it found."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from datetime import date
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from laptop.cli.options import FiniteRange, arm_option, examples, importing, in_one_line
+from laptop.cli.rigs import live_rig
+from laptop.cli.run_folder import check_room, write_files
+from laptop.reporting.arm_numbers import numbers_of
+from shared.arm_description import Arm, find_arm, read_arm
+
+if TYPE_CHECKING:
+    from laptop.calibration.camera_fit import Calibration
+    from laptop.identification.arm_fit import TouchSight
+    from laptop.identification.measured_numbers import Measured
+    from laptop.measuring.live_rig import LiveRig
+
+SYNTHETIC = "synthetic"
+"""The source before which an emulated brick works, both in real time."""
+LOOK_S = 1.0
+"""The marker is looked at so long while the pen stands on a cross, s."""
+
+
+@click.command(
+    epilog=examples(
+        "calibrate 0 --bar 97 --height 25 --touch 1,3,4,6,7,9", "calibrate --simulate --seed 3"
+    )
+)
+@click.argument("sources", metavar="[SOURCE]...", nargs=-1)
+@arm_option("Calibrate this arm")
+@click.option(
+    "--bar",
+    type=FiniteRange(50, 200),
+    metavar="MM",
+    help="Length of the board's printed bar as measured.  [default: 100, not measured]",
+)
+@click.option(
+    "--camera",
+    "camera_file",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE.json",
+    help="The camera as the command camera has it, of several views; it has not moved since.",
+)
+@click.option(
+    "--height",
+    type=FiniteRange(0, 500),
+    metavar="MM",
+    help="Of the marker over the table, in space of the shoulder's axis, by a ruler.",
+)
+@click.option(
+    "--touch",
+    default="",
+    metavar="N,N,...",
+    help="Set the pen by hand on these crosses of the board before the arm moves.",
+)
+@click.option(
+    "--board-square",
+    type=click.Choice(["0", "90", "180", "270"]),
+    metavar="DEG",
+    help="The board's edge lies along the arm's x: its own x is turned from that by 0, 90, ...",
+)
+@click.option("--seconds", type=FiniteRange(60, 900), default=180, show_default=True, metavar="S",
+              help="The arm moves for so long at the most.")  # fmt: skip
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    default="out",
+    show_default=True,
+    metavar="DIR",
+    help="Leave summary.json and rests.csv there, for report; with --simulate the arm file, too.",
+)
+@click.option("--dry-run", is_flag=True, help="Measure and tell, write nothing.")
+@click.option("--call", is_flag=True, help="Start the brick's program over ssh.")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    metavar="P",
+    help="For the brick's link, 0 for any, as for track.",
+)
+@click.option("--effector", metavar="SPEC", help="The marker on the arm, as for track.")
+@click.option("--simulate", is_flag=True, help="An emulated arm before an emulated camera.")
+@click.option("--plant", metavar="KEY=VALUE,...", help="Of the emulated arm, as for simulate.")
+@click.option("--built", metavar="FILE", help="The emulated arm is built as this file says.")
+@click.option(
+    "--scene",
+    metavar="KEY=VALUE,...",
+    help="The emulated camera's pictures are rendered, as for simulate, and really looked at.",
+)
+@click.option("--seed", type=click.IntRange(0), metavar="N", help="Of all that is emulated.")
+def calibrate(
+    sources: tuple[str, ...],
+    arm_file: str,
+    bar: float | None,
+    camera_file: Path | None,
+    height: float | None,
+    touch: str,
+    board_square: str | None,
+    seconds: float,
+    out: Path,
+    dry_run: bool,
+    call: bool,
+    port: int | None,
+    effector: str | None,
+    simulate: bool,
+    plant: str | None,
+    built: str | None,
+    scene: str | None,
+    seed: int | None,
+) -> None:
+    """Let an arm measure itself by a camera: links, zeros, backlash, and its marker's place.
+
+    The printed board lies within the arm's reach, and the camera sees it and all of the arm.  The
+    pen is up.  What comes out is written into the arm's file; the old one is kept beside it.  An
+    emulated arm leaves the real one's file alone.
+    """
+    with importing():
+        from laptop.calibration.arm_file import BACKUP
+        from laptop.identification import measured_numbers as numbers
+        from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand
+        from laptop.identification.calibrating import (
+            CalibrationSetup,
+            MarkerUnseen,
+            go_home,
+            identify,
+        )
+        from laptop.identification.calibration_record import calibration_files
+        from laptop.identification.emulated_setups import SCENE, by_formula, rendered
+
+    with in_one_line():
+        emulated = {"plant": plant, "built": built, "scene": scene, "seed": seed}
+        real = {"camera": camera_file, "effector": effector, "call": call or None, "port": port}
+        _check_words(sources, simulate, emulated, real)
+        arm = read_arm(find_arm(arm_file))
+        square = None if board_square is None else int(board_square) // 90
+        crosses = _crosses(touch, arm)
+        known = MeasuredByHand(None if height is None else height / 10, square)
+        text = plant or "cpu=1"
+        text += "" if "seed=" in text else f",seed={seed or 0}"
+        check_room(out)
+        unreal = simulate or SYNTHETIC in sources
+
+        def finish(setup: CalibrationSetup) -> None:
+            for line in _board(setup.camera):
+                click.echo(line)
+            model = ArmModel(arm, {"A": CameraPrior.of(setup.camera.camera)}, known)
+            try:
+                result = identify(setup.rig, model, setup.touches, click.echo, seconds)
+            except MarkerUnseen:
+                setup.check()  # why, the picture may tell
+                raise
+            setup.check()
+            numbers.check_scale(result.fit, setup.camera.bar)
+            go_home(setup.rig)
+            rows = numbers.measured(result.fit)
+            for line in _table(rows):
+                click.echo(line)
+            what: dict[str, Any] = {"simulated": unreal, "arm_numbers": numbers_of(arm)}
+            if simulate:
+                what |= {"plant": text, "built_numbers": built and numbers_of(truth)}
+            write_files(out, calibration_files(result, rows, setup.camera, what))
+            click.echo(f"{out}/summary.json, rests.csv")
+            if dry_run:
+                click.echo("the arm's file was left as it is, as wished")
+                return
+            own = out / f"{arm.name}.ini" if unreal else None
+            file = numbers.write_measured(result.fit, rows, date.today(), own)
+            old = Path(f"{file}{BACKUP}")
+            click.echo(f"written: {file}" + (f"; the old one is {old}" if old.exists() else ""))
+            if not unreal and any(row.key == "home" and not row.why for row in rows):
+                click.echo(
+                    "the arm stands where its home pose was; so that the brick takes over its "
+                    "zero, leave it there and type: driver.py home --here"
+                )
+
+        if simulate:
+            truth = read_arm(find_arm(built)) if built else arm
+            if scene is None:
+                finish(by_formula(arm, truth, text, seed or 0, bar, crosses, known))
+            else:
+                finish(rendered(arm, truth, text, seed or 0, bar, crosses, scene))
+            return
+        pictures = f"{SCENE},{scene or ''}" if unreal else ""
+        if unreal and port is None:
+            port = 0  # an emulated brick is told which
+        calls = call and not crosses
+        with live_rig(sources, arm_file, pictures, effector, port=port, call=calls) as rig:
+            found, check = _calibrated(rig, camera_file, bar)
+            finish(CalibrationSetup(rig, found, _touched(rig, crosses), check))
+
+
+def _check_words(
+    sources: tuple[str, ...], simulate: bool, emulated: dict[str, Any], real: dict[str, Any]
+) -> None:
+    """Refuse words that do not go together."""
+    unheard = [f"--{word}" for word, value in real.items() if value is not None]
+    if simulate and unheard:
+        raise click.UsageError(f"{unheard[0]} is of what is real: leave it out with --simulate")
+    given = [f"--{word}" for word, value in emulated.items() if value is not None]
+    if simulate and sources:
+        raise click.UsageError(f"--simulate has a camera of its own: leave {sources[0]} out")
+    if SYNTHETIC in sources and given == ["--scene"]:
+        return
+    if not simulate and given:
+        raise click.UsageError(f"{given[0]} is of what is emulated: give --simulate, too")
+    if not simulate and not sources:
+        raise click.UsageError("give a camera, such as 0, or --simulate")
+
+
+def _crosses(text: str, arm: Arm) -> list[tuple[float, float]]:
+    """Read the numbers of the board's crosses."""
+    from laptop.vision.board import CROSSES
+
+    numbers = [part.strip() for part in text.split(",") if part.strip()]
+    if numbers and arm.chain != "planar":
+        raise click.UsageError("--touch is for an arm in the plane, with a pen; leave it out")
+    if not all(one.isdecimal() and 1 <= int(one) <= len(CROSSES) for one in numbers):
+        raise click.UsageError(
+            f"--touch {text}: the crosses have numbers from 1 to {len(CROSSES)}, like 1,3,7,9"
+        )
+    if numbers and len(set(numbers)) < 3:
+        raise click.UsageError(f"--touch {text}: 3 different crosses are the least, 6 are better")
+    return [(float(x), float(y)) for x, y in (CROSSES[int(one) - 1] for one in numbers)]
+
+
+def _board(found: Calibration) -> list[str]:
+    from laptop.calibration.camera_report import describe
+
+    return describe(found)
+
+
+def _table(rows: list[Measured]) -> list[str]:
+    """Lines of a table: number, was, is, its standard uncertainty."""
+    wide = max(len(row.name) for row in rows)
+    lines = [f"{'':{wide}}  {'was':>9}  {'is':>9}  +- sigma"]
+    for row in rows:
+        start = f"{row.name:{wide}}  {row.was:9.3f}  "
+        if row.why:
+            lines.append(f"{start}{'unknown':>9}  {row.why}")
+        else:
+            lines.append(f"{start}{row.found:9.3f}  {row.sigma:.3f} {row.unit}")
+    return lines
+
+
+def _calibrated(
+    rig: LiveRig, camera_file: Path | None, bar: float | None
+) -> tuple[Calibration, Callable[[], None]]:
+    """Return the camera, and what raises if it or the board has moved by the end."""
+    from laptop.calibration.camera_file import read_camera
+    from laptop.calibration.camera_fit import calibrate as fit_camera
+    from laptop.calibration.camera_report import shift_since
+    from laptop.identification.calibrating import check_sharp, seen_board
+    from laptop.vision.finders.board import find_board
+
+    view = seen_board(rig.image())
+    if camera_file:
+        found = read_camera(camera_file)
+        if bar is not None and bar != found.bar:
+            raise click.UsageError(f"--bar is that of {camera_file}: leave it out here")
+    else:
+        found = fit_camera([view], bar)
+
+    def check() -> None:
+        image = rig.image()
+        check_sharp(image)
+        now = find_board(image)
+        if now is None:
+            return  # the arm may hide it
+        shift = shift_since(found, now)
+        if shift.moved:
+            raise click.ClickException(f"{shift}; nothing was written")
+
+    if camera_file:
+        check()
+    return found, check
+
+
+def _touched(rig: LiveRig, crosses: list[tuple[float, float]]) -> list[TouchSight]:
+    """Ask for the pen on each cross, and look."""
+    from laptop.identification.touching import touch_sight
+
+    found = []
+    if crosses and not sys.stdin.isatty():
+        raise click.ClickException("--touch asks somebody; there is no terminal to answer at")
+    for x, y in crosses:
+        click.pause(f"set the pen on the cross at {x:g}, {y:g} cm, hands off, and press a key")
+        found.append(touch_sight((x, y), rig.look(LOOK_S)["A"]))
+    return found

@@ -1,0 +1,92 @@
+"""`accuracy`, as typed."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from accuracy_rigs import camera_above
+from click.testing import CliRunner
+
+from laptop.accuracy.sighting import BadSighting
+from laptop.calibration.camera_fit import Calibration
+from laptop.cli.accuracy import _check_still, _look
+from laptop.cli.main import laptop
+from laptop.vision.board import BOARDS
+from laptop.vision.finders import board
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([], "Give the camera's SOURCE, 0 say, or --simulate."),
+        (["0", "--simulate"], "--simulate has cameras of its own"),
+        (["0", "--plant", "cpu=1"], "--plant and --built are of the emulated arm"),
+        (["--simulate", "--at", "1,b"], "'1,b' is not X,Y or X,Y,Z"),
+        (["--simulate", "--cycles", "0"], "0 is not in the range 3<=x<=100"),
+        (["--simulate", "--at", "40,0"], "no room for a test square at 40,0 cm"),
+        (["--simulate", "--plant", "cpu=x"], "cpu"),
+        (["0", "--calibrated", "none.json"], "none.json"),
+        (["0", "--arm", "spatial", "--side", "6", "--at", "14,0,11"], "1 camera: an arm in space"),
+        (["0", "1", "--calibrated", "a.json"], "1 --calibrated for 2 SOURCE: give one for each."),
+        (["--simulate", "--side", "40"], "no room for a test square of 40 cm anywhere"),
+        (["--simulate", "--arm", "none.ini"], "none.ini"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_a_line(words, said, tmp_path):
+    done = CliRunner().invoke(laptop, ["accuracy", *words, "--out", str(tmp_path)])
+    assert done.exit_code != 0
+    assert said in done.output
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.long
+def test_an_emulated_arm_is_measured_and_all_files_are_there(tmp_path):
+    words = ["accuracy", "--simulate", "--cycles", "3", "--side", "4", "--out", str(tmp_path)]
+    done = CliRunner().invoke(laptop, words)
+    assert done.exit_code == 0, done.output
+    told = json.loads((tmp_path / "summary.json").read_text())
+    for one in told["criteria"]:
+        off = abs(one["value_mm"] - one["true_mm"])
+        assert off < max(0.25 * one["true_mm"], 2 * one["expanded_uncertainty_mm"]), one
+    assert {file.name for file in tmp_path.iterdir()} == {
+        *("accuracy.png", "accuracy.csv", "summary.json"),
+    }
+
+
+class StillRig:
+    """Cameras whose pictures are looked at by nobody."""
+
+    def image(self, name):
+        return name
+
+
+def seen_board(camera, off):
+    board = BOARDS["a4"]
+    points = np.column_stack([board.centres, np.zeros(len(board.centres))])
+    return SimpleNamespace(
+        size=camera.size, board=board, points=points, pixels=camera.project(points) + off
+    )
+
+
+@pytest.mark.parametrize(
+    ("off", "said"), [(0.1, ""), (4.0, "camera A or its board has moved since .* by 5.7 px")]
+)
+def test_a_camera_that_moves_in_mid_run_ends_the_test(off, said, monkeypatch):
+    camera = camera_above()
+    found = Calibration(camera, BOARDS["a4"], None, (26,), 0.05, 0.01, 0.7)
+    monkeypatch.setattr(board, "find_board", lambda image: seen_board(camera, off))
+    if not said:
+        _check_still(StillRig(), {"A": found})
+        return
+    with pytest.raises(BadSighting, match=said):
+        _check_still(StillRig(), {"A": found})
+
+
+def test_a_board_that_is_covered_when_it_is_looked_at_is_said(monkeypatch, capsys):
+    found = Calibration(camera_above(), BOARDS["a4"], None, (26,), 0.05, 0.01, 0.7)
+    monkeypatch.setattr(board, "find_board", lambda image: None)
+    _check_still(StillRig(), {"A": found})
+    assert capsys.readouterr().out.startswith("camera A: the board is covered")
+    with pytest.raises(BadSighting, match="camera B does not see the board: lay it flat"):
+        _look(StillRig(), ["B"], None)

@@ -1,0 +1,314 @@
+"""`calibrate`, end to end: what it finds, what it says where something is wrong, what it writes."""
+
+import csv
+import json
+import math
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import spoilt_rigs
+from click import ClickException, UsageError
+from click.testing import CliRunner
+
+from laptop.calibration.camera_file import write_camera
+from laptop.cli import calibrate
+from laptop.cli.main import laptop
+from laptop.identification import emulated_setups
+from laptop.identification.arm_fit import BadIdentification
+from laptop.lab_report.measured_runs import read_measured
+from laptop.measuring.measured_run import Sights
+from laptop.simulator.scene.optics import to_srgb
+from laptop.simulator.scene.scene import Scene
+from laptop.simulator.scene.scene_constants import read_scene
+from shared.arm_description import find_arm, read_arm
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path / "state"))
+    monkeypatch.delenv("BRICKSERVO_ARM", raising=False)
+    return lambda *words: CliRunner().invoke(laptop, ["calibrate", *words])
+
+
+def refused(result, tmp_path):
+    """Return what it said in the end; nothing has come of it."""
+    assert result.exit_code == 1, result.output
+    assert isinstance(result.exception, SystemExit), result.exception
+    assert list((tmp_path / "out").glob("*")) == []
+    assert not (tmp_path / "state").exists()
+    *_, last = result.output.strip().splitlines()
+    assert last.endswith("nothing was written")
+    return last
+
+
+# What is typed
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ((), "give a camera, such as 0, or --simulate"),
+        (("0", "--simulate"), "--simulate has a camera of its own: leave 0 out"),
+        (("0", "--seed", "3"), "--seed is of what is emulated: give --simulate, too"),
+        (("0", "--scene", ""), "--scene is of what is emulated: give --simulate, too"),
+        (("--simulate", "--effector", "red"), "--effector is of what is real: leave it out with"),
+        (("--simulate", "--call"), "--call is of what is real: leave it out with --simulate"),
+        (("--simulate", "--touch", "1,2"), "3 different crosses are the least, 6 are better"),
+        (("--simulate", "--touch", "1,2,12"), "the crosses have numbers from 1 to 9, like 1,3,7,9"),
+        (("--simulate", "--touch", "1,2,3", "--arm", "spatial"), "is for an arm in the plane"),
+        (("--simulate", "--bar", "nan"), "nan is not in the range 50<=x<=200"),
+        (("--simulate", "--seconds", "5"), "5.0 is not in the range 60<=x<=900"),
+    ],
+)
+def test_words_that_do_not_go_together_are_refused(run, tmp_path, words, told):
+    result = run(*words)
+    assert result.exit_code == 2
+    assert told in result.output
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--scene", "board=none"), "the scene has no board: --scene board=a4,board_x=12"),
+        (("--scene", "tilt=200"), "tilt = 200"),
+        (("--plant", "backlash=99"), "backlash = 99"),
+        (("--built", "nowhere.ini"), "nowhere.ini"),
+        (("--arm", "nowhere.ini"), "nowhere.ini"),
+    ],
+)
+def test_a_text_that_cannot_be_is_refused_before_anything_moves(run, words, told):
+    result = run("--simulate", *words)
+    assert result.exit_code == 1
+    assert told in result.output
+    assert isinstance(result.exception, SystemExit)
+
+
+# What comes of it
+
+
+@pytest.mark.long
+def test_an_emulated_arm_is_measured_and_drawn_with_and_reported(run, tmp_path):
+    built = tmp_path / "built.ini"
+    text = Path(find_arm("planar")).read_text()
+    built.write_text(text.replace("link = 11.3", "link = 11.6").replace("= 9.5", "= 9.2"))
+    words = ("--seed", "3", "--built", str(built), "--plant", "cpu=0,backlash=3,spread=0")
+    result = run(
+        "--simulate", *words, "--bar", "100", "--touch", "1,3,4,6,7,9", "--board-square", "0"
+    )
+    assert result.exit_code == 0, result.output
+    found = read_arm(tmp_path / "out" / "planar.ini")
+    for joint, link in zip(found.joints, (11.6, 9.2), strict=True):
+        assert joint.link == pytest.approx(link, abs=0.07)
+        assert math.degrees(joint.backlash) == pytest.approx(3.0, abs=0.5)
+    assert not (tmp_path / "state" / "arms").exists(), "an emulated arm leaves the real one alone"
+    assert "home --here" not in result.output
+    # The arm's file is one to draw with.
+    drawn = CliRunner().invoke(
+        laptop,
+        ["simulate", "--arm", "out/planar.ini", "--built", str(built), "--out", "drawn",
+         "--plant", "cpu=0,backlash=3", "driver.py", "line", "10,2", "12,5"],
+    )  # fmt: skip
+    assert drawn.exit_code == 0, drawn.output
+    # And what was measured is there for a report.
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["simulated"] is True
+    told = read_measured("R1", tmp_path / "out", summary, summary["kind"])
+    assert told.outcome == "calibrated"
+    assert ["shoulder: link", "cm"] in [row[:2] for table in told.tables for row in table.rows]
+    with open(tmp_path / "out" / "rests.csv") as file:
+        rests = list(csv.DictReader(file))
+    assert len(rests) == summary["poses"]
+    off = [float(row["off_u_px"]) for row in rests if row["off_u_px"]]
+    assert math.sqrt(sum(x * x for x in off) / len(off)) < 1.0
+
+
+@pytest.mark.long
+def test_rendered_pictures_tell_the_same(run, tmp_path):
+    mine = Path(shutil.copyfile(find_arm("planar"), tmp_path / "mine.ini"))
+    result = run(
+        "--simulate", "--arm", str(mine), "--scene", "marker_stray=0.4,seed=3,fps=8", "--seed", "2",
+        "--plant", "cpu=0,backlash=1,spread=0", "--height", "25", "--bar", "100",
+        "--touch", "1,3,4,6,7,9",
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    found = read_arm(tmp_path / "out" / "mine.ini")
+    assert [joint.link for joint in found.joints] == pytest.approx([11.3, 9.5], abs=0.07)
+    assert [math.degrees(joint.backlash) for joint in found.joints] == pytest.approx(
+        [1.0, 1.0], abs=0.5
+    )
+    assert math.hypot(*found.marker_offset) == pytest.approx(0.4, abs=0.08)
+    assert mine.read_text() == Path(find_arm("planar")).read_text()
+
+
+@pytest.mark.long
+def test_an_arm_in_space_is_measured_too(run, tmp_path):
+    built = tmp_path / "built.ini"
+    text = Path(find_arm("spatial")).read_text()
+    built.write_text(text.replace("link = 11.3", "link = 11.6"))
+    result = run(
+        "--simulate", "--arm", "spatial", "--built", str(built), "--bar", "100",
+        "--height", "120", "--board-square", "0", "--plant", "cpu=0,backlash=1.2,spread=0",
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    base, shoulder, elbow = read_arm(tmp_path / "out" / "spatial.ini").joints
+    assert base.link == pytest.approx(12.0, abs=0.1)
+    assert shoulder.link == pytest.approx(11.6, abs=0.08)
+    assert elbow.link == 9.5, "unknown"
+    assert math.degrees(shoulder.home) == pytest.approx(45, abs=0.4)
+    for joint in (base, shoulder, elbow):
+        assert math.degrees(joint.backlash) == pytest.approx(1.2, abs=0.5)
+    assert "base: tilt about x             0.000     " in result.output
+
+
+@pytest.mark.long
+def test_a_dry_run_tells_and_changes_no_arm(run, tmp_path):
+    result = run("--simulate", "--plant", "cpu=0", "--dry-run", "--seconds", "60")
+    assert result.exit_code == 0, result.output
+    assert "the arm's file was left as it is, as wished" in result.output
+    assert sorted(one.name for one in (tmp_path / "out").iterdir()) == ["rests.csv", "summary.json"]
+
+
+# What is said where something is wrong
+
+
+def test_a_board_half_covered_is_told_before_the_arm_moves(run, tmp_path, monkeypatch):
+    spoilt_rigs.spoil_pictures(monkeypatch, spoilt_rigs.half_covered)
+    said = refused(run("--simulate", "--scene", ""), tmp_path)
+    assert "10 of the board's 26 markers are seen, and 16 are the least" in said
+    assert "uncover it, and turn the arm aside" in said
+
+
+def test_a_picture_smeared_over_200_px_is_told_before_the_arm_moves(run, tmp_path, monkeypatch):
+    spoilt_rigs.spoil_pictures(monkeypatch, spoilt_rigs.smeared)
+    said = refused(run("--simulate", "--scene", ""), tmp_path)
+    assert "the picture is blurred: no edge in it is sharper than 1" in said
+    assert "focus, fasten the camera" in said
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("spoil", "first", "told"),
+    [
+        (spoilt_rigs.smeared, 1, "the picture is blurred: no edge in it is sharper than 1"),
+        (spoilt_rigs.without_red, 1, "camera A saw the marker in 0 of 12 poses that lie all over"),
+        (spoilt_rigs.pushed, 90, "camera A or the board was moved after pose "),
+    ],
+    ids=["smeared", "out of sight", "pushed"],
+)
+def test_what_happens_to_pictures_in_mid_run_is_told(
+    run, tmp_path, monkeypatch, spoil, first, told
+):
+    spoilt_rigs.spoil_pictures(monkeypatch, spoil, first)
+    assert told in refused(run("--simulate", "--scene", "fps=8", "--plant", "cpu=0"), tmp_path)
+
+
+@pytest.mark.long
+def test_a_print_of_a_wrong_size_is_told_and_its_bar_measured_mends_it(run, tmp_path):
+    words = (
+        "--simulate",
+        "--scene",
+        "board_scale=0.97,fps=6",
+        "--plant",
+        "cpu=0",
+        "--height",
+        "25",
+    )
+    said = refused(run(*words), tmp_path)
+    assert "by the board all links are 3." in said
+    assert "measure its bar with a ruler and give it, --bar" in said
+    assert run(*words, "--bar", "97").exit_code == 0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ({"links": spoilt_rigs.slipped(1, math.radians(4), 90)}, "the elbow slipped after pose "),
+        ({"links": spoilt_rigs.slipped(0, math.radians(9), 30)}, "the shoulder slipped after pose"),
+        ({"links": spoilt_rigs.loose(1, math.radians(3))}, "the elbow stands now here, now there"),
+        ({"sight": spoilt_rigs.moved((30, 10), 90)}, "camera A or the board was moved after pose "),
+        ({"sight": spoilt_rigs.hidden(200)}, " of 12 poses that lie all over"),
+        ({"links": lambda q, t: q * (1, -1)}, "the elbow turns the other way round"),
+    ],
+    ids=["elbow slips", "shoulder slips", "loose", "pushed", "hidden", "turned"],
+)
+def test_an_arm_that_does_not_fit_is_told_and_no_file_is_touched(
+    run, tmp_path, monkeypatch, wrong, told
+):
+    monkeypatch.setattr(emulated_setups, "EmulatedRig", spoilt_rigs.spoilt_rig(**wrong))
+    mine = Path(shutil.copyfile(find_arm("planar"), tmp_path / "mine.ini"))
+    before = mine.read_bytes()
+    said = refused(run("--simulate", "--arm", str(mine), "--plant", "cpu=0"), tmp_path)
+    assert told in said
+    assert mine.read_bytes() == before
+    assert not Path(f"{mine}.bak").exists()
+
+
+# Before real cameras
+
+
+class FakeRig:
+    """Pictures that stand still, instead of a live rig's."""
+
+    def __init__(self, image):
+        self._image = image
+
+    def image(self):
+        return self._image
+
+    def look(self, seconds):
+        pixels = np.array([(200.0, 150.0)] * 8)
+        return {"A": Sights(np.arange(8.0), pixels)}
+
+
+@pytest.fixture(scope="module")
+def picture():
+    scene = Scene(read_arm(find_arm("planar")), read_scene(emulated_setups.SCENE))
+    return np.round(to_srgb(scene.image((2.4, 1.2)))).astype(np.uint8)
+
+
+def test_a_camera_that_moved_is_noticed_by_the_board_in_the_end(picture):
+    rig = FakeRig(picture)
+    found, check = calibrate._calibrated(rig, None, 98.0)
+    assert found.bar == 98.0
+    check()
+    rig._image = spoilt_rigs.pushed(picture, 4)
+    with pytest.raises(ClickException, match=r"has moved since by 4\.0 px.*nothing was written"):
+        check()
+    rig._image = spoilt_rigs.smeared(picture)
+    with pytest.raises(BadIdentification, match="the picture is blurred"):
+        check()
+
+
+def test_a_camera_file_is_believed_only_where_the_camera_still_is(picture, tmp_path):
+    rig, file = FakeRig(picture), tmp_path / "camera.json"
+    found, _ = calibrate._calibrated(rig, None, 98.0)
+    write_camera(file, found)
+    again, _ = calibrate._calibrated(rig, file, None)
+    assert again.bar == 98.0
+    assert again.camera.position == pytest.approx(found.camera.position)
+    with pytest.raises(UsageError, match="--bar is that of .*camera.json: leave it out here"):
+        calibrate._calibrated(rig, file, 100.0)
+    rig._image = spoilt_rigs.pushed(picture, 10)
+    with pytest.raises(ClickException, match=r"has moved since by 10\.0 px"):
+        calibrate._calibrated(rig, file, None)
+
+
+def test_whoever_touches_is_asked_for_each_cross(monkeypatch):
+    asked = []
+    monkeypatch.setattr(calibrate.click, "pause", asked.append)
+    monkeypatch.setattr(
+        calibrate.sys, "stdin", type("Terminal", (), {"isatty": lambda self: True})()
+    )
+    touches = calibrate._touched(FakeRig(None), [(1.0, 2.0), (3.0, -4.0)])
+    assert asked[1] == "set the pen on the cross at 3, -4 cm, hands off, and press a key"
+    assert [touch.pixel for touch in touches] == [(200.0, 150.0)] * 2
+
+
+def test_where_nobody_can_answer_nothing_is_asked():
+    with pytest.raises(ClickException, match="there is no terminal to answer at"):
+        calibrate._touched(FakeRig(None), [(1.0, 2.0)])
