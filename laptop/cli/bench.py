@@ -17,13 +17,25 @@ from laptop.cli.bench_interruptions import bench_interruptions
 from laptop.cli.bench_page import bench_page, bench_stop
 from laptop.cli.bench_plot import bench_plot
 from laptop.cli.bench_sight import bench_sight
-from laptop.cli.options import FiniteRange, Seeds, bench_examples, importing, in_one_line
+from laptop.cli.options import (
+    FiniteRange,
+    Seeds,
+    bench_examples,
+    importing,
+    in_one_line,
+    without_own_arms,
+)
 from laptop.simulator.device.plant_constants import CPU
 
 
 @click.group(epilog=bench_examples("draw --seeds 1000:1002", "servo --method chain --json"))
-def bench() -> None:
-    """Measure against the reference method and the physical limit, on the emulated brick."""
+@click.pass_context
+def bench(context: click.Context) -> None:
+    """Measure against the reference method and the physical limit, on the emulated brick.
+
+    By its name an arm is the one that comes along; give the file of one of your own.
+    """
+    context.with_resource(without_own_arms())
 
 
 _cpu = click.option(

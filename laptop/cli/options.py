@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import signal
+import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -13,6 +15,7 @@ import click
 
 from shared import state
 from shared.arm_description import ArmError
+from shared.state import STATE
 
 
 @contextlib.contextmanager
@@ -135,3 +138,16 @@ def examples(*lines: str) -> str:
 def bench_examples(*lines: str) -> str:
     """Epilog of the help of a `bench` command, see `examples`."""
     return examples(*(f"bench {line}" for line in lines))
+
+
+@contextlib.contextmanager
+def without_own_arms() -> Iterator[None]:
+    """Let an arm's name mean the one that comes along, though one's own has the same name."""
+    before = {STATE: os.environ[STATE]} if STATE in os.environ else {}
+    with tempfile.TemporaryDirectory(prefix="brickservo-bench-") as folder:
+        os.environ[STATE] = folder
+        try:
+            yield
+        finally:
+            del os.environ[STATE]
+            os.environ.update(before)

@@ -291,8 +291,11 @@ def fit_arm(model: ArmModel, rests: RestSights, touches: Sequence[TouchSight] = 
     model, state = first_guess(model, rests)
     fit = _fitted(model, state, rests)
     elbows = bent_at(fit, touches)
-    if touches:
+    for _ in range(PASSES if touches else 0):
         fit = _fitted(model, fit.state, rests, touches, elbows)
+        before, elbows = elbows, nearer_elbows(fit, touches)
+        if elbows == before:
+            break
     keys = [f"{joint.name}.gear" for joint in model.arm.joints]
     as_said = [
         key
@@ -352,6 +355,19 @@ def bent_at(fit: ArmFit, touches: Sequence[TouchSight]) -> list[int]:
         - 1j * np.median(chosen.imag, axis=1, keepdims=True)
     ).sum(axis=1)
     return [SIGNS[k] for k in ways[int(np.argmin(spread))]]
+
+
+def nearer_elbows(fit: ArmFit, touches: Sequence[TouchSight]) -> list[int]:
+    """Return the sign of the elbow's angle at each touch by which a fit is nearer to its sight."""
+    found = []
+    for touch in touches:
+        off = [
+            fit.model.touched(fit.state, touch.camera, np.array([touch.cross]), np.array([sign]))[0]
+            - touch.pixel
+            for sign in SIGNS
+        ]
+        found.append(SIGNS[int(np.argmin(np.linalg.norm(off, axis=1)))])
+    return found
 
 
 def _fitted(

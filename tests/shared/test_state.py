@@ -22,6 +22,11 @@ def test_every_channel_is_in_the_table(name):
     assert re.search(r"^    " + re.escape(name) + r"/?,? ", state.__doc__, re.MULTILINE)
 
 
+def test_no_test_takes_the_arms_that_somebody_has_calibrated_here():
+    assert not os.path.exists(os.path.join(state.state_folder(), state.OWN_ARMS_FOLDER))
+    assert state.state_folder() != os.path.expanduser("~/.brickservo")
+
+
 def test_the_state_folder_is_as_told_or_in_the_home(monkeypatch):
     monkeypatch.setenv(state.STATE, "there")
     assert state.state_folder() == "there"

@@ -3,6 +3,7 @@
 import json
 import math
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,8 @@ from laptop.cli.main import laptop
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.options import DrawingOptions
 from laptop.drawing.preparing import prepare
-from shared.arm_description import find_arm, read_arm
+from shared.arm_description import comes_along, find_arm, read_arm
+from shared.state import STATE
 
 LENGTHS = {
     "hilbert": 255 * plot_drawings.SIDE / 16,
@@ -84,3 +86,16 @@ def test_what_is_no_drawing_is_refused_before_anything_is_drawn(tmp_path):
     done = CliRunner().invoke(laptop, ["bench", "plot", "rose", str(tmp_path / "none.svg")])
     assert done.exit_code == 1
     assert "there is no such file" in done.output
+
+
+def test_the_arms_measured_are_those_that_come_along(tmp_path, monkeypatch):
+    """Else the figures are of whatever was calibrated here."""
+    (tmp_path / "arms").mkdir()
+    (tmp_path / "arms" / "planar.ini").write_text(Path(find_arm("planar")).read_text())
+    monkeypatch.setenv(STATE, str(tmp_path))
+    taken = []
+    monkeypatch.setattr(plot, "run", lambda todo: taken.append(read_arm(find_arm("planar"))) or ())
+    done = CliRunner().invoke(laptop, ["bench", "plot", "--arm", "planar", "--json", "rose"])
+    assert done.exit_code == 0, done.output
+    assert comes_along(taken[0])
+    assert not comes_along(read_arm(find_arm("planar"))), "as before"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import seen_arms
 
+from laptop.identification import arm_fit
 from laptop.identification.arm_fit import BadIdentification, RestSights, fit_arm
 from laptop.identification.arm_model import MeasuredByHand
 
@@ -124,3 +125,18 @@ def test_where_a_link_mostly_runs_on_its_backlash_is_known_less_well():
     assert other.value("shoulder.backlash") == pytest.approx(math.radians(3.0), abs=0.003)
     assert other.sigma("shoulder.backlash") > 2 * fit.sigma("shoulder.backlash")
     assert other.sigma("elbow.backlash") == pytest.approx(fit.sigma("elbow.backlash"), rel=0.1)
+
+
+@pytest.mark.long
+def test_an_elbow_that_was_taken_for_bent_the_other_way_is_righted(monkeypatch):
+    right = fitted(known=MeasuredByHand(2.5, 0, 0.3))
+    guessed = arm_fit.bent_at
+
+    def wrong(fit, touches):
+        signs = guessed(fit, touches)
+        return [-signs[0], *signs[1:]]
+
+    monkeypatch.setattr(arm_fit, "bent_at", wrong)
+    righted = fitted(known=MeasuredByHand(2.5, 0, 0.3))
+    for name in ("elbow.link", "elbow.zero", "marker.along", "marker.aside"):
+        assert righted.value(name) == pytest.approx(right.value(name), abs=1e-3)
