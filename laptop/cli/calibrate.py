@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from contextlib import ExitStack
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ import click
 
 from laptop.cli.options import FiniteRange, arm_option, examples, importing, in_one_line
 from laptop.cli.rigs import live_rig
-from laptop.cli.run_folder import check_room, write_files
+from laptop.cli.run_folder import alone_in, check_room, write_files
 from laptop.reporting.arm_numbers import numbers_of
 from shared.arm_description import Arm, find_arm, read_arm
 
@@ -134,7 +135,7 @@ def calibrate(
         from laptop.identification.calibration_record import calibration_files
         from laptop.identification.emulated_setups import SCENE, by_formula, rendered
 
-    with in_one_line():
+    with in_one_line(), ExitStack() as stack:
         emulated = {"plant": plant, "built": built, "scene": scene, "seed": seed}
         real = {"camera": camera_file, "effector": effector, "call": call or None, "port": port}
         _check_words(sources, simulate, emulated, real)
@@ -145,6 +146,7 @@ def calibrate(
         text = plant or "cpu=1"
         text += "" if "seed=" in text else f",seed={seed or 0}"
         check_room(out)
+        stack.enter_context(alone_in(out))
         unreal = simulate or SYNTHETIC in sources
 
         def finish(setup: CalibrationSetup) -> None:

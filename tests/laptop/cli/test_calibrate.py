@@ -15,6 +15,7 @@ from click.testing import CliRunner
 from laptop.calibration.camera_file import write_camera
 from laptop.cli import calibrate
 from laptop.cli.main import laptop
+from laptop.cli.run_folder import alone_in
 from laptop.identification import emulated_setups
 from laptop.identification.arm_fit import BadIdentification
 from laptop.lab_report.measured_runs import read_measured
@@ -86,6 +87,16 @@ def test_a_text_that_cannot_be_is_refused_before_anything_moves(run, words, told
     assert result.exit_code == 1
     assert told in result.output
     assert isinstance(result.exception, SystemExit)
+
+
+def test_two_do_not_write_into_one_folder(run, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    with alone_in(out):
+        result = run("--simulate")
+    assert result.exit_code == 1
+    assert "another run is at work for out" in result.output
+    assert list(out.iterdir()) == []
 
 
 # What comes of it
