@@ -81,7 +81,7 @@ EXAMPLE = re.compile(r"demo$|bench (draw|limits|track)$|bench servo --seeds")
 """Of `demo` and `bench` these are begun; of the others the options are parsed, no more."""
 
 SHORTHAND = ("demo", "track", "simulate", "markers", "camera", "brick", "draw", "guide")
-SHORTHAND += ("report", "bench", "calibrate")
+SHORTHAND += ("report", "bench", "calibrate", "accuracy")
 """In a table, what begins so has `.uv/bin/uv run python -m laptop` in front."""
 
 BRICK = re.compile(r"(?:robot/)?(\w+\.py)\b")

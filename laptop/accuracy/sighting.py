@@ -142,6 +142,8 @@ class ArmSighting:
             t = sights.t[along]
             pixels = {first: sights.pixels[along]}
             for name in others:
+                if not len(run.sights[name].t):
+                    raise BadSighting(f"camera {name} has not seen the marker; look at its picture")
                 pixels[name] = _between(run.sights[name].t, run.sights[name].pixels, t)
             columns = zip(*(row.q for row in rows), strict=True)
             q = np.stack([np.interp(t, t_log, column) for column in columns], axis=1)

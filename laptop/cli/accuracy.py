@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from laptop.cli.options import FiniteRange, arm_option, examples, importing, in_one_line
+from laptop.cli.options import SYNTHETIC, FiniteRange, arm_option, examples, importing, in_one_line
 from laptop.cli.run_folder import alone_in, check_room, write_files
 from laptop.reporting.arm_numbers import numbers_of
 from shared.arm_description import find_arm, read_arm
@@ -178,7 +178,7 @@ def accuracy(
             if simulate:
                 conditions, result, truth = _simulated(plan, built, plant, noise, seed)
             else:
-                conditions, truth = {}, None
+                conditions, truth = {"simulated": SYNTHETIC in sources}, None
                 result = _live(
                     *(plan, sources, arm_file, scene, effector, size, call),
                     *(calibrated, bar, (height or 0.0) / 10, stand or None),

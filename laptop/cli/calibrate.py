@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from laptop.cli.options import FiniteRange, arm_option, examples, importing, in_one_line
+from laptop.cli.options import SYNTHETIC, FiniteRange, arm_option, examples, importing, in_one_line
 from laptop.cli.rigs import live_rig
 from laptop.cli.run_folder import alone_in, check_room, write_files
 from laptop.reporting.arm_numbers import numbers_of
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from laptop.identification.measured_numbers import Measured
     from laptop.measuring.live_rig import LiveRig
 
-SYNTHETIC = "synthetic"
-"""The source before which an emulated brick works, both in real time."""
 LOOK_S = 1.0
 """The marker is looked at so long while the pen stands on a cross, s."""
 

@@ -260,7 +260,11 @@ def draw(
             preview.check_name(file)
         arm = read_arm(find_arm(arm_file))
         asked = read_sight_options(
-            options, arm, simulate, bool(words) or detach, bool(previews or job_file)
+            options,
+            arm,
+            plant if simulate else None,
+            bool(words) or detach,
+            bool(previews or job_file),
         )
         artwork = _artwork(what, arm, options)
         plan = _prepared(artwork, arm, _options(options, artwork))

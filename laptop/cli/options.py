@@ -17,6 +17,9 @@ from shared import state
 from shared.arm_description import ArmError
 from shared.state import STATE
 
+SYNTHETIC = "synthetic"
+"""The camera before which an emulated brick comes by itself."""
+
 
 @contextlib.contextmanager
 def importing() -> Iterator[None]:

@@ -8,12 +8,9 @@ from typing import Any
 
 import click
 
-from laptop.cli.options import FiniteRange, bar_option, option_group
+from laptop.cli.options import SYNTHETIC, FiniteRange, bar_option, option_group
 from shared.arm_description import Arm
 from shared.small_files import SpoiltFile, number
-
-SYNTHETIC = "synthetic"
-"""The camera before which an emulated brick comes by itself."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +26,7 @@ class SightOptions:
     forget       what was learned before is not used
     bar          length of the board's bar as measured, mm; None: as printed
     port         at which the brick is waited for; None: the usual one
-    emulated     the emulated brick draws, of which a real arm learns nothing
+    emulated     which emulated arm draws, of which no other one learns; "": a real one
     """
 
     times: int
@@ -41,7 +38,7 @@ class SightOptions:
     forget: bool
     bar: float | None
     port: int | None
-    emulated: bool
+    emulated: str
 
 
 BY_SIGHT = option_group(
@@ -85,20 +82,21 @@ BY_SIGHT = option_group(
 
 
 def read_sight_options(
-    options: dict[str, Any], arm: Arm, simulate: bool, otherwise: bool, written: bool
+    options: dict[str, Any], arm: Arm, plant: str | None, otherwise: bool, written: bool
 ) -> SightOptions | None:
     """Return how it is to be learned by sight; None if it is not.
 
     Args:
         options: as typed.
         arm: that draws.
-        simulate: whether the emulated brick draws.
+        plant: changes of the emulated brick's, if that draws; else None.
         otherwise: whether it is said how the brick is to draw it.
         written: whether a preview or a job is written.
 
     Raises:
         click.UsageError: what is typed does not go together, or is no place.
     """
+    simulate = plant is not None
     if options["by_sight"] is None:
         of_sight = ("camera", "camera_file", "arm_at", "scene", "bar", "port", "forget")
         for key in of_sight:
@@ -143,5 +141,11 @@ def read_sight_options(
         options["forget"],
         options["bar"],
         options["port"],
-        simulate or options["camera"] == SYNTHETIC,
+        _emulated(options, plant),
     )
+
+
+def _emulated(options: dict[str, Any], plant: str | None) -> str:
+    if plant is not None:
+        return f"--plant {plant} --built {options['built'] or ''}"
+    return SYNTHETIC if options["camera"] == SYNTHETIC else ""

@@ -111,8 +111,11 @@ class SimulatedTouching:
             ArmError: what `touching` raises, or the program on the emulated brick ended badly.
         """
         with (
-            contextlib.redirect_stdout(_Hearing(sys.stdout, self._heard)),
-            contextlib.redirect_stderr(_Hearing(sys.stderr, lambda line: None, PEOPLES)),
+            # (Closed while what it writes to is open: later that would be an error of nobody's.)
+            contextlib.closing(_Hearing(sys.stdout, self._heard)) as out,
+            contextlib.closing(_Hearing(sys.stderr, lambda line: None, PEOPLES)) as errors,
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(errors),
         ):
             run = session.run(
                 self._arm,

@@ -45,12 +45,12 @@ class Kept:
     left_mm: float
 
 
-def find(plan: DrawingPlan, emulated: bool = False, notes: list[str] | None = None) -> Kept | None:
+def find(plan: DrawingPlan, emulated: str = "", notes: list[str] | None = None) -> Kept | None:
     """Return what was learned of a drawing's path by its arm, or None.
 
     Args:
         plan: the drawing.
-        emulated: of the emulated brick, which is another arm.
+        emulated: which emulated arm, each of which is another one; "": the real one.
         notes: takes a sentence where a file is there that cannot be read.
     """
     file = file_of(plan, emulated)
@@ -72,14 +72,14 @@ def find(plan: DrawingPlan, emulated: bool = False, notes: list[str] | None = No
 
 
 def keep(
-    plan: DrawingPlan, learned: Learned, emulated: bool = False, before: Kept | None = None
+    plan: DrawingPlan, learned: Learned, emulated: str = "", before: Kept | None = None
 ) -> Path:
     """Put on file what was learned of a drawing; return where.
 
     Args:
         plan: the drawing.
         learned: of it.
-        emulated: by the emulated brick.
+        emulated: as for `find`.
         before: what was known of it, if it began with that.
 
     Raises:
@@ -105,7 +105,7 @@ def keep(
     return file
 
 
-def file_of(plan: DrawingPlan, emulated: bool = False) -> Path:
+def file_of(plan: DrawingPlan, emulated: str = "") -> Path:
     """Where what is learned of a drawing is kept."""
     path = [
         plan.arm.name,

@@ -52,9 +52,10 @@ def test_another_path_and_another_arm_have_learned_nothing(plan, learned):
 
 
 def test_of_the_emulated_arm_a_real_one_learns_nothing(plan, learned):
-    kept.keep(plan, learned, emulated=True)
+    kept.keep(plan, learned, emulated="backlash=3")
     assert kept.find(plan) is None
-    assert kept.find(plan, emulated=True)
+    assert kept.find(plan, emulated="backlash=1") is None
+    assert kept.find(plan, emulated="backlash=3")
 
 
 def test_an_arm_with_other_numbers_begins_anew_and_can_compare(plan, learned):
