@@ -165,13 +165,14 @@ def calibrate(
             what: dict[str, Any] = {"simulated": unreal, "arm_numbers": numbers_of(arm)}
             if simulate:
                 what |= {"plant": text, "built_numbers": built and numbers_of(truth)}
+            own = out / f"{arm.name}.ini" if unreal else None
+            # First: where the arm's file is refused, no summary says that it is calibrated.
+            file = None if dry_run else numbers.write_measured(result.fit, rows, date.today(), own)
             write_files(out, calibration_files(result, rows, setup.camera, what))
             click.echo(f"{out}/summary.json, rests.csv")
-            if dry_run:
+            if file is None:
                 click.echo("the arm's file was left as it is, as wished")
                 return
-            own = out / f"{arm.name}.ini" if unreal else None
-            file = numbers.write_measured(result.fit, rows, date.today(), own)
             old = Path(f"{file}{BACKUP}")
             click.echo(f"written: {file}" + (f"; the old one is {old}" if old.exists() else ""))
             if not unreal and any(row.key == "home" and not row.why for row in rows):

@@ -16,7 +16,7 @@ from laptop.calibration.camera_file import write_camera
 from laptop.cli import calibrate
 from laptop.cli.main import laptop
 from laptop.cli.run_folder import alone_in
-from laptop.identification import emulated_setups
+from laptop.identification import emulated_setups, measured_numbers
 from laptop.identification.arm_fit import BadIdentification
 from laptop.lab_report.measured_runs import read_measured
 from laptop.measuring.measured_run import Sights
@@ -174,6 +174,17 @@ def test_an_arm_in_space_is_measured_too(run, tmp_path):
     for joint in (base, shoulder, elbow):
         assert math.degrees(joint.backlash) == pytest.approx(1.2, abs=0.5)
     assert "base: tilt about x             0.000     " in result.output
+
+
+@pytest.mark.long
+def test_where_the_arms_file_is_refused_no_summary_says_calibrated(run, tmp_path, monkeypatch):
+    def refuse(*_):
+        raise BadIdentification("home lies outside its limits")
+
+    monkeypatch.setattr(measured_numbers, "write_measured", refuse)
+    done = run("--simulate", "--seconds", "60")
+    assert (done.exit_code, "outside its limits" in done.output) == (1, True)
+    assert list((tmp_path / "out").glob("*")) == []
 
 
 @pytest.mark.long
