@@ -32,8 +32,8 @@ LINK_SPREAD = 0.1
 ZERO_SPREAD = math.radians(5)
 BACKLASH_SPREAD = math.radians(5)
 GEAR_SPREAD = 0.05
-OFFSET_SPREAD = 0.1
-"""Of the marker beside the pen, as a ruler has it, cm."""
+OFFSET_SPREAD = 1.0
+"""Of the marker beside the pen, cm: untouched it sits somewhere on the last link's end."""
 HEIGHT_SPREAD, GIVEN_HEIGHT_SPREAD = 2.0, 0.05
 """Of the marker over the table, cm: not measured, and measured by a ruler."""
 USUAL_HEIGHT = 2.5

@@ -235,8 +235,15 @@ def _gone(
                 f"the brick has logged {len(seen.q)} rests, and there were {len(poses)} poses; "
                 "do it again"
             )
+        few = seen.seen < FEWEST_SEEN
+        if 2 * np.count_nonzero(few & (seen.seen > 0)) > len(few):
+            raise BadIdentification(
+                f"camera {name} saw the marker, but in fewer than {FEWEST_SEEN} pictures a rest at "
+                f"{np.count_nonzero(few)} of {len(few)} poses: it takes some 6 pictures a second; "
+                "give it more light, or fewer pixels (--size of track); nothing was written"
+            )
         places = seen.pixel.copy()
-        places[seen.seen < FEWEST_SEEN] = np.nan
+        places[few] = np.nan
         noise = float(np.nanmedian(seen.sigma)) if np.isfinite(seen.sigma).any() else np.nan
         pixels[name] = places
         sigma[name] = MEDIAN_NOISE * noise / np.sqrt(np.maximum(seen.seen, 1))

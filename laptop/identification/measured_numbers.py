@@ -182,18 +182,21 @@ def check_scale(fit: ArmFit, bar: float | None) -> None:
     """
     if bar is not None or not _scaled(fit):
         return
-    first = 1 if fit.model.spatial else 0
-    shares = [
-        fit.value(f"{joint.name}.link") / joint.link for joint in fit.model.arm.joints[first:]
-    ]
-    mean = sum(shares) / len(shares)
-    sure = min(
-        fit.sigma(f"{joint.name}.link") / joint.link for joint in fit.model.arm.joints[first:]
-    )
-    if abs(mean - 1) > max(SCALE_NOTED, 2 * sure) and max(shares) - min(shares) < SCALE_ALIKE:
+    shares, sigmas = {}, []
+    for joint in fit.model.arm.joints[1 if fit.model.spatial else 0 :]:
+        sigma = fit.sigma(f"{joint.name}.link") / joint.link
+        if sigma <= LINK_LIMIT:  # what is not known is not of another length
+            shares[joint.name] = fit.value(f"{joint.name}.link") / joint.link
+            sigmas.append(sigma)
+    if not shares:
+        return
+    mean = sum(shares.values()) / len(shares)
+    alike = max(shares.values()) - min(shares.values()) < SCALE_ALIKE
+    if abs(mean - 1) > max(SCALE_NOTED, 2 * min(sigmas)) and alike:
+        which = "all links are" if len(shares) > 1 else f"the link of the {min(shares)} is"
         more = "longer" if mean > 1 else "shorter"
         raise BadIdentification(
-            f"by the board all links are {100 * abs(mean - 1):.1f} % {more} than the arm's file "
+            f"by the board {which} {100 * abs(mean - 1):.1f} % {more} than the arm's file "
             f"says: a board whose bar is {100 / mean:.1f} mm long instead of 100 would explain "
             "that; measure its bar with a ruler and give it, --bar; nothing was written"
         )

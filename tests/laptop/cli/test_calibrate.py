@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import re
 import shutil
 from pathlib import Path
 
@@ -24,6 +25,8 @@ from laptop.simulator.scene.optics import to_srgb
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
 from shared.arm_description import find_arm, read_arm
+
+PLANAR = find_arm("planar")
 
 
 @pytest.fixture
@@ -195,6 +198,17 @@ def test_a_dry_run_tells_and_changes_no_arm(run, tmp_path):
     assert sorted(one.name for one in (tmp_path / "out").iterdir()) == ["rests.csv", "summary.json"]
 
 
+@pytest.mark.long
+def test_what_sight_alone_does_not_tell_stays_as_it_was(run, tmp_path):
+    """The disc sits 4 mm beside the pen: taken for the elbow's zero that is 1.5 degrees."""
+    words = ("--scene", "marker_stray=0.4", "--bar", "100", "--height", "25", "--seconds", "90")
+    result = run("--simulate", "--plant", "cpu=0", *words)
+    assert result.exit_code == 0, result.output
+    assert re.search(r"elbow: home \(its zero\) +0\.000 +unknown", result.output)
+    found, before = (read_arm(p).joints[1] for p in (str(tmp_path / "out/planar.ini"), PLANAR))
+    assert (found.home, found.link) == (before.home, before.link)
+
+
 # What is said where something is wrong
 
 
@@ -241,9 +255,15 @@ def test_a_print_of_a_wrong_size_is_told_and_its_bar_measured_mends_it(run, tmp_
         "25",
     )
     said = refused(run(*words), tmp_path)
-    assert "by the board all links are 3." in said
+    assert "by the board the link of the shoulder is 3." in said  # the other one nobody knows
     assert "measure its bar with a ruler and give it, --bar" in said
     assert run(*words, "--bar", "97").exit_code == 0
+
+
+@pytest.mark.long
+def test_too_few_pictures_are_not_taken_for_a_marker_out_of_sight(run, tmp_path):
+    said = refused(run("--simulate", "--scene", "fps=3", "--plant", "cpu=0"), tmp_path)
+    assert "saw the marker, but in fewer than 3 pictures a rest at 12 of 12 poses" in said
 
 
 @pytest.mark.long
