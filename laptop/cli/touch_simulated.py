@@ -56,7 +56,7 @@ class SimulatedTouching:
 
     Args:
         arm: in the plane.
-        scene: as of the synthetic camera; None: SCENE.
+        scene: of the synthetic camera, beside SCENE.
         plant: constants of the arm, as text.
         say: tells people a line.
 
@@ -66,7 +66,7 @@ class SimulatedTouching:
 
     def __init__(self, arm: Arm, scene: str | None, plant: str, say: Callable[[str], None]) -> None:
         self._say = say
-        self._arm, self._scene = arm, SCENE if scene is None else scene
+        self._arm, self._scene = arm, f"{SCENE},{scene}" if scene else SCENE
         self._plant = read_plant(plant)
         self._constants = read_scene(self._scene)
         if self._constants["board"] == "none":
