@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,7 +11,7 @@ import click
 from click.core import ParameterSource
 
 from laptop.cli.options import SYNTHETIC, FiniteRange, arm_option, examples, importing, in_one_line
-from laptop.cli.run_folder import alone_in, check_room, write_files
+from laptop.cli.run_folder import PICTURES, SUMMARY, alone_in, check_room, write_files
 from laptop.reporting.arm_numbers import numbers_of
 from shared.arm_description import find_arm, read_arm
 
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from shared.job_messages import JobStatus
 
 PICTURE, TABLE = "accuracy.png", "accuracy.csv"
-OTHERS = (PICTURE, TABLE, "summary.json", "trace.csv", "picture.png", "picture-side.png")
+OTHERS = (PICTURE, TABLE, SUMMARY, "trace.csv", *PICTURES)
 """What means something of a run."""
 LIVE = ("place", "bar", "height", "scene", "effector", "size", "call")
 EMULATED = ("plant", "built", "noise", "seed")
@@ -343,7 +342,7 @@ def _leave(
         out,
         {
             TABLE: lambda path: report.write_csv(path, result),
-            "summary.json": lambda path: _write(path, told),
+            SUMMARY: told,
             PICTURE: lambda path: plots.write_accuracy_plot(
                 path, result, title, report.describe_plan(result.plan)
             ),
@@ -351,7 +350,3 @@ def _leave(
         OTHERS,
     )
     click.echo(f"{out}/{PICTURE}, {TABLE}, summary.json")
-
-
-def _write(path: str, told: dict[str, Any]) -> None:
-    Path(path).write_text(json.dumps(told, indent=1) + "\n")

@@ -168,7 +168,9 @@ def calibrate(
             own = out / f"{arm.name}.ini" if unreal else None
             # First: where the arm's file is refused, no summary says that it is calibrated.
             file = None if dry_run else numbers.write_measured(result.fit, rows, date.today(), own)
-            write_files(out, calibration_files(result, rows, setup.camera, what))
+            written = [own.name] if own and file else []
+            files = calibration_files(result, rows, setup.camera, what)
+            write_files(out, files, written=written)
             click.echo(f"{out}/summary.json, rests.csv")
             if file is None:
                 click.echo("the arm's file was left as it is, as wished")

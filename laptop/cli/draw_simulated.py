@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from laptop.cli.run_folder import alone_in, check_room, write_files
+from laptop.cli.run_folder import PICTURES, SUMMARY, alone_in, check_room, write_files
 from laptop.drawing.durations import in_minutes
 from laptop.drawing.planning import chains
 from laptop.reporting import drawing_plot, line_accuracy
@@ -85,7 +84,7 @@ def draw_simulated(
         click.echo(notes)
         files: dict[str, Any] = {
             "trace.csv": lambda path: line_accuracy.write_trace(path, run.record, run.names),
-            "summary.json": lambda path: _write(path, summary),
+            SUMMARY: summary,
             PICTURE: lambda path: drawing_plot.write_drawing_plot(
                 path, run.record, wished, accuracy, plan.name, notes
             ),
@@ -96,7 +95,7 @@ def draw_simulated(
             names = [*names[: len(shown) - 1], names[-1]]
             every = list(zip(names, shown, strict=True))
             files[LEARNING] = lambda path: write_learning_plot(path, every, wished, plan.name)
-        write_files(out, files)
+        write_files(out, files, PICTURES)
     click.echo(f"{out}/{PICTURE}, {', '.join(name for name in files if name != PICTURE)}")
     return int(run.outcome.status)
 
@@ -118,7 +117,3 @@ def _in_words(estimated: float, drawn: float, accuracy: drawing_plot.DrawingAccu
         f"drawn in {in_minutes(drawn)} ({in_minutes(estimated)} estimated), off by "
         f"{accuracy.greatest_mm:.1f} mm at most and {accuracy.rms_mm:.2f} mm rms"
     )
-
-
-def _write(path: str, summary: dict[str, Any]) -> None:
-    Path(path).write_text(json.dumps(summary, indent=1) + "\n")

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import json
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
 from laptop import system
 from laptop.simulator.session import InvalidSimulationOption
+
+SUMMARY = "summary.json"
+PICTURES = ("picture.png", "picture-side.png", "learning.png")
+"""Of a run on the emulated brick; one of an earlier run would be taken for its own."""
 
 
 @contextlib.contextmanager
@@ -46,20 +52,31 @@ def check_room(out: Path) -> None:
 
 
 def write_files(
-    out: Path, files: Mapping[str, Callable[[str], None]], others: tuple[str, ...] = ()
+    out: Path,
+    files: Mapping[str, Callable[[str], None] | Mapping[str, Any]],
+    others: Iterable[str] = (),
+    written: Iterable[str] = (),
 ) -> None:
     """Write files, each whole or not at all; those of `others` that an earlier run left go.
 
     Args:
         out: the folder.
-        files: by name, what writes one at the path that it is given.
+        files: by name, what writes one at the path that it is given, or what it holds as JSON.
+            The summary names the run's files, as the folder may hold those of other runs, too.
         others: names that mean something of a run.
+        written: names of files that the run has left in the folder before.
     """
     try:
-        for name, write in files.items():
+        for name, content in files.items():
             draft = out / f".{name}.part"
+            if name == SUMMARY and isinstance(content, Mapping):
+                content = {**content, "files": [*written, *files]}
             try:
-                write(str(draft))
+                if isinstance(content, Mapping):
+                    text = json.dumps(content, indent=1) + "\n"
+                    draft.write_text(text, encoding="utf-8")
+                else:
+                    content(str(draft))
                 os.replace(draft, out / name)
             finally:
                 draft.unlink(missing_ok=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from collections.abc import Callable
@@ -16,7 +15,7 @@ from click.core import ParameterSource
 
 from laptop.cli.options import FiniteRange, arm_option, examples, importing
 from laptop.cli.plugs import NO_ARM, plugged, wheels_of
-from laptop.cli.run_folder import alone_in, check_room, write_files
+from laptop.cli.run_folder import PICTURES, SUMMARY, alone_in, check_room, write_files
 from laptop.reporting.arm_numbers import numbers_of
 from laptop.reporting.private_paths import without_folders
 from laptop.simulator import measured_brick, session
@@ -367,15 +366,12 @@ def _write(
     def record(file: str) -> None:
         line_accuracy.write_trace(file, run.record, run.names)
 
-    def sum_up(file: str) -> None:
-        Path(file).write_text(json.dumps(summary, indent=1) + "\n")
-
-    files: dict[str, Callable[[str], None]] = {"trace.csv": record, "summary.json": sum_up}
+    files: dict[str, Any] = {"trace.csv": record, SUMMARY: summary}
     if pictured and run.record and run.record[0].z is not None:
         files[FROM_THE_SIDE] = partial(draw, axes="xz")
     if pictured:
         files[PICTURE] = draw if arm else draw_robot
-    write_files(out, files, (PICTURE, FROM_THE_SIDE))
+    write_files(out, files, PICTURES)
 
 
 def _summary(

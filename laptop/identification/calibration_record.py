@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -19,8 +18,8 @@ KIND = "calibration"
 
 def calibration_files(
     done: Identified, rows: Sequence[Measured], camera: Calibration, more: Mapping[str, Any]
-) -> dict[str, Callable[[str], None]]:
-    """Return by the files' names what writes them at a path.
+) -> dict[str, Callable[[str], None] | dict[str, Any]]:
+    """Return by the files' names what the summary holds, and what writes the rests at a path.
 
     Args:
         done: the calibration.
@@ -53,15 +52,11 @@ def calibration_files(
         ],
     }
 
-    def sum_up(path: str) -> None:
-        with open(path, "w", encoding="utf-8") as file:
-            json.dump(summary, file, indent=1)
-
     def tell_rests(path: str) -> None:
         with open(path, "w", encoding="utf-8", newline="") as file:
             csv.writer(file).writerows(rests_table(done))
 
-    return {"summary.json": sum_up, "rests.csv": tell_rests}
+    return {"summary.json": summary, "rests.csv": tell_rests}
 
 
 def rests_table(done: Identified) -> list[list[str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from laptop.lab_report.run_files import (
     decimal,
     items,
     number,
+    own_files,
     read_columns,
     read_picture,
     word,
@@ -20,6 +22,7 @@ from laptop.reporting.private_paths import without_folders
 
 PATHS, DRAWINGS = "paths", "drawings"
 TRACE, PICTURE, FROM_THE_SIDE = "trace.csv", "picture.png", "picture-side.png"
+LEARNING = "learning.png"
 NO_ARM = "none"
 PATH_KEYS = ("length_cm", "seconds", "greatest_mm", "rms_mm", "end_mm", "missed_mm")
 DRAWING_KEYS = ("ink_cm", "drawn_s", "estimated_s", "greatest_mm", "rms_mm", "missed_mm")
@@ -32,6 +35,7 @@ DRAWING_CAPTION = (
     "distance from the wish."
 )
 SIDE_CAPTION = "The same from the side."
+LEARNING_CAPTION = "The drawing as it was at first, and after rehearsals."
 
 
 def read_simulated(name: str, folder: Path, summary: dict[str, Any]) -> LabRun:
@@ -52,7 +56,9 @@ def read_simulated(name: str, folder: Path, summary: dict[str, Any]) -> LabRun:
         if path is None:
             run.gaps.append(f"path {k} was not drawn")
     seen = bool(paths)
-    _add_pictures(run, folder, summary, FULL_CAPTION if seen else "The run, as it truly was.")
+    caption = FULL_CAPTION if seen else "The run, as it truly was."
+    files = own_files(folder, summary, (TRACE, PICTURE, FROM_THE_SIDE))
+    _add_pictures(run, folder, files, caption, _bears_a_path(summary))
     return run
 
 
@@ -80,7 +86,8 @@ def read_drawing(name: str, folder: Path, summary: dict[str, Any]) -> LabRun:
             ),
         )
     )
-    _add_pictures(run, folder, summary, DRAWING_CAPTION)
+    files = own_files(folder, summary, (TRACE, PICTURE))  # older ones may be of two drawings
+    _add_pictures(run, folder, files, DRAWING_CAPTION)
     return run
 
 
@@ -129,11 +136,13 @@ def _values(
     return cells
 
 
-def _add_pictures(run: LabRun, folder: Path, summary: dict[str, Any], caption: str) -> None:
-    """Add what the run's folder holds to see, and its trace."""
+def _add_pictures(
+    run: LabRun, folder: Path, files: Sequence[str], caption: str, private: bool = False
+) -> None:
+    """Add what there is to see of the run's files, and its trace."""
     trace = folder / TRACE
     columns = None
-    if trace.exists():
+    if TRACE in files and trace.exists():
         try:
             columns = read_columns(trace)
             run.data.append(Raw(TRACE, trace, "t, joint angles (rad), place of the tip (cm), pen"))
@@ -141,10 +150,11 @@ def _add_pictures(run: LabRun, folder: Path, summary: dict[str, Any], caption: s
             run.gaps.append(f"left out: {error}")
     else:
         run.gaps.append("there is no trace.csv, so no raw data of the motion")
-    for file, words in ((PICTURE, caption), (FROM_THE_SIDE, SIDE_CAPTION)):
-        if not (folder / file).exists():
+    captions = {PICTURE: caption, FROM_THE_SIDE: SIDE_CAPTION, LEARNING: LEARNING_CAPTION}
+    for file, words in captions.items():
+        if file not in files:
             continue
-        if _bears_a_path(summary):
+        if private:
             run.gaps.append(f"{file} bears a folder of a computer in its title, so it is left out")
             continue
         try:

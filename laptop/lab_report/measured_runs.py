@@ -20,19 +20,21 @@ from laptop.lab_report.findings import (
     LabTable,
     RawData,
 )
-from laptop.lab_report.run_files import decimal, read_picture, read_rows, word
+from laptop.lab_report.run_files import decimal, own_files, read_picture, read_rows, word
 from laptop.reporting.private_paths import without_folders
 
 WORDS = {
     ACCURACY: ("accuracy and repeatability", "Accuracy and repeatability, measured by the camera."),
     CALIBRATION: ("calibration of the arm", "The calibration's fit."),
 }
+FILES = {ACCURACY: ("accuracy.csv", "accuracy.png"), CALIBRATION: ("rests.csv",)}
+"""What such a run leaves beside its summary."""
 MAX_ROWS, MAX_COLUMNS = 45, 12
 """A larger table is a CSV beside the report only."""
 DIGITS = 4
 """Of a figure."""
 UNITS = re.compile(r"_((?:mm|cm|px|deg|rad)(?:_per_s)?|s|percent)$")
-HEAD = frozenset(("kind", "arm", "status", "reason", "arm_numbers", "built_numbers"))
+HEAD = frozenset(("kind", "arm", "status", "reason", "arm_numbers", "built_numbers", "files"))
 """What the report tells of elsewhere."""
 
 
@@ -40,7 +42,7 @@ def read_measured(name: str, folder: Path, summary: dict[str, Any], kind: str) -
     """Return a run that measured the arm.
 
     Raises:
-        DamagedRun: it holds no figure.
+        DamagedRun: it holds no figure, or is not as it is written.
     """
     what, caption = WORDS[kind]
     run = LabRun(name, kind, what, arm=word(summary, "arm"))
@@ -58,7 +60,8 @@ def read_measured(name: str, folder: Path, summary: dict[str, Any], kind: str) -
             run.tables.append(LabTable(f"{title[:1].upper()}{title[1:]}", heading, rows))
     if not run.tables:
         raise DamagedRun("summary.json holds no figure; do this run again")
-    for file in sorted(folder.glob("*.csv")):
+    own = [folder / name for name in own_files(folder, summary, FILES[kind])]
+    for file in (file for file in own if file.suffix == ".csv"):
         try:
             heading, rows = read_rows(file)
         except DamagedRun as error:
@@ -67,7 +70,7 @@ def read_measured(name: str, folder: Path, summary: dict[str, Any], kind: str) -
         run.data.append(RawData(file.name, file, ", ".join(heading)[:100]))
     if not run.data:
         run.gaps.append("there is no CSV, so no raw data")
-    for file in sorted(folder.glob("*.png")):
+    for file in (file for file in own if file.suffix == ".png"):
         try:
             run.figures.append(LabFigure(f"{caption} ({file.name})", read_picture(file)))
         except DamagedRun as error:

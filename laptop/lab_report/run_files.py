@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -160,6 +161,25 @@ def items(values: dict[str, Any], key: str, kind: type, file: str = "summary.jso
     if not isinstance(value, list) or not all(x is None or isinstance(x, kind) for x in value):
         raise DamagedRun(f"{file}: '{key}' is not as it is written; do this run again")
     return value
+
+
+def own_files(folder: Path, summary: dict[str, Any], usual: Sequence[str]) -> list[str]:
+    """Return the names of a run's own files: others in its folder are of other runs.
+
+    Args:
+        folder: of the run.
+        summary: it names the run's files; an older one does not.
+        usual: what such a run leaves; what is there of it is taken for an older one's.
+
+    Raises:
+        DamagedRun: what it names are no names of files in a folder.
+    """
+    if summary.get("files") is None:
+        return [name for name in usual if (folder / name).exists()]
+    names = [name or "" for name in items(summary, "files", str)]
+    if not all(Path(name).name == name not in ("", "..") for name in names):
+        raise DamagedRun("summary.json: 'files' is not as it is written; do this run again")
+    return names
 
 
 def decimal(value: float | None, digits: int = 2) -> str:

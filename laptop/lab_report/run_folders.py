@@ -124,7 +124,6 @@ class RunReader:
         summary = read_object(place / SUMMARY)
         kind = word(summary, "kind")
         if kind in (ACCURACY, CALIBRATION):
-            self._told |= set(place.glob("*.csv"))
             return read_measured(name, place, summary, kind)
         if "drawing" in summary:
             return read_drawing(name, place, summary)
@@ -132,10 +131,10 @@ class RunReader:
             known = "simulate, draw --simulate, accuracy, calibrate"
             raise DamagedRun(f"{SUMMARY} is of none of these: {known}")
         run = read_simulated(name, place, summary)
-        told = [Path(part).name for part in items(summary, "args", str) if part]
-        beside = sorted(place.glob("*.jsonl"))
-        named = [place.parent / part for part in told if part.endswith(".jsonl")]
-        for log in beside or named:
+        told = [part.rpartition("=")[2] for part in items(summary, "args", str) if part]
+        named = [Path(part).name for part in told if part.endswith(".jsonl")]
+        beside = [place / log for log in named if (place / log).exists()]
+        for log in beside or [place.parent / log for log in named]:
             if is_log(log):
                 self._told.add(log)
                 try:

@@ -131,6 +131,7 @@ def test_an_emulated_arm_is_measured_and_drawn_with_and_reported(run, tmp_path):
     # And what was measured is there for a report.
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["simulated"] is True
+    assert sorted(summary["files"]) == ["planar.ini", "rests.csv", "summary.json"]
     told = read_measured("R1", tmp_path / "out", summary, summary["kind"])
     assert told.outcome == "calibrated"
     assert ["shoulder: link", "cm"] in [row[:2] for table in told.tables for row in table.rows]

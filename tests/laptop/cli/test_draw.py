@@ -81,6 +81,8 @@ def test_texts_and_cards_are_drawn(draw, words):
 
 def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
     (tmp_path / "square.svg").write_text(SQUARE)
+    (tmp_path / "try").mkdir()
+    (tmp_path / "try" / "learning.png").write_bytes(b"of an earlier drawing")
     done = draw("square.svg", "--size", "4", "--simulate", "--out", "try")
     assert done.exit_code == 0, done.output
     assert sorted(path.name for path in (tmp_path / "try").iterdir()) == [
@@ -88,6 +90,7 @@ def test_it_is_tried_on_the_emulated_brick_with_its_truth_in_mm(draw, tmp_path):
     ]
     summary = json.loads((tmp_path / "try" / "summary.json").read_text())
     assert summary["kind"] == "drawing"
+    assert sorted(summary["files"]) == ["picture.png", "summary.json", "trace.csv"]
     assert summary["arm_numbers"]["name"] == summary["arm"]
     assert summary["estimated_s"] == pytest.approx(summary["drawn_s"], rel=0.05)
     assert summary["greatest_mm"] < 4

@@ -259,7 +259,9 @@ def test_no_picture_where_none_is_wanted(simulate):
 
 def test_a_picture_where_the_arm_rests_if_it_is_wanted(simulate):
     result = simulate("--picture", DRIVER, "where")
-    assert sorted(os.listdir(result.out)) == ["picture.png", "summary.json", "trace.csv"]
+    written = ["picture.png", "summary.json", "trace.csv"]
+    assert sorted(os.listdir(result.out)) == written
+    assert sorted(json.loads((result.out / "summary.json").read_text())["files"]) == written
     assert result.output.endswith(f"{result.out}/picture.png, trace.csv, summary.json\n")
 
 

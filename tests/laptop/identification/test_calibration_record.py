@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import seen_arms
 
+from laptop.cli.run_folder import write_files
 from laptop.identification.arm_fit import fit_arm
 from laptop.identification.calibrating import Identified
 from laptop.identification.calibration_record import calibration_files, rests_table
@@ -29,9 +30,9 @@ def test_the_summary_has_each_number_and_null_for_what_is_unknown(done, tmp_path
     rows = measured(done.fit)
     camera = TABLE.calibrated(np.random.default_rng(1), 98.5)
     files = calibration_files(done, rows, camera, {"simulated": True})
-    for name, write in files.items():
-        write(str(tmp_path / name))
+    write_files(tmp_path, files)
     summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["files"] == ["summary.json", "rests.csv"]
     assert (summary["kind"], summary["arm"], summary["poses"]) == ("calibration", "planar", 20)
     assert summary["simulated"] is True
     assert summary["bar_mm"] == 98.5

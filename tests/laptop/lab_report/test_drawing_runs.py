@@ -82,6 +82,27 @@ def test_a_drawing_is_told_by_its_figures(tmp_path):
     assert (run.what, run.seconds) == ("drawing house", 144.84)
 
 
+def test_the_picture_of_what_was_learned_is_shown_where_it_is_of_this_drawing(tmp_path):
+    summary = drawn(tmp_path)
+    for name in ("picture-side.png", "learning.png"):
+        (tmp_path / name).write_bytes(a_picture())
+
+    def shown(**told):
+        run = read_drawing("house", tmp_path, {**summary, **told})
+        return [figure.caption.split("(")[-1] for figure in run.figures]
+
+    assert shown() == ["picture.png)"]
+    assert shown(files=["trace.csv", "summary.json", "picture.png"]) == ["picture.png)"]
+    learned = ["trace.csv", "summary.json", "picture.png", "learning.png"]
+    assert shown(files=learned) == ["picture.png)", "learning.png)"]
+
+
+def test_the_picture_of_an_earlier_run_is_not_that_of_one_without(tmp_path):
+    run = read(tmp_path, files=["trace.csv", "summary.json"])
+    assert [figure.caption.split("(")[-1] for figure in run.figures] == ["drawn from trace.csv)"]
+    assert run.gaps == []
+
+
 def test_a_drawing_without_ink_has_no_figures(tmp_path):
     drawn(tmp_path, greatest_mm=float("nan"), rms_mm=float("nan"), missed_mm=float("nan"))
     summary = json.loads((tmp_path / "summary.json").read_text())

@@ -37,13 +37,43 @@ def test_csvs_and_pictures_come_along_and_damaged_ones_are_told(tmp_path):
     (tmp_path / "cut.csv").write_text("pose,x_cm\nP1\n")
     (tmp_path / "accuracy.png").write_bytes(a_picture())
     (tmp_path / "cut.png").write_bytes(a_picture()[:50])
-    run = read_measured("a", tmp_path, SUMMARY, ACCURACY)
+    files = ["accuracy.csv", "summary.json", "cut.csv", "accuracy.png", "cut.png", "gone.png"]
+    run = read_measured("a", tmp_path, {**SUMMARY, "files": files}, ACCURACY)
     assert [(raw.name, raw.holds) for raw in run.data] == [("accuracy.csv", "pose, x_cm")]
     assert [figure.picture for figure in run.figures] == [a_picture()]
     assert run.gaps == [
         "left out: cut.csv: row 1 has 1 values, its heading has 2",
         "left out: cut.png is a damaged picture",
+        "left out: gone.png is not there, or no file",
     ]
+    assert "files" not in [row[0] for table in run.tables for row in table.rows]
+
+
+@pytest.mark.parametrize("named", [True, False])
+@pytest.mark.parametrize(
+    ("kind", "files", "figures"),
+    [(CALIBRATION, ["rests.csv"], []), (ACCURACY, ["accuracy.csv"], ["accuracy.png"])],
+)
+def test_files_of_other_runs_in_the_same_folder_are_not_its_own(
+    tmp_path, kind, files, figures, named
+):
+    for name in ("trace.csv", "rests.csv", "accuracy.csv", "notes.csv"):
+        (tmp_path / name).write_text("a,b\n1,2\n")
+    for name in ("picture.png", "learning.png", "accuracy.png", "photo.png"):
+        (tmp_path / name).write_bytes(a_picture())
+    told = {"files": ["summary.json", *files, *figures]} if named else {}
+    run = read_measured("out", tmp_path, {**SUMMARY, **told, "kind": kind}, kind)
+    assert [raw.name for raw in run.data] == files
+    assert [figure.caption.partition("(")[2].rstrip(")") for figure in run.figures] == figures
+    assert run.gaps == []
+
+
+@pytest.mark.parametrize("files", ["x.csv", [1], [None], ["../x.csv"], ["/x.csv"], [".."], [""]])
+def test_what_is_named_lies_in_the_runs_folder(tmp_path, files):
+    (tmp_path / "x.csv").write_text("a,b\n1,2\n")
+    (tmp_path / "out").mkdir()
+    with pytest.raises(DamagedRun, match="'files' is not as it is written; do this run again"):
+        read_measured("out", tmp_path / "out", {**SUMMARY, "files": files}, ACCURACY)
 
 
 def test_a_table_too_large_to_print_is_left_to_the_csv(tmp_path):

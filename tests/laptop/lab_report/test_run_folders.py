@@ -6,7 +6,7 @@ import pytest
 from lab_runs import TRACE, drawn, simulated
 from servo_log import log_text
 
-from laptop.lab_report.findings import DRAWING, SERVO
+from laptop.lab_report.findings import CALIBRATION, DRAWING, SERVO, TRACKING
 from laptop.lab_report.run_folders import CONTENTS, NoRuns, read_runs
 
 pytestmark = pytest.mark.usefixtures("no_servo_figures")
@@ -96,6 +96,22 @@ def test_a_log_belongs_to_the_run_that_wrote_it_beside_or_above_its_folder(tmp_p
     runs, _ = read_runs(tmp_path)
     assert names(runs) == [("R1", "servo", SERVO)]
     assert runs[0].outcome == "converged"
+
+
+def test_a_log_of_an_earlier_run_in_the_folder_is_a_run_of_its_own(tmp_path):
+    simulated(tmp_path / "out")
+    (tmp_path / "out" / "servo.jsonl").write_text(log_text())
+    runs, _ = read_runs(tmp_path)
+    assert names(runs) == [("R1", "out", DRAWING), ("R2", "out/servo.jsonl", SERVO)]
+
+
+def test_what_was_tracked_beside_a_calibration_is_a_run_of_its_own(tmp_path):
+    summary = {"kind": "calibration", "poses": 30, "files": ["summary.json", "rests.csv"]}
+    (tmp_path / "summary.json").write_text(json.dumps(summary))
+    (tmp_path / "rests.csv").write_text("pose,u_px\n1,2\n")
+    (tmp_path / "seen.csv").write_text("frame,t,marker,u,v,confidence\n0,0.0,A,3.0,4.0,1.0\n")
+    runs, _ = read_runs(tmp_path)
+    assert [run.kind for run in runs] == [CALIBRATION, TRACKING]
 
 
 def test_a_log_alone_is_a_run_on_a_brick_and_one_cut_off_says_so(tmp_path):
