@@ -229,6 +229,19 @@ def let_ctrl_c_interrupt():
         signal.signal(signal.SIGBREAK, signal.default_int_handler)
 
 
+def obey(numbers):
+    """Let this process have signals that somebody took for another program, in order.
+
+    Args:
+        numbers: of the signals.
+
+    Raises:
+        KeyboardInterrupt: for Ctrl-C, unless it is ignored or handled in another way.
+    """
+    for number in numbers:
+        signal.raise_signal(number)
+
+
 def is_stopped(pid):
     """Return True if a signal has stopped a process, which does nothing then; False if unknown.
 

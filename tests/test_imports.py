@@ -49,8 +49,8 @@ RULES = {
         "robot.motion.kinematics",
     ),
     "laptop.measuring": (
-        *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.vision"),
-        *("shared", "numpy"),
+        *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.system"),
+        *("laptop.vision", "shared", "numpy"),
     ),
     "laptop.identification": (
         *("laptop.identification", "laptop.calibration", "laptop.measuring", "laptop.vision"),

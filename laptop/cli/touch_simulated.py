@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TextIO
 
+from laptop import system
 from laptop.calibration.cross_touching import CrossTouching, read_point
 from laptop.calibration.touch_looks import Looks
 from laptop.simulator import session
@@ -43,6 +44,8 @@ TRIES = 3
 """Presses after which a cross that does not count is left out."""
 PEOPLES = ("point ", "lead the arm")
 """How lines of the program begin that are for whoever leads the arm."""
+STOPPED = "driver.py: stopped by "
+"""How its line begins that tells of a signal, of which this process tells in its own words."""
 TIMEOUT = 600.0
 """Time for all of it, s."""
 
@@ -109,11 +112,14 @@ class SimulatedTouching:
 
         Raises:
             ArmError: what `touching` raises, or the program on the emulated brick ended badly.
+            KeyboardInterrupt: Ctrl-C came meanwhile.
         """
         with (
             # (Closed while what it writes to is open: later that would be an error of nobody's.)
             contextlib.closing(_Hearing(sys.stdout, self._heard)) as out,
-            contextlib.closing(_Hearing(sys.stderr, lambda line: None, PEOPLES)) as errors,
+            contextlib.closing(
+                _Hearing(sys.stderr, lambda line: None, (*PEOPLES, STOPPED))
+            ) as errors,
             contextlib.redirect_stdout(out),
             contextlib.redirect_stderr(errors),
         ):
@@ -125,6 +131,7 @@ class SimulatedTouching:
                 timeout=TIMEOUT,
                 person=lambda brick, devices: self._begin(touching, brick, devices),
             )
+        system.obey(run.outcome.signals)
         if self._problem:
             raise self._problem
         if run.outcome.status:

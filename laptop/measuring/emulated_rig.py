@@ -16,6 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from laptop import system
 from laptop.measuring.measured_run import BadMeasurement, MeasuredRun, Sights
 from laptop.simulator import session
 from laptop.simulator.device.plant_constants import read_plant
@@ -88,6 +89,7 @@ class EmulatedRig:
 
         Raises:
             BadMeasurement: the job did not come to its end; what its program said stands in it.
+            KeyboardInterrupt: Ctrl-C came meanwhile.
         """
         header = Job(str(job)).header
         with tempfile.TemporaryDirectory() as folder:
@@ -103,13 +105,16 @@ class EmulatedRig:
                     built=self.built,
                     timeout=TIMEOUT,
                 )
-            if self.last.outcome.status:
-                lines = said.getvalue().strip().splitlines()
-                raise BadMeasurement(lines[-1] if lines else self.last.outcome.reason)
-            # By the clock of the emulated world, as the record of its truth is: that knows nothing
-            # of the program's start.
-            ahead = UPTIME + (self.last.outcome.start or 0.0)
-            rows = [row._replace(t=row.t - ahead) for row in read_log(str(log))]
+            status = self.last.outcome.status
+            logged = [] if status else list(read_log(str(log)))
+        system.obey(self.last.outcome.signals)
+        if status:
+            lines = said.getvalue().strip().splitlines()
+            raise BadMeasurement(lines[-1] if lines else self.last.outcome.reason)
+        # By the clock of the emulated world, as the record of its truth is: that knows nothing of
+        # the program's start.
+        ahead = UPTIME + (self.last.outcome.start or 0.0)
+        rows = [row._replace(t=row.t - ahead) for row in logged]
         # (A picture comes a little late or early, and the tracker needs one to find its marker.)
         more = 1 / self._fps
         self._looked = [(row.t - header.rest - more, row.t + more) for row in rows if row.rest]

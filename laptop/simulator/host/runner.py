@@ -31,7 +31,9 @@ from laptop.simulator.host.processor import Processor
 from laptop.simulator.host.shims import Shims
 from laptop.simulator.host.watchdog import Over
 
-Outcome = collections.namedtuple("Outcome", ["status", "reason", "t", "accesses", "start", "stack"])
+Outcome = collections.namedtuple(
+    "Outcome", ["status", "reason", "t", "accesses", "start", "stack", "signals"]
+)
 Outcome.__doc__ = """The end of a run.
 
 status    exit status
@@ -43,6 +45,7 @@ start     what Python, imports and all else took before it first used the brick,
           thread or called somebody, s; None on one that computes in no time
 stack     where it was when it was cut off, in files of its own folder: (name, line, function) of
           each call, the innermost first; () if it has ended
+signals   numbers of those that reached this process meanwhile, in order; see system.obey
 """
 
 _WHY = {
@@ -102,7 +105,7 @@ def run_script(
         _complain(
             "can't open script {!r}: {}; give the path of a Python file", script, error.strerror
         )
-        return Outcome(2, "no script", world.now(), 0, None, ())
+        return Outcome(2, "no script", world.now(), 0, None, (), ())
     if peripherals is None:
         peripherals = Peripherals(world, sysfs)
     world.processor = _processor(brick)
@@ -124,7 +127,7 @@ def run_script(
     if kill_at is not None:
         world.at(kill_at, _call(world.halt, ProcessExit(128 + Signals.SIGKILL, "killed")))
     folder = os.path.dirname(os.path.realpath(script))
-    with shims.installed(folder), sysfs.installed(), _Forwarding(world, shims.signals):
+    with shims.installed(folder), sysfs.installed(), _Forwarding(world, shims.signals) as came:
         sys.excepthook = sys.__excepthook__
         sys.argv = [script] + list(args)
         sys.path.insert(0, folder)
@@ -143,12 +146,12 @@ def run_script(
             where = "; it was at {}".format(in_words(stack)) if stack else ""
             _complain("{}: {}{}", os.path.basename(script), why, where)
         began = world.processor.behind if world.processor else None
-        outcome = Outcome(ended.status, ended.reason, end, sysfs.accesses - accesses, began, stack)
+        accesses = sysfs.accesses - accesses
         world.processor = None
         peripherals.on_back = None
         world.realtime = False  # nobody waits for what comes after the end
         world.advance(end + aftermath)
-    return outcome
+    return Outcome(ended.status, ended.reason, end, accesses, began, stack, tuple(came))
 
 
 def in_words(stack):
@@ -257,13 +260,16 @@ class _Forwarding(object):
         self._world = world
         self._signals = signals
         self._before = {}
+        self._came = []
 
     def __enter__(self):
         if threading.current_thread() is threading.main_thread():
             for number in system.ENDING:
                 self._before[number] = signal.signal(number, self._forward)
+        return self._came
 
     def _forward(self, number, frame):
+        self._came.append(number)
         # (Windows has one for which the brick has no name.)
         number = getattr(Signals, signal.Signals(number).name, Signals.SIGINT)
         if number in self._signals.pending:

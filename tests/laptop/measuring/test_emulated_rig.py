@@ -1,6 +1,7 @@
 """An emulated rig: what it tells is what its arm truly did."""
 
 import math
+import signal
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -10,6 +11,7 @@ import pytest
 
 from laptop.measuring.emulated_rig import EmulatedRig, RenderedRig, marker_point
 from laptop.measuring.measured_run import BadMeasurement
+from laptop.simulator import session
 from laptop.simulator.scene.scene import Scene
 from laptop.simulator.scene.scene_constants import read_scene
 from robot.motion import kinematics
@@ -114,6 +116,38 @@ def test_a_job_that_fails_says_what_the_brick_said(tmp_path):
     other = ARM._replace(joints=(ARM.joints[0]._replace(link=8.0), ARM.joints[1]))
     job = Path(jobs.write(tmp_path, [[(8.0, 2.0), (10.0, 4.0)]], other, rest=0.5))
     with pytest.raises(BadMeasurement, match="was planned for planar .*links 8, 9.5 cm"):
+        EmulatedRig(ARM, None, "cpu=0", {"A": FromAbove()}).measure(job)
+
+
+@pytest.fixture
+def hears_ctrl_c():
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def interrupted_at(t, monkeypatch):
+    """Let Ctrl-C come at `t` of each run, s."""
+    run, ctrl_c = session.run, (t, lambda: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr(session, "run", lambda *a, **more: run(*a, **more, meanwhile=[ctrl_c]))
+
+
+@pytest.mark.parametrize("after", [-7.0, -2.0, 0.5], ids=["at work", "at its end", "after it"])
+def test_ctrl_c_stops_who_measures_though_the_job_may_be_done(
+    job, monkeypatch, hears_ctrl_c, after
+):
+    rig = EmulatedRig(ARM, None, "cpu=0", {"A": FromAbove()})
+    rig.measure(job)
+    interrupted_at(rig.last.outcome.t + after, monkeypatch)
+    with pytest.raises(KeyboardInterrupt):
+        rig.measure(job)
+    assert rig.last.outcome.signals == (signal.SIGINT,)
+
+
+def test_where_ctrl_c_is_ignored_a_job_that_it_ended_says_so(job, monkeypatch, hears_ctrl_c):
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    interrupted_at(1.0, monkeypatch)
+    with pytest.raises(BadMeasurement, match="stopped by SIGINT"):
         EmulatedRig(ARM, None, "cpu=0", {"A": FromAbove()}).measure(job)
 
 

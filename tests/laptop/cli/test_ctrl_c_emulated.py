@@ -1,0 +1,50 @@
+"""Ctrl-C while the emulated brick works: a command says that it was stopped, and writes nothing."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from places import ROOT
+
+PROGRAM = """
+import os, signal
+from laptop import __main__ as program
+from laptop.simulator import session
+
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # (a shell's background would have it ignored)
+run, send = session.run, os.killpg
+
+def interrupted(*args, **options):
+    # By the clock of the brick: what the script does then is the same on every computer.
+    ctrl_c = (float(os.environ["AT"]), lambda: send(os.getpgrp(), signal.SIGINT))
+    return run(*args, **options, meanwhile=[ctrl_c])
+
+session.run = interrupted
+program.run()
+"""
+CALIBRATE = ("calibrate", "--simulate")
+DRAW = ("draw", "--line", "10,0 5,10", "--by-sight", "3", "--simulate")
+TOUCH = ("touch", "--simulate")
+ACCURACY = ("accuracy", "--simulate", "--cycles", "3")
+IMPORTING, AT_WORK = 0.3, 6.0
+"""Times of the brick's, s: its program lets signals end it, or it has the arm move or be led."""
+
+
+@pytest.mark.long
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="there are no groups of processes")
+@pytest.mark.parametrize("at", [IMPORTING, AT_WORK], ids=["importing", "at work"])
+@pytest.mark.parametrize("words", [CALIBRATE, DRAW, TOUCH, ACCURACY], ids=lambda words: words[0])
+def test_ctrl_c_on_an_emulated_brick_is_told_in_one_line(tmp_path, words, at):
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, *words, "--out", str(tmp_path / "out")],
+        cwd=ROOT,
+        env={**os.environ, "BRICKSERVO_STATE": str(tmp_path / "state"), "AT": str(at)},
+        start_new_session=True,
+        capture_output=True,
+        text=True,
+    )
+    assert done.stderr.strip() == "laptop: stopped"
+    assert done.returncode == 130
+    files = [file for file in tmp_path.rglob("*") if file.is_file()]
+    assert files == []
