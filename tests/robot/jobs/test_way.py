@@ -24,7 +24,7 @@ def stroke(tmp_path):
 
 @pytest.fixture
 def way(tmp_path, stroke):
-    length = math.dist(*TURNING)
+    length = math.hypot(*[b - a for a, b in zip(*TURNING)])
     by_joint = [[0.0, 0.03, -0.02, 0.01], [0.02, -0.03, 0.03, 0.0]]
     learned = stroke._replace(offsets=[([0.0, 5.0, 9.0, length], by_joint)])
     return Way(Job(jobs.write(tmp_path, [TURNING]), ARM), 1, [learned], 1, ARM.joints)
