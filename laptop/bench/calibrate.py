@@ -41,8 +41,6 @@ LINK_OFF, ZERO_OFF, BACKLASH, OFFSET = 0.05, 1.5, (0.0, 4.0), 0.5
 the marker beside the pen, cm."""
 NOISE_PX, TOUCHES = 1.0, 6
 HEIGHT_SIGMA, TURN_SIGMA = 0.05, math.radians(0.3)
-FIRST_UNTOUCHED = 1000
-"""Nothing was tuned with seeds from here on."""
 UNITS = {"link": ("%", 0.3), "zero": ("deg", 0.3), "backlash": ("deg", 0.3), "marker": ("mm", 0.5)}
 """By what a number is: the unit of its error, and the wanted bound of that."""
 
