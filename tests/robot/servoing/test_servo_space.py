@@ -340,7 +340,7 @@ def test_a_blinking_camera_does_not_keep_it_from_giving_up(watched):
     w.world.at(2.0, blink)
     shown = w.run()
     assert shown.log[-1]["verdict"] in ("unreachable", "limit")
-    assert shown.log[-1]["moves"] <= 20
+    assert shown.log[-1]["moves"] <= 30  # 28 without the blinking
 
 
 @pytest.mark.long
