@@ -78,7 +78,7 @@ def pytest_configure(config):
     if "TMPDIR" not in os.environ and has_room(MEMORY):
         os.environ["TMPDIR"] = MEMORY
         tempfile.tempdir = None  # what it was before
-    # Whoever has calibrated an arm has one of his own that is called `planar`.
+    # Tests are collected with the arms that come along: whoever has calibrated one has a `planar`.
     os.environ["BRICKSERVO_STATE"] = os.path.join(tempfile.gettempdir(), "brickservo-tests-state")
     folder = bytecode(config)
     if folder and sys.version_info >= (3, 8) and os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):

@@ -4,13 +4,14 @@ import io
 
 import pytest
 
-from laptop.lab_report import lab_figures, servo_runs
-from laptop.reporting.line_plot import DPI
+# (What is drawn with is imported late: an old Python, which leaves these tests out, reads this.)
 
 
 @pytest.fixture(autouse=True)
 def small_figures(monkeypatch):
     """Drawn as ever, in a tenth of the pixels each way."""
+    from laptop.lab_report import lab_figures
+    from laptop.reporting.line_plot import DPI
 
     def png_of(figure):
         file = io.BytesIO()
@@ -23,5 +24,7 @@ def small_figures(monkeypatch):
 @pytest.fixture
 def no_servo_figures(monkeypatch):
     """For tests that look at other things of a log."""
+    from laptop.lab_report import servo_runs
+
     monkeypatch.setattr(servo_runs, "draw_servo", lambda *words: None)
     monkeypatch.setattr(servo_runs, "draw_ways", lambda *words: None)
