@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from laptop.cli.options import SYNTHETIC, FiniteRange, arm_option, examples, importing, in_one_line
+from laptop.cli.options import (
+    SYNTHETIC,
+    FiniteRange,
+    arm_option,
+    examples,
+    importing,
+    in_one_line,
+    noise_option,
+)
 from laptop.cli.run_folder import PICTURES, SUMMARY, alone_in, check_room, write_files
 from laptop.reporting.arm_numbers import numbers_of
 from shared.arm_description import find_arm, read_arm
@@ -113,14 +121,7 @@ class Numbers(click.ParamType):
     metavar="FILE",
     help="The emulated arm as it was built, where that is not what --arm says.",
 )
-@click.option(
-    "--noise",
-    type=FiniteRange(0, 10),
-    default=0.03,
-    show_default=True,
-    metavar="PX",
-    help="Of the marker in an emulated camera's picture.",
-)
+@noise_option("Of the marker in an emulated camera's picture.")
 @click.option(
     "--seed",
     type=click.IntRange(0),

@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 import click
 
-from laptop.cli.options import FiniteRange, Seeds, bench_examples, importing, in_one_line
+from laptop.cli.options import Seeds, bench_examples, importing, in_one_line, noise_option
 
 
 @click.command("accuracy", epilog=bench_examples("accuracy", "accuracy --arm planar --cycles 10"))
@@ -15,14 +15,7 @@ from laptop.cli.options import FiniteRange, Seeds, bench_examples, importing, in
 @click.option(
     "--cycles", type=click.IntRange(3, 100), default=30, show_default=True, help="Of each pose."
 )
-@click.option(
-    "--noise",
-    type=FiniteRange(0, 10),
-    default=0.03,
-    show_default=True,
-    metavar="PX",
-    help="Of the marker in one picture, standard deviation.",
-)
+@noise_option("Of the marker in one picture, standard deviation.")
 @click.option(
     "--seeds",
     type=Seeds(),

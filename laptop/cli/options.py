@@ -143,6 +143,18 @@ def bench_examples(*lines: str) -> str:
     return examples(*(f"bench {line}" for line in lines))
 
 
+def noise_option(text: str) -> Callable[[Any], Any]:
+    """Provide --noise: of a marker before an emulated camera, as the tracker has it, px."""
+    return click.option(
+        "--noise",
+        type=FiniteRange(0, 10),
+        default=0.03,
+        show_default=True,
+        metavar="PX",
+        help=text,
+    )
+
+
 @contextlib.contextmanager
 def without_own_arms() -> Iterator[None]:
     """Let an arm's name mean the one that comes along, though one's own has the same name."""
