@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from laptop import system
 from laptop.simulator.host.pace import PacedClock
@@ -41,6 +41,40 @@ class DemoFailed(ArmError):
 
 class TooBusy(DemoFailed):
     """This computer has no time left for the demo."""
+
+
+class _Pipe:
+    """What a process writes, up to its end.
+
+    What it has started (a page, a browser) may keep the pipe open for as long as it likes: no end
+    of file comes then.  So the end is written into it, behind all that the process wrote.
+
+    Attributes:
+        writing: the descriptor for the process.
+    """
+
+    def __init__(self) -> None:
+        self._reading, self.writing = os.pipe()
+        self._end = os.urandom(16).hex()
+        self._ended = False
+
+    def end(self) -> None:
+        """Let `lines` end here; nothing if it has been told before."""
+        if not self._ended:
+            self._ended = True
+            with suppress(BrokenPipeError):  # nobody reads any more
+                os.write(self.writing, f"{self._end}\n".encode())
+            os.close(self.writing)
+
+    def lines(self) -> Iterator[str]:
+        """Iterate over the lines that are written until `end`."""
+        with open(self._reading, errors="replace") as stream:
+            for line in stream:
+                text, end, _ = line.partition(self._end)
+                if text:
+                    yield text
+                if end:
+                    return
 
 
 class ChildProcess:
@@ -73,25 +107,20 @@ class ChildProcess:
         self._last_error = ""
         self._on_line = on_line
         self._announces = "--announce" in words
-        self._lock = threading.Lock()  # one line after the other, whichever stream has it
+        self._lock = threading.Lock()  # one line after the other, whichever pipe has it
+        self._output, self._errors = self._pipes = _Pipe(), _Pipe()
         self._process = subprocess.Popen(
             [*LAPTOP, *words],
             cwd=HOUSE,
             env={**os.environ, **environment, "PYTHONUNBUFFERED": "1"},
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            errors="replace",
+            stdout=self._output.writing,
+            stderr=self._errors.writing,
             # Ctrl-C comes to the demo alone: it knows in which order to end what it has started.
             **system.own_group(),
         )
-        assert self._process.stdout
-        assert self._process.stderr
-        self._streams = self._process.stdout, self._process.stderr
         self._readers = [
-            threading.Thread(target=self._read, args=(stream,), daemon=True)
-            for stream in self._streams
+            threading.Thread(target=self._read, args=(pipe,), daemon=True) for pipe in self._pipes
         ]
         for reader in self._readers:
             reader.start()
@@ -148,29 +177,28 @@ class ChildProcess:
             system.kill_group(self._process)
             self._process.wait()
         self._join()
-        for stream in self._streams:
-            stream.close()
 
     def _join(self) -> None:
-        for reader in self._readers:
-            reader.join(ENDED)
+        """Wait until all is read that it has written; it has ended."""
+        for pipe, reader in zip(self._pipes, self._readers, strict=True):
+            pipe.end()
+            reader.join()
 
-    def _read(self, stream: IO[str]) -> None:
-        with self.log.open("a", encoding="utf-8") as log, suppress(ValueError):
-            for line in stream:
+    def _read(self, pipe: _Pipe) -> None:
+        with self.log.open("a", encoding="utf-8") as log:
+            for line in pipe.lines():
                 with self._lock:
                     log.write(line)
                     log.flush()
                     if line.strip():
-                        self._take(line.strip(), stream)
+                        self._take(line.strip(), pipe)
 
-    def _take(self, line: str, stream: IO[str]) -> None:
-        output, errors = self._streams
-        if self._announces and stream is output:
+    def _take(self, line: str, pipe: _Pipe) -> None:
+        if self._announces and pipe is self._output:
             with suppress(ValueError):  # a browser that it opened may write there, too
                 self.events.append(json.loads(line))
                 return
-        if stream is errors:
+        if pipe is self._errors:
             self._last_error = line
         self.lines.append(line)
         self._on_line(line)

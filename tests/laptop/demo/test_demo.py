@@ -102,6 +102,11 @@ if command == "track":
     if fault == "tracker dies":
         sys.exit("laptop: the camera is gone")
     if fault == "tracker is killed":
+        import subprocess
+        page = "import sys, time; time.sleep(100); open(sys.argv[1], 'w')"
+        late = os.path.join(os.environ["PIDS"], "..", "late")
+        keeps = subprocess.Popen([sys.executable, "-S", "-c", page, late])
+        print("page has number %d" % keeps.pid, flush=True)
         print("page: http://127.0.0.1:7780/?token=t", file=sys.stderr, flush=True)
         os.kill(os.getpid(), 9)
     try:
@@ -434,6 +439,10 @@ def test_a_tracker_that_ends_in_between_ends_the_demo(play):
 
 def test_a_tracker_that_is_killed_is_called_killed(play):
     assert complains(play, "tracker is killed", r"tracker was killed \(SIGKILL\); see ")
+    # What it had started still keeps its pipe open: nobody waited for that.
+    (log,) = (play.pids.parent / "runs").glob("*/tracker.txt")
+    os.kill(int(re.search(r"page has number (\d+)", log.read_text()).group(1)), signal.SIGKILL)
+    assert not (play.pids.parent / "late").exists()
 
 
 def test_the_demo_sweeps_what_a_killed_one_has_left(play, monkeypatch, tmp_path):
