@@ -200,7 +200,9 @@ class EmulatedSensor(Device):
             raise error(errno.ETIMEDOUT)
         self._world.sleep(SWITCH_TIME.get(self._kind.connection, 0.0))
         self._check_plugged()
-        self._enter(modes[name])
+        # A sensor that is in the mode already goes on in it: a gyro keeps its angle.
+        if name != self._mode.name or self._mode.single:
+            self._enter(modes[name])
 
     def _check_plugged(self):
         if self.unplugged:

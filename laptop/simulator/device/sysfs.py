@@ -47,9 +47,10 @@ class Attribute(object):
         return data if size < 0 else data[:size]
 
     def write(self, value):
-        """One access: store the text, bytes."""
+        """One access: store the text, bytes; one newline at its end is none of it."""
         self.sysfs.touch()
-        self.device.write(self.name, value.decode().strip())
+        text = value.decode()
+        self.device.write(self.name, text[:-1] if text.endswith("\n") else text)
         return len(value)
 
 

@@ -1,11 +1,15 @@
 """The emulated EV3 tacho motor: encoder, regulation, commands, states, attributes.
 
-Behaves as the list of observed driver behaviour says: a 500 Hz tick, integer PI speed regulation on
-a speed taken from encoder edges, P-only hold, set-points that take effect with a command.
+Behaves as the kernel's driver was observed to, oddities included: a 500 Hz tick, integer PI speed
+regulation on a speed taken from encoder edges, P-only hold, set-points that take effect with a
+command, but gains and positions at once.
+
+Of duty 0 and a duty that has not changed the driver writes nothing to the motor: see `_put_out`.
 """
 
 import errno
 import math
+import re
 from collections import deque
 from operator import itemgetter
 
@@ -27,9 +31,12 @@ STOP_ACTIONS = ("coast", "brake", "hold")
 NOTIFY_PERIOD = 0.05
 STALL_TIME = 0.1
 RAMP_PERIOD = 0.1
+SLOWEST_RAMP = 20
+"""The least speed on a ramp towards a position, counts/s: it would never arrive."""
 SIGNED = ("position", "speed", "duty_cycle", "speed_sp", "position_sp", "duty_cycle_sp")
 """Attributes whose sign polarity flips where they are shown and stored, and only there."""
 _INT32 = 2**31 - 1
+_NUMBER = re.compile("[-+]?[0-9]+")
 LIMITS = {
     "duty_cycle_sp": (-100, 100),
     "ramp_up_sp": (0, 60000),
@@ -89,6 +96,11 @@ class Encoder(object):
         since, first = times[0]
         turned = (edge - first) / self.EDGES_PER_COUNT
         self.speed = int(turned / (t - since)) if t > since else 0
+
+
+def _flipped(value, sign):
+    """`value` times `sign`, in 32 bits: their least has no positive counterpart."""
+    return value if value == -_INT32 - 1 else sign * value
 
 
 def _truncated(a, b):
@@ -155,13 +167,19 @@ class TachoMotor(object):
         self._mode = "coast"
         """coast, brake, hold, speed or direct."""
         self._target = 0
+        """Of the last command to a position, from which relative ones go on."""
+        self._held = 0
+        """What `hold` keeps."""
         self._direction = 1
+        self._is_there = False
         self._deadline = None
         self._goal_speed = 0
         self._ramped = 0.0
+        self._ramping = False
+        self._ends = None
+        """When a ramp down is over and with it the command, s; None if there is no such ramp."""
         self._next_ramp = 0.0
-        self._integral = 0
-        self._last_error = 0
+        self._clear_pid()
         self._overloaded = False
         self._still_since = None
         self._duty = 0
@@ -189,13 +207,14 @@ class TachoMotor(object):
             value = self._fixed[attribute]
         else:
             raise OSError(errno.ENOENT, "no such attribute", attribute)
-        return str(self._sign * value if attribute in SIGNED else value)
+        return str(_flipped(value, self._sign) if attribute in SIGNED else value)
 
     def write(self, attribute, text):
         """Store one attribute.
 
         Raises:
-            OSError: EINVAL for a value out of range, ENODEV when unplugged.
+            OSError: EINVAL for a value out of range, ERANGE for one that no int of 32 bits has,
+                ENODEV when unplugged.
         """
         self._plugged()
         if attribute in WORDS:
@@ -208,19 +227,21 @@ class TachoMotor(object):
             return
         if attribute not in self._set and attribute != "position":
             raise OSError(errno.EACCES, "not writable", attribute)
-        try:
-            value = int(text)
-        except ValueError:
-            value = None
-        any_number = (0 if "_pid/" in attribute else -_INT32, _INT32)
+        if not _NUMBER.fullmatch(text):
+            raise OSError(errno.EINVAL, "invalid argument", attribute)
+        value = int(text)
+        if not -_INT32 - 1 <= value <= _INT32:
+            raise OSError(errno.ERANGE, "numerical result out of range", attribute)
+        any_number = (0 if "_pid/" in attribute else -_INT32 - 1, _INT32)
         lower, upper = self._limits.get(attribute, any_number)
-        if value is None or not lower <= value <= upper:
+        if not lower <= value <= upper:
             raise OSError(errno.EINVAL, "invalid argument", attribute)
         if attribute in SIGNED:
-            value *= self._sign
+            value = _flipped(value, self._sign)
         if attribute == "position":
-            # The hold set-point stays where it was: a held motor jumps.
+            # What `hold` keeps stays as it was: a held motor jumps.  A move to a position is over.
             self._show_position(value)
+            self._target = value
         else:
             self._set[attribute] = value
             if attribute == "duty_cycle_sp" and self._mode == "direct":
@@ -241,7 +262,7 @@ class TachoMotor(object):
         running = self._mode in ("speed", "direct")
         flags = (
             ("running", running),
-            ("ramping", self._mode == "speed" and self._ramped != self._goal_speed),
+            ("ramping", self._ramping),
             ("holding", self._mode == "hold"),
             ("overloaded", self._overloaded),
             ("stalled", running and self._stalled),
@@ -275,8 +296,7 @@ class TachoMotor(object):
     def unplug(self):
         """Pull the cable: the motor coasts, every access fails."""
         self.unplugged = True
-        self._mode = "coast"
-        self.drive.duty = None
+        self._stop_as("coast")
 
     def _plugged(self):
         if self.unplugged:
@@ -299,15 +319,17 @@ class TachoMotor(object):
             self._show_position(0)
             self.drive.duty = None
             return
-        previous, previous_target = self._command, self._target
-        was_running = self._mode == "speed"
+        previous, was_running = self._command, self._mode
         self._active = dict(self._set)
         self._command = command
         self._deadline = None
-        self._still_since = None
+        self._ramping, self._ends = False, None
         if command == "stop":
-            self._stop(self.position)
+            self._end()
             return
+        if was_running not in ("speed", "direct"):
+            self._clear_pid()  # of what has held it
+            self._still_since = None
         if command == "run-direct":
             self._mode = "direct"
             self._overloaded = False
@@ -321,28 +343,63 @@ class TachoMotor(object):
                 if not target:
                     self._stop(self.position)
                     return
-                target += previous_target if previous == command else self.position
+                target += self._target if previous == command else self.position
             self._target = target
             self._direction = 1 if target >= self.position else -1
+            self._is_there = target == self.position
             speed = self._direction * abs(speed)
-            if target == self.position:
-                self._stop(target)
-                return
-        if not was_running:
-            self._clear_pid()
+        if was_running != "speed":
             self._ramped = 0.0
         self._mode = "speed"
         self._goal_speed = speed
         self._next_ramp = self.t
-        if not self._active["ramp_up_sp"] and not self._active["ramp_down_sp"]:
+        if self._active["ramp_up_sp"] or self._active["ramp_down_sp"]:
+            self._ramping = self._ramped != speed
+        else:
             self._ramped = speed
 
-    def _stop(self, position):
-        """End a command with its stop action; hold keeps `position`."""
-        self._mode = self._active["stop_action"]
-        self._target = position
-        self._overloaded = False
+    def _end(self):
+        """End a command with its stop action, behind a ramp down if one is set."""
+        if self._mode == "speed" and self._active["ramp_down_sp"] and self._ramped:
+            self._begin_ramp_down()
+            self._ends = self.t + abs(self._ramped) / self._deceleration
+            self._next_ramp = self.t
+        else:
+            self._stop(self.position)
+
+    @property
+    def _deceleration(self):
+        """Of a ramp down, counts/s2."""
+        return MAX_SPEED[self.kind] * 1000.0 / self._active["ramp_down_sp"]
+
+    def _begin_ramp_down(self):
+        self._ramping = True
+        self._goal_speed = 0
+        self._deadline = None
         self._clear_pid()
+
+    def _stop(self, position):
+        """Take the stop action; hold keeps `position`."""
+        self._held = position
+        self._ends = None
+        self._overloaded = False
+        self._still_since = None
+        self._clear_pid()
+        self._stop_as(self._active["stop_action"])
+
+    def _stop_as(self, action):
+        # Whoever holds writes nothing to the motor before the count changes: what it last did goes
+        # on, though `duty_cycle` is 0.
+        self._mode = action
+        self._duty = 0
+        if action != "hold":
+            self.drive.duty = None if action == "coast" else 0.0
+
+    def _put_out(self, duty):
+        """Let the motor have this duty (percent), if it is another one than before."""
+        if duty != self._duty:
+            self._duty = duty
+            self.drive.duty = duty / 100.0
 
     def _clear_pid(self):
         self._integral = 0
@@ -363,16 +420,14 @@ class TachoMotor(object):
         """Regulate once, at 500 Hz; `t` is the time, s."""
         self.t = t
         if not self.unplugged:
-            if self._mode == "speed":
-                self._finish_if_due()
             mode = self._mode
-            if mode == "coast" or mode == "brake":
-                self._duty = 0
-                self.drive.duty = None if mode == "coast" else 0.0
-            else:
-                if mode != "hold":
-                    self._watch_for_stall()
+            if mode == "speed" or mode == "direct":
+                self._watch_for_stall()
                 self._regulate(mode)
+                if mode == "speed":
+                    self._finish_if_due()
+            elif mode == "hold":
+                self._put_out(self._pid(_hold_gains, self._held - self.position))
         if t >= self._next_notify:
             self._next_notify += NOTIFY_PERIOD
             if self.state != self._notified:
@@ -381,11 +436,16 @@ class TachoMotor(object):
 
     def _finish_if_due(self):
         if self._deadline is not None and self.t >= self._deadline:
+            self._end()
+        elif self._ends is not None and self.t >= self._ends:
+            self._ramping = False
             self._stop(self.position)
-        elif self._command.endswith("-pos") and self._goal_speed and self._has_crossed():
+        elif self._command.endswith("-pos") and self._has_crossed():
             self._stop(self._target)
 
     def _has_crossed(self):
+        if not (self._ramped or self._is_there):
+            return False  # at speed 0 it never arrives, not even by hand
         return self._direction * (self.position - self._target) >= 0
 
     def _watch_for_stall(self):
@@ -396,29 +456,27 @@ class TachoMotor(object):
 
     def _regulate(self, mode):
         if mode == "direct":
-            self._duty = self._active["duty_cycle_sp"]
-        elif mode == "hold":
-            self._duty = self._pid(_hold_gains, self._target - self.position)
+            self._put_out(self._active["duty_cycle_sp"])
+            return
+        if self._ramping or self._active["ramp_down_sp"]:
+            self._ramp()
+        if self._ramped == 0:
+            self._clear_pid()
+            self._overloaded = False
+            self._put_out(0)
         else:
-            if self._ramped != self._goal_speed or self._active["ramp_down_sp"]:
-                self._ramp()
-            if self._ramped == 0:
-                self._duty = 0
-                self._clear_pid()
-                self._overloaded = False
-            else:
-                self._duty = self._pid(_speed_gains, int(self._ramped) - self.encoder.speed)
-        self.drive.duty = self._duty / 100.0
+            self._put_out(self._pid(_speed_gains, int(self._ramped) - self.encoder.speed))
 
     def _pid(self, gains, error):
-        kp, ki, kd = gains(self._active)
-        self._integral += ki * error
-        total = kp * error + self._integral + kd * (error - self._last_error)
+        kp, ki, kd = gains(self._set)
+        self._integral += error  # also where Ki is 0
+        # (A positive Kd drives on, where a textbook's holds back.)
+        total = kp * error + ki * self._integral + kd * (self._last_error - error)
         self._last_error = error
         duty = _truncated(total, 10000)
         self._overloaded = not -100 <= duty <= 100
         if self._overloaded:
-            self._integral -= ki * error
+            self._integral -= error
             duty = 100 if duty > 0 else -100
         return duty
 
@@ -427,20 +485,18 @@ class TachoMotor(object):
         if self.t < self._next_ramp:
             return
         self._next_ramp += RAMP_PERIOD
-        goal = self._goal_speed
-        down = self._active["ramp_down_sp"]
-        top = float(MAX_SPEED[self.kind])
-        if down:
-            deceleration = top / (down / 1000.0)
+        to_position = self._ends is None and self._command.endswith("-pos")
+        if to_position and self._goal_speed and self._active["ramp_down_sp"]:
             left = abs(self._target - self.position)
-            if self._deadline is not None:
-                goal = min(abs(goal), deceleration * (self._deadline - self.t))
-            elif self._command.endswith("-pos"):
-                goal = min(abs(goal), math.sqrt(2 * deceleration * left))
-            floor = min(20, abs(self._goal_speed))
-            goal = math.copysign(max(abs(goal), floor), self._goal_speed)
-        up = self._active["ramp_up_sp"]
+            if left <= self._ramped * self._ramped / (2 * self._deceleration):
+                self._begin_ramp_down()
+        goal = self._goal_speed
+        if to_position and not goal:
+            goal = self._direction * min(SLOWEST_RAMP, abs(self._active["speed_sp"]))
         rising = abs(goal) > abs(self._ramped)
-        time = (up if rising else down) / 1000.0
+        time = self._active["ramp_up_sp" if rising else "ramp_down_sp"] / 1000.0
+        top = float(MAX_SPEED[self.kind])
         step = top * RAMP_PERIOD / time if time else top * 2
         self._ramped += max(-step, min(step, goal - self._ramped))
+        if self._ends is None:
+            self._ramping = self._ramped != self._goal_speed

@@ -163,6 +163,17 @@ def test_gyro_turns_with_its_ramp_and_is_reset(run):
     assert lines == ["30 deg", "30 d/s", "0", "(0, 30) 2", "15 (15, 30)", "0"]
 
 
+@pytest.mark.parametrize("again", ["GYRO-ANG", "GYRO-RATE"])
+def test_a_gyro_whose_mode_is_written_again_keeps_its_angle_where_it_is_the_same(run, again):
+    lines = run(
+        "in2=gyro:0..90/3s",
+        "g = GyroSensor(INPUT_2)\ng.mode = 'GYRO-ANG'\ntime.sleep(1)\n"
+        f"g.mode = '{again}'\ng.mode = 'GYRO-ANG'\nprint(g.angle)\n",
+    )
+    # 30 deg/s since 20 ms before the second, and some accesses.
+    assert 30 <= int(lines[0]) <= 33 if again == "GYRO-ANG" else int(lines[0]) <= 1
+
+
 def test_gyro_drift_is_integrated(run):
     lines = run(
         "in2=gyro,rate=2:-3@4",
