@@ -98,10 +98,10 @@ class ModelMotor(JointMotor):
         self.driven = speed
         JointMotor.drive(self, speed)
 
-    def hold(self):
+    def brake(self):
         """Stop here."""
         self.driven = None
-        JointMotor.hold(self)
+        JointMotor.brake(self)
 
     def advance(self, seconds, follower):
         """Turn on for so long, s."""

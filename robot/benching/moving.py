@@ -189,7 +189,6 @@ class Bench(object):
         if end is None:
             longest = SPEEDING_UP + BARE_STEADY
         sign = math.copysign(1.0, setpoint)
-        motor.disengage()
         motor.engage(stiffness)
         last = rested = motor.angle()
         steps, duties = [], []  # where the reading changed: (s, rad); and (s, %)
@@ -298,7 +297,6 @@ class Bench(object):
         """
         now_of, motor, joint = self._clock.now, arm.joints[k], arm.description.joints[k]
         nearest = motor.bounds()[0 if sign > 0 else 1]
-        motor.disengage()
         motor.engage(homing.PUSH_STIFFNESS)
         last = motor.counts()
         motor.drive(-sign * math.radians(LEAVING / homing.PUSH_STIFFNESS) / joint.gear)

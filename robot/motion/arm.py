@@ -76,6 +76,8 @@ class RobotArm(object):
         loaded = self._gravity.loaded
         self._preload = self._gravity.preload_sides if loaded else None
         self._weigh = self._gravity.torques if loaded else None
+        for motor in self.joints:
+            motor.falls = loaded
         self._engaged = False
         self._standing = True
         self._homed = False

@@ -144,7 +144,7 @@ class ArmMotors(object):
         lost = None
         self.release_pen()  # from now on it is held wherever it is
         # All stand before anything is tidied up: an access may be slow.
-        for act in (JointMotor.hold, JointMotor.disengage):
+        for act in (JointMotor.brake, JointMotor.clamp, JointMotor.disengage):
             for motor in self._all:
                 try:
                     act(motor)

@@ -97,7 +97,7 @@ class _Axis(object):
     Attributes:
         seen, stands_since: what the encoder says, and since when, s.
         slack_at: when it was last driven with less than its full hand, s.
-        held: whether it is held, being at rest while others move on.
+        held: for how many ticks it has been stopped, being at rest while others move on.
     """
 
     def __init__(self, motor, controller, settle, tolerance, max_error):
@@ -105,7 +105,7 @@ class _Axis(object):
         self.settling = SettlingDetector(settle, tolerance * motor.resolution)
         self.max_error = max(max_error, MAX_ERROR_COUNTS * motor.resolution)
         self.seen, self.stands_since, self.slack_at = None, 0.0, 0.0
-        self.held = False
+        self.held = 0
 
 
 class ControlLoop(object):
@@ -251,12 +251,15 @@ class ControlLoop(object):
             for k, axis in enumerate(axes):
                 if axis.settling.over and not over:
                     # Driven for long, a joint at rest would hunt: its encoder is too coarse.
-                    if not axis.held:
-                        axis.motor.hold()
-                        axis.held = True
+                    # In two ticks, as hold does it: each has time for two writes.
+                    if axis.held == 0:
+                        axis.motor.brake()
+                    elif axis.held == 1:
+                        axis.motor.clamp()
+                    axis.held += 1
                     axis.controller.reset()
                     continue
-                axis.held = False
+                axis.held = 0
                 speed = speeds[k]
                 acceleration = (speed - last[k]) / step if step > 0 else 0.0
                 # At rest the last bit is crept: position alone would be held up by friction.

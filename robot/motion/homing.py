@@ -269,7 +269,6 @@ def push(arm, motor, joint, sign, force, farthest=None):
     most = _farthest(joint) if farthest is None else sign * (farthest - motor.angle())
     # What a standing motor pushes with is the stiffness times the speed set-point.
     speed = sign * math.radians(force / PUSH_STIFFNESS) / joint.gear
-    motor.disengage()
     motor.engage(PUSH_STIFFNESS)
     last, since = motor.bounds(), clock.now()
     start, begun, standstill = last, since, STANDSTILL_TIME

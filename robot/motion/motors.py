@@ -2,8 +2,13 @@
 
 The only place that knows counts.  While a joint is followed, its motor runs `run-timed` with a
 speed set-point renewed every tick: should the program freeze or die, the motor's driver itself
-stops and holds it after DEAD_MAN.  The driver's integral action is switched off meanwhile, so that
-the set-point acts like a force with damping and our own loop has the only integrator.
+stops it after DEAD_MAN.  The driver's integral action is switched off meanwhile, so that the
+set-point acts like a force with damping and our own loop has the only integrator.
+
+Two things of the driver matter here.  Its hold writes nothing to the motor before the count has
+changed: one that pushes at something goes on pushing, so whoever is to hold is braked first.  And
+its integral sums up also while it has no gain, and gains act at once: they are given back only to a
+motor that stands.
 """
 
 import math
@@ -57,6 +62,7 @@ class JointMotor(object):
     Attributes:
         zero: counts at joint angle 0.
         resolution: rad at the joint per count.
+        falls: True if something pulls on the joint, so that braking alone would let it sink.
 
     Raises:
         MotorNotFound: there is no such motor at the port; the message lists what there is.
@@ -80,10 +86,11 @@ class JointMotor(object):
                     "emulated, by {} simulate".format(laptop_program()),
                 )
             ) from None
-        self._turn_round()
+        self._undo_settings()
         self._per_radian = direction * gear * self._motor.count_per_rot / (2 * math.pi)
         self.resolution = 1 / abs(self._per_radian)
         self.zero = 0.0
+        self.falls = False
         self._max_speed = self._motor.max_speed
         # What the loop reads and writes all the time, on the library's own handles: through its
         # properties, a tick would take twice as long.
@@ -92,14 +99,20 @@ class JointMotor(object):
         )
         self._set_speed = None
         self._carry = 0.0
-        self._engaged = None
-        """None: a program that was killed may have left it so."""
+        self._stiffness = None
+        """By what it is engaged; 0: the driver has its own constants; None: not known."""
+        self._action = None
+        """The stop action that is set; None: not known."""
 
-    def _turn_round(self):
-        """Undo a polarity that another program has left: counts and speeds would be reversed."""
+    def _undo_settings(self):
+        """Undo what another program may have left: its polarity would reverse counts and speeds.
+
+        With its ramps no stop would be one at once.
+        """
         try:
-            if self._motor.polarity != "normal":
-                self._motor.polarity = "normal"
+            for name, value in (("polarity", "normal"), ("ramp_up_sp", 0), ("ramp_down_sp", 0)):
+                if getattr(self._motor, name) != value:
+                    setattr(self._motor, name, value)
         except (ev3dev2.DeviceNotFound, OSError) as error:
             raise self._lost(error) from None
 
@@ -157,15 +170,16 @@ class JointMotor(object):
         Args:
             stiffness: the driver's force on the difference between set and seen speed, % per deg/s.
         """
-        if self._engaged:
+        self._set_action("hold" if self.falls else "brake")  # of the dead man
+        if stiffness == self._stiffness:
             return
-        self._engaged = True
+        if not self._stiffness:
+            self._set("speed_i", 0)
+            self._set("time_sp", int(DEAD_MAN * 1000))
+            self._carry = 0.0
+            self._set_speed = None
+        self._stiffness = stiffness
         self._set("speed_p", int(round(stiffness * 10000)))
-        self._set("speed_i", 0)
-        self._set("time_sp", int(DEAD_MAN * 1000))
-        self._set("stop_action", "hold")
-        self._carry = 0.0
-        self._set_speed = None
 
     def drive(self, speed):
         """Set the speed, rad/s at the joint, for at most DEAD_MAN; rounding is carried over."""
@@ -194,40 +208,50 @@ class JointMotor(object):
         Returns:
             The target, counts.
         """
+        if self._stiffness:
+            self.hold()
         self.disengage()
         target = int(round(self.zero + angle * self._per_radian))
         fastest = min(abs(speed * self._per_radian), self._max_speed)
         self._set_speed = None
         self._set("speed_sp", int(round(fastest)))
         self._set("position_sp", target)
-        self._set("stop_action", "hold")
+        self._set_action("hold")
         self._set("command", "run-to-abs-pos")
         return target
 
     def disengage(self):
-        """Give the driver its own speed constants back, as after a reset."""
-        if self._engaged is not False:
+        """Give the driver its own speed constants back, as after a reset; the motor is stopped."""
+        if self._stiffness != 0:
             self._set("speed_p", SPEED_P)
             self._set("speed_i", SPEED_I)
-            self._engaged = False
+            self._stiffness = 0
 
     def hold(self):
         """Stop here and hold."""
-        if not self._engaged:
-            self._set("stop_action", "hold")
-        self._set("command", "stop")
+        self.brake()
+        self.clamp()
 
     def brake(self):
         """Stop by a short circuit of the windings: nothing holds it then."""
-        self._set("stop_action", "brake")
-        self._set("command", "stop")
-        self._engaged = None  # the next stop is to hold again
+        self._stop("brake")
+
+    def clamp(self):
+        """Hold where a braked motor is."""
+        self._stop("hold")
 
     def let_go(self):
         """Let somebody turn it by hand."""
-        self._set("stop_action", "coast")
+        self._stop("coast")
+
+    def _stop(self, action):
+        self._set_action(action)
         self._set("command", "stop")
-        self._engaged = None  # the next stop is to hold again
+
+    def _set_action(self, action):
+        if action != self._action:
+            self._set("stop_action", action)
+            self._action = action
 
     def check_plugged_in(self):
         """Notice a pulled cable without an access.

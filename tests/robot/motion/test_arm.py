@@ -46,7 +46,8 @@ def test_at_most_six_accesses_and_fifty_ticks_a_second(tmp_path, name, line):
         robot.pre_approach(motions[0])
         clock.start()
         robot.follow(motions)
-    assert max(accesses for _, accesses in clock.ticks) <= 6
+    assert max(accesses for _, accesses in clock.ticks[1:]) <= 6
+    assert clock.ticks[0][1] <= 8, "with what the dead man is to do"
     when = [t for t, _ in clock.ticks]
     periods = [b - a for a, b in zip(when, when[1:])]
     assert sum(periods) / len(periods) == pytest.approx(0.02, abs=1e-4)

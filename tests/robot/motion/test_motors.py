@@ -144,8 +144,10 @@ def test_no_speed_is_too_much_for_the_driver(shoulder, gear, direction):
     assert abs(int(written(rig, "speed_sp")[-1])) <= 1
 
 
-def test_a_set_point_that_is_not_renewed_ends_by_itself(shoulder):
+@pytest.mark.parametrize(("falls", "mode"), [(False, "brake"), (True, "hold")])
+def test_a_set_point_that_is_not_renewed_ends_by_itself(shoulder, falls, mode):
     rig, motor = shoulder()
+    motor.falls = falls
     motor.engage(0.14)
     for _ in range(10):
         motor.drive(2.0)
@@ -153,7 +155,19 @@ def test_a_set_point_that_is_not_renewed_ends_by_itself(shoulder):
     assert rig.brick.driven() == ["A"]
     rig.world.sleep(DEAD_MAN)
     assert DEAD_MAN <= 0.3
-    assert rig.brick.motors["A"].mode == "hold"
+    assert rig.brick.motors["A"].mode == mode
+
+
+def test_one_that_is_blocked_is_not_driven_on_by_a_program_that_is_gone(shoulder):
+    rig, motor = shoulder()
+    rig.brick.jam("A")
+    motor.engage(0.14)
+    for _ in range(20):
+        motor.drive(9.0)
+        rig.world.sleep(0.02)
+    assert rig.brick.plant.drives["A"].duty == pytest.approx(0.7, abs=0.3)
+    rig.world.sleep(0.3)
+    assert rig.brick.plant.drives["A"].duty == 0
 
 
 def test_engaged_the_driver_has_no_integrator_and_disengaged_its_own_again(shoulder):
@@ -162,7 +176,7 @@ def test_engaged_the_driver_has_no_integrator_and_disengaged_its_own_again(shoul
     before = {name: read(name) for name in ("speed_pid/Kp", "speed_pid/Ki", "hold_pid/Kp")}
     motor.engage(0.14)
     assert (read("speed_pid/Kp"), read("speed_pid/Ki")) == ("1400", "0")
-    assert (read("stop_action"), read("time_sp")) == ("hold", "200")
+    assert (read("stop_action"), read("time_sp")) == ("brake", "200")
     motor.disengage()
     assert {name: read(name) for name in before} == before
     assert before["speed_pid/Kp"] == "1000"
@@ -195,6 +209,58 @@ def test_held_it_resists(shoulder, engaged):
     motor.hold()
     assert rig.brick.motors["A"].mode == "hold"
     assert rig.brick.driven() == []
+
+
+@pytest.mark.parametrize("falls", [False, True])
+def test_held_after_it_was_blocked_it_does_not_push_on(shoulder, falls):
+    rig, motor = shoulder()
+    motor.falls = falls
+    rig.brick.jam("A")
+    motor.engage(0.14)
+    for _ in range(20):
+        motor.drive(9.0)
+        rig.world.sleep(0.02)
+    motor.hold()
+    rig.world.sleep(0.5)
+    assert rig.brick.motors["A"].mode == "hold"
+    assert rig.brick.plant.drives["A"].duty == 0
+
+
+def test_what_was_summed_up_while_it_was_driven_does_not_hurl_it(shoulder):
+    rig, motor = shoulder()
+    motor.engage(0.14)
+    for _ in range(100):  # what the motor lags behind is summed up
+        motor.drive(1.0)
+        rig.world.sleep(0.02)
+    motor.go(motor.angle() + 2.0, math.radians(50))
+    speeds = []
+    for _ in range(250):
+        rig.world.sleep(0.002)
+        speeds.append(math.degrees(rig.brick.plant.drives["A"].speed))
+    assert max(speeds[25:]) < 100
+
+
+def test_ramps_of_an_earlier_program_delay_no_stop(shoulder):
+    rig, before = shoulder()
+    before._motor.ramp_up_sp = before._motor.ramp_down_sp = 5000
+    motor = JointMotor("shoulder", "A", "large", 1.0, 1)
+    motor.engage(0.14)
+    for _ in range(20):
+        motor.drive(5.0)
+        rig.world.sleep(0.02)
+    motor.hold()
+    assert rig.brick.driven() == []
+
+
+@pytest.mark.parametrize("stiffness", [0.02, 0.14])
+def test_another_stiffness_does_not_let_the_drivers_integrator_in_between(shoulder, stiffness):
+    rig, motor = shoulder()
+    motor.engage(0.07)
+    motor.drive(1.0)
+    written_before = len(rig.writes)
+    motor.engage(stiffness)
+    assert [what for _, _, what, _ in rig.writes[written_before:]] == ["speed_pid/Kp"]
+    assert rig.brick.motors["A"].read("speed_pid/Kp") == str(int(10000 * stiffness))
 
 
 def test_a_tick_takes_three_accesses(shoulder):
