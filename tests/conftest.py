@@ -43,11 +43,16 @@ LAPTOP_SIDE = (
 SHORT = "not long"
 """Which tests pyproject.toml asks for."""
 
+LONG = "long and not claims"
+"""Which .ci/run asks for beside them."""
+
 MEMORY = "/dev/shm"
 """Where Linux has files that are on no disk."""
 
 # So that tests can share what helps them: pytest for an old Python knows no `tests.helpers`.
 sys.path.insert(0, str(Path(__file__).parent / "helpers"))
+
+import stacks  # noqa: E402  only now it is found
 
 
 def is_by_name(config):
@@ -80,6 +85,7 @@ def pytest_configure(config):
         tempfile.tempdir = None  # what it was before
     # Tests are collected with the arms that come along: whoever has calibrated one has a `planar`.
     os.environ["BRICKSERVO_STATE"] = os.path.join(tempfile.gettempdir(), "brickservo-tests-state")
+    stacks.install()
     folder = bytecode(config)
     if folder and sys.version_info >= (3, 8) and os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
         sys.dont_write_bytecode = False
@@ -94,7 +100,7 @@ def pytest_xdist_auto_num_workers(config):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
-    """Long is what `short` leaves out of the cases of a test, and what needs a browser."""
+    """Long is what `short` leaves out of the cases of a test, what needs a browser or measures."""
     cases = collections.defaultdict(list)
     for item in items:
         cases[item.nodeid.split("[")[0]].append(item)
@@ -113,6 +119,9 @@ def pytest_collection_modifyitems(config, items):
             of_test[0].runtest = lambda: pytest.fail("`short` names what is no case", False)
             left_out = of_test[1:]
         for item in left_out:
+            item.add_marker(mark.kwargs.get("rest", "long"))
+    for item in items:
+        if item.get_closest_marker("claims"):
             item.add_marker("long")
 
 
@@ -174,6 +183,8 @@ def pytest_terminal_summary(terminalreporter, config):
     """The same of the long tests, at the end, where one looks."""
     if config.option.markexpr == SHORT:
         terminalreporter.write_line('without the long tests (all: pytest -m "long or not long")')
+    elif config.option.markexpr == LONG:
+        terminalreporter.write_line("without what measures (that: pytest -m claims)")
 
 
 @pytest.fixture(scope="session", autouse=True)

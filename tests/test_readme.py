@@ -309,7 +309,8 @@ def end(process, file):
         status = process.wait(PATIENCE)
     finally:
         process.kill()
-    assert status == 130, file.read_text("utf-8")
+        print(file.read_text("utf-8"))  # shown where a test fails
+    assert status == 130
 
 
 def _for_the_brick(words):

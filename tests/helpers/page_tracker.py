@@ -143,7 +143,11 @@ class Tracker:
 
     def close(self, number=signal.SIGINT):
         self.process.send_signal(number)  # to none that has ended
-        self.process.wait(PATIENCE)
+        try:
+            self.process.wait(PATIENCE)
+        finally:
+            if self.process.poll() != 0:
+                print(*self.lines, sep="", end="")  # shown where a test fails
         self.reader.join(PATIENCE)
         self.listener.join(PATIENCE)
         self.process.stdout.close()

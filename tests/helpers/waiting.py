@@ -6,6 +6,8 @@ what hangs meets the deadline.
 
 import time
 
+import stacks
+
 PATIENCE = 300.0
 """After so long it hangs, s."""
 
@@ -23,5 +25,7 @@ def until(condition, what, meanwhile=lambda: time.sleep(0.002)):
         found = condition()
         if found:
             return found
-        assert time.monotonic() < deadline, what + ": it never came"
+        if time.monotonic() > deadline:
+            stacks.show()
+            raise AssertionError(what + ": it never came")
         meanwhile()

@@ -76,7 +76,7 @@ def test_the_floor_is_the_one_that_is_known():
 # Smooth lines
 
 
-@pytest.mark.short("0-line 2", "2-line 1", "3-line 3")
+@pytest.mark.short("0-line 2", "2-line 1", "3-line 3", rest="claims")
 @THREE
 @pytest.mark.parametrize("play", [0, 2, 3])
 def test_a_line_is_straight_to_one_and_a_half_floors(tmp_path, line, play):
@@ -89,7 +89,7 @@ def test_a_line_is_straight_to_one_and_a_half_floors(tmp_path, line, play):
     assert ink[-1].t - ink[0].t < 3.0
 
 
-@pytest.mark.short("line 2")
+@pytest.mark.short("line 2", rest="claims")
 @THREE
 def test_the_geared_arm_is_straight_to_half_a_millimetre(tmp_path, line):
     with switched_on(tmp_path, "geared") as rig:
@@ -114,7 +114,7 @@ def test_both_elbows_draw_the_same_line(tmp_path, name, elbow):
     )
 
 
-@pytest.mark.short("21")
+@pytest.mark.short("21", rest="claims")
 @pytest.mark.parametrize("seed", [21, 22, 23])
 def test_on_plants_that_are_not_the_nominal_one(tmp_path, seed):
     line = REPORT_LINES[0]
@@ -133,7 +133,7 @@ def test_a_degree_more_play_than_described_does_not_spoil_it(tmp_path):
     assert greatest(ink, line) < 1.5 * floor(rig.arm, line) + 1.5 + SLACK
 
 
-@pytest.mark.short("6")
+@pytest.mark.short("6", rest="claims")
 @pytest.mark.parametrize("speed", [1.5, 6])
 def test_the_speed_asked_for_is_the_speed_of_the_tip(tmp_path, speed):
     line = ((14, 0), (8, 10))
@@ -348,7 +348,7 @@ def test_steps_are_the_reports(tmp_path, name, line):
         assert later - t < 0.02, "both are commanded before anything is waited for"
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_smooth_is_straighter_than_steps(tmp_path):
     line = REPORT_LINES[1]
     worst = {}

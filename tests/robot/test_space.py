@@ -21,7 +21,7 @@ from shared.arm_description import find_arm, read_arm
 ARM = read_arm(find_arm("spatial"))
 
 
-@pytest.mark.short("slanting")
+@pytest.mark.short("slanting", rest="claims")
 @pytest.mark.parametrize("line", LINES[3], ids=["upright", "level", "slanting"])
 def test_lines_in_space_are_as_straight_as_the_encoders_can_tell(line):
     assert math.dist(*line) == pytest.approx(12, abs=0.1)

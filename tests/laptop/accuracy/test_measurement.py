@@ -33,7 +33,7 @@ def test_an_arm_that_is_off_by_half_a_millimetre_everywhere_is_told_so():
     assert mm["AT circle 10 %"] == pytest.approx(0.5, abs=0.01)
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_a_stand_that_is_fitted_hides_what_all_poses_have_in_common():
     result = measured(shifted)
     assert result.is_fitted
@@ -41,7 +41,7 @@ def test_a_stand_that_is_fitted_hides_what_all_poses_have_in_common():
     assert any("fitted to the poses" in note for note in report.notes(result))
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_the_cameras_noise_is_found_and_taken_off(tmp_path):
     result = measured(shifted, ArmOnBoard(), noise=0.5, seed=3)
     assert result.sigma["A"] == pytest.approx(0.5, rel=0.1)

@@ -53,7 +53,7 @@ def test_an_unknown_arm_is_refused_in_a_line():
     assert "Traceback" not in done.output
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_one_arm_is_measured_well_and_all_figures_are_told():
     words = ["bench", "accuracy", "--arm", "planar", "--cycles", "3", "--seeds", "1001:1002"]
     done = CliRunner().invoke(laptop, [*words, "--json"])

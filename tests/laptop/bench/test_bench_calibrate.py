@@ -59,7 +59,7 @@ def test_a_seed_is_always_the_same_arm_and_off_by_no_more_than_is_said():
     assert other.zeros != one.zeros
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_the_command_tells_of_an_arm_that_it_calibrated():
     told = CliRunner().invoke(laptop, ["bench", "calibrate", "--seeds", "100:101", "--json"])
     assert told.exit_code == 0, told.output

@@ -19,7 +19,7 @@ def straight():
     return lens, where, camera_renders.photograph(lens, where, noise=0, jpeg=0)
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_a_photograph_shows_each_marker_where_geometry_has_it(straight):
     """The oracle is OpenCV's detector as it comes, and 12 px/cm."""
     lens, where, image = straight
@@ -50,7 +50,7 @@ def test_a_lens_bends_the_picture_as_opencv_says():
     assert where.pixels(lens, points) == pytest.approx(seen[:, 0], abs=1e-6)
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_a_calibration_is_judged_against_the_truth():
     result = CameraCase(Condition("tilted", (30.0,)), 777).run()
     assert result.refused == ""
@@ -125,7 +125,7 @@ def test_bench_camera_as_json(few):
     assert told["moved"][0]["noticed"] is False
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_touching_six_crosses_places_the_pen_to_half_a_millimetre():
     results = {r.touches: r for r in camera_touch.measure(range(777, 778))}
     assert results["9"].p95 < results["6"].p95 * 1.2

@@ -28,13 +28,13 @@ def floors(*args, **options):
     return result.greatest / result.floor
 
 
-@pytest.mark.short("level")
+@pytest.mark.short("level", rest="claims")
 @pytest.mark.parametrize("line", ["upright", "level", "slanting"])
 def test_with_gravity_and_no_play_lines_are_within_one_and_a_half_floors(line):
     assert floors(line, play=0.0) <= 1.5
 
 
-@pytest.mark.long
+@pytest.mark.claims
 @pytest.mark.parametrize(
     ("line", "at"), [("level", "shoulder"), ("upright", "elbow"), ("slanting", "elbow")]
 )
@@ -44,7 +44,7 @@ def test_the_preload_makes_up_for_the_play_of_a_loaded_joint(line, at):
     assert floors(line, OFF, at=at) < 1.5
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_a_turntable_has_no_preload_and_needs_none():
     cases = [case("level", weight, at="base") for weight in (FELT, WITHOUT)]
     # (In no time: to work out the preload takes some.)
@@ -55,7 +55,7 @@ def test_a_turntable_has_no_preload_and_needs_none():
         assert drawn.greatest < 1.5 * drawn.floor
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_the_sag_is_fed_forward():
     assert draw.sag(NOT_FED) > 0.7
     assert draw.sag(FELT) < 0.55

@@ -59,7 +59,7 @@ def test_what_no_run_has_drawn_is_left_out():
     assert found.missed_mm == pytest.approx(10.0, abs=1.0)
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_a_drawing_is_interrupted_and_ended():
     done = CliRunner().invoke(
         laptop, ["bench", "interruptions", "--seeds", "1:4", "--arm", "planar", "--json"]

@@ -59,7 +59,7 @@ def test_without_playwright_it_says_how_to_have_it(monkeypatch):
     )
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_a_picture_of_the_page_is_taken(tmp_path):
     with a_browser() as browser:
         (file,) = page_pictures._lost(browser, tmp_path)

@@ -63,7 +63,7 @@ def test_vpypes_way_is_measured_where_it_is_installed(tmp_path, monkeypatch):
     assert plot.by_vpype(lines) is None
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_a_drawing_is_drawn_and_measured(tmp_path):
     file = tmp_path / "dash.svg"
     file.write_text(

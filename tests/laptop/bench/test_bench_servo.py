@@ -357,7 +357,7 @@ def bench(monkeypatch):
     return command
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_bench_servo(bench):
     shown = bench()
     assert shown.exit_code == 0, shown.output

@@ -232,7 +232,7 @@ def test_the_sensor_applies_gains_then_noise(monkeypatch):
     assert seen.std(axis=0) == pytest.approx([math.sqrt(4 + 1 / 12)] * 3, rel=0.03)
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_a_dimming_light_is_counted():
     case = LightCase("", (("dusk", "exposure 1 to 0.3"),), SEED, 8)
     results = {(r.marker, r.method): r.score for r in case.run()}
@@ -308,7 +308,7 @@ def test_costs_are_medians_of_every_second_lap(monkeypatch):
     assert quick.p95 == pytest.approx(7 + 0.85 * 23)
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_what_is_timed_is_found_or_absent_as_it_should_be():
     threads = cv2.getNumThreads()
     try:
@@ -394,7 +394,7 @@ def few(monkeypatch):
     monkeypatch.setattr(track_cost, "serving", lambda: 0.0123)
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_bench_track(few):
     result = CliRunner().invoke(laptop, ["bench", "track", "--seeds", "77:78"])
     assert result.exit_code == 0, result.output
@@ -410,7 +410,7 @@ def _cells(line):
     return line.split("\u2502") if line.count("\u2502") > 3 else None
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_bench_track_as_json(few):
     result = CliRunner().invoke(laptop, ["bench", "track", "--seeds", "77:78", "--json"])
     assert result.exit_code == 0, result.output
@@ -474,7 +474,7 @@ def test_what_comes_from_a_side_hides_its_share():
     assert tips[0][:, 0].min() == pytest.approx(60, abs=0.1)
 
 
-@pytest.mark.long
+@pytest.mark.claims
 @pytest.mark.parametrize("kind", ["disc", "ball"])
 def test_every_harm_begins_with_a_whole_marker_and_hides_it_more_and_more(kind):
     for stress in (s for s in STRESSES if s.kind == kind and s.harm in (EDGE, GONE)):
@@ -511,7 +511,7 @@ def test_a_film_is_judged_by_its_truth(film, view, scale):
     assert {c.confidence for c in gone} == {0}
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_a_film_made_harder_to_see_is_less_sure(film):
     plain = FilmCase(str(film), "a_film.avi", "as it is", None, 0).run()
     for harm in track_films.HARMS:
@@ -547,7 +547,7 @@ def test_films_without_truth_are_refused(tmp_path, text, complaint):
     assert len(result.output.splitlines()) == 1
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_bench_confidence(film, monkeypatch):
     monkeypatch.setattr(track_confidence, "STRESSES", STRESSES[:1])
     monkeypatch.setattr(

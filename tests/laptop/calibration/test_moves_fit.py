@@ -164,7 +164,7 @@ class RenderedCell:
         return (seen.u, seen.v) if seen and seen.confidence > 0.5 else (math.nan, math.nan)
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_in_rendered_pictures_a_ball_in_space_is_placed_to_some_millimetres():
     """Both by the board, and one by the tip's moves: the truth is the arm's."""
     learn, ask = 60, 40

@@ -42,7 +42,7 @@ def test_the_estimate_is_within_5_percent_of_a_run(tmp_path):
     assert estimated == pytest.approx(taken, rel=0.05)
 
 
-@pytest.mark.long
+@pytest.mark.claims
 @pytest.mark.parametrize("arm", ["planar", "geared", "spatial"])
 @pytest.mark.parametrize("name", sources.gallery())
 def test_the_estimate_is_within_5_percent_for_the_gallery(name, arm, tmp_path):

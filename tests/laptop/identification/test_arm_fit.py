@@ -67,7 +67,7 @@ def test_a_gear_that_is_not_as_described_is_found():
     assert fit.sigma("shoulder.gear") == 0.0
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_the_stated_uncertainties_are_true():
     near, names = [], ("shoulder.link", "shoulder.backlash", "elbow.backlash", "marker.height")
     true = {"shoulder.link": 11.6, "marker.height": 2.5}
@@ -114,7 +114,7 @@ def test_no_play_is_never_found_as_less_than_none():
     assert 0 <= fit.value("shoulder.backlash") < math.radians(0.1)
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_where_a_link_mostly_runs_on_its_backlash_is_known_less_well():
     sights = seen_arms.rests(TABLE, 36, ZEROS, noise_px=0.3)
     fit = fit_arm(seen_arms.model(TABLE), sights)

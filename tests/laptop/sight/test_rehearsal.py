@@ -108,7 +108,7 @@ def test_of_strokes_that_are_joined_as_much_is_learned_of_each():
     assert before.q[-1] == pytest.approx(after.q[0])
 
 
-@pytest.mark.long
+@pytest.mark.claims
 @pytest.mark.parametrize(("arm", "most"), [("planar", 2.6), ("geared", 1.2)])
 def test_three_rehearsals_of_an_unknown_arm(arm, most):
     done = run_case(SightCase(8002, arm, "line 2"))
@@ -117,7 +117,7 @@ def test_three_rehearsals_of_an_unknown_arm(arm, most):
     assert done.greatest_mm[-1] < most
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_with_slow_ticks_it_does_not_diverge():
     done = run_case(SightCase(8002, "planar", "line 1", cpu=2.2))
     assert not done.failed, done.why
@@ -131,7 +131,7 @@ def test_an_elbow_that_turns_round_against_an_unknown_load_is_not_called_blocked
         assert not done.failed, done.why
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_the_real_tracker_teaches_as_well():
     done = run_case(SightCase(8000, "planar", "line 1", rendered=True))
     assert not done.failed, done.why

@@ -609,7 +609,7 @@ def test_ctrl_c_ends_a_process_with_130_and_one_line(tmp_path):
 # Real footage
 
 
-@pytest.mark.long
+@pytest.mark.claims
 @pytest.mark.skipif(not FOOTAGE.is_dir(), reason="the footage is not here: ../shared/footage")
 def test_on_real_footage_as_in_the_readme(run, tmp_path):
     truth = json.loads((FOOTAGE / "truth.json").read_text())["annotations"]["trflorian_ball2.mp4"]

@@ -98,6 +98,7 @@ def distance(sighting, circle):
     return math.hypot(sighting.u - circle[0], sighting.v - circle[1])
 
 
+@pytest.mark.claims
 @pytest.mark.parametrize("light", LIGHTS)
 def test_the_ball_is_found_to_4_px_and_never_claimed_elsewhere(clip, light):
     name, said = clip
@@ -113,6 +114,7 @@ def test_the_ball_is_found_to_4_px_and_never_claimed_elsewhere(clip, light):
     assert sum(error <= 10 for error in errors) >= 0.8 * len(errors)
 
 
+@pytest.mark.claims
 @pytest.mark.parametrize("light", LIGHTS)
 def test_in_most_frames_with_truth_it_is_sure(clip, light):
     name, said = clip
@@ -126,6 +128,7 @@ def test_no_ball_is_claimed_where_there_is_none(pale, light):
     assert wrong == []
 
 
+@pytest.mark.claims
 @pytest.mark.parametrize("light", LIGHTS)
 def test_the_lock_is_kept_through_all_of_a_clip_in_which_the_ball_is_always_there(green, light):
     sure = [s for s in green[light].values() if is_sure(s)]
@@ -136,6 +139,7 @@ def test_the_lock_is_kept_through_all_of_a_clip_in_which_the_ball_is_always_ther
     assert min(radii) > 0.65 * statistics.median(radii)
 
 
+@pytest.mark.claims
 @pytest.mark.parametrize("light", [light for light in LIGHTS if light != "as it is"])
 def test_another_light_moves_what_is_found_by_little(clip, light):
     _, said = clip

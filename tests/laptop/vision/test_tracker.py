@@ -78,7 +78,7 @@ def test_there_is_a_finder_for_every_kind():
 # How well
 
 
-@pytest.mark.short(every=3)
+@pytest.mark.short(every=3, rest="claims")
 @pytest.mark.parametrize(
     ("radius", "options", "limit"),
     [
@@ -500,7 +500,7 @@ def aslant(a, b, turn, shape=None):
     return np.stack([U + x * c - y * s, V + x * s + y * c], axis=1)
 
 
-@pytest.mark.short(every=5)
+@pytest.mark.short(every=5, rest="claims")
 @pytest.mark.parametrize("turn", [0.0, 0.4, 1.2, 2.3])
 @pytest.mark.parametrize(("a", "b"), [(8, 3), (10, 3), (16, 4), (22, 6)])
 @pytest.mark.parametrize(
@@ -671,7 +671,7 @@ LIGHTS = {
 }
 
 
-@pytest.mark.short(every=4)
+@pytest.mark.short(every=4, rest="claims")
 @pytest.mark.parametrize("light", LIGHTS)
 @pytest.mark.parametrize(("kind", "colour"), [("disc", "red"), ("disc", "blue"), ("ball", "green")])
 def test_the_lock_is_kept_while_the_light_changes(kind, colour, light):

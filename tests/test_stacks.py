@@ -1,0 +1,49 @@
+"""What hangs in a test tells where it does."""
+
+import subprocess
+import sys
+
+import pytest
+import stacks
+
+HANGS = """
+import subprocess, sys, threading, time
+
+def waits_for_ever():
+    print("ready", flush=True)
+    time.sleep(1000)
+
+def waits_in_a_thread():
+    time.sleep(1000)
+
+threading.Thread(target=waits_in_a_thread, daemon=True).start()
+if len(sys.argv) == 1:
+    child = subprocess.Popen([sys.executable, "-c", HANGS, "child"], stdout=subprocess.PIPE)
+    child.stdout.readline()
+waits_for_ever()
+"""
+HANGS = HANGS.replace("HANGS", repr(HANGS.replace("waits_", "child_waits_")))
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="it is found by Linux's /proc")
+@pytest.mark.parametrize("by", ["communicate", "wait"])
+def test_whatever_hangs_shows_the_stacks_of_its_threads_and_children(monkeypatch, capfd, by):
+    monkeypatch.setattr(stacks, "LEAST", 0.1)
+    process = subprocess.Popen([sys.executable, "-c", HANGS], stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "ready\n"
+    with pytest.raises(subprocess.TimeoutExpired):
+        getattr(process, by)(timeout=0.1)
+    assert process.wait(100) < 0
+    process.stdout.close()
+    told = capfd.readouterr().err
+    for name in ("waits_for_ever", "waits_in_a_thread"):
+        assert f" in {name}\n" in told
+        assert f" in child_{name}\n" in told
+
+
+def test_who_waits_for_what_never_comes_shows_its_own(monkeypatch, capfd):
+    def where_it_waits():
+        stacks.show()
+
+    where_it_waits()
+    assert " in where_it_waits\n" in capfd.readouterr().err
