@@ -371,7 +371,7 @@ def test_the_camera_names_a_dead_encoder_and_no_other_joint_so(watched, fault, i
         if not is_seen:
             hide(w)
 
-    w.in_motion(5.0, strike, 0)
+    w.in_motion(4.0, strike, 0)
     shown = w.run("--mode", "look")
     assert judge(w, shown, "stalled")
     assert any(text in shown.err for text in says)
