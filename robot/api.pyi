@@ -121,7 +121,7 @@ class NotChecked(ArmError):
     """Nobody has looked yet which motor is where and which way it turns."""
 
 class NotHomed(ArmError):
-    """The zero is unknown, or the encoders contradict it."""
+    """The zero is unknown, or the encoders contradict it; nothing has moved."""
 
 class Stalled(ArmError):
     """A motor that does not turn as it is driven."""
@@ -208,7 +208,7 @@ class RobotArm:
     ) -> None: ...
     @property
     def homed(self) -> bool:
-        """Whether its zero is known; a stall puts it in doubt."""
+        """Whether its zero is known: nothing moves before; a stall puts it in doubt."""
     def counts(self) -> dict[str, int]:
         """The encoders' readings by port."""
     def confirm_checked(self) -> None:
@@ -264,7 +264,7 @@ class RobotArm:
         on_tick: Callable[[float, float, Sequence[float]], object] | None = None,
     ) -> None:
         """Let a motor follow a JointMove, without limits, `on_tick` as ControlLoop.run; hold it."""
-    def lend_motors(self) -> AbstractContextManager[None]:
+    def lend_motors(self, zero_needed: bool = True) -> AbstractContextManager[None]:
         """For a `with` block somebody else turns the joints, held first; no side is known then."""
     def home(self, here: bool = False, say: _Say = ..., seek: bool = False) -> list[Found]:
         """Find the zero as the arm's file says, which stands about at home; remember it."""

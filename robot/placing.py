@@ -37,7 +37,7 @@ def place(arm, clock, person=None):
     """
     battery.check(clock)
     person = person or Person(clock)
-    with arm.lend_motors():
+    with arm.lend_motors(zero_needed=False):
         if arm.description.chain in PULLED_DOWN:
             person.confirm("Take the arm in your hand: the motors let go of it.", OTHERWISE)
         for motor in arm.joints:

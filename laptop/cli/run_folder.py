@@ -14,11 +14,14 @@ from typing import Any
 import click
 
 from laptop import system
-from laptop.simulator.session import InvalidSimulationOption
+from laptop.simulator.session import InvalidSimulationOption, SimulationResult
 
 SUMMARY = "summary.json"
 PICTURES = ("picture.png", "picture-side.png", "learning.png")
 """Of a run on the emulated brick; one of an earlier run would be taken for its own."""
+
+ENDED_BY_OTHERS = 124
+"""From this exit status on a script was ended: its time was over, or by a signal."""
 
 
 @contextlib.contextmanager
@@ -49,6 +52,23 @@ def check_room(out: Path) -> None:
             file.flush()
     except OSError as error:
         raise _no_room(out, error) from None
+
+
+def was_refused(run: SimulationResult) -> bool:
+    """Return True if a script has ended itself, and failed, before any motor was asked to turn."""
+    return not run.asked and 0 < run.outcome.status < ENDED_BY_OTHERS
+
+
+def keeps_earlier_run(out: Path, run: SimulationResult) -> bool:
+    """Return True, and say so, if one was refused and the folder holds another one that was not."""
+    if not was_refused(run) or not (out / SUMMARY).exists():
+        return False
+    with contextlib.suppress(OSError, ValueError):
+        before = json.loads((out / SUMMARY).read_text(encoding="utf-8"))
+        if isinstance(before, dict) and before.get("refused"):
+            return False
+    click.echo(f"no motor was asked to turn: {out} keeps the files of the run before")
+    return True
 
 
 def write_files(

@@ -15,7 +15,15 @@ from click.core import ParameterSource
 
 from laptop.cli.options import FiniteRange, arm_option, examples, importing
 from laptop.cli.plugs import NO_ARM, plugged, wheels_of
-from laptop.cli.run_folder import PICTURES, SUMMARY, alone_in, check_room, write_files
+from laptop.cli.run_folder import (
+    PICTURES,
+    SUMMARY,
+    alone_in,
+    check_room,
+    keeps_earlier_run,
+    was_refused,
+    write_files,
+)
 from laptop.reporting.arm_numbers import numbers_of
 from laptop.reporting.private_paths import without_folders
 from laptop.simulator import measured_brick, session
@@ -183,7 +191,8 @@ def simulate(
     Leaves trace.csv, picture.png and summary.json in the folder given by --out.  Options go before
     SCRIPT.  Every run is a brick of its own: what one run homes, the next does not know.  It
     computes as slowly as a real one; with --plant cpu=0 in no time.  The status is 3 where the
-    script succeeds before a fault, a press or the hand has come.
+    script succeeds before a fault, a press or the hand has come.  A script that fails before any
+    motor turns leaves the files of an earlier run as they are.
     """
     with importing():  # numpy; --help does without
         from laptop.reporting import line_accuracy
@@ -257,10 +266,13 @@ def simulate(
     late = [words for words, t in ordered if t > run.outcome.t]
     summary["never_came"] = late
     click.echo(_report(summary, took))
-    _write(out, arm, run, wanted, measures, summary, drawn)
-    if drawn:
+    summary["refused"] = was_refused(run)
+    kept = keeps_earlier_run(out, run)
+    if not kept:
+        _write(out, arm, run, wanted, measures, summary, drawn)
+    if drawn and not kept:
         click.echo(f"{out}/{PICTURE}, trace.csv, summary.json")
-    else:
+    elif not kept:
         why = (
             ""
             if to_see

@@ -58,7 +58,7 @@ _PORTS = {"unplug": tuple("ABCD") + INPUTS}
 """Ports of what can happen to sensors, too."""
 
 SimulationResult = namedtuple(
-    "SimulationResult", "outcome record wanted motors names skeleton reach pace"
+    "SimulationResult", "outcome record wanted motors names skeleton reach pace asked"
 )
 """The result of a run.
 
@@ -70,6 +70,7 @@ names     what the angles in the record are of; None: of the arm's joints
 skeleton  where the arm's joints and its tip ended, cm; empty without an arm
 reach     least and greatest distance of the tip from the base, cm; None without an arm
 pace      emulated seconds per second of this computer's clock; None in virtual time
+asked     ports of the motors that were asked to turn
 """
 
 
@@ -311,7 +312,7 @@ def run(
         reach = kinematics.reach(built)
     pace = world.pace.mean if world.pace else None
     return SimulationResult(
-        outcome, brick.record, wanted, motors, brick.names, skeleton, reach, pace
+        outcome, brick.record, wanted, motors, brick.names, skeleton, reach, pace, brick.asked()
     )
 
 

@@ -4,7 +4,9 @@ What the camera would see is asked of a function; everything behind it is real: 
 loopback socket, the pairing, `TrackingServer` without its thread, and the client's own code. All
 runs in the thread that lets the world go on, so a run repeats exactly.
 
+    import tempfile
     from laptop.simulator.device.brick import EmulatedBrick
+    from laptop.simulator.session import park_on_file
     from laptop.simulator.virtual_tracker import VirtualTracker
     from laptop.simulator.host.world import World
     from robot.motion import kinematics
@@ -19,10 +21,11 @@ runs in the thread that lets the world go on, so a run repeats exactly.
         x, y = kinematics.forward(arm, brick.plant.q)  # the true tip, cm
         return {"effector": (320 + 12 * x, 400 - 12 * y, 1.0), "goal": (500.0, 300.0, 1.0)}
 
-    with VirtualTracker(world, see) as tracker, brick.sysfs.installed():
+    state = tempfile.TemporaryDirectory()
+    with state, VirtualTracker(world, see) as tracker, brick.sysfs.installed():
         client = tracker.client()
-        robot_arm = RobotArm(arm, world)
-        robot_arm.checked.needed = False  # which motor is where is known here
+        robot_arm = RobotArm(arm, world, park_on_file(arm, brick.plant.q, state.name))
+        robot_arm.load_zero()
         before = client.poll(0.2)["A"]
         robot_arm.go_to([angle + 0.4 for angle in robot_arm.angles()])
         after = client.poll(0.2)["A"]  # as it was at `after.t` on `world`, some 60 ms ago

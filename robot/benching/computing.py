@@ -259,6 +259,7 @@ def measure_drawing(description, laps):
         laps.timed("read position", lambda: motor.position)()
         laps.timed("write speed_sp", lambda: setattr(motor, "speed_sp", 100))()
         laps.timed("write command", lambda: setattr(motor, "command", "stop"))()
+    arm.park()
 
 
 def measure_servoing(description, mode, laps, pieces):
@@ -285,6 +286,7 @@ def measure_servoing(description, mode, laps, pieces):
     verdict = loop.run()
     if not pieces:
         laps.end("")
+    arm.park()
     if verdict.word != "converged":
         raise AssertionError("{}: {}".format(name, verdict))
 

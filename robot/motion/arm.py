@@ -78,14 +78,12 @@ class RobotArm(object):
         self._weigh = self._gravity.torques if loaded else None
         for motor in self.joints:
             motor.falls = loaded
-        self._engaged = False
-        self._standing = True
-        self._homed = False
+        self._engaged, self._standing, self._zero_needed = False, True, True
 
     @property
     def homed(self):
-        """Whether its zero is known; a stall puts it in doubt."""
-        return self._homed
+        """Whether its zero is known: nothing moves before; a stall puts it in doubt."""
+        return self.motors.homed
 
     def counts(self):
         """The encoders' readings by port."""
@@ -98,7 +96,6 @@ class RobotArm(object):
     def load_zero(self):
         """Believe the remembered zero; raises NotHomed or BrickInUse, see ArmMotors.load_zeros."""
         self.motors.load_zeros(self.zero)
-        self._homed = True
 
     def angles(self):
         """Joint angles, rad, as the encoders have them, allowing for backlash as far as known."""
@@ -112,13 +109,19 @@ class RobotArm(object):
 
     # Motion
 
-    def _engage(self):
-        """The arm is about to move, which goes on record; BrickInUse if another program may."""
+    def _engage(self, zero_needed=True):
+        """The arm is about to move, which goes on record: whatever moves it comes through here.
+
+        Raises NotChecked, BrickInUse if another program may move it, NotHomed.
+        """
         if not self._engaged:
             self.confirm_checked()
-            self.motors.lock.acquire()
+        self.motors.lock.begin()
+        if zero_needed and not self.homed:
+            self.motors.refuse_unhomed(self.zero)
         engaged, self._engaged, self._standing = self._engaged, True, False
-        if self._homed and not engaged:
+        if self.homed and not engaged:
+            self.motors.confirm_not_reset()
             self.zero.save(self.motors.zeros(), None)
 
     def go_to(self, q, speed=1.0, acceleration=JOINT_ACCELERATION, on_tick=None):
@@ -153,15 +156,7 @@ class RobotArm(object):
         """
         self._engage()
         with self._stopping_on_error():
-            # All of it is planned before anything moves: from one piece to the next the motors are
-            # driven, and their dead-man would stop them.
-            plans, sides = [], self.backlash_sides
-            for motion in motions:
-                sides = self._gravity.sides(motion.start, sides)
-                plans.append(
-                    BacklashCompensation(self.description.joints, motion, sides, self._preload)
-                )
-                sides = plans[-1].sides
+            plans = self._planned(motions)
             for self._plan in plans:
                 noting = self._noting(self._plan, on_tick) if on_tick else None
                 if not self.motors.loop.run(
@@ -179,11 +174,7 @@ class RobotArm(object):
         """
         self._engage()
         with self._stopping_on_error():
-            plans, sides, joints = [], self.backlash_sides, self.description.joints
-            for motion in motions:
-                sides = self._gravity.sides(motion.start, sides)
-                plans.append(BacklashCompensation(joints, motion, sides, self._preload))
-                sides = plans[-1].sides
+            plans = self._planned(motions)
             ready()
             for self._plan in feed.each(plans):
                 over = self.motors.loop.run(self.joints, feed, on_tick=feed.tick, weigh=self._weigh)
@@ -191,6 +182,15 @@ class RobotArm(object):
                 if not over:
                     self._note_braked()
             self.motors.hold(self.joints)
+
+    def _planned(self, motions):
+        """All that the motors are to do: between two pieces their dead-man would stop them."""
+        plans, sides, joints = [], self.backlash_sides, self.description.joints
+        for motion in motions:
+            sides = self._gravity.sides(motion.start, sides)
+            plans.append(BacklashCompensation(joints, motion, sides, self._preload))
+            sides = plans[-1].sides
+        return plans
 
     def reach(
         self, q, speed=1.0, acceleration=JOINT_ACCELERATION, on_tick=None, within=FINE_COUNTS,
@@ -278,7 +278,8 @@ class RobotArm(object):
             yield
         except BaseException as error:
             # Blocked or blind looks the same; blind, its counts are worth nothing from now on.
-            self._homed = self._homed and not isinstance(error, Stalled)
+            if self.homed and isinstance(error, Stalled):
+                self.motors.doubt_zeros(error.fact)
             if self._plan:
                 self.backlash_sides = self._plan.sides_at(self.motors.loop.plan_time)
             self._note_braked()
@@ -307,20 +308,25 @@ class RobotArm(object):
 
     def move_motor(self, motor, move, max_error=MAX_ERROR, on_tick=None):
         """Let a motor follow a JointMove, without limits, `on_tick` as ControlLoop.run; hold it."""
-        self._engage()
+        self._engage(self._zero_needed)
         with self._stopping_on_error():
             self.motors.loop.run([motor], move, SETTLING_TIME, COARSE_COUNTS, max_error, on_tick)
             self.motors.hold([motor])
 
     @contextlib.contextmanager
-    def lend_motors(self):
-        """For a `with` block somebody else turns the joints, held first; no side is known then."""
-        self._engage()
+    def lend_motors(self, zero_needed=True):
+        """For a `with` block somebody else turns the joints, held first; no side is known then.
+
+        Who finds the zero, or which motor is where, needs none; nor does `move_motor` in there.
+        """
+        self._engage(zero_needed)
         with self._stopping_on_error():
             try:
+                self._zero_needed = zero_needed
                 self.motors.hold(self.joints)
                 yield
             finally:
+                self._zero_needed = True
                 self.backlash_sides = (0,) * len(self.joints)
 
     def home(self, here=False, say=print, seek=False):
@@ -333,13 +339,13 @@ class RobotArm(object):
         from robot.motion import homing  # not above: most programs find the zero remembered
 
         self.confirm_checked()
-        self.motors.lock.acquire()
-        self._homed = False
+        self.motors.lock.begin_anew()
+        self.motors.doubt_zeros(None)
         self.zero.forget()
         found = homing.home(self, self._gravity, here, seek, say)
-        self._homed = True
+        self.motors.homed = True
         self.backlash_sides = (0,) * len(self.joints)
-        self.zero.save(self.motors.zeros(), None if self._engaged else self.counts())
+        self.zero.save(self.motors.zeros(), None if self._engaged else self.motors.at_rest())
         return found
 
     def step_to(self, q):
@@ -375,13 +381,7 @@ class RobotArm(object):
         """
         from robot.motion import parking  # only at the end of a run
 
-        at_will = all(joint.park_angle is None for joint in self.description.joints)
-        if at_will or not (self._engaged and self._homed):
-            return False
-        way = parking.way_down(self.description, self.angles())
-        for place in way:
-            self.go_to(place, parking.SPEED)
-        return True
+        return self._engaged and self.homed and parking.go_low(self)
 
     def park(self, low=False):
         """Stop for good, and put on record where; nothing if nothing was moved.
@@ -395,7 +395,8 @@ class RobotArm(object):
                 self.go_low()
         if not self._standing:
             self.stop()
-        if self._homed:
+        if self.homed:
             self.clock.sleep(0.1)
-            self.zero.save(self.motors.zeros(), self.counts())
+            self.zero.save(self.motors.zeros(), self.motors.at_rest())
+        self.motors.lock.end()
         self._engaged = False  # only now: whoever is stopped meanwhile parks again

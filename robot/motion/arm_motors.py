@@ -6,7 +6,7 @@ from robot.motion.brick_lock import BrickLock
 from robot.motion.control_loop import ControlLoop
 from robot.motion.joint_controller import JointController
 from robot.motion.motors import JointMotor, motors_folder
-from robot.motion.zero import NotHomed
+from robot.motion.zero import ADVICE, NOT_LOADED, NotHomed, check_not_reset
 from shared.arm_description import ArmError
 
 MAX_PEN_OFFSET = math.radians(10)
@@ -38,6 +38,7 @@ class ArmMotors(object):
         pen: JointMotor; None where the arm has none.
         loop: ControlLoop of them all.
         controllers: motor -> JointController.
+        homed: whether the counts at joint angle zero are known.
         lock: BrickLock, the right to move them; who moves them takes it.
 
     Raises:
@@ -58,6 +59,9 @@ class ArmMotors(object):
         }
         if pen:
             self.controllers[self.pen] = JointController(1.0, gains[pen.motor])
+        self.homed = False
+        self._doubt = None  # what put the zeros in doubt, for people
+        self._rest = {}  # counts by port when last the zeros were known and all stood
         self._checked = 0
         self._pen_held_at = None  # rad, once it is held there
         self.lock = BrickLock(motors_folder())
@@ -85,8 +89,10 @@ class ArmMotors(object):
             NotHomed: there are none, or the encoders or the arm contradict them.
             BrickInUse: so it is because another program is moving the motors.
         """
+        if self._doubt:
+            raise NotHomed(self._doubt + "; since then the zero is in doubt" + ADVICE)
         try:
-            zeros = zero.confirmed(self.counts())
+            zeros = zero.confirmed(self.at_rest())
         except NotHomed:
             self.lock.check_free()
             raise
@@ -94,6 +100,39 @@ class ArmMotors(object):
             motor.zero = zeros[motor.port]
         pen = self.pen and self.pen.angle()
         zero.check_angles([motor.angle() for motor in self.joints], pen)
+        self.homed = True
+
+    def at_rest(self):
+        """The encoders' readings by port, of an arm that stands; from here on they count."""
+        self._rest = self.counts()
+        return self._rest
+
+    def confirm_not_reset(self):
+        """Refuse, by NotHomed, motors that something else has reset since `at_rest`."""
+        self.homed = False
+        check_not_reset(self.counts(), self._rest)
+        self.homed = True
+
+    def doubt_zeros(self, why):
+        """What was known of them is worth nothing from now on, until they are found anew.
+
+        Args:
+            why: what is certain, for people; None: they are about to be found.
+        """
+        self.homed, self._doubt = False, why
+
+    def refuse_unhomed(self, zero):
+        """Say to a program that is about to move an arm of unknown zero what is missing.
+
+        Args:
+            zero: robot.motion.zero.Zero.
+
+        Raises:
+            NotHomed, and BrickInUse as `load_zeros`: always.
+        """
+        self.load_zeros(zero)  # if that is refused, this is why
+        self.homed = False  # where it was to go was counted from elsewhere
+        raise NotHomed(NOT_LOADED)
 
     def speeds(self):
         """The joints' speeds as observed, rad/s."""

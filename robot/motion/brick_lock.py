@@ -6,6 +6,8 @@ who holds it, and frees it when that program ends, however it ends. So an emulat
 by having motors of its own; only in real time, where several programs may want the arm that all
 cameras see, a file in the state folder stands for it ($BRICKSERVO_LOCK).
 
+Of one program's arms, too, only one moves the motors: another would not know where that left them.
+
 A system without such locks (no `fcntl`) shows no motors either; there everybody may move.
 """
 
@@ -22,10 +24,11 @@ POLL_PERIOD = 0.05
 """Period of looks at whether it has, s."""
 
 _held = {}  # type: dict  # path -> descriptor, which keeps the lock until this program ends
+_movers = {}  # type: dict  # path -> the BrickLock of that arm of this program which moves
 
 
 class BrickInUse(ArmError):
-    """Another program may be moving the motors; nothing of ours has moved."""
+    """Another program may be moving the motors, or another arm of it; nothing of ours has moved."""
 
 
 Holder = record("Holder", "name pid age begun")
@@ -63,8 +66,41 @@ class BrickLock(object):
             return
         raise BrickInUse(_in_use(self.holder()) + advice)
 
+    def begin(self):
+        """Take it for the one arm whose this is, until `end`.
+
+        Raises:
+            BrickInUse: another program has it, or another arm of this one moves the motors.
+        """
+        self.acquire()
+        self._check_mover()
+        _movers[self._path] = self
+
+    def begin_anew(self):
+        """Take it; what another arm of this program knows of the motors is worth nothing now.
+
+        Raises:
+            BrickInUse: another program has it.
+        """
+        self.acquire()
+        if _movers.get(self._path) is not self:
+            _movers.pop(self._path, None)
+
+    def end(self):
+        """The arm is parked: another one of this program may move the motors."""
+        if _movers.get(self._path) is self:
+            del _movers[self._path]
+
+    def _check_mover(self):
+        if _movers.get(self._path, self) is not self:
+            raise BrickInUse(
+                "another RobotArm of this program has moved the motors and is not parked; move "
+                "that one, or first call its park()"
+            )
+
     def check_free(self):
-        """Raise BrickInUse if it is known that another program has it."""
+        """Raise BrickInUse if it is known that another program has it, or another arm."""
+        self._check_mover()
         holder = self.holder()
         if holder:
             raise BrickInUse(_in_use(holder))
@@ -153,6 +189,7 @@ class BrickLock(object):
 
 def release():
     """Give it back, as the end of the program does: for who runs programs inside another."""
+    _movers.clear()
     while _held:
         os.close(_held.popitem()[1])
 

@@ -82,12 +82,12 @@ def home(arm, gravity, here, seek, say):
     if arm.pen:
         take_as_it_stands(arm.pen, arm.description.pen.up)
     if seek:
-        with arm.lend_motors():
+        with arm.lend_motors(zero_needed=False):
             return find_zero(arm, say)
     here = here or all(joint.find_home == "here" for joint in joints)
     with contextlib.ExitStack() as lent:
         if gravity.loaded or not here:  # else nothing is touched
-            lent.enter_context(arm.lend_motors())
+            lent.enter_context(arm.lend_motors(zero_needed=False))
         sides = gravity.preload_sides([joint.home for joint in joints])
         for motor, joint, side in zip(arm.joints, joints, sides):
             take_as_it_stands(motor, joint.home + side * joint.backlash / 2)

@@ -121,7 +121,8 @@ def inverse(arm, p, elbow=None, near=None):
 
 def nearest(arm, p, q):
     """As `inverse` with `near`, in less time where that is near indeed."""
-    best, least = None, math.pi
+    # Facing the other way the base is half a turn off: so within a quarter of one that is farther.
+    best, least = None, math.pi / 2
     for poses in _solutions(arm, p, q).values():
         for pose in poses:
             there, greatest = [], 0.0

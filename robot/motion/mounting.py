@@ -66,7 +66,7 @@ def jog(robot, k, angle, pause=None, on_tick=None):
     """
     motor = robot.joints[k]
     try:
-        with robot.lend_motors():
+        with robot.lend_motors(zero_needed=False):
             begin = motor.angle()
             for start, end in ((begin, begin + angle), (begin + angle, begin)):
                 move = JointMove([start], [end], [JOG_SPEED])

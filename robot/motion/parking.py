@@ -1,4 +1,4 @@
-"""The way to where an upright arm rests: slow, and clear of the table.  Pure."""
+"""The way to where an upright arm rests: slow, and clear of the table."""
 
 from robot.motion import kinematics
 
@@ -10,6 +10,20 @@ SLACK = 0.1
 
 SPEED, STAGES = 0.3, 40
 """Share of full speed on the way down, and places looked at on each of its moves."""
+
+
+def go_low(robot):
+    """Go there, see RobotArm.go_low; whether there is such a place.
+
+    Args:
+        robot: RobotArm whose zero is known.
+    """
+    description = robot.description
+    if all(joint.park_angle is None for joint in description.joints):
+        return False
+    for place in way_down(description, robot.angles()):
+        robot.go_to(place, SPEED)
+    return True
 
 
 def way_down(arm, q):

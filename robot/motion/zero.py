@@ -27,12 +27,18 @@ and links bend. A pen, whose motor was stopped anywhere, beyond its ends."""
 
 ADVICE = "; lift the pen and home it first: driver.py home (or home --here)"
 
+NOT_LOADED = (
+    "the zero is on file, but this program has not loaded it, so it does not know where the arm "
+    "stands: call load_zero() of its RobotArm before anything is to move"
+)
+"""Said to a program of one's own."""
+
 BOOT_ID = "/proc/sys/kernel/random/boot_id"
 """Another text after every start of the system."""
 
 
 class NotHomed(ArmError):
-    """The zero is unknown, or the encoders contradict it."""
+    """The zero is unknown, or the encoders contradict it; nothing has moved."""
 
 
 class StateNotSaved(ArmError, OSError):
@@ -234,6 +240,21 @@ class Zero(object):
         return StateNotSaved(
             "cannot write {}: {}; make room or set BRICKSERVO_STATE to another folder".format(
                 self.file, error.strerror
+            )
+        )
+
+
+def check_not_reset(counts, before):
+    """Refuse, by NotHomed, encoders that all begin anew: a program ended by the Back button.
+
+    Args:
+        counts: their readings now, by port; before: when they were believed last.
+    """
+    away = [port for port in sorted(before) if abs(before[port]) > MAX_PARKED_DRIFT]
+    if away and all(abs(counts[port]) <= MAX_PARKED_DRIFT for port in counts):
+        raise NotHomed(
+            "motor {} reads {:.0f} but stood at {:.0f}: the motors were reset since{}".format(
+                away[0], counts[away[0]], before[away[0]], ADVICE
             )
         )
 

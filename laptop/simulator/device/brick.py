@@ -158,6 +158,14 @@ class EmulatedBrick(object):
         """Ports of the motors that a command is turning."""
         return [port for port in sorted(self.motors) if self.motors[port].driven]
 
+    def asked(self):
+        """Ports of the motors that a program has given a speed or a duty, or that are gone."""
+        return [
+            port
+            for port, motor in sorted(self.motors.items())
+            if motor.unplugged or {motor.read("speed_sp"), motor.read("duty_cycle_sp")} != {"0"}
+        ]
+
     # Faults
 
     def unplug(self, port):

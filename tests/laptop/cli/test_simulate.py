@@ -212,6 +212,57 @@ def test_a_second_run_replaces_the_first(simulate):
     assert all(before[name] != after[name] for name in before)
 
 
+def files_in(out):
+    return {name: (out / name).read_bytes() for name in os.listdir(out)}
+
+
+REFUSED = [
+    ([DRIVER, "line", "10,0"], 2),
+    ([DRIVER, "line", "10,0", "99,0"], 1),
+    (["--start", "lost", DRIVER, *LINE], 1),
+    (["--start", "unchecked", DRIVER, "home"], 1),
+    (["--arm", "spatial", DRIVER, "line", "10,0,5"], 2),  # whose motors are held
+    ([BENCH, "nosuch"], 2),
+]
+
+
+@pytest.mark.parametrize(("words", "status"), REFUSED)
+def test_what_is_refused_leaves_the_files_of_the_run_before(simulate, line, words, status):
+    before = files_in(line.out)
+    result = simulate(*words, out=line.out)
+    assert result.exit_code == status, result.output
+    assert files_in(line.out) == before
+    assert f"no motor was asked to turn: {line.out} keeps the files of the run before" in (
+        result.output
+    )
+
+
+def test_where_no_other_run_is_kept_the_files_tell_of_the_refused_one(simulate):
+    for words in ([DRIVER, "line", "10,0"], [DRIVER, "line", "10,0", "99,0"]):
+        result = simulate(*words)
+        summary = json.loads((result.out / "summary.json").read_text())
+        assert (summary["status"], summary["args"]) == (result.exit_code, words[1:])
+        assert "keeps" not in result.output
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--fault", "stall:A@0", DRIVER, "move", "12,6"],
+        ["--fault", "int@0.6", DRIVER, *LINE],
+        ["--fault", "unplug:A@0.1", DRIVER, *LINE],
+        ["--fault", "kill@0.1", DRIVER, *LINE],
+        [DRIVER, "where"],
+    ],
+)
+def test_what_was_not_refused_has_its_files(simulate, words):
+    out = simulate(DRIVER, "where").out
+    (out / "summary.json").write_text("{}")
+    result = simulate(*words)
+    assert json.loads((out / "summary.json").read_text())["status"] == result.exit_code
+    assert "keeps" not in result.output
+
+
 def test_a_script_that_does_not_draw(simulate, script):
     turn = script(
         "from ev3dev2.motor import LargeMotor\nLargeMotor('outA').on_for_degrees(30, 90)\n"

@@ -5,6 +5,7 @@ import math
 import pytest
 from plain_motor import COUNT, TICK, Motor, steady, swing
 
+from robot.motion.control_loop import ControlLoop
 from robot.motion.joint_controller import GAINS, LEAD, JointController
 from robot.motion.motor_model import STIFFNESS
 
@@ -169,3 +170,15 @@ def test_a_softer_hand_is_as_firm_as_it_gets_from_a_greater_error_on():
         assert most == one.command(2 * one.full_error, 0.0, 0.0)
         assert less == pytest.approx(0.9 * most)
     assert firm[1] > 1.5 * firm[0]
+
+
+def test_an_error_along_the_path_counts_four_fifths_of_one_across_it():
+    """The path goes up both joints alike: `across` picks out what lies along it."""
+    path = (0.5, 0.5), (1.0, 1.0)
+    for errors, weighed in (
+        ([0.1, 0.1], [0.08, 0.08]),
+        ([0.1, -0.1], [0.1, -0.1]),
+        ([0.2, 0.0], [0.18, -0.02]),
+    ):
+        ControlLoop._weigh_along(errors, path)
+        assert errors == pytest.approx(weighed)

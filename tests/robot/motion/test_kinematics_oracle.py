@@ -87,3 +87,32 @@ def test_inverse_and_jacobian_agree_with_numerical_minimisation(name, count):
         for k, e in enumerate(np.eye(len(q))):
             slope = (tips(arm, (q + h * e)[None]) - tips(arm, (q - h * e)[None]))[0] / (2 * h)
             assert np.allclose(J[:, k], slope[:size], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["planar", "spatial"])
+def test_the_nearest_pose_is_the_nearest_of_all_close_to_the_axis_too(name):
+    """From many starts about a pose no other one is found that is nearer."""
+    arm, starts = read_arm(find_arm(name)), 12
+    luck = np.random.default_rng(3)
+    low, high = (
+        np.array([getattr(joint, side) for joint in arm.joints]) for side in ("lower", "upper")
+    )
+    size = kinematics.coordinates(arm)
+    poses = luck.uniform(low, high, (60_000, len(low)))
+    poses = poses[np.argsort(np.linalg.norm(tips(arm, poses)[:, :2], axis=1))[:250]]
+    wanted = tips(arm, poses)
+    wanted[:, :size] += luck.uniform(-0.5, 0.5, (len(poses), size))
+    begin = poses.repeat(starts, axis=0)
+    found, off = minimised(
+        arm, wanted.repeat(starts, axis=0), begin + luck.normal(0, 0.4, begin.shape)
+    )
+    usable = ((found >= low) & (found <= high)).all(axis=1) & (off < 1e-9)
+    ways = np.where(usable, np.abs(found - begin).max(axis=1), np.inf).reshape(-1, starts)
+    compared = 0
+    for q, p, way in zip(poses.tolist(), wanted, ways.min(axis=1), strict=True):
+        if way < np.inf:
+            given = kinematics.nearest(arm, p[:size].tolist(), q)
+            assert np.allclose(tips(arm, np.array([given]))[0], p, atol=1e-6)
+            assert max(map(abs, map(sub, given, q))) < way + 1e-6, (q, p)
+            compared += 1
+    assert compared > 50

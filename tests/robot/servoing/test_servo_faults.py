@@ -12,7 +12,7 @@ import signal
 from collections import namedtuple
 
 import pytest
-from servo_rig import Watched
+from servo_rig import Camera, Watched
 
 from shared.messages import Stop
 
@@ -371,7 +371,7 @@ def test_the_camera_names_a_dead_encoder_and_no_other_joint_so(watched, fault, i
         if not is_seen:
             hide(w)
 
-    w.in_motion(5.0, strike, 0)
+    w.in_motion(4.0, strike, 0)
     shown = w.run("--mode", "look")
     assert judge(w, shown, "stalled")
     assert any(text in shown.err for text in says)
@@ -379,6 +379,18 @@ def test_the_camera_names_a_dead_encoder_and_no_other_joint_so(watched, fault, i
         told = float(shown.err.split("by about ")[1].split(" deg")[0])
         struck = next(m for m in w.moments if m.t >= w.struck)
         assert told == pytest.approx(math.degrees(abs(w.q[0] - struck.q[0])), rel=0.3)
+
+
+@pytest.mark.parametrize("blind", ["A", "B"])
+def test_while_one_of_two_cameras_sees_nothing_the_arm_goes_at_half_speed(watched, blind):
+    """At full speed a link turns by 60 deg/s and more."""
+    cameras = {"A": Camera(), "B": Camera(math.radians(-15), math.radians(60))}
+    w = watched(plant="cpu=0", cameras=cameras)
+    w.in_motion(1.0, lambda: w.hidden.add(blind))
+    shown = w.run("--mode", "look")
+    assert judge(w, shown, "converged")
+    since = [math.degrees(m.speed) for m in w.moments if m.t > w.struck + 1.0]
+    assert 25 < max(since) < 48, "30 deg/s, and what crossing the play adds"
 
 
 def test_a_cable_that_is_pulled_after_a_stall_does_not_hide_it(watched):
