@@ -27,7 +27,7 @@ import traceback
 
 from laptop import system
 from laptop.simulator.device.buttons import EventFile, evdev_module
-from laptop.simulator.host import linux
+from laptop.simulator.host import linux, tracebacks
 from laptop.simulator.host.clocks import (
     UPTIME,
     ProgramClock,
@@ -104,6 +104,7 @@ class Shims(object):
         kept, charges = HostState(), contextlib.ExitStack()
         importlib.machinery.SourceFileLoader.get_code = self._loader()
         try:
+            charges.enter_context(tracebacks.of_the_program())
             random.seed(0)
             importlib.invalidate_caches()
             siblings = {os.path.splitext(name)[0] for name in os.listdir(folder)}

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+import traceback
 import types
 
 import pytest
@@ -99,6 +100,56 @@ def test_traceback_shows_the_script_only(run, tmp_path):
         '  File "{}", line 4, in <module>'.format(tmp_path / "script.py"),
     ]
     assert "laptop" not in err
+
+
+ERRING = {
+    "a file": "open('/nowhere')",
+    "a pause": "time.sleep('long')",
+    "an attribute": "open('/sys/class/nowhere/x')",
+    "a program": "subprocess.check_output(['nowhere'])",
+    "a fork": "os.fork()",
+    "a value that a motor does not take": "LargeMotor('outD').run_forever(speed_sp=99999)",
+}
+
+
+@pytest.mark.parametrize("erring", ERRING.values(), ids=ERRING)
+@pytest.mark.parametrize(
+    "told",
+    [
+        "{}",
+        "try: {}\nexcept Exception: traceback.print_exc()",
+        "try: {}\nexcept Exception: print(traceback.format_exc(), file=sys.stderr)",
+        "try: {}\nexcept Exception: logging.exception('it broke')",
+        "try:\n    try: {}\n    finally: [][1]\nexcept LookupError: traceback.print_exc()",
+        "def work(): {}\nt = threading.Thread(target=work); t.start(); t.join()",
+        "def work(): {}\n_thread.start_new_thread(work, ())\ntime.sleep(1)",
+        "def work(): {}\natexit.register(work)",
+        "class A:\n    def __del__(self): {}\na = A()\ndel a",
+        "def look(): traceback.print_stack()\nlook()\n{}",
+    ],
+    ids=[
+        "uncaught", "print_exc", "format_exc", "logged", "the cause of another", "in a thread",
+        "in a bare thread", "at the end", "in __del__", "print_stack",
+    ],
+)  # fmt: skip
+@pytest.mark.short(every=7)
+def test_no_frame_of_the_emulator_stands_in_a_traceback(run, erring, told):
+    source = (
+        "import _thread, atexit, logging, os, subprocess, sys, threading, time, traceback\n"
+        "from ev3dev2.motor import LargeMotor\n"
+    )
+    _, _, err = run(source + told.format(erring))
+    assert "script.py" in err
+    assert "Error: " in err
+    assert "simulator" not in err
+
+
+def test_tracebacks_of_the_host_are_whole_again_after_a_run(run):
+    hooks = sys.unraisablehook, traceback.TracebackException.__init__
+    extracting = vars(traceback.StackSummary)["extract"]
+    run("print(1)")
+    assert (sys.unraisablehook, traceback.TracebackException.__init__) == hooks
+    assert vars(traceback.StackSummary)["extract"] is extracting
 
 
 @pytest.mark.parametrize("name", ["missing.py", "."])
