@@ -24,7 +24,7 @@ import types
 from laptop import system
 from laptop.simulator.device.buttons import BUTTONS
 from laptop.simulator.device.peripherals import Peripherals
-from laptop.simulator.host import counting
+from laptop.simulator.host import counting, last_line
 from laptop.simulator.host.linux import Signals
 from laptop.simulator.host.process_exit import ENDLESS, ProcessExit
 from laptop.simulator.host.processor import Processor
@@ -180,6 +180,7 @@ def _call(function, argument):
 
 
 def _complain(message, *values):
+    last_line.finish()
     sys.stderr.write("simulate: " + message.format(*values) + "\n")
 
 

@@ -963,3 +963,33 @@ def test_a_bare_brick_was_not_built_as_an_arm(simulate):
     assert "--built planar is an arm, and --arm none has none; leave one of them out" in (
         result.output
     )
+
+
+@pytest.mark.parametrize(
+    ("source", "written"),
+    [
+        ("import sys; sys.stdout.write('half')", "half\n"),
+        ("print('half', end='')", "half\n"),
+        ("import sys; sys.stdout.buffer.write(b'half')", "half\n"),
+        ("import sys; sys.stderr.write('half')", "half\n"),
+        ("import os; os.system('echo whole')", "whole\n"),
+        ("print('whole')", "whole\n"),
+        ("", ""),
+    ],
+)
+def test_the_summary_begins_a_line_of_its_own(simulate, script, source, written):
+    result = simulate("--arm", "none", script(source))
+    assert result.output.startswith(written + "ended, status 0, after ")
+
+
+def test_what_is_told_of_the_end_begins_a_line_of_its_own(simulate, script):
+    source = "import time\nprint('half', end='')\ntime.sleep(9)\n"
+    result = simulate("--arm", "none", "--timeout", 1, script(source))
+    assert "half\nsimulate: mine.py: stopped after 1 s" in result.output
+
+
+def test_the_standard_streams_are_the_own_ones_again_after_a_run(simulate, script):
+    before = sys.stdout, sys.stderr
+    result = simulate("--arm", "none", script("import sys; print(sys.stdout.isatty(), end='')"))
+    assert result.output.startswith("False\nended")
+    assert (sys.stdout, sys.stderr) == before
