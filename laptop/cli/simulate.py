@@ -26,6 +26,7 @@ from laptop.simulator.device.sensor_orders import listing, read_sensors
 from laptop.simulator.device.sensor_scene import LINE, line_points
 from laptop.simulator.device.wheels import TABLE as WHEELS
 from laptop.simulator.host import last_line
+from laptop.simulator.host.guard import guarded
 from laptop.simulator.host.pace import BUSY
 from laptop.simulator.own_programs import find_script
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
@@ -234,7 +235,7 @@ def simulate(
         check_room(out)
         click.get_current_context().with_resource(alone_in(out))
         began = time.perf_counter()
-        with last_line.finished():
+        with guarded(Path(script).name), last_line.finished():
             run = session.run(arm, script, args, **options)
         took = time.perf_counter() - began
         # Without a pen motor all of the motion is ink, and none of it belongs to one path.

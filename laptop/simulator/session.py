@@ -209,7 +209,7 @@ def run(
     extra=None,
     realtime=False,
     timeout=600.0,
-    patience=60.0,
+    patience=10.0,
     watched=None,
     sensors=None,
     wheels=None,

@@ -24,7 +24,7 @@ def of_the_program():
     """
     whole, extracting = traceback.TracebackException, vars(traceback.StackSummary)["extract"]
     of_exception, of_frames = whole.__init__, traceback.StackSummary.extract
-    unraisable = getattr(sys, "unraisablehook", None)  # Python 3.8
+    unraisable = vars(sys).get("unraisablehook")  # Python 3.8
 
     def init(self, *args, **kwargs):
         of_exception(self, *args, **kwargs)
@@ -42,11 +42,11 @@ def of_the_program():
         staticmethod(lambda *args, **kwargs: _without_emulator(of_frames(*args, **kwargs))),
     )
     if unraisable is not None:
-        sys.unraisablehook = tell
+        vars(sys)["unraisablehook"] = tell
     try:
         yield
     finally:
         setattr(whole, "__init__", of_exception)  # noqa: B010
         setattr(traceback.StackSummary, "extract", extracting)  # noqa: B010
         if unraisable is not None:
-            sys.unraisablehook = unraisable
+            vars(sys)["unraisablehook"] = unraisable

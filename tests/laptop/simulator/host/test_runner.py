@@ -18,7 +18,7 @@ from waiting import PATIENCE
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.buttons import read_press
 from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.host import counting, processor
+from laptop.simulator.host import counting, processor, runner
 from laptop.simulator.host.processor import SWITCH_INTERVAL
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.watchdog import Watchdog
@@ -473,12 +473,24 @@ def test_a_signal_is_heard_by_who_goes_round(run, monkeypatch):
 
 
 def test_who_computes_for_ever_comes_to_the_time_limit_and_is_told_where(run, monkeypatch):
-    monkeypatch.setattr(processor, "LONGEST_START", 0.5)
+    for module in processor, runner:
+        monkeypatch.setattr(module, "LONGEST_START", 0.5)
     source = "def go():\n    k = 0\n    while True:\n        k += 1\n\n\ngo()\n"
     outcome, _, err = run(source, timeout=1, patience=PATIENCE)
     assert (outcome.status, outcome.reason, outcome.t) == (124, "timeout", 1)
     assert outcome.stack == (("script.py", 3, "go"), ("script.py", 7, "<module>"))
+    assert err.splitlines()[0] == (
+        "simulate: script.py: it has computed for 0.5 s on the brick, and has not used it yet; "
+        "Ctrl-C ends it"
+    )
     assert err.endswith("; it was at line 3 (go)\n")
+
+
+def test_who_has_used_the_brick_is_not_said_to_be_late(run, monkeypatch):
+    monkeypatch.setattr(processor, "LONGEST_START", 3)  # (Python's start takes 1.2 s)
+    _, _, err = run("import time\ntime.sleep(0)\nwhile True: pass\n", timeout=4)
+    assert "has not used it yet" not in err
+    assert err.count("\n") == 1
 
 
 def test_where_a_script_was_cut_off_is_told_by_the_calls_in_its_folder(run, tmp_path):
