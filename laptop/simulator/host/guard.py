@@ -19,6 +19,8 @@ patience, which ends what it can itself."""
 HEARING = 3.0
 """Time after which a signal is to be looked at, s of computing."""
 
+_QUIET = {"warn_on_full_buffer": False} if sys.version_info >= (3, 7) else {}
+
 
 @contextlib.contextmanager
 def guarded(name):
@@ -42,7 +44,7 @@ def guarded(name):
         os.set_blocking(told, False)
     if main:
         # From C, as the signal comes: no matter who holds the interpreter.
-        before = signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+        before = signal.set_wakeup_fd(told, **_QUIET)
     beating.start()
     try:
         yield

@@ -25,6 +25,7 @@ from laptop import system
 from laptop.simulator.device.buttons import BUTTONS
 from laptop.simulator.device.peripherals import Peripherals
 from laptop.simulator.host import counting, last_line
+from laptop.simulator.host.child_python import ChildPython
 from laptop.simulator.host.linux import Signals
 from laptop.simulator.host.process_exit import ENDLESS, ProcessExit
 from laptop.simulator.host.processor import LONGEST_START, Processor
@@ -38,7 +39,8 @@ Outcome.__doc__ = """The end of a run.
 
 status    exit status
 reason    "ended" (by itself, whatever the status), or what ended it: "timeout", "frozen", "killed",
-          "back button", "deadlock", "stuck", "waiting", "unheard" for a signal that it did not look at, a signal's name, "no script"
+          "back button", "deadlock", "stuck", "waiting", "unheard" (for a signal that it did not
+          look at), a signal's name, "no script"
 t         virtual time at its end, s
 accesses  sysfs accesses it made
 start     what Python, imports and all else took before it first used the brick, waited, began a
@@ -114,6 +116,7 @@ def run_script(
         peripherals = Peripherals(world, sysfs)
     world.processor = _processor(brick, os.path.basename(script))
     shims = Shims(world, peripherals)
+    shims.processes.python = ChildPython(shims, _interpreted)
     shims.from_menu = any(press.button in BUTTONS for press in presses)
 
     def back():
@@ -210,8 +213,13 @@ def _compiled(source, script, counts):
 
 
 def _main(shims, script, source):
-    """Be the interpreter: run `source` as `__main__`; the exit status."""
+    """Be the interpreter of the script; the exit status."""
     shims.threads.enter_main()
+    return _interpreted(shims, script, source, shims.finish)
+
+
+def _interpreted(shims, script, source, finish=None):
+    """Run `source` as `__main__`, and what Python does at its end; the exit status."""
     module = types.ModuleType("__main__")
     module.__file__ = script
     module.__builtins__ = __builtins__
@@ -230,7 +238,7 @@ def _main(shims, script, source):
                 found = shims.peripherals.sysfs.plugged_in()
                 _complain("plugged in: {}; see --plug and --sensor", ", ".join(found) or "nothing")
         try:
-            shims.finish()
+            (finish or shims.call_at_exit)()
         except KeyboardInterrupt:
             status = _status_of(*sys.exc_info())
     finally:
@@ -258,7 +266,7 @@ def _status_of(kind, value, trace):
         sys.stdout.flush()
         sys.stderr.write("{}\n".format(code))
         return 1
-    while trace is not None and trace.tb_frame.f_code is _main.__code__:
+    while trace is not None and trace.tb_frame.f_code is _interpreted.__code__:
         trace = trace.tb_next
     sys.stdout.flush()
     if sys.excepthook is sys.__excepthook__:
