@@ -24,7 +24,7 @@ import types
 from laptop import system
 from laptop.simulator.device.buttons import BUTTONS
 from laptop.simulator.device.peripherals import Peripherals
-from laptop.simulator.host import counting, last_line
+from laptop.simulator.host import advice, counting, last_line
 from laptop.simulator.host.child_python import ChildPython
 from laptop.simulator.host.linux import Signals
 from laptop.simulator.host.process_exit import ENDLESS, ProcessExit
@@ -139,6 +139,12 @@ def run_script(
     if kill_at is not None:
         world.at(kill_at, _call(world.halt, ProcessExit(128 + Signals.SIGKILL, "killed")))
     folder = os.path.dirname(os.path.realpath(script))
+    for name in advice.only_here(source, folder):
+        _complain(
+            "{} imports {}, which this computer has and a brick has not: there the import fails",
+            os.path.basename(script),
+            name,
+        )
     with shims.installed(folder), sysfs.installed(), _Forwarding(world, shims.signals) as came:
         sys.excepthook = sys.__excepthook__
         sys.argv = [script] + list(args)
@@ -234,9 +240,10 @@ def _interpreted(shims, script, source, finish=None):
             raise
         except BaseException:
             status = _status_of(*sys.exc_info())
-            if sys.exc_info()[0].__name__ == "DeviceNotFound":
-                found = shims.peripherals.sysfs.plugged_in()
-                _complain("plugged in: {}; see --plug and --sensor", ", ".join(found) or "nothing")
+            folder = os.path.dirname(os.path.realpath(script))
+            told = advice.on(sys.exc_info()[1], source, folder, shims.peripherals.sysfs)
+            if told:
+                _complain("{}", told)
         try:
             (finish or shims.call_at_exit)()
         except KeyboardInterrupt:

@@ -68,7 +68,7 @@ REBOUND = (
 #: Imported before any script starts; a sibling of the same name is not seen by real Python either.
 _AT_START = (
     "abc", "codecs", "encodings", "genericpath", "importlib", "io", "os", "posixpath", "site",
-    "stat", "sys", "sysconfig", "types", "warnings", "zipimport", "laptop",
+    "stat", "sys", "sysconfig", "types", "warnings", "zipimport",
 )  # fmt: skip
 
 
@@ -116,8 +116,10 @@ class Shims(object):
             if self.world.processor:
                 setattr(builtins, ENROL, self.world.processor.enrol)
                 charges.enter_context(library_charged(self._spend))
+            afresh = siblings | set(PROGRAM) | set(REBOUND)
             for name in list(sys.modules):
-                if top_of(name) in siblings or top_of(name) in PROGRAM or top_of(name) in REBOUND:
+                # Of the emulator's own package the head alone: what is in it works here.
+                if name in afresh or (top_of(name) in afresh and top_of(name) != "laptop"):
                     del sys.modules[name]
             # These two would wait in C, where no baton is passed; Python's own versions step in.
             sys.modules["_queue"] = sys.modules["_asyncio"] = None
