@@ -120,8 +120,9 @@ class BrickScript(click.Path):
 @click.option(
     "--plug",
     multiple=True,
-    metavar="PORT=KIND",
+    metavar="PORT=KIND[:LOW..HIGH]",
     help="A motor (large or medium) at a port that the arm leaves free; several times if needed. "
+    "A=large:-90..40 turns between stops at -90 and 40 deg, as a gripper does. "
     "Beside an arm there is D=large where nothing else is at D.",
 )
 @click.option(
@@ -202,12 +203,14 @@ def simulate(
         plant = read_plant(plant_text, measured)
         if measured:
             click.echo(f"as {constants_file} has it: {measured_brick.in_words(measured)}")
+        extra, stops = plugged(built, plug, wheels)
         hand = None if hand_text is None else read_hand(hand_text)
         options = {
             "plant": plant,
             "faults": [session.read_fault(text) for text in faults],
             "presses": [read_press(text) for text in presses],
-            "extra": plugged(built, plug, wheels),
+            "extra": extra,
+            "stops": stops,
             "wheels": wheels,
             "start": start,
             "realtime": realtime,

@@ -218,6 +218,7 @@ def run(
     home=None,
     meanwhile=(),
     person=None,
+    stops=None,
 ):
     """Run `script` on an emulated brick that carries `arm`.
 
@@ -228,6 +229,7 @@ def run(
         faults: Faults.
         presses: buttons.Press values.
         extra: port -> motor kind, motors beside the arm's.
+        stops: port -> the stops of such a motor, rad; see EmulatedBrick.
         realtime, timeout, patience: see World and run_script.
         watched: `watched(brick)` gives a context manager for a tracker's `port` on this machine
             its `code` and `key`, and its `pictures` (PictureFaults) by camera in `frames`; the
@@ -266,7 +268,7 @@ def run(
             stack.callback(clock.close)
         world = World(clock, os.path.basename(script))
         world.tell = _tell
-        brick = EmulatedBrick(world, built, plant, q, extra, wheels)
+        brick = EmulatedBrick(world, built, plant, q, extra, wheels, stops)
         if not homed:
             brick.reset_motors()  # it has just been switched on: an arm that gravity pulls drops
         devices = Peripherals(

@@ -552,6 +552,15 @@ def test_a_number_that_is_none_is_out_of_range(simulate, script, option, value):
         (["--press", "\x1b[31menter@1"], ["enter@1"]),
         (["--plug", "E=large"], ["E=large"]),
         (["--plug", "D=huge"], ["D=huge"]),
+        (["--plug", "D=huge:-9..9"], ["D=huge:-9..9", ":LOW..HIGH"]),
+        *(
+            (["--plug", "D=large:" + stops], ["D=large:" + stops, "starts at 0 deg", "-90..40"])
+            for stops in ("", "9", "5..40", "-40..-5", "0..0", "40..-90", "-1e9..9", "a..b", "..9")
+        ),
+        (
+            ["--arm", "none", "--wheels", "left=A,right=B", "--plug", "A=large:-9..9"],
+            ["port A turns a wheel", "leave :-9..9 out"],
+        ),
         (["--plug", "C=large"], ["C=large", "its pen", "--arm none"]),
         (["--plug", "A=large"], ["A=large", "its shoulder", "--arm none"]),
         (["--arm", "none", "--plug", "A=large", "--plug", "A=medium"], ["A=medium", "twice"]),
@@ -993,3 +1002,23 @@ def test_the_standard_streams_are_the_own_ones_again_after_a_run(simulate, scrip
     result = simulate("--arm", "none", script("import sys; print(sys.stdout.isatty(), end='')"))
     assert result.output.startswith("False\nended")
     assert (sys.stdout, sys.stderr) == before
+
+
+@pytest.mark.parametrize("arm", [("--arm", "none"), ()], ids=["bare", "beside an arm"])
+@pytest.mark.parametrize("kind", ["large", "medium"])
+def test_a_gripper_homes_against_its_stop(simulate, script, arm, kind):
+    """From -90 to 40 deg about where it starts; a free motor would turn on for ever."""
+    homing = script(
+        "from ev3dev2.motor import Motor\nm = Motor('outD')\nfound = []\n"
+        "for speed in -15, 15:\n    m.on(speed)\n    m.wait_until('stalled', 5000)\n"
+        "    m.off(brake=False)\n    found.append(m.position)\n"
+        "m.on_for_degrees(20, found[0] - found[1] + 30)\n"
+        "print(*found, m.position, m.is_stalled)\n"
+    )
+    result = simulate(*arm, "--plug", f"D={kind}:-90..40", homing)
+    lower, upper, inside, stalled = result.output.splitlines()[0].split()
+    assert (int(lower), int(upper)) == (pytest.approx(-90, abs=1), pytest.approx(40, abs=1))
+    assert (int(inside), stalled) == (pytest.approx(-60, abs=5), "False")
+    if arm:
+        angles = [math.degrees(float(row["D"])) for row in rows(result.out)]
+        assert (min(angles), max(angles)) == (pytest.approx(-90), pytest.approx(40))
