@@ -21,6 +21,8 @@ redirected  stream (0, 1, 2) -> (`<`, `>` or `>>`, name of a file), or (`>&`, `1
 """
 
 NOWHERE = "/dev/null"
+LOOPS = "for", "while", "until", "if", "case"
+"""Words that begin what this shell does not know."""
 
 _PART = re.compile(
     r"""&>|(?<![^\s;&|])[012]?(?:>>|>&|>|<)|[<>]|&&|\|\||[;&|\n]"""
@@ -32,7 +34,7 @@ def split_line(line):
     """Return a shell line's Commands.
 
     Raises:
-        ValueError: an unclosed quote, or nothing behind a `>`.
+        ValueError: an unclosed quote, nothing behind a `>`, or one of LOOPS.
     """
     parts = _PART.findall(line)
     commands, words, redirected, waiting = [], [], {}, None
@@ -53,6 +55,13 @@ def split_line(line):
             redirected[int(stream)], waiting = (how, shlex.split(part)[0]), None
         else:
             words.extend(_expanded(part))
+    for command in commands:
+        if command.words and command.words[0] in LOOPS:
+            raise ValueError(
+                "{}: not done: the emulated brick's shell takes one command after another".format(
+                    command.words[0]
+                )
+            )
     return commands
 
 

@@ -53,8 +53,9 @@ class ChildPython(object):
         if words and words[0] in ("-V", "--version"):
             return Finished(0, b"Python 3.5.3\n", b"", 0.0)
         if not words or words[0].startswith("-") and words[0] != "-c":
-            why = "python3 {}: not done on the emulated brick; give a script, or -c\n"
-            return Finished(2, b"", why.format(" ".join(words[:1])).encode(), 0.0)
+            why = "{}: not done on the emulated brick; give a script, or -c\n"
+            asked = " ".join(["python3"] + words[:1])
+            return Finished(2, b"", why.format(asked).encode(), 0.0)
         if self._depth >= DEEPEST:
             why = "python3: not done: {} programs have started one another\n".format(DEEPEST)
             return Finished(1, b"", why.encode(), 0.0)

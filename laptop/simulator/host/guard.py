@@ -30,12 +30,16 @@ def guarded(name):
         name: of the script, for people.
     """
     words = [guard_process.__file__, os.getpid(), name, PATIENCE, HEARING]
-    process = subprocess.Popen(
-        [sys.executable, "-I", "-S", *map(str, words)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        bufsize=0,
-    )
+    try:
+        process = subprocess.Popen(
+            [sys.executable, "-I", "-S", *map(str, words)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            bufsize=0,
+        )
+    except OSError:  # no room for another process: the run goes without
+        yield
+        return
     told = process.stdin.fileno()
     over = threading.Event()
     beating = threading.Thread(target=_beat, args=(told, over), daemon=True)

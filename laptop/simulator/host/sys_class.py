@@ -11,7 +11,7 @@ import os
 import posixpath
 import stat
 
-from laptop.simulator.host.clocks import EPOCH
+from laptop.simulator.host.clocks import EPOCH, Builtin
 
 ROOT = "/sys/class"
 
@@ -285,6 +285,7 @@ class SysClass(object):
 
         def looking(name):
             def look(path, **options):
+                """As that of os."""
                 parts = _parts(path)
                 return real[name](path, **options) if parts is None else self.stat(parts, path)
 
@@ -321,8 +322,9 @@ class SysClass(object):
                 device = self.open(file, mode.replace("b", ""), 0)
                 return device or real_file.__new__(cls, file, mode, *args, **kwargs)
 
-        os.listdir, os.scandir, os.access = listdir, scandir, access
-        os.stat, os.lstat = looking("stat"), looking("lstat")
+        seeing = listdir, scandir, access, looking("stat"), looking("lstat")
+        for name, function in zip(("listdir", "scandir", "access", "stat", "lstat"), seeing):
+            setattr(os, name, Builtin(function))
         for name in tests:
             setattr(os.path, name, testing(name))
         vars(io).update(open=opener, FileIO=FileIO)

@@ -141,6 +141,9 @@ def test_chmod(shell, tmp_path, words, before, after):
         ("killall python3", "killall: not done: no other program runs on the emulated brick"),
         ("rm -rf d", "rm: -r is not done: it might reach too far here"),
         ("python3 -m pip", "python3 -m: not done on the emulated brick; give a script, or -c"),
+        ("python3", "python3: not done on the emulated brick; give a script, or -c"),
+        ("for i in 1 2; do rm d; done", "sh: 1: for: not done: the emulated brick's shell takes "
+         "one command after another"),
         ("sh nothing.sh", "sh: not done: give a script that is there, or -c"),
         ("cat nothing", "cat: nothing: No such file or directory"),
         ("python3 nothing.py", "python3: can't open file 'nothing.py': [Errno 2] No such file or "

@@ -143,6 +143,16 @@ def test_the_ways_of_the_older_library_lead_to_the_devices(run):
     assert run(source)[0] == ["True False", "b'\\n'", "1 True", "b'running'"]
 
 
+def test_a_class_may_keep_the_functions_as_it_keeps_those_of_c(run):
+    source = (
+        "class Keeper:\n    listdir, stat = os.listdir, os.stat\n"
+        "    scandir, open = os.scandir, io.open\n"
+        f"k = Keeper()\nprint(k.listdir('{MOTOR}/hold_pid'), k.stat('{MOTOR}').st_size)\n"
+        f"print(len(list(k.scandir('{MOTOR}/hold_pid'))), k.open('{MOTOR}/speed_sp').read())\n"
+    )
+    assert run(source)[0][:2] == ["['Kd', 'Ki', 'Kp'] 4096", "3 0"]
+
+
 def test_every_file_that_is_listed_is_there_and_no_other_is_known(brick):
     devices = Peripherals(brick.world, brick.sysfs, sensors=read_sensors(["in2=gyro"]))
     assert devices
