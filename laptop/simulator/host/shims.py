@@ -142,6 +142,7 @@ class Shims(object):
             time_out_sockets(self.world, importlib.import_module("socket"))
             builtins.print = self._print
             builtins.open = self._open
+            builtins.input = self._input
             library = importlib.import_module("ev3dev2")
             library.get_current_platform = lambda: "ev3"
             if not has_fonts(library):
@@ -283,6 +284,13 @@ class Shims(object):
         self.clock.step(PRINT_COST)
         _REAL_PRINT(*args, **kwargs)
 
+    def _input(self, *prompt):
+        self.world.typing = sys.stdin.isatty()
+        try:
+            return _REAL_INPUT(*prompt)
+        finally:
+            self.world.typing = False
+
     def _open(self, file, mode="r", *args, **kwargs):
         if file == OWN_STAT:
             return io.StringIO(self._stat())
@@ -301,7 +309,7 @@ class Shims(object):
         return "{} (python3) R {}\n".format(os.getpid(), " ".join(figures))
 
 
-_REAL_PRINT, _REAL_OPEN = builtins.print, builtins.open
+_REAL_PRINT, _REAL_OPEN, _REAL_INPUT = builtins.print, builtins.open, builtins.input
 
 
 def _natural(name):

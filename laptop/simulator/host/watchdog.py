@@ -78,7 +78,7 @@ class Watchdog(object):
         left = self.WAIT_TIMEOUT if world.limit is None else world.limit - world.t
         if computed >= patience:
             world.halt(ProcessExit(ENDLESS, "stuck"))
-        elif waited >= min(left, self.WAIT_TIMEOUT):
+        elif waited >= min(left, self.WAIT_TIMEOUT) and not world.typing:
             world.halt(ProcessExit(ENDLESS, "waiting"))
         elif thread is not world._holder or (computed < limit and waited < self.YIELD_TIMEOUT):
             return

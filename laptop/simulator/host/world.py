@@ -48,6 +48,7 @@ class World(object):
         realtime: whether it keeps pace with the clock.
         pace, long_pace: PaceMeter of the clock over seconds, and over a minute; None without one.
         tell: called now and then with a line for people while the host is busy.
+        typing: whether a thread waits for a person at the keyboard, who may take all the time.
         unheard: called when the program's main thread does not look at an `interrupt`.
         processor: processor.Processor that the program computes on; None: it computes in no time.
         awaited: whom the clock waited for when it was given up, in words.
@@ -81,6 +82,7 @@ class World(object):
         self.long_pace = clock and pace.PaceMeter(clock, LONG_PACE_WINDOW)
         self.pace = clock and pace.PaceMeter(clock)
         self.tell = lambda line: None
+        self.typing = False
         self.unheard = lambda: None
         self.processor = None
         self.awaited = ""

@@ -1,6 +1,7 @@
 """Scripts run on the emulated brick: clocks, threads, signals and statuses as on a real one."""
 
 import importlib
+import io
 import os
 import random
 import signal
@@ -13,7 +14,7 @@ import types
 
 import pytest
 from places import ROOT, SCRIPTS
-from waiting import PATIENCE
+from waiting import PATIENCE, until
 
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.buttons import read_press
@@ -805,6 +806,36 @@ def test_runs_from_any_thread_of_the_host(run):
     thread.start()
     thread.join(PATIENCE)
     assert results[0].status == 0
+
+
+class LateKeyboard(io.StringIO):
+    """A terminal's keyboard, or a pipe, on which a line comes late: never, to a pipe."""
+
+    def __init__(self, world, is_terminal):
+        super().__init__()
+        self.isatty = lambda: is_terminal
+        self._late = (lambda: time.sleep(0.6)) if is_terminal else (lambda: self._ended(world))
+
+    @staticmethod
+    def _ended(world):
+        until(lambda: world.exit, "the end", lambda: time.sleep(0.5))
+
+    def readline(self, size=-1):
+        self._late()
+        return "yes\n"
+
+
+@pytest.mark.parametrize(
+    ("is_terminal", "reason"), [(True, "ended"), (False, "waiting")], ids=["terminal", "pipe"]
+)
+def test_a_person_at_the_keyboard_may_take_all_the_time(
+    run, brick, monkeypatch, is_terminal, reason
+):
+    monkeypatch.setattr(Watchdog, "WAIT_TIMEOUT", 0.1)
+    monkeypatch.setattr(sys, "stdin", LateKeyboard(brick.world, is_terminal))
+    outcome, out, _ = run("print(input('ready? '))\n")
+    assert outcome.reason == reason
+    assert out == ["ready? yes" if is_terminal else "ready? "]
 
 
 # Scripts in the style of course repositories, on the emulated arm
