@@ -11,9 +11,29 @@ import traceback
 _EMULATOR = os.path.dirname(os.path.dirname(os.path.abspath(__file__))) + os.sep
 
 
+_LIBRARY = os.path.dirname(os.path.abspath(os.__file__)) + os.sep
+_IMPORTING = "<frozen importlib"
+
+
 def _without_emulator(stack):
-    stack[:] = [frame for frame in stack if not frame.filename.startswith(_EMULATOR)]
+    """Take out the emulator's frames, those of the library that it calls, and its imports'."""
+    kept, inside = [], False
+    for frame in stack:
+        file = frame.filename
+        if file.startswith(_EMULATOR):
+            inside = True
+            while kept and kept[-1].filename.startswith(_IMPORTING):
+                kept.pop()
+        elif not (inside and _is_library(file)):
+            inside = False
+            kept.append(frame)
+    stack[:] = kept
     return stack
+
+
+def _is_library(file):
+    """Return True for a module of Python's own library."""
+    return file.startswith(("<frozen", _LIBRARY)) and "site-packages" not in file
 
 
 @contextlib.contextmanager

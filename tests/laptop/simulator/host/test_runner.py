@@ -145,6 +145,22 @@ def test_no_frame_of_the_emulator_stands_in_a_traceback(run, erring, told):
     assert "simulator" not in err
 
 
+@pytest.mark.parametrize("brick", ["cpu=0", "cpu=1"], indirect=True)
+@pytest.mark.parametrize(
+    ("beside", "frames"),
+    [("def f(:\n", ["script.py", "beside.py"]),
+     ("def f():\n  1/0\nf()\n", ["script.py", "beside.py", "beside.py"]),
+     (None, ["script.py"])],
+    ids=["no Python", "it fails", "there is none"],
+)  # fmt: skip
+def test_the_traceback_of_an_import_shows_what_is_the_programs(run, tmp_path, beside, frames):
+    if beside:
+        (tmp_path / "beside.py").write_text(beside)
+    _, _, err = run("import beside\n")
+    files = [line.split('"')[1] for line in err.splitlines() if line.startswith("  File ")]
+    assert [os.path.basename(file) for file in files] == frames
+
+
 def test_tracebacks_of_the_host_are_whole_again_after_a_run(run):
     hooks = sys.unraisablehook, traceback.TracebackException.__init__
     extracting = vars(traceback.StackSummary)["extract"]
