@@ -81,7 +81,7 @@ def _on_module(name, source, folder):
             )
         )
     beside = sibling(top, folder)
-    if top in ("robot", "shared", "laptop") and top != name and beside:
+    if top in ("robot", "shared", "laptop") and beside:
         return (
             "{} beside the script is what it imports as {}, as on a brick, and so BrickServo's own "
             "{} is hidden: give yours another name, or leave {} out".format(beside, top, top, name)

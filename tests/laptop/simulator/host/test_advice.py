@@ -1,5 +1,6 @@
 """What is said of an error that ended a script: each cause has its own sentence, or none."""
 
+import importlib
 import os
 import subprocess
 import sys
@@ -104,6 +105,16 @@ def test_a_module_of_ones_own_comes_before_one_of_ours(run, tmp_path, name, pack
     )
     assert run(source) == (0, ["5"], [])
     assert __import__(name).__file__.startswith(str(ROOT))
+
+
+def test_the_emulator_goes_on_beside_a_laptop_of_ones_own(tmp_path, capsys):
+    (tmp_path / "laptop.py").write_text("")
+    (tmp_path / "mine.py").write_text("import laptop, time\ntime.sleep(1)\n")
+    brick, found = EmulatedBrick(World(), None), []
+    name = "laptop.simulator.host.world"
+    brick.world.at(0.5, lambda: found.append(importlib.import_module(name)))
+    assert run_script(brick, str(tmp_path / "mine.py")).status == 0
+    assert found == [sys.modules[name]]
 
 
 @pytest.mark.parametrize("name", ["robot", "shared", "laptop"])

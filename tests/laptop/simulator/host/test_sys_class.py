@@ -104,6 +104,15 @@ def test_what_cannot_be_is_the_error_of_the_brick(run, done, error):
     assert out[0].startswith(error)
 
 
+@pytest.mark.parametrize(
+    ("read", "accesses"),
+    [("f.read()", 1), ("f.readline()", 1), ("list(f)", 1), ("f.read(); f.seek(0); f.read()", 2)],
+)
+def test_an_access_is_counted_for_each_read_from_the_beginning(run, brick, read, accesses):
+    assert run(f"with open('{MOTOR}/state') as f: {read}\n")[1] == ""
+    assert brick.sysfs.accesses == accesses
+
+
 def test_a_motor_turns_that_is_told_by_files(run, brick):
     source = (
         "for name, text in ('speed_sp', '300'), ('position_sp', '180'), ('stop_action', 'hold'), "
