@@ -7,7 +7,12 @@ import _signal  # type: ignore[import-not-found]  # `signal` takes a while to im
 import os
 import sys
 
-from shared.state import PROGRAM
+_HOUSE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+if sys.argv[0] == __file__ and sys.path[0] not in ("", _HOUSE):
+    # `-m` lets modules of the folder that one is in come first, such as a robot.py of one's own.
+    del sys.path[0]
+
+from shared.state import PROGRAM  # noqa: E402
 
 
 def run() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from typing import Any
 
 from laptop.simulator import session
@@ -15,23 +17,30 @@ FREE_MOTOR = ("D", "large")
 """Port and kind of the motor beside an arm, where that leaves the port free and nothing is said."""
 
 
+MOST_TURNED = 100000.0
+"""Farthest stop of a motor, deg."""
+
+
 def plugged(
     arm: Arm | None, plugs: tuple[str, ...], wheels: dict[str, Any] | None
-) -> dict[str, str]:
-    """Return port -> kind of the motors beside the arm's.
+) -> tuple[dict[str, str], dict[str, tuple[float, float]]]:
+    """Return port -> kind of the motors beside the arm's, and port -> stops of some of them, rad.
 
     Raises:
-        InvalidSimulationOption: it is no motor, or its port is taken.
+        InvalidSimulationOption: it is no motor, its port is taken, or its stops are none.
     """
     taken = {} if arm is None else {joint.port: f"its {joint.name}" for joint in arm.joints}
     if arm and arm.pen:
         taken[arm.pen.port] = "its pen"
     extra: dict[str, str] = {}
+    stops = {}
     for text in plugs:
-        port, _, kind = text.partition("=")
+        port, _, rest = text.partition("=")
+        kind, colon, limits = rest.partition(":")
         if port not in tuple("ABCD") or kind not in ("large", "medium"):
             raise session.InvalidSimulationOption(
-                f"plug '{text}': write PORT=KIND with a port from A to D and large or medium"
+                f"plug '{text}': write PORT=KIND with a port from A to D and large or medium; "
+                "behind it :LOW..HIGH if it has stops"
             )
         if arm and port in taken:
             raise session.InvalidSimulationOption(
@@ -43,12 +52,32 @@ def plugged(
                 f"plug '{text}': port {port} is plugged twice; give it once"
             )
         extra[port] = kind
+        if colon:
+            stops[port] = _stops(text, limits)
+        if colon and wheels and port in (wheels["left"], wheels["right"]):
+            raise session.InvalidSimulationOption(
+                f"plug '{text}': the motor at port {port} turns a wheel, which has no stops; leave "
+                f":{limits} out"
+            )
     if arm and FREE_MOTOR[0] not in taken:
         extra.setdefault(*FREE_MOTOR)
     if wheels:
         for side in ("left", "right"):
             extra.setdefault(wheels[side], "large")
-    return extra
+    return extra, stops
+
+
+def _stops(text: str, limits: str) -> tuple[float, float]:
+    """Return the stops that a plug names in degrees, rad."""
+    number = r"[+-]?(?:\d+\.?\d*|\.\d+)"
+    match = re.fullmatch(rf"({number})\.\.({number})", limits)
+    lower, upper = map(float, match.groups()) if match else (1.0, -1.0)
+    if not -MOST_TURNED <= lower <= 0 <= upper <= MOST_TURNED or lower == upper:
+        raise session.InvalidSimulationOption(
+            f"plug '{text}': the motor starts at 0 deg, so write its stops as LOW..HIGH from "
+            f"{-MOST_TURNED:g} to 0 and from 0 to {MOST_TURNED:g} deg, like -90..40"
+        )
+    return math.radians(lower), math.radians(upper)
 
 
 def wheels_of(text: str | None, arm: Arm | None) -> dict[str, Any] | None:

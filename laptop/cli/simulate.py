@@ -33,6 +33,8 @@ from laptop.simulator.device.plant_constants import TABLE, read_plant
 from laptop.simulator.device.sensor_orders import listing, read_sensors
 from laptop.simulator.device.sensor_scene import LINE, line_points
 from laptop.simulator.device.wheels import TABLE as WHEELS
+from laptop.simulator.host import last_line
+from laptop.simulator.host.guard import guarded
 from laptop.simulator.host.pace import BUSY
 from laptop.simulator.own_programs import find_script
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
@@ -126,8 +128,9 @@ class BrickScript(click.Path):
 @click.option(
     "--plug",
     multiple=True,
-    metavar="PORT=KIND",
+    metavar="PORT=KIND[:LOW..HIGH]",
     help="A motor (large or medium) at a port that the arm leaves free; several times if needed. "
+    "A=large:-90..40 turns between stops at -90 and 40 deg, as a gripper does. "
     "Beside an arm there is D=large where nothing else is at D.",
 )
 @click.option(
@@ -209,12 +212,14 @@ def simulate(
         plant = read_plant(plant_text, measured)
         if measured:
             click.echo(f"as {constants_file} has it: {measured_brick.in_words(measured)}")
+        extra, stops = plugged(built, plug, wheels)
         hand = None if hand_text is None else read_hand(hand_text)
         options = {
             "plant": plant,
             "faults": [session.read_fault(text) for text in faults],
             "presses": [read_press(text) for text in presses],
-            "extra": plugged(built, plug, wheels),
+            "extra": extra,
+            "stops": stops,
             "wheels": wheels,
             "start": start,
             "realtime": realtime,
@@ -242,7 +247,8 @@ def simulate(
         check_room(out)
         click.get_current_context().with_resource(alone_in(out))
         began = time.perf_counter()
-        run = session.run(arm, script, args, **options)
+        with guarded(Path(script).name), last_line.finished():
+            run = session.run(arm, script, args, **options)
         took = time.perf_counter() - began
         # Without a pen motor all of the motion is ink, and none of it belongs to one path.
         wanted = run.wanted if built and built.pen else []

@@ -31,7 +31,7 @@ TIMEOUT, ANSWER_TIMEOUT = 45.0, 15.0
 """For a script to end, and for its functions to answer, s of the brick: a good one takes 23."""
 PATIENCE = 5.0
 """For so long a script may compute without looking at the clock, s of this computer."""
-ENDLESS = ("timeout", "stuck", "deadlock")
+ENDLESS = ("timeout", "stuck", "waiting", "deadlock")
 """Reasons for which a run is cut off."""
 
 Question = tuple[str, Sequence[Any]]

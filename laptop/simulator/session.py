@@ -210,7 +210,7 @@ def run(
     extra=None,
     realtime=False,
     timeout=600.0,
-    patience=60.0,
+    patience=10.0,
     watched=None,
     sensors=None,
     wheels=None,
@@ -219,6 +219,7 @@ def run(
     home=None,
     meanwhile=(),
     person=None,
+    stops=None,
 ):
     """Run `script` on an emulated brick that carries `arm`.
 
@@ -229,6 +230,7 @@ def run(
         faults: Faults.
         presses: buttons.Press values.
         extra: port -> motor kind, motors beside the arm's.
+        stops: port -> the stops of such a motor, rad; see EmulatedBrick.
         realtime, timeout, patience: see World and run_script.
         watched: `watched(brick)` gives a context manager for a tracker's `port` on this machine
             its `code` and `key`, and its `pictures` (PictureFaults) by camera in `frames`; the
@@ -267,7 +269,7 @@ def run(
             stack.callback(clock.close)
         world = World(clock, os.path.basename(script))
         world.tell = _tell
-        brick = EmulatedBrick(world, built, plant, q, extra, wheels)
+        brick = EmulatedBrick(world, built, plant, q, extra, wheels, stops)
         if not homed:
             brick.reset_motors()  # it has just been switched on: an arm that gravity pulls drops
         devices = Peripherals(

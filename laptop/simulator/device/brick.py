@@ -52,13 +52,14 @@ class EmulatedBrick(object):
             Where gravity pulls the motors hold, as the last program has left them.
         extra: port -> "large" or "medium", motors beside the arm's.
         wheels: of a brick without an arm, from `read_wheels`; the motors of both are among extra.
+        stops: port of such a motor -> lower and upper angle that it can turn to, rad.
 
     Attributes:
         record: MotionSamples, one per 5 ms.
         names: what the angles in it are of; None: of the arm's joints.
     """
 
-    def __init__(self, world, arm, plant=None, start=None, extra=None, wheels=None):
+    def __init__(self, world, arm, plant=None, start=None, extra=None, wheels=None, stops=None):
         self.world = world
         self.arm = arm
         constants = read_plant() if plant is None else plant
@@ -74,7 +75,7 @@ class EmulatedBrick(object):
         kinds = {part.port: part.motor for part in moved}
         for port, kind in (extra or {}).items():
             kinds[port] = kind
-            self.plant.add_bare_motor(port, kind)
+            self.plant.add_bare_motor(port, kind, (stops or {}).get(port))
         for port in sorted(kinds):
             self._plug(port, kinds[port])
         self.names = self.plant.names if arm is None else None

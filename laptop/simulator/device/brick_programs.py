@@ -3,12 +3,11 @@
 No sound is played and no program of the laptop is started.
 """
 
-import collections
 import os
 import re
-import shlex
 import wave
 
+from laptop.simulator.device.file_programs import NOT_DONE, FilePrograms, Finished, done, method_of
 from laptop.simulator.device.screen import HEIGHT, WIDTH
 
 
@@ -18,13 +17,7 @@ class Sound(bytes):
     seconds = 0.0
 
 
-Finished = collections.namedtuple("Finished", ["status", "output", "errors", "seconds"])
-Finished.__doc__ = (
-    """What a program of the brick did: exit status, bytes, bytes, and how long, s."""
-)
-
-
-class BrickPrograms(object):
+class BrickPrograms(FilePrograms):
     """All programs there are.
 
     Args:
@@ -42,19 +35,21 @@ class BrickPrograms(object):
         self.volume = 100
         self.font = (8, 16)
 
-    def run(self, words, piped=0.0):
+    def run(self, words, piped=b""):
         """Do what the program `words[0]` would on the brick.
 
         Args:
             words: its command line.
-            piped: seconds of sound in the pipe that is its standard input.
+            piped: its standard input, bytes, or Sound.
 
         Returns:
             Finished; None when there is no such program.
         """
         name = os.path.basename(words[0])
-        program = getattr(self, "_run_" + name.replace("-", "_"), None)
+        program = getattr(self, method_of(name), None)
         self.history.append((self._world.now(), " ".join(words)))
+        if name in NOT_DONE:
+            return done(errors="{}: not done: {}\n".format(name, NOT_DONE[name]), status=1)
         return program and program(words[1:], piped)
 
     def _run_beep(self, words, piped):
@@ -82,7 +77,7 @@ class BrickPrograms(object):
         return Finished(0, b"", b"", total)
 
     def _run_aplay(self, words, piped):
-        seconds = piped
+        seconds = getattr(piped, "seconds", 0.0)
         for word in words:
             if word.endswith(".wav"):
                 try:
@@ -142,10 +137,16 @@ class BrickPrograms(object):
         return Finished(0, b"\x1b[H\x1b[2J", b"", 0.01)
 
     def _run_echo(self, words, piped):
-        return Finished(0, (" ".join(words) + "\n").encode(), b"", 0.01)
+        end = "\n"
+        if words[:1] == ["-n"]:
+            words, end = words[1:], ""
+        return Finished(0, (" ".join(words) + end).encode(), b"", 0.01)
 
     def _run_sleep(self, words, piped):
-        return Finished(0, b"", b"", float(words[0]))
+        try:
+            return Finished(0, b"", b"", max(0.0, float(words[0].rstrip("s"))))
+        except (IndexError, ValueError):
+            return done(errors="sleep: seconds are missing\n", status=1)
 
     def _run_true(self, words, piped):
         return Finished(0, b"", b"", 0.0)
@@ -160,31 +161,3 @@ def _split_option(word):
     """`-l100` as `-l 100`."""
     match = re.match(r"^(-[flrdD])(.+)$", word)
     return match.groups() if match else (word,)
-
-
-def split_line(line):
-    """Return a shell line's simple commands, as (words, in background, reads the pipe).
-
-    Understands quotes, `;`, `&&`, `&`, `|`; drops redirections.
-
-    Raises:
-        ValueError: an unclosed quote.
-    """
-    parts = re.findall(
-        r"""(?:[^\s;&|<>"'\\]|\\.|"(?:[^"\\]|\\.)*"|'[^']*')+|[;&|\n]+|[<>]+&?|["']""", line
-    )
-    commands, words, piped, skip = [], [], False, False
-    for part in parts + [";"]:
-        if not part.strip(";&|\n"):
-            if words:
-                commands.append((words, part == "&", piped))
-            words, piped = [], part == "|"
-        elif not part.strip("<>&"):
-            skip = True
-            if words and words[-1].isdigit():
-                words.pop()
-        elif skip:
-            skip = False
-        else:
-            words.extend(shlex.split(part))
-    return commands

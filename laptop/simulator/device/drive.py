@@ -120,6 +120,15 @@ class Drive(object):
         self.speed = speed
 
 
+FINGER = 1e-5
+"""Inertia of what a motor turns against its stops, a small beam, kg m2."""
+
+
+def between(stops):
+    """Return the DrivenLink that a motor turns between its stops, lower and upper, rad."""
+    return DrivenLink(0.0, FINGER, 0.0, 0.0, *stops)
+
+
 class DrivenLink(object):
     """The link behind the gap: inertia, friction, stops and the torque on it.
 

@@ -103,7 +103,7 @@ class Peripherals(object):
         """Return what the script gets for a device file of the brick, None for any other file."""
         if path.startswith("/dev/input/"):
             return EventFile(self.buttons)
-        if path.startswith("/sys/class/") or self.sysfs.is_inside(path):
+        if self.sysfs.is_inside(path):
             folder, attribute = os.path.split(path)
             if not self.sysfs.has(folder):
                 raise OSError(errno.ENOENT, os.strerror(errno.ENOENT), path)

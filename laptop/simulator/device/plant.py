@@ -6,7 +6,7 @@ one in the plane.  Units are SI: rad, s, Nm, kg m2, V, N.
 
 import math
 
-from laptop.simulator.device.drive import Drive, DrivenLink
+from laptop.simulator.device.drive import Drive, DrivenLink, between
 from laptop.simulator.device.masses import inertias, weighed
 from laptop.simulator.device.plant_constants import at_port, motor_constants
 from robot.motion import kinematics
@@ -69,9 +69,9 @@ class ArmPlant(object):
         motor = motor_constants(kind, at_port(self.plant, port))
         return Drive(motor, self.plant["voltage"], ratio, link, angle)
 
-    def add_bare_motor(self, port, kind):
-        """Plug in a motor that moves nothing."""
-        self.drives[port] = self._drive(port, kind, 1.0, None, 0.0)
+    def add_bare_motor(self, port, kind, stops=None):
+        """Plug in a motor that moves nothing, between its stops (rad) if there are any."""
+        self.drives[port] = self._drive(port, kind, 1.0, stops and between(stops), 0.0)
 
     @property
     def weighs(self):

@@ -195,6 +195,7 @@ _GYRO = {
     "angle": Constant(0.0, (-1e5, 1e5), "deg", "clockwise; or a link's name, or robot"),
     "rate": Constant(0.0, (-1e4, 1e4), "deg/s", "comes on top of the angle, as drift does"),
     "tilt": Constant(0.0, (-1e5, 1e5), "deg", "about the second axis"),
+    "flipped": Constant(0, _YES, "", "1 if mounted upside down: the angle goes the other way", int),
     "noise": _noise("deg/s", "the rate"),
 }
 

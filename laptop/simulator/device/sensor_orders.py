@@ -26,7 +26,7 @@ quantities  key (of an infrared sensor's channels with its number and a dot befo
 text        as it was written
 """
 
-_CONSTANT = ("x", "y", "z", "noise")
+_CONSTANT = ("x", "y", "z", "noise", "flipped")
 """Quantities that do not change."""
 
 

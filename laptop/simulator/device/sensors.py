@@ -63,6 +63,7 @@ class Measuring(object):
             for each in by_channel if key in BY_CHANNEL else [key]:
                 signals.setdefault(each, constant(quantity.default))
         self._signals = signals
+        self._sign = -1 if "flipped" in signals and signals["flipped"].value(0.0) else 1
         self._origins = {}
 
     def given(self, key):
@@ -78,7 +79,7 @@ class Measuring(object):
     def rate(self, key):
         """Return how fast an angle changes now, deg/s."""
         rate = self._signals[key].slope(self._world.now())
-        return rate + self("rate") if key == "angle" else rate
+        return self._sign * rate + self("rate") if key == "angle" else rate
 
     def turned(self, key):
         """Return how far it has turned since the origin was set, deg."""
@@ -87,7 +88,9 @@ class Measuring(object):
     def _turned(self, key):
         t = self._world.now()
         angle = self._signals[key].value(t)
-        return angle + self._signals["rate"].integral(t) if key == "angle" else angle
+        if key != "angle":
+            return angle
+        return self._sign * angle + self._signals["rate"].integral(t)
 
     def set_origin(self):
         """Let all angles count from here."""

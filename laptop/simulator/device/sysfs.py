@@ -142,6 +142,11 @@ class Sysfs(object):
         """Return True if there is a device at `device_path`, a class and a name."""
         return tuple(device_path.split(os.sep)[-2:]) in self._discovery
 
+    def names(self, class_name):
+        """Return the names of the devices of a class, motor9 before motor10."""
+        found = [name for of, name in self._discovery if of == class_name]
+        return sorted(found, key=lambda name: (len(name), name))
+
     def plugged_in(self):
         """Return what is found at each port, such as `outA lego-ev3-l-motor`."""
         found = [

@@ -3,7 +3,7 @@
 import math
 
 from laptop.simulator.constants import Constant, ConstantTable
-from laptop.simulator.device.drive import Drive
+from laptop.simulator.device.drive import Drive, between
 from laptop.simulator.device.plant_constants import at_port, motor_constants
 from shared.arm_description import ArmError
 
@@ -84,8 +84,12 @@ class BarePlant(object):
             self.heading = math.radians(wheels["heading"])
         self._rolled = 0.0, 0.0  # angles of the wheels, rad
 
-    def add_bare_motor(self, port, kind):
-        """Plug in a motor; at a wheel's port it moves half of the robot."""
+    def add_bare_motor(self, port, kind, stops=None):
+        """Plug in a motor; at a wheel's port it moves half of the robot.
+
+        Args:
+            stops: lower and upper angle that it can turn to, rad; None: it turns freely.
+        """
         motor = motor_constants(kind, at_port(self.plant, port))
         wheels = self.wheels
         if wheels is not None and port in (wheels["left"], wheels["right"]):
@@ -94,7 +98,7 @@ class BarePlant(object):
                 inertia=motor.inertia + 0.5 * wheels["mass"] * radius * radius,
                 friction=motor.friction + wheels["friction"],
             )
-        self.drives[port] = Drive(motor, self.plant["voltage"])
+        self.drives[port] = Drive(motor, self.plant["voltage"], link=stops and between(stops))
 
     @property
     def names(self):

@@ -111,11 +111,11 @@ def time_module(clock):
     )
     for name, value in list(vars(shim).items()):
         if isinstance(value, types.FunctionType):
-            setattr(shim, name, _Builtin(value))
+            setattr(shim, name, Builtin(value))
     return shim
 
 
-class _Builtin(object):
+class Builtin(object):
     """A function that, as those of C, stays itself as an attribute of a class."""
 
     def __init__(self, function):
@@ -124,6 +124,7 @@ class _Builtin(object):
         self.__doc__ = function.__doc__
 
     def __call__(self, *args, **kwargs):
+        """Call it."""
         return self._function(*args, **kwargs)
 
 

@@ -7,7 +7,10 @@ import io
 import os
 import sys
 
-from laptop.simulator.device.brick_programs import Finished, split_line
+from laptop.simulator.device.brick_programs import Sound
+from laptop.simulator.device.file_programs import Finished
+from laptop.simulator.host.brick_shell import Shell
+from laptop.simulator.host.child_python import ChildPython
 from laptop.simulator.host.linux import Signals
 from laptop.simulator.host.waiting_line import WaitingLine
 
@@ -22,20 +25,35 @@ class _Output(io.BytesIO):
 
 
 class Processes(object):
-    """Stands for the shell and the programs of the brick; nothing is started."""
+    """Stands for the shell and the programs of the brick; nothing is started.
+
+    Attributes:
+        python: ChildPython; None on one without Python.
+    """
 
     def __init__(self, world, clock, programs):
         self._world = world
         self._clock = clock
         self._programs = programs
         self._last_pid = 1000
+        self._shell = Shell(self._run)
+        self.python = None
 
-    def execute(self, args, shell, piped):
-        """Run a command; returns what it does, as Finished."""
+    def execute(self, args, shell, piped, captured):
+        """Run a command.
+
+        Args:
+            piped: its standard input, bytes.
+            captured: whether its output and errors are to be in what it returns, two bools.
+
+        Returns:
+            what it does, as Finished.
+        """
         if shell:
-            return self._shell(args if isinstance(args, str) else args[0], piped)
-        words = [args] if isinstance(args, str) else [str(word) for word in args]
-        finished = self._programs.run(words, piped)
+            line = args if isinstance(args, str) else args[0]
+            return self._shell.line(line, piped, captured)
+        words = [str(word) for word in (args if isinstance(args, (list, tuple)) else [args])]
+        finished = self._run(words, piped, captured)
         if finished is None:
             raise FileNotFoundError(
                 2,
@@ -44,31 +62,38 @@ class Processes(object):
             )
         return finished
 
-    def _shell(self, line, piped):
-        status, output, errors, seconds = 0, b"", b"", 0.0
+    def _run(self, words, piped, captured):
+        """Run a program by its words; Finished, or None if there is no such program."""
+        name = os.path.basename(words[0])
+        if name in ("sudo", "nohup"):
+            left = [k for k, word in enumerate(words) if k and not word.startswith("-")]
+            if not left:
+                return Finished(1, b"", (name + ": a command is missing\n").encode(), 0.0)
+            return self._run(words[left[0] :], piped, captured) or Finished(
+                127, b"", "{}: {}: command not found\n".format(name, words[left[0]]).encode(), 0.0
+            )
+        if name in ("sh", "bash", "dash"):
+            return self._run_shell(name, words[1:], piped, captured)
+        if self.python is not None and ChildPython.is_meant(words):
+            return self.python.start(words, captured)
+        return self._programs.run(words, piped)
+
+    def _run_shell(self, name, words, piped, captured):
+        if words[:1] == ["-c"]:
+            return self._shell.line(" ".join(words[1:2]), piped, captured)
         try:
-            commands = split_line(line)
-        except ValueError as error:
-            return Finished(2, b"", "sh: {}\n".format(error).encode(), 0.0)
-        for words, background, reads_pipe in commands:
-            sound = getattr(output, "seconds", 0.0) if reads_pipe else piped
-            finished = self._programs.run(words, sound)
-            if finished is None:
-                message = "sh: 1: {}: not found\n".format(words[0]).encode()
-                finished = Finished(127, b"", message, 0.0)
-            status = finished.status
-            output = finished.output if reads_pipe or not output else output + finished.output
-            errors += finished.errors
-            seconds += 0.0 if background else finished.seconds
-        return Finished(status, output, errors, seconds)
+            with open(words[0]) as file:
+                lines = [line for line in file if not line.lstrip().startswith("#")]
+        except (IndexError, OSError):
+            message = "{}: not done: give a script that is there, or -c\n".format(name)
+            return Finished(127, b"", message.encode(), 0.0)
+        return self._shell.line("".join(lines), piped, captured)
 
     def system(self, command):
         """os.system."""
         self._clock.step(START_COST)
-        finished = self._shell(command, 0.0)
+        finished = self._shell.line(command, b"", (False, False))
         self._world.sleep(finished.seconds)
-        sys.stdout.write(finished.output.decode())
-        sys.stderr.write(finished.errors.decode())
         return finished.status << 8
 
     def popen(self):
@@ -88,8 +113,15 @@ class Processes(object):
                     for name in ("universal_newlines", "text", "encoding", "errors")
                 )
                 clock.step(START_COST)
-                piped = getattr(stdin, "seconds", 0.0)
-                finished = processes.execute(args, options.get("shell", False), piped)
+                piped = Sound(stdin.getvalue() if isinstance(stdin, _Output) else b"")
+                piped.seconds = getattr(stdin, "seconds", 0.0)
+                captured = stdout is not None, stderr is not None
+                folder = os.getcwd()
+                os.chdir(options.get("cwd") or folder)
+                try:
+                    finished = processes.execute(args, options.get("shell", False), piped, captured)
+                finally:
+                    os.chdir(folder)
                 self.args = args
                 processes._last_pid += 1
                 self.pid = processes._last_pid

@@ -50,15 +50,17 @@ class Processor(object):
         slowness: how many times as long as the real one it takes.
         look: called by a thread that has gone round for a SWITCH_INTERVAL without looking at the
             clock; None where there is one thread only.
+        late: called when it has computed for LONGEST_START and not had to do with the world.
 
     Attributes:
         start: what the program took before it first had to do with the world, see World.begin, s;
             None: it has not done so yet.
     """
 
-    def __init__(self, slowness=1.0, look=None):
+    def __init__(self, slowness=1.0, look=None, late=lambda: None):
         self.slowness = slowness
         self._look = look
+        self._late = late
         self.start = None
         self._starting = 0.0
         self._per_instruction = slowness * SECONDS * IN_COMPANY
@@ -169,6 +171,7 @@ class Processor(object):
             self._starting += seconds
             if self._starting > LONGEST_START:
                 self.start = self._starting
+                self._late()
             return 0.0
         return seconds
 

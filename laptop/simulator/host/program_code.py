@@ -4,7 +4,7 @@ import importlib.machinery
 
 from laptop.simulator.host import counting
 
-PROGRAM = ("ev3dev2", "robot", "shared")
+PROGRAM = ("ev3dev2", "ev3dev", "robot", "shared")
 """Packages on the program's side: never shared with the host."""
 
 

@@ -5,8 +5,8 @@ out is what a shell would see.  Exit statuses beyond the program's own:
 
     2    there is no such script, as Python says it
     75   this computer is too busy to go on in real time: try again later
-    124  it would never end: past the time limit, frozen, all threads waiting for each other, or
-         computing without end
+    124  it would never end: past the time limit, frozen, all threads waiting for each other or
+         one for the host, or computing without end
     130  an unhandled KeyboardInterrupt
     137  killed: `kill_at`, or the Back button, after which every motor is reset
     128 + n  ended by signal n
@@ -24,10 +24,11 @@ import types
 from laptop import system
 from laptop.simulator.device.buttons import BUTTONS
 from laptop.simulator.device.peripherals import Peripherals
-from laptop.simulator.host import counting
+from laptop.simulator.host import advice, counting, last_line
+from laptop.simulator.host.child_python import ChildPython
 from laptop.simulator.host.linux import Signals
 from laptop.simulator.host.process_exit import ENDLESS, ProcessExit
-from laptop.simulator.host.processor import Processor
+from laptop.simulator.host.processor import LONGEST_START, Processor
 from laptop.simulator.host.shims import Shims
 from laptop.simulator.host.watchdog import Over
 
@@ -38,7 +39,8 @@ Outcome.__doc__ = """The end of a run.
 
 status    exit status
 reason    "ended" (by itself, whatever the status), or what ended it: "timeout", "frozen", "killed",
-          "back button", "deadlock", "stuck", a signal's name, "no script"
+          "back button", "deadlock", "stuck", "waiting", "unheard" (for a signal that it did not
+          look at), a signal's name, "no script"
 t         virtual time at its end, s
 accesses  sysfs accesses it made
 start     what Python, imports and all else took before it first used the brick, waited, began a
@@ -56,7 +58,11 @@ _WHY = {
     "deadlock": "at {t:.3f} s every thread waits for ever, and no button press is due",
     "too busy": "this computer is too busy to go on: the emulated clock stands still at {t:.3f} s, "
     "for {awaited}; end other programs and try again",
+    "unheard": "ended at {t:.3f} s by a signal that it did not hear, as it computed, or waited for "
+    "something outside the emulated brick; its motors go on as they were told",
     "stuck": "at {t:.3f} s it computed for {patience:g} s without looking at the clock",
+    "waiting": "at {t:.3f} s it waited for something outside the emulated brick, which did not "
+    "come: what it reads from, or calls, is to have a timeout",
 }
 
 _MODULE = "<module>"
@@ -74,7 +80,7 @@ def run_script(
     kill_at=None,
     timeout=600.0,
     aftermath=1.0,
-    patience=60.0,
+    patience=10.0,
 ):
     """Run `script` on `brick` until it ends, and let the world go on a little.
 
@@ -92,7 +98,7 @@ def run_script(
         kill_at: SIGKILL, s; brickrun is not there, so the motors keep their last command.
         timeout: virtual seconds the script may take.
         aftermath: virtual seconds the world goes on after its end.
-        patience: seconds of the host that it may spend without looking at the clock.
+        patience: seconds of the host that it may compute without looking at the clock.
 
     Returns:
         Outcome
@@ -108,14 +114,20 @@ def run_script(
         return Outcome(2, "no script", world.now(), 0, None, (), ())
     if peripherals is None:
         peripherals = Peripherals(world, sysfs)
-    world.processor = _processor(brick)
+    world.processor = _processor(brick, os.path.basename(script))
     shims = Shims(world, peripherals)
+    shims.processes.python = ChildPython(shims, _interpreted)
     shims.from_menu = any(press.button in BUTTONS for press in presses)
 
     def back():
         world.halt(ProcessExit(128 + Signals.SIGKILL, "back button"))
         brick.reset_motors()
 
+    def unheard():
+        number = min(shims.signals.pending)
+        world.halt(ProcessExit(128 + number, "unheard"))
+
+    world.unheard = unheard
     peripherals.on_back = back
     start, accesses = world.now(), sysfs.accesses
     for press in presses:
@@ -127,6 +139,12 @@ def run_script(
     if kill_at is not None:
         world.at(kill_at, _call(world.halt, ProcessExit(128 + Signals.SIGKILL, "killed")))
     folder = os.path.dirname(os.path.realpath(script))
+    for name in advice.only_here(source, folder):
+        _complain(
+            "{} imports {}, which this computer has and a brick has not: there the import fails",
+            os.path.basename(script),
+            name,
+        )
     with shims.installed(folder), sysfs.installed(), _Forwarding(world, shims.signals) as came:
         sys.excepthook = sys.__excepthook__
         sys.argv = [script] + list(args)
@@ -168,11 +186,19 @@ def in_words(stack):
     )
 
 
-def _processor(brick):
+def _processor(brick, name):
     """Return the Processor that the script computes on; None where that takes no time."""
+
+    def late():
+        _complain(
+            "{}: it has computed for {:g} s on the brick, and has not used it yet; Ctrl-C ends it",
+            name,
+            LONGEST_START,
+        )
+
     if not brick.slowness:
         return None
-    return Processor(brick.slowness, lambda: brick.world.touch(0.0))
+    return Processor(brick.slowness, lambda: brick.world.touch(0.0), late)
 
 
 def _call(function, argument):
@@ -180,6 +206,7 @@ def _call(function, argument):
 
 
 def _complain(message, *values):
+    last_line.finish()
     sys.stderr.write("simulate: " + message.format(*values) + "\n")
 
 
@@ -192,8 +219,13 @@ def _compiled(source, script, counts):
 
 
 def _main(shims, script, source):
-    """Be the interpreter: run `source` as `__main__`; the exit status."""
+    """Be the interpreter of the script; the exit status."""
     shims.threads.enter_main()
+    return _interpreted(shims, script, source, shims.finish)
+
+
+def _interpreted(shims, script, source, finish=None):
+    """Run `source` as `__main__`, and what Python does at its end; the exit status."""
     module = types.ModuleType("__main__")
     module.__file__ = script
     module.__builtins__ = __builtins__
@@ -208,11 +240,12 @@ def _main(shims, script, source):
             raise
         except BaseException:
             status = _status_of(*sys.exc_info())
-            if sys.exc_info()[0].__name__ == "DeviceNotFound":
-                found = shims.peripherals.sysfs.plugged_in()
-                _complain("plugged in: {}; see --plug and --sensor", ", ".join(found) or "nothing")
+            folder = os.path.dirname(os.path.realpath(script))
+            told = advice.on(sys.exc_info()[1], source, folder, shims.peripherals.sysfs)
+            if told:
+                _complain("{}", told)
         try:
-            shims.finish()
+            (finish or shims.call_at_exit)()
         except KeyboardInterrupt:
             status = _status_of(*sys.exc_info())
     finally:
@@ -240,7 +273,7 @@ def _status_of(kind, value, trace):
         sys.stdout.flush()
         sys.stderr.write("{}\n".format(code))
         return 1
-    while trace is not None and trace.tb_frame.f_code is _main.__code__:
+    while trace is not None and trace.tb_frame.f_code is _interpreted.__code__:
         trace = trace.tb_next
     sys.stdout.flush()
     if sys.excepthook is sys.__excepthook__:

@@ -27,7 +27,7 @@ import traceback
 
 from laptop import system
 from laptop.simulator.device.buttons import EventFile, evdev_module
-from laptop.simulator.host import linux
+from laptop.simulator.host import linux, tracebacks
 from laptop.simulator.host.clocks import (
     UPTIME,
     ProgramClock,
@@ -44,6 +44,7 @@ from laptop.simulator.host.processes import Processes
 from laptop.simulator.host.processor import library_charged
 from laptop.simulator.host.program_code import PROGRAM, code_of, top_of
 from laptop.simulator.host.signals import ProgramSignals
+from laptop.simulator.host.sys_class import SysClass, wrapped
 from laptop.simulator.host.threads import Threads, thread_module
 from laptop.simulator.host.waiting_line import WaitingLine
 from robot.motion.brick_lock import BrickLock
@@ -61,12 +62,13 @@ OWN_STAT = "/proc/self/stat"
 #: Modules that bind the names replaced here, and so must be imported afresh.
 REBOUND = (
     "queue", "sched", "timeit", "selectors", "asyncio", "concurrent", "socketserver", "logging",
-    "subprocess", "multiprocessing", "http", "wsgiref", "xmlrpc", "socket", "ssl", "urllib",
+    "subprocess", "multiprocessing", "http", "wsgiref", "xmlrpc", "socket", "ssl", "urllib", "glob",
+    "pathlib",
 )  # fmt: skip
 #: Imported before any script starts; a sibling of the same name is not seen by real Python either.
 _AT_START = (
     "abc", "codecs", "encodings", "genericpath", "importlib", "io", "os", "posixpath", "site",
-    "stat", "sys", "sysconfig", "types", "warnings", "zipimport", "laptop",
+    "stat", "sys", "sysconfig", "types", "warnings", "zipimport",
 )  # fmt: skip
 
 
@@ -89,6 +91,7 @@ class Shims(object):
         self.signals = ProgramSignals(world, self.clock)
         self.processes = Processes(world, self.clock, peripherals.programs)
         self.exit_calls = []
+        self.devices = SysClass(peripherals.sysfs)
         self._screens = set()
         self.threads = None
         self.from_menu = False
@@ -104,6 +107,7 @@ class Shims(object):
         kept, charges = HostState(), contextlib.ExitStack()
         importlib.machinery.SourceFileLoader.get_code = self._loader()
         try:
+            charges.enter_context(tracebacks.of_the_program())
             random.seed(0)
             importlib.invalidate_caches()
             siblings = {os.path.splitext(name)[0] for name in os.listdir(folder)}
@@ -112,12 +116,15 @@ class Shims(object):
             if self.world.processor:
                 setattr(builtins, ENROL, self.world.processor.enrol)
                 charges.enter_context(library_charged(self._spend))
+            afresh = siblings | set(PROGRAM) | set(REBOUND)
             for name in list(sys.modules):
-                if top_of(name) in siblings or top_of(name) in PROGRAM or top_of(name) in REBOUND:
+                # Of the emulator's own package the head alone: what is in it works here.
+                if name in afresh or (top_of(name) in afresh and top_of(name) != "laptop"):
                     del sys.modules[name]
             # These two would wait in C, where no baton is passed; Python's own versions step in.
             sys.modules["_queue"] = sys.modules["_asyncio"] = None
             self._replace_os()
+            charges.enter_context(self.devices.installed(self._open))
             sys.modules["time"] = time_module(self.clock)
             sys.modules["_thread"] = low = thread_module(self.world, self.clock)
             sys.modules.pop("threading", None)
@@ -135,6 +142,7 @@ class Shims(object):
             time_out_sockets(self.world, importlib.import_module("socket"))
             builtins.print = self._print
             builtins.open = self._open
+            builtins.input = self._input
             library = importlib.import_module("ev3dev2")
             library.get_current_platform = lambda: "ev3"
             if not has_fonts(library):
@@ -166,6 +174,10 @@ class Shims(object):
     def finish(self):
         """Do what Python does at the end of the main module; called in its thread."""
         self.threads.join_all()
+        self.call_at_exit()
+
+    def call_at_exit(self):
+        """Call what the program has registered with `atexit`."""
         while self.exit_calls:
             function, args, kwargs = self.exit_calls.pop()
             try:
@@ -272,13 +284,23 @@ class Shims(object):
         self.clock.step(PRINT_COST)
         _REAL_PRINT(*args, **kwargs)
 
+    def _input(self, *prompt):
+        self.world.typing = sys.stdin.isatty()
+        try:
+            return _REAL_INPUT(*prompt)
+        finally:
+            self.world.typing = False
+
     def _open(self, file, mode="r", *args, **kwargs):
         if file == OWN_STAT:
             return io.StringIO(self._stat())
-        device = self.peripherals.open(file) if isinstance(file, str) else None
-        if device is None:
+        device = self.devices.open(file, mode, *args, **kwargs)
+        if device is not None:
+            return device
+        attribute = self.peripherals.open(file) if isinstance(file, str) else None
+        if attribute is None:
             return _REAL_OPEN(file, mode, *args, **kwargs)
-        return device if isinstance(device, EventFile) else _AttributeFile(device, "b" in mode)
+        return attribute if isinstance(attribute, EventFile) else wrapped(attribute, mode, *args)
 
     def _stat(self):
         """Return what the brick's Linux tells of this program: of 52 figures, number and start."""
@@ -287,52 +309,10 @@ class Shims(object):
         return "{} (python3) R {}\n".format(os.getpid(), " ".join(figures))
 
 
-_REAL_PRINT, _REAL_OPEN = builtins.print, builtins.open
+_REAL_PRINT, _REAL_OPEN, _REAL_INPUT = builtins.print, builtins.open, builtins.input
 
 
 def _natural(name):
     """A sort key that has motor9 before motor10."""
     parts = re.split("([0-9]+)", os.fsdecode(name))
     return [int(part) if number % 2 else part for number, part in enumerate(parts)]
-
-
-class _AttributeFile(object):
-    """A device attribute that the script opened itself."""
-
-    def __init__(self, attribute, binary):
-        self._attribute = attribute
-        self._binary = binary
-
-    def read(self, size=-1):
-        data = self._attribute.read()
-        return data if self._binary else data.decode()
-
-    readline = read
-
-    def readlines(self):
-        return self.read().splitlines(True)
-
-    def __iter__(self):
-        return iter(self.readlines())
-
-    def write(self, text):
-        self._attribute.write(text if self._binary else text.encode())
-        return len(text)
-
-    def seek(self, offset, whence=0):
-        return 0
-
-    def truncate(self, size=None):
-        return 0
-
-    def flush(self):
-        """Nothing is buffered."""
-
-    def close(self):
-        """Nothing to let go of."""
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        pass

@@ -15,13 +15,6 @@ from laptop.simulator.host.waiting_line import WaitingLine
 START_COST = 0.2e-3
 
 
-def print_exception(kind, value, trace):
-    """Print as Python would, without the emulator's frames that the program was called from."""
-    while trace is not None and trace.tb_frame.f_globals.get("__name__", "").startswith("laptop."):
-        trace = trace.tb_next
-    traceback.print_exception(kind, value, trace)
-
-
 def thread_module(world, clock):
     """A `_thread` module."""
     shim = copy_module(real_thread)
@@ -36,7 +29,7 @@ def thread_module(world, clock):
                 pass
             except Exception:
                 sys.stderr.write("Unhandled exception in thread started by {!r}\n".format(function))
-                print_exception(*sys.exc_info())
+                traceback.print_exception(*sys.exc_info())
 
         world.begin()
         thread = world.spawn(body, "Dummy")
@@ -160,7 +153,7 @@ class Threads(object):
             hook(self.module.ExceptHookArgs((kind, value, trace, thread)))
             return
         sys.stderr.write("Exception in thread {}:\n".format(thread.name))
-        print_exception(kind, value, trace)
+        traceback.print_exception(kind, value, trace)
 
 
 def _asking(clock, method):

@@ -33,17 +33,23 @@ class Watchdog(object):
     """Time that a thread may compute away from the clock while others could run, wall s."""
     YIELD_TIMEOUT_REALTIME = 0.02
     """Time that it may where the world keeps pace with the wall's clock, wall s."""
+    WAIT_TIMEOUT = 60.0
+    """Time that all may wait for a thread which waits for the host, wall s, if the program is
+    allowed so much."""
+    HEARING_TIMEOUT = 2.0
+    """Time after which the main thread is to look at an interrupt, computing or waiting, s."""
 
     def __init__(self, world):
         self._world = world
         self._noticed = -BUSY_NOTICE_PERIOD
+        self._hearing = None  # ThreadEffort of the main thread since an interrupt came
 
     def watch(self, over, patience):
         """Look at the program until it is over, and wind it up.
 
         Args:
             over: threading.Event.
-            patience: seconds of the host that it may spend without a look at the clock.
+            patience: seconds of the host that it may compute without a look at the clock.
         """
         world = self._world
         effort, seen = ThreadEffort(None), None
@@ -55,6 +61,7 @@ class Watchdog(object):
                     seen, effort = world._progress, ThreadEffort(working)
                 else:
                     self._let_others_on(working, effort.look(), patience)
+                self._look_at_interrupts()
             if world.realtime:
                 self._look_at_pace()
         self._wind_up()
@@ -68,8 +75,11 @@ class Watchdog(object):
         world = self._world
         computed, waited = effort
         limit = self.YIELD_TIMEOUT_REALTIME if world.realtime else self.YIELD_TIMEOUT
-        if computed + waited >= patience:
+        left = self.WAIT_TIMEOUT if world.limit is None else world.limit - world.t
+        if computed >= patience:
             world.halt(ProcessExit(ENDLESS, "stuck"))
+        elif waited >= min(left, self.WAIT_TIMEOUT) and not world.typing:
+            world.halt(ProcessExit(ENDLESS, "waiting"))
         elif thread is not world._holder or (computed < limit and waited < self.YIELD_TIMEOUT):
             return
         elif world._awaited(thread):
@@ -80,6 +90,16 @@ class Watchdog(object):
             world._drifting = True
             world._catch_up()
             world._member.promise(world._zero + world.t + world.DRIFT)
+
+    def _look_at_interrupts(self):
+        """Tell of an interrupt that the program's main thread does not look at."""
+        world = self._world
+        if not world._interrupts or world._main.waiting:
+            self._hearing = None
+        elif self._hearing is None or self._hearing.thread is not world._main:
+            self._hearing = ThreadEffort(world._main)
+        elif sum(self._hearing.look()) >= self.HEARING_TIMEOUT:
+            world.unheard()
 
     def _look_at_pace(self):
         """Tell that the host is busy; end where that is too much."""

@@ -48,6 +48,8 @@ class World(object):
         realtime: whether it keeps pace with the clock.
         pace, long_pace: PaceMeter of the clock over seconds, and over a minute; None without one.
         tell: called now and then with a line for people while the host is busy.
+        typing: whether a thread waits for a person at the keyboard, who may take all the time.
+        unheard: called when the program's main thread does not look at an `interrupt`.
         processor: processor.Processor that the program computes on; None: it computes in no time.
         awaited: whom the clock waited for when it was given up, in words.
         select: stands for the program's select.select where the other end of its sockets lives in
@@ -80,6 +82,8 @@ class World(object):
         self.long_pace = clock and pace.PaceMeter(clock, LONG_PACE_WINDOW)
         self.pace = clock and pace.PaceMeter(clock)
         self.tell = lambda line: None
+        self.typing = False
+        self.unheard = lambda: None
         self.processor = None
         self.awaited = ""
         self._zero = 0.0 if self.realtime else wall.monotonic()
@@ -177,13 +181,13 @@ class World(object):
 
     # The program
 
-    def run(self, program, limit=None, patience=60.0):
+    def run(self, program, limit=None, patience=10.0):
         """Run `program() -> exit status` as the main thread of a new program until it is over.
 
         Args:
             limit: the run is cut off at this virtual time, s.
-            patience: or after so many seconds of the host, computed or waited for, without a look
-                at the clock.
+            patience: or after so many seconds of the host, computed without a look at the clock;
+                or after Watchdog.WAIT_TIMEOUT, or what is left of the limit, waited for the host.
 
         Raises:
             whatever a body or an event raised.

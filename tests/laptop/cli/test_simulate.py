@@ -603,6 +603,15 @@ def test_a_number_that_is_none_is_out_of_range(simulate, script, option, value):
         (["--press", "\x1b[31menter@1"], ["enter@1"]),
         (["--plug", "E=large"], ["E=large"]),
         (["--plug", "D=huge"], ["D=huge"]),
+        (["--plug", "D=huge:-9..9"], ["D=huge:-9..9", ":LOW..HIGH"]),
+        *(
+            (["--plug", "D=large:" + stops], ["D=large:" + stops, "starts at 0 deg", "-90..40"])
+            for stops in ("", "9", "5..40", "-40..-5", "0..0", "40..-90", "-1e9..9", "a..b", "..9")
+        ),
+        (
+            ["--arm", "none", "--wheels", "left=A,right=B", "--plug", "A=large:-9..9"],
+            ["port A turns a wheel", "leave :-9..9 out"],
+        ),
         (["--plug", "C=large"], ["C=large", "its pen", "--arm none"]),
         (["--plug", "A=large"], ["A=large", "its shoulder", "--arm none"]),
         (["--arm", "none", "--plug", "A=large", "--plug", "A=medium"], ["A=medium", "twice"]),
@@ -1014,3 +1023,53 @@ def test_a_bare_brick_was_not_built_as_an_arm(simulate):
     assert "--built planar is an arm, and --arm none has none; leave one of them out" in (
         result.output
     )
+
+
+@pytest.mark.parametrize(
+    ("source", "written"),
+    [
+        ("import sys; sys.stdout.write('half')", "half\n"),
+        ("print('half', end='')", "half\n"),
+        ("import sys; sys.stdout.buffer.write(b'half')", "half\n"),
+        ("import sys; sys.stderr.write('half')", "half\n"),
+        ("import os; os.system('echo whole')", "whole\n"),
+        ("print('whole')", "whole\n"),
+        ("", ""),
+    ],
+)
+def test_the_summary_begins_a_line_of_its_own(simulate, script, source, written):
+    result = simulate("--arm", "none", script(source))
+    assert result.output.startswith(written + "ended, status 0, after ")
+
+
+def test_what_is_told_of_the_end_begins_a_line_of_its_own(simulate, script):
+    source = "import time\nprint('half', end='')\ntime.sleep(9)\n"
+    result = simulate("--arm", "none", "--timeout", 1, script(source))
+    assert "half\nsimulate: mine.py: stopped after 1 s" in result.output
+
+
+def test_the_standard_streams_are_the_own_ones_again_after_a_run(simulate, script):
+    before = sys.stdout, sys.stderr
+    result = simulate("--arm", "none", script("import sys; print(sys.stdout.isatty(), end='')"))
+    assert result.output.startswith("False\nended")
+    assert (sys.stdout, sys.stderr) == before
+
+
+@pytest.mark.parametrize("arm", [("--arm", "none"), ()], ids=["bare", "beside an arm"])
+@pytest.mark.parametrize("kind", ["large", "medium"])
+def test_a_gripper_homes_against_its_stop(simulate, script, arm, kind):
+    """From -90 to 40 deg about where it starts; a free motor would turn on for ever."""
+    homing = script(
+        "from ev3dev2.motor import Motor\nm = Motor('outD')\nfound = []\n"
+        "for speed in -15, 15:\n    m.on(speed)\n    m.wait_until('stalled', 5000)\n"
+        "    m.off(brake=False)\n    found.append(m.position)\n"
+        "m.on_for_degrees(20, found[0] - found[1] + 30)\n"
+        "print(*found, m.position, m.is_stalled)\n"
+    )
+    result = simulate(*arm, "--plug", f"D={kind}:-90..40", homing)
+    lower, upper, inside, stalled = result.output.splitlines()[0].split()
+    assert (int(lower), int(upper)) == (pytest.approx(-90, abs=1), pytest.approx(40, abs=1))
+    assert (int(inside), stalled) == (pytest.approx(-60, abs=5), "False")
+    if arm:
+        angles = [math.degrees(float(row["D"])) for row in rows(result.out)]
+        assert (min(angles), max(angles)) == (pytest.approx(-90), pytest.approx(40))

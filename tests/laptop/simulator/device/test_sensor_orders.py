@@ -124,6 +124,8 @@ def test_a_file_gives_what_its_columns_are_named(csv):
         ("in1=ultrasonic:1,heard", ["heard=VALUES"]),
         ("in1=ultrasonic:1,distance=3", ["distance is given twice"]),
         ("in1=ultrasonic:1,noise=1..2/3s", ["does not change"]),
+        ("in1=gyro:9,flipped=0:1@2", ["flipped", "does not change"]),
+        ("in1=gyro:9,flipped=2", ["flipped", "2"]),
         ("in1=ultrasonic:tipp", ["tipp", "number"]),
         ("in1=touch:0..1/3s", ["jumps"]),
         ("in1=color:white,reflect=30", ["surface and reflect", "give one of them"]),

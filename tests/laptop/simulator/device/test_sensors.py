@@ -184,6 +184,14 @@ def test_gyro_drift_is_integrated(run):
     assert lines == ["2", "6", "5 -3"]
 
 
+def test_the_drift_of_a_gyro_upside_down_is_its_own(run):
+    lines = run(
+        "in2=gyro:0..90/3s,rate=2,flipped=1",
+        "g = GyroSensor()\nprint(g.rate)\ng.angle\ntime.sleep(2)\nprint(g.angle)\n",
+    )
+    assert lines == ["-28", "-56"]  # it turns by 30 deg/s
+
+
 def test_gyro_calibration_takes_two_seconds_and_sets_zero(run):
     lines = run(
         "in1=gyro:50,tilt=12..32/10s",

@@ -104,6 +104,20 @@ def test_the_librarys_odometry_agrees_with_the_true_way(run):
     assert true == pytest.approx((15, 45, 90), abs=2.5)
 
 
+def test_a_gyro_upside_down_counts_the_other_way(run):
+    source = (
+        "one, two = GyroSensor('in1'), GyroSensor('in2')\none.angle, two.angle\n"
+        "tank = MoveTank(OUTPUT_B, OUTPUT_C)\ntank.on_for_rotations(20, -20, 1)\ntime.sleep(1)\n"
+        "print(one.angle, two.angle)\ntank.on(20, -20)\ntime.sleep(0.5)\n"
+        "print(one.rate, two.rate)\n"
+    )
+    lines, _ = run(source, sensors="in1=gyro:robot in2=gyro:robot,flipped=1")
+    for line in lines:
+        one, two = map(int, line.split())
+        assert one > 50
+        assert two == pytest.approx(-one, abs=1)
+
+
 def test_the_gyro_on_the_robot_closes_the_loop(run):
     lines, brick = run(
         "tank = MoveTank(OUTPUT_B, OUTPUT_C)\ntank.gyro = GyroSensor()\ntank.gyro.calibrate()\n"

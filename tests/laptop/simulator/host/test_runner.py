@@ -1,6 +1,7 @@
 """Scripts run on the emulated brick: clocks, threads, signals and statuses as on a real one."""
 
 import importlib
+import io
 import os
 import random
 import signal
@@ -8,16 +9,17 @@ import subprocess
 import sys
 import threading
 import time
+import traceback
 import types
 
 import pytest
 from places import ROOT, SCRIPTS
-from waiting import PATIENCE
+from waiting import PATIENCE, until
 
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.buttons import read_press
 from laptop.simulator.device.plant_constants import read_plant
-from laptop.simulator.host import counting, processor
+from laptop.simulator.host import counting, processor, runner
 from laptop.simulator.host.processor import SWITCH_INTERVAL
 from laptop.simulator.host.runner import run_script
 from laptop.simulator.host.watchdog import Watchdog
@@ -99,6 +101,72 @@ def test_traceback_shows_the_script_only(run, tmp_path):
         '  File "{}", line 4, in <module>'.format(tmp_path / "script.py"),
     ]
     assert "laptop" not in err
+
+
+ERRING = {
+    "a file": "open('/nowhere')",
+    "a pause": "time.sleep('long')",
+    "an attribute": "open('/sys/class/nowhere/x')",
+    "a program": "subprocess.check_output(['nowhere'])",
+    "a fork": "os.fork()",
+    "a value that a motor does not take": "LargeMotor('outD').run_forever(speed_sp=99999)",
+}
+
+
+@pytest.mark.parametrize("erring", ERRING.values(), ids=ERRING)
+@pytest.mark.parametrize(
+    "told",
+    [
+        "{}",
+        "try: {}\nexcept Exception: traceback.print_exc()",
+        "try: {}\nexcept Exception: print(traceback.format_exc(), file=sys.stderr)",
+        "try: {}\nexcept Exception: logging.exception('it broke')",
+        "try:\n    try: {}\n    finally: [][1]\nexcept LookupError: traceback.print_exc()",
+        "def work(): {}\nt = threading.Thread(target=work); t.start(); t.join()",
+        "def work(): {}\n_thread.start_new_thread(work, ())\ntime.sleep(1)",
+        "def work(): {}\natexit.register(work)",
+        "class A:\n    def __del__(self): {}\na = A()\ndel a",
+        "def look(): traceback.print_stack()\nlook()\n{}",
+    ],
+    ids=[
+        "uncaught", "print_exc", "format_exc", "logged", "the cause of another", "in a thread",
+        "in a bare thread", "at the end", "in __del__", "print_stack",
+    ],
+)  # fmt: skip
+@pytest.mark.short(every=7)
+def test_no_frame_of_the_emulator_stands_in_a_traceback(run, erring, told):
+    source = (
+        "import _thread, atexit, logging, os, subprocess, sys, threading, time, traceback\n"
+        "from ev3dev2.motor import LargeMotor\n"
+    )
+    _, _, err = run(source + told.format(erring))
+    assert "script.py" in err
+    assert "Error: " in err
+    assert "simulator" not in err
+
+
+@pytest.mark.parametrize("brick", ["cpu=0", "cpu=1"], indirect=True)
+@pytest.mark.parametrize(
+    ("beside", "frames"),
+    [("def f(:\n", ["script.py", "beside.py"]),
+     ("def f():\n  1/0\nf()\n", ["script.py", "beside.py", "beside.py"]),
+     (None, ["script.py"])],
+    ids=["no Python", "it fails", "there is none"],
+)  # fmt: skip
+def test_the_traceback_of_an_import_shows_what_is_the_programs(run, tmp_path, beside, frames):
+    if beside:
+        (tmp_path / "beside.py").write_text(beside)
+    _, _, err = run("import beside\n")
+    files = [line.split('"')[1] for line in err.splitlines() if line.startswith("  File ")]
+    assert [os.path.basename(file) for file in files] == frames
+
+
+def test_tracebacks_of_the_host_are_whole_again_after_a_run(run):
+    hooks = sys.unraisablehook, traceback.TracebackException.__init__
+    extracting = vars(traceback.StackSummary)["extract"]
+    run("print(1)")
+    assert (sys.unraisablehook, traceback.TracebackException.__init__) == hooks
+    assert vars(traceback.StackSummary)["extract"] is extracting
 
 
 @pytest.mark.parametrize("name", ["missing.py", "."])
@@ -422,12 +490,24 @@ def test_a_signal_is_heard_by_who_goes_round(run, monkeypatch):
 
 
 def test_who_computes_for_ever_comes_to_the_time_limit_and_is_told_where(run, monkeypatch):
-    monkeypatch.setattr(processor, "LONGEST_START", 0.5)
+    for module in processor, runner:
+        monkeypatch.setattr(module, "LONGEST_START", 0.5)
     source = "def go():\n    k = 0\n    while True:\n        k += 1\n\n\ngo()\n"
     outcome, _, err = run(source, timeout=1, patience=PATIENCE)
     assert (outcome.status, outcome.reason, outcome.t) == (124, "timeout", 1)
     assert outcome.stack == (("script.py", 3, "go"), ("script.py", 7, "<module>"))
+    assert err.splitlines()[0] == (
+        "simulate: script.py: it has computed for 0.5 s on the brick, and has not used it yet; "
+        "Ctrl-C ends it"
+    )
     assert err.endswith("; it was at line 3 (go)\n")
+
+
+def test_who_has_used_the_brick_is_not_said_to_be_late(run, monkeypatch):
+    monkeypatch.setattr(processor, "LONGEST_START", 3)  # (Python's start takes 1.2 s)
+    _, _, err = run("import time\ntime.sleep(0)\nwhile True: pass\n", timeout=4)
+    assert "has not used it yet" not in err
+    assert err.count("\n") == 1
 
 
 def test_where_a_script_was_cut_off_is_told_by_the_calls_in_its_folder(run, tmp_path):
@@ -742,6 +822,36 @@ def test_runs_from_any_thread_of_the_host(run):
     thread.start()
     thread.join(PATIENCE)
     assert results[0].status == 0
+
+
+class LateKeyboard(io.StringIO):
+    """A terminal's keyboard, or a pipe, on which a line comes late: never, to a pipe."""
+
+    def __init__(self, world, is_terminal):
+        super().__init__()
+        self.isatty = lambda: is_terminal
+        self._late = (lambda: time.sleep(0.6)) if is_terminal else (lambda: self._ended(world))
+
+    @staticmethod
+    def _ended(world):
+        until(lambda: world.exit, "the end", lambda: time.sleep(0.5))
+
+    def readline(self, size=-1):
+        self._late()
+        return "yes\n"
+
+
+@pytest.mark.parametrize(
+    ("is_terminal", "reason"), [(True, "ended"), (False, "waiting")], ids=["terminal", "pipe"]
+)
+def test_a_person_at_the_keyboard_may_take_all_the_time(
+    run, brick, monkeypatch, is_terminal, reason
+):
+    monkeypatch.setattr(Watchdog, "WAIT_TIMEOUT", 0.1)
+    monkeypatch.setattr(sys, "stdin", LateKeyboard(brick.world, is_terminal))
+    outcome, out, _ = run("print(input('ready? '))\n")
+    assert outcome.reason == reason
+    assert out == ["ready? yes" if is_terminal else "ready? "]
 
 
 # Scripts in the style of course repositories, on the emulated arm

@@ -1,0 +1,212 @@
+"""Programs of the brick that look at its files, its clock and its name, as scripts call them.
+
+Rule: they see and change only what the script itself would, by the same `open` and `os`.  Output is
+as if it went into a pipe, and of what people read alone, such as dates of files, there is none.
+"""
+
+import collections
+import importlib
+import os
+import re
+import stat
+
+Finished = collections.namedtuple("Finished", ["status", "output", "errors", "seconds"])
+Finished.__doc__ = (
+    """What a program of the brick did: exit status, bytes, bytes, and how long, s."""
+)
+
+RUN_COST = 0.01
+"""Time that a small program takes besides its start, s."""
+
+_GOES_ON = "the emulated brick stays on"
+_INSTALLS = "the emulated brick installs nothing; install for the Python that runs simulate"
+_ALONE = "the emulated brick reaches no network"
+_NO_OTHERS = "no other program runs on the emulated brick"
+NOT_DONE = {
+    name: why
+    for names, why in (
+        ("reboot poweroff shutdown halt init", _GOES_ON),
+        ("apt apt-get dpkg pip pip3 easy_install", _INSTALLS),
+        ("wget curl ssh scp sftp git ping ifconfig ip connmanctl bluetoothctl hcitool", _ALONE),
+        ("systemctl service kill killall pkill ps brickrun conrun", _NO_OTHERS),
+    )
+    for name in names.split()
+}
+"""Programs that the brick has and the emulated one does not run, and why."""
+
+
+def done(output="", errors="", status=0):
+    """Finished of a small program that wrote these texts."""
+    return Finished(status, output.encode(), errors.encode(), RUN_COST)
+
+
+def _each(name, words, act):
+    """Call `act(word)`, which gives text, with each word; what cannot be is told, status 1."""
+    output, errors = [], []
+    for word in words:
+        try:
+            output.append(act(word))
+        except OSError as error:
+            errors.append("{}: {}: {}\n".format(name, word, error.strerror))
+    return done("".join(output), "".join(errors), 1 if errors else 0)
+
+
+def _options(words):
+    """(letters of the options, the other words)."""
+    letters = "".join(word[1:] for word in words if re.match("-[a-zA-Z]", word))
+    return letters, [word for word in words if not re.match("-[a-zA-Z]", word)]
+
+
+class FilePrograms(object):
+    """Each `_run_NAME(words, piped)` gives Finished; `piped` are the bytes of standard input."""
+
+    def _run_ls(self, words, piped):
+        letters, places = _options(words)
+
+        def line(folder, name):
+            if "l" not in letters:
+                return name + "\n"
+            found = os.stat(os.path.join(folder, name))
+            mode = stat.filemode(found.st_mode)
+            return "{} 1 robot robot {:>8} {}\n".format(mode, found.st_size, name)
+
+        def listed(place):
+            if "d" in letters or not os.path.isdir(place):
+                os.stat(place)
+                return line("", place)
+            names = sorted(os.listdir(place))
+            shown = [name for name in names if "a" in letters or not name.startswith(".")]
+            head = place + ":\n" if len(places) > 1 else ""
+            return head + "".join(line(place, name) for name in shown)
+
+        return _each("ls", places or ["."], listed)
+
+    def _run_cat(self, words, piped):
+        if not words or words == ["-"]:
+            return Finished(0, piped, b"", RUN_COST)
+
+        def read(name):
+            with open(name) as file:
+                return file.read()
+
+        return _each("cat", [word for word in words if not word.startswith("-")], read)
+
+    def _run_chmod(self, words, piped):
+        wanted, names = (words[0], words[1:]) if len(words) > 1 else ("", [])
+        match = re.match(r"([ugoa]*)([+=-])([rwx]+)$", wanted)
+        if not match and not re.match("[0-7]{3,4}$", wanted):
+            return done(errors="chmod: invalid mode: '{}'\n".format(wanted), status=1)
+
+        def change(name):
+            mode = stat.S_IMODE(os.stat(name).st_mode)
+            if match is None:
+                mode = int(wanted, 8)
+            else:
+                who, how, what = match.groups()
+                whose = {"u": 0o700, "g": 0o070, "o": 0o007}
+                mask = sum(whose[letter] for letter in set(who) if letter != "a") or 0o777
+                bits = sum({"r": 0o444, "w": 0o222, "x": 0o111}[letter] for letter in set(what))
+                kept = 0 if how == "-" else bits & mask
+                mode = mode & ~(mask if how == "=" else bits & mask) | kept
+            os.chmod(name, mode)
+            return ""
+
+        return _each("chmod", names, change)
+
+    def _run_mkdir(self, words, piped):
+        letters, names = _options(words)
+
+        def make(name):
+            if "p" in letters:
+                os.makedirs(name, exist_ok=True)
+            else:
+                os.mkdir(name)
+            return ""
+
+        return _each("mkdir", names, make)
+
+    def _run_touch(self, words, piped):
+        def touch(name):
+            with open(name, "a"):
+                return ""
+
+        return _each("touch", words, touch)
+
+    def _run_rm(self, words, piped):
+        letters, names = _options(words)
+        if set(letters) & set("rR"):
+            return done(errors="rm: -r is not done: it might reach too far here\n", status=1)
+
+        def remove(name):
+            if "f" not in letters or os.path.exists(name):
+                os.remove(name)
+            return ""
+
+        return _each("rm", names, remove)
+
+    def _run_date(self, words, piped):
+        form = words[-1][1:] if words and words[-1].startswith("+") else "%a %b %d %H:%M:%S UTC %Y"
+        time = importlib.import_module("time")  # the program's own, on the emulated clock
+        now = time.time()
+        form = form.replace("%s", str(int(now)))
+        return done(time.strftime(form, time.gmtime(now)) + "\n")
+
+    def _run_pwd(self, words, piped):
+        return done(os.getcwd() + "\n")
+
+    def _run_whoami(self, words, piped):
+        return done("robot\n")
+
+    def _run_uname(self, words, piped):
+        figures = collections.OrderedDict(
+            [
+                ("s", "Linux"),
+                ("n", "ev3dev"),
+                ("r", "4.14.117-ev3dev-2.3.5-ev3"),
+                ("m", "armv5tejl"),
+            ]
+        )
+        letters = _options(words)[0] or "s"
+        return done(
+            " ".join(text for key, text in figures.items() if key in letters or "a" in letters)
+            + "\n"
+        )
+
+    def _run_which(self, words, piped):
+        found = [word for word in words if self.knows(word)]
+        return done("".join("/usr/bin/{}\n".format(w) for w in found), "", int(found != words))
+
+    def _run_test(self, words, piped):
+        tests = {"-e": os.path.exists, "-f": os.path.isfile, "-d": os.path.isdir}
+        words = [word for word in words if word != "]"]
+        if len(words) != 2 or words[0] not in tests:
+            return done(errors="test: only -e, -f and -d are known here\n", status=2)
+        return done(status=0 if tests[words[0]](words[1]) else 1)
+
+    def _run_grep(self, words, piped):
+        letters, words = _options(words)
+        if not words:
+            return done(errors="grep: no pattern\n", status=2)
+        try:
+            text = (
+                piped.decode() if len(words) == 1 else self._run_cat(words[1:], b"").output.decode()
+            )
+            pattern = re.compile(words[0], re.I if "i" in letters else 0)
+        except re.error as error:
+            return done(errors="grep: {}\n".format(error), status=2)
+        lines = [
+            line for line in text.splitlines(True) if bool(pattern.search(line)) != ("v" in letters)
+        ]
+        return done("".join(lines), status=0 if lines else 1)
+
+    def _run_false(self, words, piped):
+        return Finished(1, b"", b"", 0.0)
+
+    def knows(self, name):
+        """Return True if there is a program of that name, here or in processes."""
+        return hasattr(self, method_of(name)) or name in ("sh", "bash", "python3", "sudo")
+
+
+def method_of(name):
+    """Return the name of the method that is a program; `[` is test."""
+    return "_run_" + {"[": "test"}.get(name, name).replace("-", "_")

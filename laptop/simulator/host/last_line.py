@@ -1,0 +1,87 @@
+"""The last line of what a program writes, that others may begin one of their own behind it."""
+
+import contextlib
+import io
+import sys
+
+
+class _Noted(io.BufferedIOBase):
+    """Bytes on their way to a stream of this process.
+
+    Attributes:
+        unfinished: whether the last of them ended no line.
+    """
+
+    def __init__(self, buffer):
+        super(_Noted, self).__init__()
+        self.unfinished = False
+        self._buffer = buffer
+
+    def writable(self):
+        """It is for writing."""
+        return True
+
+    def write(self, data):
+        """Hand `data` on; the number of its bytes."""
+        if data:
+            self.unfinished = bytes(data)[-1:] != b"\n"
+        return self._buffer.write(data)
+
+    def flush(self):
+        """Flush the stream itself, which others may have closed by now."""
+        if not self._buffer.closed:
+            self._buffer.flush()
+
+    def close(self):
+        """Leave the stream open: it is not ours."""
+
+    def __getattr__(self, name):
+        return getattr(self._buffer, name)
+
+    def fileno(self):
+        """Of the stream itself."""
+        return self._buffer.fileno()
+
+    def isatty(self):
+        """Of the stream itself."""
+        return self._buffer.isatty()
+
+
+@contextlib.contextmanager
+def finished():
+    """For a `with` block, look on at standard output and error; in the end both have ended a line.
+
+    A stream that holds text alone, in a notebook, is left as it is.
+    """
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (_noted(stream) for stream in before)
+    try:
+        yield
+    finally:
+        finish()
+        sys.stdout, sys.stderr = before
+
+
+def _noted(stream):
+    if not hasattr(stream, "buffer"):
+        return stream
+    stream.flush()
+    noted = io.TextIOWrapper(
+        _Noted(stream.buffer),
+        encoding=stream.encoding,
+        errors=stream.errors,
+        line_buffering=stream.line_buffering,
+        write_through=getattr(stream, "write_through", False),  # Python 3.7
+    )
+    noted.mode = stream.mode if hasattr(stream, "mode") else "w"
+    return noted
+
+
+def finish():
+    """End the lines that are not, within `finished`."""
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+        noted = getattr(stream, "buffer", None)
+        if isinstance(noted, _Noted) and noted.unfinished:
+            stream.write("\n")
+            stream.flush()

@@ -1,0 +1,72 @@
+"""Tracebacks as Python on the brick prints them: the program's frames, and none of the emulator's.
+
+What stands in the emulator's Python is C or the kernel there, and has no frames.
+"""
+
+import contextlib
+import os
+import sys
+import traceback
+
+_EMULATOR = os.path.dirname(os.path.dirname(os.path.abspath(__file__))) + os.sep
+
+
+_LIBRARY = os.path.dirname(os.path.abspath(os.__file__)) + os.sep
+_IMPORTING = "<frozen importlib"
+
+
+def _without_emulator(stack):
+    """Take out the emulator's frames, those of the library that it calls, and its imports'."""
+    kept, inside = [], False
+    for frame in stack:
+        file = frame.filename
+        if file.startswith(_EMULATOR):
+            inside = True
+            while kept and kept[-1].filename.startswith(_IMPORTING):
+                kept.pop()
+        elif not (inside and _is_library(file)):
+            inside = False
+            kept.append(frame)
+    stack[:] = kept
+    return stack
+
+
+def _is_library(file):
+    """Return True for a module of Python's own library."""
+    return file.startswith(("<frozen", _LIBRARY)) and "site-packages" not in file
+
+
+@contextlib.contextmanager
+def of_the_program():
+    """For a `with` block, let whatever `traceback` prints, formats or extracts be so.
+
+    That Python itself tells of an exception in `__del__` goes the same way.
+    """
+    whole, extracting = traceback.TracebackException, vars(traceback.StackSummary)["extract"]
+    of_exception, of_frames = whole.__init__, traceback.StackSummary.extract
+    unraisable = vars(sys).get("unraisablehook")  # Python 3.8
+
+    def init(self, *args, **kwargs):
+        of_exception(self, *args, **kwargs)
+        _without_emulator(self.stack)
+
+    def tell(ignored):
+        what = ignored.err_msg or "Exception ignored in"
+        sys.stderr.write("{}: {!r}\n".format(what, ignored.object))
+        traceback.print_exception(ignored.exc_type, ignored.exc_value, ignored.exc_traceback)
+
+    setattr(whole, "__init__", init)  # noqa: B010 (no method of its own, for mypy)
+    setattr(  # noqa: B010
+        traceback.StackSummary,
+        "extract",
+        staticmethod(lambda *args, **kwargs: _without_emulator(of_frames(*args, **kwargs))),
+    )
+    if unraisable is not None:
+        vars(sys)["unraisablehook"] = tell
+    try:
+        yield
+    finally:
+        setattr(whole, "__init__", of_exception)  # noqa: B010
+        setattr(traceback.StackSummary, "extract", extracting)  # noqa: B010
+        if unraisable is not None:
+            vars(sys)["unraisablehook"] = unraisable
