@@ -107,12 +107,6 @@ class Processor(object):
             return
         self._load(FOUND + LOADED * length, asked)
 
-    def adopt(self, names):
-        """A module has begun earlier, for another program."""
-        names[LOAD] = self._import
-        self._modules.append(names)
-        self._taken += names[COUNT]
-
     def _import(self, asked):
         """A function is about to import these."""
         if self._running:
@@ -174,6 +168,7 @@ class Processor(object):
 
     def begin(self):
         """The program now first has to do with the world."""
+        self._running = True
         self.take()
         self.start = self._starting
 
