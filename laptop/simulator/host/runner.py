@@ -75,6 +75,7 @@ def run_script(
     timeout=600.0,
     aftermath=1.0,
     patience=60.0,
+    folders=(),
 ):
     """Run `script` on `brick` until it ends, and let the world go on a little.
 
@@ -93,6 +94,7 @@ def run_script(
         timeout: virtual seconds the script may take.
         aftermath: virtual seconds the world goes on after its end.
         patience: seconds of the host that it may spend without looking at the clock.
+        folders: the brick's path of what is elsewhere on this computer -> its path here.
 
     Returns:
         Outcome
@@ -109,7 +111,7 @@ def run_script(
     if peripherals is None:
         peripherals = Peripherals(world, sysfs)
     world.processor = _processor(brick)
-    shims = Shims(world, peripherals)
+    shims = Shims(world, peripherals, folders)
     shims.from_menu = any(press.button in BUTTONS for press in presses)
 
     def back():
@@ -127,9 +129,11 @@ def run_script(
     if kill_at is not None:
         world.at(kill_at, _call(world.halt, ProcessExit(128 + Signals.SIGKILL, "killed")))
     folder = os.path.dirname(os.path.realpath(script))
-    with shims.installed(folder), sysfs.installed(), _Forwarding(world, shims.signals) as came:
+    words = [script] + list(args)
+    shimmed = shims.installed(folder, ["python3"] + words)
+    with shimmed, sysfs.installed(), _Forwarding(world, shims.signals) as came:
         sys.excepthook = sys.__excepthook__
-        sys.argv = [script] + list(args)
+        sys.argv = words
         sys.path.insert(0, folder)
         ended = world.run(lambda: _main(shims, script, source), start + timeout, patience)
         sys.stdout.flush()
