@@ -14,11 +14,18 @@ if sys.argv[0] == __file__ and sys.path[0] not in ("", _HOUSE):
 
 from shared.state import PROGRAM  # noqa: E402
 
+SEED, FIXED, RANDOM = "PYTHONHASHSEED", "0", "random"
+"""The variable by which Python orders its sets, as long as the process; and what it may be."""
+
+SERVER = "track"
+"""The command that serves others for long, who must not know how its dictionaries are filled."""
+
 
 def run() -> None:
     """Run the command that was typed, and end this process with its status."""
     # While importing there is nothing to end in order.
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+    _order_sets()
     _open_streams()
     module = os.path.basename(sys.argv[0]) == os.path.basename(__file__)
     os.environ.setdefault(PROGRAM, "python -m laptop" if module else "brickservo")
@@ -33,6 +40,28 @@ def run() -> None:
     except SystemExit as end:
         _leave_threads(end.code)
         raise
+
+
+def _order_sets() -> None:
+    """Begin anew where sets would be walked in another order in each process.
+
+    A program on the emulated brick, and what is drawn here, hangs on that order; see the
+    simulator's README.  Commands that this one starts have it from here, in the environment.
+    """
+    wanted = RANDOM if sys.argv[1:2] == [SERVER] else FIXED
+    if os.environ.get(SEED, RANDOM) == wanted or not sys.executable:
+        return
+    words = [sys.executable, *sys.orig_argv[1:]]
+    if os.name != "nt":
+        os.execve(sys.executable, words, {**os.environ, SEED: wanted})
+    if wanted == RANDOM:
+        return  # a demo's own: who ends it must not end one that only waits for it
+    # Windows would not let whoever waits for this process wait for that one.
+    import subprocess
+
+    os.environ[SEED] = wanted
+    _signal.signal(_signal.SIGINT, _signal.SIG_IGN)  # Ctrl-C is for that one, which gets it, too
+    sys.exit(subprocess.call(words))
 
 
 def _open_streams() -> None:

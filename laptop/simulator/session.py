@@ -16,6 +16,7 @@ import time
 from collections import namedtuple
 
 from laptop.simulator import temporary_folders
+from laptop.simulator.brick_environment import BRICK_STATE, brick_environment, brick_folders
 from laptop.simulator.device.brick import EmulatedBrick
 from laptop.simulator.device.buttons import INPUTS, LATEST
 from laptop.simulator.device.peripherals import Peripherals
@@ -31,6 +32,7 @@ from robot.motion.zero import Zero
 from robot.tracking_client import Memory, ServerAddress
 from shared.arm_description import ArmError
 from shared.message_fields import one_line
+from shared.messages import PORT
 from shared.state import ARM, LOCK, MOTORS_FILE, OWN_ARMS_FOLDER, PLAN, STATE, state_folder
 
 Fault = namedtuple("Fault", "kind what t")
@@ -301,6 +303,7 @@ def run(
             presses,
             timeout=timeout,
             patience=patience,
+            folders=brick_folders(folder),
             **ordered,
         )
         wanted = _wanted(os.path.join(folder, "plan"))
@@ -442,7 +445,7 @@ def _published(brick, script):
 def _home_folder(brick, arm, q, homed, tracker, home):
     """The brick's home for one run: its state, its arm, and room for the wanted paths."""
     folder = home or temporary_folders.make("home")
-    environment = {STATE: folder, PLAN: os.path.join(folder, "plan")}
+    environment = {STATE: BRICK_STATE, PLAN: BRICK_STATE + "/plan"}
     if arm is not None:
         environment[ARM] = os.path.abspath(arm.file)
     if tracker:
@@ -451,21 +454,17 @@ def _home_folder(brick, arm, q, homed, tracker, home):
     if brick.world.realtime and arm is not None:
         # All programs that run in real time want the one arm that the cameras see.
         environment[LOCK] = os.path.join(os.path.abspath(state_folder()), MOTORS_FILE)
-    before = {key: os.environ.get(key) for key in environment}
     try:
         _copy_own_arms(folder)
         if homed:
             park_on_file(arm, q, folder)
         if tracker:
-            Memory(folder).save(ServerAddress(LAPTOP, tracker.port, tracker.code), tracker.key)
-        os.environ.update(environment)
-        yield folder
+            # Whichever port is free here, the brick calls the one that it would call.
+            brick.world.addresses[LAPTOP, PORT] = LAPTOP, tracker.port
+            Memory(folder).save(ServerAddress(LAPTOP, PORT, tracker.code), tracker.key)
+        with brick_environment(environment):
+            yield folder
     finally:
-        for key, value in before.items():
-            if value is None:
-                os.environ.pop(key, None)
-            else:
-                os.environ[key] = value
         if home is None:
             temporary_folders.remove(folder)
 

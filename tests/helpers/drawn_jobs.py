@@ -15,6 +15,9 @@ class Drawn:
         orders: (s after the program's start, order).
         status: path of the status file; None: none.
         log, dry: as for JobRunner.
+
+    Attributes:
+        begin: when the times of orders count from, s of the world.
     """
 
     def __init__(
@@ -30,9 +33,9 @@ class Drawn:
         self.runner = rig.its(JobRunner)(
             self.robot, rig.program.clock, self.job, self.orders, self.report, log, dry
         )
-        begin = rig.world.now()
+        self.begin = rig.world.now()
         for t, order in orders:
-            rig.world.at(begin + t, lambda order=order: self.orders.take(order))
+            rig.world.at(self.begin + t, lambda order=order: self.orders.take(order))
 
     def run(self, *args, **options):
         done = self.runner.run(*args, **options)

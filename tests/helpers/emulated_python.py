@@ -25,7 +25,10 @@ click.echo = echo
 from laptop.cli.main import main
 import os
 from laptop.simulator import session
+from laptop.simulator.host import linux
 from shared.state import state_folder
+linux.PID = os.getpid()
+linux.ENVIRONMENT.update((key, os.environ[key]) for key in os.environ if key.startswith("SSH_"))
 def copy(folder, here=os.path.join(state_folder(), "jobs"), copy=session._copy_own_arms):
     os.makedirs(here, exist_ok=True)
     os.symlink(here, os.path.join(folder, "jobs"))
@@ -34,7 +37,8 @@ session._copy_own_arms = copy
 sys.exit(main())
 """
 """The command, which writes its files also where nobody is left to read what it says of them. The
-files of jobs are those of the brick's home, and outlive a run."""
+files of jobs are those of the brick's home, and outlive a run. Its process is one of those that the
+brick's shell knows, and sshd tells it who has called."""
 
 
 def simulate(brick, words):

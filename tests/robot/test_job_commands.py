@@ -9,6 +9,7 @@ import pytest
 from rig import Shell
 
 from laptop.simulator.device.buttons import read_press
+from laptop.simulator.host import linux
 from robot.job_commands import in_minutes, in_strokes
 from robot.jobs.progress import SavedProgress, save_progress
 from shared.job import Job, write_job
@@ -153,7 +154,7 @@ def test_orders_come_through_the_file(shell, tmp_path):
 def test_an_order_is_appended_while_a_job_runs(shell, tmp_path):
     (tmp_path / "jobs").mkdir()
     (tmp_path / "jobs" / "status").write_text(
-        json.dumps({"state": "paused", "pid": os.getpid(), "job": "rose", "crc": 7})
+        json.dumps({"state": "paused", "pid": linux.PID, "job": "rose", "crc": 7})
     )
     shown = shell.run("order", "pen", "-5")
     assert (shown.status, shown.out) == (0, "pen -5: told rose\n")

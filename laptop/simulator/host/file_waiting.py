@@ -126,9 +126,9 @@ def time_out_sockets(world, module):
         return waited
 
     def connecting(call):
-        def connected(sock, *args, **kwargs):
+        def connected(sock, address):
             world.begin()
-            return call(sock, *args, **kwargs)
+            return call(sock, world.addresses.get(address, address))
 
         return connected
 

@@ -4,8 +4,9 @@ import builtins
 import contextlib
 import importlib
 import importlib.machinery
+import io
+import locale
 import os
-import random
 import sys
 
 from laptop.simulator.host.program_code import top_of
@@ -28,12 +29,12 @@ class HostState(object):
 
     def __init__(self):
         self._modules = dict(sys.modules)
-        self._builtins = dict(vars(builtins))
-        self._os = dict(vars(os))
+        self._namespaces = [(vars(module), dict(vars(module))) for module in (builtins, io, os)]
         self._sys = {
             name: getattr(sys, name)
             for name in ("argv", "path", "stdin", "stdout", "stderr", "excepthook", "displayhook",
-                         "dont_write_bytecode", "unraisablehook", "meta_path", "path_hooks")
+                         "dont_write_bytecode", "unraisablehook", "meta_path", "path_hooks",
+                         "executable")
             if hasattr(sys, name)
         }  # fmt: skip
         self._lists = [
@@ -42,12 +43,12 @@ class HostState(object):
         self._recursion = sys.getrecursionlimit()
         self._environment = dict(os.environ)
         self._folder = os.getcwd()
-        self._random = random.getstate()
+        self._locale = locale.setlocale(locale.LC_ALL)
         self._terminal = _terminal_settings()
 
     def restore(self):
         """Put all back."""
-        for namespace, before in ((vars(builtins), self._builtins), (vars(os), self._os)):
+        for namespace, before in self._namespaces:
             for name in [name for name in namespace if name not in before]:
                 del namespace[name]
             namespace.update(before)
@@ -59,7 +60,7 @@ class HostState(object):
         os.environ.clear()
         os.environ.update(self._environment)
         os.chdir(self._folder)
-        random.setstate(self._random)
+        locale.setlocale(locale.LC_ALL, self._locale)
         if _terminal_settings() not in (None, self._terminal):  # None: it has been closed meanwhile
             termios.tcsetattr(0, termios.TCSADRAIN, self._terminal)
         self._restore_modules()

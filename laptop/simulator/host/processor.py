@@ -5,9 +5,12 @@ import functools
 import importlib
 import json
 import math
+import os
+import re
 import sys
 
 from laptop.simulator.host.counting import COUNT, DUE, EV3DEV2, LOAD, LOOK, SPEND
+from laptop.simulator.host.linux import HOME
 from laptop.simulator.host.prices import (
     CLEARED,
     COMPILED,
@@ -29,11 +32,6 @@ SECONDS = CYCLES_PER_INSTRUCTION / CYCLES_PER_SECOND
 
 ACCESS_TIME = 0.44e-3
 """Time that the kernel takes for an access to an attribute, s."""
-
-HOME = "/home/robot"
-"""The brick's folder that the programs lie in."""
-
-_HOUSE = json.dumps(HOUSE)[1:-1]  # as a text in JSON has it
 
 LONGEST_START = 60.0
 """Time that a program may compute before it has to do with the world; what is more passes on the
@@ -109,12 +107,6 @@ class Processor(object):
             return
         self._load(FOUND + LOADED * length, asked)
 
-    def adopt(self, names):
-        """A module has begun earlier, for another program."""
-        names[LOAD] = self._import
-        self._modules.append(names)
-        self._taken += names[COUNT]
-
     def _import(self, asked):
         """A function is about to import these."""
         if self._running:
@@ -177,6 +169,7 @@ class Processor(object):
 
     def begin(self):
         """The program now first has to do with the world."""
+        self._running = True
         self.take()
         self.start = self._starting
 
@@ -193,7 +186,7 @@ def library_charged(spend):
     Args:
         spend: called with thousands of instructions.
     """
-    before = []
+    before, elsewhere = [], _elsewhere()
 
     def replace(owner, name, function):
         before.append((owner, name, vars(owner)[name]))
@@ -204,7 +197,7 @@ def library_charged(spend):
             module, _, path = place.partition(":")
             *above, name = path.split(".")
             owner = functools.reduce(getattr, above, importlib.import_module(module))
-            replace(owner, name, _charged(getattr(owner, name), once, each, spend))
+            replace(owner, name, _charged(getattr(owner, name), once, each, spend, elsewhere))
         regular = importlib.import_module("re")
         replace(regular, "_compile", _charged_once(vars(regular)["_compile"], spend))
         yield
@@ -226,22 +219,28 @@ def _for_the_program():
     return frame is not None
 
 
-def _charged(function, once, each, spend):
+def _charged(function, once, each, spend, elsewhere):
     @functools.wraps(function)
     def charged(*args, **kwargs):
         result = function(*args, **kwargs)
         if not _for_the_program():
             return result
         texts = [value for value in (result, *args[1:2]) if isinstance(value, str)]
-        spend(once + each * (_length(texts[0]) if texts else 0))
+        spend(once + each * (_length(texts[0], elsewhere) if texts else 0))
         return result
 
     return charged
 
 
-def _length(text):
-    """Length of a text as it would be on the brick, where the programs lie in another folder."""
-    return len(text) + text.count(_HOUSE) * (len(HOME) - len(_HOUSE))
+def _elsewhere():
+    """A pattern of the folders that are the brick's HOME there, as a text in JSON has them."""
+    folders = [re.escape(json.dumps(folder)[1:-1]) for folder in (HOUSE, os.getcwd())]
+    return re.compile('(?:{})(?=["/\\\\]|$)'.format("|".join(folders)))
+
+
+def _length(text, elsewhere):
+    """Length of a text as it would be on the brick, where all that is `elsewhere` is in HOME."""
+    return len(elsewhere.sub(HOME, text))
 
 
 def _charged_once(function, spend):

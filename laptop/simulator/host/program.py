@@ -13,8 +13,6 @@ from laptop.simulator.host import counting
 from laptop.simulator.host.processor import Processor, library_charged
 from laptop.simulator.host.program_code import PROGRAM, code_of, top_of
 
-_COUNTED = {}  # type: dict  # the modules with counts, by name: loaded once
-
 
 class Program(object):
     """A program that begins on a brick.
@@ -32,7 +30,7 @@ class Program(object):
         """The module of that name: what this process has, or on a slow brick one with counts."""
         if self.processor is None:
             return importlib.import_module(name)
-        with self.processor.idle():  # it may be here already, from an earlier program
+        with self.processor.idle():  # what a script imports at its start
             return importlib.import_module(name)
 
 
@@ -57,7 +55,7 @@ def on(brick):
         return
     processor = Processor(brick.slowness)
     with _counted(processor), brick.sysfs.installed():
-        processor.instructions()  # of the library's import, if this is the first program
+        processor.instructions()  # of the library's import
         processor.begin()
         brick.world.processor = processor
         try:
@@ -68,15 +66,12 @@ def on(brick):
 
 @contextlib.contextmanager
 def _counted(processor):
-    """The program's modules, with counts that `processor` reads, are those that one imports."""
+    """The program's modules, afresh and with counts that `processor` reads, for a `with` block.
+
+    So a module that is imported in the midst of its work costs each program the same, as each is a
+    process of its own on the brick.
+    """
     before = _taken_out()
-    sys.modules.update(_COUNTED)
-    for module in _COUNTED.values():
-        if counting.COUNT in vars(module):
-            processor.adopt(vars(module))
-            for value in vars(module).values():
-                if hasattr(value, "cache_clear"):
-                    value.cache_clear()  # it was another program's
     setattr(builtins, counting.ENROL, processor.enrol)
     importlib.machinery.SourceFileLoader.get_code = _get_code
     try:
@@ -85,7 +80,7 @@ def _counted(processor):
     finally:
         del importlib.machinery.SourceFileLoader.get_code  # it is inherited
         delattr(builtins, counting.ENROL)
-        _COUNTED.update(_taken_out())
+        _taken_out()
         sys.modules.update(before)
 
 

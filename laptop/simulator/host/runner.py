@@ -81,6 +81,7 @@ def run_script(
     timeout=600.0,
     aftermath=1.0,
     patience=10.0,
+    folders=(),
 ):
     """Run `script` on `brick` until it ends, and let the world go on a little.
 
@@ -99,6 +100,7 @@ def run_script(
         timeout: virtual seconds the script may take.
         aftermath: virtual seconds the world goes on after its end.
         patience: seconds of the host that it may compute without looking at the clock.
+        folders: the brick's path of what is elsewhere on this computer -> its path here.
 
     Returns:
         Outcome
@@ -115,7 +117,7 @@ def run_script(
     if peripherals is None:
         peripherals = Peripherals(world, sysfs)
     world.processor = _processor(brick, os.path.basename(script))
-    shims = Shims(world, peripherals)
+    shims = Shims(world, peripherals, folders)
     shims.processes.python = ChildPython(shims, _interpreted)
     shims.from_menu = any(press.button in BUTTONS for press in presses)
 
@@ -145,9 +147,11 @@ def run_script(
             os.path.basename(script),
             name,
         )
-    with shims.installed(folder), sysfs.installed(), _Forwarding(world, shims.signals) as came:
+    words = [script] + list(args)
+    shimmed = shims.installed(folder, ["python3"] + words)
+    with shimmed, sysfs.installed(), _Forwarding(world, shims.signals) as came:
         sys.excepthook = sys.__excepthook__
-        sys.argv = [script] + list(args)
+        sys.argv = words
         sys.path.insert(0, folder)
         ended = world.run(lambda: _main(shims, script, source), start + timeout, patience)
         sys.stdout.flush()

@@ -8,8 +8,12 @@ Rule: nothing gets out of the emulation.  No process is started or forked, none 
 other program that may move the same emulated motors in real time, and no signal handler of the host
 is changed.
 
+In virtual time a program also finds one process, user, host and card, those of a brick:
+what it does hangs on nothing of this computer.  In real time, where programs may meet each other,
+numbers of processes and what `os` tells of the system are this computer's.
+
 Left as they are: sockets (a blocking call blocks the wall clock, and the valve lets other threads
-run), standard input, and the random generator, but that starts from the same seed in every run.
+run), standard input, and where the script and the folder that it was started in are.
 """
 
 import atexit as real_atexit
@@ -19,15 +23,23 @@ import errno
 import importlib
 import importlib.machinery
 import io
+import locale
 import os
-import random
 import re
 import sys
 import traceback
+import warnings
 
 from laptop import system
 from laptop.simulator.device.buttons import EventFile, evdev_module
 from laptop.simulator.host import linux, tracebacks
+from laptop.simulator.host.brick_files import (
+    ONE_PATH,
+    TWO_PATHS,
+    BrickFiles,
+    Entries,
+    MovedEntry,
+)
 from laptop.simulator.host.clocks import (
     UPTIME,
     ProgramClock,
@@ -56,14 +68,20 @@ PRINT_COST = 0.5e-3
 MENU_CONSOLE = "/dev/tty1"
 """The console on which the brick's menu shows a program."""
 
-OWN_STAT = "/proc/self/stat"
-"""The file that tells a program when it was started."""
+OWN_STAT, UPTIME_FILE = "/proc/self/stat", "/proc/uptime"
+"""The files that tell a program when it was started, and how long ago the brick was."""
 
+#: What a program finds as Python starts it, whatever another has set; not how texts are encoded.
+_LOCALE = [
+    name
+    for name in ("LC_COLLATE", "LC_MESSAGES", "LC_MONETARY", "LC_NUMERIC", "LC_TIME")
+    if hasattr(locale, name)
+]
 #: Modules that bind the names replaced here, and so must be imported afresh.
 REBOUND = (
     "queue", "sched", "timeit", "selectors", "asyncio", "concurrent", "socketserver", "logging",
     "subprocess", "multiprocessing", "http", "wsgiref", "xmlrpc", "socket", "ssl", "urllib", "glob",
-    "pathlib",
+    "pathlib", "platform", "random", "secrets", "tempfile", "uuid",
 )  # fmt: skip
 #: Imported before any script starts; a sibling of the same name is not seen by real Python either.
 _AT_START = (
@@ -77,15 +95,18 @@ class Shims(object):
 
     Args:
         world: World.  peripherals: Peripherals.
+        folders: the brick's path of what is elsewhere on this computer -> its path here.
 
     Attributes:
         from_menu: whether the script was started from the brick's own menu, and so has its screen
             for a terminal, the console tty1.
     """
 
-    def __init__(self, world, peripherals):
+    def __init__(self, world, peripherals, folders=()):
         self.world = world
         self.peripherals = peripherals
+        self._folders = dict(folders)
+        self._files = None
         self.clock = ProgramClock(world)
         self._started = UPTIME + world.now()
         self.signals = ProgramSignals(world, self.clock)
@@ -98,24 +119,30 @@ class Shims(object):
         self._own = ()
 
     @contextlib.contextmanager
-    def installed(self, folder):
+    def installed(self, folder, words=("python3",)):
         """Replace the modules for a `with` block.
 
         Args:
             folder: where the script is; what it may import from there is imported afresh.
+            words: the program's command line.
         """
-        kept, charges = HostState(), contextlib.ExitStack()
+        kept, within = HostState(), contextlib.ExitStack()
+        alone = LOCK not in os.environ  # else others may move the same motors
+        system_files = linux.system_files(words, self._started) if alone else {}
+        self._files = BrickFiles(self._folders, system_files)
         importlib.machinery.SourceFileLoader.get_code = self._loader()
         try:
-            charges.enter_context(tracebacks.of_the_program())
-            random.seed(0)
+            within.enter_context(tracebacks.of_the_program())
+            within.enter_context(warnings.catch_warnings())
+            for category in _LOCALE:
+                locale.setlocale(getattr(locale, category), "C")
             importlib.invalidate_caches()
             siblings = {os.path.splitext(name)[0] for name in os.listdir(folder)}
             siblings -= set(_AT_START) | set(sys.builtin_module_names)
             self._own = siblings | set(PROGRAM)
             if self.world.processor:
                 setattr(builtins, ENROL, self.world.processor.enrol)
-                charges.enter_context(library_charged(self._spend))
+                within.enter_context(library_charged(self._spend))
             afresh = siblings | set(PROGRAM) | set(REBOUND)
             for name in list(sys.modules):
                 # Of the emulator's own package the head alone: what is in it works here.
@@ -123,8 +150,8 @@ class Shims(object):
                     del sys.modules[name]
             # These two would wait in C, where no baton is passed; Python's own versions step in.
             sys.modules["_queue"] = sys.modules["_asyncio"] = None
-            self._replace_os()
-            charges.enter_context(self.devices.installed(self._open))
+            self._replace_os(alone)
+            within.enter_context(self.devices.installed(self._open))
             sys.modules["time"] = time_module(self.clock)
             sys.modules["_thread"] = low = thread_module(self.world, self.clock)
             sys.modules.pop("threading", None)
@@ -139,7 +166,11 @@ class Shims(object):
             sys.modules["evdev"] = self._evdev_module()
             sys.modules["evdev.ecodes"] = sys.modules["evdev"].ecodes
             importlib.import_module("subprocess").Popen = self.processes.popen()
+            name_host(importlib.import_module("socket"))
             time_out_sockets(self.world, importlib.import_module("socket"))
+            seed(importlib.import_module("random"))
+            sys.modules["pwd"] = linux.users_module()
+            sys.executable = linux.EXECUTABLE
             builtins.print = self._print
             builtins.open = self._open
             builtins.input = self._input
@@ -150,11 +181,12 @@ class Shims(object):
             yield self
         finally:
             del importlib.machinery.SourceFileLoader.get_code  # it is inherited
-            charges.close()
+            within.close()
             kept.restore()
             for descriptor in self._screens:
                 os.close(descriptor)
             self._screens.clear()
+            self._files.close()
             self.peripherals.screen.close()
 
     def _loader(self):
@@ -212,8 +244,8 @@ class Shims(object):
 
     # Names in modules that stay
 
-    def _replace_os(self):
-        processes, world = self.processes, self.world
+    def _replace_os(self, alone):
+        processes, world, files = self.processes, self.world, self._files
 
         def refuse(name):
             def refused(*args, **kwargs):
@@ -245,6 +277,14 @@ class Shims(object):
             """os.listdir in natural order, so that runs repeat and port A comes first."""
             return sorted(real_listdir(path), key=_natural)
 
+        def scandir(path="."):
+            """os.scandir in that order, too."""
+            with real_scandir(path) as entries:
+                found = sorted(entries, key=lambda entry: _natural(entry.name))
+            if files.here(path) != path:
+                found = [MovedEntry(entry, os.path.join(path, entry.name)) for entry in found]
+            return Entries(found)
+
         def open_descriptor(path, flags, mode=0o777, dir_fd=None):
             """os.open that knows the brick's framebuffer, and opens folders as Linux does."""
             if path == "/dev/fb0":
@@ -268,10 +308,16 @@ class Shims(object):
                 raise OSError(errno.ENOTTY, os.strerror(errno.ENOTTY))
             return re.sub(r"^/dev/tty\d+$", "/dev/pts/0", real_ttyname(fd))
 
-        real_listdir, real_open, real_close, real_kill = os.listdir, os.open, os.close, os.kill
+        if alone:
+            vars(os).update(linux.own_os(self.clock))
+        for names, paths in ((ONE_PATH, 1), (TWO_PATHS, 2)):
+            for name in [name for name in names if hasattr(os, name)]:
+                setattr(os, name, files.taking(getattr(os, name), paths))
+        real_listdir, real_scandir = os.listdir, os.scandir
+        real_open, real_close, real_kill = os.open, os.close, os.kill
         real_ttyname = getattr(os, "ttyname", None)
         os.ttyname = ttyname
-        os.listdir, os.open, os.close = listdir, open_descriptor, close
+        os.listdir, os.scandir, os.open, os.close = listdir, scandir, open_descriptor, close
         os.system = processes.system
         os._exit = leave
         os.abort = lambda: leave(128 + linux.Signals.SIGABRT)
@@ -293,20 +339,18 @@ class Shims(object):
 
     def _open(self, file, mode="r", *args, **kwargs):
         if file == OWN_STAT:
-            return io.StringIO(self._stat())
+            return _text_file(linux.stat_of(os.getpid(), self._started), mode)
+        if file == UPTIME_FILE:
+            return _text_file("{:.2f} 0.00\n".format(self.clock.monotonic()), mode)
         device = self.devices.open(file, mode, *args, **kwargs)
         if device is not None:
             return device
         attribute = self.peripherals.open(file) if isinstance(file, str) else None
         if attribute is None:
-            return _REAL_OPEN(file, mode, *args, **kwargs)
+            if "b" not in mode and len(args) < 2 and kwargs.get("encoding") is None:
+                kwargs["encoding"] = "utf-8"  # the brick's
+            return self._files.taking(_REAL_OPEN, 1)(file, mode, *args, **kwargs)
         return attribute if isinstance(attribute, EventFile) else wrapped(attribute, mode, *args)
-
-    def _stat(self):
-        """Return what the brick's Linux tells of this program: of 52 figures, number and start."""
-        figures = ["0"] * 49
-        figures[18] = str(int(self._started * linux.CLOCK_TICKS))
-        return "{} (python3) R {}\n".format(os.getpid(), " ".join(figures))
 
 
 _REAL_PRINT, _REAL_OPEN, _REAL_INPUT = builtins.print, builtins.open, builtins.input
@@ -316,3 +360,28 @@ def _natural(name):
     """A sort key that has motor9 before motor10."""
     parts = re.split("([0-9]+)", os.fsdecode(name))
     return [int(part) if number % 2 else part for number, part in enumerate(parts)]
+
+
+def _text_file(text, mode):
+    return io.BytesIO(text.encode()) if "b" in mode else io.StringIO(text)
+
+
+def seed(module):
+    """Let all of a new `random` begin as it always does, also where a program asks for chance."""
+    seed_by = module.Random.seed
+
+    def seeded(self, a=None, version=2):
+        seed_by(self, int.from_bytes(os.urandom(32), "big") if a is None else a, version)
+
+    module.Random.seed = seeded
+    module.seed = module._inst.seed
+    module.seed(0)
+
+
+def name_host(module):
+    """Let a new `socket` know the brick by its name, and itself by that."""
+    resolve = module.gethostbyname
+    module.setdefaulttimeout(None)
+    module.gethostname = lambda: linux.HOST
+    module.getfqdn = lambda name="": name or linux.HOST
+    module.gethostbyname = lambda name: resolve("localhost" if name == linux.HOST else name)

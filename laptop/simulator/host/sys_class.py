@@ -11,6 +11,7 @@ import os
 import posixpath
 import stat
 
+from laptop.simulator.host.brick_files import Entries
 from laptop.simulator.host.clocks import EPOCH, Builtin
 
 ROOT = "/sys/class"
@@ -167,29 +168,6 @@ class _Entry(object):
         return self.stat().st_ino
 
 
-class _Entries(list):
-    """What os.scandir returns."""
-
-    def __init__(self, entries):
-        super(_Entries, self).__init__(entries)
-        self._next = iter(entries)
-
-    def __iter__(self):
-        return self._next
-
-    def __next__(self):
-        return next(self._next)
-
-    def close(self):
-        """Nothing to let go of."""
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        pass
-
-
 class SysClass(object):
     """The tree of files.
 
@@ -281,7 +259,7 @@ class SysClass(object):
             if parts is None:
                 return real["scandir"](path)
             folder = path.__fspath__() if hasattr(path, "__fspath__") else path
-            return _Entries([_Entry(folder, n, self) for n in self._listed(parts, path)])
+            return Entries([_Entry(folder, n, self) for n in self._listed(parts, path)])
 
         def looking(name):
             def look(path, **options):

@@ -8,6 +8,7 @@ import _thread as real_thread
 import sys
 import traceback
 
+from laptop.simulator.host import linux
 from laptop.simulator.host.clocks import copy_module
 from laptop.simulator.host.waiting_line import WaitingLine
 
@@ -18,6 +19,22 @@ START_COST = 0.2e-3
 def thread_module(world, clock):
     """A `_thread` module."""
     shim = copy_module(real_thread)
+    order = {}
+
+    def number_of(thread, native=False):
+        """What Python on the brick, or its Linux, would call a VirtualThread."""
+        place = order.setdefault(thread, len(order))
+        return linux.PID + place if native else linux.FIRST_THREAD - linux.STACK * place
+
+    def get_ident():
+        """Number of the calling thread."""
+        me = world.current()
+        return real_thread.get_ident() if me is None else number_of(me)
+
+    def get_native_id():
+        """Number of the calling thread in the brick's Linux."""
+        me = world.current()
+        return linux.PID if me is None else number_of(me, native=True)
 
     def start_new_thread(function, args, kwargs=None):
         """Run `function` in a new thread that nobody waits for; returns its identifier."""
@@ -34,8 +51,9 @@ def thread_module(world, clock):
         world.begin()
         thread = world.spawn(body, "Dummy")
         clock.step(START_COST)
-        return thread.ident or id(thread)
+        return number_of(thread)
 
+    shim.number_of, shim.get_ident, shim.get_native_id = number_of, get_ident, get_native_id
     shim.start_new_thread = shim.start_new = start_new_thread
     kind = type("lock", (Lock,), {"_world": world, "_clock": clock})
     shim.allocate_lock = shim.allocate = shim.lock = shim.LockType = kind
@@ -114,6 +132,7 @@ class Threads(object):
         self.module = module
         self.known = {}
         self.count = 0
+        self.number_of = low.number_of
         low.RLock = module._PyRLock
         module.Lock = low.allocate_lock
         module.Thread = type("Thread", (_Thread,), {"_threads": self})
@@ -261,9 +280,13 @@ class _Thread(object):
 
     @property
     def ident(self):
-        return self._checked().thread and self._own.thread.ident
+        thread = self._checked().thread
+        return thread and self._threads.number_of(thread)
 
-    native_id = ident
+    @property
+    def native_id(self):
+        thread = self._checked().thread
+        return thread and self._threads.number_of(thread, native=True)
 
     def __repr__(self):
         own = self._checked()

@@ -54,6 +54,7 @@ class World(object):
         awaited: whom the clock waited for when it was given up, in words.
         select: stands for the program's select.select where the other end of its sockets lives in
             this world, too; None where it does not.
+        addresses: where a program calls -> where that is on this computer, if elsewhere.
     """
 
     STEP_PAUSE = 0.001
@@ -70,6 +71,7 @@ class World(object):
         self.bodies = []
         self.realtime = clock is not None
         self.select = None
+        self.addresses = {}
         self.busy = 0.0
         self.exit = None
         self.cut_at = ()

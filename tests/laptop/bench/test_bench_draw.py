@@ -171,3 +171,12 @@ def test_the_bench_of_limits_computes_as_slowly_as_asked_and_says_so(monkeypatch
     assert shown.exit_code == 0, shown.output
     assert asked == [cpu] * len(draw.limit_cases())
     assert f"cpu={cpu:g};" in shown.stdout
+
+
+def test_a_line_is_drawn_alike_whatever_this_process_has_drawn_before():
+    drawn = [
+        draw.DrawCase("planar", method, "", "backlash=2", 2.0, LINES[2][0], "line 1")
+        for method in ("steps", "smooth")
+    ]
+    forwards = [draw.draw(one) for one in drawn]
+    assert forwards == [draw.draw(one) for one in reversed(drawn)][::-1]

@@ -17,7 +17,7 @@ from robot.motion import kinematics
 from shared.job_messages import Order
 from shared.messages import Start, Stop
 
-KILL = os.kill  # a program on the emulated brick has its own
+KILL, PID = os.kill, os.getpid()  # a program on the emulated brick has its own
 LINES = [[(14.0, -4.0), (16.0, 0.0), (14.0, 4.0)], [(12.0, 4.0), (12.0, -4.0)]]
 ENDED = ("done", "aborted", "failed")
 
@@ -69,7 +69,7 @@ class Laptop:
         if pen > 45:
             self.down.append((w.world.t, w.tip))
         if self._over_at is not None and w.world.t >= self._over_at:
-            KILL(os.getpid(), signal.SIGTERM)
+            KILL(PID, signal.SIGTERM)
             return
         w.world.at(w.world.t + 0.02, self._look)
 

@@ -325,8 +325,8 @@ def test_a_log_that_cannot_go_on_stops_the_arm_and_says_so(watched, tmp_path):
     w = watched()
 
     def fill():
-        for name in os.listdir("/proc/self/fd"):
-            with_file = os.path.join("/proc/self/fd", name)
+        for name in os.listdir("/dev/fd"):
+            with_file = os.path.join("/dev/fd", name)
             if os.path.islink(with_file) and os.readlink(with_file) == str(tmp_path / "log.jsonl"):
                 full = os.open("/dev/full", os.O_WRONLY)
                 os.dup2(full, int(name))

@@ -1,6 +1,7 @@
 """The emulated brick computes as slowly as it is told to, whatever this computer does."""
 
 import json
+import os
 
 import pytest
 from places import SCRIPTS
@@ -195,9 +196,15 @@ def test_what_was_computed_is_taken_once():
     assert processor.take() == pytest.approx(500 * SECONDS, rel=0.2)
 
 
-def test_where_this_computer_has_the_programs_costs_the_brick_nothing():
-    here, there = (
-        json.dumps({"file": house + "/shared/arms/planar.ini"}) for house in (HOUSE, HOME)
+@pytest.mark.parametrize("file", ["shared/arms/planar.ini", ""])
+def test_where_this_computer_has_programs_and_files_costs_the_brick_nothing(
+    tmp_path, monkeypatch, file
+):
+    monkeypatch.chdir(tmp_path)
+    elsewhere = processor._elsewhere()
+    here, there, mine, not_mine = (
+        processor._length(json.dumps({"file": os.path.join(folder, file)}), elsewhere)
+        for folder in (HOUSE, HOME, str(tmp_path), str(tmp_path) + "er")
     )
-    assert processor._length(here) == processor._length(there) == len(there)
-    assert processor._length("") == 0
+    assert here == there == mine == not_mine - len(str(tmp_path) + "er") + len(HOME)
+    assert processor._length("", elsewhere) == 0
