@@ -52,7 +52,7 @@ def run(tmp_path, capsys, brick):
         ("[e.name for e in os.scandir('/sys/class/power_supply')]", ["lego-ev3-battery"]),
         ("[e.is_dir() for e in os.scandir('/sys/class/power_supply')]", [True]),
         ("next(os.walk('/sys/class/lego-sensor'))[1]", [f"sensor{k}" for k in range(4)]),
-        ("sorted(p.name for p in pathlib.Path('/sys/class/leds').iterdir())[2]", LED[16:]),
+        ("sorted(p.name for p in pathlib.Path('/sys/class/leds').iterdir())[1]", LED[16:]),
         ("[p.name for p in pathlib.Path('/sys/class/tacho-motor').glob('*1*')]", ["motor10"]),
         (f"pathlib.Path('{MOTOR}/address').read_text()", "ev3-ports:outA\n"),
         (f"pathlib.Path('{LED}/brightness').write_text('7')", 1),
