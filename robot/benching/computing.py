@@ -207,7 +207,8 @@ def folder_of_motors(joints):
                 "polarity": "normal",
             }
             for name in ("position", "speed_sp", "position_sp", "time_sp", "command", "state",
-                         "speed_pid/Kp", "speed_pid/Ki", "speed_pid/Kd"):  # fmt: skip
+                         "ramp_up_sp", "ramp_down_sp", "speed_pid/Kp", "speed_pid/Ki",
+                         "speed_pid/Kd"):  # fmt: skip
                 attributes[name] = 0
             for name, value in attributes.items():
                 path = os.path.join(folder, name)

@@ -76,8 +76,6 @@ class RobotArm(object):
         loaded = self._gravity.loaded
         self._preload = self._gravity.preload_sides if loaded else None
         self._weigh = self._gravity.torques if loaded else None
-        for motor in self.joints:
-            motor.falls = loaded
         self._engaged, self._standing, self._zero_needed = False, True, True
 
     @property

@@ -50,6 +50,8 @@ class ArmMotors(object):
             kind(joint.name, joint.port, joint.motor, joint.gear, joint.direction)
             for joint in description.joints
         ]
+        for motor in self.joints:
+            motor.falls = any(joint.mass for joint in description.joints)
         pen = description.pen
         self.pen = kind("pen", pen.port, pen.motor, 1.0, 1) if pen else None
         self._all = self.joints + ([self.pen] if pen else [])
