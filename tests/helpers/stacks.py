@@ -10,6 +10,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 LEAST = 100.0
 """Whoever was waited for so long hangs, s."""
@@ -62,6 +63,9 @@ def abort(pid):
     """End a process, and the Python processes that it has started, by SIGABRT; they first."""
     for each in below(pid):
         _abort(each)
+    deadline = time.monotonic() + LAST_WORDS
+    while below(pid) and time.monotonic() < deadline:  # they write
+        time.sleep(0.05)
     _abort(pid)
 
 
@@ -83,8 +87,10 @@ def below(pid):
                 program = words.read().split(b"\0")[0]
         except OSError:  # it has just ended
             continue
-        parent = int(rest.rpartition(")")[2].split()[1])
-        started.setdefault(parent, []).append((int(number), b"python" in program))
+        state, parent = rest.rpartition(")")[2].split()[:2]
+        if state == "Z":  # it has ended, and nobody has asked how
+            continue
+        started.setdefault(int(parent), []).append((int(number), b"python" in program))
     found, parents = [], [pid]
     while parents:
         for number, is_python in started.get(parents.pop(), ()):
