@@ -603,7 +603,7 @@ def test_ordered_with_a_session(moment, fault, status, capsys):
     t = moment(LINE, "ink", 0.4)
     out = run(read_arm(find_arm("planar")), DRIVER, LINE, faults=[Fault(fault[0], fault[1], t)])
     assert out.outcome.status == status
-    assert out.outcome.t <= t + 1.3
+    assert out.outcome.t <= t + 1.6
     assert in_one_line(capsys.readouterr().err)
     assert not any(motor["driven"] for motor in out.motors.values())
 

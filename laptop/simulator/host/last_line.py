@@ -78,10 +78,11 @@ def _noted(stream):
 
 
 def finish():
-    """End the lines that are not, within `finished`."""
+    """End the lines that are not, within `finished`; nothing where nobody is left to read them."""
     for stream in (sys.stdout, sys.stderr):
-        stream.flush()
         noted = getattr(stream, "buffer", None)
-        if isinstance(noted, _Noted) and noted.unfinished:
-            stream.write("\n")
+        with contextlib.suppress(OSError):
             stream.flush()
+            if isinstance(noted, _Noted) and noted.unfinished:
+                stream.write("\n")
+                stream.flush()
