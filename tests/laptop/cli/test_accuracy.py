@@ -47,7 +47,7 @@ def test_what_makes_no_sense_is_refused_in_a_line(words, said, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_an_emulated_arm_is_measured_and_all_files_are_there(tmp_path):
     words = ["accuracy", "--simulate", "--cycles", "3", "--side", "4", "--out", str(tmp_path)]
     done = CliRunner().invoke(laptop, words)

@@ -142,7 +142,7 @@ def test_an_emulated_arm_is_measured_and_drawn_with_and_reported(run, tmp_path):
     assert math.sqrt(sum(x * x for x in off) / len(off)) < 1.0
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_rendered_pictures_tell_the_same(run, tmp_path):
     mine = Path(shutil.copyfile(find_arm("planar"), tmp_path / "mine.ini"))
     result = run(

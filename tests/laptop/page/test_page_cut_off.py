@@ -230,7 +230,7 @@ def test_one_steers_and_who_watches_may_take_over_and_stop(browser, tracker, sur
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("loads", [40, 200])
+@pytest.mark.parametrize("loads", [40, pytest.param(200, marks=pytest.mark.claims)])
 def test_many_loads_at_once_are_all_answered(tracker, loads):
     import http.client
     from concurrent.futures import ThreadPoolExecutor

@@ -382,7 +382,7 @@ def test_how_far_two_parts_may_be_apart_grows_with_the_zero_found_anew(tmp_path)
 # Long ones
 
 
-@pytest.mark.long
+@pytest.mark.claims
 def test_five_hundred_strokes_end_as_exactly_as_they_begin(tmp_path):
     strokes = [
         [(8 + 0.25 * (k % 25), 1 + 0.4 * (k // 25)), (9 + 0.25 * (k % 25), 2 + 0.4 * (k // 25))]
