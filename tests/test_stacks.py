@@ -1,10 +1,12 @@
 """What hangs in a test tells where it does."""
 
+import os
 import subprocess
 import sys
 
 import pytest
 import stacks
+from waiting import PATIENCE
 
 HANGS = """
 import subprocess, sys, threading, time
@@ -41,9 +43,36 @@ def test_whatever_hangs_shows_the_stacks_of_its_threads_and_children(monkeypatch
         assert f" in child_{name}\n" in told
 
 
-def test_who_waits_for_what_never_comes_shows_its_own(monkeypatch, capfd):
-    def where_it_waits():
-        stacks.show()
+ENDS = """
+import multiprocessing, subprocess, sys
+sys.path.insert(0, sys.argv[1])
+import stacks
 
-    where_it_waits()
-    assert " in where_it_waits\n" in capfd.readouterr().err
+def where_it_waits():
+    stacks.show()
+
+stacks.install()
+context = multiprocessing.get_context("forkserver")
+ours, theirs = context.Pipe()
+helper = context.Process(target=theirs.recv)
+helper.start()
+child = subprocess.Popen([sys.executable, "-c", HANGS, "child"], stdout=subprocess.PIPE)
+child.stdout.readline()
+where_it_waits()
+child.wait()
+ours.send("end")
+helper.join()
+print("goes on", helper.exitcode)
+""".replace("HANGS", repr(HANGS))
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="it is found by Linux's /proc")
+def test_who_waits_for_what_never_comes_shows_its_own_and_goes_on():
+    helpers = os.path.dirname(stacks.__file__)
+    process = subprocess.Popen(
+        [sys.executable, "-c", ENDS, helpers], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    out, errors = (text.decode() for text in process.communicate(timeout=PATIENCE))
+    assert (process.returncode, out.strip()) == (0, "goes on 0"), errors
+    for name in ("where_it_waits", "waits_for_ever", "waits_in_a_thread"):
+        assert f" in {name}\n" in errors

@@ -53,9 +53,12 @@ def install():
 
 
 def show():
-    """Show the stacks of this process, and let all that it has started show theirs, and end."""
+    """Show the stacks of this process, and let all that it has started show theirs, and end.
+
+    But for multiprocessing's own, which later tests need.
+    """
     faulthandler.dump_traceback(file=2)
-    for pid in below(os.getpid()):
+    for pid in below(os.getpid(), b"multiprocessing"):
         _abort(pid)
 
 
@@ -76,21 +79,27 @@ def _abort(pid):
         return
 
 
-def below(pid):
-    """The numbers of the Python processes that a process has started, and those that they have."""
+def below(pid, but=None):
+    """The numbers of the Python processes that a process has started, and those that they have.
+
+    Args:
+        but: in the command line of those that are left out, with all below them.
+    """
     started = {}
     for file in glob.glob("/proc/[0-9]*/stat"):  # where there is no /proc, none is found
         try:
             with open(file, encoding="utf-8", errors="replace") as stat:
                 number, rest = stat.read().split(" ", 1)
             with open(file[: -len("stat")] + "cmdline", "rb") as words:
-                program = words.read().split(b"\0")[0]
+                line = words.read()
         except OSError:  # it has just ended
             continue
         state, parent = rest.rpartition(")")[2].split()[:2]
         if state == "Z":  # it has ended, and nobody has asked how
             continue
-        started.setdefault(int(parent), []).append((int(number), b"python" in program))
+        if but is None or but not in line:
+            is_python = b"python" in line.split(b"\0")[0]
+            started.setdefault(int(parent), []).append((int(number), is_python))
     found, parents = [], [pid]
     while parents:
         for number, is_python in started.get(parents.pop(), ()):
