@@ -8,19 +8,11 @@ the neighbourhood is held by what can be worked out by hand.
 import random
 
 import pytest
-from motor_bench import benches
 
 TOP = {"D": 1050, "C": 1560}
 """The large motor's greatest speed, and the medium one's, deg/s."""
 KINDS = pytest.mark.parametrize("port", sorted(TOP))
 WAYS = pytest.mark.parametrize("polarity", ["normal", "inversed"])
-
-
-@pytest.fixture
-def bench():
-    """Make benches; the library is on the last one made."""
-    with benches() as build:
-        yield build
 
 
 def observed(value, least=0.0):

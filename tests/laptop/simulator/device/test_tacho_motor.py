@@ -10,18 +10,10 @@ import sys
 
 import ev3dev2
 import pytest
-from motor_bench import benches
 
 from laptop.simulator.device.plant_constants import MOTORS
 
 TICK = 0.002
-
-
-@pytest.fixture
-def bench():
-    """Make benches; the library is on the last one made."""
-    with benches() as build:
-        yield build
 
 
 def near(value, least=2.0):

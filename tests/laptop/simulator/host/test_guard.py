@@ -71,7 +71,7 @@ def hanging(tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="there are no groups of processes")
-@pytest.mark.short(every=2)
+@pytest.mark.short(every=5)
 @pytest.mark.parametrize(
     ("source", "status", "told"),
     [
