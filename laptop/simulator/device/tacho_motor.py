@@ -293,13 +293,13 @@ class TachoMotor(object):
         if command == "run-timed":
             self._deadline = self.t + self._active["time_sp"] / 1000.0
         elif command != "run-forever":
-            target = self._active["position_sp"]
+            target = step = self._active["position_sp"]
             if command == "run-to-rel-pos":
-                if not target:
-                    self._stop(self.position)
-                    return
                 target += self._target if previous == command else self.position
             self._target = target
+            if command == "run-to-rel-pos" and step == 0:
+                self._stop(self.position)
+                return
             self._direction = 1 if target >= self.position else -1
             self._is_there = target == self.position
             speed = self._direction * abs(speed)

@@ -392,6 +392,27 @@ def test_a_relative_move_goes_on_from_the_last_target_also_behind_one_of_0(bench
     assert motor.position == pytest.approx(180, abs=1)
 
 
+@WAYS
+@pytest.mark.parametrize("before", ["run-to-abs-pos", "run-forever", "run-direct"])
+def test_a_relative_move_behind_a_first_one_of_0_goes_on_from_where_it_was(bench, polarity, before):
+    bench = bench()
+    motor = bench.motor("D")
+    motor.polarity = polarity
+    motor.position_sp, motor.speed_sp, motor.duty_cycle_sp = 300, 200, 30
+    motor.stop_action = "hold"
+    motor.command = before
+    bench.sleep(2)
+    motor.command = "stop"
+    bench.sleep(0.5)
+    there = motor.position
+    assert there > 200
+    motor.run_to_rel_pos(position_sp=0)
+    bench.sleep(0.2)
+    motor.run_to_rel_pos(position_sp=50, speed_sp=100)
+    bench.sleep(2)
+    assert motor.position == pytest.approx(there + 50, abs=1)
+
+
 # Whatever is asked of it
 
 
