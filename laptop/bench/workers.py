@@ -9,7 +9,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from typing import TypeVar
@@ -33,6 +33,10 @@ _one_at_a_time = threading.Lock()
 
 class NoCluster(ArmError):
     """No cluster can be reached."""
+
+
+class WorkerLost(ArmError):
+    """A process that did some of the work is no more."""
 
 
 @contextmanager
@@ -95,6 +99,9 @@ def map_cases(
         cases: its arguments.
         chunk: number of cases that go to a process at a time.
         executor: does the work; None for a process on every core of this machine.
+
+    Raises:
+        WorkerLost: a process was ended from outside.
     """
     with ExitStack() as stack:
         if threading.current_thread() is threading.main_thread():
@@ -116,6 +123,11 @@ def map_cases(
                 while not wait([future], POLL_PERIOD).done:
                     pass
                 yield from future.result()
+        except BrokenExecutor:
+            raise WorkerLost(
+                "a process of this bench was ended from outside, perhaps for want of memory; "
+                "free some, or take fewer --seeds at a time"
+            ) from None
         finally:
             for future in futures:
                 future.cancel()

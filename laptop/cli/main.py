@@ -22,6 +22,7 @@ from laptop.cli.simulate import simulate
 from laptop.cli.touch import touch
 from laptop.cli.track import track
 from shared import state
+from shared.arm_description import ArmError
 from shared.message_fields import printable
 from shared.version import VERSION
 
@@ -56,6 +57,9 @@ def main() -> int:
     except click.ClickException as error:
         _tell(error.format_message())
         return error.exit_code
+    except ArmError as error:
+        _tell(str(error))
+        return 1
     except BrokenPipeError:
         # Whoever read along has seen enough; the interpreter must not try to flush the rest.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,6 +1,7 @@
 """The processes of a bench: their results, and that none outlives it; and those of a cluster."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -14,7 +15,8 @@ from click.testing import CliRunner
 from places import ROOT
 from waiting import PATIENCE, until
 
-from laptop.bench import workers
+from laptop.bench import draw, workers
+from laptop.cli import main
 from laptop.cli.main import laptop
 
 
@@ -58,6 +60,14 @@ def test_what_nobody_waits_for_any_more_is_not_begun():
 
 
 SERVO = ("bench", "servo", "--seeds", "1000:1001", "--arm", "planar", "--method", "chain")
+
+
+def test_a_worker_that_is_killed_is_told_in_a_line(monkeypatch, capsys):
+    lost = "a process of this bench was ended from outside, perhaps for want of memory; free some"
+    monkeypatch.setattr(draw, "run", lambda *_: workers.map_cases(os._exit, [9]))
+    monkeypatch.setattr(sys, "argv", ["laptop", "bench", "draw", "--seeds", "1000:1001"])
+    assert main.main() == 1
+    assert capsys.readouterr().err.strip().startswith("laptop: " + lost)
 
 
 @pytest.fixture
