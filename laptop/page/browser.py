@@ -28,7 +28,7 @@ from laptop.page.snapshots import SAMPLE_PERIOD, PageState
 
 STYLE = Path(cards.__file__).with_name("style.css")
 DRIVE = "drive"
-"""Tab that is shown at first."""
+"""Tab that is shown at first, unless the one of drawings was left open."""
 FACTS_PERIOD = 1.0
 """Between two updates of the figures that change all the time, for one browser, s."""
 
@@ -49,6 +49,7 @@ class Page:
 
     async def build(self) -> None:
         """Add everything."""
+        tool = self._session.tool  # of before, if this page is loaded anew
         await self._controller.call(StatusCalls.opened)
         state = await self._controller.poll()
         ui.add_css(STYLE)
@@ -70,7 +71,9 @@ class Page:
                 self._draw = DrawCard(self._session, self._views)
                 self._state = StateCard(self._session)
         self._session.show_tab = self.show_tab
-        self.show_tab(DRIVE)
+        self.show_tab(DRAW if tool == DRAW else DRIVE)
+        if tool != DRAW:
+            self._colours.choose_tool(tool)
         ui.keyboard(self._on_key, ignore=["input", "select", "textarea"], repeating=False)
         ui.keyboard(self._on_arrow, ignore=["input", "select", "textarea"])
         ui.timer(1 / MAX_FRAME_RATE, self._refresh_stills)

@@ -32,6 +32,12 @@ MAX_FILE, FILE_TIMEOUT = 8_000_000, 20.0
 """Bytes of such a file, and time that it may take to come, s."""
 BUILD_TIMEOUT = 60.0
 """Time that a page may take to be put together once it is its turn, s."""
+RECONNECT_TIMEOUT = 30.0
+"""A browser that is back so soon finds its page as it was, and else loads it anew, s.
+
+It may be away because this computer is busy: where the two had 10 s, pages were loaded anew while
+somebody pressed something. (That nothing comes from it is known long before, see Pulse.)
+"""
 
 
 def serve(
@@ -61,6 +67,7 @@ def serve(
         await core.sio.emit("beat", t, room=page)
 
     pulse = Pulse(hear, beat)
+    sessions: dict[int, BrowserSession] = {}  # the newest of each browser
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
 
     @app.get("/view/{camera}/{index}.jpg")
@@ -104,9 +111,13 @@ def serve(
     @ui.page("/", response_timeout=BUILD_TIMEOUT)
     async def root() -> None:
         client = ui.context.client
+        browser = _browser(client)
         session = BrowserSession(
-            controller, _browser(client), _name(client), age=lambda: pulse.age(client.id)
+            controller, browser, _name(client), age=lambda: pulse.age(client.id)
         )
+        if browser in sessions:  # it goes on where it was: pages are also loaded anew unasked
+            session.tool = sessions[browser].tool
+        sessions[browser] = session
         async with client.request.scope[TURN]:
             await Page(session, gate_port).build()
 
@@ -165,7 +176,7 @@ def serve(
         title="BrickServo",
         dark=None,
         language="en-US",
-        reconnect_timeout=10.0,
+        reconnect_timeout=RECONNECT_TIMEOUT,
         message_history_length=200,
         tailwind=False,
         show_welcome_message=False,

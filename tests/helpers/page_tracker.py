@@ -29,6 +29,14 @@ from shared.arm_description import find_arm, read_arm
 
 LATE = "look, then do it again"
 """What the page says of an order that it refuses because it came late."""
+ORDERED = f"""
+new MutationObserver((changes) => {{
+  const said = changes.filter((change) => change.target.closest?.(".q-notifications"));
+  if (said.some((change) => change.target.textContent.includes({LATE!r})) && window.ordered)
+    window.ordered.late = true;
+}}).observe(document, {{ childList: true, subtree: true }});
+"""
+"""Notes in a page that the last order came late, though that is shown for a while only."""
 WINDOW = {"width": 1100, "height": 760}
 SYNTHETIC = "--camera", "synthetic", "--scene", "fps=10,jpeg=0,exposure=0.004"
 """Quicker to paint: others wait for the same two cores."""
@@ -156,9 +164,14 @@ class Tracker:
 
 def press_tool(page, name):
     """Choose what a click in an image does, and wait until the page says so."""
-    tool = page.locator(".tools").get_by_role("button", name=name, exact=True)
-    tool.click()
-    tool.and_(page.locator("[aria-pressed=true]")).wait_for()
+    tool_button(page, name).click()
+    tool_button(page, name, "[aria-pressed=true]").wait_for()
+
+
+def tool_button(page, name, which="*"):
+    """The button of a tool or a tab, if it is such a one."""
+    button, tab = (page.get_by_role(role, name=name, exact=True) for role in ("button", "tab"))
+    return page.locator(".tools").locator(button.or_(tab)).and_(page.locator(which))
 
 
 class Surfer:
@@ -171,10 +184,14 @@ class Surfer:
         self._order = None
         self.context = browser.new_context(viewport=WINDOW, **options)
         self.context.set_default_timeout(1000 * PATIENCE)
+        self.context.add_init_script(ORDERED)
         self.page = self.context.new_page()
         self.errors, self.addresses = [], []
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
         self.page.on("request", lambda request: self.addresses.append(request.url))
+        # Shown where a test fails: a page that was loaded again forgets what was pressed.
+        self.page.on("console", lambda said: print(f"browser: {said.text}"))
+        self.page.on("framenavigated", lambda frame: print(f"browser: at {frame.url}"))
         if late:
             self.page.route("**/view/**", lambda route: (time.sleep(late), route.continue_()))
         self.page.goto(tracker.new_address())
@@ -203,38 +220,40 @@ class Surfer:
 
     def order(self, act):
         """Do what the page may refuse because it came late; then it is done again."""
-        self._until_not_late()  # of an earlier order
         self._order = act
-        act()
+        self._give()
 
-    def _until_not_late(self):
+    def _give(self):
         said = f"document.body.textContent.includes({LATE!r})"
-        self.page.wait_for_function(f"!{said}")
+        self.page.wait_for_function(f"!{said}")  # of an earlier order
+        self.page.evaluate("window.ordered = { late: false }")
+        self._order()
 
-    def repeat_if_late(self):
-        """Repeat an order that the page refuses because it came late, as on a busy computer."""
-        if self._order and self.page.get_by_text(LATE).count():
-            self._until_not_late()
-            self._order()
+    def repeat_if_lost(self):
+        """Repeat an order that came late, or in a page that was loaded anew, as on a busy one."""
+        if self._order and self.page.evaluate("!window.ordered || window.ordered.late"):
+            self._give()
 
     def wait(self, found):
-        """Wait for what a locator finds; repeat an order that came late."""
-        while self._order:
-            found.or_(self.page.get_by_text(LATE)).first.wait_for(state="attached")
-            if found.count():
-                self._order = None
-            else:
-                self.repeat_if_late()
+        """Wait for what a locator finds; repeat an order that was lost."""
+        if self._order:
+            self.until(found.count, "what was ordered")
         found.first.wait_for(state="attached")
 
     def until(self, condition, what):
-        """Wait for what no locator finds; repeat an order that came late."""
+        """Wait for what no locator finds; repeat an order that was lost."""
+        from playwright.sync_api import Error  # not there without a browser
 
-        def meanwhile():
-            self.repeat_if_late()
-            self.page.wait_for_timeout(10)
+        def holds():
+            try:
+                self.repeat_if_lost()
+                return condition()
+            except Error as error:
+                if "navigation" not in str(error):
+                    raise
+                return False  # it is being loaded anew
 
-        until(condition, what, meanwhile)
+        until(holds, what, lambda: self.page.wait_for_timeout(30))
         self._order = None
 
     def click(self, u, v):
@@ -265,7 +284,8 @@ class Surfer:
         return self.page.get_by_role("button", name=name)
 
     def tool(self, name):
-        press_tool(self.page, name)
+        self.order(tool_button(self.page, name).click)
+        self.wait(tool_button(self.page, name, "[aria-pressed=true]"))
 
     def can_start(self):
         """Wait until a run can be ordered."""

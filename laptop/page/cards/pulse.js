@@ -6,7 +6,7 @@ const RECONNECTION = 1000; // ms between two tries at most: a page's process is 
 const PATIENCE = 10000; // ms for the first beat
 const CLOCK_BEATS = 40; // that tell how the clocks differ
 
-const pulse = { beat: performance.now() + PATIENCE, gate: -Infinity, clocks: [], stopping: false, failed: false };
+const pulse = { beat: performance.now() + PATIENCE, gate: -Infinity, pressed: -Infinity, clocks: [], stopping: false, failed: false };
 
 // Follow the pulse; gatePort: of the gate of STOP.
 function beginPulse(gatePort) {
@@ -20,18 +20,28 @@ function beginPulse(gatePort) {
       look();
     });
     socket.io.reconnectionDelayMax(RECONNECTION);
-    // What was pressed while it was cut off is not sent on.
-    socket.io.on("reconnect", () => (socket.sendBuffer = []));
+    // What was pressed while it was cut off is not sent on. It is told: one may not have seen it yet.
+    socket.io.on("reconnect", () => {
+      socket.sendBuffer = [];
+      if (pulse.pressed > pulse.beat) warn("the page was cut off when this was pressed; look, then do it again");
+    });
   });
   setInterval(look, 100);
 
   const pressed = (event) => event.target.closest?.(".stop");
-  addEventListener("pointerdown", (event) => pressed(event) && event.button === 0 && stopArm(gate), true);
+  addEventListener("pointerdown", (event) => {
+    if (!pressed(event)) pulse.pressed = performance.now();
+    else if (event.button === 0) stopArm(gate);
+  }, true);
   // (By keys, and by what reads pages aloud; after a pointer it is pressed already.)
-  addEventListener("click", (event) => pressed(event) && event.detail === 0 && stopArm(gate), true);
+  addEventListener("click", (event) => {
+    if (!pressed(event)) pulse.pressed = performance.now();
+    else if (event.detail === 0) stopArm(gate);
+  }, true);
   addEventListener("keydown", (event) => {
     if (event.key === "Escape" && !event.repeat) stopArm(gate);
-    else if (isCutOff() && event.key !== "Tab" && !(pressed(event) && " Enter".includes(event.key)))
+    else if (!isCutOff()) pulse.pressed = performance.now();
+    else if (event.key !== "Tab" && !(pressed(event) && " Enter".includes(event.key)))
       event.stopImmediatePropagation();
   }, true);
 }
@@ -105,7 +115,11 @@ async function stopArm(gate) {
   }
   pulse.stopping = pulse.failed = false;
   document.body.classList.remove("stopping");
-  if (why) Quasar.Notify.create({ message: why, type: "warning", position: "bottom", timeout: 6000 });
+  if (why) warn(why);
+}
+
+function warn(why) {
+  Quasar.Notify.create({ message: why, type: "warning", position: "bottom", timeout: 6000 });
 }
 
 async function stopByGate(gate) {

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 import pytest
 from announced import wait_for_event
-from page_tracker import SYNTHETIC, WINDOW, Surfer, Tracker, a_browser, press_tool
+from page_tracker import SYNTHETIC, WINDOW, Surfer, Tracker, a_browser, press_tool, tool_button
 from places import ROOT
 from waiting import PATIENCE, until
 
@@ -299,6 +299,17 @@ def test_a_colour_is_picked_by_a_click_undone_and_kept_in_the_file(surfer):
     surfer.order(surfer.button("Undo").click)
     surfer.reads("hue 0 +- 20")
     assert read_markers(surfer.tracker.state / "markers.ini")["effector"].color.scene is None
+
+
+def test_a_page_that_is_loaded_anew_goes_on_with_the_same_tool(surfer):
+    surfer.tool("Pick")
+    surfer.page.reload()
+    tool_button(surfer.page, "Pick", "[aria-pressed=true]").wait_for()
+    surfer.tool("Draw")
+    surfer.page.reload()
+    tool_button(surfer.page, "Draw", "[aria-pressed=true]").wait_for()
+    assert not tool_button(surfer.page, "Pick").is_visible()
+    surfer.tool("Drive")
 
 
 def test_what_cannot_be_picked_says_why(surfer):

@@ -139,6 +139,18 @@ def test_what_was_pressed_while_the_page_did_not_answer_is_not_done_later(
     assert math.dist(far_surfer.joints(), where) < 0.01
 
 
+def test_what_was_pressed_as_the_connection_broke_is_told_and_not_done(surfer):
+    surfer.aim(*surfer.scene.truth(FAR[0])["effector"])
+    surfer.can_start()
+    where = surfer.joints()
+    start_button(surfer.page).first.evaluate(
+        "button => { window.socket.io.engine.close(); button.click(); }"
+    )
+    surfer.reads("cut off when this was pressed")
+    stands(surfer)
+    assert math.dist(surfer.joints(), where) < 0.01
+
+
 def test_a_tracker_that_stands_still_shows_that_no_stop_can_be_sent(surfer, tracker):
     tracker.process.send_signal(signal.SIGSTOP)
     try:

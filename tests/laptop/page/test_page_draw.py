@@ -38,9 +38,6 @@ DROP = """([name, base64]) => {
 class Drawer(Surfer):
     """Somebody before a browser who draws."""
 
-    def tab(self, name):
-        self.page.get_by_role("tab", name=name).click()
-
     def drop(self, name, content):
         self.steer()  # whoever was here before may count as steering still: then it is refused
         data = content if isinstance(content, bytes) else content.encode()
@@ -76,7 +73,7 @@ class Drawer(Surfer):
         self.order(button.click)
 
     def look_around(self):
-        self.tab("Draw")
+        self.tool("Draw")
         if self.page.get_by_text("is not known").count():
             self.press("Look around")
             self.word("look around: done")
@@ -196,7 +193,7 @@ class Passed:
 
 
 def test_while_nothing_is_known_of_the_table_a_dragged_path_is_followed(surfer):
-    surfer.tab("Drive")
+    surfer.tool("Drive")
     way = [surfer.scene.truth(q)["effector"] for q in ((0.3, 0.6), (0.45, 0.75), (0.65, 0.8))]
     surfer.drag(*way)
     surfer.reads("more")
@@ -283,7 +280,7 @@ def test_a_dropped_svg_is_moved_and_turned_drawn_paused_and_resumed(surfer):
 
 def test_a_dragged_triangle_is_drawn_in_one_go(surfer):
     surfer.look_around()
-    surfer.tab("Drive")
+    surfer.tool("Drive")
     corners = [surfer.pixel(p) for p in ((17.0, 1.0), (11.0, 7.0), (10.0, -3.0), (17.0, 1.0))]
     already = len(surfer.ink())
     surfer.drag(*corners)
@@ -308,7 +305,7 @@ def test_a_dragged_triangle_is_drawn_in_one_go(surfer):
 
 def test_a_path_that_cannot_be_reached_is_red_before_anything_moves(surfer):
     surfer.look_around()
-    surfer.tab("Drive")
+    surfer.tool("Drive")
     u, v = surfer.pixel((18.0, 0.0))
     surfer.drag((u, v), (u + 60, v), (u + 60, v + 20))
     surfer.page.get_by_text("cannot be reached (red)").wait_for()
@@ -320,7 +317,7 @@ def test_a_path_that_cannot_be_reached_is_red_before_anything_moves(surfer):
 
 def test_a_picture_is_traced_as_the_sliders_say(surfer):
     page = surfer.page
-    surfer.tab("Draw")
+    surfer.tool("Draw")
     assert not surfer.slider("shades").is_visible()
     grey = np.full((120, 160), 255, np.uint8)
     cv2.circle(grey, (45, 60), 16, 20, -1)
@@ -362,7 +359,7 @@ def test_a_file_that_is_no_drawing_says_why(surfer, name, text, words):
 
 def test_a_text_is_written_and_stopped(surfer):
     page = surfer.page
-    surfer.tab("Draw")
+    surfer.tool("Draw")
     page.get_by_label("or type a text").fill("LEGO")
     surfer.press("Write")
     surfer.facts(r"^LEGO: \d+ strokes, \d+ cm, \d+ s$")
@@ -371,5 +368,5 @@ def test_a_text_is_written_and_stopped(surfer):
     page.keyboard.press("Escape")
     surfer.word("LEGO: aborted")
     page.get_by_text("Stopped from the page").wait_for()
-    surfer.tab("Drive")
+    surfer.tool("Drive")
     assert page.locator(".go:enabled", has_text="Start").count() or surfer.can_start() is None
