@@ -18,8 +18,10 @@ angles rad, times s.
 import json
 import os
 import zlib
+from array import array
 
 from shared.job_pieces import BadJob, check_joined, check_joints, go_on, read_piece
+from shared.message_fields import printable
 from shared.record import record
 from shared.small_files import SpoiltFile, check_replaceable, number, open_file, open_to_write
 
@@ -31,6 +33,19 @@ CM = b'{"cm":'
 
 MAX_SIZE, MAX_LINE = 16000000, 600000
 """Greatest size of a file and of a line, bytes: of one stroke the brick has room for some MB."""
+
+MAX_STROKES = 100000
+"""Greatest number of strokes: a file of MAX_SIZE has no room for more that are drawn."""
+
+MAX_DIGITS = 15
+"""Greatest length of a whole number: to read one of a whole line would take the brick minutes."""
+
+MAX_SECONDS = 1e6
+"""Greatest time that a job may take, s: 11 days."""
+
+MORE, MORE_SECONDS = 1.1, 10.0
+"""All strokes together are planned to take at the most so many times, and s, what the header says
+of the whole job."""
 
 MAX_NAME = 60
 """Greatest length of a name, characters."""
@@ -180,9 +195,8 @@ class Job(object):
             if not pieces:
                 raise SpoiltFile("has a stroke without a piece")
             offsets = [_offsets(one, len(pieces[0][2])) for one in value.get("offsets", ())]
-            stroke = Stroke(
-                str(value["layer"]), number(value["cm"]), number(value["start_s"]), pieces, offsets
-            )
+            cm, start_s = number(value["cm"]), number(value["start_s"])
+            stroke = Stroke(_word(value["layer"]), cm, start_s, pieces, offsets)
             check_joined(pieces, self.between)
         except OSError as error:
             raise BadJob("{}: {}; send it again".format(self.path, error.strerror)) from None
@@ -191,6 +205,23 @@ class Job(object):
         if self._arm:
             check_joints(self.path, k, pieces, self._arm.joints, self.between)
         return stroke
+
+    def strokes(self):
+        """Yield all Strokes in turn, each read and checked as by `stroke`.
+
+        Raises:
+            BadJob: as `stroke`; or they take longer than the header says of all.
+        """
+        planned = 0.0
+        for k in range(1, self.header.strokes + 1):
+            stroke = self.stroke(k)
+            planned += sum([times[-1] for times, _, _ in stroke.pieces])
+            if planned > MORE * self.header.seconds + MORE_SECONDS:
+                raise self._bad(SpoiltFile(
+                    "says that it takes {:.0f} s, and by the end of stroke {} it takes {:.0f}"
+                    "".format(self.header.seconds, k, planned)
+                ))  # fmt: skip
+            yield stroke
 
     def cm_before(self, k):
         """Length of all strokes before the k-th, cm; k from 1 on, also one past the last."""
@@ -213,26 +244,26 @@ class Job(object):
 
     def _scan(self):
         """(offset of each line, lengths of the strokes, checksum of all but the last line)."""
-        offsets, lengths, crc, size, last = [], [], 0, 0, b""
+        # (As lists they would take the brick more memory than it has.)
+        offsets, lengths = array("L"), array("d")
+        crc, size, last = 0, 0, b""
         with open(open_file(self.path), "rb") as file:
             while True:
                 line = file.readline(MAX_LINE + 1)
                 if not line:
                     break
-                if len(line) > MAX_LINE or size > MAX_SIZE:
+                if len(line) > MAX_LINE or size > MAX_SIZE or len(lengths) > MAX_STROKES:
                     raise SpoiltFile("is longer than a job may be")
+                if len(offsets) > 1:  # the one before is followed by another, so it is a stroke
+                    lengths.append(_length(last))
                 offsets.append(size)
                 size += len(line)
-                if line.startswith(CM):
-                    lengths.append(number(float(line[len(CM) : line.index(b",")])))
                 crc, last = zlib.crc32(last, crc), line
         end = _object(last)
         if "end" not in end or end["end"] != len(offsets) - 2:
             raise SpoiltFile("is cut off")
         if end["crc"] != crc & 0xFFFFFFFF:
             raise SpoiltFile("was changed on its way")
-        if len(lengths) != end["end"] or min(lengths) < 0:
-            raise SpoiltFile("has a stroke that does not begin with its length")
         return offsets, lengths, end["crc"]
 
     def _parsed(self, k):
@@ -246,11 +277,15 @@ class Job(object):
             raise SpoiltFile("has format {!r}, and this program knows {}".format(
                 value["job"], VERSION
             ))  # fmt: skip
-        words = [str(value[key])[:MAX_NAME] for key in ("name", "arm", "chain")]
+        words = [_word(value[key]) for key in ("name", "arm", "chain")]
         links = tuple(number(link) for link in value["links"])
         numbers = [number(value[key]) for key in ("speed", "strokes", "cm", "pen_up_cm", "seconds")]
         if numbers[1] != len(self._offsets) - 2 or numbers[1] < 1 or min(numbers) < 0:
             raise SpoiltFile("has another number of strokes than it says")
+        if numbers[4] > MAX_SECONDS:
+            raise SpoiltFile("takes {:.0f} s, and {:.0f} are the most".format(
+                numbers[4], MAX_SECONDS
+            ))  # fmt: skip
         numbers[1] = int(numbers[1])
         # (Programs that know neither leave them out, and all others where there is none.)
         log, rest = [number(value.get(key, 0)) for key in ("log", "rest")]
@@ -276,12 +311,25 @@ class Job(object):
             )  # fmt: skip
 
 
+def _length(line):
+    """The length, cm, with which the line of a stroke begins."""
+    length = number(float(line[len(CM) : line.index(b",")])) if line.startswith(CM) else -1.0
+    if length < 0:
+        raise SpoiltFile("has a stroke that does not begin with its length")
+    return length
+
+
+def _word(value):
+    """A name, for people."""
+    return printable(str(value))[:MAX_NAME]
+
+
 def _listed(values):
     return ", ".join("{:g}".format(value) for value in values)
 
 
 def _object(line):
-    value = json.loads(line.decode("ascii"), parse_constant=_refuse)
+    value = json.loads(line.decode("ascii"), parse_constant=_refuse, parse_int=_whole)
     if not isinstance(value, dict):
         raise SpoiltFile("holds something else")
     return value
@@ -289,6 +337,12 @@ def _object(line):
 
 def _refuse(word):
     raise SpoiltFile("holds " + word)
+
+
+def _whole(digits):
+    if len(digits) > MAX_DIGITS:
+        raise SpoiltFile("has a number beyond all bounds")
+    return int(digits)
 
 
 def _offsets(value, joints):

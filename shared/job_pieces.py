@@ -9,11 +9,25 @@ from shared.arm_description import ArmError
 from shared.small_files import SpoiltFile, number
 
 MAX_JUMP = 0.01
-"""Greatest difference of a joint's angle from where a piece or segment ends to where the next
-begins, rad."""
+"""Greatest difference of a joint's angle from where a segment ends to where the next begins, rad;
+and of all of a stroke together: many would be a speed that no segment has."""
 
-SPEED_MARGIN = 1.1
+SPEED_MARGIN = 1.02
 """A joint is planned no faster than so many times its greatest speed."""
+
+MAX_ACCELERATION = math.radians(240)
+"""Nor harder accelerated, rad/s^2; and robot.motion.trajectory plans a little less. No joint could
+do much more, which would seem to be blocked."""
+
+MAX_SPEED_JUMP = math.radians(6)
+"""Greatest difference of a joint's speed between two segments, and at a piece's ends, rad/s: near
+a singular pose rounded numbers may make 2 degrees a second of it."""
+
+GREATEST = 1e9
+"""Of the numbers of a piece: products of those that are no greater stay finite."""
+
+BACKWARDS = 0.01
+"""So fast a segment may seem to run backwards at its end, cm/s, as its numbers are rounded."""
 
 
 class BadJob(ArmError, ValueError):
@@ -23,43 +37,44 @@ class BadJob(ArmError, ValueError):
 def read_piece(value, joints):
     """(times, segments, end) as a Trajectory takes them, of numbers only."""
     times, segments, end = value
-    times = [number(t) for t in times]
+    times = [_bounded(t) for t in times]
     if times[0] != 0 or len(times) != len(segments) + 1 or len(segments) < 1:
         raise SpoiltFile("has a piece whose times do not fit")
     if any(b <= a for a, b in zip(times, times[1:])):
         raise SpoiltFile("has a piece whose time does not go on")
     out = []
     for (v, a, cubics, across), t, t_end in zip(segments, times, times[1:]):
-        v, a = number(v), number(a)
-        if v + 0.5 * a * (t_end - t) <= 0:
+        v, a, dt = _bounded(v), _bounded(a), t_end - t
+        if v + 0.5 * a * dt <= 0:
             raise SpoiltFile("has a piece that does not go on")
-        cubics = [tuple(number(c) for c in cubic) for cubic in cubics]
-        across = across if across is None else [number(x) for x in across]
+        if v < 0 or v + a * dt < -BACKWARDS:
+            raise SpoiltFile("has a piece that runs backwards")
+        cubics = [tuple([_bounded(c) for c in cubic]) for cubic in cubics]
+        across = across if across is None else [_bounded(x) for x in across]
         if len(cubics) != joints or any(len(cubic) != 4 for cubic in cubics):
             raise SpoiltFile("has a piece of another arm")
         if across is not None and len(across) != joints:
             raise SpoiltFile("has a piece of another arm")
         out.append((v, a, cubics, across))
-    end = tuple(number(q) for q in end)
+    end = tuple([_bounded(q) for q in end])
     if len(end) != joints:
         raise SpoiltFile("has a piece of another arm")
     return times, out, end
 
 
+def _bounded(value):
+    value = number(value)
+    if not -GREATEST <= value <= GREATEST:
+        raise SpoiltFile("has a number beyond all bounds")
+    return value
+
+
 def _ends(times, segments):
-    """Per segment, per joint: angle at its beginning and end, rad, and speed there, rad/s."""
+    """Per segment, per joint: angle at its beginning and end, rad."""
     for t, t_end, (v, a, cubics, _) in zip(times, times[1:], segments):
         dt = t_end - t
-        s, v_end = dt * (v + 0.5 * a * dt), v + a * dt
-        yield [
-            (
-                c0,
-                c0 + s * (c1 + s * (c2 + s * c3)),
-                v * c1,
-                v_end * (c1 + s * (c2 + c2 + 3 * c3 * s)),
-            )
-            for c0, c1, c2, c3 in cubics
-        ]
+        s = dt * (v + 0.5 * a * dt)
+        yield [(c0, c0 + s * (c1 + s * (c2 + s * c3))) for c0, c1, c2, c3 in cubics]
 
 
 def go_on():
@@ -68,69 +83,144 @@ def go_on():
 
 def check_joined(pieces, between):
     """Refuse angles that jump."""
-    before = None
+    before, jumped = None, 0.0
     for times, segments, end in pieces:
         between()
         for joints in _ends(times, segments):
             if before is not None:
-                _check_jump(before, [joint[0] for joint in joints])
+                jumped = _jumped(jumped, before, [joint[0] for joint in joints])
             before = [joint[1] for joint in joints]
-        _check_jump(before, end)
+        jumped = _jumped(jumped, before, end)
         before = end
 
 
-def _check_jump(before, after):
-    jump = max([abs(a - b) for a, b in zip(before, after)])
-    if not jump <= MAX_JUMP:
-        raise SpoiltFile("has a joint that jumps by {:.1f} deg".format(math.degrees(jump)))
+def _jumped(jumped, before, after):
+    jumped += max([abs(a - b) for a, b in zip(before, after)])
+    if not jumped <= MAX_JUMP:
+        raise SpoiltFile("has a joint that jumps by {:.1f} deg".format(math.degrees(jumped)))
+    return jumped
+
+
+def check_joints(path, k, pieces, joints, between=go_on, more=0.0):
+    """Refuse, by BadJob, what the joints may not do, wherever on the way.
+
+    Args:
+        path, k: the job's file and the stroke's number, for people.
+        pieces: of the stroke.
+        joints: the arm's.
+        between: called now and then.
+        more: acceleration beyond MAX_ACCELERATION that they may have, rad/s^2.
+    """
+    hardest = MAX_ACCELERATION + more
+
+    def refuse(joint, what, *numbers):
+        raise BadJob(
+            "{}: stroke {} needs the {} {}; plan it for this arm as it is".format(
+                path, k, joint.name, what.format(*[math.degrees(number) for number in numbers])
+            )
+        )
+
+    for times, segments, _ in pieces:
+        between()
+        speeds = [0.0] * len(joints)
+        for t, t_end, (v, a, cubics, _) in zip(times, times[1:], segments):
+            dt = t_end - t
+            v_end = v + a * dt
+            end = dt * (v + 0.5 * a * dt)
+            # (What turns back at its very end has been a little farther before.)
+            s = end if v_end >= 0 else -0.5 * v * v / a
+            top = max(v, -v_end, v_end)
+            for n, (joint, cubic) in enumerate(zip(joints, cubics)):
+                low, high, steepest = _span(cubic, s)
+                if low < joint.lower or high > joint.upper:
+                    low, high = _range(cubic, s)
+                if not joint.lower - MAX_JUMP <= low <= high <= joint.upper + MAX_JUMP:
+                    refuse(
+                        joint, "at {:.1f} deg, beyond its limits {:g} to {:g}",
+                        low if low < joint.lower else high, joint.lower, joint.upper,
+                    )  # fmt: skip
+                fastest = top * steepest
+                if fastest > SPEED_MARGIN * joint.max_speed:
+                    fastest = _fastest(cubic, v, a, s)
+                if not fastest <= SPEED_MARGIN * joint.max_speed:
+                    refuse(joint, "at {:.0f} deg/s, beyond its {:g}", fastest, joint.max_speed)
+                acceleration = _hardest(cubic, v, a, s)
+                if not acceleration <= hardest:
+                    refuse(
+                        joint, "accelerated by {:.0f} deg/s^2, beyond {:.0f}", acceleration, hardest
+                    )
+                _, c1, c2, c3 = cubic
+                _check_no_leap(refuse, joint, v * c1 - speeds[n])
+                speeds[n] = v_end * (c1 + end * (c2 + c2 + 3.0 * c3 * end))
+        for joint, speed in zip(joints, speeds):
+            _check_no_leap(refuse, joint, speed)
+
+
+def _check_no_leap(refuse, joint, leap):
+    if not -MAX_SPEED_JUMP <= leap <= MAX_SPEED_JUMP:
+        refuse(joint, "to change its speed by {:.0f} deg/s at once", abs(leap))
+
+
+def _span(cubic, s):
+    """Bounds of a joint's angle, rad, and of its slope, rad/cm, on a way `s` (cm) by its cubic.
+
+    They are those of the points by which P. Bezier gave his curves, between which these stay.
+    Hardly a cubic comes near enough to a bound for its roots to be needed.
+    """
+    c0, c1, c2, c3 = cubic
+    bent, curved = c2 * s, c3 * s * s
+    end = c0 + s * (c1 + bent + curved)
+    first = c0 + s * c1 / 3.0
+    second = first + first - c0 + s * bent / 3.0
+    middle = c1 + bent
+    last = middle + bent + 3.0 * curved
+    return (
+        min(c0, first, second, end), max(c0, first, second, end),
+        max(c1, -c1, middle, -middle, last, -last),
+    )  # fmt: skip
 
 
 def _range(cubic, s):
     """Least and greatest angle of a joint on a way `s` (cm) by its cubic, rad."""
     c0, c1, c2, c3 = cubic
-    places = [0.0, s]
-    # It turns round where c1 + 2 c2 x + 3 c3 x^2 = 0.
-    root = c2 * c2 - 3.0 * c1 * c3
-    if not abs(root) < math.inf:  # nor what is no number
-        return -math.inf, math.inf
-    if root >= 0:
-        far = -c2 - math.copysign(math.sqrt(root), c2)
-        turns = ([far / (3.0 * c3)] if c3 else []) + ([c1 / far] if far else [])
-        places += [x for x in turns if 0 < x < s]
+    places = [0.0, s] + _roots(3.0 * c3, c2 + c2, c1, s)  # there it turns round
     angles = [c0 + x * (c1 + x * (c2 + x * c3)) for x in places]
     return min(angles), max(angles)
 
 
-def check_joints(path, k, pieces, joints, between=go_on):
-    """Refuse, by BadJob, angles and speeds that the joints may not have."""
-    for times, segments, _ in pieces:
-        between()
-        for t, t_end, segment, states in zip(times, times[1:], segments, _ends(times, segments)):
-            v, a, cubics, _ = segment
-            s = (t_end - t) * (v + 0.5 * a * (t_end - t))
-            for joint, cubic, (q, q_end, speed, speed_end) in zip(joints, cubics, states):
-                low, high = min(q, q_end), max(q, q_end)
-                # Between its ends a cubic stays within the span of them and two points more (as P.
-                # Bezier's curves do): hardly one needs its roots.
-                first = q + s * cubic[1] / 3.0
-                second = first + first - q + s * s * cubic[2] / 3.0
-                if min(first, second) < joint.lower or max(first, second) > joint.upper:
-                    low, high = _range(cubic, s)
-                if low < joint.lower - MAX_JUMP or high > joint.upper + MAX_JUMP:
-                    raise BadJob(
-                        "{}: stroke {} needs the {} at {:.1f} deg, beyond its limits {:g} to {:g}; "
-                        "plan it for this arm as it is".format(
-                            path, k, joint.name,
-                            math.degrees(low if low < joint.lower else high),
-                            math.degrees(joint.lower), math.degrees(joint.upper),
-                        )
-                    )  # fmt: skip
-                fastest = max(abs(speed), abs(speed_end))
-                if fastest > SPEED_MARGIN * joint.max_speed:
-                    raise BadJob(
-                        "{}: stroke {} needs the {} at {:.0f} deg/s, beyond its {:g}; plan it for "
-                        "this arm as it is".format(
-                            path, k, joint.name, math.degrees(fastest),
-                            math.degrees(joint.max_speed),
-                        )
-                    )  # fmt: skip
+def _fastest(cubic, v, a, s):
+    """Greatest speed of a joint on a way `s` (cm) by its cubic, at the tip's v and a, rad/s.
+
+    It is dq/ds sqrt(v^2 + 2 a x), greatest where the derivative of its square is 0.
+    """
+    _, c1, c2, c3 = cubic
+    v2 = v * v
+    places = [0.0, s] + _roots(15.0 * a * c3, 6.0 * (a * c2 + c3 * v2), a * c1 + 2.0 * c2 * v2, s)
+    return max([
+        abs(c1 + x * (c2 + c2 + 3.0 * c3 * x)) * math.sqrt(max(0.0, v2 + 2.0 * a * x))
+        for x in places
+    ])  # fmt: skip
+
+
+def _hardest(cubic, v, a, s):
+    """Greatest acceleration of a joint on a way `s` (cm) by its cubic, rad/s^2.
+
+    It is V d^2q/ds^2 + a dq/ds, with V = v^2 + 2 a x: a parabola.
+    """
+    _, c1, c2, c3 = cubic
+    v2 = v * v
+    begin, rise, bend = a * c1 + 2.0 * c2 * v2, 6.0 * (a * c2 + c3 * v2), 15.0 * a * c3
+    most = max(abs(begin), abs(begin + s * (rise + s * bend)))
+    if bend and 0 < -rise < 2.0 * bend * s or bend < 0 < rise < -2.0 * bend * s:
+        most = max(most, abs(begin - 0.25 * rise * rise / bend))
+    return most
+
+
+def _roots(a, b, c, s):
+    """Where a x^2 + b x + c is 0 between 0 and s."""
+    below = b * b - 4.0 * a * c
+    if below < 0:
+        return []
+    far = -0.5 * (b + math.copysign(math.sqrt(below), b))
+    roots = ([far / a] if a else []) + ([c / far] if far else [])
+    return [x for x in roots if 0 < x < s]

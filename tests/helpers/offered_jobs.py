@@ -6,7 +6,7 @@ import random
 from robot.motion import paths, trajectory
 from shared.job import JobHeader, Stroke, header_of, write_job
 
-HEADER = JobHeader("a line", "planar", "planar", (11.3, 9.5), 12.0, 300, 3.0, 1.0, 9.0)
+HEADER = JobHeader("a line", "planar", "planar", (11.3, 9.5), 12.0, 300, 3.0, 1.0, 900.0)
 
 
 def job_file(folder, seed=1):

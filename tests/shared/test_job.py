@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import tracemalloc
 import zlib
 
 import pytest
@@ -199,7 +200,7 @@ def test_a_cubic_that_cannot_be_reckoned_with_is_refused(tmp_path):
     steep, elbow = [0.0, 0.0, 1e200, -1e200], [1.0, 0.0, 0.0, 0.0]
     piece = ([0.0, 1.0], [(1.0, 0.0, [steep, elbow], None)], [0.0, 1.0])
     path = written(tmp_path, [Stroke("", 1.0, 1.0, [piece])])
-    assert "needs the shoulder at -inf deg" in refusal(path)
+    assert "has a number beyond all bounds" in refusal(path)
 
 
 def test_a_piece_that_stands_or_goes_back_is_refused(tmp_path):
@@ -208,3 +209,106 @@ def test_a_piece_that_stands_or_goes_back_is_refused(tmp_path):
         piece = ([0.0, 2.0], [(v, a, cubics, None)], [0.0, 1.0])
         path = written(tmp_path, [Stroke("", 20.0, 1.0, [piece])])
         assert "does not go on" in refusal(path)
+
+
+def one_segment(tmp_path, v, a, dt, shoulder, elbow=(1.5, 0.0, 0.0, 0.0)):
+    """A job of one segment, at the tip's speed and acceleration for a time, by two cubics."""
+    s = dt * (v + 0.5 * a * dt)
+    end = [c0 + s * (c1 + s * (c2 + s * c3)) for c0, c1, c2, c3 in (shoulder, elbow)]
+    piece = ([0.0, dt], [(v, a, [list(shoulder), list(elbow)], None)], end)
+    return written(tmp_path, [Stroke("", s, 1.0, [piece])])
+
+
+def test_a_joint_that_is_too_fast_between_two_knots_at_which_it_stands_is_refused(tmp_path):
+    turn = math.radians(30)
+    for dt, words in (
+        (0.2, "needs the shoulder at 225 deg/s, beyond its 180"),
+        (0.3, "needs the shoulder accelerated by 2000 deg/s^2, beyond 240"),
+        (0.9, ""),
+    ):
+        path = one_segment(tmp_path, 1 / dt, 0.0, dt, (0.0, 0.0, 3 * turn, -2 * turn))
+        if words:
+            assert words in refusal(path)
+        else:
+            read_all(path, PLANAR)
+
+
+@pytest.mark.parametrize("v", [-10.0, -0.001])
+def test_a_piece_that_goes_back_before_it_goes_on_is_refused(tmp_path, v):
+    # Both its ends are within the limits, and 20 cm behind its beginning is -150 deg.
+    slope = math.radians(4.5)
+    path = one_segment(tmp_path, v, 2.53125, 8.0, (-1.05, slope, 0.0, 0.0))
+    assert "runs backwards" in refusal(path)
+
+
+def test_what_turns_back_at_its_very_end_is_looked_at_as_far_as_it_goes(tmp_path):
+    # By 0.25 mm, as rounded numbers would have it, at 1000 rad/cm.
+    v, a, dt = 1.0, -1.0, 1.009
+    steep = (0.0, 0.0, 0.0, 0.0), (2.96 - 499.9595, 1000.0, 0.0, 0.0)
+    assert "beyond its limits" in refusal(one_segment(tmp_path, v, a, dt, *steep))
+    assert "runs backwards" in refusal(one_segment(tmp_path, v, a, 1.02, *steep))
+
+
+def test_many_small_jumps_are_as_bad_as_a_large_one(tmp_path):
+    for step, words in ((0.009, "jumps by 1.0 deg"), (1e-6, "")):
+        angles = [k * step for k in range(20)]
+        segments = [(1.0, 0.0, [[q, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]], None) for q in angles]
+        piece = ([0.01 * k for k in range(21)], segments, [angles[-1], 1.0])
+        path = written(tmp_path, [Stroke("", 0.2, 1.0, [piece])])
+        if words:
+            assert words in refusal(path)
+        else:
+            read_all(path, PLANAR)
+
+
+def test_a_job_that_takes_longer_than_it_says_is_refused(tmp_path):
+    turn = math.radians(20)
+    path = one_segment(tmp_path, 1e-7, 0.0, 1e7, (0.0, 0.0, 3 * turn, -2 * turn))
+    with pytest.raises(
+        BadJob, match="says that it takes 20 s, and by the end of stroke 1 it takes 1000"
+    ):
+        list(Job(path, PLANAR).strokes())
+    strokes = planned()
+    write_job(path, header_of(PLANAR, "x", 12.0, strokes, 3.5, 2e6), strokes)
+    assert "takes 2000000 s, and 1000000 are the most" in refusal(path)
+
+
+def put(path, *lines):
+    """Write lines as a job's file, with the right end."""
+    data = b"".join(lines)
+    with open(path, "wb") as file:
+        file.write(data + b'{"crc":%d,"end":%d}\n' % (zlib.crc32(data), data.count(b"\n") - 1))
+
+
+@pytest.mark.parametrize("line", [b"\n", b'{"cm":0,}\n'])
+def test_a_file_of_very_many_lines_is_refused_before_it_fills_the_memory(tmp_path, line):
+    path = str(tmp_path / "a.job")
+    put(path, b"{}\n", line * (15900000 // len(line)))
+    tracemalloc.start()
+    try:
+        words = refusal(path)
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert "does not begin with its length" in words or "is longer than a job may be" in words
+    assert most < 10e6
+
+
+def test_a_whole_number_of_very_many_digits_is_not_reckoned_with(tmp_path):
+    path = written(tmp_path)
+    with open(path, "rb") as file:
+        head, stroke, *_ = file.read().splitlines(True)
+    head = head.replace(b'"strokes":2', b'"strokes":1')
+    put(path, head, stroke.replace(b'"start_s":1.0', b'"start_s":' + b"9" * 500000))
+    assert "has a number beyond all bounds" in refusal(path)
+
+
+def test_names_hold_nothing_that_would_steer_a_terminal(tmp_path):
+    path, strokes = str(tmp_path / "a.job"), planned()
+    odd = "\x1b]0;x\x07\u202eabc\n"
+    strokes[0] = strokes[0]._replace(layer=odd)
+    header = header_of(PLANAR, odd, 12.0, strokes, 3.5, 20.0)._replace(arm=odd)
+    write_job(path, header, strokes)
+    job = Job(path)
+    for word in (job.header.name, job.header.arm, job.stroke(1).layer):
+        assert word == " ]0;x  abc "

@@ -1,0 +1,67 @@
+"""Bounds of what a piece of a job asks of a joint, beside numpy's of very many places."""
+
+import math
+from unittest import mock
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robot.motion.trajectory import JOINT_ACCELERATION
+from shared import job_pieces
+from shared.arm_description import find_arm, read_arm
+from shared.job_pieces import MAX_ACCELERATION, MAX_JUMP, SPEED_MARGIN, BadJob, check_joints
+
+PLANAR = read_arm(find_arm("planar"))
+numbers = st.floats(-1, 1)
+
+
+@given(
+    v=st.floats(0.01, 20), a=st.floats(-1, 1), dt=st.floats(0.02, 5), q=st.floats(-3, 3),
+    c1=numbers, c2=numbers, c3=numbers,
+)  # fmt: skip
+def test_the_least_and_greatest_angle_and_speed_of_a_segment_are_found(v, a, dt, q, c1, c2, c3):
+    a *= v / dt  # it never runs backwards
+    t = np.linspace(0.0, dt, 2001)
+    s = t * (v + 0.5 * a * t)
+    whole = float(s[-1])
+    c2, c3 = c2 / whole, c3 / whole**2
+    angle = q + s * (c1 + s * (c2 + s * c3))
+    speed = np.abs((v + a * t) * (c1 + s * (2 * c2 + 3 * c3 * s)))
+    harder = np.abs(a * (c1 + s * (2 * c2 + 3 * c3 * s)) + (v + a * t) ** 2 * (2 * c2 + 6 * c3 * s))
+    pieces = [([0.0, dt], [(v, a, [(q, c1, c2, c3)], None)], (float(angle[-1]),))]
+    joint = PLANAR.joints[0]._replace(lower=-math.inf, upper=math.inf, max_speed=math.inf)
+
+    def is_refused(joint, hardest=math.inf):
+        with mock.patch.object(job_pieces, "MAX_SPEED_JUMP", math.inf):
+            try:
+                check_joints("a.job", 1, pieces, [joint], more=hardest - MAX_ACCELERATION)
+            except BadJob:
+                return True
+        return False
+
+    for sign in (-1, 1):
+        scale = sign * 1e-4
+        upper = angle.max() + scale * (1 + np.abs(angle).max()) - MAX_JUMP
+        assert is_refused(joint._replace(upper=upper)) == (sign < 0)
+        lower = angle.min() - scale * (1 + np.abs(angle).max()) + MAX_JUMP
+        assert is_refused(joint._replace(lower=lower)) == (sign < 0)
+        fastest = (speed.max() + scale * (1 + speed.max())) / SPEED_MARGIN
+        assert is_refused(joint._replace(max_speed=fastest)) == (sign < 0)
+        assert is_refused(joint, harder.max() + scale * (1 + harder.max())) == (sign < 0)
+
+
+@pytest.mark.parametrize(("v", "words"), [(1.0, "its speed by 20 deg/s at once"), (0.2, "")])
+def test_a_joint_that_would_start_at_once_is_refused(v, words):
+    slope = math.radians(20)
+    pieces = [([0.0, 1.0], [(v, 0.0, [(0.0, slope, 0.0, 0.0)], None)], (slope,))]
+    if words:
+        with pytest.raises(BadJob, match="stroke 3 needs the shoulder to change " + words):
+            check_joints("a.job", 3, pieces, PLANAR.joints[:1])
+    else:
+        check_joints("a.job", 3, pieces, PLANAR.joints[:1])
+
+
+def test_what_is_planned_may_be_drawn():
+    assert JOINT_ACCELERATION < MAX_ACCELERATION < 1.3 * JOINT_ACCELERATION
