@@ -19,6 +19,9 @@ EXAMPLES = """\
   driver.py order speed 60"""
 """Of the help."""
 
+CHECK_NEWS = 3.0
+"""While a job is looked through, it is said so often how far that is, s."""
+
 RUNNING = ("drawing", "paused")
 """States of a job that is not over."""
 
@@ -81,7 +84,6 @@ def _parser():
 
 def _job(parser, args):
     from robot.clock import Clock
-    from robot.jobs.learned import merged
     from robot.jobs.orders import JobOrders, orders_file
     from robot.jobs.progress import find_job, load_progress
     from robot.jobs.report import JobReport, status_file
@@ -104,8 +106,7 @@ def _job(parser, args):
     elif args.share is not None:
         first = job.stroke_at(args.share / 100)
     repeats = max(args.repeat or 1, repeat)
-    # What is wrong with it is said before anything moves.
-    merged(job.path, first, job.stroke(first), description.joints)
+    _check(job, description, clock)
     arm = program.connect(description, clock, args.take)
     with program.parking(arm):
         arm.load_zero()
@@ -136,6 +137,17 @@ def _job(parser, args):
 
             Driver(arm).go_low()
     return 0 if done else 1
+
+
+def _check(job, description, clock):
+    """Say what is wrong with any stroke before anything moves; a long job takes the brick long."""
+    from robot.jobs.checking import check_strokes
+
+    told = clock.now()
+    for k in check_strokes(job, description):
+        if clock.now() > told + CHECK_NEWS:
+            told = clock.now()
+            print("looked through {} of {}".format(k, in_strokes(job.header.strokes)))
 
 
 def _log_file(path, joints):

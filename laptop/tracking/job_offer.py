@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections import deque
 from pathlib import Path
 
 from shared.job import Job
@@ -31,6 +32,7 @@ class JobOffer:
 
     def __init__(self, path: Path, first: int = 1, alone: bool = False, dry: bool = False) -> None:
         self.job = Job(str(path))
+        deque(self.job.strokes(), maxlen=0)  # each is checked as it is read
         data = path.read_bytes()
         self._packed = zlib.compress(data, 9)
         parts = -(-len(self._packed) // PART_SIZE)

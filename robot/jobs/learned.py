@@ -52,7 +52,7 @@ def merged(job, k, stroke, joints, between=go_on):
         piece = _with(job, k, piece, ways, offsets)
         check_way(job, k, out, [piece], MAX_JUMP)
         out.append(piece)
-    check_joints(job, k, out, joints, between)
+    check_joints(job, k, out, joints, between, MAX_ACCELERATION)
     return out
 
 

@@ -8,6 +8,7 @@ link is back, until it is resumed; without one for LINK_TIMEOUT it is given up, 
 import contextlib
 import os
 
+from robot.jobs.checking import check_strokes
 from robot.jobs.fetching import JobFetching
 from robot.jobs.logbook import LoggingFeed
 from robot.jobs.orders import Buttons, JobOrders, orders_file
@@ -163,6 +164,9 @@ class LinkedJob(object):
                     self.hear(orders, self._where)
 
             job.between = listen
+            for _ in check_strokes(job, description):
+                if orders.aborted:
+                    break
             log = LinkedLog(self._client, self._draw.crc)
             runner = LinkedRunner(
                 self, self._arm, self._clock, job, orders, report, log, self._draw.dry

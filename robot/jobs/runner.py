@@ -9,6 +9,7 @@ import math
 import os
 
 from robot.drawing import announce
+from robot.jobs.checking import joined
 from robot.jobs.logbook import LoggingFeed
 from robot.jobs.orders import LOOK_PERIOD
 from robot.jobs.progress import SavedProgress, forget_progress, save_progress
@@ -19,7 +20,6 @@ from robot.motion.backlash import APPROACH_ACCELERATION, APPROACH_SPEED, pose_be
 from robot.motion.feed import FeedOverride
 from robot.motion.online_trajectory import STOP
 from robot.program import ignore_signals
-from shared.job import JOINED
 from shared.job_log import LogRow
 from shared.state import PLAN
 
@@ -65,6 +65,8 @@ class JobRunner(object):
         self._repeat, self._place = 1, Place(1, 1, 0.0, 0.0)
         # What is drawn now, and at which share of its speed it was planned.
         self._way, self._motions, self._share = None, [], 1.0
+        # A job that is begun paused waits over its first point, one that is paused where it is.
+        self._begun = False
 
     def run(self, first=1, repeat=1, repeats=1):
         """Draw from the stroke `first` (from 1 on) on, then all again until the last of `repeats`.
@@ -124,7 +126,7 @@ class JobRunner(object):
         for n in range(k + 1, self._job.header.strokes + 1):
             after = self._job.stroke(n)
             size += self._job.size(n)
-            if size > LONGEST_CHAIN or self._job.header.rest or not _joined(chain[-1], after):
+            if size > LONGEST_CHAIN or self._job.header.rest or not joined(chain[-1], after):
                 return chain, after
             chain.append(after)
         return chain, None
@@ -186,12 +188,13 @@ class JobRunner(object):
     def _is_ready(self, motion, joints, is_there):
         """Be where a motion begins, its backlash taken up, and not paused; False if aborted."""
         while not self._orders.aborted:
-            if not is_there:
+            if not is_there and not (self._orders.paused and self._begun):
                 is_there = self._approach(motion, joints)
             if self._orders.aborted:
                 break
             if not self._orders.paused:
                 if is_there:
+                    self._begun = True
                     return True
                 continue
             self._tell("paused")
@@ -292,12 +295,6 @@ class JobRunner(object):
                 "how far it is cannot be put on file ({}): make room, or --resume will know of less"
                 "".format(error.strerror)
             )
-
-
-def _joined(stroke, after):
-    """Whether a stroke begins where the one before ended."""
-    begin = [cubic[0] for cubic in after.pieces[0][1][0][2]]
-    return max([abs(a - b) for a, b in zip(stroke.pieces[-1][2], begin)]) <= JOINED
 
 
 def apart(arm, motors, stroke, same_zero):
