@@ -75,7 +75,8 @@ class RobotArm(object):
         self._gravity = gravity or Gravity(description)
         loaded = self._gravity.loaded
         self._preload = self._gravity.preload_sides if loaded else None
-        self._weigh = self._gravity.torques if loaded else None
+        bounds = backlash.motor_bounds(description.joints)
+        self._of_arm = {"weigh": self._gravity.torques if loaded else None, "bounds": bounds}
         self._engaged, self._standing, self._zero_needed = False, True, True
 
     @property
@@ -157,9 +158,8 @@ class RobotArm(object):
             plans = self._planned(motions)
             for self._plan in plans:
                 noting = self._noting(self._plan, on_tick) if on_tick else None
-                if not self.motors.loop.run(
-                    self.joints, self._plan, settle, on_tick=noting, weigh=self._weigh
-                ):
+                run = self.motors.loop.run
+                if not run(self.joints, self._plan, settle, on_tick=noting, **self._of_arm):
                     self._note_braked()
                     break
                 self.backlash_sides = self._plan.sides
@@ -175,7 +175,7 @@ class RobotArm(object):
             plans = self._planned(motions)
             ready()
             for self._plan in feed.each(plans):
-                over = self.motors.loop.run(self.joints, feed, on_tick=feed.tick, weigh=self._weigh)
+                over = self.motors.loop.run(self.joints, feed, on_tick=feed.tick, **self._of_arm)
                 self.backlash_sides = feed.sides
                 if not over:
                     self._note_braked()
@@ -247,8 +247,8 @@ class RobotArm(object):
                 return pursuit.take(t, aim(now, self._links(angles)), once)
 
             if not self.motors.loop.run(
-                self.joints, pursuit, LONG_SETTLING, within, MAX_CHASE_ERROR, steer, self._weigh,
-                spare
+                self.joints, pursuit, LONG_SETTLING, within, MAX_CHASE_ERROR, steer, spare=spare,
+                **self._of_arm
             ):  # fmt: skip
                 self._note_braked()
             self.motors.hold(self.joints)

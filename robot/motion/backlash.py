@@ -19,6 +19,25 @@ PRELOAD_STEP, PRELOAD_RESOLUTION = 0.12, 0.01
 so much, s."""
 
 
+SLACK, SPEED_SLACK = math.radians(1), 1.15
+"""Set-points are planned within the joints' limits and speeds; so far beyond, rad and as a factor,
+roundings may take them."""
+
+
+def motor_bounds(joints):
+    """Per joint, bounds of its motor's set-points, and of their speed: rad, rad, rad/s.
+
+    Beyond the joint's own the motor goes by half the backlash, and by what crossing that takes.
+    """
+    bounds = []
+    for joint in joints:
+        beyond = joint.backlash / 2 + SLACK
+        # (The cubic of `crossed` is 1.5 times as fast in the middle as on the average.)
+        fastest = SPEED_SLACK * joint.max_speed + 1.5 * joint.backlash / crossing_time(joint)
+        bounds.append((joint.lower - beyond, joint.upper + beyond, fastest))
+    return bounds
+
+
 class BacklashCompensation(object):
     """The motors' set-points for the links to follow a motion in spite of backlash.
 

@@ -38,6 +38,12 @@ IDLE_SHARE, SPARE_TIME = 0.15, 0.008
 """Share of a period that is left to the system; and what whoever wants spare time has of a tick on
 the average, s."""
 
+BRAKING_TIME = 0.05
+"""A joint that is stopped goes on about as far as it would go in this time, s."""
+
+UNBOUNDED = -math.inf, math.inf, math.inf
+"""Bounds of a motor that may be asked for anything."""
+
 CREEP_GAIN = 4.0
 """Speed towards the end of a path, per distance that is left, 1/s."""
 
@@ -91,6 +97,10 @@ class TooSlow(ArmError):
         )
 
 
+class OutOfBounds(ArmError):
+    """A set-point that no joint may have, whoever asked for it."""
+
+
 class _Axis(object):
     """One motor of a motion, and what is known of it.
 
@@ -98,14 +108,16 @@ class _Axis(object):
         seen, stands_since: what the encoder says, and since when, s.
         slack_at: when it was last driven with less than its full hand, s.
         held: for how many ticks it has been stopped, being at rest while others move on.
+        lower, upper, fastest: bounds of its set-points, rad and rad/s.
     """
 
-    def __init__(self, motor, controller, settle, tolerance, max_error):
+    def __init__(self, motor, controller, settle, tolerance, max_error, bounds):
         self.motor, self.controller = motor, controller
         self.settling = SettlingDetector(settle, tolerance * motor.resolution)
         self.max_error = max(max_error, MAX_ERROR_COUNTS * motor.resolution)
         self.seen, self.stands_since, self.slack_at = None, 0.0, 0.0
         self.held = 0
+        self.lower, self.upper, self.fastest = bounds
 
 
 class ControlLoop(object):
@@ -136,7 +148,7 @@ class ControlLoop(object):
 
     def run(
         self, motors, plan, settle=SETTLING_TIME, tolerance=FINE_COUNTS, max_error=MAX_ERROR,
-        on_tick=None, weigh=None, spare=None
+        on_tick=None, weigh=None, spare=None, bounds=None
     ):  # fmt: skip
         """Let `motors` follow `plan` to its end; they are driven still when this returns.
 
@@ -156,18 +168,24 @@ class ControlLoop(object):
                 None: unknown.
             spare: called in every tick after the motors were driven with the time (s) until which
                 there is nothing else to do; None: nobody wants it.
+            bounds: per motor, (lower, upper, fastest) of what it may be asked for, rad and rad/s;
+                None: anything.
 
         Returns:
             Whether it came to the end of the plan.
 
         Raises:
-            Stalled, TooSlow, MotorNotFound: with the motors driven still, for DEAD_MAN at most.
+            Stalled, TooSlow, OutOfBounds, MotorNotFound: with the motors driven still, for DEAD_MAN
+                at most.
         """
         longest = max(settle, min(LONG_SETTLING, settle * self.pace.period / MIN_PERIOD))
         axes = [
-            _Axis(motor, self._controllers[motor], longest, tolerance, max_error)
-            for motor in motors
+            _Axis(motor, self._controllers[motor], longest, tolerance, max_error, own)
+            for motor, own in zip(motors, bounds or [UNBOUNDED] * len(motors))
         ]
+        for axis, begin in zip(axes, plan.at(-plan.before)[0]):
+            # Where it begins beyond a limit, it comes back.
+            axis.lower, axis.upper = min(axis.lower, begin), max(axis.upper, begin)
         collecting = gc.isenabled()
         gc.disable()
         try:
@@ -261,6 +279,11 @@ class ControlLoop(object):
                     continue
                 axis.held = 0
                 speed = speeds[k]
+                if (
+                    not -axis.fastest <= speed <= axis.fastest
+                    or not axis.lower <= q[k] + BRAKING_TIME * speed <= axis.upper
+                ):
+                    raise _out_of_bounds(axis, q[k], speed)
                 acceleration = (speed - last[k]) / step if step > 0 else 0.0
                 # At rest the last bit is crept: position alone would be held up by friction.
                 if t > plan.rests_from[k]:
@@ -313,3 +336,13 @@ class ControlLoop(object):
         along *= 1 - ALONG_WEIGHT
         for k, slope in enumerate(slopes):
             errors[k] -= along * slope
+
+
+def _out_of_bounds(axis, angle, speed):
+    return OutOfBounds(
+        "the {} was to be at {:.1f} deg and {:.0f} deg/s, and its bounds are {:.1f} to {:.1f} deg "
+        "and {:.0f} deg/s: the motion was ended; ask for less".format(
+            axis.motor.name,
+            *[math.degrees(x) for x in (angle, speed, axis.lower, axis.upper, axis.fastest)]
+        )
+    )  # fmt: skip

@@ -5,12 +5,12 @@ import math
 import pytest
 from rig import REPORT_LINES, degrees, described, far, switched_on, zero_of
 
-from robot.motion.control_loop import Stalled, TooSlow
+from robot.motion.control_loop import OutOfBounds, Stalled, TooSlow
 from robot.motion.kinematics import Unreachable, forward
 from robot.motion.motors import MotorNotFound
 from robot.motion.online_trajectory import Moving
 from robot.motion.paths import polyline
-from robot.motion.trajectory import JointMove, plan
+from robot.motion.trajectory import JointMove, Trajectory, plan
 from robot.motion.zero import NotHomed, StateNotSaved
 
 ARMS = pytest.mark.parametrize("name", ["planar", "geared"])
@@ -400,6 +400,35 @@ def test_reaching_goes_however_little_and_is_soon_done(tmp_path, name):
         begin = rig.world.now()
         robot.reach(robot.angles())
         assert rig.world.now() - begin < 0.15
+
+
+def leading(rig, q, end, dt):
+    """A Trajectory of the shoulder from one angle to another, degrees, in a time, s."""
+    (a, b), elbow = degrees(q, end), math.radians(100)
+    cubics = [[a, 0.0, 3 * (b - a), 2 * (a - b)], [elbow, 0.0, 0.0, 0.0]]
+    return rig.its(Trajectory)([0.0, dt], [(1 / dt, 0.0, cubics, None)], (b, elbow))
+
+
+@pytest.mark.parametrize(
+    ("begin", "end", "dt", "what"),
+    [
+        (-70, -120, 2.0, r"at -90\.\d deg and -37 deg/s"),
+        (-60, -130, 0.7, r"at -8\d\.\d deg and -1\d\d deg/s"),
+        (0, 80, 0.4, r"at \d+\.\d deg and 2\d\d deg/s"),
+    ],
+)
+def test_a_set_point_that_no_joint_may_have_ends_the_motion(tmp_path, begin, end, dt, what):
+    with switched_on(tmp_path, "planar") as rig:
+        robot = rig.robot()
+        motion = leading(rig, begin, end, dt)
+        robot.go_to(motion.start)
+        truth = []
+        with pytest.raises(rig.its(OutOfBounds), match=what + ", and its bounds are -92.0 to"):
+            robot.follow([motion], on_tick=lambda t, links: truth.append(math.degrees(rig.q[0])))
+        assert min(truth) > -90 - 3
+        assert rig.brick.driven() == []
+        rig.world.sleep(1.0)
+        assert -90 - 3 < math.degrees(rig.q[0]) < 60
 
 
 @pytest.mark.parametrize("q", [(171, 0), (0, math.nan)])
