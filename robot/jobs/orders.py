@@ -183,24 +183,38 @@ class JobOrders(object):
 
 # ---- who is there
 
+KEY_DOWN = 1, 1
+"""Type and value of the event of a key that is pressed, see linux/input-event-codes.h."""
+
+BUTTON_NAMES = {103: "up", 108: "down", 105: "left", 106: "right", 28: "enter"}
+"""Names of the brick's buttons by their keys' codes; the one that is left ends the program."""
+
 
 class Buttons(object):
-    """The brick's own; those held down when it begins were meant for something else."""
+    """The brick's own; those held down when it begins were meant for something else.
+
+    Their events are read, which the system keeps: while a stroke is read and planned nobody looks
+    for seconds, and a press that comes and goes meanwhile would not be seen in what is down.
+    """
 
     def __init__(self):
         from ev3dev2.button import Button  # not above: it is slow to import
 
-        self._button = Button()
-        self._before = set(self._button.buttons_pressed)
+        self._events = Button().evdev_device
 
     def close(self):
-        """Nothing to let go of."""
+        """Hear no more of them."""
+        self._events.close()
 
     def pressed(self):
-        """Names of those that were pressed since."""
-        down = set(self._button.buttons_pressed)
-        fresh, self._before = down - self._before, down
-        return sorted(fresh)
+        """Names of those that were pressed since, in turn."""
+        found = []
+        while True:
+            event = self._events.read_one()
+            if event is None:
+                return found
+            if (event.type, event.value) == KEY_DOWN and event.code in BUTTON_NAMES:
+                found.append(BUTTON_NAMES[event.code])
 
 
 def _in_background(terminal):

@@ -57,6 +57,16 @@ def test_the_buttons_pause_and_resume_it(shell, tmp_path):
     assert max(len(line) for line in shown.out.splitlines() if "tick" not in line) < 40
 
 
+def test_no_press_is_lost_whatever_the_brick_is_at(shell, tmp_path):
+    short = [[(8.0 + 0.4 * k, 2.0 + 0.3 * (k % 5)), (9.0 + 0.4 * k, 6.0)] for k in range(12)]
+    keep(tmp_path, strokes=short)
+    times = [3.0 + 2.57 * k for k in range(30)]
+    shown = shell.run("job", "two", presses=[read_press(f"enter@{t:.2f}+0.04") for t in times])
+    assert shown.status == 0
+    assert shown.out.count("paused at") == 15
+    assert len(shell.ink()) >= 12
+
+
 def test_what_is_left_is_resumed_after_a_signal(shell, tmp_path):
     keep(tmp_path, strokes=TWO + [[(10.0, 8.0), (12.0, 8.0)]])
     shown = shell.run("job", "two", signals=[(9.0, 15)])
