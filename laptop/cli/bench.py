@@ -14,6 +14,7 @@ from laptop.cli.bench_accuracy import bench_accuracy
 from laptop.cli.bench_calibrate import bench_calibrate
 from laptop.cli.bench_camera import bench_camera
 from laptop.cli.bench_interruptions import bench_interruptions
+from laptop.cli.bench_jobs import bench_jobs
 from laptop.cli.bench_page import bench_page, bench_stop
 from laptop.cli.bench_plot import bench_plot
 from laptop.cli.bench_sight import bench_sight
@@ -471,7 +472,7 @@ def bench_brick() -> None:
 
 
 for command in (
-    *(bench_accuracy, bench_calibrate, bench_camera, bench_interruptions),
+    *(bench_accuracy, bench_calibrate, bench_camera, bench_interruptions, bench_jobs),
     *(bench_page, bench_plot, bench_sight, bench_stop),
 ):
     bench.add_command(command)
