@@ -14,7 +14,9 @@ from dataclasses import dataclass
 import asyncssh
 
 from laptop.brick import COMMAND, BrickProblem
+from laptop.brick.answers import NoAnswer
 from laptop.brick.known_hosts import DEFAULT_PORT, KnownHosts
+from shared.message_fields import printable
 
 USER, PASSWORD = "robot", "maker"
 """Of every card with ev3dev, unless somebody has changed them."""
@@ -25,6 +27,9 @@ LOGIN_TIMEOUT = 90.0
 """Time from there until somebody is logged in, s: a brick is slow, and a password is typed."""
 KEEPALIVE_PERIOD, KEEPALIVE_COUNT = 5.0, 4
 """Period (s) of what asks a silent brick whether it is there, and how often it may stay silent."""
+
+GOODBYE_TIMEOUT = 5.0
+"""Time in which a connection is closed in order, s; then it is cut."""
 
 MOST_QUESTIONS = 3
 """How often somebody is asked for the password."""
@@ -106,13 +111,17 @@ class Dialogue:
     """The person who has typed a command.
 
     Args:
-        say: shows a line.
+        show: shows a line.
         ask_password: asks for a password and returns it, or None to stop; None where nobody is
             there to ask.
     """
 
-    say: Callable[[str], None]
+    show: Callable[[str], None]
     ask_password: Callable[[str], str | None] | None = None
+
+    def say(self, line: str) -> None:
+        """Show a line, whatever of it the brick has said."""
+        self.show(printable(line))
 
 
 @contextlib.asynccontextmanager
@@ -154,50 +163,22 @@ async def connected(
         raise login.problem(error) from None
     login.remember()
     try:
-        async with connection:
-            yield connection
+        yield connection
     except CUT:
         raise BrickProblem(
             f"the connection to {address} is cut; is the brick on, and the cable in? Then try again"
         ) from None
+    except NoAnswer as problem:
+        connection.abort()
+        raise BrickProblem(f"{address} {problem}") from None
     except asyncssh.Error as error:
         raise BrickProblem(f"{address} ended the connection: {error.reason}; try again") from None
-
-
-@dataclass(frozen=True)
-class Answer:
-    """The end of a command on the brick: exit status, output and errors."""
-
-    status: int
-    data: bytes
-    errors: str
-
-    @property
-    def out(self) -> str:
-        """The output as text."""
-        return self.data.decode(errors="replace")
-
-
-async def ask(brick: asyncssh.SSHClientConnection, command: str, given: bytes = b"") -> Answer:
-    """Run a command and return its Answer.
-
-    Args:
-        brick: the connection.
-        command: for the brick's shell, in its home.
-        given: bytes for its standard input.
-
-    Raises:
-        asyncssh.ConnectionLost: it has not come to its end.
-    """
-    done = await brick.run(command, input=given, encoding=None)
-    if done.exit_status is None:
-        raise asyncssh.ConnectionLost("no exit status")
-    errors = _bytes(done.stderr).decode(errors="replace")
-    return Answer(done.returncode or 0, _bytes(done.stdout), errors)
-
-
-def _bytes(given: object) -> bytes:
-    return given if isinstance(given, bytes) else b""  # of bytes alone asyncssh makes bytes
+    finally:
+        connection.close()
+        try:
+            await asyncio.wait_for(connection.wait_closed(), GOODBYE_TIMEOUT)
+        except asyncio.TimeoutError:
+            connection.abort()
 
 
 async def _reach(address: BrickAddress) -> socket.socket:

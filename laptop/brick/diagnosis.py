@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-import json
+import contextlib
 import re
 import statistics
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import asyncssh
 
 from laptop.brick import COMMAND, BrickProblem
-from laptop.brick.connection import BrickAddress, Dialogue, ask
+from laptop.brick.answers import SILENCE, ask, lines, within
+from laptop.brick.connection import BrickAddress, Dialogue
 from laptop.brick.install import ASK, parse_installed
 from laptop.brick.program_files import program_files, version_of
 from shared.arm_description import Arm
+from shared.message_fields import printable
+from shared.small_files import SpoiltFile, parse_json
 
 OLDEST_PYTHON, OLDEST_LIBRARY = (3, 5), (2, 1)
 """Versions that the program is made for."""
@@ -34,6 +37,11 @@ MAX_ROUND_TRIP = 0.05
 """Of a cable or good radio, s."""
 ROUND_TRIPS = 10
 
+MOST_TEXT, MOST_ITEMS = 200, 64
+"""Letters of a text that a brick tells, and motors or programs."""
+BY_HAND_TIMEOUT = 60.0
+"""In which motors have been turned by hand, s: doctor.py watches them for half of it."""
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -50,7 +58,7 @@ class Finding:
     advice: str = ""
 
     def __str__(self) -> str:
-        return f"{self.what:9} {self.value}: {self.advice or 'fine'}"
+        return printable(f"{self.what:9} {self.value}: {self.advice or 'fine'}")
 
 
 async def doctor(
@@ -79,54 +87,48 @@ async def doctor(
     here = version_of(program_files())
     findings.append(judge_program(installed.version, here))
     script = program_files()["robot/doctor.py"].data
-    process = await brick.create_process(
-        "python3 -" + " --motors" * by_hand, encoding="utf-8", errors="replace"
-    )
-    process.stdin.write(script.decode())
+    process = await brick.create_process("python3 -" + " --motors" * by_hand, encoding=None)
+    process.stdin.write(script)
     process.stdin.write_eof()
-    facts = await _facts(process)
+    told = lines(process.stdout, silence=BY_HAND_TIMEOUT if by_hand else SILENCE)
+    facts = await _facts(process, told)
     findings += judge(facts, arm, time.time())
     for finding in findings:
         tell(str(finding))
     if by_hand:
-        findings += await _by_hand(process, facts, tell)
-    await process.wait()
+        findings += await within(BY_HAND_TIMEOUT, _by_hand(told, facts, tell))
     return not any(finding.advice for finding in findings)
 
 
-async def _facts(process: asyncssh.SSHClientProcess) -> dict[str, Any]:
+async def _facts(process: asyncssh.SSHClientProcess, told: AsyncIterator[str]) -> dict[str, Any]:
     """Return the first line of JSON that doctor.py tells.
 
     Raises:
         BrickProblem: there is none.
     """
-    async for line in process.stdout:
-        try:
-            facts = json.loads(line)
-        except ValueError:
-            continue
-        if isinstance(facts, dict):
-            return facts
-    errors = [line for line in (await process.stderr.read()).splitlines() if line.strip()]
-    done = await process.wait()
-    why = errors[-1].strip() if errors else f"status {done.exit_status}"
-    if done.exit_status == 127:
+    async for line in told:
+        with contextlib.suppress(SpoiltFile):
+            return parse_json(line)
+    errors = [line async for line in lines(process.stderr) if line.strip()]
+    await within(SILENCE, process.wait_closed())
+    why = errors[-1].strip() if errors else f"status {process.exit_status}"
+    if process.exit_status == 127:
         why = f"there is no python3; {CARD}"
     raise BrickProblem(f"the brick cannot tell how it is: {why}")
 
 
 async def _round_trips(brick: asyncssh.SSHClientConnection) -> list[float]:
     """Return times (s) from here to the brick and back."""
-    process = await brick.create_process("cat", encoding="utf-8")
+    process = await brick.create_process("cat", encoding=None)
+    echoes = lines(process.stdout)
     times = []
     for _ in range(1 + ROUND_TRIPS):
         began = time.monotonic()
-        process.stdin.write("there and back\n")
-        if not await process.stdout.readline():
+        process.stdin.write(b"there and back\n")
+        if not await anext(echoes, ""):
             raise asyncssh.ConnectionLost("no echo")
         times.append(time.monotonic() - began)
     process.stdin.write_eof()
-    await process.wait()
     return times[1:]  # the first is also the start of that program
 
 
@@ -156,12 +158,90 @@ def judge(facts: Mapping[str, Any], arm: Arm, now: float) -> list[Finding]:
     Raises:
         BrickProblem: these are no such facts.
     """
+    known = read_facts(facts)
+    return [*_system(known, now), *_motors(known, arm)]
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise ValueError("a text")
+    return printable(value)[:MOST_TEXT]
+
+
+def _number(low: float, high: float) -> Callable[[Any], float]:
+    def read(value: Any) -> float:
+        if type(value) not in (int, float) or not low <= value <= high:
+            raise ValueError(f"a number from {low:g} to {high:g}")
+        return float(value)
+
+    return read
+
+
+def _or_none(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    return lambda value: None if value is None else read(value)
+
+
+def _programs(value: Any) -> list[tuple[int, str]]:
     try:
-        return [*_system(facts, now), *_motors(facts, arm)]
-    except (KeyError, TypeError, ValueError, AttributeError):
-        raise BrickProblem(
-            f"the brick tells what is not understood here; type {COMMAND} install"
-        ) from None
+        return [
+            (int(_number(0, 1e9)(number)), _text(words)) for number, words in value[:MOST_ITEMS]
+        ]
+    except (TypeError, ValueError):
+        raise ValueError("a list of programs") from None
+
+
+def _found_motors(value: Any) -> dict[str, dict[str, Any]]:
+    if not isinstance(value, dict) or len(value) > MOST_ITEMS:
+        raise ValueError("a table of motors")
+    return {
+        _text(port): {"kind": _text(motor["kind"]), "position": int(COUNTS(motor["position"]))}
+        for port, motor in value.items()
+    }
+
+
+COUNTS = _number(-(2**31), 2**31)
+"""What a motor may have counted."""
+
+FACTS: dict[str, Callable[[Any], Any]] = {
+    "python": _text,
+    "library": _or_none(_text),
+    "kernel": _text,
+    "memory": _or_none(_number(0, 1e9)),
+    "load": _number(0, 1e6),
+    "cores": _number(1, 1e4),
+    "others": _programs,
+    "room": _number(0, 1e12),
+    "battery": _or_none(_number(-100, 100)),
+    "time": _number(-1e11, 1e11),
+    "host": _text,
+    "connection": _text,
+    "motors": _found_motors,
+    "problem": _or_none(_text),
+}
+"""What doctor.py tells, and how each of it is read; ValueErrors say what it must be."""
+
+
+def read_facts(told: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the facts of doctor.py as they can be relied on.
+
+    Raises:
+        BrickProblem: something is missing, of another kind or beyond its bounds.
+    """
+    facts = {}
+    for name, read in FACTS.items():
+        try:
+            facts[name] = read(told[name])
+        except (KeyError, TypeError, ValueError) as error:
+            value = told.get(name)
+            shown = "not told" if name not in told else "of another kind"
+            if isinstance(value, (str, int, float)):
+                shown = ascii(value)[:40]
+            allowed = f"; it must be {error}" if type(error) is ValueError else ""
+            raise BrickProblem(
+                f"the brick tells what is not understood here: {name} is {shown}{allowed}; is it "
+                "a brick of yours? Then switch it off and on, and look again"
+            ) from None
+    return facts
 
 
 def _system(facts: Mapping[str, Any], now: float) -> list[Finding]:
@@ -231,21 +311,23 @@ def _motors(facts: Mapping[str, Any], arm: Arm) -> list[Finding]:
 
 
 async def _by_hand(
-    process: asyncssh.SSHClientProcess, facts: Mapping[str, Any], tell: Callable[[str], None]
+    heard: AsyncIterator[str], facts: Mapping[str, Any], tell: Callable[[str], None]
 ) -> list[Finding]:
     """Say which motors count while they are turned by hand; return what is found of each."""
     tell("now turn each joint by hand, one after the other, within half a minute")
     turned: dict[str, int] = {}
     gone: set[str] = set()
-    async for line in process.stdout:
+    async for line in heard:
         try:
-            told = json.loads(line)
+            told = parse_json(line)
             port = told["port"]
+            if port not in facts["motors"]:
+                continue
             if told.get("gone"):
                 gone.add(port)
                 continue
-            way = told["position"] - told["before"]
-        except (ValueError, KeyError, TypeError):
+            way = int(COUNTS(told["position"])) - int(COUNTS(told["before"]))
+        except (SpoiltFile, ValueError, KeyError, TypeError):
             continue  # what something else there has written
         turned[port] = turned.get(port, 0) + abs(way)
         tell(f"  {port} counts {way:+d}")
@@ -274,7 +356,7 @@ def judge_turned(port: str, counts: int | None, gone: bool = False) -> Finding:
 
 
 def _old(version: str, oldest: tuple[int, ...]) -> str:
-    numbers = tuple(int(number) for number in re.findall(r"\d+", version)[: len(oldest)])
+    numbers = tuple(int(number) for number in re.findall(r"\d{1,9}", version)[: len(oldest)])
     if numbers >= oldest:
         return ""
     return f"older than {'.'.join(map(str, oldest))}; {CARD}"

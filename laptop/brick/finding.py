@@ -18,12 +18,14 @@ from typing import Any
 
 import asyncssh
 import ifaddr
+from zeroconf import Error as ZeroconfError
 from zeroconf import ServiceStateChange, Zeroconf
 from zeroconf.asyncio import AsyncServiceBrowser, AsyncServiceInfo, AsyncZeroconf
 
 from laptop.brick import BrickProblem
 from laptop.brick.connection import BrickAddress, fingerprint
 from laptop.brick.known_hosts import DEFAULT_PORT
+from shared.message_fields import printable
 
 SERVICES = "_sftp-ssh._tcp.local.", "_ssh._tcp.local.", "_workstation._tcp.local."
 MARK = b"ev3dev.robot.home"
@@ -33,6 +35,10 @@ NAME = "ev3dev"
 
 SHARED = tuple(map(ipaddress.ip_network, ("10.42.0.0/16", "192.168.137.0/24", "192.168.2.0/24")))
 """Networks in which Linux, Windows and macOS share theirs over a cable; who shares it is x.x.x.1"""
+
+MOST_NAMES, MOST_FOUND, MOST_LETTERS = 500, 100, 63
+"""Announcements that are asked, bricks among them, and letters of a name, however many there are.
+"""
 
 LISTENING_TIME = 3.0
 """For so long answers by mDNS are waited for, s."""
@@ -85,24 +91,30 @@ async def _announced() -> list[FoundBrick]:
     def note(
         zeroconf: Zeroconf, service_type: str, name: str, state_change: ServiceStateChange
     ) -> None:
-        if state_change is not ServiceStateChange.Removed:
+        if state_change is not ServiceStateChange.Removed and len(names) < MOST_NAMES:
             names[name] = service_type
 
-    found = []
     async with AsyncZeroconf() as network:
         browser = AsyncServiceBrowser(network.zeroconf, list(SERVICES), handlers=[note])
         await asyncio.sleep(LISTENING_TIME)
-        for name, service in names.items():
-            info = AsyncServiceInfo(service, name)
-            if await info.async_request(network.zeroconf, 1000 * LISTENING_TIME):
-                found += _bricks(info, service)
+        asked = [_ask(network.zeroconf, service, name) for name, service in names.items()]
+        found = [brick for answer in await asyncio.gather(*asked) for brick in answer]
         await browser.async_cancel()
-    return found
+    return found[:MOST_FOUND]
+
+
+async def _ask(network: Zeroconf, service: str, name: str) -> list[FoundBrick]:
+    """Return the bricks of one announcement; none if nobody answers for it."""
+    with contextlib.suppress(ZeroconfError, ValueError):  # a name that is none
+        info = AsyncServiceInfo(service, name)
+        if await info.async_request(network, 1000 * LISTENING_TIME):
+            return _bricks(info, service)
+    return []
 
 
 def _bricks(info: Any, service: str) -> list[FoundBrick]:
     """Return what one announcement says of a brick: one for each of its addresses."""
-    host = (info.server or "").removesuffix(".").removesuffix(".local")
+    host = printable(info.server or "").removesuffix(".").removesuffix(".local")[:MOST_LETTERS]
     if MARK not in info.properties and NAME not in host.lower():
         return []
     port = DEFAULT_PORT if service.startswith("_workstation") else info.port or DEFAULT_PORT

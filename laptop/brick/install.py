@@ -10,6 +10,7 @@ Python loads some modules late.
 from __future__ import annotations
 
 import posixpath
+import re
 import secrets
 import shlex
 import time
@@ -19,7 +20,8 @@ from dataclasses import dataclass, field
 import asyncssh
 
 from laptop.brick import BrickProblem
-from laptop.brick.connection import CUT, BrickAddress, Dialogue, ask
+from laptop.brick.answers import ask
+from laptop.brick.connection import CUT, BrickAddress, Dialogue
 from laptop.brick.program_files import (
     ProgramFile,
     archive,
@@ -53,6 +55,9 @@ find . -type f ! -name '*.pyc' -print0 | xargs -0r sha256sum | sed 's/^/sum /'
 """
 """Tells what is installed there, without Python, which would take seconds to start."""
 
+CARD_SILENCE = 120.0
+"""For so long a brick may say nothing while it writes its card, s: it can be slow."""
+
 NO_PYTHON, BUSY = 10, 11
 """Exit statuses of the below."""
 
@@ -79,7 +84,7 @@ find . -depth -mindepth 1 -type d -empty -delete
 cat >{manifest} <<'END'
 {files}END
 sha256sum --quiet -c {manifest}
-sed -n 's/^[^ ]*  \(.*[.]py\)$/\1/p' {manifest} | python3 -m compileall -q -i -
+sed -n 's/^[^ ]*  \(.*[.]py\)$/\1/p' {manifest} | python3 -u -m compileall -i -
 sync
 cd ../..
 ln -sfn "$new" program.new
@@ -147,7 +152,7 @@ def parse_installed(text: str) -> Installed:
             found.folder = rest
         elif kind == "ours":
             found.ours.add(rest)
-        elif kind == "mode" and first.isdecimal():
+        elif kind == "mode" and re.fullmatch("[0-7]{1,5}", first):
             found.modes[second] = int(first, 8)
         elif kind == "sum":
             found.sums[second.strip().removeprefix("./")] = first
@@ -194,7 +199,7 @@ async def update(
     )
     script = _script(f"{here}-{secrets.token_hex(2)}", files, lacking, leftover)
     try:
-        done = await ask(brick, script, archive(files, lacking))
+        done = await ask(brick, script, archive(files, lacking), silence=CARD_SILENCE)
     except CUT:
         raise BrickProblem(
             f"the connection to {address} was cut on the way; the program there is whole: "
@@ -207,10 +212,8 @@ async def update(
             f"{address} cannot take the program: {why}; "
             f"{f'{there.version} is there, as before' if there.version else 'none is there'}"
         )
-    for line in done.out.splitlines():
-        kind, *names = line.split()
-        if kind == "moved":
-            dialogue.say(f"~/{names[0]} there was somebody's own: it is {names[1]} now")
+    for name, new in re.findall(r"^moved (\S+) (\S+)$", done.out, re.MULTILINE)[: len(LINKS)]:
+        dialogue.say(f"~/{name} there was somebody's own: it is {new} now")
     dialogue.say(
         f"{address}: {here} is installed ({time.monotonic() - began:.1f} s); in the brick's File "
         "Browser it is brickservo-draw and brickservo-servo"

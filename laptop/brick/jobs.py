@@ -7,13 +7,10 @@ a file, and its orders are lines in another one: a shell there hands both on, an
 from __future__ import annotations
 
 import asyncio
-import codecs
-import json
-import math
 import re
 import shlex
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -22,12 +19,14 @@ import asyncssh
 
 from laptop import system
 from laptop.brick import BrickProblem
-from laptop.brick.connection import CUT, BrickAddress, Dialogue, ask
+from laptop.brick.answers import ask, lines
+from laptop.brick.connection import CUT, BrickAddress, Dialogue
 from laptop.brick.install import update
 from laptop.brick.program_files import HOLD
 from laptop.brick.remote_files import put
 from laptop.brick.terminal import CTRL_C, END_OF_INPUT, on_signal, reading
 from shared.message_fields import printable
+from shared.small_files import SpoiltFile, parse_json
 
 JOBS = ".brickservo/jobs"
 STATUS, ORDERS = f"{JOBS}/status", f"{JOBS}/orders"
@@ -59,15 +58,23 @@ tell() {{
     [ "$status" = "$told" ] || printf "%s\\n" "$status"
     told=$status
 }}
+beat=0
 while [ -d /proc/{pid} ]; do
     tell
+    beat=$(( (beat + 1) % 5 )); [ $beat != 0 ] || echo
     if read -r -t 1 order; then echo "$order" >>{orders}; else [ $? -gt 128 ] || exit 0; fi
 done
 tell
 echo "{{\\"over\\": true}}"
 tail -c 2000 {log}'"""
 """Tells every new status while the program is on, then the end of what it has said; hands on
-orders. It is one shell, which starts nothing: each program that starts takes the arm's time."""
+orders. Every few seconds it tells an empty line, too. It is one shell, which starts nothing: each
+program that starts takes the arm's time."""
+
+MOST, MOST_SAID = 1e6, 4000
+"""Greatest number of a status, and so many letters of what the program there says at its end."""
+COUNTS, SIGNED = ("stroke", "strokes", "repeat", "repeats"), ("pen",)
+"""Numbers of a status that are whole, and that may be negative."""
 
 ENDED_WELL = "done"
 ENDS = (ENDED_WELL, "aborted", "stopped", "failed")
@@ -127,50 +134,47 @@ def read_status(value: object) -> BrickJobStatus | None:
         return None
     told: dict[str, Any] = {}
     for field in fields(BrickJobStatus):
-        one = value.get(field.name)
+        one: Any = value.get(field.name)
         if field.name in ("state", "job", "reason"):
-            told[field.name] = printable(str(one or ""))[:200]
+            told[field.name] = printable(one)[:200] if isinstance(one, str) else ""
         elif field.name == "tip":
             if isinstance(one, list) and len(one) in (2, 3) and all(map(_is_number, one)):
                 told[field.name] = tuple(one)
-        elif _is_number(one):
-            told[field.name] = one
+        elif _is_number(one) and (field.name in SIGNED or one >= 0):
+            if field.name not in COUNTS:
+                told[field.name] = float(one)
+            elif type(one) is int:
+                told[field.name] = one
     return BrickJobStatus(**told)
 
 
-def _is_number(value: object) -> bool:
-    return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float) and abs(value) <= MOST
 
 
 class StatusReader:
-    """Cuts statuses out of what FOLLOW tells, as it comes."""
+    """Takes statuses out of the lines that FOLLOW tells, as they come.
+
+    Attributes:
+        said: what the program said at its end, as far as it is kept; None while it is on.
+    """
 
     def __init__(self) -> None:
-        self._text = ""
-        self._decode = codecs.getincrementaldecoder("utf-8")("replace").decode
         self.said: str | None = None
 
-    def feed(self, data: bytes) -> Iterator[BrickJobStatus]:
-        """Yield the statuses that are complete; once they are over, the rest is `said`."""
+    def take(self, line: str) -> BrickJobStatus | None:
+        """Return the status that a line tells; None: it tells none, or it is over."""
         if self.said is not None:
-            self.said += self._decode(data)
-            return
-        self._text += self._decode(data)
-        while (begin := self._text.find("{")) >= 0:
-            try:
-                value, end = json.JSONDecoder().raw_decode(self._text, begin)
-            except ValueError:  # the rest is still to come, or it was replaced while it was read
-                later = self._text.find('{"', begin + 1)
-                if later < 0:
-                    return
-                self._text = self._text[later:]
-                continue
-            self._text = self._text[end:]
-            if isinstance(value, dict) and value.get("over") is True:
-                self.said = self._text
-                return
-            if (status := read_status(value)) is not None:
-                yield status
+            self.said = f"{self.said}{line}\n"[-MOST_SAID:]
+            return None
+        try:
+            value = parse_json(line)
+        except SpoiltFile:  # nothing new, or it was replaced while it was read
+            return None
+        if value.get("over") is True:
+            self.said = ""
+            return None
+        return read_status(value)
 
 
 class JobKeys:
@@ -255,13 +259,13 @@ async def draw(
     started = await ask(
         brick, START.format(jobs=JOBS, status=STATUS, hold=HOLD, log=LOG, command=_inner(command))
     )
-    if started.status or not started.out.strip().isdecimal():
+    if started.status or not _number(started.out):
         raise BrickProblem(f"{address} cannot start it: {started.errors.strip() or 'no answer'}")
     dialogue.say(f"{address}: sent, and started; that takes a brick some seconds")
     if detach:
         dialogue.say("it draws alone; draw --watch shows how it goes")
         return 0
-    return await _watch(brick, address, dialogue, int(started.out), show)
+    return await _watch(brick, address, dialogue, _number(started.out), show)
 
 
 async def watch(
@@ -276,9 +280,9 @@ async def watch(
         BrickProblem: none is, or it ended badly.
     """
     found = await ask(brick, f"{IS_ON.rstrip()} && echo $pid")
-    if found.status:
+    if found.status or not _number(found.out):
         raise BrickProblem(f"{address} draws no job; send one by draw FILE")
-    return await _watch(brick, address, dialogue, int(found.out), show)
+    return await _watch(brick, address, dialogue, _number(found.out), show)
 
 
 async def jobs(
@@ -305,7 +309,12 @@ async def _driver(brick: asyncssh.SSHClientConnection, address: BrickAddress, wo
     done = await ask(brick, f"{DRIVER} {words}")
     if done.status:
         raise BrickProblem(f"{address}: {printable(done.errors.strip() or done.out.strip())}")
-    return done.out.rstrip()
+    return "\n".join(printable(line) for line in done.out.rstrip().splitlines())
+
+
+def _number(text: str) -> int:
+    """Return the number of a program that the brick tells; 0: it tells none."""
+    return int(text) if re.fullmatch(r"\s*[0-9]{1,9}\s*", text) else 0
 
 
 def _file_name(name: str) -> str:
@@ -342,8 +351,11 @@ async def _watch(
     reader = StatusReader()
     try:
         process = await brick.create_process(
-            FOLLOW.format(pid=pid, status=STATUS, orders=ORDERS, log=LOG), encoding=None
+            FOLLOW.format(pid=pid, status=STATUS, orders=ORDERS, log=LOG),
+            encoding=None,
+            stderr=asyncssh.STDOUT,
         )
+        told = lines(process.stdout, most=None)
         with (
             system.keys_one_by_one(),
             reading(take),
@@ -351,16 +363,16 @@ async def _watch(
         ):
             leaving = asyncio.ensure_future(left.wait())
             while True:
-                coming = asyncio.ensure_future(process.stdout.read(1 << 16))
+                coming = asyncio.ensure_future(anext(told, None))
                 await asyncio.wait({coming, leaving}, return_when=asyncio.FIRST_COMPLETED)
                 if left.is_set():
                     coming.cancel()
                     dialogue.say("left to draw alone; draw --watch shows it again")
                     return 0
-                data = coming.result()
-                if not data:
+                line = coming.result()
+                if line is None:
                     break
-                for status in reader.feed(data):
+                if (status := reader.take(line)) is not None:
                     last = status
                     keys.see(status)
                     show(status)

@@ -9,7 +9,8 @@ from pathlib import Path
 import asyncssh
 
 from laptop.brick import BrickProblem
-from laptop.brick.connection import BrickAddress, Dialogue, ask
+from laptop.brick.answers import ask
+from laptop.brick.connection import BrickAddress, Dialogue
 
 NAMES = "id_ed25519", "id_ecdsa", "id_rsa"
 """Files in ~/.ssh that every ssh takes; the first is the one that is made."""

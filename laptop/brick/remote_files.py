@@ -8,7 +8,7 @@ import shlex
 import asyncssh
 
 from laptop.brick import BrickProblem
-from laptop.brick.connection import ask
+from laptop.brick.answers import CHUNK, ask
 from shared.small_files import MAX_SIZE
 
 
@@ -36,7 +36,8 @@ async def read(
     Raises:
         BrickProblem: it is too large to be one of ours.
     """
-    done = await ask(brick, f"[ -f {shlex.quote(path)} ] && head -c {most + 1} {shlex.quote(path)}")
+    there = shlex.quote(path)
+    done = await ask(brick, f"[ -f {there} ] && head -c {most + 1} {there}", most=most + CHUNK)
     if len(done.data) > most:
         raise BrickProblem(f"{path} on the brick has more than {most} bytes; it is none of ours")
     return None if done.status else done.data

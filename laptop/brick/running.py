@@ -23,7 +23,8 @@ import asyncssh
 
 from laptop import system
 from laptop.brick import BrickProblem
-from laptop.brick.connection import CUT, BrickAddress, Dialogue, ask, shown_here
+from laptop.brick.answers import SILENCE, ask, lines, within
+from laptop.brick.connection import CUT, BrickAddress, Dialogue, shown_here
 from laptop.brick.install import update
 from laptop.brick.program_files import EXECUTABLE, HOLD, THIS_VERSION, program_files
 from laptop.brick.remote_files import put
@@ -160,7 +161,9 @@ async def watched(
     program = PROGRAM.format(token=token, command=command)
     try:
         watch = await brick.create_process(
-            WATCH.format(timeout=SILENCE_TIMEOUT, token=token, asked=ASKED), encoding="utf-8"
+            WATCH.format(timeout=SILENCE_TIMEOUT, token=token, asked=ASKED),
+            encoding=None,
+            stderr=asyncssh.STDOUT,
         )
         beating = asyncio.ensure_future(_beat(watch, dialogue))
         try:
@@ -168,8 +171,11 @@ async def watched(
         finally:
             beating.cancel()
         with contextlib.suppress(BrokenPipeError):  # it has ended: it has asked the program to
-            watch.stdin.write("end\n")
-        if (await watch.wait()).exit_status == ASKED:
+            watch.stdin.write(b"end\n")
+        async for _ in lines(watch.stdout):
+            pass  # the shell there may complain
+        await within(SILENCE, watch.wait_closed())
+        if watch.exit_status == ASKED:
             dialogue.say(
                 f"{address} heard nothing of this computer for {SILENCE_TIMEOUT:g} s, as where it "
                 "sleeps or radio stalls, and has asked the program to stop the arm"
@@ -184,7 +190,7 @@ async def watched(
 
 async def _beat(watch: asyncssh.SSHClientProcess, dialogue: Dialogue) -> None:
     while not watch.stdin.is_closing():
-        watch.stdin.write("beat\n")
+        watch.stdin.write(b"beat\n")
         await asyncio.sleep(BEAT_PERIOD)
     await watch.wait_closed()
     if watch.exit_status != ASKED:
@@ -221,6 +227,7 @@ async def on_terminal(
         term_size=window_size(),
         term_modes=modes,
         encoding=None,
+        stderr=asyncssh.STDOUT,
     )
     asked = 0
 
@@ -251,7 +258,7 @@ async def on_terminal(
                 with shown_here():
                     sys.stdout.buffer.write(data)
                     sys.stdout.buffer.flush()
-            await process.wait_closed()
+            await within(SILENCE, process.wait_closed())
         except CUT:
             if not is_left():
                 raise

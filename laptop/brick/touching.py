@@ -11,6 +11,7 @@ import asyncssh
 
 from laptop import system
 from laptop.brick import BrickProblem
+from laptop.brick.answers import SILENCE, lines, within
 from laptop.brick.connection import BrickAddress, Dialogue
 from laptop.brick.install import update
 from laptop.brick.running import watched
@@ -74,10 +75,10 @@ async def touch(
                     write(END)
 
         async def listen() -> None:
-            async for raw in process.stderr:
-                line = printable(raw.decode("utf-8", "replace").rstrip())
+            async for raw in lines(process.stderr, None, None):
+                line = printable(raw.rstrip())
                 if line.startswith(PROBLEM):
-                    said.append(line.removeprefix(PROBLEM))
+                    said[:] = [line.removeprefix(PROBLEM)]
                 elif line and not line.startswith("point "):  # told here with the camera's part
                     dialogue.say(line)
 
@@ -87,8 +88,7 @@ async def touch(
             reading(typed),
             on_signal(signal.SIGINT, lambda: typed(CTRL_C)),
         ):
-            async for raw in process.stdout:
-                line = raw.decode("utf-8", "replace")
+            async for line in lines(process.stdout, None, None):
                 if failed or not line.startswith("{"):
                     continue
                 try:
@@ -97,8 +97,8 @@ async def touch(
                 except Exception as problem:
                     failed.append(problem)
                     write(END)
-            await process.wait_closed()
-        await listening
+            await within(SILENCE, process.wait_closed())
+        await within(SILENCE, listening)
         return process.returncode if process.returncode is not None else 1
 
     status = await watched(brick, address, dialogue, command, follow)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import io
 import os
 import posixpath
+import re
 import shlex
-import tarfile
 from pathlib import Path
 
 import asyncssh
 
 from laptop.brick import COMMAND, BrickProblem
-from laptop.brick.connection import BrickAddress, Dialogue, ask
+from laptop.brick.answers import ask
+from laptop.brick.connection import BrickAddress, Dialogue
 from laptop.brick.remote_files import put, read
 from laptop.brick.run_log import is_of, kept_runs
 from laptop.brick.running import LOGS, run
@@ -23,6 +23,16 @@ ARMS = ".brickservo/arms"
 """Folder in the brick's home."""
 MENU_LOGS = "brickservo-*.err.log"
 """Files in the brick's home that hold the errors of what its menu has started."""
+MOST_LOGS, MOST_LOG = 40, 1 << 25
+"""So many logs are fetched, the last by name, each of at most so many bytes."""
+DEVICES = {
+    "CON",
+    "PRN",
+    "AUX",
+    "NUL",
+    *(f"{port}{k}" for port in ("COM", "LPT") for k in range(10)),
+}
+"""Names that stand for something else on Windows, with whatever ending."""
 FIGURES = ".brickservo/brick.json"
 """File on the brick for what its bench measures."""
 
@@ -96,33 +106,63 @@ async def fetch_logs(
 ) -> None:
     """Fetch the logs of the last runs into a folder: the brick's, and what was kept of it here.
 
+    One that is there already as it is stays, and so does another one of that name.
+
     Raises:
         BrickProblem: there are none, or they cannot be fetched.
         OSError: they cannot be written.
     """
-    # (What does not match stays a pattern, which names no file.)
-    packed = await ask(
+    # (What does not match stays a pattern, which names no file. A link is no log.)
+    listed = await ask(
         brick,
-        f'for one in {LOGS}/* {MENU_LOGS}; do [ ! -f "$one" ] || printf "%s\\0" "$one"; done | '
-        "tar -czf - --null --no-recursion -T -",
+        f"for one in {LOGS}/* {MENU_LOGS}; do "
+        '[ ! -f "$one" ] || [ -L "$one" ] || echo "$one"; done',
     )
-    if packed.status:
-        raise BrickProblem(f"{address} cannot send its logs: {packed.errors.strip()}")
-    found = {file.name: file.read_bytes() for file in kept_runs() if is_of(file, address)}
-    with tarfile.open(fileobj=io.BytesIO(packed.data)) as tar:
-        for member in tar:
-            content = tar.extractfile(member)
-            if content is not None:
-                found[posixpath.basename(member.name)] = content.read()
-    if not found:
+    if listed.status:
+        raise BrickProblem(f"{address} cannot send its logs: {listed.errors.strip()}")
+    places = listed.out.splitlines()
+    logs = {posixpath.basename(one): one for one in places if is_log(one)}
+    ours = [file for file in kept_runs() if is_of(file, address)]
+    if not logs and not ours:
         raise BrickProblem(
             f"{address} has no logs; each {COMMAND} run leaves one, and so does what its menu "
             "starts where it fails"
         )
     folder.mkdir(parents=True, exist_ok=True)
-    for name, data in found.items():
-        write_whole(folder / name, data)
-    dialogue.say(f"in {folder}: {', '.join(sorted(found))}")
+    written = [_write_log(folder / file.name, file.read_bytes()) for file in ours]
+    for name, place in sorted(logs.items())[-MOST_LOGS:]:
+        try:
+            data = await read(brick, place, most=MOST_LOG)
+        except BrickProblem as problem:
+            dialogue.say(f"left out: {problem}")
+            continue
+        if data is not None:
+            written.append(_write_log(folder / name, data))
+    dialogue.say(f"in {folder}: {', '.join(sorted(written))}")
+    if strange := len(places) - len(logs):
+        dialogue.say(f"{strange} names there are none of logs, and are left out")
+
+
+def is_log(place: str) -> bool:
+    """Return True if a place on the brick is that of a log, by its name alone."""
+    folder, name = posixpath.split(place)
+    return (
+        folder in (LOGS, "")
+        and re.fullmatch(r"[\w-][\w.-]{0,99}[.](log|jsonl|txt)", name, re.ASCII) is not None
+        and name.partition(".")[0].upper() not in DEVICES
+    )
+
+
+def _write_log(path: Path, data: bytes) -> str:
+    """Write a log unless it is there; return the name that it has, another if that was taken."""
+    k, free = 1, path
+    while os.path.lexists(free):
+        if free.is_file() and free.read_bytes() == data:
+            return free.name
+        k += 1
+        free = path.with_name(f"{path.stem}-{k}{path.suffix}")
+    write_whole(free, data)
+    return free.name
 
 
 async def bench(

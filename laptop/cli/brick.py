@@ -226,7 +226,7 @@ def _dialogue() -> Dialogue:
             return None
         return password
 
-    def say(line: str) -> None:
+    def show(line: str) -> None:
         click.echo(line, err=True)
 
-    return Dialogue(say, ask if sys.stdin.isatty() else None)
+    return Dialogue(show, ask if sys.stdin.isatty() else None)

@@ -79,8 +79,38 @@ def test_a_motor_that_is_missing_or_another_one_is_told_by_its_port():
 
 
 def test_facts_of_another_program_are_refused():
-    with pytest.raises(BrickProblem, match="type brickservo brick install"):
+    with pytest.raises(BrickProblem, match="library is not told; is it a brick of yours"):
         diagnosis.judge({"python": "3.5.3"}, PLANAR, NOW)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"python": 5}, "python is 5; it must be a text"),
+        ({"time": 10**400}, "time is 1000.*; it must be a number from"),
+        ({"memory": float("inf")}, "memory is inf; it must be"),
+        ({"load": float("nan")}, "load is nan; it must be"),
+        ({"cores": 0}, "cores is 0; it must be"),
+        ({"room": True}, "room is True; it must be"),
+        ({"battery": "8"}, "battery is '8'; it must be"),
+        ({"others": [[1]]}, "others is of another kind; it must be a list of programs"),
+        ({"others": 7}, "others is 7; it must be a list of programs"),
+        ({"motors": {"A": {"kind": "large"}}}, "motors is of another kind"),
+        ({"motors": {"A": {"kind": "large", "position": 1e300}}}, "motors is of another kind"),
+        ({"motors": {str(k): {} for k in range(65)}}, "it must be a table of motors"),
+    ],
+)
+def test_what_cannot_be_so_is_told(changed, words):
+    with pytest.raises(BrickProblem, match=words):
+        diagnosis.judge({**WELL, **changed}, PLANAR, NOW)
+
+
+def test_what_a_brick_tells_makes_no_line_of_its_own():
+    steer = "a\x1b[2K\rb\nport A: fine"
+    told = {**WELL, "host": steer, "kernel": f"ev3dev {steer}", "others": [[7, steer]]}
+    found = [str(line) for line in diagnosis.judge(told, PLANAR, NOW)]
+    assert all(line.isprintable() for line in found)
+    assert any("a [2K b port A: fine" in line for line in found)
 
 
 def test_the_emulated_brick_is_told_of_over_ssh(ssh_brick):

@@ -34,23 +34,42 @@ def test_nothing_strange_in_a_status_gets_through():
     assert read_status(strange) == BrickJobStatus("draw [2J", "")
 
 
-@pytest.mark.parametrize("size", [1, 7, 100000])
-def test_statuses_are_cut_out_of_what_comes_in_any_portions(size):
-    second = dict(TOLD, stroke=4)
-    text = json.dumps(TOLD) + json.dumps(second) + "\n"
-    text += '{"over": true}\ndriver.py: the elbow is blocked\n'
-    reader, found = StatusReader(), []
-    for k in range(0, len(text), size):
-        found += reader.feed(text.encode()[k : k + size])
-    assert [status.stroke for status in found] == [3, 4]
-    assert reader.said.strip() == "driver.py: the elbow is blocked"
-
-
-def test_a_status_that_was_replaced_while_it_was_read_is_left_out():
-    text = json.dumps(TOLD)
+def test_statuses_are_taken_until_they_are_over_and_then_what_is_said():
+    told = [json.dumps(TOLD), "", json.dumps(dict(TOLD, stroke=4)), '{"over": true}']
     reader = StatusReader()
-    assert [status.stroke for status in reader.feed((text[:60] + text).encode())] == [3]
-    assert reader.said is None
+    found = [reader.take(line) for line in [*told, "driver.py: the elbow is blocked"]]
+    assert [status and status.stroke for status in found] == [3, None, 4, None, None]
+    assert reader.said == "driver.py: the elbow is blocked\n"
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        json.dumps(TOLD)[:60],
+        "[" * 50_000,
+        '{"state": "drawing", "x": ' + "[" * 50_000,
+        '{"cm": ' + "9" * 5000,
+        "\x1b[2J",
+    ],
+)
+def test_a_line_that_is_no_status_is_left_out(line):
+    reader = StatusReader()
+    assert reader.take(line) is None
+    assert reader.take(json.dumps(TOLD)).stroke == 3
+
+
+@pytest.mark.parametrize("number", ["1e999", "-1e308", "1" + "0" * 400, "NaN", "1e300"])
+def test_a_number_beyond_all_bounds_is_not_taken(number):
+    line = f'{{"state": "drawing", "cm": {number}, "stroke": {number}, "left_s": {number}}}'
+    assert StatusReader().take(line) in (None, BrickJobStatus("drawing"))
+
+
+def test_what_a_program_says_at_its_end_is_kept_in_part_only():
+    reader = StatusReader()
+    reader.take('{"over": true}')
+    for _ in range(1000):
+        reader.take("A" * 1000)
+    assert len(reader.said) <= 4000
 
 
 @pytest.fixture
