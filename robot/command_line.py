@@ -8,6 +8,14 @@ the brick a second.
 import math
 import sys
 
+from shared.state import CODE
+
+CODE_HELP = (
+    "as the tracker prints it; others on that computer can read it in this command (default: ${}, "
+    "else as remembered, else it is asked for)".format(CODE)
+)
+"""Of the option `--code` of those that pair with the tracker."""
+
 
 class BadArgument(ValueError):
     """A text is not what an argument takes; says so in words for people."""

@@ -6,7 +6,7 @@ import sys
 
 from robot import program
 from robot.clock import Clock
-from robot.command_line import BadArgument, Parser, number_in
+from robot.command_line import CODE_HELP, BadArgument, Parser, number_in
 from robot.drawing import METHODS, Driver
 from robot.motion import kinematics, paths, trajectory
 from robot.motion.checked import NotChecked
@@ -89,7 +89,7 @@ def _parser():
     check.add_argument(
         "--camera", action="store_true", help="does not ask, but looks through the tracker's camera"
     )
-    check.add_argument("--code", help="as the tracker prints it (default: as remembered)")
+    check.add_argument("--code", help=CODE_HELP)
     home = add("home", "find the zero: you put the arm in its home pose, it says where that is")
     home.add_argument("--here", action="store_true", help="it stands there already")
     home.add_argument(
@@ -201,9 +201,10 @@ def _tracker(parser, args):
         if args.place or args.code is not None:
             parser.error("HOST and --code are of the tracker that a camera sees by; add --camera")
         return None
-    from robot.tracker_address import find_tracker  # not above: most programs see nothing
+    # not above: most programs see nothing
+    from robot.tracker_address import at_terminal, find_tracker
 
-    return find_tracker(args.place, args.code)
+    return find_tracker(args.place, args.code, ask=at_terminal())
 
 
 def _from_menu():

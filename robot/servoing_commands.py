@@ -7,11 +7,11 @@ import sys
 from robot import program
 from robot.battery import Battery
 from robot.clock import Clock
-from robot.command_line import BadArgument, Parser, number_in
+from robot.command_line import CODE_HELP, BadArgument, Parser, number_in
 from robot.servoing.rows import Rows
 from robot.servoing.run_reporter import verdict_text
 from robot.servoing.runs import Runs, say
-from robot.tracker_address import find_tracker
+from robot.tracker_address import at_terminal, find_tracker
 from shared.arm_description import ArmError, find_arm, read_arm
 from shared.messages import BUDGET, TOLERANCE, Start
 from shared.run_options import METHODS, MODES, ROWS, InvalidRunOptions, check_options
@@ -25,7 +25,7 @@ DEFAULTS = Start()
 """What is done unless something else is ordered."""
 
 EXAMPLES = """\
-  visual_servoing.py --code KS82-DNHF-7WQM
+  visual_servoing.py 192.168.0.5
   visual_servoing.py --goal 400,200"""
 """Of the help."""
 
@@ -66,7 +66,7 @@ def _parser():
         "place", nargs="?", default="", metavar="HOST",
         help="the laptop, or HOST:PORT (default: where ssh came from, else as remembered)",
     )  # fmt: skip
-    parser.add_argument("--code", help="as the tracker prints it (default: as remembered)")
+    parser.add_argument("--code", help=CODE_HELP)
     parser.add_argument(
         "--goal", type=_goal, action="append", default=[], metavar="GOAL",
         help="marker, a pixel U,V, or one of each camera, as B:U,V (default: marker)",
@@ -133,7 +133,7 @@ def _run(parser, args):
         check_options(options, len(description.joints))
     except InvalidRunOptions as error:
         parser.error(str(error))
-    tracker = find_tracker(args.place, args.code)
+    tracker = find_tracker(args.place, args.code, ask=at_terminal())
     clock = Clock()
     arm = program.connect(description, clock, args.take)
     arm.load_zero()

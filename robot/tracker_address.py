@@ -1,10 +1,15 @@
-"""Where the tracker on the laptop is, and with which code the brick pairs: said or remembered."""
+"""Where the tracker on the laptop is, and with which code the brick pairs: said or remembered.
+
+A code is told by the environment or typed where it is asked for: everybody on a computer can read
+the command lines of its programs.
+"""
 
 import binascii
 import contextlib
 import json
 import os
 import re
+import sys
 
 from shared import message_fields as fields
 from shared import pairing
@@ -12,7 +17,10 @@ from shared.arm_description import ArmError
 from shared.messages import PORT
 from shared.record import record
 from shared.small_files import SpoiltFile, number, read_json
-from shared.state import TRACKER_FILE, state_folder
+from shared.state import CODE, TRACKER_FILE, state_folder
+
+MAX_TYPED = 80
+"""Letters of a line that is typed."""
 
 
 class NotPaired(ArmError):
@@ -72,9 +80,8 @@ class Memory(object):
         except ArmError as error:
             problem = "cannot be used ({})".format(error)
         raise SpoiltMemory(
-            "{} {}; give the tracker's address and code again, HOST --code CODE".format(
-                self.file, problem
-            )
+            "{} {}; remove it, and give the tracker's address, HOST: then the code is asked "
+            "for".format(self.file, problem)
         )
 
     def load_key(self, code):
@@ -130,13 +137,15 @@ def read_place(text, port=None):
     return host or None, port
 
 
-def find_tracker(place="", code=None, environ=None, memory=None):
+def find_tracker(place="", code=None, environ=None, memory=None, ask=None):
     """Which tracker to go to: as said, else where ssh came from, else as remembered.
 
     Args:
         place: as for read_place; "" where nothing is said.
-        code: as typed, or None.
+        code: as typed, or None: that of the environment, else as remembered.
         environ: os.environ if None.  memory: Memory() if None.
+        ask: called with a question, and returns the code that somebody types; None where nobody is
+            there.
 
     Returns:
         ServerAddress
@@ -153,6 +162,8 @@ def find_tracker(place="", code=None, environ=None, memory=None):
         spoilt = problem  # told where something of it is needed; else it is written anew
     if code is None and not (known and known.host == host):
         check_is_no_code(place)
+    if code is None:
+        code = environ.get(CODE) or None
     code = pairing.read_code(code) if code is not None else known and known.code
     if not host:
         ssh = (environ.get("SSH_CLIENT") or environ.get("SSH_CONNECTION") or "").split()
@@ -161,17 +172,31 @@ def find_tracker(place="", code=None, environ=None, memory=None):
         raise spoilt
     if not host:
         raise NotPaired(
-            "where is the tracker? give its address, HOST --code CODE, "
-            "as the tracker on the laptop prints it"
+            "where is the tracker? give its address, HOST, as the tracker on the laptop prints it"
         )
+    if not code and ask is not None:
+        code = pairing.read_code(ask("pairing code, as the tracker on the laptop prints it: "))
     if not code:
         raise NotPaired(
-            "this brick is not paired yet; give the code that the tracker on the laptop prints: "
-            "--code CODE"
+            "this brick is not paired yet; type this in a terminal, or by brick run on the "
+            "laptop: then the code is asked for, or known"
         )
     if port is None:
         port = known.port if known and known.host == host else PORT
     return ServerAddress(host, port, code)
+
+
+def at_terminal():
+    """What asks somebody a question in this terminal; None where nobody is there."""
+    if not (sys.stdin and sys.stdin.isatty() and sys.stderr and sys.stderr.isatty()):
+        return None
+    return _typed
+
+
+def _typed(question):
+    sys.stderr.write(question)
+    sys.stderr.flush()
+    return sys.stdin.readline(MAX_TYPED).strip()
 
 
 def remembered(memory):
@@ -183,8 +208,8 @@ def remembered(memory):
 def check_is_no_code(word):
     """Raise NotPaired if a word that stands alone reads as a pairing code."""
     with contextlib.suppress(pairing.BadCode):
-        code = pairing.show_code(pairing.read_code(word))
-        raise NotPaired("'{}' reads as a pairing code; write --code {}".format(word, code))
+        pairing.read_code(word)
+        raise NotPaired("'{}' reads as a pairing code; leave it out: it is asked for".format(word))
 
 
 def shortened(text):

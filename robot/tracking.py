@@ -382,6 +382,6 @@ def _addresses(host, port):
     except (OSError, UnicodeError):
         raise NotPaired(
             "there is no host '{}'; give the laptop's address as the tracker prints it: "
-            "HOST --code CODE".format(shortened(host))
+            "HOST".format(shortened(host))
         ) from None
     return [(family, address) for family, _, _, _, address in found]

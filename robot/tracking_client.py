@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """The brick's end of the link to the tracker: where the camera sees the markers, newest only.
 
-    tracking_client.py --code ABCD-EFGH-JKMN   pair with the tracker, and show what it sees
-    tracking_client.py                         the same later: host and code are remembered
+    tracking_client.py                         pair with the tracker, and show what it sees; the
+                                               first time it asks for the pairing code
     tracking_client.py 192.168.0.5 ...         another laptop than the one that ssh came from
 
 Started by itself it moves nothing: it shows whether the brick sees.

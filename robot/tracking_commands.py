@@ -2,16 +2,23 @@
 
 from robot import program
 from robot.clock import Clock
-from robot.command_line import BadArgument, Parser
-from robot.tracker_address import NotPaired, Refusal, check_is_no_code, find_tracker, shortened
+from robot.command_line import CODE_HELP, BadArgument, Parser
+from robot.tracker_address import (
+    NotPaired,
+    Refusal,
+    at_terminal,
+    check_is_no_code,
+    find_tracker,
+    shortened,
+)
 from robot.tracking import TrackingClient
 
 LINE_PERIOD = 0.1
 """Between two looks that are printed, s: a person reads no faster, and printing costs the brick."""
 
 EXAMPLES = """\
-  tracking_client.py --code KS82-DNHF-7WQM
-  tracking_client.py 192.168.0.5 --seconds 10"""
+  tracking_client.py 192.168.0.5
+  tracking_client.py --seconds 10"""
 """Of the help."""
 
 
@@ -50,14 +57,15 @@ def _parser():
         metavar="HOST[:PORT]",
         help="the laptop (default: where ssh came from, else as remembered)",
     )
-    parser.add_argument("--code", help="as the tracker prints it (default: as remembered)")
+    parser.add_argument("--code", help=CODE_HELP)
     parser.add_argument("--seconds", type=_seconds, metavar="S", help="(default: until Ctrl-C)")
     return parser
 
 
 def _run(args):
     clock = Clock()
-    client = TrackingClient(*find_tracker(args.place, args.code), clock=clock, say=_say)
+    tracker = find_tracker(args.place, args.code, ask=at_terminal())
+    client = TrackingClient(*tracker, clock=clock, say=_say)
     start = clock.now()
     end = start + args.seconds if args.seconds else float("inf")
     some = False

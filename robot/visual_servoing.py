@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Bring the tip where the camera sees the goal: nothing between image and joints is calibrated.
 
-    visual_servoing.py --code ABCD-EFGH-JKMN      to the goal marker that the laptop's tracker sees
-    visual_servoing.py                       the same later: host and code are remembered
+    visual_servoing.py                       to the goal marker that the laptop's tracker sees; the
+                                             first time it asks for the pairing code
     visual_servoing.py --goal 400,200        to a pixel
     visual_servoing.py --arm spatial --goal A:400,200 --goal B:310,150     in space, by two cameras
     visual_servoing.py --mode stream --follow --budget 30    after a goal marker that moves

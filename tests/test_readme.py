@@ -70,7 +70,7 @@ REDUCED = (
 UNTIL = {
     "demo": r"http://",  # the page is there
     "bench": r"\d+/\d+",  # the bar: all cases are made, and the first are worked on
-    "track": r"--code (\S+)",  # the brick may come
+    "track": r"pairing code, once: (\S+)",  # the brick may come
 }
 """Commands of minutes are ended by Ctrl-C once they have said this."""
 

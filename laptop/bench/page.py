@@ -187,7 +187,7 @@ def _measure(made: Any, seed: int, looking: Viewers) -> PageResult:
             for number, goal in enumerate(goals, 1):
                 home = folder / f"goal-{number}"
                 words = ["simulate", "--realtime", start, "--arm", arm.file, "--out", str(home)]
-                words += [SERVO, place, "--code", code, *goal_words(goal)]
+                words += [SERVO, place, *goal_words(goal)]
                 servo = crew.start(goal.name, [*words, "--log", f"{home}.jsonl"])
                 servo.wait(SERVOED)
                 runs.append(_judged(rig, goal, home, servo))

@@ -131,10 +131,10 @@ class PageRig:
             ["track", "--announce", "--camera", "synthetic", "--scene", f"fps={FPS:g}"]
             + ["--host", "127.0.0.1", "--port", "0", "--page", "--page-port", "0", "--no-brick"],
         )
-        place, code = wait_for_link(self.tracker)
+        place, _ = wait_for_link(self.tracker)
         words = ["simulate", "--realtime", "--timeout", "1e6", "--arm", arm.file]
         words += ["--out", str(Path(folder) / "brick")]
-        self.brick = crew.start("brick", [*words, SERVO, place, "--code", code, "--wait"])
+        self.brick = crew.start("brick", [*words, SERVO, place, "--wait"])
         self._addresses = self._new_addresses()
         self.watch = ArmWatch(folder)
         stack.callback(self.watch.close)

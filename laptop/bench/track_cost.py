@@ -38,7 +38,7 @@ from robot import tracking_client
 from shared.arm_description import find_arm, read_arm
 from shared.messages import Observation
 from shared.pairing import new_code
-from shared.state import STATE
+from shared.state import CODE, STATE
 
 TURNS = 40
 LAP_FRAMES = 8
@@ -173,8 +173,8 @@ def serving(fps: float = 60.0, seconds: float = 5.0) -> float:
         server = TrackingServer("127.0.0.1", 0, code)
         stack.callback(server.close)
         client = subprocess.Popen(
-            [sys.executable, tracking_client.__file__, f"127.0.0.1:{server.port}", "--code", code],
-            env={**os.environ, STATE: folder},
+            [sys.executable, tracking_client.__file__, f"127.0.0.1:{server.port}"],
+            env={**os.environ, STATE: folder, CODE: code},
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )

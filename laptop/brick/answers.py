@@ -15,8 +15,8 @@ SILENCE = 30.0
 """For so long a brick may say no word, and take none, where an answer is due, s."""
 LONGEST = 600.0
 """For so long an answer may come, s: files go both ways in it."""
-MOST_ANSWER, MOST_ERRORS = 1 << 20, 1 << 16
-"""Bytes of an answer, and of its errors, of which the first are kept."""
+MOST_ANSWER, KEPT_ERRORS = 1 << 20, 1 << 16
+"""Bytes of an answer, and of its errors those that are kept."""
 MOST_LINE = 1 << 16
 """Bytes of a line."""
 CHUNK = 1 << 15
@@ -90,22 +90,23 @@ async def ask(
         except (BrokenPipeError, ConnectionResetError):
             pass  # it has ended without hearing all of it: its status says why
 
-    async def hear(stream: Any, most: int, is_cut: bool) -> bytes:
+    async def hear(stream: Any, most: int, kept: int) -> bytes:
         nonlocal heard
-        data = bytearray()
+        data, total = bytearray(), 0
         while more := await stream.read(CHUNK):
             heard = now()
-            if len(data) + len(more) > most and not is_cut:
+            total += len(more)
+            if total > most:
                 raise _endless(most)
-            data += more[: most - len(data)]
+            data += more[: kept - len(data)]
         return bytes(data)
 
     async def answer() -> Answer:
         process = await brick.create_process(command, encoding=None)
         _, out, errors = await asyncio.gather(
             send(process),
-            hear(process.stdout, most, False),
-            hear(process.stderr, MOST_ERRORS, True),
+            hear(process.stdout, most, most),
+            hear(process.stderr, most, KEPT_ERRORS),
         )
         await process.wait_closed()
         if process.exit_status is None:
@@ -117,7 +118,7 @@ async def ask(
         while not coming.done():
             left = min(heard + silence, began + LONGEST) - now()
             if left <= 0:
-                raise _silent(silence) if now() - heard >= silence else _endless(most)
+                raise _silent(silence) if now() - heard >= silence else _slow()
             await asyncio.wait({coming}, timeout=left)
         return coming.result()
     finally:
@@ -160,6 +161,13 @@ def _silent(seconds: float) -> NoAnswer:
 
 def _endless(most: int) -> NoAnswer:
     return NoAnswer(
-        f"says more than the {most / 1000:.0f} kB that an answer has, or takes more than "
-        f"{LONGEST / 60:.0f} minutes for it; is it a brick of yours? Nothing of it is taken"
+        f"says more than {most / 1000:.0f} kB where much less is due; is it a brick of yours? "
+        "Nothing of it is taken"
+    )
+
+
+def _slow() -> NoAnswer:
+    return NoAnswer(
+        f"has taken {LONGEST / 60:g} minutes for one answer, and has not come to its end; is the "
+        "network so slow? Come nearer, or take a cable"
     )

@@ -88,8 +88,9 @@ async def doctor(
     findings.append(judge_program(installed.version, here))
     script = program_files()["robot/doctor.py"].data
     process = await brick.create_process("python3 -" + " --motors" * by_hand, encoding=None)
-    process.stdin.write(script)
-    process.stdin.write_eof()
+    with contextlib.suppress(BrokenPipeError):  # it has ended without hearing it: see below why
+        process.stdin.write(script)
+        process.stdin.write_eof()
     told = lines(process.stdout, silence=BY_HAND_TIMEOUT if by_hand else SILENCE)
     facts = await _facts(process, told)
     findings += judge(facts, arm, time.time())
@@ -128,7 +129,8 @@ async def _round_trips(brick: asyncssh.SSHClientConnection) -> list[float]:
         if not await anext(echoes, ""):
             raise asyncssh.ConnectionLost("no echo")
         times.append(time.monotonic() - began)
-    process.stdin.write_eof()
+    with contextlib.suppress(BrokenPipeError):
+        process.stdin.write_eof()
     return times[1:]  # the first is also the start of that program
 
 

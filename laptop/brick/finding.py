@@ -25,7 +25,6 @@ from zeroconf.asyncio import AsyncServiceBrowser, AsyncServiceInfo, AsyncZerocon
 from laptop.brick import BrickProblem
 from laptop.brick.connection import BrickAddress, fingerprint
 from laptop.brick.known_hosts import DEFAULT_PORT
-from shared.message_fields import printable
 
 SERVICES = "_sftp-ssh._tcp.local.", "_ssh._tcp.local.", "_workstation._tcp.local."
 MARK = b"ev3dev.robot.home"
@@ -114,7 +113,7 @@ async def _ask(network: Zeroconf, service: str, name: str) -> list[FoundBrick]:
 
 def _bricks(info: Any, service: str) -> list[FoundBrick]:
     """Return what one announcement says of a brick: one for each of its addresses."""
-    host = printable(info.server or "").removesuffix(".").removesuffix(".local")[:MOST_LETTERS]
+    host = (info.server or "").removesuffix(".").removesuffix(".local")[:MOST_LETTERS]
     if MARK not in info.properties and NAME not in host.lower():
         return []
     port = DEFAULT_PORT if service.startswith("_workstation") else info.port or DEFAULT_PORT

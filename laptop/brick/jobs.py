@@ -372,7 +372,10 @@ async def _watch(
                 line = coming.result()
                 if line is None:
                     break
-                if (status := reader.take(line)) is not None:
+                status = reader.take(line)
+                if len(reader.said or "") == MOST_SAID:
+                    break  # no program of ours says so much at its end
+                if status is not None:
                     last = status
                     keys.see(status)
                     show(status)

@@ -12,8 +12,16 @@ from laptop.brick.answers import CHUNK, ask
 from shared.small_files import MAX_SIZE
 
 
-async def put(brick: asyncssh.SSHClientConnection, target: str, data: bytes) -> None:
+async def put(
+    brick: asyncssh.SSHClientConnection, target: str, data: bytes, private: bool = False
+) -> None:
     """Write a file there, all of it or nothing.
+
+    Args:
+        brick: the connection.
+        target: its path there.
+        data: what is in it.
+        private: whether nobody else there may read it.
 
     Raises:
         BrickProblem: it cannot be written.
@@ -23,6 +31,7 @@ async def put(brick: asyncssh.SSHClientConnection, target: str, data: bytes) -> 
     # A connection that is cut ends the input there as if that were all of it.
     is_whole = f'[ "$(wc -c <{new})" -eq {len(data)} ]'
     write = f"mkdir -p {folder} && cat >{new} && {is_whole} && mv {new} {path}"
+    write = f"umask 077; {write}" if private else write
     done = await ask(brick, write, data)
     if done.status:
         raise BrickProblem(f"the brick cannot take {target}: {done.errors.strip() or done.status}")

@@ -30,6 +30,7 @@ from laptop.brick.program_files import EXECUTABLE, HOLD, THIS_VERSION, program_f
 from laptop.brick.remote_files import put
 from laptop.brick.run_log import KeptRun
 from laptop.brick.terminal import CTRL_C, on_signal, reading, window_size
+from shared.state import CODE
 
 BEAT_PERIOD, SILENCE_TIMEOUT = 3.0, 15.0
 """Period of the laptop's beats to the watch, and how long it waits for one, s: radio stalls."""
@@ -42,7 +43,15 @@ OWN_SCRIPTS, LOGS = ".brickservo/scripts", ".brickservo/logs"
 SERVO, KEPT_LOGS = "robot/visual_servoing.py", 10
 """The script that keeps a log, and how many of them stay."""
 
-PROGRAM = HOLD + "; exec env BRICK_RUN={token}.$$ {command}"
+PAIRS = ("robot/visual_servoing.py",), ("robot/tracking_client.py",), ("robot/driver.py", "check")
+"""Scripts, and their first words, that may pair with a tracker: at the next word, if at any."""
+OPTION = "--code"
+"""By which somebody may have typed the code."""
+CODE_FILE = ".brickservo/code-{token}"
+TAKE_CODE = f"read -r {CODE} <{{file}}; rm -f {{file}}; export {CODE}; "
+"""Takes a pairing code out of a file: it stands in no command line, here or there."""
+
+PROGRAM = HOLD + "; {before}exec env BRICK_RUN={token}.$$ {command}"
 """Starts a program that can be found again: by its number in its own environment."""
 
 ASKED = 3
@@ -66,8 +75,17 @@ async def run(
     dialogue: Dialogue,
     script: str,
     words: tuple[str, ...],
+    own_code: str | None = None,
 ) -> int:
     """Run a script of the program, or a file from here, on the brick; return its exit status.
+
+    Args:
+        brick: the connection.
+        address: the brick's.
+        dialogue: with who has typed it.
+        script: see `find_script`.
+        words: its words.
+        own_code: pairing code of this computer's own tracker, if it has one.
 
     Raises:
         BrickProblem: there is no such script, the program cannot be installed, or the connection is
@@ -75,6 +93,7 @@ async def run(
     """
     ours = find_script(script)
     await update(brick, address, dialogue)
+    code, words = code_for(ours, words, own_code)
     if ours == SERVO and not any(word.startswith("--log") for word in words):
         words = (*words, "--log", await _new_log(brick))
     start = ours
@@ -82,6 +101,11 @@ async def run(
         own = f"{OWN_SCRIPTS}/{Path(script).name}"
         await put(brick, own, Path(script).read_bytes().replace(b"\r\n", b"\n"))
         start = f"PYTHONPATH={THIS_VERSION} python3 {shlex.quote(own)}"
+    before = ""
+    if code is not None:
+        file = CODE_FILE.format(token=secrets.token_hex(4))
+        await put(brick, file, f"{code}\n".encode(), private=True)
+        before = TAKE_CODE.format(file=file)
     with KeptRun(address, (script, *words), dialogue.say) as log:
         command = " ".join([start, *map(shlex.quote, words)])
         log.status = await watched(
@@ -90,8 +114,42 @@ async def run(
             dialogue,
             command,
             lambda program: on_terminal(brick, program, log.hear),
+            before,
         )
         return log.status
+
+
+def code_for(
+    ours: str, words: tuple[str, ...], own_code: str | None
+) -> tuple[str | None, tuple[str, ...]]:
+    """Return the pairing code that a script may need, and its words without it.
+
+    It is the one that was typed or is in the environment, else that of this computer's own tracker,
+    unless another host is named.
+
+    Args:
+        ours: path of a script of the program; "" for another one, which has its own ways.
+        words: as typed.
+        own_code: see `run`.
+    """
+    told = next((start for start in PAIRS if (ours, *words)[: len(start)] == start), None)
+    if told is None:
+        return None, words
+    kept: list[str] = []
+    typed = None
+    rest = iter(words)
+    for word in rest:
+        if word == OPTION:
+            typed = next(rest, "")
+        elif word.startswith(f"{OPTION}="):
+            typed = word.partition("=")[2]
+        else:
+            kept.append(word)
+    code = typed if typed is not None else os.environ.get(CODE)
+    place = "".join(kept[len(told) - 1 :][:1])
+    if code is None and (not place or place[0] in "-:"):
+        code = own_code
+    return code, tuple(kept)
 
 
 async def shell(
@@ -144,6 +202,7 @@ async def watched(
     dialogue: Dialogue,
     command: str,
     follow: Callable[[str], Awaitable[int]],
+    before: str = "",
 ) -> int:
     """Run a command that is asked to end when the laptop falls silent; return its exit status.
 
@@ -153,12 +212,13 @@ async def watched(
         dialogue: with who has started it.
         command: for the brick's shell.
         follow: starts what it is given, follows it to its end, and returns its exit status.
+        before: what that shell does first.
 
     Raises:
         BrickProblem: the connection is lost.
     """
     token = secrets.token_hex(8)
-    program = PROGRAM.format(token=token, command=command)
+    program = PROGRAM.format(token=token, before=before, command=command)
     try:
         watch = await brick.create_process(
             WATCH.format(timeout=SILENCE_TIMEOUT, token=token, asked=ASKED),

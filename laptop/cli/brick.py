@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from laptop.cli.options import arm_option, importing, in_one_line
+from laptop.tracking.pairing_file import known_code
 from shared.arm_description import find_arm, read_arm
+from shared.message_fields import printable
 
 if TYPE_CHECKING:
     from laptop.brick.connection import Dialogue
@@ -39,7 +41,9 @@ def find() -> None:
 
     with in_one_line():
         found = asyncio.run(finding.find())
-        finding.show(found, choosing.last_brick(), click.echo)
+        finding.show(
+            found, choosing.last_brick(), lambda line: click.echo(printable(line))
+        )  # others give themselves their names
     if not found:
         raise click.ClickException(finding.NOBODY)
 
@@ -69,7 +73,7 @@ def run(name: str | None, script: str, args: tuple[str, ...]) -> None:
 
     with in_one_line():
         running.find_script(script)  # before the brick is asked for anything
-    sys.exit(talk(name, running.run, script, args))
+    sys.exit(talk(name, running.run, script, args, known_code()))
 
 
 @brick.command()

@@ -76,14 +76,16 @@ def live_rig(
         ]
         brick = None
         if SYNTHETIC in sources:
-            brick = stack.enter_context(start_brick(arm, server.place, server.code))
+            brick = stack.enter_context(start_brick(arm, server.place))
         elif call:
-            brick = stack.enter_context(run_on_brick(server.port, pairing.show_code(server.code)))
+            brick = stack.enter_context(run_on_brick(server.port))
         else:
             first, *others = (f"{command} --wait --arm {arm}" for command in server.commands())
             click.echo(f"let the brick wait for it; type here: {first}")
             for other in others:
                 click.echo(f"               or on the brick itself: {other}")
+            code = pairing.show_code(server.code)
+            click.echo(f"  which asks for the pairing code, once: {code}")
         rig = LiveRig(read_arm(find_arm(arm)), pipelines, server, collector, tell, brick)
         stack.enter_context(rig.looking())
         yield rig

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -37,6 +39,7 @@ from laptop.simulator.host.guard import guarded
 from laptop.simulator.host.pace import BUSY
 from laptop.simulator.own_programs import find_script
 from shared.arm_description import Arm, ArmError, find_arm, read_arm
+from shared.state import CODE
 
 if TYPE_CHECKING:
     from laptop.reporting import line_accuracy
@@ -245,7 +248,7 @@ def simulate(
         _check_in_time(ordered, timeout)
         check_room(out)
         click.get_current_context().with_resource(alone_in(out))
-        with guarded(Path(script).name), last_line.finished():
+        with guarded(Path(script).name), last_line.finished(), _paired(realtime):
             run = session.run(arm, script, args, **options)
         # Without a pen motor all of the motion is ink, and none of it belongs to one path.
         wanted = run.wanted if built and built.pen else []
@@ -290,6 +293,21 @@ def simulate(
             err=True,
         )
     sys.exit(run.outcome.status or (NEVER_CAME if late else 0))
+
+
+@contextlib.contextmanager
+def _paired(realtime: bool) -> Iterator[None]:
+    """Let a program in real time know the code of this computer's tracker, for a `with` block."""
+    from laptop.tracking.pairing_file import known_code
+
+    code = known_code() if realtime and CODE not in os.environ else None
+    if code is not None:
+        os.environ[CODE] = code
+    try:
+        yield
+    finally:
+        if code is not None:
+            del os.environ[CODE]
 
 
 def _built(file: str, arm: Arm | None) -> Arm:

@@ -23,7 +23,7 @@ from laptop.cli.options import (
     on_the_page,
 )
 from laptop.simulator.own_programs import HOUSE, SERVO
-from shared import pairing, state
+from shared import state
 from shared.arm_description import find_arm, read_arm
 
 if TYPE_CHECKING:
@@ -261,7 +261,7 @@ def _open_page(
 
         def start_on_brick() -> Callable[[], str]:
             assert server is not None
-            return stack.enter_context(run_on_brick(server.port, pairing.show_code(server.code)))
+            return stack.enter_context(run_on_brick(server.port))
 
         controller = PageController(
             inputs.pipelines,
@@ -286,37 +286,35 @@ def _open_page(
 
 
 @contextlib.contextmanager
-def start_brick(arm: str, place: str, code: str) -> Iterator[Callable[[], str]]:
+def start_brick(arm: str, place: str) -> Iterator[Callable[[], str]]:
     """Start an emulated brick that waits for orders; its output goes to the state folder.
 
     Gives a function that tells why it has ended, "" while it has not.
 
     Args:
         arm: its name or file.
-        place: HOST:PORT of the tracker.
-        code: to pair with it.
+        place: HOST:PORT of the tracker, of which it knows the code.
     """
     home = Path(state.state_folder()) / state.BRICK_FOLDER
     home.mkdir(mode=0o700, parents=True, exist_ok=True)
     words = ["simulate", "--realtime", "--timeout", f"{BRICK_TIMEOUT:g}", "--arm", arm]
-    words += ["--out", str(home), SERVO, place, "--code", code, "--arm", arm, "--wait"]
+    words += ["--out", str(home), SERVO, place, "--arm", arm, "--wait"]
     with _beside(words, home / "lines.txt", "the emulated brick") as why_ended:
         yield why_ended
 
 
 @contextlib.contextmanager
-def run_on_brick(port: int, code: str) -> Iterator[Callable[[], str]]:
+def run_on_brick(port: int) -> Iterator[Callable[[], str]]:
     """Let the real brick wait for orders, over ssh; what it says goes to the state folder.
 
     Gives a function as `start_brick` does.
 
     Args:
         port: of the tracker.
-        code: to pair with it.
     """
     file = Path(state.state_folder()) / state.CALLED_BRICK_FILE
     file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    words = ["brick", "run", os.path.basename(SERVO), f":{port}", "--code", code, "--wait"]
+    words = ["brick", "run", os.path.basename(SERVO), f":{port}", "--wait"]
     with _beside(words, file, "brick run") as why_ended:
         yield lambda: why_ended() and f"{why_ended()}, at last: {_last_line(file)}"
 

@@ -210,14 +210,14 @@ class DemoRun:
         stages[TRACKER].begin("choosing goals")  # which takes as long as the other's start
         self._set_scene()
         self._tracker = self._track()
-        place, code = self._invitation()
+        place = self._invitation()
         self._progress.finish(TRACKER, True, f"listens at {place}")
         if self._options.page:
             address = wait_for_page(self._tracker)
             self._page = threading.Thread(target=self._show_page, args=(address,), daemon=True)
             self._page.start()
         home = drawing.home
-        part = ahead = self._start_servo(self._goals[0], home, place, code)
+        part = ahead = self._start_servo(self._goals[0], home, place)
         self._wait(drawing, DRAWN)
         summary = json.loads((home / SUMMARY).read_text(encoding="utf-8"))
         if summary["status"]:
@@ -231,7 +231,7 @@ class DemoRun:
         for goal, following in zip(self._goals, [*self._goals[1:], None], strict=True):
             stages[goal.name].begin("starting")
             if following:
-                ahead = self._start_servo(following, part.home, place, code)
+                ahead = self._start_servo(following, part.home, place)
             if self._baseline is None:
                 self._compare(goal, home)
             self._wait(part, SERVOED)
@@ -281,16 +281,16 @@ class DemoRun:
         if line.startswith(("page, ", "page: its process")):
             self._progress.say(line)
 
-    def _invitation(self) -> tuple[str, str]:
-        """Address and code of the tracker; one that fails to start is started again."""
+    def _invitation(self) -> str:
+        """Address of the tracker; one that fails to start is started again."""
         try:
-            return wait_for_link(self._tracker)
+            return wait_for_link(self._tracker)[0]
         except DemoFailed as trouble:
             if self._tracker.running:
                 raise
             self._say_again(trouble)
             self._tracker = self._track()
-            return wait_for_link(self._tracker)
+            return wait_for_link(self._tracker)[0]
 
     def _say_again(self, trouble: DemoFailed) -> None:
         self._progress.say(f"{trouble}; trying once more")
@@ -322,10 +322,10 @@ class DemoRun:
         home = self._folder / folder
         return ProgramRun(name, options, home, script, self._simulate(name, options, home, script))
 
-    def _start_servo(self, goal: Goal, home: Path, place: str, code: str) -> ProgramRun:
+    def _start_servo(self, goal: Goal, home: Path, place: str) -> ProgramRun:
         """Start a servo ahead of time; it waits for the run that leaves its files in `home`."""
         folder = goal.name.replace(" ", "-")
-        words = [str(self._options.servo), place, "--code", code, *goal_words(goal)]
+        words = [str(self._options.servo), place, *goal_words(goal)]
         words += ["--log", f"{self._folder / folder}.jsonl"]
         return self._begin(goal.name, ["--realtime", _start(home)], folder, words)
 

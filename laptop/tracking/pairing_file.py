@@ -31,6 +31,18 @@ class Pairing(NamedTuple):
     salt: str
 
 
+def known_code() -> str | None:
+    """Return this laptop's pairing code, as people write it; None where there is none to be read.
+
+    Brick programs that this laptop starts are told it: nobody has to type it.
+    """
+    try:
+        code, _, _ = read_text(Path(state_folder()) / PAIRING_FILE).partition("\n")
+        return pairing.show_code(pairing.read_code(code))
+    except (OSError, SpoiltFile, pairing.BadCode):
+        return None
+
+
 def read_pairing(
     folder: Path | None = None, say: Callable[[str], None] = lambda line: None
 ) -> Pairing:

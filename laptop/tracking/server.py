@@ -143,16 +143,17 @@ class TrackingServer:
         return [_place(host, self.port) for host in self._hosts()]
 
     def commands(self) -> list[str]:
-        """Commands for a run of the brick: one to type here, then some for the brick itself."""
-        code = pairing.show_code(self.code)
+        """Commands for a run of the brick: one to type here, then some for the brick itself.
+
+        None has the code: everybody on a computer can read its command lines.
+        """
         usual = self.port == PORT
         # Who comes by ssh is served where that comes from.
         here = [] if usual else [f":{self.port}"]
         return [
-            " ".join([f"{laptop_program()} brick run visual_servoing.py", *here, "--code", code]),
+            " ".join([f"{laptop_program()} brick run visual_servoing.py", *here]),
             *(
-                f"robot/visual_servoing.py {host if usual else _place(host, self.port)} "
-                f"--code {code}"
+                f"robot/visual_servoing.py {host if usual else _place(host, self.port)}"
                 for host in self._hosts()
             ),
         ]

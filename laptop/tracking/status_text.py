@@ -59,17 +59,21 @@ def link_status(state: ServerState) -> str:
     return ", ".join(parts)
 
 
-def brick_instructions(commands: Sequence[str], cameras: int = 1, page: bool = False) -> list[str]:
+def brick_instructions(
+    commands: Sequence[str], code: str, cameras: int = 1, page: bool = False
+) -> list[str]:
     """Lines that say what to type to let the arm go to the goal.
 
     Args:
         commands: as TrackingServer.commands gives them.
+        code: to pair with, as people write it.
         cameras: number of cameras.
         page: True if runs can be started from the page, too.
     """
     first, *others = commands
     lines = [f"to let the arm go there, type here: {first}"]
     lines += [f"            or on the brick itself: {other}" for other in others]
+    lines.append(f"  which asks for the pairing code, once: {code}")
     if cameras > 1:
         lines.append("         for an arm in space: add --arm spatial, or your own arm's FILE.ini")
     if page:

@@ -42,9 +42,9 @@ from laptop.vision.view import write_picture
 from shared import messages, pairing
 from shared.arm_description import ArmError
 
-StartBrick = Callable[[str, str], AbstractContextManager[Callable[[], str]]]
-"""From HOST:PORT and the code to an emulated brick that connects there until it is left; it gives a
-function that tells why the brick has ended, "" while it has not."""
+StartBrick = Callable[[str], AbstractContextManager[Callable[[], str]]]
+"""From HOST:PORT to an emulated brick that connects there until it is left; it gives a function
+that tells why the brick has ended, "" while it has not."""
 
 
 WatchBoards = Callable[
@@ -270,7 +270,7 @@ def _start_brick(
     stack: ExitStack, start_brick: StartBrick, server: TrackingServer
 ) -> Callable[[], str]:
     """Start an emulated brick, see StartBrick; the stack ends it."""
-    return stack.enter_context(start_brick(server.place, server.code))
+    return stack.enter_context(start_brick(server.place))
 
 
 def _introduce(
@@ -310,14 +310,15 @@ def _invite(
 ) -> None:
     """Tell where the brick is served, and with which code."""
     host, _, _ = server.place.rpartition(":")
+    code = pairing.show_code(server.code)
     announce(
         announcements.SERVING,
         host=host.strip("[]"),
         port=server.port,
-        code=pairing.show_code(server.code),
+        code=code,
         addresses=server.addresses(),
     )
-    for line in brick_instructions(server.commands(), cameras, page):
+    for line in brick_instructions(server.commands(), code, cameras, page):
         print_line(line)
 
 

@@ -54,7 +54,7 @@ class FakeServer:
         pass
 
     def commands(self):
-        return ["python -m laptop brick run visual_servoing.py --code ABCD-EFGH"]
+        return ["python -m laptop brick run visual_servoing.py :7711"]
 
     def state(self):
         client = "10.0.0.2" if self.there else None

@@ -398,7 +398,7 @@ def test_a_code_in_place_of_the_host_and_a_wrong_code_are_refused(looked):
     w = looked()
     status, _, err = w.check("ABCD-EFGH-JKMN")
     assert status == 1
-    assert in_one_line(err, "reads as a pairing code; write --code ABCD-EFGH-JKMN")
+    assert in_one_line(err, "reads as a pairing code; leave it out")
 
 
 def test_another_code_is_refused_by_the_tracker(looked):

@@ -749,21 +749,32 @@ def test_what_is_not_said_is_remembered(memory):
     ssh = {"SSH_CLIENT": "192.168.0.6 50000 22"}
     assert find_tracker("", None, ssh, memory) == ServerAddress("192.168.0.6", PORT, CODE)
     assert find_tracker("", "JKMN-PQRS-TUVW", {}, memory).code == "JKMNPQRSTUVW"
+    told = {"BRICKSERVO_CODE": "JKMN-PQRS-TUVW"}
+    assert find_tracker("", None, told, memory).code == "JKMNPQRSTUVW"
+    assert find_tracker("", "abcd-efgh-jkmn", told, memory).code == CODE
+    assert find_tracker("", None, {"BRICKSERVO_CODE": ""}, memory).code == CODE
 
 
 def test_a_host_may_be_called_like_a_code(memory):
     assert find_tracker("mark-desk", "abcd-efgh-jkmn", {}, memory).host == "mark-desk"
     memory.save(ServerAddress("mark-desk", PORT, CODE), SALTED)
     assert find_tracker("mark-desk", None, {}, memory).host == "mark-desk"
-    with pytest.raises(NotPaired, match="write --code MARK-DECK-DESK"):
+    with pytest.raises(NotPaired, match="a pairing code; leave it out"):
         find_tracker("mark-deck-desk", None, {}, memory)
 
 
 def test_what_is_missing_is_asked_for(memory):
     with pytest.raises(NotPaired, match="where is the tracker"):
         find_tracker("", "abcd-efgh-jkmn", {}, memory)
-    with pytest.raises(NotPaired, match="--code CODE"):
+    with pytest.raises(NotPaired, match="type this in a terminal"):
         find_tracker("192.168.0.5", None, {}, memory)
+    asked = []
+    found = find_tracker(
+        "a", None, {}, memory, lambda words: asked.append(words) or "abcd-efghjkmn"
+    )
+    assert (found.code, asked) == (CODE, ["pairing code, as the tracker on the laptop prints it: "])
+    with pytest.raises(pairing.BadCode):
+        find_tracker("192.168.0.5", None, {}, memory, lambda words: "")
     with pytest.raises(pairing.BadCode):
         find_tracker("192.168.0.5", "abc", {}, memory)
 
@@ -799,7 +810,7 @@ def test_a_spoilt_memory_is_told_where_it_is_needed(memory, text):
     for place, code, environ in (("", None, {}), ("here", None, {}), ("", None, ssh)):
         with pytest.raises(NotPaired) as error:
             find_tracker(place, code, environ, memory)
-        assert refused(error, memory.file, "HOST --code CODE")
+        assert refused(error, memory.file, "HOST: then the code")
     assert find_tracker("here", CODE, {}, memory).host == "here"
     assert find_tracker("", CODE, ssh, memory).host == "192.168.0.6"
 
@@ -919,11 +930,11 @@ def test_the_command_says_once_that_nothing_listens_and_gives_up_in_time(monkeyp
         ),
         (
             ["a", "92gsm64mxyz2"],
-            "'92gsm64mxyz2' reads as a pairing code; write --code 92GS-M64M-XYZ2",
+            "'92gsm64mxyz2' reads as a pairing code; leave it out: it is asked for",
         ),
         (
             ["92GS-M64M-XYZ2"],
-            "'92GS-M64M-XYZ2' reads as a pairing code; write --code 92GS-M64M-XYZ2",
+            "'92GS-M64M-XYZ2' reads as a pairing code; leave it out: it is asked for",
         ),
     ],
 )
@@ -976,7 +987,7 @@ def test_after_the_link_is_lost_nothing_older_is_printed(monkeypatch, capsys):
             self.linked = False
 
     monkeypatch.setattr(tracking_commands, "TrackingClient", FakeClient)
-    monkeypatch.setattr(tracking_commands, "find_tracker", lambda place, code: ())
+    monkeypatch.setattr(tracking_commands, "find_tracker", lambda place, code, ask: ())
     monkeypatch.setattr(program, "run", lambda name, command: command())
     with pytest.raises(NotPaired):
         main(["--seconds", "0.2"])

@@ -79,9 +79,9 @@ def test_install_doctor_home_draw_and_servo_by_a_live_tracker(ssh_brick):
     try:
         serving = wait_for_event(tracker.stdout, "serving")
         wait_for_event(tracker.stdout, "ready")
-        place, code = f":{serving['port']}", serving["code"]
         # (HOST is left out: it is the computer that ssh comes from.)
-        done = ssh_brick.run("run", "visual_servoing.py", place, "--code", code)
+        place, told = f":{serving['port']}", {"BRICKSERVO_CODE": serving["code"]}
+        done = ssh_brick.run("run", "visual_servoing.py", place, env=told)
         assert done[0] == 0, done
         assert "converged" in done[1]
     finally:

@@ -1,8 +1,10 @@
 """`run`, over Debian's sshd on the emulated brick: its output and status, and how it is stopped."""
 
 import asyncio
+import contextlib
 import csv
 import fcntl
+import glob
 import json
 import os
 import pty
@@ -12,6 +14,8 @@ import struct
 import subprocess
 import sys
 import termios
+import threading
+from pathlib import Path
 
 import pytest
 from ssh_brick import Proxy
@@ -250,7 +254,10 @@ def test_a_watch_ends_its_own_program_though_another_has_begun_since(tmp_path):
         command = ["sh", "-c", words.format(**places)]
         return subprocess.Popen(command, stdin=subprocess.PIPE, env=environment)
 
-    programs = [begin(running.PROGRAM, token=token, command="cat") for token in ("first", "second")]
+    programs = [
+        begin(running.PROGRAM, token=token, before="", command="cat")
+        for token in ("first", "second")
+    ]
     watch = begin(running.WATCH, timeout=PATIENCE, token="first", asked=running.ASKED)
     try:
         for program in programs:  # each is what it becomes
@@ -403,3 +410,55 @@ class Terminal:
     def close(self):
         os.close(self._here)
         os.close(self.inside)
+
+
+@pytest.mark.parametrize(
+    ("script", "words", "code", "left"),
+    [
+        ("robot/visual_servoing.py", (), "OWN", ()),
+        ("robot/visual_servoing.py", (":7712", "--wait"), "OWN", (":7712", "--wait")),
+        ("robot/visual_servoing.py", ("--wait",), "OWN", ("--wait",)),
+        ("robot/visual_servoing.py", ("192.168.0.7",), None, ("192.168.0.7",)),
+        ("robot/visual_servoing.py", ("a", "--code", "TYPED"), "TYPED", ("a",)),
+        ("robot/visual_servoing.py", ("--code=TYPED", "--wait"), "TYPED", ("--wait",)),
+        ("robot/tracking_client.py", (), "OWN", ()),
+        ("robot/driver.py", ("check", "--camera"), "OWN", ("check", "--camera")),
+        ("robot/driver.py", ("check", "10.0.0.2"), None, ("check", "10.0.0.2")),
+        ("robot/driver.py", ("line", "10,0"), None, ("line", "10,0")),
+        ("", ("--code", "x"), None, ("--code", "x")),
+    ],
+)
+def test_the_code_that_a_script_may_need_leaves_its_words(monkeypatch, script, words, code, left):
+    monkeypatch.delenv("BRICKSERVO_CODE", raising=False)
+    assert running.code_for(script, words, "OWN") == (code, left)
+
+
+def test_a_code_in_the_environment_is_ahead_of_ones_own(monkeypatch):
+    monkeypatch.setenv("BRICKSERVO_CODE", "TOLD")
+    servo = "robot/visual_servoing.py"
+    assert running.code_for(servo, ("a",), "OWN") == ("TOLD", ("a",))
+    assert running.code_for(servo, ("--code", "TYPED"), "OWN") == ("TYPED", ())
+
+
+@pytest.mark.long
+def test_the_code_is_in_no_command_line(ssh_brick):
+    """Neither here nor on the brick: its processes are looked at all the time."""
+    seen, over = set(), threading.Event()
+
+    def look():
+        while not over.is_set():
+            for process in glob.glob("/proc/[0-9]*/cmdline"):
+                with contextlib.suppress(OSError):
+                    seen.add(Path(process).read_bytes())
+
+    looking = threading.Thread(target=look)
+    looking.start()
+    told = {"BRICKSERVO_CODE": "ABCD-EFGH-JKMN"}
+    words = ("run", "visual_servoing.py", ":9", "--budget", "2")
+    _, out, errors = ssh_brick.run(*words, env=told)
+    over.set()
+    looking.join()
+    assert any(b"visual_servoing.py\x00:9" in words for words in seen)
+    assert not [words for words in seen if b"ABCD-EFGH" in words or b"ABCDEFGH" in words]
+    assert "pairing" not in out + errors  # it had the code, and found nobody there
+    assert not list((ssh_brick.home / ".brickservo").glob("code-*"))

@@ -16,7 +16,7 @@ def test_an_arm_and_a_state_folder_are_those_of_the_folder_one_is_in(tmp_path, m
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BRICKSERVO_STATE", "state")
     brick = tmp_path / "state" / "emulated-brick"
-    with start_brick("mine.ini", "127.0.0.1:1", "no-code") as why_ended:
+    with start_brick("mine.ini", "127.0.0.1:1") as why_ended:
         until(why_ended, "the end, for that is no code")
     said = (brick / "lines.txt").read_text()
     assert "visual_servoing.py: " in said

@@ -604,7 +604,8 @@ def test_what_the_tracker_announces_is_understood(tmp_path):
         assert processes.wait_for_page(tracker).startswith("http://127.0.0.1:")
         assert processes.wait_for_event(tracker, "end")["status"] == 0
         assert tracker.wait(PATIENCE) == 0
-        assert any(f"{place} --code {code}" in line for line in tracker.lines)
+        assert any(f"pairing code, once: {code}" in line for line in tracker.lines)
+        assert any(line.endswith(f"visual_servoing.py {place}") for line in tracker.lines)
         with pytest.raises(DemoFailed, match="tracker failed: .*"):
             processes.wait_for_event(tracker, "another end")
     finally:

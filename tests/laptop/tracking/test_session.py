@@ -322,10 +322,11 @@ def test_the_link_in_a_few_words(state, text):
 
 
 def test_who_has_several_cameras_is_told_how_to_say_that_the_arm_is_in_space():
-    one = status_text.brick_instructions(["visual_servoing.py --code ABCD-EFGH"])
-    two = status_text.brick_instructions(["visual_servoing.py --code ABCD-EFGH"], cameras=2)
-    assert one == two[:1]
-    assert "--arm spatial" in two[1]
+    one = status_text.brick_instructions(["visual_servoing.py"], "ABCD-EFGH-JKMN")
+    two = status_text.brick_instructions(["visual_servoing.py"], "ABCD-EFGH-JKMN", cameras=2)
+    assert one == two[:2]
+    assert one[1].endswith(" asks for the pairing code, once: ABCD-EFGH-JKMN")
+    assert "--arm spatial" in two[2]
 
 
 class FakePlacer:

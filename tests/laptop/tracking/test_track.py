@@ -481,7 +481,8 @@ def test_programs_are_told_in_json_lines_and_people_beside_them(run, video):
     assert serving["host"] == "127.0.0.1"
     place = f"127.0.0.1:{serving['port']}"
     assert serving["addresses"] == [place]
-    assert f"{place} --code {serving['code']}" in shown.stderr
+    assert f"visual_servoing.py {place}\n" in shown.stderr
+    assert f"pairing code, once: {serving['code']}\n" in shown.stderr
     assert f"page: {page['url']}" in shown.stderr
     assert "token=" in page["url"]
     assert ready == {}
@@ -569,7 +570,7 @@ def test_serving_plays_the_video_in_its_own_time_and_tells_the_brick_what_to_typ
                    tmp_path / "out.csv")  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     assert "robot/visual_servoing.py" in done.stdout
-    assert "--code" in done.stdout
+    assert "pairing code, once: " in done.stdout
     table = [row for row in rows(tmp_path / "out.csv") if row["marker"] == "effector"]
     steps = [
         (float(b["t"]) - float(a["t"])) / (int(b["frame"]) - int(a["frame"]))

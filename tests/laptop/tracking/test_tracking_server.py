@@ -749,23 +749,22 @@ def test_the_command_to_type(clock):
     with TrackingServer("", 0, CODE) as server:
         commands = server.commands()
         here = "brickservo brick run visual_servoing.py"
-        assert commands[0] == f"{here} :{server.port} --code ABCD-EFGH-JKMN"
+        assert commands[0] == f"{here} :{server.port}"
         assert commands[1:] == [
-            f"robot/visual_servoing.py {address}:{server.port} --code ABCD-EFGH-JKMN"
-            for address in own_addresses()
+            f"robot/visual_servoing.py {address}:{server.port}" for address in own_addresses()
         ]
         for command in commands:  # and the brick understands it
-            *_, place, _, code = command.split()
+            *_, place = command.split()
             assert tracking_client.read_place(place)[1] == server.port
-            assert pairing.read_code(code) == CODE
+            assert "ABCD" not in command  # who may see the processes sees no code
 
 
 def test_the_command_has_no_port_where_it_is_the_usual(monkeypatch):
     with TrackingServer("127.0.0.1", 0, CODE) as server:
         server.port = PORT
         assert server.commands() == [
-            "brickservo brick run visual_servoing.py --code ABCD-EFGH-JKMN",
-            "robot/visual_servoing.py 127.0.0.1 --code ABCD-EFGH-JKMN",
+            "brickservo brick run visual_servoing.py",
+            "robot/visual_servoing.py 127.0.0.1",
         ]
 
 
