@@ -229,6 +229,17 @@ def let_ctrl_c_interrupt():
         signal.signal(signal.SIGBREAK, signal.default_int_handler)
 
 
+def let_others_end_in_order():
+    """Let whoever ends this process, but by Ctrl-C, raise SystemExit: what it has made goes."""
+    for number in ENDING[1:]:
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _exit)
+
+
+def _exit(number, frame):
+    raise SystemExit(128 + number)
+
+
 def obey(numbers):
     """Let this process have signals that somebody took for another program, in order.
 

@@ -104,7 +104,8 @@ RULES = {
         )
         for name in ("preview_png",)
     },
-    "laptop.brick": ("laptop.brick", "laptop.system", "shared", "asyncssh"),
+    "laptop.files": ("shared",),
+    "laptop.brick": ("laptop.brick", "laptop.files", "laptop.system", "shared", "asyncssh"),
     "laptop.brick.finding": ("laptop.brick", "asyncssh", "ifaddr", "zeroconf"),
     "laptop.simulator": ("laptop.simulator", "laptop.system", "robot", "shared", "ev3dev2"),
     "laptop.simulator.scene": (

@@ -16,6 +16,7 @@ from laptop.brick.connection import BrickAddress, Dialogue
 from laptop.brick.remote_files import put, read
 from laptop.brick.run_log import is_of, kept_runs
 from laptop.brick.running import LOGS, run
+from laptop.files import check_new, write_whole
 from shared.arm_description import read_arm
 from shared.small_files import MAX_SIZE
 
@@ -83,9 +84,9 @@ async def fetch_arm(
             f"no {file} of its own is on {address}; there are: {await _arms(brick) or 'none'}"
         )
     here = Path(file)
-    if here.exists() and here.read_bytes() != data and not replace:
-        raise BrickProblem(f"another {file} is here; give --replace to put that one in its place")
-    write_whole(here, data)
+    if not here.is_file() or here.read_bytes() != data:
+        check_new(here, (".ini",), replace)
+        write_whole(here, data)
     dialogue.say(f"{file} is here as it is on {address}")
 
 
@@ -185,13 +186,3 @@ async def bench(
         write_whole(file, data)
         dialogue.say(f"{file}: what was measured; simulate --constants {file} emulates this brick")
     return status
-
-
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file here, all of it or nothing."""
-    new = path.with_name(path.name + ".new")
-    try:
-        new.write_bytes(data)
-        os.replace(new, path)
-    finally:
-        new.unlink(missing_ok=True)

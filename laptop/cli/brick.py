@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from laptop.cli.options import arm_option, importing, in_one_line
+from laptop.cli.options import arm_option, importing, in_one_line, replace_option
+from laptop.files import check_new
 from laptop.tracking.pairing_file import known_code
 from shared.arm_description import find_arm, read_arm
 from shared.message_fields import printable
@@ -120,14 +121,15 @@ def log(name: str | None, out: Path) -> None:
     metavar="FILE",
     type=click.Path(dir_okay=False, path_type=Path),
 )
+@replace_option
 @click.argument("args", nargs=-1, type=click.UNPROCESSED)
-def bench(name: str | None, file: Path, args: tuple[str, ...]) -> None:
+def bench(name: str | None, file: Path, replace: bool, args: tuple[str, ...]) -> None:
     """Measure the brick with bench_brick.py ARGS, and fetch the figures."""
     with importing():
         from laptop.brick import transfers
 
-    if not file.parent.is_dir():  # measuring takes a brick minutes
-        raise click.UsageError(f"there is no folder {file.parent} for {file.name}")
+    with in_one_line():
+        check_new(file, (".json",), replace)  # measuring takes a brick minutes
     sys.exit(talk(name, transfers.bench, args, file))
 
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from laptop.cli.options import bar_option, examples, importing, in_one_line
+from laptop.cli.options import bar_option, examples, importing, in_one_line, replace_option
 from laptop.cli.track import open_synthetic
+from laptop.files import check_new
 from shared import state
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ LIVE_PICTURE = 10
     metavar="FILE.json",
     help="Keep the camera in this file.",
 )
+@replace_option
 @click.option(
     "--since",
     type=click.Path(dir_okay=False, path_type=Path),
@@ -42,7 +44,12 @@ LIVE_PICTURE = 10
     "--scene", default="", metavar="KEY=VALUE,...", help="Of the synthetic camera: board=a4, ..."
 )
 def camera(
-    sources: tuple[str, ...], bar: float | None, out: Path | None, since: Path | None, scene: str
+    sources: tuple[str, ...],
+    bar: float | None,
+    out: Path | None,
+    replace: bool,
+    since: Path | None,
+    scene: str,
 ) -> None:
     """Calibrate a camera by the printed board: its lens, its place, and how sure both are.
 
@@ -57,8 +64,8 @@ def camera(
         if since and (out or bar is not None):
             raise click.ClickException("--since compares only: leave --bar and --out out")
         before = camera_file.read_camera(since) if since else None
-        if out and not out.parent.is_dir():
-            raise click.ClickException(f"{out}: there is no folder {out.parent}; make it first")
+        if out:
+            check_new(out, (".json",), replace)
         looked, views = _views(sources, scene)
         if len(views) < looked:
             click.echo(f"{len(views)} of {looked} pictures show the board")

@@ -13,7 +13,14 @@ import click
 
 from laptop.cli.brick import THE_BRICK, talk
 from laptop.cli.draw_files import check_files, check_together, write_file
-from laptop.cli.options import arm_option, examples, importing, in_one_line, option_group
+from laptop.cli.options import (
+    arm_option,
+    examples,
+    importing,
+    in_one_line,
+    option_group,
+    replace_option,
+)
 from laptop.cli.sight_options import BY_SIGHT, read_sight_options
 from shared.arm_description import Arm, find_arm, read_arm
 
@@ -181,6 +188,7 @@ WHERE_TO = option_group(
         metavar="FILE",
         help="Write the job's file, and draw nothing.",
     ),
+    replace_option,
     click.option(
         "--simulate", is_flag=True, help="Draw it on the emulated brick; leaves its files in --out."
     ),
@@ -227,6 +235,7 @@ def draw(
     arm_file: str,
     previews: tuple[Path, ...],
     job_file: Path | None,
+    replace: bool,
     simulate: bool,
     out: Path,
     plant: str,
@@ -255,9 +264,9 @@ def draw(
 
     with in_one_line():
         words = _words(repeat, resume, share)
-        check_files(what, *previews, *filter(None, (job_file,)))
         for file in previews:
             preview.check_name(file)
+        check_files(what, [job_file] if job_file else [], previews, replace)
         arm = read_arm(find_arm(arm_file))
         asked = read_sight_options(
             options,

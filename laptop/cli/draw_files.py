@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import click
 from click.core import ParameterSource
+
+from laptop.files import check_new, written
 
 BRICK_ALONE = ("watch", "jobs", "cancel", "name")
 """What is asked of the brick without a drawing: --brick goes with it, and nothing else."""
@@ -49,43 +51,45 @@ def check_together(to_brick: bool, simulate: bool, drawn: bool) -> None:
             raise click.UsageError(f"{given[name]} {why}: leave it out.")
 
 
-def check_files(source: str | None, *files: Path) -> None:
+JOB, PREVIEW = (".job",), (".svg", ".png")
+"""Endings of what is written."""
+
+
+def check_files(
+    source: str | None, jobs: Sequence[Path], previews: Sequence[Path], replace: bool
+) -> None:
     """Refuse to write a file over what is drawn, over another one, or where there is no folder.
 
     Args:
         source: what is drawn, if it is a file.
-        files: that are to be written.
+        jobs: files of jobs that are to be written.
+        previews: of previews.
+        replace: whether they may replace others.
 
     Raises:
         click.UsageError: one would be lost.
-        click.ClickException: one cannot be written.
+        CannotWrite: one cannot be written.
     """
     taken = {}
     if source and os.path.exists(source):  # else it is the name of one that comes along
         taken[os.path.realpath(source)] = "what is drawn"
-    for file in files:
+    for file in (*jobs, *previews):
         place = os.path.realpath(file)
         if place in taken:
             raise click.UsageError(f"{file} is {taken[place]}, too: write to another file.")
         taken[place] = "a file that is written"
         if str(file) == "-":
             raise click.UsageError("- would be a file of this name: name another one.")
-        if not file.parent.is_dir():
-            raise _refused(file, f"there is no folder {file.parent}", "make it, or ")
+    for file in (*jobs, *previews):
+        check_new(file, JOB if file in jobs else PREVIEW, replace)
 
 
 def write_file(file: Path, write: Callable[[Path], object]) -> None:
     """Write a file, and say so.
 
     Raises:
-        click.ClickException: it cannot be written.
+        CannotWrite: it cannot be written.
     """
-    try:
-        write(file)
-    except OSError as error:
-        raise _refused(file, error.strerror or type(error).__name__) from None
+    with written(file) as draft:
+        write(draft)
     click.echo(f"{file} is written")
-
-
-def _refused(file: Path, why: str, advice: str = "") -> click.ClickException:
-    return click.ClickException(f"cannot write {file}: {why}; {advice}choose another file")

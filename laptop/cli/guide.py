@@ -8,7 +8,8 @@ from pathlib import Path
 
 import click
 
-from laptop.cli.options import arm_option, examples, importing, in_one_line
+from laptop.cli.options import arm_option, examples, importing, in_one_line, replace_option
+from laptop.files import check_new, written
 
 
 @click.group(
@@ -23,8 +24,9 @@ from laptop.cli.options import arm_option, examples, importing, in_one_line
     type=click.Path(dir_okay=False, path_type=Path),
     help="Write the guide there, and open no browser.  [default: guide.html, and open it]",
 )
+@replace_option
 @click.pass_context
-def guide(context: click.Context, arm_file: str, out: Path | None) -> None:
+def guide(context: click.Context, arm_file: str, out: Path | None, replace: bool) -> None:
     """Make the guide to build the arm, one page to read or to print; or go on with a command."""
     if context.invoked_subcommand:
         return
@@ -33,7 +35,9 @@ def guide(context: click.Context, arm_file: str, out: Path | None) -> None:
 
     file = out or Path("guide.html")
     with in_one_line():
-        write_guide(file, arm_file)
+        check_new(file, (".html", ".htm"), replace)
+        with written(file) as draft:
+            write_guide(draft, arm_file)
     click.echo(f"{file}: print it on A4 at 100 %, then measure the check length")
     if out is None:
         webbrowser.open(file.resolve().as_uri())

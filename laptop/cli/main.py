@@ -44,6 +44,7 @@ for command in COMMANDS:
 def main() -> int:
     """Run a command; every failure is one line on stderr and a status of its own."""
     system.let_ctrl_c_interrupt()
+    system.let_others_end_in_order()
     try:
         laptop(prog_name=state.laptop_program(), standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:

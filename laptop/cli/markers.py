@@ -6,7 +6,11 @@ from pathlib import Path
 
 import click
 
-from laptop.cli.options import importing, in_one_line
+from laptop.cli.options import importing, in_one_line, replace_option
+from laptop.files import check_new, written
+
+ENDINGS = (".pdf", ".svg", ".png")
+"""Of a page to print."""
 
 
 @click.command()
@@ -17,10 +21,16 @@ from laptop.cli.options import importing, in_one_line
     type=click.Choice(("a4", "letter")),
     help="Of the board.  [default: a4]",
 )
+@replace_option
 @click.argument("file", required=False, type=click.Path(dir_okay=False, path_type=Path))
 @click.pass_context
 def markers(
-    context: click.Context, size: float, board: bool, paper: str | None, file: Path | None
+    context: click.Context,
+    size: float,
+    board: bool,
+    paper: str | None,
+    replace: bool,
+    file: Path | None,
 ) -> None:
     """Make a page to print: FILE is .pdf (markers.pdf or board.pdf if not said), .svg or .png."""
     if paper and not board:
@@ -36,13 +46,16 @@ def markers(
 
     file = file or Path("board.pdf" if board else "markers.pdf")
     with in_one_line():
+        check_new(file, ENDINGS, replace)
         if board:
-            printed = write_board(file, paper or "a4")
+            with written(file) as draft:
+                printed = write_board(draft, paper or "a4")
             width, height = printed.middle
             click.echo(
                 f"{file}: print it on {printed.paper} at 100 % and measure its bar, 100 mm; "
                 f"{10 * width:.0f} x {10 * height:.0f} mm in the middle are free to draw on"
             )
             return
-        write_sheet(file, size)
+        with written(file) as draft:
+            write_sheet(draft, size)
     click.echo(f"{file}: print it at 100 %")

@@ -79,6 +79,12 @@ def arm_option(what: str, more: str = "") -> Callable[[Any], Any]:
     )
 
 
+replace_option = click.option(
+    "--replace", is_flag=True, help="Put what is written in the place of a file that is there."
+)
+"""The option without which nothing is written over."""
+
+
 bar_option = click.option(
     "--bar",
     type=float,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from laptop.cli.options import examples, importing, in_one_line
+from laptop.files import check_new, written
 from shared.message_fields import printable
 
 if TYPE_CHECKING:
@@ -58,7 +59,10 @@ def report(
 
     file = out or folder / lab_report.OUT
     with in_one_line():
+        check_new(file, (".html", ".htm"), replace=True)  # what of it, the next line says
         lab_report.check_out(file, replace)
+        if pdf:
+            check_new(pdf, (".pdf",), replace)
         browser = print_pdf.find_browser() if pdf else ""
         data = lab_report.data_folder_of(file)
         made = lab_report.compose(folder, title or lab_report.TITLE, data.name)
@@ -66,7 +70,9 @@ def report(
         click.echo(_in_words(file, made))
         click.echo(f"{data}: {len(made.data)} files with the raw data")
         if pdf:
-            print_pdf.print_pdf(made.html(lab_report.PAPERS[paper], linked=False), pdf, browser)
+            html = made.html(lab_report.PAPERS[paper], linked=False)
+            with written(pdf) as draft:
+                print_pdf.print_pdf(html, draft, browser)
             click.echo(f"{pdf}: the same, printed on {paper}")
     for left in made.left_out:
         click.echo(f"laptop: left out: {printable(f'{left.name}: {left.why}')}", err=True)

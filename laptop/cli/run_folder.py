@@ -14,6 +14,7 @@ from typing import Any
 import click
 
 from laptop import system
+from laptop.files import check_kind
 from laptop.simulator.session import InvalidSimulationOption, SimulationResult
 
 SUMMARY = "summary.json"
@@ -87,6 +88,8 @@ def write_files(
         written: names of files that the run has left in the folder before.
     """
     try:
+        for name in {*files, *others}:
+            check_kind(out / name)
         for name, content in files.items():
             draft = out / f".{name}.part"
             if name == SUMMARY and isinstance(content, Mapping):

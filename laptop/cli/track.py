@@ -21,7 +21,9 @@ from laptop.cli.options import (
     importing,
     in_one_line,
     on_the_page,
+    replace_option,
 )
+from laptop.files import check_new
 from laptop.simulator.own_programs import HOUSE, SERVO
 from shared import state
 from shared.arm_description import find_arm, read_arm
@@ -175,6 +177,7 @@ run()
     '"event": cameras (name, source, size, fps), serving (host, port, code, addresses), page '
     "(url), ready, end (status, reason).  All else goes to standard error.",
 )
+@replace_option
 def track(
     page: bool | None,
     page_host: str,
@@ -182,6 +185,7 @@ def track(
     page_hold: bool,
     brick: bool,
     announce: bool,
+    replace: bool,
     **options: Any,
 ) -> None:
     """Find the markers in every frame, and serve the brick.
@@ -192,7 +196,7 @@ def track(
         from rich.console import Console
 
         from laptop.tracking import announcements, track
-        from laptop.tracking.options import TrackOptions
+        from laptop.tracking.options import TrackOptions, read_picture
 
     for name in ("bar", "height", "touched"):
         if options[name] is not None and not options["board"]:
@@ -204,6 +208,10 @@ def track(
     if options["open"] and not shown:
         raise click.UsageError("--open opens the page; leave --no-page out.")
     with in_one_line():
+        if options["csv"]:
+            check_new(options["csv"], (".csv",), replace)
+        if options["picture"]:
+            check_new(read_picture(options["picture"])[0], (".png", ".jpg"), replace)
         watch_boards = None
         if options["board"]:
             from laptop.calibration.table_watch import watch_tables

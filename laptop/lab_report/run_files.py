@@ -14,9 +14,12 @@ import numpy as np
 from matplotlib.image import imread
 
 from laptop.lab_report.findings import NOT_THERE, DamagedRun
+from shared.small_files import SpoiltFile, open_file
 
 MAX_TEXT, MAX_PICTURE, MAX_CSV = 20_000_000, 40_000_000, 300_000_000
 """Larger files are not read, bytes."""
+GREATEST = 1e12
+"""Greatest number that a run can have measured or counted, whatever its unit."""
 MAX_PIXELS = 20_000_000
 """Larger pictures are not decoded."""
 HEADS = {b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg"}
@@ -47,12 +50,14 @@ def read_bytes(file: Path, most: int) -> bytes:
         DamagedRun: it cannot be read, is no file, or is larger than `most` bytes.
     """
     try:
-        if not file.is_file():
+        if not file.is_file() or file.is_symlink():  # a link may lead to what is private
             raise DamagedRun(f"{file.name} is not there, or no file")
-        with file.open("rb") as opened:
+        with open(open_file(str(file)), "rb") as opened:
             content = opened.read(most + 1)
     except OSError as error:
         raise DamagedRun(f"{file.name} cannot be read: {error.strerror}") from None
+    except SpoiltFile as error:
+        raise DamagedRun(f"{file.name} {error}") from None
     if len(content) > most:
         raise DamagedRun(f"{file.name} is larger than {most // 1_000_000} MB")
     return content
@@ -71,6 +76,11 @@ def read_columns(file: Path) -> dict[str, np.ndarray]:
             table[k] = [float(cell) if cell else math.nan for cell in row]
         except ValueError:
             raise DamagedRun(f"{file.name}: line {k + 2} holds no numbers") from None
+        beyond = [cell for cell, value in zip(row, table[k], strict=True) if abs(value) > GREATEST]
+        if beyond:
+            raise DamagedRun(
+                f"{file.name}: line {k + 2} holds {beyond[0][:20]}, beyond all that a run measures"
+            )
     return {name: table[:, k] for k, name in enumerate(heading)}
 
 
@@ -134,7 +144,9 @@ def number(values: dict[str, Any], key: str, file: str = "summary.json") -> floa
         return None
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise DamagedRun(f"{file}: '{key}' is no number; do this run again")
-    return float(value) if math.isfinite(value) else None
+    if GREATEST < abs(value) < math.inf:
+        raise DamagedRun(f"{file}: '{key}' is beyond all that a run measures; do this run again")
+    return float(value) if abs(value) < math.inf else None
 
 
 def word(values: dict[str, Any], key: str, file: str = "summary.json") -> str:

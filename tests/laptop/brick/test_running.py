@@ -342,7 +342,7 @@ def test_a_command_that_is_told_to_end_leaves_the_terminal_as_it_was(ssh_brick, 
     finally:
         process.kill()
         process.communicate()
-    assert process.returncode == -number, errors
+    assert process.returncode == 128 + number, errors
     assert termios.tcgetattr(terminal.inside) == before
     terminal.close()
 

@@ -103,7 +103,7 @@ def test_the_emulated_camera_is_calibrated_as_it_is(run):
     [
         (["--paper", "a4"], "--paper a4 is of the board; say --board, too"),
         (["--board", "--size", "30"], "--size 30 is of the page of discs"),
-        (["--board", "board.doc"], "board.doc: end its name in .pdf, .svg or .png"),
+        (["--board", "board.doc"], "board.doc would be no .pdf or .svg or .png by its name"),
     ],
 )
 def test_a_page_that_cannot_be_made_is_refused(words, told, tmp_path, monkeypatch):

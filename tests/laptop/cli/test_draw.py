@@ -122,7 +122,7 @@ def test_the_boundary_of_the_reach_is_drawn_where_it_is(draw, tmp_path):
     pieces = [piece for k in range(1, job.header.strokes + 1) for piece in job.stroke(k).pieces]
     ends = np.array([forward(arm, piece[2]) for piece in pieces])
     assert np.min([distances(ends, stroke) for stroke in wished], axis=0).max() < 0.02
-    done = draw("--card", "reach", "--rotate", "5", "--job", "reach.job")
+    done = draw("--card", "reach", "--rotate", "5", "--job", "reach.job", "--replace")
     assert "the card reach lies where it is: leave --rotate out" in done.output
 
 
@@ -134,7 +134,14 @@ def test_what_is_drawn_is_never_written_over(draw, tmp_path, option):
     done = draw("mine.svg", option, "folder/../mine.svg")
     assert "mine.svg is what is drawn, too: write to another file" in done.output
     assert (tmp_path / "mine.svg").read_bytes() == mine
-    assert draw("rose", "--job", "rose").exit_code == 0, "a name of the gallery is no file"
+    (tmp_path / "other.svg").write_bytes(mine)
+    done = draw("rose", option, "other.svg")
+    assert ("is there already" if option == "--preview" else "would be no .job") in done.output
+    done = draw("rose", "--job", "other.svg", "--replace")
+    assert "other.svg would be no .job by its name" in done.output
+    assert (tmp_path / "other.svg").read_bytes() == mine
+    assert draw("rose", "--preview", "other.svg", "--replace").exit_code == 0
+    assert (tmp_path / "other.svg").read_bytes() != mine
 
 
 @pytest.mark.parametrize(

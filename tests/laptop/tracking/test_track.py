@@ -1,6 +1,8 @@
 """`python -m laptop track`: from the camera to the CSV, the link, the status and the last line."""
 
 import csv
+import functools
+import io
 import json
 import math
 import os
@@ -82,10 +84,10 @@ def video(tmp_path):
 
 @pytest.fixture
 def run(tmp_path):
-    """Run `track WORDS` in this process; the result of click."""
+    """Run `track WORDS` in this process, over old files; the result of click."""
 
-    def invoke(*words, status=0):
-        result = CliRunner().invoke(laptop, ["track", *map(str, words)])
+    def invoke(*words, status=0, over=("--replace",)):
+        result = CliRunner().invoke(laptop, ["track", *over, *map(str, words)])
         if result.exception and not isinstance(result.exception, SystemExit):
             raise result.exception
         assert result.exit_code == status, result.output
@@ -204,9 +206,15 @@ def test_every_camera_is_opened_under_its_letter_and_asked_what_it_can_do(monkey
         words += ["--camera", source]
     with track_command.make_context("track", words) as context:
         assert context.params.pop("brick")
-        for handed_in in ("page", "page_host", "page_port", "page_hold", "announce"):
+        for handed_in in ("page", "page_host", "page_port", "page_hold", "announce", "replace"):
             del context.params[handed_in]
-        assert tracking.track(TrackOptions(**context.params), synthetic) == 0
+        assert (
+            tracking.track(
+                TrackOptions(**context.params),
+                synthetic,
+            )
+            == 0
+        )
     assert opened == [
         ("film.avi", True, 20.0, None),
         ("B", "B.tilt=60", 20.0),
@@ -328,7 +336,7 @@ def test_a_live_camera_is_picked_from_that_many_frames_after_its_start(monkeypat
         (["--pick", "effector=30,60", "--effector", "red"], ["red", "disc or ball"]),
         (["--pick", "effector=70,110"], ["no colour", "70,110"]),
         (["--markers", "nofile.ini"], ["nofile.ini", "--pick"]),
-        (["--csv", "no/folder/out.csv"], ["no/folder/out.csv", "--csv"]),
+        (["--csv", "no/folder/out.csv"], ["no/folder/out.csv", "no folder no/folder"]),
         (["--picture", "view.gif"], ["view.gif", ".png or .jpg"]),
         (["--picture", "no/folder/view.png"], ["no/folder"]),
         (["--picture", "view.png@12"], ["12", "0 to 11"]),
@@ -350,9 +358,8 @@ def test_what_cannot_be_done_is_refused_in_one_line(run, video, state, words, sa
     out.write_text("of an earlier run\n")
     csv_first = [] if "--csv" in words else ["--csv", out]
     film = [] if words[:2] == ["--camera", "nowhere.mp4"] else ["--camera", video()]
-    result = CliRunner().invoke(
-        laptop, ["track", "--no-serve", *map(str, [*csv_first, *film, *words])], prog_name="laptop"
-    )
+    given = ["--no-serve", "--replace", *csv_first, *film, *words]
+    result = CliRunner().invoke(laptop, ["track", *map(str, given)], prog_name="laptop")
     assert result.exit_code in (1, 2)
     last = result.stderr.strip().splitlines()[-1]
     assert "Traceback" not in result.output
@@ -404,9 +411,23 @@ def test_where_markers_cannot_be_kept_the_old_sheet_stays(run, video, tmp_path):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full to stand for a full disk")
-def test_a_full_disk_at_the_start(run, video):
-    shown = run("--camera", video(), "--no-serve", "--csv", "/dev/full", status=1)
-    assert in_one_line(shown.stderr, "/dev/full", "No space left", "make room", "--csv")
+def test_a_full_disk_at_the_start(run, video, tmp_path, monkeypatch):
+    full = functools.partial(io.open, "/dev/full", "w")
+    monkeypatch.setattr("pathlib.Path.open", lambda *_, **words: full())
+    file = tmp_path / "out.csv"
+    shown = run("--camera", video(), "--no-serve", "--csv", file, status=1)
+    assert in_one_line(shown.stderr, "out.csv", "No space left", "make room", "--csv")
+
+
+def test_a_file_that_is_there_is_not_written_over(run, video, tmp_path):
+    for name, option in (("out.csv", "--csv"), ("view.png", "--picture")):
+        (tmp_path / name).write_text("old")
+        words = ["--camera", video(), "--no-serve", option, tmp_path / name]
+        shown = run(*words, status=1, over=())
+        assert in_one_line(shown.stderr, name, "is there already", "--replace")
+        assert (tmp_path / name).read_text() == "old"
+        run(*words)
+        assert (tmp_path / name).read_bytes() != b"old"
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full to stand for a full disk")

@@ -1,0 +1,102 @@
+"""Files for people: written whole or not at all, and over nothing that somebody may miss."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from shared.arm_description import ArmError
+from shared.small_files import SpoiltFile, check_replaceable
+
+
+class CannotWrite(ArmError, OSError):
+    """A file cannot be written there, or would take the place of another one."""
+
+
+def check_new(file: Path, endings: Sequence[str], replace: bool = False) -> None:
+    """Refuse a place for a file before anything is worked out for it.
+
+    Args:
+        file: its name.
+        endings: one of which its name has, such as ".csv"; another one is of another kind of file.
+        replace: whether one that is there may be replaced.
+
+    Raises:
+        CannotWrite: it has none of them, its folder is not there, something else than a file is
+            there, or one is and is to stay.
+    """
+    if file.suffix.lower() not in endings:
+        raise CannotWrite(
+            f"{file} would be no {' or '.join(endings)} by its name; give it a name that ends so"
+        )
+    if not file.parent.is_dir():
+        raise CannotWrite(f"cannot write {file}: there is no folder {file.parent}; make it first")
+    check_kind(file)
+    if os.path.lexists(file) and not replace:
+        raise CannotWrite(
+            f"{file} is there already; choose another name, or give --replace to put the new one "
+            "in its place"
+        )
+
+
+def check_kind(file: Path) -> None:
+    """Refuse to put a file where something else than a file is.
+
+    Raises:
+        CannotWrite: a folder, a device, a pipe or a link that leads nowhere is there.
+    """
+    try:
+        check_replaceable(file)
+    except SpoiltFile as error:
+        raise CannotWrite(f"{file}: {error}; choose another name") from None
+    if file.is_symlink() and not file.exists():
+        raise CannotWrite(f"{file} is a link that leads nowhere; choose another name")
+
+
+@contextlib.contextmanager
+def written(file: Path) -> Iterator[Path]:
+    """Give the place of a draft; at the end of a `with` block without error it is the file.
+
+    What a link leads to is replaced, and the link stays.
+
+    Raises:
+        CannotWrite: something else than a file is there, or there is no room.
+    """
+    check_kind(file)
+    target = Path(os.path.realpath(file))
+    try:
+        descriptor, name = tempfile.mkstemp(target.suffix, f".{target.stem}-", target.parent)
+        os.close(descriptor)
+        draft = Path(name)
+        try:
+            yield draft
+            mode = target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask()
+            draft.chmod(mode)
+            os.replace(draft, target)
+        finally:
+            draft.unlink(missing_ok=True)
+    except CannotWrite:
+        raise
+    except OSError as error:
+        raise CannotWrite(
+            f"cannot write {file}: {error.strerror or error}; make room, or choose another name"
+        ) from None
+
+
+def write_whole(file: Path, data: bytes) -> None:
+    """Write a file, all of it or nothing.
+
+    Raises:
+        CannotWrite: see `written`.
+    """
+    with written(file) as draft:
+        draft.write_bytes(data)
+
+
+def _umask() -> int:
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask
