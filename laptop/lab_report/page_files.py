@@ -27,6 +27,7 @@ from laptop.lab_report.run_files import (
     decimal,
     read_bytes,
     read_columns,
+    read_numbers,
     read_rows,
 )
 from laptop.lab_report.servo_runs import GOALS
@@ -208,10 +209,9 @@ def read_track(name: str, file: Path) -> LabRun:
         )
     cells, tracks = [], []
     for (camera, marker), told_rows in sorted(keys.items()):
-        try:
-            values = np.array([[float(x) if x else np.nan for x in row] for row in told_rows])
-        except ValueError:
-            raise DamagedRun(f"{file.name}: a row of {marker} holds no numbers") from None
+        values = np.array(
+            [read_numbers(row, f"{file.name}: a row of {marker}") for row in told_rows]
+        )
         seen = np.isfinite(values[:, 1:3]).all(axis=1)
         share = f"{100 * seen.mean():.0f} %"
         cells.append(

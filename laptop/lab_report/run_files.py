@@ -16,7 +16,7 @@ from matplotlib.image import imread
 from laptop.lab_report.findings import NOT_THERE, DamagedRun
 from shared.small_files import SpoiltFile, open_file
 
-MAX_TEXT, MAX_PICTURE, MAX_CSV = 20_000_000, 40_000_000, 300_000_000
+MAX_TEXT, MAX_PICTURE, MAX_CSV = 20_000_000, 40_000_000, 50_000_000
 """Larger files are not read, bytes."""
 GREATEST = 1e12
 """Greatest number that a run can have measured or counted, whatever its unit."""
@@ -72,16 +72,28 @@ def read_columns(file: Path) -> dict[str, np.ndarray]:
     heading, rows = read_rows(file)
     table = np.full((len(rows), len(heading)), np.nan)
     for k, row in enumerate(rows):
-        try:
-            table[k] = [float(cell) if cell else math.nan for cell in row]
-        except ValueError:
-            raise DamagedRun(f"{file.name}: line {k + 2} holds no numbers") from None
-        beyond = [cell for cell, value in zip(row, table[k], strict=True) if abs(value) > GREATEST]
-        if beyond:
-            raise DamagedRun(
-                f"{file.name}: line {k + 2} holds {beyond[0][:20]}, beyond all that a run measures"
-            )
+        table[k] = read_numbers(row, f"{file.name}: line {k + 2}")
     return {name: table[:, k] for k, name in enumerate(heading)}
+
+
+def read_numbers(cells: Sequence[str], place: str) -> list[float]:
+    """Return the numbers of some cells; an empty one is NaN.
+
+    Args:
+        cells: as they stand in the file.
+        place: of them, for people.
+
+    Raises:
+        DamagedRun: one is none, or beyond all bounds.
+    """
+    try:
+        numbers = [float(cell) if cell else math.nan for cell in cells]
+    except ValueError:
+        raise DamagedRun(f"{place} holds no numbers") from None
+    for cell, number in zip(cells, numbers, strict=True):
+        if abs(number) > GREATEST:
+            raise DamagedRun(f"{place} holds {cell[:20]}, which is beyond all that a run measures")
+    return numbers
 
 
 def read_rows(file: Path) -> tuple[list[str], list[list[str]]]:

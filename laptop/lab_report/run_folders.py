@@ -113,6 +113,11 @@ class RunReader:
             why = re.sub(rf"^{re.escape(file.name)} ", "it ", why)
             self.left_out.append(LeftOut(_name(self._folder, file), why))
             return False
+        except (ValueError, TypeError, LookupError, ArithmeticError, AttributeError) as error:
+            # It is data, and may be anything: what no rule foresees costs this run, not the report.
+            why = f"it is not as it is written ({type(error).__name__}); do this run again"
+            self.left_out.append(LeftOut(_name(self._folder, file), why))
+            return False
         return True
 
     def _of_summary(self, name: str, place: Path) -> LabRun:

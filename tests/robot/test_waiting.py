@@ -8,6 +8,7 @@ import threading
 import pytest
 from servo_rig import PROGRAM
 
+from laptop.simulator.device.motion_record import MotionRecord
 from laptop.simulator.host.runner import run_script
 from shared.messages import Start
 
@@ -46,7 +47,8 @@ class Orders:
     def _count(self):
         w = self._w
         # What the emulator and the test themselves record.
-        del w.brick.record[:-1], w.moments[:-10], w.statuses[:-1], w.writes[:]
+        w.brick.record = MotionRecord(lambda number: 0.0)
+        del w.moments[:-10], w.statuses[:-1], w.writes[:]
         gc.collect()
         tops = [str(type(one).__module__).partition(".")[0] for one in gc.get_objects()]
         return {

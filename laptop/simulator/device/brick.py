@@ -1,10 +1,10 @@
 """The emulated brick: plant, motor drivers and the sysfs they show, on one world's clock."""
 
 import math
-from collections import namedtuple
 
 from laptop.simulator.device.buttons import INPUTS
 from laptop.simulator.device.leading_hand import BadHand, LeadingHand
+from laptop.simulator.device.motion_record import MotionRecord
 from laptop.simulator.device.plant import ArmPlant
 from laptop.simulator.device.plant_constants import at_port, read_plant
 from laptop.simulator.device.ports import OutputPort
@@ -30,8 +30,9 @@ PUSH_ANGLE, PUSH_SPEED = math.radians(20), math.radians(200)
 MIN_ACCESS_TIME = 0.001
 """Time of an access, with what goes with it, on a brick that computes in no time, s."""
 
-MotionSample = namedtuple("MotionSample", "t q x y z pen")
-"""One row of the record: s, true link angles (rad), true tip (cm; z None in the plane), 0 or 1."""
+
+def _time_of_sample(number):
+    return number * SAMPLE_STEPS * STEP
 
 
 def _access_of(constants):
@@ -55,7 +56,7 @@ class EmulatedBrick(object):
         stops: port of such a motor -> lower and upper angle that it can turn to, rad.
 
     Attributes:
-        record: MotionSamples, one per 5 ms.
+        record: MotionRecord of the true links and tip, one sample per 5 ms.
         names: what the angles in it are of; None: of the arm's joints.
     """
 
@@ -86,7 +87,7 @@ class EmulatedBrick(object):
         if self.plant.weighs:
             for joint in arm.joints:
                 self.motors[joint.port].hold()
-        self.record = []
+        self.record = MotionRecord(_time_of_sample)
         self._steps = 0
         self._hand = None  # LeadingHand
         self._pushed = []  # links and bare rotors in a hand, and where that takes them, rad
@@ -147,7 +148,7 @@ class EmulatedBrick(object):
         if q != self._tip_at:  # mostly it stands
             self._tip_at, self._tip = q, self.plant.tip()
         x, y, z = self._tip
-        self.record.append(MotionSample(self._steps * STEP, q, x, y, z, int(self.plant.pen_down)))
+        self.record.append(q, x, y, z, int(self.plant.pen_down))
 
     def reset_motors(self):
         """Do as brickrun after the Back button: coast, encoders to zero."""

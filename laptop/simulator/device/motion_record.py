@@ -1,0 +1,74 @@
+"""What an emulated arm did, sample by sample; of an arm that stands it takes no more memory."""
+
+from bisect import bisect_right
+from collections import namedtuple
+from collections.abc import Sequence
+
+MotionSample = namedtuple("MotionSample", "t q x y z pen")
+MotionSample.__doc__ = """Where the arm was.
+
+t        s
+q        joint angles, rad
+x, y, z  tip, cm; z is None in the plane
+pen      1 if it is down
+"""
+
+
+class MotionRecord(Sequence):
+    """The MotionSamples of a run, one per period; others can be added.
+
+    Only what differs from the sample before is kept; times follow from the number.
+
+    Args:
+        time_of: from a sample's number, from 0 on, to its time, s.
+    """
+
+    def __init__(self, time_of):
+        self._time_of = time_of
+        self._length = 0
+        self._begins, self._places = [], []  # numbers of the first of samples that are alike
+
+    def append(self, q, x, y, z, pen):
+        """Add the next sample."""
+        place = q, x, y, z, pen
+        if not self._places or self._places[-1] != place:
+            self._begins.append(self._length)
+            self._places.append(place)
+        self._length += 1
+
+    def __len__(self):
+        return self._length
+
+    def __getitem__(self, index):
+        if isinstance(index, slice):
+            numbers = range(*index.indices(self._length))
+            if numbers.step > 0:
+                return list(self._between(numbers))
+            return [self[number] for number in numbers]
+        number = index + self._length if index < 0 else index
+        if not 0 <= number < self._length:
+            raise IndexError("there are {} samples".format(self._length))
+        place = self._places[bisect_right(self._begins, number) - 1]
+        return MotionSample(self._time_of(number), *place)
+
+    def __iter__(self):
+        return self._between(range(self._length))
+
+    def __eq__(self, other):
+        if not isinstance(other, MotionRecord):
+            return NotImplemented
+        return (self._length, self._begins, self._places) == (
+            other._length,
+            other._begins,
+            other._places,
+        )
+
+    __hash__ = None  # type: ignore[assignment]  # it grows
+
+    def _between(self, numbers):
+        """Samples of rising numbers, one after the other."""
+        k = bisect_right(self._begins, numbers.start) - 1
+        for number in numbers:
+            while k + 1 < len(self._begins) and self._begins[k + 1] <= number:
+                k += 1
+            yield MotionSample(self._time_of(number), *self._places[k])
