@@ -3,16 +3,19 @@
 import asyncio
 import contextlib
 import socket
+import threading
 import uuid
 
 import pytest
+from click.testing import CliRunner
 from ssh_brick import SshBrick
 from waiting import until
-from zeroconf import ServiceInfo, Zeroconf
+from zeroconf import DNSOutgoing, DNSPointer, ServiceInfo, Zeroconf, const
 
 from laptop.brick import BrickProblem, choosing, finding
 from laptop.brick.connection import BrickAddress, Dialogue
 from laptop.brick.finding import FoundBrick
+from laptop.cli.main import laptop
 
 HOME = {"ev3dev.robot.home": "/home/robot"}
 
@@ -172,3 +175,70 @@ def test_copies_of_one_card_are_bricks_of_their_own():
 def test_only_who_shares_a_network_over_a_cable_asks_all_in_it():
     assert len(list(finding._neighbours(["10.42.0.1"]))) == 253
     assert list(finding._neighbours(["192.168.2.17", "192.168.178.1", "127.0.0.1"])) == []
+
+
+GHOSTS = 20
+
+
+@contextlib.contextmanager
+def ghosts():
+    """Announce names for which nobody answers, some of them odd, again and again."""
+    network = Zeroconf()
+    over = threading.Event()
+
+    def announce():
+        while not over.wait(0.3):
+            out = DNSOutgoing(const._FLAGS_QR_RESPONSE | const._FLAGS_AA)
+            for k in range(GHOSTS):
+                name = f"ghost{k}\x1b[2K\r{'x' * (k % 3)}._ssh._tcp.local."
+                out.add_answer_at_time(
+                    DNSPointer("_ssh._tcp.local.", const._TYPE_PTR, const._CLASS_IN, 4500, name), 0
+                )
+            network.send(out)
+
+    thread = threading.Thread(target=announce)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+        network.close()
+
+
+@pytest.mark.long
+def test_all_that_is_announced_is_asked_at_once(monkeypatch):
+    waiting, all_asked = [], asyncio.Event()
+
+    class NobodyAnswers:
+        """Asks, and waits until all others ask, too."""
+
+        def __init__(self, service, name):
+            self.name = name
+
+        async def async_request(self, network, timeout):
+            if "ghost" in self.name:
+                waiting.append(self.name)
+                if len(waiting) >= GHOSTS:
+                    all_asked.set()
+                await asyncio.wait_for(all_asked.wait(), 60)
+            return False
+
+    monkeypatch.setattr(finding, "AsyncServiceInfo", NobodyAnswers)
+    with ghosts():
+        assert asyncio.run(finding._announced()) == []
+    assert len(waiting) >= GHOSTS
+
+
+def test_odd_names_of_others_make_no_line_of_their_own(monkeypatch):
+    odd = FoundBrick("ev3\x1b[2K\r\nport A: fine", BrickAddress("10.0.0.9"), "announces itself")
+
+    async def find():
+        return [odd]
+
+    monkeypatch.setattr(finding, "find", find)
+    shown = CliRunner().invoke(laptop, ["brick", "find"])
+    assert shown.exit_code == 0
+    assert shown.output == (
+        "ev3 [2K  port A: fine 10.0.0.9               announces itself, it shows no key\n"
+    )
