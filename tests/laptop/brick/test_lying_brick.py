@@ -1,7 +1,11 @@
 """Bricks that lie: what comes of it is a sentence, soon, and little memory."""
 
 import asyncio
+import os
 import re
+import signal
+import subprocess
+import sys
 import time
 import tracemalloc
 
@@ -9,6 +13,8 @@ import lying_brick
 import pytest
 from click.testing import CliRunner
 from lying_brick import HANGS, LIES, LyingBrick, said, silence, words_of
+from places import ROOT
+from waiting import PATIENCE, until
 
 from laptop.brick import BrickProblem, answers
 from laptop.brick.connection import Dialogue, connected, read_address
@@ -122,3 +128,22 @@ def test_a_log_is_written_over_nothing(lying, tmp_path):
     own.symlink_to(tmp_path / "elsewhere")
     assert CliRunner().invoke(laptop, words).exit_code == 0
     assert not (tmp_path / "elsewhere").exists()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_who_ends_a_command_leaves_no_folder_of_its_own(lying, tmp_path, number):
+    brick = lying({"is on": silence})
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "laptop", "draw", "rose", "--brick", brick.place],
+        env={**os.environ, "TMPDIR": str(temporary), "PYTHONPATH": str(ROOT)},
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+    )
+    until(lambda: list(temporary.rglob("*.job")), "the job's file")
+    process.send_signal(number)
+    process.communicate(timeout=PATIENCE)
+    assert process.returncode == 128 + number
+    assert list(temporary.iterdir()) == []

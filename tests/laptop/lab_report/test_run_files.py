@@ -1,6 +1,7 @@
 """Files that hold anything: values, or one clear line."""
 
 import math
+import os
 
 import pytest
 from lab_runs import a_picture
@@ -76,3 +77,29 @@ def test_a_number_that_is_none_is_not_there():
     assert [decimal(value) for value in (1.0, None, math.nan, -0.5)] == [
         *("1.00", NOT_THERE, NOT_THERE, "\u22120.50")
     ]
+
+
+@pytest.mark.parametrize("cell", ["1e308", "-1e13", "inf", "-inf"])
+def test_a_number_beyond_all_bounds_is_told_with_its_line(tmp_path, cell):
+    file = tmp_path / "a.csv"
+    file.write_text(f"t,x\n0,1\n1,{cell}\n")
+    with pytest.raises(DamagedRun, match=f"line 3 holds {cell}, which is beyond all"):
+        run_files.read_columns(file)
+    assert math.isnan(run_files.read_numbers(["nan"], "a")[0])
+
+
+@pytest.mark.parametrize("value", [10**400, -(10**400), 1e300, 1e13])
+def test_a_number_of_a_summary_has_bounds(value):
+    with pytest.raises(DamagedRun, match="'seconds' is beyond all that a run measures"):
+        run_files.number({"seconds": value}, "seconds")
+
+
+def test_neither_a_link_nor_a_pipe_is_read(tmp_path):
+    """A link may lead to what whoever sent the folder wants in the report of another."""
+    (tmp_path / "secret").write_text("t,x\n0,1\n")
+    (tmp_path / "a.csv").symlink_to("secret")
+    os.mkfifo(tmp_path / "b.csv")
+    (tmp_path / "c.csv").symlink_to("/dev/zero")
+    for name in ("a.csv", "b.csv", "c.csv"):
+        with pytest.raises(DamagedRun, match=f"{name} is not there, or no file"):
+            run_files.read_bytes(tmp_path / name, 1000)

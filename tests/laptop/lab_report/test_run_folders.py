@@ -138,3 +138,16 @@ def test_a_damaged_demo_is_left_out_and_its_drawing_stands(tmp_path):
     runs, left_out = read_runs(tmp_path)
     assert names(runs) == [("R1", "drawing", DRAWING)]
     assert left_out == [("demo.json", "it is not of a demo; run the demo again")]
+
+
+@pytest.mark.parametrize("error", [ValueError, OverflowError, KeyError, IndexError, AttributeError])
+def test_what_no_rule_foresees_costs_that_run_alone(tmp_path, monkeypatch, error):
+    def fail(name, file):
+        raise error("surprise")
+
+    simulated(tmp_path / "line")
+    (tmp_path / "seen.csv").write_text("frame,t,marker,u,v,confidence\n1,0,effector,1,1,1\n")
+    monkeypatch.setattr("laptop.lab_report.run_folders.read_track", fail)
+    runs, left_out = read_runs(tmp_path)
+    assert names(runs) == [("R1", "line", DRAWING)]
+    assert [(left.name, error.__name__ in left.why) for left in left_out] == [("seen.csv", True)]
