@@ -14,10 +14,11 @@ from typing import Any
 import click
 
 from laptop import system
-from laptop.files import check_kind
+from laptop.files import CannotWrite, check_kind
 from laptop.simulator.session import InvalidSimulationOption, SimulationResult
 
 SUMMARY = "summary.json"
+TRACE = "trace.csv"
 PICTURES = ("picture.png", "picture-side.png", "learning.png")
 """Of a run on the emulated brick; one of an earlier run would be taken for its own."""
 
@@ -45,12 +46,27 @@ def alone_in(out: Path) -> Iterator[None]:
 
 
 def check_room(out: Path) -> None:
-    """Refuse a folder that cannot take the results before anything runs."""
+    """Refuse a folder that cannot take the results, before anything runs.
+
+    Raises:
+        click.ClickException: there is no room, or a file of that name is of no run.
+        CannotWrite: something else than a file has such a name.
+    """
     try:
         out.mkdir(mode=0o700, parents=True, exist_ok=True)
+        for name in (SUMMARY, TRACE, *PICTURES):
+            check_kind(out / name)
+        others = [name for name in (TRACE, PICTURES[0]) if (out / name).exists()]
+        if others and not (out / SUMMARY).exists():
+            raise click.ClickException(
+                f"{out / others[0]} is of no run, as there is no {SUMMARY} beside it, and would be "
+                "lost; choose another folder with --out"
+            )
         with tempfile.TemporaryFile(dir=out) as file:
             file.write(bytes(1 << 20))
             file.flush()
+    except CannotWrite:
+        raise
     except OSError as error:
         raise _no_room(out, error) from None
 

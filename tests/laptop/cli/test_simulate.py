@@ -695,6 +695,26 @@ def test_a_folder_that_cannot_be_made(simulate, tmp_path, script):
     assert in_one_line(result.output, "cannot write", "--out")
 
 
+@pytest.mark.parametrize(
+    ("name", "make", "told"),
+    [
+        ("picture.png", lambda file: file.write_text("mine"), "is of no run"),
+        ("trace.csv", os.mkfifo, "is a pipe, not a file"),
+        ("summary.json", lambda file: file.mkdir(), "is a folder, not a file"),
+        ("trace.csv", lambda file: file.symlink_to("/dev/null"), "is a device, not a file"),
+    ],
+)
+def test_what_is_of_no_run_is_not_written_over(simulate, tmp_path, script, name, make, told):
+    out = tmp_path / "out"
+    out.mkdir()
+    make(out / name)
+    result = simulate(script("print('it ran')"), out=out)
+    assert result.exit_code == 1
+    assert in_one_line(result.output, name, told)
+    assert "it ran" not in result.output
+    assert os.listdir(out) == [name]
+
+
 def test_a_full_disk_is_refused_before_anything_runs(tmp_path, script):
     """A limit on the size of files stands for it: the first megabyte does not fit."""
     done = process(
