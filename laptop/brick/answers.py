@@ -79,7 +79,7 @@ async def ask(
     now = asyncio.get_running_loop().time
     began = heard = now()
 
-    async def send(process: asyncssh.SSHClientProcess) -> None:
+    async def send(process: asyncssh.SSHClientProcess) -> bytes:
         nonlocal heard
         try:
             for k in range(0, len(given), CHUNK):
@@ -89,6 +89,7 @@ async def ask(
             process.stdin.write_eof()
         except (BrokenPipeError, ConnectionResetError):
             pass  # it has ended without hearing all of it: its status says why
+        return b""
 
     async def hear(stream: Any, most: int, kept: int) -> bytes:
         nonlocal heard
@@ -103,12 +104,21 @@ async def ask(
 
     async def answer() -> Answer:
         process = await brick.create_process(command, encoding=None)
-        _, out, errors = await asyncio.gather(
-            send(process),
-            hear(process.stdout, most, most),
-            hear(process.stderr, most, KEPT_ERRORS),
-        )
-        await process.wait_closed()
+        parts = [
+            asyncio.ensure_future(part)
+            for part in (
+                hear(process.stdout, most, most),
+                hear(process.stderr, most, KEPT_ERRORS),
+                send(process),
+            )
+        ]
+        try:
+            out, errors, _ = await asyncio.gather(*parts)
+            await process.wait_closed()
+        finally:
+            for part in parts:
+                part.cancel()
+            process.close()
         if process.exit_status is None:
             raise asyncssh.ConnectionLost("no exit status")
         return Answer(process.returncode or 0, out, errors.decode(errors="replace"))
@@ -123,6 +133,7 @@ async def ask(
         return coming.result()
     finally:
         coming.cancel()
+        await asyncio.wait({coming})
 
 
 async def lines(

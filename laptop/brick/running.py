@@ -17,13 +17,14 @@ import signal
 import sys
 import time
 from collections.abc import Awaitable, Callable
+from itertools import pairwise
 from pathlib import Path, PurePosixPath
 
 import asyncssh
 
 from laptop import system
 from laptop.brick import BrickProblem
-from laptop.brick.answers import SILENCE, ask, lines, within
+from laptop.brick.answers import SILENCE, NoAnswer, ask, lines, within
 from laptop.brick.connection import CUT, BrickAddress, Dialogue, shown_here
 from laptop.brick.install import update
 from laptop.brick.program_files import EXECUTABLE, HOLD, THIS_VERSION, program_files
@@ -45,11 +46,15 @@ SERVO, KEPT_LOGS = "robot/visual_servoing.py", 10
 
 PAIRS = ("robot/visual_servoing.py",), ("robot/tracking_client.py",), ("robot/driver.py", "check")
 """Scripts, and their first words, that may pair with a tracker: at the next word, if at any."""
-OPTION = "--code"
+OPTIONS = ("--code", "--cod", "--co")
 """By which somebody may have typed the code."""
+FLAGS = ("--wait", "--follow", "--low", "--take", "--camera")
+"""Options of these scripts behind which no value stands."""
 CODE_FILE = ".brickservo/code-{token}"
 TAKE_CODE = f"read -r {CODE} <{{file}}; rm -f {{file}}; export {CODE}; "
 """Takes a pairing code out of a file: it stands in no command line, here or there."""
+SWEEP_CODES = "find .brickservo -name 'code-*' -mmin +2 -exec rm -f {} +"
+"""Removes those that nobody took, as where the connection was cut at that moment."""
 
 PROGRAM = HOLD + "; {before}exec env BRICK_RUN={token}.$$ {command}"
 """Starts a program that can be found again: by its number in its own environment."""
@@ -103,6 +108,7 @@ async def run(
         start = f"PYTHONPATH={THIS_VERSION} python3 {shlex.quote(own)}"
     before = ""
     if code is not None:
+        await ask(brick, SWEEP_CODES)
         file = CODE_FILE.format(token=secrets.token_hex(4))
         await put(brick, file, f"{code}\n".encode(), private=True)
         before = TAKE_CODE.format(file=file)
@@ -137,17 +143,24 @@ def code_for(
         return None, words
     kept: list[str] = []
     typed = None
-    rest = iter(words)
-    for word in rest:
-        if word == OPTION:
-            typed = next(rest, "")
-        elif word.startswith(f"{OPTION}="):
-            typed = word.partition("=")[2]
-        else:
+    rest = list(words)
+    while rest:
+        word = rest.pop(0)
+        name, equals, value = word.partition("=")
+        if name not in OPTIONS or not (equals or rest):
             kept.append(word)
-    code = typed if typed is not None else os.environ.get(CODE)
-    place = "".join(kept[len(told) - 1 :][:1])
-    if code is None and (not place or place[0] in "-:"):
+        else:
+            typed = value if equals else rest.pop(0)
+    code = typed if typed is not None else os.environ.get(CODE) or None
+    place = next(
+        (
+            word
+            for before, word in pairwise(["", *kept[len(told) - 1 :]])
+            if word[:1] != "-" and (before[:1] != "-" or before in FLAGS)
+        ),
+        "",
+    )
+    if code is None and (not place or place[0] == ":"):
         code = own_code
     return code, tuple(kept)
 
@@ -232,9 +245,10 @@ async def watched(
             beating.cancel()
         with contextlib.suppress(BrokenPipeError):  # it has ended: it has asked the program to
             watch.stdin.write(b"end\n")
-        async for _ in lines(watch.stdout):
-            pass  # the shell there may complain
-        await within(SILENCE, watch.wait_closed())
+        with contextlib.suppress(NoAnswer):  # the program has ended, and that counts
+            async for _ in lines(watch.stdout):
+                pass  # the shell there may complain
+            await within(SILENCE, watch.wait_closed())
         if watch.exit_status == ASKED:
             dialogue.say(
                 f"{address} heard nothing of this computer for {SILENCE_TIMEOUT:g} s, as where it "
