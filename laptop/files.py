@@ -25,9 +25,13 @@ def check_new(file: Path, endings: Sequence[str], replace: bool = False) -> None
         replace: whether one that is there may be replaced.
 
     Raises:
-        CannotWrite: it has none of them, its folder is not there, something else than a file is
-            there, or one is and is to stay.
+        CannotWrite: it has none of them, or cannot be shown; its folder is not there; something
+            else than a file is there, or one is and is to stay.
     """
+    if not str(file).isprintable():
+        raise CannotWrite(
+            f"{ascii(str(file))} has characters that cannot be shown; choose another name"
+        )
     if file.suffix.lower() not in endings:
         raise CannotWrite(
             f"{file} would be no {' or '.join(endings)} by its name; give it a name that ends so"
@@ -35,6 +39,11 @@ def check_new(file: Path, endings: Sequence[str], replace: bool = False) -> None
     if not file.parent.is_dir():
         raise CannotWrite(f"cannot write {file}: there is no folder {file.parent}; make it first")
     check_kind(file)
+    if Path(os.path.realpath(file)).suffix.lower() not in endings:
+        raise CannotWrite(
+            f"{file} is a link to {os.path.realpath(file)}, another kind of file; choose another "
+            "name"
+        )
     if os.path.lexists(file) and not replace:
         raise CannotWrite(
             f"{file} is there already; choose another name, or give --replace to put the new one "
@@ -52,6 +61,8 @@ def check_kind(file: Path) -> None:
         check_replaceable(file)
     except SpoiltFile as error:
         raise CannotWrite(f"{file}: {error}; choose another name") from None
+    except OSError as error:
+        raise CannotWrite(f"cannot write {file}: {error.strerror}; choose another name") from None
     if file.is_symlink() and not file.exists():
         raise CannotWrite(f"{file} is a link that leads nowhere; choose another name")
 
@@ -67,8 +78,9 @@ def written(file: Path) -> Iterator[Path]:
     """
     check_kind(file)
     target = Path(os.path.realpath(file))
+    draft = None
     try:
-        descriptor, name = tempfile.mkstemp(target.suffix, f".{target.stem}-", target.parent)
+        descriptor, name = tempfile.mkstemp(target.suffix, ".draft-", target.parent)
         os.close(descriptor)
         draft = Path(name)
         try:
@@ -78,8 +90,10 @@ def written(file: Path) -> Iterator[Path]:
             os.replace(draft, target)
         finally:
             draft.unlink(missing_ok=True)
-    except CannotWrite:
-        raise
+    except ArmError as error:  # whoever writes knows the draft alone
+        if draft is None or str(draft) not in str(error):
+            raise
+        raise CannotWrite(str(error).replace(str(draft), str(file))) from None
     except OSError as error:
         raise CannotWrite(
             f"cannot write {file}: {error.strerror or error}; make room, or choose another name"

@@ -50,8 +50,9 @@ def write_json(file: str | Path, told: Mapping[str, object]) -> None:
     """
     target = Path(os.path.abspath(file))
     draft = target.parent / f".{target.name}.part"
+    draft.unlink(missing_ok=True)  # a link there would be followed
     try:
-        with open(open_to_write(str(draft)), "w", encoding="utf-8") as out:
+        with open(open_to_write(str(draft), os.O_EXCL), "w", encoding="utf-8") as out:
             json.dump(told, out)
         draft.replace(target)
     finally:

@@ -15,6 +15,7 @@ import click
 
 from laptop import system
 from laptop.files import CannotWrite, check_kind
+from laptop.files import written as whole_file
 from laptop.simulator.session import InvalidSimulationOption, SimulationResult
 
 SUMMARY = "summary.json"
@@ -107,20 +108,18 @@ def write_files(
         for name in {*files, *others}:
             check_kind(out / name)
         for name, content in files.items():
-            draft = out / f".{name}.part"
             if name == SUMMARY and isinstance(content, Mapping):
                 content = {**content, "files": [*written, *files]}
-            try:
+            with whole_file(out / name) as draft:
                 if isinstance(content, Mapping):
                     text = json.dumps(content, indent=1) + "\n"
                     draft.write_text(text, encoding="utf-8")
                 else:
                     content(str(draft))
-                os.replace(draft, out / name)
-            finally:
-                draft.unlink(missing_ok=True)
         for name in set(others) - set(files):
             (out / name).unlink(missing_ok=True)
+    except CannotWrite as error:
+        raise click.ClickException(f"{error}, or another folder with --out") from None
     except OSError as error:
         raise _no_room(out, error) from None
 

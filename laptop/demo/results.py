@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,10 @@ from rich.markup import escape as escape_markup
 from rich.table import Table
 
 from shared.arm_description import ArmError
+from shared.small_files import SpoiltFile, read_text
+
+MAX_TEXT = 20_000_000
+"""Bytes of a file of a run."""
 
 RESULTS_FILE = "demo.json"
 """File of the results, in the demo's folder."""
@@ -35,6 +40,17 @@ class Log(NamedTuple):
     verdict: dict[str, Any] | None
 
 
+def _text(file: Path) -> str:
+    """Return what a run's own file holds.
+
+    Raises:
+        OSError, SpoiltFile: it is none, a link, or too large.
+    """
+    if file.is_symlink():
+        raise SpoiltFile("is a link")
+    return read_text(str(file), MAX_TEXT)
+
+
 def read_log(file: Path) -> Log:
     """Read a log of JSON lines; what is cut off at its end is left out.
 
@@ -43,7 +59,7 @@ def read_log(file: Path) -> Log:
     """
     kinds: dict[str, list[dict[str, Any]]] = {}
     try:
-        for line in file.read_text(encoding="utf-8").split("\n")[:-1]:
+        for line in _text(file).split("\n")[:-1]:
             entry = json.loads(line)
             kinds.setdefault(entry["kind"], []).append(entry)
     except (OSError, ValueError, LookupError, TypeError):
@@ -190,6 +206,8 @@ def read_goal_run(folder: Path, record: dict[str, Any]) -> GoalRun:
         BadRun: something is missing or cannot be understood.
     """
     try:
+        if os.path.basename(record["log"]) != record["log"]:
+            raise BadRun(f"{folder / RESULTS_FILE} names a log in another folder")
         log = read_log(folder / record["log"])
         if log.verdict is None:
             raise BadRun(f"{folder / record['log']} ends without a verdict; run the demo again")
@@ -211,7 +229,7 @@ def read_run(folder: Path) -> DemoResult:
         BadRun: something is missing or cannot be understood.
     """
     try:
-        results = json.loads((folder / RESULTS_FILE).read_text(encoding="utf-8"))
+        results = json.loads(_text(folder / RESULTS_FILE))
         goal_runs = [read_goal_run(folder, record) for record in results["approaches"]]
         baseline = results["rival"] and read_goal_run(folder, results["rival"])
     except (OSError, LookupError, TypeError, ValueError):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import itertools
 import os
 import re
 import shutil
@@ -322,7 +324,8 @@ def _is_tall(picture: bytes) -> bool:
 
 def _free(name: str, taken: Iterable[str]) -> str:
     stem, ending = os.path.splitext(name)
-    names = [name, *(f"{stem}-{k}{ending}" for k in range(2, 1000))]
+    stem, ending = stem[:MAX_STEM], ending[:MAX_STEM]
+    names = itertools.chain([stem + ending], (f"{stem}-{k}{ending}" for k in itertools.count(2)))
     return next(free for free in names if free not in taken)
 
 
@@ -338,10 +341,25 @@ def check_out(out: Path, replace: bool) -> None:
             "with --out, or --replace it"
         )
     data = data_folder_of(out)
-    if data.exists() and not (data / CONTENTS).is_file():
-        raise BadLabReport(f"{data} is there and is not of a report; give another file with --out")
+    if data.exists() or data.is_symlink():
+        if data.is_symlink() or not (data / CONTENTS).is_file():
+            raise BadLabReport(
+                f"{data} is there and is not of a report; give another file with --out"
+            )
+        contents = (data / CONTENTS).read_text("utf-8", "replace").splitlines()
+        own = {row[0] for row in csv.reader(contents) if row}
+        others = sorted(set(os.listdir(data)) - own - {CONTENTS})
+        if others:
+            raise BadLabReport(
+                f"{data / others[0]} is of no report, and would be lost; move it, or give another "
+                "file with --out"
+            )
     if not out.parent.is_dir():
         raise BadLabReport(f"{out.parent} is no folder; make it, or give another file with --out")
+
+
+MAX_STEM = 80
+"""Letters of the name of a file of raw data, without its ending."""
 
 
 def data_folder_of(out: Path) -> Path:
@@ -365,8 +383,8 @@ def write(report: LabReport, out: Path) -> None:
                 if isinstance(raw.source, Path):
                     shutil.copyfile(raw.source, data / name)
                 else:
-                    (data / name).write_text(raw.source, encoding="utf-8", newline="")
-            (draft / OUT).write_text(report.html(), encoding="utf-8")
+                    (data / name).write_bytes(raw.source.encode("utf-8", "replace"))
+            (draft / OUT).write_bytes(report.html().encode("utf-8", "replace"))
             if folder.exists():
                 os.replace(folder, draft / "before")
             os.replace(data, folder)

@@ -40,6 +40,11 @@ _PICTURE = re.compile(r"data:image/(?:png|jpeg);base64,([A-Za-z0-9+/=\s]+)")
 _ROW = ("goal", "method", "brick says", "moves", "s", "brick px", "tracker px")
 
 
+MAX_LETTERS, MAX_MARKERS, MAX_NAME = 10_000, 64, 64
+"""Letters of a text, markers of all cameras, and letters of a marker's name, in a report's sources.
+"""
+
+
 class PageReport(HTMLParser):
     """Reads a report that the page made: its texts, its first table, its pictures.
 
@@ -90,10 +95,10 @@ class PageReport(HTMLParser):
     def handle_data(self, data: str) -> None:
         """Take a text."""
         if self._open == "cell":
-            self.rows[-1][-1] += data
+            self.rows[-1][-1] += data[: max(0, MAX_LETTERS - len(self.rows[-1][-1]))]
         elif self._open:
             kind, text = self.texts[-1]
-            self.texts[-1] = (kind, text + data)
+            self.texts[-1] = (kind, text + data[: max(0, MAX_LETTERS - len(text))])
 
 
 def read_page_report(name: str, file: Path) -> LabRun:
@@ -206,6 +211,11 @@ def read_track(name: str, file: Path) -> LabRun:
         camera = told["camera"] if has_cameras else "A"
         keys.setdefault((camera, told["marker"]), []).append(
             [told[c] for c in ("t", "u", "v", "confidence")]
+        )
+    if len(keys) > MAX_MARKERS or any(len(name) > MAX_NAME for pair in keys for name in pair):
+        raise DamagedRun(
+            f"{file.name} names more than {MAX_MARKERS} markers, or one of more than {MAX_NAME} "
+            "letters"
         )
     cells, tracks = [], []
     for (camera, marker), told_rows in sorted(keys.items()):

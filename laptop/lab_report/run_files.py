@@ -16,11 +16,13 @@ from matplotlib.image import imread
 from laptop.lab_report.findings import NOT_THERE, DamagedRun
 from shared.small_files import SpoiltFile, open_file
 
-MAX_TEXT, MAX_PICTURE, MAX_CSV = 20_000_000, 40_000_000, 50_000_000
+MAX_OBJECT, MAX_PICTURE, MAX_CSV = 4_000_000, 40_000_000, 20_000_000
 """Larger files are not read, bytes."""
+MAX_COLUMNS = 64
+"""Of a CSV."""
 GREATEST = 1e12
 """Greatest number that a run can have measured or counted, whatever its unit."""
-MAX_PIXELS = 20_000_000
+MAX_PIXELS, MAX_SIDE = 8_000_000, 10_000
 """Larger pictures are not decoded."""
 HEADS = {b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg"}
 """Kinds of pictures by their first bytes."""
@@ -32,7 +34,7 @@ def read_object(file: Path) -> dict[str, Any]:
     Raises:
         DamagedRun: it cannot be read, or holds none.
     """
-    content = read_bytes(file, MAX_TEXT)
+    content = read_bytes(file, MAX_OBJECT)
     try:
         values = json.loads(content.decode("utf-8"))
     except (ValueError, RecursionError) as error:
@@ -43,6 +45,11 @@ def read_object(file: Path) -> dict[str, Any]:
     return values
 
 
+def is_plain(file: Path) -> bool:
+    """Return whether a file is one of the folder's own: a link may lead to what is private."""
+    return file.is_file() and not file.is_symlink()
+
+
 def read_bytes(file: Path, most: int) -> bytes:
     """Return what a file holds.
 
@@ -50,7 +57,7 @@ def read_bytes(file: Path, most: int) -> bytes:
         DamagedRun: it cannot be read, is no file, or is larger than `most` bytes.
     """
     try:
-        if not file.is_file() or file.is_symlink():  # a link may lead to what is private
+        if not is_plain(file):
             raise DamagedRun(f"{file.name} is not there, or no file")
         with open(open_file(str(file)), "rb") as opened:
             content = opened.read(most + 1)
@@ -70,6 +77,8 @@ def read_columns(file: Path) -> dict[str, np.ndarray]:
         DamagedRun: it is none, a row is cut off, or it has no row.
     """
     heading, rows = read_rows(file)
+    if len(heading) > MAX_COLUMNS:
+        raise DamagedRun(f"{file.name} has {len(heading)} columns, more than {MAX_COLUMNS}")
     table = np.full((len(rows), len(heading)), np.nan)
     for k, row in enumerate(rows):
         table[k] = read_numbers(row, f"{file.name}: line {k + 2}")
@@ -135,14 +144,35 @@ def checked_picture(content: bytes, name: str) -> bytes:
     """
     if not any(content.startswith(head) for head in HEADS):
         raise DamagedRun(f"{name} is neither PNG nor JPEG")
-    wide, high = (int.from_bytes(content[k : k + 4], "big") for k in (16, 20))
-    if content.startswith(b"\x89PNG") and wide * high > MAX_PIXELS:
-        raise DamagedRun(f"{name} has {wide} x {high} px, more than {MAX_PIXELS // 1_000_000} MP")
+    wide, high = picture_size(content)
+    if not wide * high:
+        raise DamagedRun(f"{name} is a damaged picture")
+    if wide * high > MAX_PIXELS or max(wide, high) > MAX_SIDE:
+        raise DamagedRun(
+            f"{name} has {wide} x {high} px, more than {MAX_PIXELS // 1_000_000} MP or {MAX_SIDE} "
+            "px on a side"
+        )
     try:
         imread(io.BytesIO(content))  # OpenCV takes a picture that is cut off, and prints a warning
     except (OSError, SyntaxError, ValueError):
         raise DamagedRun(f"{name} is a damaged picture") from None
     return content
+
+
+def picture_size(content: bytes) -> tuple[int, int]:
+    """Return width and height of a PNG or JPEG, px, by its head alone; 0, 0 if it has none."""
+    if content.startswith(b"\x89PNG"):
+        is_first = content[12:16] == b"IHDR"
+        wide, high = (int.from_bytes(content[k : k + 4], "big") for k in (16, 20))
+        return (wide, high) if is_first else (0, 0)
+    place = 2
+    while content[place : place + 1] == b"\xff" and place + 9 <= len(content):
+        kind = content[place + 1]
+        if 0xC0 <= kind <= 0xCF and kind not in (0xC4, 0xC8, 0xCC):  # a frame's head
+            high, wide = (int.from_bytes(content[place + k : place + k + 2], "big") for k in (5, 7))
+            return wide, high
+        place += 2 + int.from_bytes(content[place + 2 : place + 4], "big")
+    return 0, 0
 
 
 def number(values: dict[str, Any], key: str, file: str = "summary.json") -> float | None:

@@ -19,7 +19,7 @@ from laptop.lab_report.page_files import (
     read_page_report,
     read_track,
 )
-from laptop.lab_report.run_files import items, read_object, word
+from laptop.lab_report.run_files import is_plain, items, read_object, word
 from laptop.lab_report.servo_runs import is_log, read_demo, read_servo_log
 from laptop.reporting.private_paths import without_folders
 from shared.arm_description import ArmError
@@ -64,7 +64,14 @@ def _walk(folder: Path) -> Iterator[tuple[Path, list[str]]]:
             continue
         deep = len(place.relative_to(folder).parts)
         folders[:] = sorted(f for f in folders if not f.startswith(".")) if deep < MAX_DEPTH else []
-        yield place, sorted(files)
+        yield place, sorted(file for file in files if is_plain(place / file))
+
+
+SURPRISES = (
+    *(ValueError, TypeError, LookupError, ArithmeticError, AttributeError),
+    *(RecursionError, AssertionError, StopIteration),
+)
+"""What may come of reading anything."""
 
 
 class RunReader:
@@ -113,7 +120,7 @@ class RunReader:
             why = re.sub(rf"^{re.escape(file.name)} ", "it ", why)
             self.left_out.append(LeftOut(_name(self._folder, file), why))
             return False
-        except (ValueError, TypeError, LookupError, ArithmeticError, AttributeError) as error:
+        except SURPRISES as error:
             # It is data, and may be anything: what no rule foresees costs this run, not the report.
             why = f"it is not as it is written ({type(error).__name__}); do this run again"
             self.left_out.append(LeftOut(_name(self._folder, file), why))
@@ -139,8 +146,9 @@ class RunReader:
         told = [part.rpartition("=")[2] for part in items(summary, "args", str) if part]
         named = [Path(part).name for part in told if part.endswith(".jsonl")]
         beside = [place / log for log in named if (place / log).exists()]
-        for log in beside or [place.parent / log for log in named]:
-            if is_log(log):
+        above = [place.parent / log for log in named] if place != self._folder else []
+        for log in beside or above:
+            if is_plain(log) and is_log(log):
                 self._told.add(log)
                 try:
                     read_servo_log(run, log)

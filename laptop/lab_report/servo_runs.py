@@ -25,7 +25,7 @@ from laptop.lab_report.findings import (
     RawData,
 )
 from laptop.lab_report.lab_figures import draw_servo, draw_ways
-from laptop.lab_report.run_files import decimal
+from laptop.lab_report.run_files import decimal, is_plain, number, read_picture
 from laptop.reporting.document import figures
 from laptop.reporting.private_paths import without_folders
 
@@ -204,6 +204,9 @@ def read_demo(name: str, folder: Path) -> LabRun:
     """
     try:
         demo = read_run(folder)
+        for file in sorted(folder.glob("camera*.png")):
+            read_picture(file)  # it goes into a figure
+        number(demo.results, "seconds", "demo.json")
         return _demo(name, folder, demo)
     except BadRun as error:
         told = str(error).replace(f"{folder}{os.sep}", "")
@@ -246,7 +249,7 @@ def _demo(name: str, folder: Path, demo: DemoResult) -> LabRun:
             continue  # of its drawing
         if picture := draw(demo):
             run.figures.append(LabFigure(caption, picture))
-    if (folder / "track.csv").is_file():
+    if is_plain(folder / "track.csv"):
         run.data.append(
             RawData("track.csv", folder / "track.csv", "where the tracker saw the markers")
         )

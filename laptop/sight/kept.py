@@ -99,7 +99,8 @@ def keep(
     file = file_of(plan, emulated)
     file.parent.mkdir(parents=True, exist_ok=True)
     draft = file.with_suffix(".part")
-    with open(open_to_write(str(draft)), "w", encoding="utf-8") as out:
+    draft.unlink(missing_ok=True)  # a link there would be followed
+    with open(open_to_write(str(draft), os.O_EXCL), "w", encoding="utf-8") as out:
         json.dump(told, out)
     os.replace(draft, file)
     return file

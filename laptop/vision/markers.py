@@ -269,8 +269,9 @@ def write_markers(file: str | Path, markers: Mapping[str, Marker]) -> None:
     draft = target.parent / f".{target.name}.part"
     try:
         target.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        draft.unlink(missing_ok=True)  # a link there would be followed
         try:
-            with open(open_to_write(draft), "w", encoding="utf-8") as out:
+            with open(open_to_write(draft, os.O_EXCL), "w", encoding="utf-8") as out:
                 out.write(_FILE_HEADER)
                 parser.write(out)
             draft.replace(target)

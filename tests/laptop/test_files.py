@@ -30,6 +30,10 @@ def test_a_new_file_and_one_that_may_be_replaced_are_let_through(tmp_path):
         ("pipe.csv", "is a pipe, not a file; choose another name"),
         ("device.csv", "is a device, not a file; choose another name"),
         ("nowhere.csv", "is a link that leads nowhere; choose another name"),
+        ("loop.csv", "cannot write .*loop.csv: Too many levels of symbolic links; choose"),
+        ("notes.csv", "is a link to .*notes.txt, another kind of file"),
+        ("a\x1b[2J.csv", "has characters that cannot be shown; choose another name"),
+        ("a\udcff.csv", "has characters that cannot be shown; choose another name"),
     ],
 )
 def test_a_place_where_something_would_be_lost_is_refused(tmp_path, name, told):
@@ -39,6 +43,9 @@ def test_a_place_where_something_would_be_lost_is_refused(tmp_path, name, told):
     os.mkfifo(tmp_path / "pipe.csv")
     (tmp_path / "device.csv").symlink_to("/dev/null")
     (tmp_path / "nowhere.csv").symlink_to("none.csv")
+    (tmp_path / "loop.csv").symlink_to("loop.csv")
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "notes.csv").symlink_to("notes.txt")
     before = sorted(os.listdir(tmp_path))
     with pytest.raises(CannotWrite, match=told):
         check_new(tmp_path / name, CSV)
@@ -78,6 +85,21 @@ def test_a_link_stays_and_what_it_leads_to_is_replaced_with_its_mode(tmp_path):
     write_whole(link, b"new")
     assert (link.is_symlink(), file.read_text()) == (True, "new")
     assert stat.S_IMODE(file.stat().st_mode) == 0o640
+
+
+def test_a_name_may_be_as_long_as_the_system_takes(tmp_path):
+    write_whole(tmp_path / ("a" * 251 + ".csv"), b"new")
+    with pytest.raises(CannotWrite, match="File name too long"):
+        write_whole(tmp_path / ("a" * 300 + ".csv"), b"new")
+
+
+def test_who_writes_the_draft_tells_of_the_file(tmp_path):
+    def write():
+        with written(tmp_path / "a.csv") as draft:
+            raise CannotWrite(f"cannot write {draft}: no room")
+
+    with pytest.raises(CannotWrite, match=r"cannot write .*/a.csv: no room"):
+        write()
 
 
 def test_a_new_file_has_the_mode_of_any_other(tmp_path):

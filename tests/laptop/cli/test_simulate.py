@@ -11,6 +11,7 @@ import resource
 import select
 import subprocess
 import sys
+import tempfile
 import termios
 from pathlib import Path
 from types import SimpleNamespace
@@ -733,11 +734,19 @@ def test_a_full_disk_is_refused_before_anything_runs(tmp_path, script):
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full to stand for a full disk")
 @pytest.mark.parametrize("name", ["trace.csv", "summary.json", "picture.png"])
-def test_a_disk_that_fills_up_during_the_run(simulate, name, script):
+def test_a_disk_that_fills_up_during_the_run(simulate, name, script, monkeypatch):
     source = script("print('it ran')")
     out = simulate("--picture", source).out
     before = {name: (out / name).read_bytes() for name in os.listdir(out)}
-    os.symlink("/dev/full", out / f".{name}.part")
+
+    def full(suffix, prefix, folder):
+        descriptor, draft = tempfile.mkstemp(suffix, prefix, folder)
+        if name.endswith(suffix):
+            os.remove(draft)
+            os.symlink("/dev/full", draft)
+        return descriptor, draft
+
+    monkeypatch.setattr("laptop.files.tempfile", SimpleNamespace(mkstemp=full))
     result = simulate("--picture", source, with_picture=True)
     assert result.exit_code == 1
     last = result.stderr if hasattr(result, "stderr") else result.output

@@ -150,8 +150,11 @@ def test_written_again_it_tells_of_the_same_runs_and_leaves_no_file_of_before(tm
     out = tmp_path / "lab-report.html"
     write(made(tmp_path), out)
     before = out.read_text()
-    stale = data_folder_of(out) / "R9-trace.csv"
+    data = data_folder_of(out)
+    stale = data / "R9-trace.csv"
     stale.write_text("")
+    with open(data / CONTENTS, "a") as contents:
+        contents.write("R9-trace.csv,run R9,a trace\n")
     with pytest.raises(BadLabReport, match="is there already, perhaps with what somebody wrote"):
         check_out(out, replace=False)
     check_out(out, replace=True)
@@ -159,6 +162,23 @@ def test_written_again_it_tells_of_the_same_runs_and_leaves_no_file_of_before(tm
     assert out.read_text() == before
     assert not stale.exists()
     assert {path.name for path in tmp_path.iterdir()} == {"line", out.name, "lab-report-data"}
+
+
+def test_a_file_that_somebody_put_beside_the_raw_data_is_not_lost(tmp_path):
+    simulated(tmp_path / "line")
+    out = tmp_path / "x.html"
+    write(made(tmp_path), out)
+    (tmp_path / "x-data" / "my-notes.txt").write_text("mine")
+    for there in (True, False):
+        with pytest.raises(BadLabReport, match="my-notes.txt is of no report, and would be lost"):
+            check_out(out, replace=there)
+        out.unlink(missing_ok=True)
+
+
+def test_what_is_no_text_in_a_run_is_written_all_the_same(tmp_path):
+    simulated(tmp_path / "runs" / "line\udcff")
+    write(made(tmp_path / "runs"), tmp_path / "x.html")
+    assert "line?" in (tmp_path / "x.html").read_text()
 
 
 def test_a_folder_that_is_somebody_elses_is_not_touched(tmp_path):

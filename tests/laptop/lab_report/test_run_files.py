@@ -62,7 +62,7 @@ def test_a_picture_is_a_whole_png_or_jpeg(tmp_path):
 
 
 def test_a_file_that_is_too_large_or_none_is_not_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(run_files, "MAX_TEXT", 10)
+    monkeypatch.setattr(run_files, "MAX_OBJECT", 10)
     (tmp_path / "summary.json").write_text('{"arm": "planar"}')
     with pytest.raises(DamagedRun, match="is larger than"):
         read_object(tmp_path / "summary.json")
