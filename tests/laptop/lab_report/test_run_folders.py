@@ -1,6 +1,7 @@
 """Which runs are found in a folder, and what is said of those that cannot be read."""
 
 import json
+import os
 
 import pytest
 from lab_runs import TRACE, drawn, simulated
@@ -151,3 +152,35 @@ def test_what_no_rule_foresees_costs_that_run_alone(tmp_path, monkeypatch, error
     runs, left_out = read_runs(tmp_path)
     assert names(runs) == [("R1", "line", DRAWING)]
     assert [(left.name, error.__name__ in left.why) for left in left_out] == [("seen.csv", True)]
+
+
+def test_pipes_and_links_among_the_files_are_passed_over(tmp_path):
+    """A pipe would be waited for, a link may lead to what is private."""
+    simulated(tmp_path / "line")
+    (tmp_path / "secret.csv").write_text("frame,t,marker,u,v,confidence\n1,0,effector,1,1,1\n")
+    place = tmp_path / "line" / "deeper"
+    place.mkdir()
+    for name in ("x.jsonl", "x.csv", "demo.json", "summary.json", "trace.csv"):
+        os.mkfifo(place / name)
+    (place / "seen.csv").symlink_to(tmp_path / "secret.csv")
+    (tmp_path / "secret.csv").rename(tmp_path / "secret.txt")
+    runs, left_out = read_runs(tmp_path)
+    assert (names(runs), left_out) == ([("R1", "line", DRAWING)], [])
+
+
+def test_columns_and_markers_have_bounds(tmp_path):
+    heading = "frame,t,marker,u,v,confidence\n"
+    many = "".join(f"1,0,m{k},1,1,1\n" for k in range(100))
+    (tmp_path / "many.csv").write_text(heading + many)
+    (tmp_path / "long.csv").write_text(heading + f"1,0,{'m' * 100},1,1,1\n")
+    wide = tmp_path / "wide"
+    simulated(wide)
+    joints = ",".join(f"q{k}" for k in range(100))
+    (wide / "trace.csv").write_text(f"t,x,y,pen,{joints}\n" + 2 * ("0," * 103 + "0\n"))
+    simulated(tmp_path / "line")
+    runs, left_out = read_runs(tmp_path)
+    told = {left.name: left.why for left in left_out}
+    assert "names more than 64 markers" in told["many.csv"]
+    assert "names more than 64 markers, or one of more than 64 letters" in told["long.csv"]
+    shown = [gap for run in runs for gap in run.gaps] + list(told.values())
+    assert any("104 columns, more than 64" in line for line in shown), shown

@@ -19,6 +19,7 @@ from laptop.reporting.private_paths import without_folders
         ("../anna/x.svg", "x.svg"),
         ("file:///home/anna/x.svg", "x.svg"),
         ("/home/anna/", "anna"),
+        ("cannot read:/home/anna/x.py", "cannot read:x.py"),
         ("cannot read /home/anna maria/lab/x.py: gone", "cannot read x.py: gone"),
         ("'/tmp/a/b' and (/tmp/c)", "'b' and (c)"),
         (f"in {Path.home()}/a b/x.py", "in x.py"),
