@@ -410,6 +410,7 @@ def find_tracker(
     code: str | None = None,
     environ: Mapping[str, str] | None = None,
     memory: Any = None,
+    ask: Callable[[str], str] | None = None,
 ) -> ServerAddress:
     """Which tracker to go to: as said, else where ssh came from, else as remembered."""
 
