@@ -22,11 +22,12 @@ CODE = "ABCDEFGHJKMN"
 
 
 @pytest.mark.long
-def test_the_page_has_the_brick_run_its_program_and_ends_it(ssh_brick):
+def test_the_page_has_the_brick_run_its_program_and_ends_it(ssh_brick, monkeypatch):
     assert ssh_brick.run("run", "driver.py", "home", "--seek")[0] == 0  # and it is remembered
     ssh_brick.emulate("--realtime")
     with TrackingServer("127.0.0.1", 0, CODE) as server:
-        with run_on_brick(server.port, pairing.show_code(CODE)) as why_ended:
+        monkeypatch.setenv("BRICKSERVO_CODE", pairing.show_code(CODE))
+        with run_on_brick(server.port) as why_ended:
             until(lambda: server.state().client or why_ended(), "the brick")
             assert why_ended() == ""
         ssh_brick.wait_for_sessions()
@@ -38,7 +39,7 @@ def test_the_page_has_the_brick_run_its_program_and_ends_it(ssh_brick):
 @pytest.mark.long
 def test_a_call_that_leads_nowhere_says_why(ssh_brick):
     choosing.remember(BrickAddress("127.0.0.1", 1), Dialogue(print))
-    with run_on_brick(7711, pairing.show_code(CODE)) as why_ended:
+    with run_on_brick(7711) as why_ended:
         line = until(why_ended, "the end")
     assert "brick run has ended; what it said is in " in line
     assert "at last: laptop: 127.0.0.1:1 is there, but takes no ssh at port 1" in line

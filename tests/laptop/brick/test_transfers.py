@@ -40,7 +40,10 @@ def test_an_arm_goes_there_and_back_and_none_is_lost(ssh_brick, here):
     status, _, errors = here("arm", "mine.ini")
     assert (status, errors.count("\n")) == (1, 1)
     assert "another mine.ini is on" in errors
-    assert "another mine.ini is here" in here("arm", "--fetch", "mine")[2]
+    assert (
+        "mine.ini is there already; choose another name, or give --replace"
+        in here("arm", "--fetch", "mine")[2]
+    )
     assert here("arm", "--fetch", "mine", "--replace")[0] == 0
     assert (here.folder / "mine.ini").read_text().endswith("# found out there\n")
     assert "there are: mine" in here("arm", "--fetch", "other")[2]
@@ -72,8 +75,8 @@ def test_a_file_whose_sending_is_cut_leaves_the_old_one_whole(ssh_brick):
 def test_figures_that_have_no_place_here_are_not_measured(ssh_brick, here):
     (here.folder / "file").touch()
     status, _, errors = here("bench", "--json", "file/brick.json")
-    assert status == 2
-    assert "there is no folder file for brick.json" in errors
+    assert status == 1
+    assert "there is no folder file; make it first" in errors
     assert not any("bench_brick.py" in words for words in ssh_brick.python_starts)
 
 

@@ -426,12 +426,12 @@ def test_what_was_pressed_while_cut_off_may_stop_but_not_start_the_arm(surfer):
 def test_an_emulated_brick_that_has_ended_tells_where_one_can_read_why(tmp_path, monkeypatch):
     monkeypatch.setenv("BRICKSERVO_STATE", str(tmp_path))
     began = time.monotonic()
-    with own_brick("planar", "127.0.0.1:1", "no code") as why:
+    with own_brick("planar", "127.0.0.1:1") as why:
         while not why():
             assert time.monotonic() - began < PATIENCE
             time.sleep(0.05)
         lines = Path(why().rpartition(" ")[2]).read_text()
-    assert "no code" in lines
+    assert "this brick is not paired yet" in lines
 
 
 def boxes(page, selector):

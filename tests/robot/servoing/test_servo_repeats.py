@@ -150,6 +150,6 @@ def test_a_planar_arm_goes_on_with_the_camera_that_is_not_frozen(watched, frozen
     w.in_motion(3.0, partial(w.tracker.pictures.freeze, frozen))
     shown = w.run("--mode", mode)
     assert shown.log[-1]["verdict"] == "converged"
-    assert w.error() < 7
+    assert w.error() < 8  # one camera measures its own rows, to 5 px; this is of both
     left = "B" if frozen == "A" else "A"
     assert noted(shown, f"camera {frozen}: {FROZEN}; on with {left}")
