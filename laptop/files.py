@@ -13,7 +13,16 @@ from shared.small_files import SpoiltFile, check_replaceable
 
 
 class CannotWrite(ArmError, OSError):
-    """A file cannot be written there, or would take the place of another one."""
+    """A file cannot be written there, or would take the place of another one.
+
+    Its `strerror` is the reason alone, for whoever knows a better way out.
+    """
+
+
+def _cannot_write(file: Path, why: str, way_out: str = "choose another name") -> CannotWrite:
+    error = CannotWrite(f"cannot write {file}: {why}; {way_out}")
+    error.strerror = why
+    return error
 
 
 def check_new(file: Path, endings: Sequence[str], replace: bool = False) -> None:
@@ -37,7 +46,7 @@ def check_new(file: Path, endings: Sequence[str], replace: bool = False) -> None
             f"{file} would be no {' or '.join(endings)} by its name; give it a name that ends so"
         )
     if not file.parent.is_dir():
-        raise CannotWrite(f"cannot write {file}: there is no folder {file.parent}; make it first")
+        raise _cannot_write(file, f"there is no folder {file.parent}", "make it first")
     check_kind(file)
     if Path(os.path.realpath(file)).suffix.lower() not in endings:
         raise CannotWrite(
@@ -60,18 +69,22 @@ def check_kind(file: Path) -> None:
     try:
         check_replaceable(file)
     except SpoiltFile as error:
-        raise CannotWrite(f"{file}: {error}; choose another name") from None
+        raise _cannot_write(file, str(error)) from None
     except OSError as error:
-        raise CannotWrite(f"cannot write {file}: {error.strerror}; choose another name") from None
+        raise _cannot_write(file, str(error.strerror)) from None
     if file.is_symlink() and not file.exists():
-        raise CannotWrite(f"{file} is a link that leads nowhere; choose another name")
+        raise _cannot_write(file, "is a link that leads nowhere")
 
 
 @contextlib.contextmanager
-def written(file: Path) -> Iterator[Path]:
+def written(file: Path, mode: int | None = None) -> Iterator[Path]:
     """Give the place of a draft; at the end of a `with` block without error it is the file.
 
     What a link leads to is replaced, and the link stays.
+
+    Args:
+        file: what it becomes.
+        mode: who may read and write it; if not said, whoever might before, or as is usual.
 
     Raises:
         CannotWrite: something else than a file is there, or there is no room.
@@ -85,7 +98,8 @@ def written(file: Path) -> Iterator[Path]:
         draft = Path(name)
         try:
             yield draft
-            mode = target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask()
+            if mode is None:
+                mode = target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask()
             draft.chmod(mode)
             os.replace(draft, target)
         finally:
@@ -95,18 +109,17 @@ def written(file: Path) -> Iterator[Path]:
             raise
         raise CannotWrite(str(error).replace(str(draft), str(file))) from None
     except OSError as error:
-        raise CannotWrite(
-            f"cannot write {file}: {error.strerror or error}; make room, or choose another name"
-        ) from None
+        why = str(error.strerror or error)
+        raise _cannot_write(file, why, "make room, or choose another name") from None
 
 
-def write_whole(file: Path, data: bytes) -> None:
-    """Write a file, all of it or nothing.
+def write_whole(file: Path, data: bytes, mode: int | None = None) -> None:
+    """Write a file, all of it or nothing; see `written`.
 
     Raises:
         CannotWrite: see `written`.
     """
-    with written(file) as draft:
+    with written(file, mode) as draft:
         draft.write_bytes(data)
 
 

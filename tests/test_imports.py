@@ -38,15 +38,15 @@ FOR_THE_CARDS = "laptop.drawing.durations", "laptop.drawing.pictures"
 RULES = {
     "shared": ("shared",),
     "robot": ("robot", "shared", "ev3dev2.motor"),
-    "laptop.vision": ("laptop.vision", "shared", "numpy", "cv2", "matplotlib"),
+    "laptop.vision": ("laptop.vision", "laptop.files", "shared", "numpy", "cv2", "matplotlib"),
     "laptop.tracking": (
-        *("laptop.system", "laptop.tracking", "laptop.vision", "shared"),
+        *("laptop.files", "laptop.system", "laptop.tracking", "laptop.vision", "shared"),
         *("numpy", "cv2", "ifaddr", "rich"),
     ),
     "laptop.tracking.joint_track": ("robot.motion.kinematics", "shared"),
     "laptop.calibration": (
         *("laptop.calibration", "laptop.vision", "laptop.tracking", "shared", "numpy", "cv2"),
-        "robot.motion.kinematics",
+        *("laptop.files", "robot.motion.kinematics"),
     ),
     "laptop.measuring": (
         *("laptop.measuring", "laptop.tracking", "laptop.simulator", "laptop.system"),
@@ -63,7 +63,8 @@ RULES = {
     ),
     "laptop.accuracy.plots": ("laptop.accuracy", "laptop.reporting", "numpy", "matplotlib"),
     "laptop.sight": (
-        *("laptop.sight", "laptop.measuring.measured_run", "laptop.drawing", "shared", "numpy"),
+        *("laptop.sight", "laptop.measuring.measured_run", "laptop.drawing", "laptop.files"),
+        *("shared", "numpy"),
         *("robot.jobs.learned", *(f"robot.motion.{name}" for name in SIGHT_PURE)),
     ),
     "laptop.sight.still_table": (
@@ -91,7 +92,7 @@ RULES = {
         )
     },
     "laptop.drawing": (
-        *("laptop.drawing", *PURE, "shared"),
+        *("laptop.drawing", "laptop.files", *PURE, "shared"),
         *("numpy", "cv2", "HersheyFonts", "svgelements"),
     ),
     "laptop.drawing.timing": (
@@ -120,7 +121,7 @@ RULES = {
     ),
     "laptop.demo": ("laptop.demo", "laptop.simulator", *BELOW_SIMULATOR, "shared", *LIBRARIES),
     "laptop.guide": (
-        *("laptop.guide", "laptop.brick", "laptop.simulator", "laptop.reporting"),
+        *("laptop.guide", "laptop.brick", "laptop.files", "laptop.simulator", "laptop.reporting"),
         *("robot", "shared"),
         *("numpy", "matplotlib", "jinja2", "markupsafe"),
     ),

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from pathlib import Path
 
 from laptop.brick import BrickProblem
 from laptop.brick.connection import BrickAddress, Dialogue, read_address
 from laptop.brick.known_hosts import KnownHosts
+from laptop.files import write_whole
 from shared.small_files import SpoiltFile, read_text
 from shared.state import LAST_BRICK_FILE, state_folder
 
@@ -84,11 +84,9 @@ def remember(address: BrickAddress, dialogue: Dialogue) -> None:
     except BrickProblem as problem:
         spoilt = problem
     file = _file()
-    new = file.with_name(file.name + ".new")
     try:
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        new.write_text(f"{address}\n", encoding="utf-8")
-        os.replace(new, file)
+        write_whole(file, f"{address}\n".encode())
     except OSError as error:
         dialogue.say(f"cannot remember {address}: {error.strerror}: {file}")
         return

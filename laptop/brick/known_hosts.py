@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 from pathlib import Path
 
 import asyncssh
+
+from laptop.files import write_whole
 
 DEFAULT_PORT = 22
 
@@ -47,15 +47,7 @@ class KnownHosts:
         lines = self._lines()
         kept = [line for line in lines if not _keys(line, host, port)]
         if len(kept) < len(lines):
-            new = self.file.with_name(self.file.name + ".new")
-            try:
-                with open(new, "w", encoding="utf-8", errors="surrogateescape") as file:
-                    file.writelines(kept)
-                with contextlib.suppress(OSError):  # who may read it stays
-                    os.chmod(new, self.file.stat().st_mode & 0o777)
-                os.replace(new, self.file.resolve())
-            finally:
-                new.unlink(missing_ok=True)
+            write_whole(self.file, "".join(kept).encode(errors="surrogateescape"))
         return len(lines) - len(kept)
 
     def _text(self) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -11,9 +10,10 @@ import numpy as np
 
 from laptop.calibration.camera_fit import BadCalibration, Calibration
 from laptop.calibration.camera_model import CameraModel
+from laptop.files import write_whole
 from laptop.vision.board import BOARDS
 from shared.message_fields import printable
-from shared.small_files import SpoiltFile, open_to_write, read_text
+from shared.small_files import SpoiltFile, read_text
 
 SHAPES = {"lens": (8,), "rotation": (3,), "translation": (3,), "covariance": (14, 14)}
 NUMBERS = ("rms", "rms_mm", "blur")
@@ -48,15 +48,7 @@ def write_json(file: str | Path, told: Mapping[str, object]) -> None:
     Raises:
         OSError: it cannot be written.
     """
-    target = Path(os.path.abspath(file))
-    draft = target.parent / f".{target.name}.part"
-    draft.unlink(missing_ok=True)  # a link there would be followed
-    try:
-        with open(open_to_write(str(draft), os.O_EXCL), "w", encoding="utf-8") as out:
-            json.dump(told, out)
-        draft.replace(target)
-    finally:
-        draft.unlink(missing_ok=True)
+    write_whole(Path(file), json.dumps(told).encode())
 
 
 def read_camera(file: str | Path) -> Calibration:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.brick import THE_BRICK, talk
-from laptop.cli.draw_files import check_files, check_together, write_file
+from laptop.cli.draw_files import check_files, check_together
 from laptop.cli.options import (
     arm_option,
     examples,
@@ -22,6 +22,7 @@ from laptop.cli.options import (
     replace_option,
 )
 from laptop.cli.sight_options import BY_SIGHT, read_sight_options
+from laptop.files import written
 from shared.arm_description import Arm, find_arm, read_arm
 
 if TYPE_CHECKING:
@@ -280,7 +281,8 @@ def draw(
         for line in preview.lines_of(plan):
             click.echo(line)
         for file in previews:
-            write_file(file, lambda path: preview.write_preview(plan, path))
+            preview.write_preview(plan, file)
+            click.echo(f"{file} is written")
         if not (previews and plan.missed):
             plan.check()
         offsets = []
@@ -289,7 +291,9 @@ def draw(
 
             offsets = offsets_on_file(plan, asked)
         if job_file:
-            write_file(job_file, lambda path: plan.write_job(path, offsets))
+            with written(job_file) as draft:
+                plan.write_job(draft, offsets)
+            click.echo(f"{job_file} is written")
         built = options["built"] and read_arm(find_arm(options["built"]))
         if simulate and asked:
             from laptop.cli.draw_by_sight import simulate_by_sight

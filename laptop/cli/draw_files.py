@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 from click.core import ParameterSource
 
-from laptop.files import check_new, written
+from laptop.files import check_new
 
 BRICK_ALONE = ("watch", "jobs", "cancel", "name")
 """What is asked of the brick without a drawing: --brick goes with it, and nothing else."""
@@ -82,14 +82,3 @@ def check_files(
             raise click.UsageError("- would be a file of this name: name another one.")
     for file in (*jobs, *previews):
         check_new(file, JOB if file in jobs else PREVIEW, replace)
-
-
-def write_file(file: Path, write: Callable[[Path], object]) -> None:
-    """Write a file, and say so.
-
-    Raises:
-        CannotWrite: it cannot be written.
-    """
-    with written(file) as draft:
-        write(draft)
-    click.echo(f"{file} is written")

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from laptop.cli.options import arm_option, examples, importing, in_one_line, replace_option
-from laptop.files import check_new, written
+from laptop.files import check_new
 
 
 @click.group(
@@ -36,8 +36,7 @@ def guide(context: click.Context, arm_file: str, out: Path | None, replace: bool
     file = out or Path("guide.html")
     with in_one_line():
         check_new(file, (".html", ".htm"), replace)
-        with written(file) as draft:
-            write_guide(draft, arm_file)
+        write_guide(file, arm_file)
     click.echo(f"{file}: print it on A4 at 100 %, then measure the check length")
     if out is None:
         webbrowser.open(file.resolve().as_uri())

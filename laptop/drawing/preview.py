@@ -16,8 +16,8 @@ from laptop.drawing import reach
 from laptop.drawing.artwork import BadArtwork, stroke_length
 from laptop.drawing.durations import in_minutes
 from laptop.drawing.preparing import DrawingPlan
+from laptop.files import check_kind, write_whole
 from robot.motion import kinematics
-from shared.small_files import SpoiltFile, check_replaceable
 
 FORMATS = (".svg", ".png")
 
@@ -86,30 +86,21 @@ def write_preview(plan: DrawingPlan, file: str | os.PathLike[str]) -> None:
     """Write the picture of a plan, as SVG or PNG by the file's ending, whole or not at all.
 
     Raises:
-        BadPreview: another ending, or a device or the like is there.
-        OSError: as the system says it.
+        BadPreview: another ending.
+        CannotWrite: a device or the like is there, or there is no room.
     """
+    file = Path(file)
     ending = check_name(file)
-    try:
-        check_replaceable(file)
-    except SpoiltFile as error:
-        raise BadPreview(f"{file}: {error}; choose another name") from None
+    check_kind(file)
     seen = scene(plan)
     if ending == ".svg":
         from laptop.drawing.preview_svg import svg_text
 
-        data = svg_text(seen).encode("utf-8")
+        write_whole(file, svg_text(seen).encode())
     else:
         from laptop.drawing.preview_png import png_bytes  # matplotlib takes a second to load
 
-        data = png_bytes(seen)
-    target = os.path.realpath(file)  # a link stays
-    draft = Path(f"{target}.part")
-    try:
-        draft.write_bytes(data)
-        draft.replace(target)
-    finally:
-        draft.unlink(missing_ok=True)
+        write_whole(file, png_bytes(seen))
 
 
 def seen_from_behind(points: np.ndarray) -> np.ndarray:

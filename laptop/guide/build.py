@@ -10,21 +10,18 @@ from typing import NamedTuple
 
 from laptop.brick.connection import PASSWORD, USER
 from laptop.brick.install import LINKS
+from laptop.files import write_whole
 from laptop.guide import drawing, lego
 from laptop.guide.troubles import troubles
 from laptop.reporting.document import render_report
 from robot.motion.mounting import jog_angles
-from shared.arm_description import SEEK_BEYOND, Arm, ArmError, comes_along, find_arm, read_arm
+from shared.arm_description import SEEK_BEYOND, Arm, comes_along, find_arm, read_arm
 from shared.state import laptop_program
 from shared.version import VERSION
 
 TEMPLATE = Path(__file__).with_name("templates") / "guide.html"
 VIEW_ANGLES = (drawing.VIEW_ANGLE, *map(math.radians, (60, 70, 78)))
 """How wide cameras see, rad, of which the guide tells the height."""
-
-
-class BadGuide(ArmError, OSError):
-    """A guide that cannot be written."""
 
 
 class Need(NamedTuple):
@@ -46,15 +43,9 @@ def write_guide(file: Path, arm_file: str) -> None:
 
     Raises:
         BadArmFile: there is no such arm.
-        BadGuide: it cannot be written.
+        CannotWrite: it cannot be written.
     """
-    page = render_guide(read_arm(find_arm(arm_file)), arm_file)
-    try:
-        file.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise BadGuide(
-            f"cannot write {file}: {error.strerror}; give another file with --out"
-        ) from None
+    write_whole(file, render_guide(read_arm(find_arm(arm_file)), arm_file).encode())
 
 
 def render_guide(arm: Arm, arm_file: str) -> str:

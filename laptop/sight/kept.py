@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,10 +15,11 @@ from pathlib import Path
 import numpy as np
 
 from laptop.drawing.preparing import DrawingPlan
+from laptop.files import write_whole
 from laptop.sight.learning import Offsets
 from laptop.sight.rehearsal import Drawn, Learned, Lessons
 from shared.arm_description import Arm
-from shared.small_files import SpoiltFile, number, open_to_write, read_text
+from shared.small_files import SpoiltFile, number, read_text
 from shared.state import LEARNED_FOLDER, state_folder
 
 MAX_KEPT = 16_000_000
@@ -98,11 +98,7 @@ def keep(
     }
     file = file_of(plan, emulated)
     file.parent.mkdir(parents=True, exist_ok=True)
-    draft = file.with_suffix(".part")
-    draft.unlink(missing_ok=True)  # a link there would be followed
-    with open(open_to_write(str(draft), os.O_EXCL), "w", encoding="utf-8") as out:
-        json.dump(told, out)
-    os.replace(draft, file)
+    write_whole(file, json.dumps(told).encode())
     return file
 
 

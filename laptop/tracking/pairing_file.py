@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from laptop.files import write_whole
 from shared import message_fields, pairing
 from shared.arm_description import ArmError
 from shared.small_files import SpoiltFile, read_text
@@ -73,14 +72,8 @@ def read_pairing(
                 )
         made = Pairing(pairing.new_code(), pairing.new_nonce())
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        descriptor, draft = tempfile.mkstemp(dir=file.parent)  # for this user's eyes only
-        try:
-            with open(descriptor, "w", encoding="ascii") as out:
-                out.write(f"{pairing.show_code(made.code)}\n{made.salt}\n")
-            os.replace(draft, file)
-        except OSError:
-            os.unlink(draft)
-            raise
+        text = f"{pairing.show_code(made.code)}\n{made.salt}\n"
+        write_whole(file, text.encode("ascii"), mode=0o600)  # for this user's eyes only
     except (pairing.BadCode, message_fields.WrongValue):
         raise BadPairing(f"{file} holds no pairing code; remove it for a new one") from None
     except SpoiltFile as error:

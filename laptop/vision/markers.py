@@ -8,6 +8,7 @@ A colour is a closed gate in hue, saturation and value, as light changes it leas
 from __future__ import annotations
 
 import configparser
+import io
 import math
 import os
 from collections.abc import Iterable, Mapping
@@ -17,9 +18,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from laptop.files import write_whole
 from shared.arm_description import ArmError
 from shared.message_fields import one_line, printable
-from shared.small_files import SpoiltFile, open_to_write, read_text
+from shared.small_files import SpoiltFile, read_text
 
 KINDS = ("disc", "ball", "aruco")
 ARUCO_IDS = 50
@@ -265,18 +267,12 @@ def write_markers(file: str | Path, markers: Mapping[str, Marker]) -> None:
             if color.scene:
                 section["scene"] = ", ".join(f"{part:.1f}" for part in color.scene)
         parser[name] = section
-    target = Path(os.path.abspath(file))
-    draft = target.parent / f".{target.name}.part"
+    text = io.StringIO()
+    text.write(_FILE_HEADER)
+    parser.write(text)
     try:
-        target.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        draft.unlink(missing_ok=True)  # a link there would be followed
-        try:
-            with open(open_to_write(draft, os.O_EXCL), "w", encoding="utf-8") as out:
-                out.write(_FILE_HEADER)
-                parser.write(out)
-            draft.replace(target)
-        finally:
-            draft.unlink(missing_ok=True)
+        Path(file).parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        write_whole(Path(file), text.getvalue().encode())
     except OSError as error:
         raise BadMarker(
             f"cannot write {file}: {error.strerror}; choose another with --markers"

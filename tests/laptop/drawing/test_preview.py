@@ -2,7 +2,6 @@
 
 import os
 import xml.etree.ElementTree as ElementTree
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -11,6 +10,7 @@ import pytest
 from laptop.drawing import preparing, preview
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.options import DrawingOptions
+from laptop.files import CannotWrite
 from shared.arm_description import find_arm, read_arm
 
 ARM = read_arm(find_arm("planar"))
@@ -85,7 +85,7 @@ def test_another_ending_is_refused(tmp_path):
 @pytest.mark.parametrize("name", ["p.svg", "p.png"])
 def test_what_is_no_regular_file_is_left_as_it_is(tmp_path, name):
     os.mkfifo(tmp_path / name)
-    with pytest.raises(preview.BadPreview, match=f"{name}: is a pipe, not a file; choose another"):
+    with pytest.raises(CannotWrite, match=f"{name}: is a pipe, not a file; choose another name"):
         preview.write_preview(plan(), tmp_path / name)
     assert (tmp_path / name).is_fifo()
 
@@ -95,13 +95,14 @@ def test_a_preview_that_is_broken_off_leaves_the_one_of_before(tmp_path, monkeyp
         raise KeyboardInterrupt
 
     (tmp_path / "p.svg").write_text("before")
-    monkeypatch.setattr(Path, "replace", broken_off)
+    monkeypatch.setattr(os, "replace", broken_off)
     with pytest.raises(KeyboardInterrupt):
         preview.write_preview(plan(), tmp_path / "p.svg")
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("p.svg", "before")]
 
 
 def test_a_link_to_a_preview_stays_a_link(tmp_path):
+    (tmp_path / "there.svg").write_text("before")
     (tmp_path / "p.svg").symlink_to(tmp_path / "there.svg")
     preview.write_preview(plan(), tmp_path / "p.svg")
     assert (tmp_path / "p.svg").is_symlink()

@@ -373,10 +373,10 @@ def test_a_file_that_cannot_be_replaced_stays_as_it_was(tmp_path, monkeypatch):
     write_markers(path, {"goal": Marker("goal", "disc", NAMED_COLORS["red"])})
     before = path.read_bytes()
 
-    def full(self, other):
+    def full(draft, target):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("pathlib.Path.replace", full)
+    monkeypatch.setattr("os.replace", full)
     text = refusal(write_markers, path, {"goal": Marker("goal", "disc", NAMED_COLORS["blue"])})
     assert "No space left" in text
     assert path.read_bytes() == before
