@@ -1,6 +1,7 @@
 """What hangs in a test tells where it does."""
 
 import os
+import shutil
 import subprocess
 import sys
 
@@ -76,3 +77,19 @@ def test_who_waits_for_what_never_comes_shows_its_own_and_goes_on():
     assert (process.returncode, out.strip()) == (0, "goes on 0"), errors
     for name in ("where_it_waits", "waits_for_ever", "waits_in_a_thread"):
         assert f" in {name}\n" in errors
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="it is found by Linux's /proc")
+def test_a_program_among_python_s_files_is_none_of_python(tmp_path):
+    folder = tmp_path / "lib" / "python3" / "site-packages"
+    folder.mkdir(parents=True)
+    shutil.copy(shutil.which("sleep"), folder / "driver")
+    driver = subprocess.Popen([folder / "driver", "1000"])
+    python = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    try:
+        assert python.pid in stacks.below(os.getpid())
+        assert driver.pid not in stacks.below(os.getpid())
+    finally:
+        for process in (driver, python):
+            process.kill()
+            process.communicate()

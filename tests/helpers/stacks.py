@@ -98,7 +98,7 @@ def below(pid, but=None):
         if state == "Z":  # it has ended, and nobody has asked how
             continue
         if but is None or but not in line:
-            is_python = b"python" in line.split(b"\0")[0]
+            is_python = b"python" in os.path.basename(line.split(b"\0")[0])
             started.setdefault(int(parent), []).append((int(number), is_python))
     found, parents = [], [pid]
     while parents:
