@@ -174,49 +174,14 @@ def tool_button(page, name, which="*"):
     return page.locator(".tools").locator(button.or_(tab)).and_(page.locator(which))
 
 
-class Surfer:
-    """Somebody before a browser, to which pictures may come `late` (s); and the true arm."""
+class Hand:
+    """Somebody's hand at a page: what came late, and was refused, is done again."""
 
-    def __init__(
-        self, browser, tracker, late=0.0, steers=True, seen="[data-marker=effector]", **options
-    ):
-        self.tracker = tracker
+    def __init__(self, page):
+        self.page = page
         self._order = None
-        self.context = browser.new_context(viewport=WINDOW, **options)
-        self.context.set_default_timeout(1000 * PATIENCE)
-        self.context.add_init_script(ORDERED)
-        self.page = self.context.new_page()
-        self.errors, self.addresses = [], []
-        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
-        self.page.on("request", lambda request: self.addresses.append(request.url))
-        # Shown where a test fails: a page that was loaded again forgets what was pressed.
-        self.page.on("console", lambda said: print(f"browser: {said.text}"))
-        self.page.on("framenavigated", lambda frame: print(f"browser: at {frame.url}"))
-        if late:
-            self.page.route("**/view/**", lambda route: (time.sleep(late), route.continue_()))
-        self.page.goto(tracker.new_address())
-        self.page.wait_for_selector(seen, state="attached")
-        self.scene = Scene(read_arm(find_arm("planar")), read_scene(""))
-        self.clock = PacedClock(str(tracker.state))
-        self.follower = PoseReader(str(tracker.state))
-        if steers:
-            self.steer()
-
-    def steer(self):
-        """Give the orders from now on, if it is not so already."""
-        shown = self.page.locator(":visible")
-        steers = self.page.get_by_text("You steer").and_(shown)
-        take = self.page.get_by_role("button", name="Take over").and_(shown)
-        steers.or_(take).first.wait_for()
-        if not steers.count():
-            # By a script: a click would wait for ever for a button that has just gone.
-            self.order(lambda: take.evaluate_all("them => them.forEach(one => one.click())"))
-            self.wait(steers)
-
-    def at(self, u, v):
-        """Where a pixel of the picture is on the page."""
-        self.page.evaluate("scrollTo(0, 0)")
-        return on_page(self.page.locator(".picture img"), u, v)
+        page.add_init_script(ORDERED)
+        page.set_default_timeout(1000 * PATIENCE)
 
     def order(self, act):
         """Do what the page may refuse because it came late; then it is done again."""
@@ -255,6 +220,52 @@ class Surfer:
 
         until(holds, what, lambda: self.page.wait_for_timeout(30))
         self._order = None
+
+
+class Surfer(Hand):
+    """Somebody before a browser, to which pictures may come `late` (s); and the true arm."""
+
+    def __init__(
+        self, browser, tracker, late=0.0, steers=True, seen="[data-marker=effector]", **options
+    ):
+        self.tracker = tracker
+        self.context = browser.new_context(viewport=WINDOW, **options)
+        super().__init__(self.context.new_page())
+        self.errors, self.addresses = [], []
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.on("request", lambda request: self.addresses.append(request.url))
+        # Shown where a test fails: a page that was loaded again forgets what was pressed.
+        self.page.on("console", lambda said: print(f"browser: {said.text}"))
+        self.page.on("framenavigated", lambda frame: print(f"browser: at {frame.url}"))
+        if late:
+            self.page.route("**/view/**", lambda route: (time.sleep(late), route.continue_()))
+        self.page.goto(tracker.new_address())
+        self.page.wait_for_selector(seen, state="attached")
+        self.scene = Scene(read_arm(find_arm("planar")), read_scene(""))
+        self.clock = PacedClock(str(tracker.state))
+        self.follower = PoseReader(str(tracker.state))
+        if steers:
+            self.steer()
+
+    def steer(self):
+        """Give the orders from now on, if it is not so already."""
+        shown = self.page.locator(":visible")
+        steers = self.page.get_by_text("You steer").and_(shown)
+        take = self.page.get_by_role("button", name="Take over").and_(shown)
+        steers.or_(take).first.wait_for()
+        if not self.steers():
+            # By a script: a click would wait for ever for a button that has just gone.
+            self.order(lambda: take.evaluate_all("them => them.forEach(one => one.click())"))
+            self.wait(steers)
+
+    def steers(self):
+        """Whether it gives the orders."""
+        return self.page.get_by_text("You steer").and_(self.page.locator(":visible")).count() > 0
+
+    def at(self, u, v):
+        """Where a pixel of the picture is on the page."""
+        self.page.evaluate("scrollTo(0, 0)")
+        return on_page(self.page.locator(".picture img"), u, v)
 
     def click(self, u, v):
         self.order(lambda: self.page.mouse.click(*self.at(u, v)))

@@ -17,7 +17,16 @@ import cv2
 import numpy as np
 import pytest
 from announced import wait_for_event
-from page_tracker import SYNTHETIC, WINDOW, Surfer, Tracker, a_browser, press_tool, tool_button
+from page_tracker import (
+    SYNTHETIC,
+    WINDOW,
+    Hand,
+    Surfer,
+    Tracker,
+    a_browser,
+    press_tool,
+    tool_button,
+)
 from places import ROOT
 from waiting import PATIENCE, until
 
@@ -589,19 +598,28 @@ def test_what_is_asked_of_a_still_comes_though_it_was_asked_early_or_refused(
 def test_a_name_that_is_typed_at_once_is_taken(browser, film, tmp_path):
     with Tracker(tmp_path, "--camera", film, "--open") as tracker:
         page = browser.new_page()
-        page.set_default_timeout(1000 * PATIENCE)
+        hand = Hand(page)
         page.goto(tracker.new_address())
         press_tool(page, "Pick")
-        page.evaluate("""new MutationObserver((changes, observer) => {
+        type_at_once = """() => new MutationObserver((changes, observer) => {
             const field = document.querySelector("[aria-label='effector is from now on']");
             if (!field) return;
             observer.disconnect();
             field.value = "ball";
             field.dispatchEvent(new Event("input"));
-        }).observe(document.body, {childList: true, subtree: true})""")
-        page.get_by_role("button", name="Rename", exact=True).click()
-        page.get_by_role("button", name="Rename it").click()
-        page.get_by_text("ball lost").wait_for()
+        }).observe(document.body, {childList: true, subtree: true})"""
+
+        def rename():
+            leave = page.get_by_role("button", name="Leave it")
+            if leave.is_visible():  # the dialog of before
+                leave.click()
+                leave.wait_for(state="detached")
+            page.evaluate(type_at_once)
+            page.get_by_role("button", name="Rename", exact=True).click()
+            page.get_by_role("button", name="Rename it").click()
+
+        hand.order(rename)
+        hand.wait(page.get_by_text("ball lost"))
 
         page.get_by_role("button", name="Rename", exact=True).click()
         page.get_by_label("ball is from now on").fill("disc")
@@ -615,7 +633,7 @@ def test_a_name_that_is_typed_at_once_is_taken(browser, film, tmp_path):
 def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, film, tmp_path):
     with Tracker(tmp_path, "--camera", film, "--open") as tracker:
         page = browser.new_page()
-        page.set_default_timeout(1000 * PATIENCE)
+        hand = Hand(page)
         page.goto(tracker.new_address())
         page.get_by_text("effector lost: nothing of this colour").wait_for()
         slider = page.locator(".scrub .q-slider")
@@ -644,24 +662,22 @@ def test_a_recording_is_scrubbed_picked_in_renamed_in_and_waited_for(browser, fi
         press_tool(page, "Pick")
         place = page.locator(".picture img").bounding_box()
         u, v = 80 + 4 * index, 240
-        page.mouse.click(
-            place["x"] + (u + 0.5) * place["width"] / 640,
-            place["y"] + (v + 0.5) * place["height"] / 480,
-        )
-        page.locator(f"[data-marker=effector][data-frame='{index}']").wait_for(state="attached")
+        x, y = ((u + 0.5) * place["width"] / 640, (v + 0.5) * place["height"] / 480)
+        hand.order(lambda: page.mouse.click(place["x"] + x, place["y"] + y))
+        hand.wait(page.locator(f"[data-marker=effector][data-frame='{index}']"))
         where = page.locator("[data-marker=effector]").get_attribute("transform")
         assert math.dist([float(part) for part in re.findall(r"[\d.]+", where)], (u, v)) < 1
         page.get_by_text("effector lost").wait_for(state="detached")
 
         page.get_by_role("button", name="Rename").click()
         page.get_by_label("effector is from now on").fill("ball")
-        page.get_by_role("button", name="Rename it").click()
-        page.locator(f"[data-marker=ball][data-frame='{index}']").wait_for(state="attached")
+        hand.order(page.get_by_role("button", name="Rename it").click)
+        hand.wait(page.locator(f"[data-marker=ball][data-frame='{index}']"))
         kept = read_markers(tracker.state / "markers.ini")
         assert kept["ball"].color.hue == pytest.approx(223, abs=12)
         assert "effector" not in kept
-        page.get_by_role("button", name="Undo").click()
-        page.locator("[data-marker=effector]").wait_for(state="attached")
+        hand.order(page.get_by_role("button", name="Undo").click)
+        hand.wait(page.locator("[data-marker=effector]"))
 
         page.get_by_text("· ended").wait_for()
         page.get_by_role("button", name="frame back").click()

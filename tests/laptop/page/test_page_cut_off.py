@@ -229,8 +229,17 @@ def test_one_steers_and_who_watches_may_take_over_and_stop(browser, tracker, sur
     surfer.steer()  # who was not heard for long, as on a busy computer, steers no longer
     watcher.wait(watcher.page.locator(".driver", has_text="browser"))
     surfer.steer()  # the same, for that wait
-    watcher.click(*watcher.scene.truth(FAR[0])["effector"])
-    watcher.reads("steers; press Take over first")
+    told = watcher.page.get_by_text("steers; press Take over first")
+
+    def is_refused():
+        if watcher.steers():  # the same, for that click
+            surfer.steer()
+            watcher.click(*goal)
+        return told.count()
+
+    goal = watcher.scene.truth(FAR[0])["effector"]
+    watcher.click(*goal)
+    watcher.until(is_refused, "a refusal")
     assert watcher.button("Start").is_disabled()
     run_to_the_farther_goal(surfer)
     watcher.page.locator(".stop").click()

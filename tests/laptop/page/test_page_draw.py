@@ -7,6 +7,7 @@ import base64
 import math
 import re
 import time
+from functools import partial
 
 import cv2
 import numpy as np
@@ -86,19 +87,30 @@ class Drawer(Surfer):
         return np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
 
     def pull(self, start, end):
-        """Drag from one place of the page to another; wait until it lies there."""
+        """Drag from what `start` gives, a place of the page, to another; wait until it lies there.
+
+        It is dragged again if nothing comes of it: the handle may just have been shown anew.
+        """
         before = self.placing()
+        tries = [time.monotonic()]
 
         def act():
-            self.page.mouse.move(*start)
+            here = start()
+            self.page.mouse.move(*here)
             self.page.mouse.down()
-            self.page.mouse.move(*(start + end) / 2, steps=6)
+            self.page.mouse.move(*(here + end) / 2, steps=6)
             self.page.mouse.move(*end, steps=6)
             self.page.wait_for_timeout(150)
             self.page.mouse.up()
 
+        def lies_there():
+            if time.monotonic() > tries[-1] + 20:
+                tries.append(time.monotonic())
+                self.order(act)
+            return self.placing() != before
+
         self.order(act)
-        self.until(lambda: self.placing() != before, "the new place")
+        self.until(lies_there, "the new place")
 
     def placing(self):
         """(x, y, size, turned) as the fields have them."""
@@ -222,11 +234,12 @@ def test_a_dropped_svg_is_moved_and_turned_drawn_paused_and_resumed(surfer):
     before = surfer.placing()
     corners = [surfer.handle("scale", k) for k in range(4)]
     middle = np.mean(corners, axis=0)
-    surfer.pull(corners[0], corners[0] + 0.45 * (middle - corners[0]))
+    corner = partial(surfer.handle, "scale")
+    surfer.pull(corner, corners[0] + 0.45 * (middle - corners[0]))
     x, y, size, _ = surfer.placing()
     assert size == pytest.approx(0.55 * before[2], rel=0.1)
     assert (x, y) == pytest.approx(before[:2], abs=0.11)
-    surfer.pull(middle, np.array(surfer.at(600, 60)))
+    surfer.pull(surfer.middle, np.array(surfer.at(600, 60)))
     page.locator("[data-drawing=missed]").first.wait_for(state="attached")
     page.get_by_text("cannot be reached (red)").wait_for()
     page.locator(".draws:disabled", has_text="Start").wait_for()
@@ -239,7 +252,8 @@ def test_a_dropped_svg_is_moved_and_turned_drawn_paused_and_resumed(surfer):
     turner = surfer.handle("turn")
     middle = surfer.middle()
     ahead = turner - middle
-    surfer.pull(turner, middle + np.array([ahead[1], -ahead[0]]))  # a quarter, as it is seen
+    quarter = middle + np.array([ahead[1], -ahead[0]])  # as it is seen
+    surfer.pull(partial(surfer.handle, "turn"), quarter)
     x, y, size, turned = surfer.placing()
     assert (x, y, size) == pytest.approx((13.0, -3.0, 7.0), abs=0.11)
     assert turned == pytest.approx(90, abs=25), "the camera looks askew"
