@@ -126,7 +126,7 @@ def browser() -> Iterator[Any]:
         raise NoBrowser(
             "pages are measured on Linux and macOS only: there a process can be stopped"
         )
-    names = ("chromium", "chromium-browser", "google-chrome")
+    names = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
     found = next(filter(None, map(shutil.which, names)), None)
     if found is None:
         raise NoBrowser("there is no chromium to open the pages; install it, e.g. by apt")

@@ -13,7 +13,7 @@ from shared.arm_description import ArmError
 
 BROWSERS = (
     *("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome"),
-    *("msedge", "microsoft-edge"),
+    *("msedge", "microsoft-edge", "chromium-headless-shell"),
 )
 """Programs that print so, by their names."""
 PLACES = (
