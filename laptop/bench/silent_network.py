@@ -61,8 +61,10 @@ def _set_event() -> threading.Event:
 def _pass_on(source: socket.socket, sink: socket.socket, events: Sequence[threading.Event]) -> None:
     data = b"."
     while data:
-        with suppress(OSError):
+        try:
             data = source.recv(65536)
+        except OSError:  # it was reset
+            data = b""
         for event in events:
             event.wait()
         with suppress(OSError):
