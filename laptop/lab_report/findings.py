@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from laptop.reporting.private_paths import without_folders
 from shared.arm_description import ArmError
 
 DRAWING, SERVO, ACCURACY, CALIBRATION, SCRIPT, TRACKING = (
@@ -96,6 +97,19 @@ class LabRun:
     def label(self) -> str:
         """Its name in tables and captions."""
         return f"R{self.number}"
+
+    def hide_folders(self) -> None:
+        """Leave the last name alone of each path in its texts: a report is for others."""
+        hide = without_folders
+        self.what, self.outcome, self.arm = hide(self.what), hide(self.outcome), hide(self.arm)
+        self.set_up = [(hide(what), hide(value)) for what, value in self.set_up]
+        self.results = [(name, tuple(map(hide, row))) for name, row in self.results]
+        self.tables = [
+            LabTable(hide(caption), [*map(hide, headings)], [[*map(hide, row)] for row in rows])
+            for caption, headings, rows in self.tables
+        ]
+        self.figures = [LabFigure(hide(caption), picture) for caption, picture in self.figures]
+        self.gaps = [*map(hide, self.gaps)]
 
 
 class LeftOut(NamedTuple):

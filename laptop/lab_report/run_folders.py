@@ -114,7 +114,9 @@ class RunReader:
         """Read one run, or note why it cannot be."""
         whole = file.parent if file.name in (DEMO, SUMMARY) else file
         try:
-            self._runs.append((file, read(_name(self._folder, whole))))
+            run = read(_name(self._folder, whole))
+            run.hide_folders()
+            self._runs.append((file, run))
         except DamagedRun as error:
             why = str(error).removeprefix(f"{file.name}: ")
             why = re.sub(rf"^{re.escape(file.name)} ", "it ", why)

@@ -184,3 +184,19 @@ def test_columns_and_markers_have_bounds(tmp_path):
     assert "names more than 64 markers, or one of more than 64 letters" in told["long.csv"]
     shown = [gap for run in runs for gap in run.gaps] + list(told.values())
     assert any("104 columns, more than 64" in line for line in shown), shown
+
+
+@pytest.mark.parametrize("key", ["arm", "mode", "method", "goal", "camera"])
+def test_no_text_of_a_log_brings_a_folder_of_its_computer_into_a_report(tmp_path, key):
+    lines = [json.loads(line) for line in log_text().splitlines()]
+    path = "/home/anna/at work/x.ini"
+    for told in lines:
+        if key in told and isinstance(told[key], str):
+            told[key] = path
+    (tmp_path / "servo.jsonl").write_text("".join(json.dumps(told) + "\n" for told in lines))
+    (run,), left_out = read_runs(tmp_path)
+    texts = [run.what, run.outcome, run.arm, *run.gaps, str(run.set_up), str(run.results)]
+    texts += [str(run.tables), *(figure.caption for figure in run.figures)]
+    assert left_out == []
+    assert "anna" not in " ".join(texts)
+    assert key == "goal" or "x.ini" in " ".join(texts)
