@@ -92,7 +92,7 @@ class Drawer(Surfer):
         It is dragged again if nothing comes of it: the handle may just have been shown anew.
         """
         before = self.placing()
-        tries = [time.monotonic()]
+        tried = time.monotonic()
 
         def act():
             here = start()
@@ -104,8 +104,9 @@ class Drawer(Surfer):
             self.page.mouse.up()
 
         def lies_there():
-            if time.monotonic() > tries[-1] + 20:
-                tries.append(time.monotonic())
+            nonlocal tried
+            if time.monotonic() > tried + 20:
+                tried = time.monotonic()
                 self.order(act)
             return self.placing() != before
 
