@@ -143,7 +143,8 @@ def _draw_camera(axes: Axes, run: DemoResult, view: int = 0) -> None:
     """One camera's last picture, and what truly went on in it."""
     names = run.results["cameras"]
     several = len(names) > 1
-    data = cv2.imread(str(run.folder / (f"camera-{names[view]}.png" if several else "camera.png")))
+    file = run.folder / (f"camera-{names[view]}.png" if several else "camera.png")
+    data = cv2.imread(str(file)) if file.is_file() else None
     width, height = run.results["size"]
     show_picture(axes, data, width, height)
     columns = slice(2 * view, 2 * view + 2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,6 +19,8 @@ from shared.small_files import SpoiltFile, read_text
 
 MAX_TEXT = 20_000_000
 """Bytes of a file of a run."""
+GREATEST = 1e12
+"""No number that a run measures or counts is greater."""
 
 RESULTS_FILE = "demo.json"
 """File of the results, in the demo's folder."""
@@ -51,6 +53,25 @@ def _text(file: Path) -> str:
     return read_text(str(file), MAX_TEXT)
 
 
+def _values(text: str, file: Path) -> Any:
+    """Return what JSON holds; NaN and Infinity are numbers in it.
+
+    Raises:
+        BadRun: a number is greater than GREATEST.
+        ValueError, RecursionError: it is no JSON.
+    """
+
+    def bounded(read: Callable[[str], float]) -> Callable[[str], float]:
+        def number(digits: str) -> float:
+            if abs(float(digits)) > GREATEST:
+                raise BadRun(f"{file} holds {digits[:20]}, which is beyond all that a run measures")
+            return read(digits)
+
+        return number
+
+    return json.loads(text, parse_float=bounded(float), parse_int=bounded(int))
+
+
 def read_log(file: Path) -> Log:
     """Read a log of JSON lines; what is cut off at its end is left out.
 
@@ -60,10 +81,10 @@ def read_log(file: Path) -> Log:
     kinds: dict[str, list[dict[str, Any]]] = {}
     try:
         for line in _text(file).split("\n")[:-1]:
-            entry = json.loads(line)
+            entry = _values(line, file)
             kinds.setdefault(entry["kind"], []).append(entry)
-    except (OSError, ValueError, LookupError, TypeError):
-        raise BadRun(f"{file} is no log of visual_servoing.py; run the demo again") from None
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
+        raise BadRun(f"{file} is no whole log of visual_servoing.py; do this run again") from None
     runs, verdicts = kinds.get("run", []), kinds.get("verdict", [])
     return Log(
         runs[0] if runs else {},
@@ -229,10 +250,10 @@ def read_run(folder: Path) -> DemoResult:
         BadRun: something is missing or cannot be understood.
     """
     try:
-        results = json.loads(_text(folder / RESULTS_FILE))
+        results = _values(_text(folder / RESULTS_FILE), folder / RESULTS_FILE)
         goal_runs = [read_goal_run(folder, record) for record in results["approaches"]]
         baseline = results["rival"] and read_goal_run(folder, results["rival"])
-    except (OSError, LookupError, TypeError, ValueError):
+    except (OSError, LookupError, TypeError, ValueError, RecursionError):
         raise BadRun(f"{folder / RESULTS_FILE} is not of a demo; run the demo again") from None
     return DemoResult(folder, results, goal_runs, baseline or None)
 

@@ -130,6 +130,7 @@ def draw_servo(
             draw_angle(axes, k, name, [(float(t), float(q)) for t, q in rows], [])
         name_curves(axes)
         axes = figure.add_axes((RIGHT[0], 0.075, RIGHT[2], high))
+        condition = condition[condition[:, 1] >= 1]  # no matrix has a smaller one
         if len(condition):
             axes.plot(
                 *condition.T, color=GOALS[0], lw=1.4, marker="o", ms=4, drawstyle="steps-post"

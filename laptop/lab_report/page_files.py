@@ -156,6 +156,8 @@ def read_history(name: str, file: Path) -> LabRun:
     columns = read_columns(file)
     if not {"t", "error_px"} <= columns.keys():
         raise DamagedRun(f"{file.name} has no columns t and error_px")
+    if np.isnan(columns["t"]).all():
+        raise DamagedRun(f"{file.name} holds no time in its column t")
     t = columns["t"] - np.nanmin(columns["t"])
     errors = np.column_stack([t, columns["error_px"]])
     errors = errors[np.isfinite(errors).all(axis=1)]

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from matplotlib.image import imread
 
+from laptop.demo.results import GREATEST
 from laptop.lab_report.findings import NOT_THERE, DamagedRun
 from shared.small_files import SpoiltFile, open_file
 
@@ -20,8 +21,6 @@ MAX_OBJECT, MAX_PICTURE, MAX_CSV = 4_000_000, 40_000_000, 20_000_000
 """Larger files are not read, bytes."""
 MAX_COLUMNS = 64
 """Of a CSV."""
-GREATEST = 1e12
-"""Greatest number that a run can have measured or counted, whatever its unit."""
 MAX_PIXELS, MAX_SIDE = 8_000_000, 10_000
 """Larger pictures are not decoded."""
 HEADS = {b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg"}

@@ -124,7 +124,9 @@ class RunReader:
             return False
         except SURPRISES as error:
             # It is data, and may be anything: what no rule foresees costs this run, not the report.
-            why = f"it is not as it is written ({type(error).__name__}); do this run again"
+            is_deep = isinstance(error, RecursionError)
+            what = "nested too deeply" if is_deep else "not as it is written"
+            why = f"it is {what}; do this run again"
             self.left_out.append(LeftOut(_name(self._folder, file), why))
             return False
         return True

@@ -65,8 +65,8 @@ def read_servo_log(run: LabRun, file: Path) -> None:
         log = read_log(file)
         run.kind = SERVO
         _add_log(run, log, file)
-    except BadRun:
-        raise DamagedRun(f"{file.name} is no whole log of visual_servoing.py") from None
+    except BadRun as error:
+        raise DamagedRun(str(error).replace(str(file), file.name)) from None
     except MALFORMED:
         raise DamagedRun(f"{file.name} is not as visual_servoing.py writes it") from None
 
@@ -208,6 +208,8 @@ def read_demo(name: str, folder: Path) -> LabRun:
             read_picture(file)  # it goes into a figure
         number(demo.results, "seconds", "demo.json")
         return _demo(name, folder, demo)
+    except DamagedRun:
+        raise
     except BadRun as error:
         told = str(error).replace(f"{folder}{os.sep}", "")
         raise DamagedRun(without_folders(told)) from None

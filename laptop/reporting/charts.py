@@ -130,12 +130,12 @@ def frame_errors(axes: Axes, most: float, tolerance: float | None, title: str, f
     """Axes for errors in time.
 
     Args:
-        most: the greatest, px.
+        most: the greatest, px; 0 where there is none.
         tolerance: px, or None.
         free: where along the axis no curve crosses the tolerance, 0 to 1.
     """
     axes.set_yscale("log")
-    axes.set_ylim(LEAST, most * 1.6)
+    axes.set_ylim(LEAST, max(most, 2 * LEAST) * 1.6)
     axes.yaxis.set_major_formatter(NUMBER)
     axes.grid(axis="y", color=REACH_EDGE, lw=0.5)
     axes.set_axisbelow(True)

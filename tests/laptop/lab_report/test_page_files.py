@@ -79,6 +79,9 @@ def test_the_plots_of_the_page_are_drawn(tmp_path):
     file.write_text("t,other\n1,2\n")
     with pytest.raises(DamagedRun, match="has no columns t and error_px"):
         read_history("history", file)
+    file.write_text("t,error_px\n,1\n,2\n")
+    with pytest.raises(DamagedRun, match="holds no time in its column t"):
+        read_history("history", file)
 
 
 def test_a_csv_of_markers_tells_how_often_each_was_seen(tmp_path):

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 
 import pytest
 from servo_log import line, log_text
@@ -70,6 +71,18 @@ def test_a_log_that_is_not_as_it_is_written_is_damaged(tmp_path, text):
         read(tmp_path, text)
 
 
+def test_a_number_beyond_all_that_a_run_measures_is_named(tmp_path):
+    text = log_text().replace('"t": 4.0', '"t": 1e308')
+    with pytest.raises(DamagedRun, match=r"^servo.jsonl holds 1e308, which is beyond all that a"):
+        read(tmp_path, text)
+
+
+def test_a_log_of_nothing_but_zeros_is_drawn_without_a_warning(tmp_path, recwarn):
+    text = re.sub(r'"(error|condition)": [0-9.]+', r'"\1": 0.0', log_text(off=0.0))
+    read(tmp_path, text)
+    assert [str(warning.message) for warning in recwarn] == []
+
+
 def test_a_log_is_known_by_its_first_line(tmp_path):
     file = tmp_path / "x.jsonl"
     file.write_text(log_text())
@@ -131,6 +144,13 @@ def test_its_lines_stand_once_where_its_drawing_is_a_run_of_its_own(tmp_path, mo
 def test_a_demo_that_is_not_as_it_is_written_is_damaged(tmp_path, changes):
     a_demo(tmp_path, **changes)
     with pytest.raises(DamagedRun, match=r"^demo.json is not of a demo; run the demo again$"):
+        read_demo("demo", tmp_path)
+
+
+def test_a_damaged_picture_of_a_demo_is_the_cause(tmp_path):
+    a_demo(tmp_path)
+    (tmp_path / "camera.png").write_bytes(b"hello")
+    with pytest.raises(DamagedRun, match=r"^camera.png is neither PNG nor JPEG$"):
         read_demo("demo", tmp_path)
 
 

@@ -20,6 +20,8 @@ from laptop.reporting.line_plot import (
     SHEET,
     WANTED,
     WIDTH,
+    new_figure,
+    png_of,
     write_line_plot,
 )
 
@@ -243,6 +245,13 @@ def test_any_title_and_notes_find_room(title, tmp_path, monkeypatch):
 def test_as_many_measures_as_paths(tmp_path):
     with pytest.raises(ValueError, match="0 measures for 3 wanted paths"):
         write_line_plot(tmp_path / "picture.png", [], LINES, [], SKELETON, REACH, "", "")
+
+
+def test_letters_that_no_font_has_are_boxes_without_a_warning(recwarn):
+    with new_figure() as figure:
+        figure.text(0.5, 0.5, "\x1b \U0010ffff")
+        png_of(figure)
+    assert [str(warning.message) for warning in recwarn] == []
 
 
 def test_a_picture_that_cannot_be_written_is_an_os_error(tmp_path):
