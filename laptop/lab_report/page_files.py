@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import binascii
 import re
+from array import array
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -207,23 +208,21 @@ def read_track(name: str, file: Path) -> LabRun:
     heading, rows = read_rows(file)
     run = LabRun(name, TRACKING, "markers tracked by a camera")
     has_cameras = "camera" in heading
-    keys: dict[tuple[str, str], list[list[str]]] = {}
+    columns = [heading.index(name) for name in ("t", "u", "v", "confidence")]
+    keys: dict[tuple[str, str], array[float]] = {}
     for row in rows:
         told = dict(zip(heading, row, strict=True))
-        camera = told["camera"] if has_cameras else "A"
-        keys.setdefault((camera, told["marker"]), []).append(
-            [told[c] for c in ("t", "u", "v", "confidence")]
-        )
-    if len(keys) > MAX_MARKERS or any(len(name) > MAX_NAME for pair in keys for name in pair):
-        raise DamagedRun(
-            f"{file.name} names more than {MAX_MARKERS} markers, or one of more than {MAX_NAME} "
-            "letters"
-        )
+        key = (told["camera"] if has_cameras else "A", told["marker"])
+        if (key not in keys and len(keys) == MAX_MARKERS) or max(map(len, key)) > MAX_NAME:
+            raise DamagedRun(
+                f"{file.name} names more than {MAX_MARKERS} markers, or one of more than "
+                f"{MAX_NAME} letters"
+            )
+        numbers = read_numbers([row[c] for c in columns], f"{file.name}: a row of {key[1]}")
+        keys.setdefault(key, array("d")).extend(numbers)
     cells, tracks = [], []
     for (camera, marker), told_rows in sorted(keys.items()):
-        values = np.array(
-            [read_numbers(row, f"{file.name}: a row of {marker}") for row in told_rows]
-        )
+        values = np.array(told_rows).reshape(-1, len(columns))
         seen = np.isfinite(values[:, 1:3]).all(axis=1)
         share = f"{100 * seen.mean():.0f} %"
         cells.append(

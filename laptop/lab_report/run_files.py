@@ -6,7 +6,8 @@ import csv
 import io
 import json
 import math
-from collections.abc import Sequence
+from array import array
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -78,9 +79,10 @@ def read_columns(file: Path) -> dict[str, np.ndarray]:
     heading, rows = read_rows(file)
     if len(heading) > MAX_COLUMNS:
         raise DamagedRun(f"{file.name} has {len(heading)} columns, more than {MAX_COLUMNS}")
-    table = np.full((len(rows), len(heading)), np.nan)
+    cells = array("d")
     for k, row in enumerate(rows):
-        table[k] = read_numbers(row, f"{file.name}: line {k + 2}")
+        cells.extend(read_numbers(row, f"{file.name}: line {k + 2}"))
+    table = np.array(cells).reshape(-1, len(heading))
     return {name: table[:, k] for k, name in enumerate(heading)}
 
 
@@ -104,26 +106,41 @@ def read_numbers(cells: Sequence[str], place: str) -> list[float]:
     return numbers
 
 
-def read_rows(file: Path) -> tuple[list[str], list[list[str]]]:
-    """Return heading and rows of a CSV, as many cells in each.
+def read_rows(file: Path) -> tuple[list[str], Iterator[list[str]]]:
+    """Return heading and rows of a CSV, as many cells in each; rows are read as they are taken.
 
     Raises:
-        DamagedRun: it is none, a row is cut off, or it has no row.
+        DamagedRun: it is none, a row is cut off, or it has no row; the last two, and what is no
+            text, when the rows are taken.
     """
-    content = read_bytes(file, MAX_CSV)
+    text = io.TextIOWrapper(io.BytesIO(read_bytes(file, MAX_CSV)), "utf-8-sig", newline="")
+    rows = _told_rows(csv.reader(text), file.name)
+    heading = next(rows)
+    return heading, _even_rows(rows, len(heading), file.name)
+
+
+def _told_rows(reader: Iterator[list[str]], name: str) -> Iterator[list[str]]:
+    """Yield all rows that hold something, and at least one."""
     try:
-        lines = content.decode("utf-8-sig").splitlines()
-        heading, *rows = [row for row in csv.reader(lines) if row]
+        found = False
+        for row in reader:
+            if row:
+                found = True
+                yield row
     except (ValueError, csv.Error):
-        raise DamagedRun(f"{file.name} is no CSV") from None
-    for k, row in enumerate(rows):
-        if len(row) != len(heading):
-            raise DamagedRun(
-                f"{file.name}: row {k + 1} has {len(row)} values, its heading has {len(heading)}"
-            )
-    if not rows:
-        raise DamagedRun(f"{file.name} has no row")
-    return heading, rows
+        raise DamagedRun(f"{name} is no CSV") from None
+    if not found:
+        raise DamagedRun(f"{name} is no CSV")
+
+
+def _even_rows(rows: Iterator[list[str]], width: int, name: str) -> Iterator[list[str]]:
+    k = 0
+    for k, row in enumerate(rows, 1):
+        if len(row) != width:
+            raise DamagedRun(f"{name}: row {k} has {len(row)} values, its heading has {width}")
+        yield row
+    if not k:
+        raise DamagedRun(f"{name} has no row")
 
 
 def read_picture(file: Path) -> bytes:

@@ -2,6 +2,7 @@
 
 import math
 import os
+import tracemalloc
 
 import pytest
 from lab_runs import a_picture
@@ -103,3 +104,25 @@ def test_neither_a_link_nor_a_pipe_is_read(tmp_path):
     for name in ("a.csv", "b.csv", "c.csv"):
         with pytest.raises(DamagedRun, match=f"{name} is not there, or no file"):
             run_files.read_bytes(tmp_path / name, 1000)
+
+
+@pytest.mark.parametrize(("wide", "high"), [(10_001, 1), (4000, 2001)])
+def test_a_picture_too_large_to_decode_is_told_by_its_head(tmp_path, wide, high):
+    file = tmp_path / "picture.png"
+    head = b"IHDR" + wide.to_bytes(4, "big") + high.to_bytes(4, "big")
+    file.write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\r" + head + b"\x08\0\0\0\0")
+    with pytest.raises(DamagedRun, match=f"has {wide} x {high} px, more than 8 MP or 10000 px on"):
+        read_picture(file)
+
+
+def test_a_long_csv_takes_little_more_memory_than_its_file(tmp_path):
+    file = tmp_path / "trace.csv"
+    file.write_text("t,x,y,pen\n" + "11,22,33,1\n" * 200_000)
+    tracemalloc.start()
+    try:
+        columns = read_columns(file)
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert columns["pen"].shape == (200_000,)
+    assert most < 10 * file.stat().st_size
