@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 import tracemalloc
 
@@ -82,6 +83,24 @@ def test_a_brick_without_a_word_is_waited_for_only_so_long(lying):
         with pytest.raises(BrickProblem, match=r"has not said a word for 0\.5 s"):
             ask_it(brick, command, silence=0.5)
         assert time.monotonic() - began < 20
+
+
+def test_a_command_that_is_given_up_is_ended_there(lying):
+    ended = threading.Event()
+
+    async def until_closed(process):
+        await process.channel.wait_closed()
+        ended.set()
+
+    brick = lying({"read": until_closed})
+
+    async def talk():
+        async with connected(read_address(brick.place), Dialogue(lambda line: None)) as there:
+            with pytest.raises(answers.NoAnswer):
+                await answers.ask(there, "head -c 10", silence=0.2)
+            return await asyncio.to_thread(ended.wait, PATIENCE)
+
+    assert asyncio.run(talk())
 
 
 def test_a_brick_that_takes_nothing_is_waited_for_only_so_long(lying):

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import termios
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -449,6 +450,17 @@ def test_a_code_in_the_environment_is_ahead_of_ones_own(monkeypatch):
     servo = "robot/visual_servoing.py"
     assert running.code_for(servo, ("a",), "OWN") == ("TOLD", ("a",))
     assert running.code_for(servo, ("--code", "TYPED"), "OWN") == ("TYPED", ())
+
+
+def test_codes_that_nobody_took_are_swept_away_and_no_others(tmp_path):
+    folder = tmp_path / ".brickservo"
+    folder.mkdir()
+    for name, age in (("code-1", 300), ("code-2", 0), ("arm.json", 300)):
+        (folder / name).write_text("ABCD")
+        then = time.time() - age
+        os.utime(folder / name, (then, then))
+    subprocess.run(["sh", "-c", running.SWEEP_CODES], cwd=tmp_path, check=True)
+    assert sorted(file.name for file in folder.iterdir()) == ["arm.json", "code-2"]
 
 
 @pytest.mark.long
