@@ -6,8 +6,11 @@ import os
 import re
 import shutil
 from collections.abc import Mapping
+from itertools import count
 from pathlib import Path
+from typing import NamedTuple
 
+from laptop.files import CannotWrite, check_kind, written
 from shared.arm_description import (
     Arm,
     ArmError,
@@ -19,7 +22,7 @@ from shared.arm_description import (
 from shared.ini import BadIni, read_ini, with_values
 
 BACKUP = ".bak"
-"""What is put behind the name of the file that was there before."""
+"""What is put behind the name of the file that was there before; then a number, if that is kept."""
 NOTED = re.compile(r"\s*\+- [^;]*?\b\d{4}-\d\d-\d\d\b;?")
 """A note in a comment, of an earlier measurement."""
 COLUMN = 19
@@ -28,6 +31,13 @@ COLUMN = 19
 
 class ArmNotWritten(ArmError, OSError):
     """An arm's file cannot be changed; the message says what to write there by hand."""
+
+
+class WrittenArm(NamedTuple):
+    """An arm's file that has new numbers, and the one that is kept of before, if there was one."""
+
+    file: Path
+    before: Path | None
 
 
 def own_file(arm: Arm) -> Path:
@@ -40,7 +50,7 @@ def write_values(
     values: Mapping[tuple[str, str], str],
     file: str | Path | None = None,
     notes: Mapping[tuple[str, str], str] | None = None,
-) -> Path:
+) -> WrittenArm:
     """Write numbers into an arm's file; of one that comes along, into a copy that is the user's.
 
     Args:
@@ -51,7 +61,7 @@ def write_values(
             "+- 0.2 deg, seen by a camera 2026-05-01"; it takes the place of the one before.
 
     Returns:
-        The file that has them now; the one before is beside it, with BACKUP behind its name.
+        The file that has them now, and the one before, beside it, with BACKUP behind its name.
 
     Raises:
         ArmNotWritten: nothing has changed.
@@ -64,25 +74,56 @@ def write_values(
 
     if file is None and comes_along(arm) and path.exists():
         raise refused(f"it is yours, and {arm.file} was measured (--arm {arm.name} means yours)")
-    draft = path.with_name(f".{path.name}.new")
+    before = None
     try:
-        try:
-            # As bytes: the ends of its lines stay as they are.
-            text = Path(arm.file).read_bytes().decode("utf-8")
-            path.parent.mkdir(parents=True, exist_ok=True)
-            draft.write_bytes(_noted(_changed(text, values), notes or {}).encode("utf-8"))
-            read_arm(draft)
-            if path.exists():
-                shutil.copymode(path, draft)
-                shutil.copy2(path, f"{path}{BACKUP}")
-            draft.replace(path)
-        finally:
-            draft.unlink(missing_ok=True)
-    except (BadIni, BadArmFile, UnicodeDecodeError) as error:
-        raise refused(str(error).replace(str(draft), str(path))) from None
+        # As bytes: the ends of its lines stay as they are.
+        text = Path(arm.file).read_bytes().decode("utf-8")
+        new = _noted(_changed(text, values), notes or {}).encode("utf-8")
+        if not path.parent.is_dir():
+            path.parent.mkdir(parents=True)
+        with written(path) as draft:
+            draft.write_bytes(new)
+            try:
+                read_arm(draft)
+            except BadArmFile as error:
+                raise refused(str(error).replace(str(draft), str(path))) from None
+            before = _keep(path)
+    except (BadIni, UnicodeDecodeError) as error:
+        raise refused(str(error)) from None
+    except ArmNotWritten:
+        raise
+    except FileExistsError:
+        raise refused(f"{_short(path.parent)} is no folder") from None
     except OSError as error:
         raise refused(str(error.strerror)) from None
-    return path
+    return WrittenArm(path, before)
+
+
+def check_writable(path: Path) -> None:
+    """Refuse, before anything is measured, what cannot become an arm's file.
+
+    Raises:
+        CannotWrite: something else than a file is there, or something else than a folder above it.
+    """
+    above = next(folder for folder in path.parents if os.path.lexists(folder))
+    if not above.is_dir():
+        raise CannotWrite(f"cannot write {path}: {above} is no folder; name another one")
+    check_kind(path)
+
+
+def _keep(path: Path) -> Path | None:
+    """Copy a file beside itself, to a name that is free; None where it is not there.
+
+    Raises:
+        CannotWrite: there is no room.
+    """
+    if not path.exists():
+        return None
+    names = (Path(f"{path}{BACKUP}{number if number > 1 else ''}") for number in count(1))
+    before = next(name for name in names if not os.path.lexists(name))
+    with written(before, path.stat().st_mode & 0o777) as draft:
+        shutil.copy2(path, draft)
+    return before
 
 
 def _changed(text: str, values: Mapping[tuple[str, str], str]) -> str:

@@ -121,7 +121,7 @@ def calibrate(
     emulated arm leaves the real one's file alone.
     """
     with importing():
-        from laptop.calibration.arm_file import BACKUP
+        from laptop.calibration.arm_file import check_writable, own_file
         from laptop.identification import measured_numbers as numbers
         from laptop.identification.arm_model import ArmModel, CameraPrior, MeasuredByHand
         from laptop.identification.calibrating import (
@@ -130,7 +130,7 @@ def calibrate(
             go_home,
             identify,
         )
-        from laptop.identification.calibration_record import calibration_files
+        from laptop.identification.calibration_record import RESTS, calibration_files
         from laptop.identification.emulated_setups import SCENE, by_formula, rendered
 
     with in_one_line(), ExitStack() as stack:
@@ -143,9 +143,12 @@ def calibrate(
         known = MeasuredByHand(None if height is None else height / 10, square)
         text = plant or "cpu=1"
         text += "" if "seed=" in text else f",seed={seed or 0}"
-        check_room(out)
-        stack.enter_context(alone_in(out))
         unreal = simulate or SYNTHETIC in sources
+        own = out / f"{arm.name}.ini" if unreal else None
+        check_room(out, RESTS)
+        if not dry_run:
+            check_writable(own or own_file(arm))
+        stack.enter_context(alone_in(out))
 
         def finish(setup: CalibrationSetup) -> None:
             for line in _board(setup.camera):
@@ -165,18 +168,17 @@ def calibrate(
             what: dict[str, Any] = {"simulated": unreal, "arm_numbers": numbers_of(arm)}
             if simulate:
                 what |= {"plant": text, "built_numbers": built and numbers_of(truth)}
-            own = out / f"{arm.name}.ini" if unreal else None
             # First: where the arm's file is refused, no summary says that it is calibrated.
-            file = None if dry_run else numbers.write_measured(result.fit, rows, date.today(), own)
-            written = [own.name] if own and file else []
+            new = None if dry_run else numbers.write_measured(result.fit, rows, date.today(), own)
+            written = [own.name] if own and new else []
             files = calibration_files(result, rows, setup.camera, what)
             write_files(out, files, written=written)
             click.echo(f"{out}/summary.json, rests.csv")
-            if file is None:
+            if new is None:
                 click.echo("the arm's file was left as it is, as wished")
                 return
-            old = Path(f"{file}{BACKUP}")
-            click.echo(f"written: {file}" + (f"; the old one is {old}" if old.exists() else ""))
+            old = f"; the old one is {new.before}" if new.before else ""
+            click.echo(f"written: {new.file}{old}")
             if not unreal and any(row.key == "home" and not row.why for row in rows):
                 click.echo(
                     "the arm stands where its home pose was; so that the brick takes over its "

@@ -17,11 +17,17 @@ from laptop import system
 from laptop.files import CannotWrite, check_kind
 from laptop.files import written as whole_file
 from laptop.simulator.session import InvalidSimulationOption, SimulationResult
+from shared.small_files import read_text
 
 SUMMARY = "summary.json"
 TRACE = "trace.csv"
 PICTURES = ("picture.png", "picture-side.png", "learning.png")
 """Of a run on the emulated brick; one of an earlier run would be taken for its own."""
+
+SIGNS = frozenset(("kind", "script", "drawing", "status"))
+"""One of these is in the summary of every run."""
+MAX_SUMMARY = 4_000_000
+"""Bytes of one."""
 
 ENDED_BY_OTHERS = 124
 """From this exit status on a script was ended: its time was over, or by a signal."""
@@ -46,30 +52,57 @@ def alone_in(out: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
-def check_room(out: Path) -> None:
+def check_room(out: Path, *others: str) -> None:
     """Refuse a folder that cannot take the results, before anything runs.
+
+    Args:
+        out: the folder; it is made.
+        others: names of files that the run writes, too, besides those of every run.
 
     Raises:
         click.ClickException: there is no room, or a file of that name is of no run.
-        CannotWrite: something else than a file has such a name.
+        CannotWrite: something else than a file has such a name, or the folder's name cannot be
+            shown.
     """
+    if not str(out).isprintable():
+        raise CannotWrite(
+            f"{ascii(str(out))} has characters that cannot be shown; choose another folder with "
+            "--out"
+        )
     try:
         out.mkdir(mode=0o700, parents=True, exist_ok=True)
-        for name in (SUMMARY, TRACE, *PICTURES):
+        for name in (SUMMARY, TRACE, *PICTURES, *others):
             check_kind(out / name)
-        others = [name for name in (TRACE, PICTURES[0]) if (out / name).exists()]
-        if others and not (out / SUMMARY).exists():
+        if (out / SUMMARY).exists():
+            foreign = [] if _is_of_a_run(out / SUMMARY) else [SUMMARY]
+        else:
+            foreign = [name for name in (TRACE, PICTURES[0], *others) if (out / name).exists()]
+        if foreign:
+            beside = "" if foreign[0] == SUMMARY else f", as there is no {SUMMARY} beside it,"
             raise click.ClickException(
-                f"{out / others[0]} is of no run, as there is no {SUMMARY} beside it, and would be "
-                "lost; choose another folder with --out"
+                f"{out / foreign[0]} is of no run{beside} and would be lost; choose another folder "
+                "with --out"
             )
         with tempfile.TemporaryFile(dir=out) as file:
             file.write(bytes(1 << 20))
             file.flush()
     except CannotWrite:
         raise
+    except (FileExistsError, NotADirectoryError):
+        raise click.ClickException(
+            f"cannot write to {out}: it is no folder; choose another one with --out"
+        ) from None
     except OSError as error:
         raise _no_room(out, error) from None
+
+
+def _is_of_a_run(summary: Path) -> bool:
+    """Return whether a summary is one, or was to become one before its run was cut off."""
+    try:
+        told = json.loads(read_text(str(summary), MAX_SUMMARY) or "{}")
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(told, dict) and (not told or not SIGNS.isdisjoint(told))
 
 
 def was_refused(run: SimulationResult) -> bool:

@@ -13,6 +13,7 @@ import click
 
 from laptop.cli.brick import THE_BRICK, talk
 from laptop.cli.options import FiniteRange, arm_option, bar_option, examples, importing, in_one_line
+from laptop.files import CannotWrite
 from shared import state
 from shared.arm_description import Arm, find_arm, read_arm
 from shared.message_fields import printable
@@ -136,6 +137,7 @@ def touch(
         check_bar(bar)
         arm = read_arm(find_arm(arm_file))
         check_led(arm)
+        places = _places(arm, out or (Path("out") if simulated else None))
         if len(crosses) < MIN_TOUCHES:
             raise BadTouches(f"{len(crosses)} crosses; {MIN_TOUCHES} are the least, 9 are better")
         if simulated:
@@ -160,7 +162,7 @@ def touch(
             _from_brick(touching, name, words)
         if again:
             touching.check_camera(looks.look())
-        _conclude(touching, arm, height, out or (Path("out") if simulated else None))
+        _conclude(touching, arm, height, places)
 
 
 def _check(
@@ -274,21 +276,52 @@ def _from_brick(touching: CrossTouching, name: str | None, words: tuple[str, ...
     talk(name, on_brick.touch, words, take, skip)
 
 
-def _conclude(touching: CrossTouching, arm: Arm, height: float | None, out: Path | None) -> None:
+def _places(arm: Arm, out: Path | None) -> tuple[Path | None, Path]:
+    """Return where the arm's file goes, None for its own, and the file of how it stands.
+
+    Raises:
+        CannotWrite: something is there that would be lost, or cannot be replaced.
+    """
+    from laptop.calibration.arm_file import check_writable, own_file
+    from laptop.calibration.marker_offset import BadTouches
+    from laptop.calibration.touch_file import read_touched, touched_file
+
+    own = None if out is None else out / f"{arm.name}.ini"
+    kept = touched_file(arm.name) if out is None else out / f"{arm.name}.touched.json"
+    if out is not None and not str(out).isprintable():
+        raise CannotWrite(
+            f"{ascii(str(out))} has characters that cannot be shown; choose another folder with "
+            "--out"
+        )
+    check_writable(own or own_file(arm))
+    check_writable(kept)
+    if kept.exists():
+        try:
+            read_touched(kept)
+        except BadTouches:
+            raise CannotWrite(
+                f"{kept} is no file of touched crosses, and would be lost; move it away, or choose "
+                "another folder with --out"
+            ) from None
+    return own, kept
+
+
+def _conclude(
+    touching: CrossTouching, arm: Arm, height: float | None, places: tuple[Path | None, Path]
+) -> None:
     """Tell what was found, and write it."""
     from laptop.calibration.arm_file import write_values
-    from laptop.calibration.touch_file import TouchedArm, touched_file, write_touched
+    from laptop.calibration.touch_file import TouchedArm, write_touched
 
     fit = touching.fit(None if height is None else height / 10)
     for line in fit.notes():
         click.echo(line)
     x, y = (f"{value + 0.0:.3f}" for value in fit.offset)
-    own = None if out is None else out / f"{arm.name}.ini"
-    kept = touched_file(arm.name) if out is None else out / f"{arm.name}.touched.json"
-    path = write_values(arm, {("arm", "marker_offset"): f"{x} {y}"}, own)
+    own, kept = places
+    path = write_values(arm, {("arm", "marker_offset"): f"{x} {y}"}, own).file
     write_touched(kept, TouchedArm(arm.name, touching.paper, touching.bar, fit))
     click.echo(
         f"marker_offset = {x} {y} written to {path}; how the arm stands on the board: {kept}"
     )
-    if out is None:
+    if own is None:
         click.echo(f"put it on the brick, too: {state.laptop_program()} brick arm {path}")

@@ -14,6 +14,8 @@ from laptop.identification.measured_numbers import Measured
 
 KIND = "calibration"
 """By which a report knows it."""
+RESTS = "rests.csv"
+"""File of all rests, in the run's folder."""
 
 
 def calibration_files(
@@ -56,7 +58,7 @@ def calibration_files(
         with open(path, "w", encoding="utf-8", newline="") as file:
             csv.writer(file).writerows(rests_table(done))
 
-    return {"summary.json": summary, "rests.csv": tell_rests}
+    return {"summary.json": summary, RESTS: tell_rests}
 
 
 def rests_table(done: Identified) -> list[list[str]]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 
-from laptop.calibration.arm_file import write_values
+from laptop.calibration.arm_file import WrittenArm, write_values
 from laptop.identification.arm_fit import ArmFit, BadIdentification
 from shared.arm_description import Joint
 
@@ -242,7 +242,7 @@ def check_square(fit: ArmFit) -> None:
 
 def write_measured(
     fit: ArmFit, rows: Sequence[Measured], today: date, file: Path | None = None
-) -> Path:
+) -> WrittenArm:
     """Write the arm's file with what was measured, each number's uncertainty in its comment.
 
     Args:
@@ -252,7 +252,7 @@ def write_measured(
         file: to be written; None: the arm's own, or one's own copy of one that comes along.
 
     Returns:
-        The file; the one before is beside it, with arm_file.BACKUP behind its name.
+        The file, and what it was before.
 
     Raises:
         BadIdentification: nothing is known better than before.

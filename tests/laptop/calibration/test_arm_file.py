@@ -1,11 +1,13 @@
 """Numbers go into an arm's file; all else in it stays, and so does the file before."""
 
+import os
 import shutil
 from pathlib import Path
 
 import pytest
 
-from laptop.calibration.arm_file import ArmNotWritten, own_file, write_values
+from laptop.calibration.arm_file import ArmNotWritten, check_writable, own_file, write_values
+from laptop.files import CannotWrite
 from shared.arm_description import find_arm, read_arm, users_file
 
 OFFSET = {("arm", "marker_offset"): "0.350 -0.200"}
@@ -23,7 +25,7 @@ def mine(tmp_path):
 
 def test_a_key_that_is_missing_is_added_to_its_section(mine):
     before = mine.read_text()
-    assert write_values(read_arm(mine), OFFSET) == mine
+    assert write_values(read_arm(mine), OFFSET) == (mine, Path(f"{mine}.bak"))
     assert read_arm(mine).marker_offset == (0.35, -0.2)
     added = [line for line in mine.read_text().splitlines() if line not in before.splitlines()]
     assert added == ["marker_offset = 0.350 -0.200"]
@@ -54,11 +56,63 @@ def test_the_ends_of_lines_and_a_mark_at_the_begin_stay(mine, end):
     assert read_arm(mine).marker_offset == (0.35, -0.2)
 
 
+def test_each_file_before_is_kept_and_nothing_that_is_there_is_written_over(mine):
+    first, others = mine.read_text(), mine.with_name("others.txt")
+    others.write_text("precious")
+    Path(f"{mine}.bak2").symlink_to(others)
+    assert write_values(read_arm(mine), OFFSET).before == Path(f"{mine}.bak")
+    second = mine.read_text()
+    offset = {("arm", "marker_offset"): "0.5 0.5"}
+    assert write_values(read_arm(mine), offset).before == Path(f"{mine}.bak3")
+    assert Path(f"{mine}.bak").read_text() == first
+    assert Path(f"{mine}.bak3").read_text() == second
+    assert others.read_text() == "precious"
+
+
+def test_a_draft_of_another_leads_nowhere(mine):
+    others = mine.with_name("others.txt")
+    others.write_text("precious")
+    mine.with_name(".mine.ini.new").symlink_to(others)
+    write_values(read_arm(mine), OFFSET)
+    assert others.read_text() == "precious"
+    assert not mine.is_symlink()
+
+
+def a_pipe(file):
+    os.mkfifo(file)
+
+
+@pytest.mark.parametrize(
+    ("put", "why"),
+    [
+        (a_pipe, "is a pipe, not a file"),
+        (Path.mkdir, "is a folder, not a file"),
+        (lambda file: file.symlink_to("/dev/null"), "is a device, not a file"),
+        (lambda file: file.symlink_to("nowhere"), "is a link that leads nowhere"),
+    ],
+)
+def test_what_is_no_file_is_left_as_it_is(mine, tmp_path, put, why):
+    place = tmp_path / "new.ini"
+    put(place)
+    before = os.lstat(place)
+    with pytest.raises(CannotWrite, match=why):
+        check_writable(place)
+    with pytest.raises(ArmNotWritten, match=why):
+        write_values(read_arm(mine), OFFSET, place)
+    assert os.lstat(place) == before
+
+
+def test_a_folder_that_is_none_is_told_before(mine, tmp_path):
+    with pytest.raises(CannotWrite, match=r"mine.ini is no folder; name another one"):
+        check_writable(mine / "deeper" / "new.ini")
+    check_writable(tmp_path / "deeper" / "new.ini")
+
+
 def test_an_arm_that_comes_along_is_copied_and_never_changed():
     shipped = find_arm("planar")
     before = Path(shipped).read_bytes()
     arm = read_arm(shipped)
-    path = write_values(arm, OFFSET)
+    path = write_values(arm, OFFSET).file
     assert path == own_file(arm) == Path(users_file("planar"))
     assert find_arm("planar") == str(path), "its name means the copy from now on"
     assert read_arm(path).marker_offset == (0.35, -0.2)

@@ -6,7 +6,8 @@ from pathlib import Path
 import click
 import pytest
 
-from laptop.cli.run_folder import SUMMARY, write_files
+from laptop.cli.run_folder import SUMMARY, check_room, write_files
+from laptop.files import CannotWrite
 
 
 def text(words):
@@ -43,3 +44,30 @@ def test_a_file_that_cannot_be_written_leaves_the_old_one_whole(tmp_path):
     with pytest.raises(click.ClickException, match="No space left.*; make room, or choose .*--out"):
         write_files(tmp_path, {"rests.csv": fail})
     assert [file.read_text() for file in tmp_path.iterdir()] == ["old"]
+
+
+@pytest.mark.parametrize("told", ["hello", "[1]", '{"a": 1}', "[" * 100_000, "\0"])
+def test_a_summary_of_no_run_stays(tmp_path, told):
+    (tmp_path / "summary.json").write_text(told)
+    with pytest.raises(click.ClickException, match=r"summary.json is of no run and would be lost"):
+        check_room(tmp_path)
+    for own in ('{"kind": "calibration"}', '{"script": "driver.py"}', ""):
+        (tmp_path / "summary.json").write_text(own)
+        check_room(tmp_path)
+
+
+def test_a_file_that_only_some_runs_write_stays_where_none_was(tmp_path):
+    (tmp_path / "rests.csv").write_text("mine")
+    with pytest.raises(click.ClickException, match=r"rests.csv is of no run, as there is no summ"):
+        check_room(tmp_path, "rests.csv")
+    check_room(tmp_path)
+
+
+def test_a_folder_that_is_none_is_told(tmp_path):
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "link").symlink_to("nowhere")
+    for place in (tmp_path / "file", tmp_path / "file" / "in", tmp_path / "link"):
+        with pytest.raises(click.ClickException, match="it is no folder; choose another one with"):
+            check_room(place)
+    with pytest.raises(CannotWrite, match="has characters that cannot be shown"):
+        check_room(tmp_path / "a\x1b[31m")

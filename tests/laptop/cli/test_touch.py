@@ -122,6 +122,41 @@ def nothing_written(tmp_path):
     )
 
 
+@pytest.mark.parametrize("name", ["planar.ini", "planar.touched.json"])
+@pytest.mark.parametrize(
+    ("put", "why"),
+    [
+        (Path.mkdir, "is a folder, not a file"),
+        (lambda file: file.symlink_to("nowhere"), "is a link that leads nowhere"),
+    ],
+)
+def test_a_place_that_cannot_be_written_is_told_before_a_cross_is_touched(
+    touched, tmp_path, name, put, why
+):
+    out = tmp_path / "here"
+    out.mkdir()
+    put(out / name)
+    result = touched("--out", str(out))
+    assert result.exit_code == 1
+    assert result.output.splitlines()[-1].endswith(f"{name}: {why}; choose another name")
+    assert "cross" not in result.output
+    assert [file.name for file in out.iterdir()] == [name]
+
+
+def test_a_file_of_another_and_a_folder_that_is_none_are_told_before(touched, tmp_path):
+    out = tmp_path / "here"
+    out.mkdir()
+    (out / "planar.touched.json").write_text("precious")
+    result = touched("--out", str(out))
+    assert "is no file of touched crosses, and would be lost; move it away" in result.output
+    assert (out / "planar.touched.json").read_text() == "precious"
+    result = touched("--out", str(out / "planar.touched.json"))
+    assert "is a file" in result.output
+    result = touched("--out", str(tmp_path / "a\nb"))
+    assert "has characters that cannot be shown" in result.output
+    assert nothing_written(tmp_path)
+
+
 def test_a_disc_that_is_not_seen_leaves_its_cross_out(touched, recorded, tmp_path):
     folder, _ = recorded
     pictures = tmp_path / "pictures"

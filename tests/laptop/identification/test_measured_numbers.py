@@ -46,7 +46,7 @@ def fit(mine):
 
 def test_the_file_gets_the_numbers_with_their_uncertainties_and_the_old_one_is_kept(fit, mine):
     before = mine.read_text()
-    assert write_measured(fit, measured(fit), TODAY) == mine
+    assert write_measured(fit, measured(fit), TODAY).file == mine
     arm = read_arm(mine)
     true = zip(arm.joints, (11.6, 9.2), (3.0, 1.0), ZEROS, strict=True)
     for joint, link, backlash, zero in true:
