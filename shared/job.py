@@ -43,6 +43,15 @@ MAX_DIGITS = 15
 MAX_SECONDS = 1e6
 """Greatest time that a job may take, s: 11 days."""
 
+MAX_CM = 1e6
+"""Greatest length that a job may have, cm: the ink of a thousand pens."""
+
+MAX_LINKS = 10
+"""No arm has more."""
+
+PIECE_SECONDS = 0.05
+"""A piece takes at the least so long, s: the arm stands before the next."""
+
 MORE, MORE_SECONDS = 1.1, 10.0
 """All strokes together are planned to take at the most so many times, and s, what the header says
 of the whole job."""
@@ -94,7 +103,7 @@ offsets     of each piece (ways, joints): lengths of the way from its beginning,
 def header_of(arm, name, speed, strokes, pen_up_cm, seconds, log=0.0, rest=0.0):
     """The JobHeader of Strokes for an Arm."""
     return JobHeader(
-        name[:MAX_NAME], arm.name, arm.chain, tuple(joint.link for joint in arm.joints), speed,
+        _cut(name), arm.name, arm.chain, tuple(joint.link for joint in arm.joints), speed,
         len(strokes), sum(stroke.cm for stroke in strokes), pen_up_cm, seconds, log, rest,
     )  # fmt: skip
 
@@ -111,10 +120,16 @@ def write_job(path, header, strokes):
     except SpoiltFile as error:
         raise BadJob("{}: {}; choose another name".format(path, error)) from None
     draft = path + ".part"
-    crc = 0
+    crc = size = 0
     try:
         with open(open_to_write(draft), "wb") as file:
             for line in _lines(header, strokes):
+                size += len(line)
+                if size > MAX_SIZE:
+                    raise BadJob(
+                        "it takes more than {:g} MB, which the brick has no room for; draw a part "
+                        "of it, or simplify it".format(MAX_SIZE / 1e6)
+                    )
                 file.write(line)
                 crc = zlib.crc32(line, crc)
             file.write(_line({"end": header.strokes, "crc": crc & 0xFFFFFFFF}))
@@ -132,7 +147,7 @@ def _lines(header, strokes):
             del told[key]
     yield _line(told)
     for k, stroke in enumerate(strokes, 1):
-        told = dict(stroke._asdict(), stroke=k)
+        told = dict(stroke._asdict(), stroke=k, layer=_cut(stroke.layer))
         line = _line({key: part for key, part in told.items() if key != "offsets" or part})
         if len(line) > MAX_LINE:
             raise BadJob(
@@ -187,7 +202,7 @@ class Job(object):
             value = self._parsed(k)
             self.between()
             if value["stroke"] != k:
-                raise SpoiltFile("has stroke {!r} where {} should be".format(value["stroke"], k))
+                raise SpoiltFile("has another stroke where {} should be".format(k))
             pieces = []
             for piece in value["pieces"]:
                 pieces.append(read_piece(piece, len(self.header.links)))
@@ -196,6 +211,8 @@ class Job(object):
                 raise SpoiltFile("has a stroke without a piece")
             offsets = [_offsets(one, len(pieces[0][2])) for one in value.get("offsets", ())]
             cm, start_s = number(value["cm"]), number(value["start_s"])
+            if not 0 <= start_s <= MAX_SECONDS:
+                raise SpoiltFile("has a stroke that begins after {:g} s".format(start_s))
             stroke = Stroke(_word(value["layer"]), cm, start_s, pieces, offsets)
             check_joined(pieces, self.between)
         except OSError as error:
@@ -215,7 +232,7 @@ class Job(object):
         planned = 0.0
         for k in range(1, self.header.strokes + 1):
             stroke = self.stroke(k)
-            planned += sum([times[-1] for times, _, _ in stroke.pieces])
+            planned += sum([max(times[-1], PIECE_SECONDS) for times, _, _ in stroke.pieces])
             if planned > MORE * self.header.seconds + MORE_SECONDS:
                 raise self._bad(SpoiltFile(
                     "says that it takes {:.0f} s, and by the end of stroke {} it takes {:.0f}"
@@ -262,8 +279,12 @@ class Job(object):
         end = _object(last)
         if "end" not in end or end["end"] != len(offsets) - 2:
             raise SpoiltFile("is cut off")
-        if end["crc"] != crc & 0xFFFFFFFF:
+        if end["crc"] != crc & 0xFFFFFFFF or not isinstance(end["crc"], int):
             raise SpoiltFile("was changed on its way")
+        if sum(lengths) > MAX_CM:
+            raise SpoiltFile("has {:.3g} cm of strokes, and {:g} are the most".format(
+                sum(lengths), MAX_CM
+            ))  # fmt: skip
         return offsets, lengths, end["crc"]
 
     def _parsed(self, k):
@@ -274,10 +295,12 @@ class Job(object):
     def _read_header(self):
         value = self._parsed(0)
         if value["job"] != VERSION:
-            raise SpoiltFile("has format {!r}, and this program knows {}".format(
-                value["job"], VERSION
-            ))  # fmt: skip
+            raise SpoiltFile("has another format than {}, which this program knows".format(VERSION))
         words = [_word(value[key]) for key in ("name", "arm", "chain")]
+        if len(value["links"]) > MAX_LINKS:
+            raise SpoiltFile("has {} links, and {} are the most".format(
+                len(value["links"]), MAX_LINKS
+            ))  # fmt: skip
         links = tuple(number(link) for link in value["links"])
         numbers = [number(value[key]) for key in ("speed", "strokes", "cm", "pen_up_cm", "seconds")]
         if numbers[1] != len(self._offsets) - 2 or numbers[1] < 1 or min(numbers) < 0:
@@ -285,6 +308,10 @@ class Job(object):
         if numbers[4] > MAX_SECONDS:
             raise SpoiltFile("takes {:.0f} s, and {:.0f} are the most".format(
                 numbers[4], MAX_SECONDS
+            ))  # fmt: skip
+        if max(numbers[2:4]) > MAX_CM:
+            raise SpoiltFile("has {:.3g} cm to go, and {:g} are the most".format(
+                max(numbers[2:4]), MAX_CM
             ))  # fmt: skip
         numbers[1] = int(numbers[1])
         # (Programs that know neither leave them out, and all others where there is none.)
@@ -321,7 +348,13 @@ def _length(line):
 
 def _word(value):
     """A name, for people."""
-    return printable(str(value))[:MAX_NAME]
+    if not isinstance(value, str):
+        raise SpoiltFile("has a name that is no text")
+    return printable(_cut(value))
+
+
+def _cut(name):
+    return name[:MAX_NAME]
 
 
 def _listed(values):

@@ -26,7 +26,7 @@ PAUSE, RESUME, ABORT, SPEED, PEN = "pause", "resume", "abort", "speed", "pen"
 ORDERS = PAUSE, RESUME, ABORT, SPEED, PEN
 """What may be ordered on the way."""
 
-RELATIVE_SPEED = 10.0, 100.0, "%"
+RELATIVE_SPEED = 25.0, 100.0, "%"
 """Of the speed that was planned: from, to, unit."""
 
 PEN_STEP = -30.0, 30.0, "deg"

@@ -26,6 +26,9 @@ a singular pose rounded numbers may make 2 degrees a second of it."""
 GREATEST = 1e9
 """Of the numbers of a piece: products of those that are no greater stay finite."""
 
+LEAST_WAY = 1e-9
+"""Least length of a segment, cm: what is shorter divides to no number."""
+
 BACKWARDS = 0.01
 """So fast a segment may seem to run backwards at its end, cm/s, as its numbers are rounded."""
 
@@ -45,7 +48,7 @@ def read_piece(value, joints):
     out = []
     for (v, a, cubics, across), t, t_end in zip(segments, times, times[1:]):
         v, a, dt = _bounded(v), _bounded(a), t_end - t
-        if v + 0.5 * a * dt <= 0:
+        if not dt * (v + 0.5 * a * dt) >= LEAST_WAY:
             raise SpoiltFile("has a piece that does not go on")
         if v < 0 or v + a * dt < -BACKWARDS:
             raise SpoiltFile("has a piece that runs backwards")

@@ -8,7 +8,7 @@ become part of the cubics that the plan is made of: a control tick does not know
 import math
 
 from shared.job import JOINED
-from shared.job_pieces import MAX_JUMP, BadJob, check_joints, go_on
+from shared.job_pieces import GREATEST, LEAST_WAY, MAX_JUMP, BadJob, check_joints, go_on
 
 MAX_OFFSET = math.radians(20)
 """Greatest offset of a joint, rad: a link that is 5 % too long makes 3 degrees of it, and near the
@@ -83,10 +83,10 @@ def _check(job, k, piece, ways, offsets):
         raise _bad(job, k, "{} offsets of a piece, and it takes 2 to {}".format(
             len(ways), MAX_KNOTS
         ))  # fmt: skip
-    if ways[0] != 0 or any(b <= a for a, b in zip(ways, ways[1:])):
+    if ways[0] != 0 or any(b - a < LEAST_WAY for a, b in zip(ways, ways[1:])):
         raise _bad(job, k, "their places do not go on")
     length = sum(_lengths(piece))
-    if abs(ways[-1] - length) > SAME_WAY:
+    if not abs(ways[-1] - length) <= SAME_WAY:
         raise _bad(job, k, "they are of {:.2f} cm, and a piece has {:.2f}".format(
             ways[-1], length
         ))  # fmt: skip
@@ -129,7 +129,7 @@ def _with(job, k, piece, ways, offsets):
             )
             if not bend <= MAX_ACCELERATION:  # nor what is no number
                 raise _bad(job, k, "{:.0f} deg/s^2 of a joint, and {:.0f} are the most".format(
-                    math.degrees(bend), math.degrees(MAX_ACCELERATION)
+                    math.degrees(min(bend, GREATEST)), math.degrees(MAX_ACCELERATION)
                 ))  # fmt: skip
             moved.append((c0 + d0, c1 + m0, c2 + e2, c3 + e3))
         out.append((v, a, moved, across))

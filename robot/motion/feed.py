@@ -27,6 +27,9 @@ pen is to leave the paper."""
 STANDING = 0.1
 """At a lower rate the tip all but stands, and along its path means nothing."""
 
+LEAST_SPEED = 0.01
+"""A piece is never drawn slower, whatever it says, cm/s."""
+
 LEAST_ACCELERATION = 5.0
 """Of the tip, where a piece shows none that is greater, cm/s^2."""
 
@@ -176,13 +179,13 @@ def slowed(piece, share):
         piece: (times, segments, end), see robot.motion.trajectory.Trajectory.
     """
     times, segments, end = piece
-    most = share * max([v for v, _, _, _ in segments])
+    most = share * max([v for v, _, _, _ in segments] + [LEAST_SPEED])
     out, new, v0 = [], [0.0], min(segments[0][0], most)
     for k, (v, a, cubics, across) in enumerate(segments):
         dt = times[k + 1] - times[k]
         length, v1 = dt * (v + 0.5 * a * dt), min(max(0.0, v + a * dt), most)
         out.append((v0, (v1 * v1 - v0 * v0) / (2 * length), cubics, across))
-        new.append(new[-1] + 2 * length / (v0 + v1))
+        new.append(new[-1] + 2 * length / max(v0 + v1, LEAST_SPEED))
         v0 = v1
     return new, out, end
 

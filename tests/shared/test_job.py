@@ -312,3 +312,75 @@ def test_names_hold_nothing_that_would_steer_a_terminal(tmp_path):
     job = Job(path)
     for word in (job.header.name, job.header.arm, job.stroke(1).layer):
         assert word == " ]0;x  abc "
+
+
+def rewritten(path, change):
+    """Change the objects of a job's lines, and give it the right checksum."""
+    with open(path, "rb") as file:
+        lines = [json.loads(line.decode()) for line in file.read().splitlines()[:-1]]
+    change(lines)
+    put(path, *[
+        json.dumps(line, sort_keys=True, separators=(",", ":")).encode() + b"\n" for line in lines
+    ])  # fmt: skip
+    return path
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda lines: lines[0].update(job="x" * 90000), "another format than 1"),
+        (lambda lines: lines[0].update(links=[9.0] * 50000), "has 50000 links, and 10 are the"),
+        (lambda lines: lines[0].update(name=["x"] * 9000), "a name that is no text"),
+        (lambda lines: lines[0].update(cm=1e7), "has 1e+07 cm to go, and 1e+06 are the most"),
+        (lambda lines: lines[1].update(cm=1e300), "1e+300 cm of strokes, and 1e+06 are the most"),
+        (lambda lines: lines[1].update(start_s=-5), "a stroke that begins after -5 s"),
+        (lambda lines: lines[2].update(start_s=1.7e308), "a stroke that begins after 1.7e+308 s"),
+        (lambda lines: lines[2].update(stroke="x" * 90000), "another stroke where 2 should be"),
+        (lambda lines: lines[1].update(layer=7), "a name that is no text"),
+    ],
+)
+def test_a_number_or_a_name_that_no_job_has_is_refused_in_a_line(tmp_path, change, words):
+    said = refusal(rewritten(written(tmp_path), change))
+    assert words in said
+    assert len(said) < 300 + len(str(tmp_path))
+
+
+def test_a_checksum_that_is_no_whole_number_is_none(tmp_path):
+    path = written(tmp_path)
+    with open(path, "rb") as file:
+        *lines, end = file.read().splitlines(True)
+    with open(path, "wb") as file:
+        file.write(b"".join(lines) + end.replace(b',"end"', b'.0,"end"'))
+    assert "was changed on its way" in refusal(path)
+
+
+def test_names_of_any_length_are_cut_and_take_no_room(tmp_path):
+    strokes = [stroke._replace(layer="\x1bx" * 400000) for stroke in planned()]
+    path = written(tmp_path, strokes)
+    assert os.path.getsize(path) < 100000
+    assert read_all(path, PLANAR)[0].layer == " x" * 30
+    rewritten(path, lambda lines: lines[1].update(layer="\x1b" + "x" * 500000))
+    assert read_all(path, PLANAR)[0].layer == " " + "x" * 59
+
+
+def test_a_job_that_the_brick_has_no_room_for_is_not_written(tmp_path, monkeypatch):
+    monkeypatch.setattr("shared.job.MAX_SIZE", 50000)
+    strokes = planned() * 10
+    with pytest.raises(BadJob, match="more than 0.05 MB, which the brick has no room for; draw a"):
+        written(tmp_path, strokes)
+    assert not list(tmp_path.iterdir())
+
+
+def test_very_many_short_pieces_take_the_time_that_the_arm_stands_between_them(tmp_path):
+    q = [[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]]
+    piece = ([0.0, 1e-7], [(1.0, 0.0, q, None)], [1.0, 1.0])
+    path = written(tmp_path, [Stroke("", 0.2, 1.0, [piece] * 4000)])
+    with pytest.raises(BadJob, match="says that it takes 20 s, and by the end of stroke 1 it take"):
+        list(Job(path, PLANAR).strokes())
+
+
+@pytest.mark.parametrize("v", [1e-200, 5e-324, 1e-8])
+def test_a_segment_that_is_no_way_is_refused(tmp_path, v):
+    still = [[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]]
+    piece = ([0.0, 0.05], [(v, 0.0, still, None)], [1.0, 1.0])
+    assert "does not go on" in refusal(written(tmp_path, [Stroke("", 0.2, 1.0, [piece])]))

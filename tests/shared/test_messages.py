@@ -335,8 +335,8 @@ def test_the_parts_of_a_job_are_the_job():
 @pytest.mark.parametrize(
     ("order", "words"),
     [
-        (Order("speed", None), "speed None: give a number from 10 to 100 %$"),
-        (Order("speed", 101.0), "speed 101.0: give a number from 10 to 100 %$"),
+        (Order("speed", None), "speed None: give a number from 25 to 100 %$"),
+        (Order("speed", 101.0), "speed 101.0: give a number from 25 to 100 %$"),
         (Order("pen", 31.0), "pen 31.0: give a number from -30 to 30 deg"),
     ],
 )
@@ -347,7 +347,7 @@ def test_an_order_that_makes_no_sense_is_refused(order, words):
 
 def test_orders_that_make_sense_are_taken():
     for what in ORDERS:
-        check_order(Order(what, {"speed": 10.0, "pen": -30.0}.get(what)))
+        check_order(Order(what, {"speed": 25.0, "pen": -30.0}.get(what)))
 
 
 def test_a_status_of_a_brick_that_knows_no_battery_is_understood():

@@ -5,7 +5,16 @@ import os
 
 import pytest
 
-from robot.jobs.orders import LOOK_PERIOD, BadOrder, JobOrders, Keys, read_order
+from robot.jobs.orders import (
+    LOOK_PERIOD,
+    PEN_TRIM,
+    SPEEDS,
+    BadOrder,
+    JobOrders,
+    Keys,
+    read_order,
+)
+from shared.job_messages import PEN_STEP, RELATIVE_SPEED
 
 
 class Pressed:
@@ -166,3 +175,8 @@ def test_what_is_no_terminal_has_no_keys(monkeypatch, tmp_path):
         monkeypatch.setattr("sys.stdin", file)
         with pytest.raises((OSError, ImportError)):
             Keys()
+
+
+def test_the_page_orders_no_speed_that_the_brick_does_not_take():
+    assert RELATIVE_SPEED[:2] == SPEEDS
+    assert PEN_STEP[:2] == (-PEN_TRIM, PEN_TRIM)

@@ -175,6 +175,14 @@ def test_before_the_start_all_is_left_and_at_the_end_nothing():
     assert rest_of(piece, plan.duration - 1e-3) is None
 
 
+def test_a_piece_whose_speeds_do_not_fit_is_slowed_all_the_same():
+    still = [(0.0, 0.0, 0.0, 0.0)] * 2
+    ends = [(1.0, -1.0, still, None), (1.0, -1.0, still, None)]  # it stands where the next begins
+    for piece in (([0.0, 1.0], [(0.0, 1.0, still, None)], (0, 0)), ([0.0, 1.0, 2.0], ends, (0, 0))):
+        times = slowed(piece, 0.25)[0]
+        assert all(b > a for a, b in zip(times, times[1:]))
+
+
 @pytest.mark.parametrize("points", [LINE, CURVE], ids=["line", "curve"])
 @pytest.mark.parametrize("share", [0.1, 0.5])
 def test_a_slowed_piece_is_the_same_way_and_speeds_up_as_hard(points, share):
