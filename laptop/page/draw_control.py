@@ -277,7 +277,10 @@ class DrawControl:
         with tempfile.TemporaryDirectory(prefix="brickservo-") as folder:
             file = Path(folder) / "drawing.job"
             file.write_bytes(job)
-            offer = JobOffer(file, alone=alone, dry=dry)
+            try:
+                offer = JobOffer(file, alone=alone, dry=dry)
+            except ArmError as error:
+                return str(error).replace(str(file), "the drawing")
         self._told_before = link.progress.t if link.progress else -1.0
         if not self._offer(offer):
             return "the link has just broken; it mends by itself, then start again"

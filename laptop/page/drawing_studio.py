@@ -38,8 +38,15 @@ NICENESS = 10
 """Of the process: tracker, page and emulated brick come first."""
 
 
-def work(pipe: Connection, arm: Arm) -> None:
-    """Be the process of the drawings, which does no more."""
+def work(pipe: Connection, arm: Arm, folder: str) -> None:
+    """Be the process of the drawings, which does no more.
+
+    Args:
+        pipe: to who asks.
+        arm: that is to draw.
+        folder: for temporary files.
+    """
+    tempfile.tempdir = folder
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the tracker's, who then ends this
     system.give_way(NICENESS)
     system.limit_memory(MEMORY)

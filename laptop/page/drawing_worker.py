@@ -7,6 +7,7 @@ the one under way comes next, and those between are left out.
 from __future__ import annotations
 
 import multiprocessing
+import tempfile
 import threading
 import time
 from collections.abc import Callable
@@ -36,6 +37,8 @@ class DrawingWorker:
         self._over = False
         self._process: multiprocessing.process.BaseProcess | None = None
         self._pipe: Connection | None = None
+        # Its own, for what it writes now and then: it may be killed at any moment.
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._thread: threading.Thread | None = None
 
     def ask(self, request: Request) -> None:
@@ -98,7 +101,9 @@ class DrawingWorker:
             # (Not a fork of this process, which has threads that hold locks.)
             context = multiprocessing.get_context("forkserver" if "forkserver" in known else None)
             self._pipe, theirs = context.Pipe()
-            self._process = context.Process(target=_work, args=(theirs, self._arm), daemon=True)
+            self._folder = tempfile.TemporaryDirectory(prefix="brickservo-")
+            words = theirs, self._arm, self._folder.name
+            self._process = context.Process(target=_work, args=words, daemon=True)
             self._process.start()
             theirs.close()
         return self._pipe
@@ -111,9 +116,12 @@ class DrawingWorker:
             self._process.kill()
             self._process.join(1.0)
             self._process = None
+        if self._folder is not None:
+            self._folder.cleanup()
+            self._folder = None
 
 
-def _work(pipe: Connection, arm: Arm) -> None:
+def _work(pipe: Connection, arm: Arm, folder: str) -> None:
     from laptop.page.drawing_studio import work  # only there: it is slow to import
 
-    work(pipe, arm)
+    work(pipe, arm, folder)

@@ -28,7 +28,7 @@ DRAWING = "/drawing"
 """Path to which a page sends a file that is to be drawn."""
 UNREAD = {"connection": "close"}
 """Headers of an answer after which nothing more is read of what was asked."""
-MAX_FILE, FILE_TIMEOUT = 8_000_000, 20.0
+MAX_FILE, FILE_TIMEOUT, MAX_UPLOADS = 8_000_000, 20.0, 4
 """Bytes of such a file, and time that it may take to come, s."""
 BUILD_TIMEOUT = 60.0
 """Time that a page may take to be put together once it is its turn, s."""
@@ -94,10 +94,15 @@ def serve(
         named = {"content-disposition": f"inline; filename={name}", "cache-control": "no-store"}
         return Response(text, media_type="text/html", headers=named)
 
+    uploads = asyncio.Semaphore(MAX_UPLOADS)
+
     @app.post(DRAWING)
     async def drawing(request: Request, name: str = "drawing") -> Response:
+        if uploads.locked():
+            return Response(f"{name[:80]}: other files are coming; try again soon", 503, UNREAD)
         try:
-            data = await asyncio.wait_for(_body(request), FILE_TIMEOUT)
+            async with uploads:
+                data = await asyncio.wait_for(_body(request), FILE_TIMEOUT)
         except asyncio.TimeoutError:
             return Response(f"{name[:80]}: it took too long to come; try again", 408, UNREAD)
         if data is None:

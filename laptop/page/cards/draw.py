@@ -24,7 +24,18 @@ from laptop.page.drawing_snapshots import (
 from laptop.page.drawing_view import SIZES, figure, placing_of
 from laptop.page.interface import DrawCalls
 from laptop.page.snapshots import PageState
-from shared.job_messages import ABORT, DONE, FAILED, FETCHING, PAUSE, PAUSED, PEN, RESUME, SPEED
+from shared.job_messages import (
+    ABORT,
+    DONE,
+    FAILED,
+    FETCHING,
+    PAUSE,
+    PAUSED,
+    PEN,
+    RELATIVE_SPEED,
+    RESUME,
+    SPEED,
+)
 
 SCRIPT = Path(__file__).with_name("drop.js")
 MAX_FILE = 8_000_000
@@ -175,9 +186,9 @@ class DrawCard:
             self._why = ui.label().classes("quiet")
             with ui.row().classes("w-full gap-2 items-center no-wrap") as self._on_the_way:
                 ui.label("Speed").classes("quiet")
-                self._speed = ui.slider(min=10, max=100, step=10, value=100).props(
-                    'label aria-label="speed, per cent" :label-value="$event"'
-                )
+                self._speed = ui.slider(
+                    min=RELATIVE_SPEED[0], max=RELATIVE_SPEED[1], step=5, value=100
+                ).props('label aria-label="speed, per cent" :label-value="$event"')
                 self._speed.props(remove=":label-value")
                 self._speed.on("change", self._on_speed)
                 for label, step in (("Pen lower", PEN_STEP), ("higher", -PEN_STEP)):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Concatenate, NamedTuple, ParamSpec
 
 from nicegui import ui
@@ -16,6 +17,7 @@ from laptop.page.interface import (
     RunCalls,
     SteeringCalls,
 )
+from laptop.page.rpc import RpcError
 from laptop.page.steering import browser_title
 from laptop.tracking.pipeline import Point
 from shared.messages import EFFECTOR
@@ -92,9 +94,7 @@ class BrowserSession:
         **kwargs: P.kwargs,
     ) -> bool:
         """Give an order, or say why not; return True if it was carried out."""
-        why = await self._why_not() or await self.controller.call(method, *args, **kwargs)
-        self.warn(why)
-        return not why
+        return await self._done(partial(self.controller.call, method, *args, **kwargs))
 
     async def draw(
         self,
@@ -103,9 +103,7 @@ class BrowserSession:
         **kwargs: P.kwargs,
     ) -> bool:
         """Do something about the drawing, or say why not; return True if it was done."""
-        why = await self._why_not() or await self.controller.call_slowly(method, *args, **kwargs)
-        self.warn(why)
-        return not why
+        return await self._done(partial(self.controller.call_slowly, method, *args, **kwargs))
 
     async def edit(
         self,
@@ -114,7 +112,13 @@ class BrowserSession:
         **kwargs: P.kwargs,
     ) -> bool:
         """Change a marker's colour, or say why not; return True if it was changed."""
-        why = await self._why_not() or await self.controller.call_slowly(method, *args, **kwargs)
+        return await self._done(partial(self.controller.call_slowly, method, *args, **kwargs))
+
+    async def _done(self, do: Callable[[], Awaitable[str]]) -> bool:
+        try:
+            why = await self._why_not() or await do()
+        except RpcError as error:
+            why = f"the tracker could not do this ({error}); look, then do it again"
         self.warn(why)
         return not why
 

@@ -3,8 +3,10 @@
 import math
 import multiprocessing
 import re
+import tempfile
 import threading
 import zlib
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -20,7 +22,7 @@ from laptop.page.table_mapping import TableView
 from laptop.vision.tracker import Sighting
 from robot.motion import kinematics
 from shared.arm_description import find_arm, read_arm
-from shared.job import Job
+from shared.job import BadJob, Job
 from shared.job_messages import Draw, JobStatus, Order, Want, bytes_of
 from shared.messages import EFFECTOR, Status, Stop
 
@@ -190,7 +192,7 @@ def test_of_many_places_the_last_counts(scene, drawings):
         (("choose", "/etc/hostname"), "choose one of house, knot"),
         (("order", "dance"), "dance: give one of pause"),
         (("order", "pause"), "nothing is drawn just now"),
-        (("order", "speed", 500.0), "speed 500.0: give a number from 10 to 100 %"),
+        (("order", "speed", 500.0), "speed 500.0: give a number from 25 to 100 %"),
         (("place", Placing()), "there is no drawing yet"),
         (("trace", "A", [(1.0, 2.0), (100.0, 120.0)]), "is not known yet; look around first"),
     ],
@@ -568,6 +570,37 @@ def worker():
 def last(answers):
     until(lambda: answers and answers[-1][2], "the last answer")
     return answers[-1][1]
+
+
+def test_what_a_process_that_is_killed_has_written_goes_with_it(worker):
+    worker, answers = worker
+    worker.ask(Request(1, Source("gallery", "rose"), Placing(14.0, 0.0, 5.0)))
+    last(answers)
+    folder = Path(worker._folder.name)
+    assert list(folder.iterdir()) == []
+    (folder / "drawing.job.part").write_text("half")
+    worker.close()
+    assert not folder.exists()
+
+
+def test_the_process_writes_into_the_folder_that_it_is_given(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    for name in ("signal.signal", "system.give_way", "system.limit_memory", "cv2.setNumThreads"):
+        monkeypatch.setattr(f"laptop.page.drawing_studio.{name}", lambda *words: None)
+    ours, theirs = multiprocessing.Pipe()
+    ours.close()
+    drawing_studio.work(theirs, ARM, str(tmp_path))
+    assert tempfile.gettempdir() == str(tmp_path)
+
+
+def test_a_job_that_cannot_be_offered_is_told(scene, drawings, monkeypatch):
+    def refuse(file, **words):
+        raise BadJob(f"{file} is longer than a job may be")
+
+    drawings.load("square.svg", SQUARE)
+    scene.drawn()
+    monkeypatch.setattr(draw_control, "JobOffer", refuse)
+    assert drawings.start() == "the drawing is longer than a job may be"
 
 
 def test_the_process_plans_and_one_that_dies_is_replaced(worker):

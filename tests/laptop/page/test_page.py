@@ -33,6 +33,7 @@ from waiting import PATIENCE, until
 from laptop.cli.track import start_brick as own_brick
 from laptop.page import process as page_process
 from laptop.page.cards.camera_view import IMAGE_TIMEOUT
+from laptop.page.server import MAX_UPLOADS
 from laptop.vision.markers import read_markers
 
 
@@ -170,6 +171,26 @@ def test_a_drawing_that_is_too_large_is_refused_unread(tracker):
     sock.close()
     assert taken < 50, "MB were taken"
     assert tracker.get()[0] == 200
+
+
+def test_only_some_files_may_be_on_their_way_at_once(tracker):
+    """Each is held in memory until it is whole."""
+    head = f"POST /drawing?name=a.svg HTTP/1.1\r\nHost: {tracker.host}\r\n"
+    head += f"Cookie: {tracker.cookie}\r\nOrigin: http://{tracker.host}\r\n"
+    head += "Content-Length: 7000000\r\n\r\n<svg"
+    held = []
+    try:
+        for _ in range(MAX_UPLOADS):
+            held.append(socket.create_connection(("127.0.0.1", tracker.port), timeout=PATIENCE))
+            held[-1].sendall(head.encode())
+        page = {"Origin": f"http://{tracker.host}"}
+        until(lambda: tracker.get("/drawing?name=b.svg", "POST", **page)[0] == 503, "a busy answer")
+        said = tracker.get("/drawing?name=b.svg", "POST", **page)[2]
+        assert said == "b.svg: other files are coming; try again soon"
+    finally:
+        for sock in held:
+            sock.close()
+    until(lambda: tracker.get("/drawing?name=b.svg", "POST", **page)[0] == 200, "its turn")
 
 
 def pushed(sock, data, times):

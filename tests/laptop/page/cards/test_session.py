@@ -1,0 +1,32 @@
+"""The choices of one browser: what it orders is done, or it is told why not."""
+
+import asyncio
+
+import pytest
+
+from laptop.page.interface import ColourCalls, DrawCalls, RunCalls, SteeringCalls
+from laptop.page.rpc import RpcError
+
+ORDERS = {"order": RunCalls.stop, "draw": DrawCalls.start, "edit": ColourCalls.undo}
+
+
+class Failing:
+    """A tracker that lets steer, and then fails."""
+
+    state = None
+
+    async def call(self, method, *words):
+        if method is SteeringCalls.claim:
+            return ""
+        raise RpcError("BadJob: too long")
+
+    call_slowly = call
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_an_order_in_which_the_tracker_fails_is_told(order):
+    session = pytest.importorskip("laptop.page.cards.session").BrowserSession(Failing())
+    told = []
+    session.warn = told.append
+    assert not asyncio.run(getattr(session, order)(ORDERS[order]))
+    assert told == ["the tracker could not do this (BadJob: too long); look, then do it again"]
