@@ -43,8 +43,8 @@ ALIKE = str.maketrans(
         **dict.fromkeys("\u2018\u2019\u201a\u2032\u00b4", "'"),
         **dict.fromkeys("\u201c\u201d\u201e\u2033\u00ab\u00bb", '"'),
         **dict.fromkeys("\u2010\u2011\u2012\u2013\u2014\u2212", "-"),
-        **{"\u2026": "...", "\u00a0": " ", "\u202f": " ", "\t": "    ", "\u00b5": "\u03bc"},
-        **{"\u00d7": "x", "\u00b7": ".", "\u2022": "*", "\u00ad": ""},
+        **{"\u2026": "...", "\t": "    ", "\u00b5": "\u03bc"},
+        **{"\u00d7": "x", "\u00b7": ".", "\u2022": "*"},
         **{"\u00df": "ss", "\u1e9e": "SS", "\u00e6": "ae", "\u00c6": "AE"},
         **{"\u0153": "oe", "\u0152": "OE", "\ufb01": "fi", "\ufb02": "fl"},
     }
@@ -147,7 +147,7 @@ def write_text(text: str, how: Lettering | None = None, name: str = "") -> Artwo
 
 def _line(text: str, how: Lettering, lacking: list[str]) -> _Line:
     line = _Line()
-    for character in _characters(text.translate(ALIKE)):
+    for character in _characters(_shown(text).translate(ALIKE)):
         letter = _letter(how.font, character)
         if letter is None:
             if character not in lacking:
@@ -156,6 +156,12 @@ def _line(text: str, how: Lettering, lacking: list[str]) -> _Line:
         line.strokes += [stroke + [line.width, 0.0] for stroke in letter.strokes]
         line.width += letter.width * how.spacing
     return line
+
+
+def _shown(text: str) -> str:
+    """A text with every space as a plain one, and without what has neither ink nor width."""
+    kinds = ((c, unicodedata.category(c)) for c in text)
+    return "".join(" " if kind == "Zs" else c for c, kind in kinds if kind != "Cf")
 
 
 def _characters(text: str) -> list[str]:

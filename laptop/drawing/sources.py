@@ -5,6 +5,7 @@ What a file is, its contents tell, not its name. Nothing but the file itself is 
 
 from __future__ import annotations
 
+import unicodedata
 from pathlib import Path
 
 from laptop.drawing.artwork import Artwork, BadArtwork
@@ -76,7 +77,13 @@ def read_source(
     text = _text(data)
     if text is None and b"\0" not in data and name.lower().endswith(".txt"):
         raise BadArtwork(f"{name}: is no text in UTF-8; save it so")
-    if text is None:
+    control = _control(text or "\0")
+    if control and name.lower().endswith(".txt"):
+        raise BadArtwork(
+            f"{name}: has a control character in it (U+{ord(control):04X}), as no text has; save "
+            "the text anew"
+        )
+    if text is None or control:
         raise BadArtwork(f"{name}: is no drawing that is known here; give an SVG, a PNG or a JPEG")
     if name.lower().endswith(DRAWING_ENDINGS):
         raise BadArtwork(
@@ -118,11 +125,15 @@ def _read(path: Path) -> tuple[bytes, Path]:
 def _text(data: bytes) -> str | None:
     """A text in UTF-8, None where it is no text."""
     try:
-        text = data.decode("utf-8-sig")
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError:
         return None
-    head = text[:10_000]
-    return text if all(c.isprintable() or c in "\t\r\n\f" for c in head) else None
+
+
+def _control(text: str) -> str:
+    """The first character of a text that steers something instead of being written, or ""."""
+    steering = (c for c in text if unicodedata.category(c) == "Cc" and c not in "\t\r\n\f\v")
+    return next(steering, "")
 
 
 def _one_line(name: str) -> str:

@@ -20,6 +20,9 @@ MAX_ELEMENTS = 100_000
 MAX_TEXT = 1_000_000
 """Most characters kept between tags, all together: style sheets and texts, which are short."""
 
+MAX_DEFAULTS = 500
+"""Most characters that a file may declare for elements that do not say them."""
+
 LONGEST_EMBEDDED = 100
 """Of a picture that is embedded as text so many characters are kept."""
 
@@ -57,7 +60,7 @@ class _BoundedReader:
         self.name = name
         self.builder = ET.TreeBuilder()
         self.instructions: list[str] = []
-        self._depth = self._elements = self._text = 0
+        self._depth = self._elements = self._text = self._defaults = 0
         self.parser = expat.ParserCreate(namespace_separator="}")
         self.parser.buffer_text = True
         self.parser.StartElementHandler = self._start
@@ -65,6 +68,7 @@ class _BoundedReader:
         self.parser.CharacterDataHandler = self._characters
         self.parser.ProcessingInstructionHandler = self._instruct
         self.parser.EntityDeclHandler = self._refuse_entity
+        self.parser.AttlistDeclHandler = self._declare_default
         self.parser.SetParamEntityParsing(expat.XML_PARAM_ENTITY_PARSING_NEVER)
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
@@ -101,6 +105,17 @@ class _BoundedReader:
     def _instruct(self, target: str, data: str) -> None:
         if len(self.instructions) < 10:
             self.instructions.append(f"{target} {data}"[:LONGEST_EMBEDDED])
+
+    def _declare_default(
+        self, element: str, attribute: str, kind: str, default: str | None, is_needed: bool
+    ) -> None:
+        # It then stands in each such element, however many there are.
+        self._defaults += len(default or "")
+        if self._defaults > MAX_DEFAULTS:
+            raise BadArtwork(
+                f"{self.name}: declares more than {MAX_DEFAULTS} letters as what attributes are "
+                f"by themselves ({attribute[:30]} of <{element[:30]}>); save it as plain SVG"
+            )
 
     def _refuse_entity(self, entity: str, *_: object) -> None:
         raise BadArtwork(

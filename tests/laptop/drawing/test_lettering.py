@@ -87,6 +87,20 @@ def test_what_looks_alike_is_written_alike(text, alike):
         assert stroke == pytest.approx(same)
 
 
+@pytest.mark.parametrize("space", "\u00a0\u2003\u202f\u3000")
+def test_every_space_is_as_wide_as_a_plain_one(space):
+    assert all(map(np.array_equal, strokes(f"a{space}b"), strokes("a b")))
+
+
+@pytest.mark.parametrize("nothing", "\u00ad\u200b\u200d\u202e\ufeff")
+def test_what_has_no_width_is_nothing(nothing):
+    assert all(map(np.array_equal, strokes(f"a{nothing}b"), strokes("ab")))
+
+
+def strokes(text):
+    return write_text(text).strokes
+
+
 def test_greek_letters_are_each_other():
     letters = "αβγδεζηθικλμνξοπρστυφχψωΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ"
     shapes = {

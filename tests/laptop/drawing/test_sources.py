@@ -1,5 +1,7 @@
 """One door: what a file is, its contents tell; the gallery is found by name."""
 
+import re
+
 import cv2
 import numpy as np
 import pytest
@@ -71,6 +73,20 @@ def test_contents_tell_whatever_the_name_says(tmp_path):
         assert artwork.name == name
         assert count in (None, len(artwork.strokes))
         assert read_source(data, name).points() == artwork.points()
+
+
+def test_a_text_may_have_any_letters_and_spaces_but_nothing_that_steers():
+    for text in ("Bonjour\u00a0!", "a\u200bb", "a\u2028b", "a\u202eb", "a\ue000", "a\vb"):
+        assert read_source(text.encode(), "it.txt").strokes
+    for text, code in (("a\x1b[31mb", "U+001B"), ("a\x00", "U+0000"), ("\x7fa", "U+007F")):
+        with pytest.raises(
+            BadArtwork, match=re.escape(f"it.txt: has a control character in it ({code}")
+        ):
+            read_source(text.encode(), "it.txt")
+        with pytest.raises(BadArtwork, match=r"it: is no drawing that is known here"):
+            read_source(text.encode(), "it")
+    with pytest.raises(BadArtwork, match=r"it.txt: is no text in UTF-8"):
+        read_source("\u00e4".encode("latin-1"), "it.txt")
 
 
 def test_options_reach_what_they_are_for():

@@ -426,3 +426,12 @@ def test_what_is_drawn_has_no_point_twice_in_a_row():
 def test_nothing_to_draw_is_said_with_its_reason():
     with pytest.raises(BadArtwork, match='^a.svg: nothing in it is drawn: The text "Hi" is in a'):
         read_svg(f"<svg {NAMES}><text>Hi</text></svg>".encode(), "a.svg")
+
+
+def test_attributes_that_a_head_gives_to_every_element_are_short():
+    """One of a megabyte would be one of each of twenty thousand paths."""
+    drawing = f'<svg {NAMES}><path d="M0 0h1"/></svg>'
+    head = '<!DOCTYPE svg [<!ATTLIST path stroke CDATA "red" id CDATA "{}">]>'
+    assert len(read_svg((head.format("i") + drawing).encode()).strokes) == 1
+    with pytest.raises(BadArtwork, match=r"declares more than 500 letters .* \(id of <path>\)"):
+        read_svg((head.format("i" * 501) + drawing).encode())
