@@ -38,7 +38,10 @@ FOR_THE_CARDS = "laptop.drawing.durations", "laptop.drawing.pictures"
 RULES = {
     "shared": ("shared",),
     "robot": ("robot", "shared", "ev3dev2.motor"),
-    "laptop.vision": ("laptop.vision", "laptop.files", "shared", "numpy", "cv2", "matplotlib"),
+    "laptop.vision": (
+        *("laptop.vision", "laptop.files", "laptop.picture_heads", "shared"),
+        *("numpy", "cv2", "matplotlib"),
+    ),
     "laptop.tracking": (
         *("laptop.files", "laptop.system", "laptop.tracking", "laptop.vision", "shared"),
         *("numpy", "cv2", "ifaddr", "rich"),
@@ -77,7 +80,7 @@ RULES = {
     ),
     "laptop.reporting": ("laptop.reporting", "shared", "jinja2", "markupsafe", *LIBRARIES),
     "laptop.page": (
-        *("laptop.page", "laptop.drawing", *BELOW_SIMULATOR, "shared"),
+        *("laptop.page", "laptop.drawing", "laptop.picture_heads", *BELOW_SIMULATOR, "shared"),
         *("robot.motion.kinematics", "robot.motion.paths", "robot.motion.trajectory"),
         *("numpy", "cv2", "matplotlib"),
     ),
@@ -92,7 +95,7 @@ RULES = {
         )
     },
     "laptop.drawing": (
-        *("laptop.drawing", "laptop.files", *PURE, "shared"),
+        *("laptop.drawing", "laptop.files", "laptop.picture_heads", *PURE, "shared"),
         *("numpy", "cv2", "HersheyFonts", "svgelements"),
     ),
     "laptop.drawing.timing": (
@@ -106,6 +109,7 @@ RULES = {
         for name in ("preview_png",)
     },
     "laptop.files": ("shared",),
+    "laptop.picture_heads": ("shared",),
     "laptop.brick": ("laptop.brick", "laptop.files", "laptop.system", "shared", "asyncssh"),
     "laptop.brick.finding": ("laptop.brick", "asyncssh", "ifaddr", "zeroconf"),
     "laptop.simulator": ("laptop.simulator", "laptop.system", "robot", "shared", "ev3dev2"),

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.drawing.picture_files import is_picture
 from laptop.drawing.pictures import Tracing
 from laptop.page.board_mapping import BoardMapping
 from laptop.page.camera_feed import CameraFeed
@@ -35,6 +34,7 @@ from laptop.page.ink_track import InkTrack
 from laptop.page.job_states import heard, unheard
 from laptop.page.look_around import look_job
 from laptop.page.table_mapping import TableMapping, TableView
+from laptop.picture_heads import is_picture
 from laptop.tracking.job_offer import JobOffer
 from laptop.tracking.joint_track import JointTrack, marker_place, marker_shift
 from laptop.tracking.pipeline import Point

@@ -7,24 +7,30 @@ out.
 from __future__ import annotations
 
 import math
+import os
 import re
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 
+from laptop.picture_heads import MAX_PICTURE_BYTES, SpoiltPicture, picture_size
 from laptop.vision.containers import why_unreadable
 from laptop.vision.frames import Capture, Frame, MakeCapture, NoCamera, bgr, size_of
+from shared.message_fields import printable
+from shared.small_files import SpoiltFile, open_file
 
 PICTURE_FPS = 30.0
 """Frames per second of a folder of pictures."""
 MAX_UNREAD_IN_A_ROW = 1000
 """Frames in a row that cannot be read, after which a file is at its end whatever it promises."""
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
+MAX_NAMED = 3
+"""Pictures that cannot be read that are named; of more their number is told."""
 
 
 class Recording:
@@ -91,6 +97,8 @@ class Recording:
         if not self.unread:
             return []
         note = f"{self.unread} of {self._promised()}frames could not be read"
+        if isinstance(self._capture, PictureFolder) and self._capture.spoilt:
+            return [f"{note}: {_named(self._capture.spoilt)}"]
         if self._gapless and self._failed and self.ended and self._numbers is None:
             note += (
                 f"; the file does not tell which, so numbers and times may be too small, by up to "
@@ -197,16 +205,21 @@ class Recording:
 
 
 class PictureFolder:
-    """Pictures in files, taken in turn as if they were a video: a Capture."""
+    """Pictures in files, taken in turn as if they were a video: a Capture.
+
+    Attributes:
+        spoilt: those that could not be read so far, and why.
+    """
 
     def __init__(self, files: Sequence[Path]) -> None:
         self._files = files
         self._at = -1
-        first = next((image for image in map(_read_picture, files) if image is not None), None)
+        self.spoilt: dict[Path, str] = {}
+        first = next((image for image in map(self._read, files) if image is not None), None)
         if first is None:
             raise NoCamera(
-                f"none of the {len(files)} pictures in {files[0].parent} can be read; "
-                "give --camera a folder of png or jpg files"
+                f"none of the {len(files)} pictures in {files[0].parent} can be read: "
+                f"{_named(self.spoilt)}; give --camera a folder of png or jpg files"
             )
         height, width = first.shape[:2]
         self._facts = {
@@ -224,8 +237,15 @@ class PictureFolder:
         return self._at < len(self._files)
 
     def retrieve(self) -> tuple[bool, Any]:  # noqa: D102
-        image = _read_picture(self._files[self._at])
+        image = self._read(self._files[self._at])
         return image is not None, image
+
+    def _read(self, file: Path) -> np.ndarray | None:
+        try:
+            return _read_picture(file)
+        except SpoiltPicture as error:
+            self.spoilt[file] = str(error)
+            return None
 
     def get(self, propId: int) -> float:  # noqa: N803, D102
         if propId == cv2.CAP_PROP_POS_MSEC:
@@ -242,13 +262,37 @@ class PictureFolder:
         self._files = ()
 
 
-def _read_picture(file: Path) -> np.ndarray | None:
-    """Grey becomes colour, alpha is left out; None if the file cannot be read."""
+def _read_picture(file: Path) -> np.ndarray:
+    """Grey becomes colour, alpha is left out.
+
+    Raises:
+        SpoiltPicture: it cannot be read, or is larger than any camera's.
+    """
     try:
-        data = np.fromfile(file, np.uint8)
-        return cv2.imdecode(data, cv2.IMREAD_COLOR) if len(data) else None
-    except (OSError, cv2.error):
-        return None
+        with open(open_file(str(file)), "rb") as opened:
+            data = opened.read(MAX_PICTURE_BYTES + 1)
+    except SpoiltFile as error:
+        raise SpoiltPicture(f"{error}; give a png or jpg file") from None
+    except OSError as error:
+        raise SpoiltPicture(f"cannot be read ({error.strerror}); check the file") from None
+    picture_size(data, whole=False)  # of a video in pictures each is decoded once, and soon
+    try:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    except cv2.error:
+        image = None
+    if image is None:
+        raise SpoiltPicture("is a damaged picture, and cannot be read; save it anew")
+    return image
+
+
+def _named(spoilt: Mapping[Path, str]) -> str:
+    """Which files could not be read, and why, in a few words."""
+    named = [
+        f"{printable(file.name)} ({why.partition(';')[0]})"
+        for file, why in list(spoilt.items())[:MAX_NAMED]
+    ]
+    more = len(spoilt) - len(named)
+    return ", ".join(named) + (f" and {more} more" if more else "")
 
 
 def _natural(file: Path) -> list[tuple[int, str]]:
@@ -275,9 +319,17 @@ def open_files(source: str, make: MakeCapture) -> Capture:
             "a folder of pictures, a stream (http://, rtsp://) or synthetic"
         )
     if path.suffix.lower() in PICTURE_SUFFIXES:
-        if _read_picture(path) is None:
-            raise NoCamera(f"{path} cannot be read as a picture; check the file")
+        try:
+            _read_picture(path)
+        except SpoiltPicture as error:
+            raise NoCamera(f"{path} {error}") from None
         return PictureFolder([path])
+    try:
+        os.close(open_file(str(path)))  # FFmpeg would wait for a pipe
+    except SpoiltFile as error:
+        raise NoCamera(f"{path} {error}; give --camera a webcam by its number, or a file") from None
+    except OSError as error:
+        raise NoCamera(f"{path} cannot be read ({error.strerror}); check the file") from None
     video = make(str(path), cv2.CAP_FFMPEG)
     if video.isOpened():
         return video

@@ -1,5 +1,6 @@
 """Videos and pictures as cameras: in order, at any pace, and with what cannot be read."""
 
+import os
 from functools import partial
 
 import cv2
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 from captures import EndlessCapture
 from clocks import FakeClock
+from hostile_files import jpeg_of, png_of
 from numbered_frames import FPS, everything, number_of, picture, write_video
 from waiting import PATIENCE
 
@@ -286,7 +288,9 @@ def test_a_broken_picture_among_others_is_told_and_says_nothing_itself(tmp_path,
     with quiet_decoders(), open_camera(str(tmp_path)) as source:
         frames = everything(source)
     assert [frame.index for frame in frames] == [0, 2]
-    assert source.notes == ["1 of 3 frames could not be read"]
+    assert source.notes == [
+        "1 of 3 frames could not be read: 1.png (is a damaged picture, and cannot be read)"
+    ]
     assert capfd.readouterr().err == ""
 
 
@@ -299,5 +303,67 @@ def test_a_single_picture_is_a_camera_too(tmp_path):
 def test_a_broken_picture_alone(tmp_path):
     (tmp_path / "a.png").write_bytes(b"no picture")
     for source in (tmp_path, tmp_path / "a.png"):
-        with pytest.raises(NoCamera, match="read"):
+        with pytest.raises(NoCamera, match="is neither PNG nor JPEG"):
             open_camera(str(source))
+
+
+def test_of_many_broken_pictures_three_are_named(tmp_path):
+    cv2.imwrite(str(tmp_path / "0.png"), picture(0))
+    for number in range(1, 6):
+        (tmp_path / f"{number}.png").write_bytes(b"no picture" if number > 1 else b"")
+    with open_camera(str(tmp_path)) as source:
+        assert len(everything(source)) == 1
+    assert source.notes == [
+        "5 of 6 frames could not be read: 1.png (is empty), 2.png (is neither PNG nor JPEG), "
+        "3.png (is neither PNG nor JPEG) and 2 more"
+    ]
+
+
+@pytest.mark.parametrize("data", [png_of(30000, 30000), jpeg_of(65500, 65500)], ids=["png", "jpeg"])
+def test_a_picture_larger_than_any_cameras_is_not_decoded(tmp_path, data, monkeypatch):
+    def decoded(*_):
+        raise AssertionError("it is decoded")
+
+    monkeypatch.setattr(cv2, "imdecode", decoded)
+    path = tmp_path / "large.png"
+    path.write_bytes(data)
+    told = r"large.png claims (30000 x 30000|65500 x 65500) pixels; it may have up to 50 million"
+    with pytest.raises(NoCamera, match=told):
+        open_camera(str(path))
+    with pytest.raises(NoCamera, match=r"of the 1 pictures .* can be read: large.png \(claims"):
+        open_camera(str(tmp_path))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes, as Unix has them")
+@pytest.mark.parametrize("name", ["a.png", "a.mp4"])
+def test_a_pipe_is_told_and_not_waited_for(tmp_path, name):
+    os.mkfifo(tmp_path / name)
+    writer = os.open(tmp_path / name, os.O_RDWR)  # so nobody who opens it waits for ever
+    os.write(writer, b"no picture")
+    with pytest.raises(NoCamera, match=rf"{name} is a pipe, not a file; give"):
+        open_camera(str(tmp_path / name))
+    os.close(writer)
+
+
+def test_a_pipe_among_pictures_is_passed_over(tmp_path):
+    if not hasattr(os, "mkfifo"):
+        pytest.skip("pipes, as Unix has them")
+    cv2.imwrite(str(tmp_path / "b.png"), picture(4))
+    os.mkfifo(tmp_path / "a.png")
+    writer = os.open(tmp_path / "a.png", os.O_RDWR)
+    os.write(writer, b"no picture")
+    with open_camera(str(tmp_path)) as source:
+        assert [number_of(frame.image) for frame in everything(source)] == [4]
+    assert source.notes == ["1 of 2 frames could not be read: a.png (is a pipe, not a file)"]
+    os.close(writer)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="devices, as Unix has them")
+@pytest.mark.parametrize("link", [None, "a.avi", "a.png"])
+def test_a_device_is_called_so(tmp_path, link):
+    source = "/dev/zero"
+    if link:
+        source = str(tmp_path / link)
+        os.symlink("/dev/null", source)
+    with pytest.raises(NoCamera, match="is a device, not a file; give"):
+        open_camera(source)
