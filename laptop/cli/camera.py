@@ -12,6 +12,7 @@ from laptop.cli.options import bar_option, examples, importing, in_one_line, rep
 from laptop.cli.track import open_synthetic
 from laptop.files import check_new
 from shared import state
+from shared.message_fields import printable
 
 if TYPE_CHECKING:
     from laptop.vision.finders.board import BoardView
@@ -86,7 +87,10 @@ def camera(
 
 
 def _views(sources: tuple[str, ...], scene: str) -> tuple[int, list[BoardView]]:
-    """Look at all pictures; how many there were, and the views of those that show the board."""
+    """Look at all pictures; how many there were, and the views of those that show the board.
+
+    Says which could not be read.
+    """
     from laptop.vision.cameras import is_live, open_camera
     from laptop.vision.finders.board import find_board
     from laptop.vision.frames import quiet_decoders
@@ -118,4 +122,6 @@ def _views(sources: tuple[str, ...], scene: str) -> tuple[int, list[BoardView]]:
                 view = find_board(frame.image)
                 views += [view] if view else []
             looked += taken
+            for note in () if live else one.notes:
+                click.echo(f"{printable(source)}: {note}")
     return looked, views

@@ -64,6 +64,21 @@ def test_pictures_without_the_board_are_counted(run):
     assert "measure the bar" in result.output
 
 
+def test_pictures_that_cannot_be_read_are_named(run, pictures, tmp_path):
+    (tmp_path / "a.png").write_bytes((pictures / "board.png").read_bytes())
+    (tmp_path / "b.png").write_bytes((pictures / "board.png").read_bytes()[:90])
+    for name in ("c.png", "d.png", "e.jpg"):
+        (tmp_path / name).write_bytes(b"no picture")
+    result = run(str(tmp_path))
+    assert result.exit_code == 0, result.output
+    first, second, *_ = result.output.splitlines()
+    assert first == (
+        f"{tmp_path}: 4 of 5 frames could not be read: b.png (is a damaged picture, and cannot be "
+        "read), c.png (is neither PNG nor JPEG), d.png (is neither PNG nor JPEG) and 1 more"
+    )
+    assert "markers in 1 view;" in second
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
