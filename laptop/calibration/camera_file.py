@@ -3,20 +3,47 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
-from laptop.calibration.camera_fit import BadCalibration, Calibration
-from laptop.calibration.camera_model import CameraModel
+from laptop.calibration.camera_fit import (
+    BAR_LIMITS,
+    MAX_RMS,
+    MAX_TILT,
+    MIN_MARKERS,
+    BadCalibration,
+    Calibration,
+)
+from laptop.calibration.camera_model import LENS, CameraModel
 from laptop.files import write_whole
 from laptop.vision.board import BOARDS
 from shared.message_fields import printable
 from shared.small_files import SpoiltFile, read_text
 
 SHAPES = {"lens": (8,), "rotation": (3,), "translation": (3,), "covariance": (14, 14)}
-NUMBERS = ("rms", "rms_mm", "blur")
+NUMBERS = {"rms": MAX_RMS, "rms_mm": 100.0, "blur": 100.0}
+"""Numbers, and the greatest that is believed: px, mm, px."""
+
+SIDES = (16, 20000)
+"""Least and greatest side of a picture, px."""
+FOCALS = (0.1, 30.0)
+"""Least and greatest focal length, in the picture's longer side: fisheyes to telescopes."""
+CENTRES = (-1.0, 2.0)
+"""Where the lens's axis may be, in the picture's sides: of a part of a picture it is outside."""
+BENDS = (20.0, 20.0, 1.0, 1.0, 20.0)
+"""Greatest k1, k2, p1, p2, k3."""
+TURNS = 4 * math.pi
+"""Greatest length of a rotation vector, rad."""
+HEIGHTS = (1.0, 10000.0)
+"""Least and greatest height of a camera over its table, cm."""
+SIGMAS = (*(3.0, 1.0, 1.0), *BENDS, *3 * [math.pi], *3 * [10.0])
+"""Greatest standard deviations: of the focal length in its own, of the axis in the picture's longer
+side, of the rotation in rad, of the shift in the distance; nobody knows less than that."""
+ASYMMETRY = 1e-3
+"""Greatest error of a correlation: by how much it is beyond 1, or not the same both ways."""
 
 
 def write_camera(file: str | Path, calibration: Calibration) -> None:
@@ -84,24 +111,60 @@ def _understand(told: dict[str, object]) -> Calibration:
         if array.shape != shape or not np.isfinite(array).all():
             raise ValueError(f"{key} is not {' x '.join(map(str, shape))} numbers")
         arrays[key] = array
-    size, bar, markers = told["size"], told["bar"], told["markers"]
-    numbers = [told[key] for key in NUMBERS]
+    size, bar, markers = _list(told["size"], "size"), told["bar"], _list(told["markers"], "markers")
     if told["board"] not in BOARDS:
         raise ValueError("board is not one of " + ", ".join(BOARDS))
-    for one in [*_list(size, "size"), *_list(markers, "markers")]:
-        if not isinstance(one, int) or not 0 < one < 100000:
-            raise ValueError("size and markers are whole numbers")
-    for number in [*numbers, *([bar] if bar is not None else [])]:
-        if not isinstance(number, int | float) or not 0 <= number < 1e6:
-            raise ValueError(f"{', '.join(NUMBERS)} and bar are numbers")
-    width, height = _list(size, "size")
-    if arrays["lens"][0] <= 0 or np.diag(arrays["covariance"]).min() < 0:
-        raise ValueError("focal length and variances are above 0")
-    camera = CameraModel((width, height), **arrays)
-    rms, rms_mm, blur = (float(str(number)) for number in numbers)
     board = BOARDS[str(told["board"])]
-    length = None if bar is None else float(str(bar))
-    return Calibration(camera, board, length, tuple(_list(markers, "markers")), rms, rms_mm, blur)
+    if any(type(one) is not int for one in [*size, *markers]):
+        raise ValueError("size and markers are whole numbers")
+    width, height = size
+    _within("size", min(size), *SIDES)
+    _within("size", max(size), *SIDES)
+    _within("markers", min(markers), MIN_MARKERS, len(board.numbers))
+    _within("markers", max(markers), MIN_MARKERS, len(board.numbers))
+    rms, rms_mm, blur = (_within(key, told[key], 0, most) for key, most in NUMBERS.items())
+    length = None if bar is None else _within("bar", bar, *BAR_LIMITS)
+    camera = CameraModel((width, height), **arrays)
+    _check(camera)
+    return Calibration(camera, board, length, tuple(markers), rms, rms_mm, blur)
+
+
+def _within(name: str, value: object, least: float, most: float) -> float:
+    """Return the value as a number between these limits; ValueError if it is none."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        raise ValueError(f"{name} is not a number")
+    number = float(value)
+    if not least <= number <= most:
+        raise ValueError(f"{name} is {number:g}; a camera's is from {least:g} to {most:g}")
+    return number
+
+
+def _check(camera: CameraModel) -> None:
+    """Refuse (ValueError) what no camera is."""
+    longer = max(camera.size)
+    focal, *centre = camera.lens[:3]
+    _within("focal length", focal / longer, *FOCALS)
+    for name, at, side in zip(("cx", "cy"), centre, camera.size, strict=True):
+        _within(f"{name} in the picture's sides", at / side, *CENTRES)
+    for name, bend, most in zip(LENS[3:], camera.distortion, BENDS, strict=True):
+        _within(name, bend, -most, most)
+    if not np.abs(camera.rotation).max() <= TURNS:
+        raise ValueError(f"rotation is more than {TURNS:.1f} rad")
+    if not np.abs(camera.translation).max() <= HEIGHTS[1] / math.cos(MAX_TILT):
+        raise ValueError("translation is farther than any camera is from its table")
+    _within("height over the table, cm,", camera.position[2], *HEIGHTS)
+    _within("angle from straight down", math.degrees(camera.tilt), 0, math.degrees(MAX_TILT))
+    units = np.array([focal, *2 * [longer], *8 * [1.0], *3 * [np.linalg.norm(camera.translation)]])
+    spread = camera.covariance / np.outer(units, units)
+    variances = np.diag(spread)
+    if variances.min() < 0 or (variances > np.square(SIGMAS)).any():
+        raise ValueError("covariance has variances below 0, or larger than nobody knows them")
+    roots = np.sqrt(np.where(variances > 0, variances, 1.0))
+    with np.errstate(over="ignore", invalid="ignore"):
+        related = spread / np.outer(roots, roots)
+        beyond = max(np.abs(related).max() - 1, np.abs(related - related.T).max())
+    if not beyond <= ASYMMETRY or np.linalg.eigvalsh(related)[0] < -ASYMMETRY:
+        raise ValueError("covariance is none: it is not symmetric, or not positive")
 
 
 def _list(value: object, name: str) -> list[int]:
