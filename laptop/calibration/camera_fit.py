@@ -40,6 +40,13 @@ FAR_OFF, FAR_OFF_PX = 8.0, 1.0
 """A marker is no part of the board if it is off by so many medians and so many px."""
 MAX_LEFT_OUT = 0.25
 """Share of such markers above which nothing is believed."""
+SAME_VIEW = 0.05
+"""Share of a marker's side by which its corners are elsewhere, below which two views are one."""
+ZOOM_SPREAD = 0.5
+"""How far apart focal lengths of one camera may be, as a logarithm: where views do not tell."""
+ZOOMED, ZOOMED_SIGMAS, ZOOMED_F = 0.03, 5.0, 30.0
+"""Two views have not one focal length if theirs differ by such a share, and by so many sigmas, and
+one for each view leaves so much less over, as R. A. Fisher's F has it."""
 MAX_STEPS = 60
 MAX_BLUR = 1.5
 """Sigma of the edges, px, above which a picture is called blurred."""
@@ -67,6 +74,7 @@ class Calibration:
     rms_mm   the same on the table, in the last view
     blur     of the last view's edges, px
     left_out number of markers that were seen where none of the board can be
+    alike    number of pictures that were not reckoned with, as others show the same view
     """
 
     camera: CameraModel
@@ -77,6 +85,7 @@ class Calibration:
     rms_mm: float
     blur: float
     left_out: int = 0
+    alike: int = 0
 
     @property
     def scale(self) -> float:
@@ -117,6 +126,8 @@ def calibrate(views: Sequence[BoardView], bar: float | None = None) -> Calibrati
         BadCalibration: too little is seen, or it does not fit a flat board.
     """
     _check(views, bar)
+    pictures = len(views)
+    views = _different(views)
     scale = (bar or 10 * BAR) / (10 * BAR)
     state, off, information = _fit(views, scale)
     kept = _without_outliers(views, off)
@@ -125,6 +136,7 @@ def calibrate(views: Sequence[BoardView], bar: float | None = None) -> Calibrati
     few = left_out > MAX_LEFT_OUT * count or min(len(v.numbers) for v in kept) < MIN_MARKERS
     if left_out and not few:
         state, off, information = _fit(kept, scale)
+    _check_zoom(views if few else kept, scale, state, off)
     rms = math.sqrt((off**2).sum(axis=1).mean())
     if few or not rms < MAX_RMS:
         raise BadCalibration(
@@ -144,7 +156,30 @@ def calibrate(views: Sequence[BoardView], bar: float | None = None) -> Calibrati
     missed = camera.to_table(last.pixels) - scale * last.points[:, :2]
     rms_mm = 10 * math.sqrt(float((missed**2).sum(axis=1).mean()))
     markers = tuple(len(view.numbers) for view in kept)
-    return Calibration(camera, last.board, bar, markers, rms, rms_mm, last.blur, left_out)
+    alike = pictures - len(views)
+    return Calibration(camera, last.board, bar, markers, rms, rms_mm, last.blur, left_out, alike)
+
+
+def _different(views: Sequence[BoardView]) -> list[BoardView]:
+    """Return the views without those that a later one repeats.
+
+    A copy tells nothing that its original does not, and would make all seem surer than it is.
+    """
+    kept: list[BoardView] = []
+    for view in reversed(views):
+        if not any(_alike(view, other) for other in kept):
+            kept.append(view)
+    return kept[::-1]
+
+
+def _alike(one: BoardView, other: BoardView) -> bool:
+    """Whether most markers are in the same places of two pictures."""
+    common, here, there = np.intersect1d(one.numbers, other.numbers, return_indices=True)
+    if one.board != other.board or 2 * len(common) < max(len(one.numbers), len(other.numbers)):
+        return False
+    off = one.pixels.reshape(-1, 4, 2)[here] - other.pixels.reshape(-1, 4, 2)[there]
+    limit = SAME_VIEW * min(one.side, other.side)
+    return bool(np.median(np.linalg.norm(off, axis=2)) < limit)
 
 
 def _fit(views: Sequence[BoardView], scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -161,7 +196,8 @@ def refine(
     Args:
         views: of one camera.
         points: of each view, (n, 3), cm.
-        state: (8 + 6 n,): the lens, and each view's rotation and shift.
+        state: (8 + 6 n,): the lens, and each view's rotation and shift; or (8 + 6 n + n - 1,):
+            and the logarithm of each view's focal length in that of the last one.
 
     Returns:
         The state, what is left over (n, 2), px, and the information matrix.
@@ -173,6 +209,40 @@ def refine(
         free = max(off.size - len(state), off.size // 4)
         sigma = math.hypot(math.sqrt(float((_weights(off) * off**2).sum()) / free), LEAST_SIGMA)
     return state, off, information
+
+
+def _check_zoom(
+    views: Sequence[BoardView], scale: float, state: np.ndarray, off: np.ndarray
+) -> None:
+    """Refuse views that one focal length for each of them fits far better than one for all.
+
+    Args:
+        views: of the board.
+        scale: of the print.
+        state: of the fit with one focal length, (8 + 6 n,).
+        off: what that leaves over, (m, 2), px.
+    """
+    count = len(views)
+    if count < 2:
+        return
+    points = [scale * view.points for view in views]
+    own, left, information = refine(views, points, np.concatenate([state, np.zeros(count - 1)]))
+    before, after = (float((_weights(each) * each**2).sum()) for each in (off, left))
+    free = max(left.size - len(own), left.size // 4)
+    gain = (before - after) / (count - 1) / (after / free + LEAST_SIGMA**2)
+    zooms = np.append(own[8 + 6 * count :], 0.0)
+    covariance = np.zeros((count, count))
+    covariance[:-1, :-1] = np.linalg.inv(information)[8 + 6 * count :, 8 + 6 * count :]
+    variances = np.diag(covariance)
+    sigmas = np.sqrt(np.maximum(variances[:, None] + variances - 2 * covariance, 0.0))
+    apart = np.abs(zooms[:, None] - zooms)
+    if gain > ZOOMED_F and (apart > np.maximum(ZOOMED, ZOOMED_SIGMAS * sigmas)).any():
+        focals = own[0] * np.exp(zooms)
+        raise BadCalibration(
+            f"the pictures fit with a focal length each, from {focals.min():.0f} to "
+            f"{focals.max():.0f} px, and not with one: the zoom or the focus was changed between "
+            "them, or they were cropped or squeezed; leave all as it is, and take them anew"
+        )
 
 
 def _without_outliers(views: Sequence[BoardView], off: np.ndarray) -> list[BoardView]:
@@ -282,7 +352,7 @@ def _minimize(
     Args:
         views: of the board.
         points: of each view, (n, 3), cm.
-        state: to begin with, (8 + 6 n,).
+        state: to begin with, as of `refine`.
         sigma: of a corner, px.
 
     Returns:
@@ -318,13 +388,19 @@ def _system(
     views: Sequence[PointsView], points: Sequence[np.ndarray], state: np.ndarray, sigma: float
 ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
     """Cost, what is left over (n, 2), normal matrix and gradient, with the priors."""
-    lens, poses = state[:8], state[8:].reshape(-1, 6)
+    own_zoom = 8 + 6 * len(views)
+    lens, poses, zooms = state[:8], state[8:own_zoom].reshape(-1, 6), state[own_zoom:]
     offs, rows = [], []
     for k, (view, own) in enumerate(zip(views, points, strict=True)):
-        pixels, slopes = projected(own, lens, poses[k, :3], poses[k, 3:])
+        zoom = math.exp(np.clip(zooms[k], -9, 9)) if k < len(zooms) else 1.0
+        zoomed = np.append(zoom * lens[0], lens[1:])
+        pixels, slopes = projected(own, zoomed, poses[k, :3], poses[k, 3:])
         row = np.zeros((len(own), 2, len(state)))
         row[..., :8] = slopes[..., :8]
         row[..., 8 + 6 * k : 14 + 6 * k] = slopes[..., 8:]
+        if k < len(zooms):
+            row[..., 0] *= zoom
+            row[..., own_zoom + k] = zoomed[0] * slopes[..., 0]
         offs.append(pixels - view.pixels)
         rows.append(row)
     off, slopes = np.concatenate(offs), np.concatenate(rows)
@@ -345,4 +421,8 @@ def _system(
     per[0] /= lens[0]
     normal[range(8), range(8)] += per**2
     gradient[:8] += per * surprise
+    rest = range(own_zoom, len(state))
+    normal[rest, rest] += ZOOM_SPREAD**-2
+    gradient[own_zoom:] += zooms / ZOOM_SPREAD**2
+    surprise = np.append(surprise, zooms / ZOOM_SPREAD)
     return cost + float(surprise @ surprise), off, normal, gradient

@@ -12,6 +12,9 @@ from laptop.vision.finders.board import BoardView
 
 UNSURE_FOCAL = 0.04
 """Standard deviation of the focal length, as a share of it, above which it is called unknown."""
+SURE_VIEWS = 3
+"""Different views below which a focal length may be wrong by more than is said of it: of a picture
+that was cropped or squeezed, fewer cannot tell."""
 DISC_HEIGHT = 3.0
 """A usual height of a disc over the paper, cm, by which its error is shown."""
 MOVED_PX = 0.5
@@ -23,14 +26,13 @@ def describe(calibration: Calibration) -> list[str]:
     """Lines for people on a calibration."""
     camera, board = calibration.camera, calibration.board
     every = len(board.numbers)
-    views = f"{len(calibration.markers)} view{'s' * (len(calibration.markers) > 1)}"
     counts = sorted(set(calibration.markers))
     seen = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
     focal, sigmas = camera.lens[0], np.sqrt(np.diag(camera.covariance))
     away, tilt = camera.position[2], math.degrees(camera.tilt)
     on_table, above = (10 * calibration.point_sigma(h) for h in (0.0, DISC_HEIGHT))
     lines = [
-        f"board {board.paper}: {seen} of {every} markers in {views}; "
+        f"board {board.paper}: {seen} of {every} markers in {_views(calibration)}; "
         f"the model misses them by {calibration.rms:.3f} px, {calibration.rms_mm:.3f} mm (RMS)",
         f"camera: {away:.1f} cm above the table, {tilt:.0f} degrees from straight down",
         f"lens: focal length {focal:.0f} px +- {100 * calibration.focal_sigma:.2g} %, "
@@ -50,6 +52,11 @@ def describe(calibration: Calibration) -> list[str]:
     return lines + warnings(calibration)
 
 
+def _views(calibration: Calibration) -> str:
+    count = len(calibration.markers)
+    return f"{count} view{'s' * (count > 1)}"
+
+
 def warnings(calibration: Calibration) -> list[str]:
     """Lines on what could be better."""
     lines = []
@@ -64,7 +71,19 @@ def warnings(calibration: Calibration) -> list[str]:
             f"{calibration.left_out} markers are not where the board has them, and were left out: "
             "is another sheet in the picture, or the paper bent?"
         )
-    if calibration.focal_sigma > UNSURE_FOCAL:
+    if calibration.alike:
+        pictures = len(calibration.markers) + calibration.alike
+        lines.append(
+            f"{pictures} pictures show {_views(calibration)}: those that show the same count once; "
+            "move the camera or the board between pictures"
+        )
+    if len(calibration.markers) < SURE_VIEWS:
+        lines.append(
+            "the focal length is little more than a guess, which matters above the table, and "
+            f"holds for whole, unscaled pictures only: take {SURE_VIEWS} views or more, the board "
+            "tilted by 30 degrees to different sides"
+        )
+    elif calibration.focal_sigma > UNSURE_FOCAL:
         lines.append(
             "the focal length is little more than a guess, which matters above the table: "
             "add a picture of the board tilted by 30 degrees"

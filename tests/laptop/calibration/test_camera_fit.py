@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from board_views import LENS, pixels, stand, view
@@ -68,6 +70,56 @@ def test_a_view_from_straight_above_knows_that_it_does_not_know_the_focal_length
     both = calibrate([view(TILTED, LUCK(1)), view(STRAIGHT, LUCK(2))])
     assert both.focal_sigma < 0.01
     assert errors_mm(both.camera, STRAIGHT, 3.0).max() < 0.3
+
+
+@pytest.mark.parametrize("where", [STRAIGHT, TILTED])
+def test_copies_of_a_view_make_nothing_surer(where):
+    alone = calibrate([view(where, LUCK(7), 0.1)])
+    many = calibrate([view(where, LUCK(seed), 0.1) for seed in range(8)])
+    assert (len(many.markers), many.alike, alone.alike) == (1, 7, 0)
+    assert (many.camera.lens == alone.camera.lens).all()
+    assert many.focal_sigma == alone.focal_sigma
+
+
+def test_of_copies_the_last_picture_says_where_the_table_is():
+    seen = [view(where, LUCK(k)) for k, where in enumerate([TILTED, STRAIGHT, MANY[0], STRAIGHT])]
+    found = calibrate(seen)
+    assert (len(found.markers), found.alike) == (3, 1)
+    assert (found.camera.lens == calibrate([seen[0], *seen[2:]]).camera.lens).all()
+    turned, shift = STRAIGHT
+    assert found.camera.position == pytest.approx(-turned.T @ shift, abs=0.2)
+
+
+def test_a_view_that_is_moved_by_a_little_is_another_one():
+    turned, shift = TILTED
+    assert calibrate([view(TILTED), view((turned, shift + (0.3, 0, 0)))]).alike == 0
+    left, right = (view(TILTED, keep=keep) for keep in (lambda x, y: x < 0, lambda x, y: x > 0))
+    assert calibrate([left, right]).markers == (13, 13)
+
+
+@pytest.mark.parametrize("focals", [(610, 870), (610, 610, 870), (610, 630, 650), (500, 900, 610)])
+def test_a_zoom_that_was_changed_between_pictures_is_found(focals):
+    seen = [
+        view(where, LUCK(k), 0.1, (focal, *LENS[1:]))
+        for k, (where, focal) in enumerate(zip(MANY, focals, strict=False))
+    ]
+    told = r"a focal length each, from (4|5|6)\d\d to (6|8|9)\d\d px, .* the zoom or the focus was"
+    with pytest.raises(BadCalibration, match=told) as error:
+        calibrate(seen)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.03, 0.3])
+@pytest.mark.parametrize("sag", [0.0, 0.2])
+def test_one_zoom_is_believed_whatever_the_noise_and_the_paper(noise, sag):
+    seen = []
+    for k, where in enumerate([*MANY, STRAIGHT]):
+        flat = view(where)
+        bent = flat.points + sag * np.outer((flat.points[:, 0] / 10) ** 2, (0, 0, 1))
+        shown = pixels(where, bent) + noise * LUCK([k, 5]).standard_normal(flat.pixels.shape)
+        seen.append(replace(flat, pixels=shown))
+    for views in (seen, seen[:2], seen[3:]):
+        assert calibrate(views).camera.lens[0] == pytest.approx(LENS[0], rel=0.1)
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,31 @@ def test_what_could_be_better_is_told():
     assert any("blurred: edges are spread by 2.2 px" in line for line in blurred)
 
 
+@pytest.mark.parametrize("tilts", [(30,), (30, 40)])
+def test_of_fewer_than_three_views_the_focal_length_is_called_a_guess(tilts):
+    """What was cropped or squeezed fits one view or two as well, by a focal length of its own."""
+    lines = describe(found(*(stand(52, tilt, 10 * tilt) for tilt in tilts)))
+    (line,) = (line for line in lines if "little more than a guess" in line)
+    assert "holds for whole, unscaled pictures only: take 3 views or more, the board tilted" in line
+
+
+def test_of_three_views_that_tell_it_the_focal_length_is_called_known():
+    lines = describe(found(TILTED, stand(50, 30, 60), stand(50, 0)))
+    assert not any("guess" in line for line in lines)
+    alike = describe(found(*(stand(52, tilt, 120 * tilt) for tilt in (0, 1, 2))))
+    assert any("guess, which matters above the table: add a picture" in line for line in alike)
+
+
+def test_pictures_of_one_view_are_told():
+    lines = describe(found(*[TILTED] * 12))
+    assert "markers in 1 view;" in lines[0]
+    assert (
+        "12 pictures show 1 view: those that show the same count once; "
+        "move the camera or the board between pictures" in lines
+    )
+    assert not any("pictures show" in line for line in describe(found(TILTED, stand(50, 30))))
+
+
 def test_the_parallax_is_what_geometry_has_it():
     """From 50 cm straight above, 1 cm up: what is r from the middle seems r / 49 farther out."""
     camera = found(TILTED, stand(50, 30, 60), stand(50, 0))
