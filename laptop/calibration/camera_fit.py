@@ -279,6 +279,10 @@ def _check(views: Sequence[BoardView], bar: float | None) -> None:
     check_bar(bar)
     if len({view.size for view in views}) > 1:
         sizes = ", ".join(sorted({f"{w}x{h}" for w, h in (view.size for view in views)}))
+        if len({frozenset(view.size) for view in views}) == 1:
+            raise BadCalibration(
+                f"pictures of {sizes}: some are turned on their side; hold the camera alike for all"
+            )
         raise BadCalibration(f"pictures of {sizes}: take all of one camera at one size")
     for view in views:
         count, every = len(view.numbers), len(view.board.numbers)

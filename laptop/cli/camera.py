@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 MAX_VIEWS = 30
 """Pictures of one source that are looked at."""
+MAX_FAULTS = 3
+"""Pictures of which it is told what is wrong with them."""
 LIVE_PICTURE = 10
 """The picture that counts of a live camera: by then it has set its exposure."""
 
@@ -89,15 +91,16 @@ def camera(
 def _views(sources: tuple[str, ...], scene: str) -> tuple[int, list[BoardView]]:
     """Look at all pictures; how many there were, and the views of those that show the board.
 
-    Says which could not be read.
+    Says which could not be read, and which are left out as they are mirrored or show two boards.
     """
     from laptop.vision.cameras import is_live, open_camera
     from laptop.vision.finders.board import find_board
+    from laptop.vision.finders.board_faults import board_fault
     from laptop.vision.frames import quiet_decoders
 
     if scene and "synthetic" not in sources:
         raise click.ClickException(f"--scene {scene}: only the source synthetic has a scene")
-    looked, views = 0, []
+    looked, views, faults = 0, [], []
     for source in sources:
         with ExitStack() as stack:
             stack.enter_context(quiet_decoders())
@@ -120,8 +123,18 @@ def _views(sources: tuple[str, ...], scene: str) -> tuple[int, list[BoardView]]:
                     continue
                 taken += 1
                 view = find_board(frame.image)
-                views += [view] if view else []
+                if fault := board_fault(frame.image, view):
+                    which = "" if live or one.count == 1 else f", picture {frame.index + 1}"
+                    faults.append(f"{printable(source)}{which}: {fault}")
+                elif view:
+                    views.append(view)
             looked += taken
             for note in () if live else one.notes:
                 click.echo(f"{printable(source)}: {note}")
+    if faults and not views:
+        raise click.ClickException(faults[0])
+    for fault in faults[:MAX_FAULTS]:
+        click.echo(fault)
+    if len(faults) > MAX_FAULTS:
+        click.echo(f"the like in {len(faults) - MAX_FAULTS} more pictures")
     return looked, views

@@ -47,8 +47,19 @@ def find_board(image: np.ndarray) -> BoardView | None:
 
     Where markers of two boards are seen, it is the one with more of them.
     """
-    grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-    quads, found, _ = detector(DICTIONARY).detectMarkers(grey)
+    grey = _grey(image)
+    seen, _ = find_markers(grey)
+    board = max(BOARDS.values(), key=lambda b: len(seen.keys() & set(b.numbers)))
+    numbers = sorted(seen.keys() & set(board.numbers))
+    return _placed(grey, board, {number: seen[number] for number in numbers})
+
+
+def find_markers(image: np.ndarray) -> tuple[dict[int, np.ndarray], set[int]]:
+    """Markers in a picture (BGR or grey, uint8), roughly, by number: corners (4, 2), px.
+
+    Those that are seen twice are left out; the set has their numbers.
+    """
+    quads, found, _ = detector(DICTIONARY).detectMarkers(_grey(image))
     seen: dict[int, np.ndarray] = {}
     doubled: set[int] = set()
     numbers = [] if found is None else [int(number) for number in found.flatten()]
@@ -57,9 +68,11 @@ def find_board(image: np.ndarray) -> BoardView | None:
         seen[number] = quad.reshape(4, 2).astype(float)
     for number in doubled:  # another sheet, or a reflection: which one is the board's?
         del seen[number]
-    board = max(BOARDS.values(), key=lambda b: len(seen.keys() & set(b.numbers)))
-    numbers = sorted(seen.keys() & set(board.numbers))
-    return _placed(grey, board, {number: seen[number] for number in numbers})
+    return seen, doubled
+
+
+def _grey(image: np.ndarray) -> np.ndarray:
+    return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
 
 
 def find_again(
@@ -75,7 +88,7 @@ def find_again(
     Returns:
         None if none of them is there, to a tenth of its side.
     """
-    grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    grey = _grey(image)
     height, width = grey.shape
     inside = {
         number: quad

@@ -31,6 +31,9 @@ def pictures(scene, tmp_path_factory):
     cv2.imwrite(str(folder / "moved.png"), np.roll(image, 6, axis=1))
     cv2.imwrite(str(folder / "small.png"), image[::4, ::4])
     cv2.imwrite(str(folder / "wide.png"), cv2.resize(image, (1280, 960)))
+    cv2.imwrite(str(folder / "turned.png"), np.rot90(image))
+    cv2.imwrite(str(folder / "mirrored.png"), image[:, ::-1])
+    cv2.imwrite(str(folder / "two.png"), np.vstack([image, image]))
     cv2.imwrite(str(folder / "nothing.png"), np.full((480, 640, 3), 90, np.uint8))
     return folder
 
@@ -79,11 +82,22 @@ def test_pictures_that_cannot_be_read_are_named(run, pictures, tmp_path):
     assert "markers in 1 view;" in second
 
 
+def test_a_picture_that_shows_no_board_as_it_is_is_left_out_with_its_cause(run):
+    result = run("mirrored.png", "board.png")
+    assert result.exit_code == 0, result.output
+    first, second, *_ = result.output.splitlines()
+    assert first.startswith("mirrored.png: the picture is mirrored: ")
+    assert second == "1 of 2 pictures show the board"
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
         (["nothing.png"], "no marker of the board is seen; show it whole, sharp and lit"),
         (["small.png"], "no marker of the board is seen|too small|markers are seen"),
+        (["mirrored.png"], r"mirrored.png: the picture is mirrored: 2\d markers are seen in its"),
+        (["two.png"], r"two.png: two boards are seen, 2\d markers twice: show one of them alone"),
+        (["board.png", "turned.png"], "pictures of 480x640, 640x480: some are turned on their"),
         (["none.png"], "no camera, file or folder 'none.png'"),
         (["board.png", "wide.png"], "pictures of 1280x960, 640x480: take all of one camera"),
         (["board.png", "--bar", "9"], "bar 9 mm: it is 100 mm long on paper"),
