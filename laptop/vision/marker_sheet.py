@@ -70,7 +70,7 @@ def check_file(file: Path) -> None:
     """Raise BadSheet if no page can be written to this file."""
     if not file.parent.is_dir():
         raise BadSheet(f"{file}: there is no folder {file.parent}; make it first")
-    if file.suffix not in (".pdf", ".svg", ".png"):
+    if file.suffix.lower() not in (".pdf", ".svg", ".png"):
         raise BadSheet(f"{file}: end its name in .pdf, .svg or .png")
 
 

@@ -150,3 +150,16 @@ def test_the_board_is_written_for_the_paper(tmp_path, monkeypatch):
     assert "board.pdf: print it on a4 at 100 %" in result.output
     assert "132 x 219 mm in the middle are free to draw on" in result.output
     assert (tmp_path / "board.pdf").read_bytes()[:5] == b"%PDF-"
+
+
+@pytest.mark.parametrize("options", [[], ["--board"]])
+@pytest.mark.parametrize(
+    ("name", "begin"),
+    [("page.PNG", b"\x89PNG"), ("page.Pdf", b"%PDF-"), ("page.SVG", b"<?xml")],
+)
+def test_a_pages_name_may_end_in_capitals(options, name, begin, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(laptop, ["markers", *options, name])
+    assert result.exit_code == 0, result.output
+    assert result.output.startswith(f"{name}: print it ")
+    assert (tmp_path / name).read_bytes().startswith(begin)
