@@ -159,12 +159,8 @@ def _log_file(path, joints):
     if path is None:
         return None
     from robot.jobs.logbook import LogFile
-    from shared.job_log import BadLog
 
-    try:
-        return LogFile(path, joints)
-    except OSError as error:
-        raise BadLog("{}: {}; log to another file".format(path, error.strerror)) from None
+    return LogFile(path, joints)
 
 
 def _tell_resumed(arm, job, progress, first):

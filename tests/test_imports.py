@@ -98,6 +98,9 @@ RULES = {
         *("laptop.drawing", "laptop.files", "laptop.picture_heads", *PURE, "shared"),
         *("numpy", "cv2", "HersheyFonts", "svgelements"),
     ),
+    "laptop.drawing.picture_files": (
+        *("laptop.drawing", "laptop.picture_heads", "laptop.vision.frames", "numpy", "cv2"),
+    ),
     "laptop.drawing.timing": (
         *("laptop.drawing", *PURE, "shared", "numpy"),
         *(f"robot.motion.{name}" for name in ("backlash", "gravity", "motor_model", "parking")),

@@ -7,9 +7,13 @@ import numpy as np
 
 from laptop.drawing.artwork import BadArtwork
 from laptop.picture_heads import JPEG, SpoiltPicture, picture_size
+from laptop.vision.frames import quiet_decoders
 
 WORKING_SIDE = 640
 """Pictures are made smaller until their longer side is this, px: a pen draws nothing finer."""
+
+STRIP = 256
+"""So many rows are made grey at once."""
 
 
 def read_grey(data: bytes, name: str) -> np.ndarray:
@@ -37,7 +41,8 @@ def read_grey(data: bytes, name: str) -> np.ndarray:
                 how = reduced
                 break
     try:
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), how)
+        with quiet_decoders():  # what they print is in part the picture's own, whatever it is
+            image = cv2.imdecode(np.frombuffer(data, np.uint8), how)
     except cv2.error:
         image = None
     if image is None:
@@ -47,6 +52,14 @@ def read_grey(data: bytes, name: str) -> np.ndarray:
 
 def _grey(image: np.ndarray) -> np.ndarray:
     """Brightness on white paper, uint8."""
+    if image.ndim == 2 and image.dtype == np.uint8:
+        return image
+    # By strips: with all that it takes on the way, a whole one is held three times.
+    strips = [_grey_strip(image[row : row + STRIP]) for row in range(0, len(image), STRIP)]
+    return np.concatenate(strips)
+
+
+def _grey_strip(image: np.ndarray) -> np.ndarray:
     if image.dtype == np.uint16:
         image = (image >> 8).astype(np.uint8)
     if image.ndim == 2:

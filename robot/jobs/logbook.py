@@ -1,10 +1,11 @@
 """The log of a job while it is drawn: noted in memory in motion, told while the pen is up."""
 
+import contextlib
 import math
 import os
 
 from robot.motion.feed import FeedOverride
-from shared.job_log import LogRow, heading, line_of
+from shared.job_log import BadLog, LogRow, heading, line_of
 from shared.small_files import open_to_write
 
 
@@ -54,19 +55,34 @@ class LogFile(object):
         joints: number of the arm's.
 
     Raises:
-        OSError: it cannot be written.
+        BadLog: it cannot be written.
     """
 
     def __init__(self, path, joints):
-        self._file = os.fdopen(open_to_write(path), "w")
-        self._file.write(heading(joints))
+        self._path = path
+        self._file = None
+        with self._told():
+            self._file = os.fdopen(open_to_write(path), "w")
+            self._file.write(heading(joints))
+            self._file.flush()
 
     def add(self, rows):
-        """Write LogRows."""
-        for row in rows:
-            self._file.write(line_of(row))
-        self._file.flush()
+        """Write LogRows; BadLog where there is no room."""
+        with self._told():
+            for row in rows:
+                self._file.write(line_of(row))
+            self._file.flush()
 
     def close(self):
         """Write no more."""
-        self._file.close()
+        with self._told():
+            self._file.close()
+
+    @contextlib.contextmanager
+    def _told(self):
+        try:
+            yield
+        except OSError as error:
+            with contextlib.suppress(OSError, AttributeError):
+                self._file.close()  # what could not be written is not tried again
+            raise BadLog("{}: {}; log to another file".format(self._path, error.strerror)) from None

@@ -1,6 +1,8 @@
 """Pictures become outlines and hatching, against shapes that are known."""
 
 import math
+import struct
+import zlib
 
 import cv2
 import numpy as np
@@ -155,3 +157,27 @@ def test_of_too_many_lines_the_longest_are_drawn(monkeypatch):
 def test_options_that_say_nothing_are_refused(how, told):
     with pytest.raises(BadArtwork, match=f"^{told}"):
         read_picture(packed(disc()), how=Tracing(**how))
+
+
+def with_chunk(png, kind, body):
+    """A PNG with one more chunk behind its head."""
+    chunk = struct.pack(">I", len(body)) + kind + body
+    return png[:33] + chunk + struct.pack(">I", zlib.crc32(kind + body)) + png[33:]
+
+
+def test_what_a_picture_would_print_is_kept_off_the_terminal(capfd):
+    profile = b"\x1b]0;mine\x07\nforged line\0\0" + zlib.compress(b"short")
+    read_grey(with_chunk(packed(disc()), b"iCCP", profile), "it.png")
+    cut = packed(disc(), ".jpg")
+    read_grey(cut[:900] + cut[-2:], "it.jpg")
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_deep_and_transparent_pictures_are_grey_in_every_row(dtype):
+    most = np.iinfo(dtype).max
+    image = np.zeros((600, 40, 4), dtype)
+    image[..., 3] = (np.linspace(0, most, 600).astype(dtype))[:, None]  # black, ever less seen
+    grey = read_grey(packed(image), "it.png")
+    assert grey.shape == (600, 40)
+    assert grey[:, 0] == pytest.approx(np.linspace(255, 0, 600), abs=2)

@@ -1,6 +1,7 @@
 """What a job logs is where the motors truly were, and where the arm stood."""
 
 import math
+import os
 
 import jobs
 import pytest
@@ -9,7 +10,7 @@ from rig import described, switched_on
 
 from robot.jobs.logbook import LogFile
 from shared.job import Job
-from shared.job_log import read_log
+from shared.job_log import BadLog, LogRow, read_log
 
 POSES = [[(9.0, 2.0), (12.0, 4.0)], [(12.0, 4.0), (14.0, -2.0)], [(14.0, -2.0), (9.0, 2.0)]]
 
@@ -67,3 +68,21 @@ def test_after_each_stroke_it_rests_and_logs_where(tmp_path):
 def test_an_abort_in_a_rest_ends_it(tmp_path):
     _, _, rows = logged(tmp_path, orders=[(12.0, "abort")], rest=10.0)
     assert len(rows) <= 1
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full here")
+def test_a_log_that_has_no_room_is_told_by_its_name_before_anything_moves():
+    with pytest.raises(BadLog, match="/dev/full: No space left on device; log to another file"):
+        LogFile("/dev/full", 2)
+
+
+def test_a_log_whose_room_is_used_up_is_told_by_its_name(tmp_path):
+    log = LogFile(str(tmp_path / "a.csv"), 2)
+    if os.path.exists("/dev/full"):
+        full = os.open("/dev/full", os.O_WRONLY)
+    else:
+        full = os.open(str(tmp_path / "a.csv"), os.O_RDONLY)
+    os.dup2(full, log._file.fileno())
+    os.close(full)
+    with pytest.raises(BadLog, match=r"a.csv: .*; log to another file"):
+        log.add([LogRow(1, 0.0, 0.0, False, (0.0, 0.0))])
