@@ -56,6 +56,7 @@ def report(
     """
     with importing():  # matplotlib
         from laptop.lab_report import lab_report, print_pdf
+        from laptop.vision.frames import quiet_decoders
 
     file = out or folder / lab_report.OUT
     with in_one_line():
@@ -65,7 +66,8 @@ def report(
             check_new(pdf, (".pdf",), replace)
         browser = print_pdf.find_browser() if pdf else ""
         data = lab_report.data_folder_of(file)
-        made = lab_report.compose(folder, title or lab_report.TITLE, data.name)
+        with quiet_decoders():
+            made = lab_report.compose(folder, title or lab_report.TITLE, data.name)
         lab_report.write(made, file)
         click.echo(_in_words(file, made))
         click.echo(f"{data}: {len(made.data)} files with the raw data")

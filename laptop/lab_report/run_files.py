@@ -6,11 +6,14 @@ import csv
 import io
 import json
 import math
+import struct
+import zlib
 from array import array
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from matplotlib.image import imread
 
@@ -26,6 +29,11 @@ MAX_PIXELS, MAX_SIDE = 8_000_000, 10_000
 """Larger pictures are not decoded."""
 HEADS = {b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg"}
 """Kinds of pictures by their first bytes."""
+UNDECODED = (
+    *(OSError, SyntaxError, ValueError, LookupError, TypeError, EOFError),
+    *(struct.error, zlib.error, cv2.error),
+)
+"""What decoding a damaged picture ends in."""
 
 
 def read_object(file: Path) -> dict[str, Any]:
@@ -158,7 +166,8 @@ def checked_picture(content: bytes, name: str) -> bytes:
     Raises:
         DamagedRun: it is none.
     """
-    if not any(content.startswith(head) for head in HEADS):
+    kinds = [kind for head, kind in HEADS.items() if content.startswith(head)]
+    if not kinds:
         raise DamagedRun(f"{name} is neither PNG nor JPEG")
     wide, high = picture_size(content)
     if not wide * high:
@@ -168,11 +177,21 @@ def checked_picture(content: bytes, name: str) -> bytes:
             f"{name} has {wide} x {high} px, more than {MAX_PIXELS // 1_000_000} MP or {MAX_SIDE} "
             "px on a side"
         )
-    try:
-        imread(io.BytesIO(content))  # OpenCV takes a picture that is cut off, and prints a warning
-    except (OSError, SyntaxError, ValueError):
-        raise DamagedRun(f"{name} is a damaged picture") from None
+    if not _is_whole(content, kinds[0]):
+        raise DamagedRun(f"{name} is a damaged picture")
     return content
+
+
+def _is_whole(content: bytes, kind: str) -> bool:
+    """Return whether both decoders take a picture: each lets pass what the other one refuses.
+
+    OpenCV takes what is cut off, Pillow what has chunks that nobody knows; OpenCV may print.
+    """
+    try:
+        imread(io.BytesIO(content), kind)
+        return cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR) is not None
+    except UNDECODED:
+        return False
 
 
 def picture_size(content: bytes) -> tuple[int, int]:

@@ -5,7 +5,7 @@ import stat
 
 import pytest
 from click.testing import CliRunner
-from lab_runs import simulated
+from lab_runs import a_picture, simulated
 from page_tracker import a_browser
 
 from laptop.cli.main import laptop
@@ -53,6 +53,14 @@ def test_a_folder_without_runs_is_an_error_and_leaves_nothing(tmp_path):
     assert result.exit_code == 1
     assert result.stderr.count("\n") <= 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_decoders_of_pictures_print_nothing_between_its_lines(tmp_path, no_formulas, capfd):
+    simulated(tmp_path / "line")
+    (tmp_path / "line" / "picture.png").write_bytes(a_picture()[:-1])
+    assert run(tmp_path).exit_code == 0
+    assert capfd.readouterr().err == ""
+    assert "picture.png is a damaged picture" in (tmp_path / "lab-report.html").read_text()
 
 
 def test_without_a_browser_no_pdf_is_begun(tmp_path, monkeypatch):

@@ -17,6 +17,7 @@ from laptop.lab_report.page_files import (
 )
 from laptop.lab_report.servo_runs import GOALS
 from laptop.page import report, report_figures
+from laptop.reporting.document import photograph
 from shared.messages import Start
 
 
@@ -57,6 +58,14 @@ def test_pictures_of_a_report_that_are_none_are_left_out(saved):
         assert len(run.gaps) == 1 + 2
     saved.write_text(text.replace("data:image/png;base64,", "https://example.org/"))
     assert read_page_report("r", saved).figures == []
+
+
+def test_photographs_of_a_report_are_jpegs(saved):
+    photo = photograph(a_picture(), 90)
+    held = f"image/png;base64,{base64.b64encode(a_picture()).decode()}"
+    told = f"image/jpeg;base64,{base64.b64encode(photo).decode()}"
+    saved.write_text(saved.read_text().replace(held, told))
+    assert [figure.picture for figure in read_page_report("r", saved).figures] == [photo] * 2
 
 
 def test_another_page_is_no_report(saved):

@@ -3,7 +3,10 @@
 import math
 import os
 import tracemalloc
+import zlib
 
+import cv2
+import numpy as np
 import pytest
 from lab_runs import a_picture
 
@@ -16,6 +19,8 @@ from laptop.lab_report.run_files import (
     read_object,
     read_picture,
 )
+from laptop.reporting.document import MAX_PNG
+from laptop.vision.frames import quiet_decoders
 
 
 def test_columns_are_numbers_by_name_and_an_empty_cell_is_nan(tmp_path):
@@ -60,6 +65,44 @@ def test_a_picture_is_a_whole_png_or_jpeg(tmp_path):
         file.write_bytes(content)
         with pytest.raises(DamagedRun, match=why):
             read_picture(file)
+
+
+def noise(ending):
+    """A picture of over 400 kB, which a report holds as JPEG."""
+    pixels = np.random.default_rng(0).integers(0, 256, (500, 500, 3), np.uint8)
+    return cv2.imencode(ending, pixels)[1].tobytes()
+
+
+def with_unknown_chunk(png):
+    """The same PNG with a chunk, before its end, that no decoder may pass over."""
+    chunk = b"ABCD"
+    return png[:-12] + bytes(4) + chunk + zlib.crc32(chunk).to_bytes(4, "big") + png[-12:]
+
+
+@pytest.mark.parametrize("name", ["picture.png", "picture.jpg"])
+def test_a_whole_picture_is_taken_whatever_its_kind(tmp_path, name):
+    content = noise(name[-4:])
+    (tmp_path / name).write_bytes(content)
+    assert read_picture(tmp_path / name) == content
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [lambda png: png[:-1], lambda png: png[:-12], lambda png: png[:-5000], with_unknown_chunk],
+)
+def test_a_large_png_that_one_decoder_refuses_is_damaged(tmp_path, spoil, capfd):
+    content = spoil(noise(".png"))
+    assert len(content) > MAX_PNG  # a report holds it as JPEG
+    (tmp_path / "picture.png").write_bytes(content)
+    with quiet_decoders(), pytest.raises(DamagedRun, match="picture.png is a damaged picture"):
+        read_picture(tmp_path / "picture.png")
+    assert capfd.readouterr().err == ""
+
+
+def test_a_jpeg_that_is_cut_off_is_damaged(tmp_path):
+    (tmp_path / "picture.jpg").write_bytes(noise(".jpg")[:-5000])
+    with quiet_decoders(), pytest.raises(DamagedRun, match="picture.jpg is a damaged picture"):
+        read_picture(tmp_path / "picture.jpg")
 
 
 def test_a_file_that_is_too_large_or_none_is_not_read(tmp_path, monkeypatch):
