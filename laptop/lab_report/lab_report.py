@@ -29,12 +29,13 @@ from laptop.lab_report.findings import (
     RawData,
 )
 from laptop.lab_report.method import aim, method, questions
-from laptop.lab_report.run_files import decimal
+from laptop.lab_report.run_files import decimal, is_plain
 from laptop.lab_report.run_folders import CONTENTS, read_runs
 from laptop.lab_report.servo_runs import GOALS, as_csv
 from laptop.lab_report.set_up import describe_arms
 from laptop.reporting.document import illustration, render_report
 from shared.arm_description import ArmError
+from shared.small_files import SpoiltFile, read_text
 from shared.version import VERSION
 
 TEMPLATE = Path(__file__).with_name("templates") / "lab_report.html"
@@ -341,23 +342,43 @@ def check_out(out: Path, replace: bool) -> None:
             "with --out, or --replace it"
         )
     data = data_folder_of(out)
-    if data.exists() or data.is_symlink():
-        if data.is_symlink() or not (data / CONTENTS).is_file():
-            raise BadLabReport(
-                f"{data} is there and is not of a report; give another file with --out"
-            )
-        contents = (data / CONTENTS).read_text("utf-8", "replace").splitlines()
-        own = {row[0] for row in csv.reader(contents) if row}
-        others = sorted(set(os.listdir(data)) - own - {CONTENTS})
-        if others:
-            raise BadLabReport(
-                f"{data / others[0]} is of no report, and would be lost; move it, or give another "
-                "file with --out"
-            )
+    if os.path.lexists(data):
+        _check_own(data)
     if not out.parent.is_dir():
         raise BadLabReport(f"{out.parent} is no folder; make it, or give another file with --out")
 
 
+def _check_own(data: Path) -> None:
+    """Refuse a folder that holds anything but what a report has written there: it is to go.
+
+    Its list may be anybody's, so that it is believed of files only that a report names so.
+
+    Raises:
+        BadLabReport: it does.
+    """
+    if data.is_symlink() or not is_plain(data / CONTENTS):
+        raise BadLabReport(f"{data} is there and is not of a report; give another file with --out")
+    try:
+        contents = read_text(str(data / CONTENTS), MAX_CONTENTS).splitlines()
+        told = {row[0] for row in csv.reader(contents) if row}
+    except (SpoiltFile, OSError, csv.Error):
+        raise BadLabReport(
+            f"{data / CONTENTS} is no list of a report's files, so that none is replaced; move "
+            f"{data}, or give another file with --out"
+        ) from None
+    own = {name for name in told if _OWN.fullmatch(name) and is_plain(data / name)}
+    others = sorted(set(os.listdir(data)) - own - {CONTENTS})
+    if others:
+        raise BadLabReport(
+            f"{data / others[0]} is of no report, and would be lost; move it, or give another "
+            "file with --out"
+        )
+
+
+MAX_CONTENTS = 4_000_000
+"""A longer list of a report's files is none, bytes."""
+_OWN = re.compile(r"(?:R\d+-[A-Za-z0-9._-]*|table-\d+)\.csv")
+"""Names of the files of raw data."""
 MAX_STEM = 80
 """Letters of the name of a file of raw data, without its ending."""
 
@@ -371,9 +392,11 @@ def write(report: LabReport, out: Path) -> None:
     """Write a report and its CSVs, both whole or none; those of an earlier one go.
 
     Raises:
-        BadLabReport: they cannot be written.
+        BadLabReport: they cannot be written, or something else would go, too.
     """
     folder = data_folder_of(out)
+    if os.path.lexists(folder):
+        _check_own(folder)
     try:
         with tempfile.TemporaryDirectory(prefix=".lab-report-", dir=out.parent) as made:
             draft = Path(made)

@@ -1,6 +1,7 @@
 """The report as a document: order, numbers, sources, raw data, and nothing of this computer."""
 
 import csv
+import os
 import re
 from html.parser import HTMLParser
 
@@ -173,6 +174,54 @@ def test_a_file_that_somebody_put_beside_the_raw_data_is_not_lost(tmp_path):
         with pytest.raises(BadLabReport, match="my-notes.txt is of no report, and would be lost"):
             check_out(out, replace=there)
         out.unlink(missing_ok=True)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"a" * 200_000, b'"' + b"a\n" * 200_000, b"\xff\xfe,run R1,\n", b"a,\n" * 2_000_000],
+    ids=["field", "quoted", "no text", "long"],
+)
+def test_a_spoilt_list_of_the_raw_data_is_told_in_a_line(tmp_path, content):
+    data = tmp_path / "x-data"
+    data.mkdir()
+    (data / CONTENTS).write_bytes(content)
+    with pytest.raises(BadLabReport) as failed:
+        check_out(tmp_path / "x.html", replace=True)
+    assert str(failed.value) == (
+        f"{data / CONTENTS} is no list of a report's files, so that none is replaced; move {data}, "
+        "or give another file with --out"
+    )
+
+
+@pytest.mark.parametrize("name", ["thesis.docx", "marks.csv", "R1-a.csv/b", "R1-trace.csv"])
+def test_a_list_of_raw_data_lets_nothing_go_that_no_report_writes(tmp_path, name):
+    """Neither files of other names, nor folders and links of such names."""
+    simulated(tmp_path / "line")
+    out, mine = tmp_path / "x.html", tmp_path / "x-data" / name
+    report = made(tmp_path)
+    write(report, out)
+    if name == "R1-trace.csv":
+        mine.unlink()
+        mine.symlink_to(out)
+    elif "/" in name:
+        mine.mkdir(parents=True)
+    else:
+        mine.write_text("mine")
+    with open(tmp_path / "x-data" / CONTENTS, "a") as contents:
+        contents.write(f"{name},run R1,\n{name.split('/')[0]},run R1,\n")
+    for attempt in (lambda: check_out(out, replace=True), lambda: write(report, out)):
+        with pytest.raises(BadLabReport, match="is of no report, and would be lost; move it"):
+            attempt()
+    assert os.path.lexists(mine)
+
+
+def test_the_list_of_raw_data_is_no_link(tmp_path):
+    data = tmp_path / "x-data"
+    data.mkdir()
+    (tmp_path / "list.csv").write_text("table-1.csv,run R1,\n")
+    (data / CONTENTS).symlink_to(tmp_path / "list.csv")
+    with pytest.raises(BadLabReport, match="x-data is there and is not of a report"):
+        check_out(tmp_path / "x.html", replace=True)
 
 
 def test_what_is_no_text_in_a_run_is_written_all_the_same(tmp_path):
