@@ -134,8 +134,8 @@ RULES = {
     ),
     "laptop.guide.examiner": (),
     "laptop.lab_report": (
-        *("laptop.lab_report", "laptop.demo.report", "laptop.demo.results", "laptop.reporting"),
-        *("shared", "numpy", "cv2", "matplotlib", "markupsafe"),
+        *("laptop.files", "laptop.lab_report", "laptop.demo.report", "laptop.demo.results"),
+        *("laptop.reporting", "shared", "numpy", "cv2", "matplotlib", "markupsafe"),
     ),
     "laptop.lab_report.print_pdf": ("laptop.system", "shared"),
     # What students write imports what they may import.

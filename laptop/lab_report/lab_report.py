@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from laptop.files import written
 from laptop.lab_report.drawing_runs import DRAWINGS, PATHS
 from laptop.lab_report.findings import (
     ACCURACY,
@@ -391,6 +392,8 @@ def data_folder_of(out: Path) -> Path:
 def write(report: LabReport, out: Path) -> None:
     """Write a report and its CSVs, both whole or none; those of an earlier one go.
 
+    What a link leads to is replaced, and the link stays; its CSVs lie beside the link.
+
     Raises:
         BadLabReport: they cannot be written, or something else would go, too.
     """
@@ -398,7 +401,10 @@ def write(report: LabReport, out: Path) -> None:
     if os.path.lexists(folder):
         _check_own(folder)
     try:
-        with tempfile.TemporaryDirectory(prefix=".lab-report-", dir=out.parent) as made:
+        with (
+            tempfile.TemporaryDirectory(prefix=".lab-report-", dir=out.parent) as made,
+            written(out) as page,
+        ):
             draft = Path(made)
             data = draft / "data"
             data.mkdir()
@@ -407,11 +413,10 @@ def write(report: LabReport, out: Path) -> None:
                     shutil.copyfile(raw.source, data / name)
                 else:
                     (data / name).write_bytes(raw.source.encode("utf-8", "replace"))
-            (draft / OUT).write_bytes(report.html().encode("utf-8", "replace"))
+            page.write_bytes(report.html().encode("utf-8", "replace"))
             if folder.exists():
                 os.replace(folder, draft / "before")
             os.replace(data, folder)
-            os.replace(draft / OUT, out)
     except OSError as error:
         raise BadLabReport(
             f"cannot write {out}: {error.strerror}; make room, or give another file with --out"

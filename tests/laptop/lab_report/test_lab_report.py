@@ -224,6 +224,22 @@ def test_the_list_of_raw_data_is_no_link(tmp_path):
         check_out(tmp_path / "x.html", replace=True)
 
 
+def test_where_the_report_is_a_link_what_it_leads_to_is_replaced(tmp_path):
+    simulated(tmp_path / "runs" / "line")
+    (tmp_path / "elsewhere").mkdir()
+    target = tmp_path / "elsewhere" / "y.html"
+    target.write_text("before")
+    target.chmod(0o640)
+    out = tmp_path / "x.html"
+    out.symlink_to(target)
+    write(made(tmp_path / "runs"), out)
+    assert out.is_symlink()
+    assert "Lab 3" in target.read_text()
+    assert target.stat().st_mode & 0o777 == 0o640
+    assert {path.name for path in tmp_path.iterdir()} == {"runs", "elsewhere", "x.html", "x-data"}
+    assert [path.name for path in target.parent.iterdir()] == ["y.html"]
+
+
 def test_what_is_no_text_in_a_run_is_written_all_the_same(tmp_path):
     simulated(tmp_path / "runs" / "line\udcff")
     write(made(tmp_path / "runs"), tmp_path / "x.html")
