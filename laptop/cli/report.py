@@ -31,7 +31,11 @@ if TYPE_CHECKING:
     "FOLDER]",
 )
 @click.option("--title", default="", metavar="TEXT", help="Over the report.")
-@click.option("--replace", is_flag=True, help="A report that is there, with what was typed in it.")
+@click.option(
+    "--replace",
+    is_flag=True,
+    help="A report that is there, with what was typed in it, and its raw data.",
+)
 @click.option(
     "--pdf",
     metavar="FILE",

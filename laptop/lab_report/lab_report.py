@@ -345,6 +345,11 @@ def check_out(out: Path, replace: bool) -> None:
     data = data_folder_of(out)
     if os.path.lexists(data):
         _check_own(data)
+        if not replace:
+            raise BadLabReport(
+                f"{data} is there already, with the raw data of a report that has perhaps another "
+                "name now; give another file with --out, or --replace them"
+            )
     if not out.parent.is_dir():
         raise BadLabReport(f"{out.parent} is no folder; make it, or give another file with --out")
 

@@ -246,6 +246,21 @@ def test_what_is_no_text_in_a_run_is_written_all_the_same(tmp_path):
     assert "line?" in (tmp_path / "x.html").read_text()
 
 
+def test_raw_data_of_a_report_that_has_another_name_now_stay(tmp_path):
+    """Somebody may have written into them, and the report still leads to them."""
+    simulated(tmp_path / "line")
+    out = tmp_path / "x.html"
+    write(made(tmp_path), out)
+    out.rename(tmp_path / "handed-in.html")
+    with pytest.raises(BadLabReport) as failed:
+        check_out(out, replace=False)
+    assert str(failed.value) == (
+        f"{tmp_path}/x-data is there already, with the raw data of a report that has perhaps "
+        "another name now; give another file with --out, or --replace them"
+    )
+    check_out(out, replace=True)
+
+
 def test_a_folder_that_is_somebody_elses_is_not_touched(tmp_path):
     (tmp_path / "x-data").mkdir()
     with pytest.raises(BadLabReport, match="x-data is there and is not of a report"):
