@@ -24,6 +24,8 @@ PATHS, DRAWINGS = "paths", "drawings"
 TRACE, PICTURE, FROM_THE_SIDE = "trace.csv", "picture.png", "picture-side.png"
 LEARNING = "learning.png"
 NO_ARM = "none"
+MAX_PATHS = 500
+"""Of a run, that are shown."""
 PATH_KEYS = ("length_cm", "seconds", "greatest_mm", "rms_mm", "end_mm", "missed_mm")
 DRAWING_KEYS = ("ink_cm", "drawn_s", "estimated_s", "greatest_mm", "rms_mm", "missed_mm")
 FULL_CAPTION = (
@@ -50,6 +52,9 @@ def read_simulated(name: str, folder: Path, summary: dict[str, Any]) -> LabRun:
     run.seconds = number(summary, "seconds")
     run.set_up += _emulated(summary)
     paths = items(summary, "paths", dict)
+    if len(paths) > MAX_PATHS:
+        run.gaps.append(f"it has {len(paths)} paths, of which the first {MAX_PATHS} are here")
+        del paths[MAX_PATHS:]
     run.kind = DRAWING if paths else SCRIPT
     for k, path in enumerate(paths, 1):
         run.results.append((PATHS, (run.arm, str(k), *_values(run, path or {}, PATH_KEYS, k))))

@@ -31,6 +31,8 @@ FILES = {ACCURACY: ("accuracy.csv", "accuracy.png"), CALIBRATION: ("rests.csv",)
 """What such a run leaves beside its summary."""
 MAX_ROWS, MAX_COLUMNS = 45, 12
 """A larger table is a CSV beside the report only."""
+MAX_TABLES = 100
+"""Of a summary."""
 DIGITS = 4
 """Of a figure."""
 UNITS = re.compile(r"_((?:mm|cm|px|deg|rad)(?:_per_s)?|s|percent)$")
@@ -53,11 +55,8 @@ def read_measured(name: str, folder: Path, summary: dict[str, Any], kind: str) -
     for attribute in ("arm_numbers", "built_numbers"):
         if isinstance(summary.get(attribute), dict):
             setattr(run, attribute, summary[attribute])
-    for title, heading, rows in tables_of(summary, what):
-        if len(heading) > MAX_COLUMNS or len(rows) > MAX_ROWS:
-            run.gaps.append(f"{title} has {len(rows)} rows of {len(heading)} values: too many here")
-        else:
-            run.tables.append(LabTable(f"{title[:1].upper()}{title[1:]}", heading, rows))
+    for title, heading, rows in tables_of(summary, what, run.gaps):
+        run.tables.append(LabTable(f"{title[:1].upper()}{title[1:]}", heading, rows))
     if not run.tables:
         raise DamagedRun("summary.json holds no figure; do this run again")
     own = [folder / name for name in own_files(folder, summary, FILES[kind])]
@@ -81,32 +80,64 @@ def read_measured(name: str, folder: Path, summary: dict[str, Any], kind: str) -
 
 
 def tables_of(
-    values: dict[str, Any], title: str, depth: int = 0
+    values: dict[str, Any], title: str, gaps: list[str], depth: int = 0
 ) -> list[tuple[str, list[str], list[list[str]]]]:
-    """Return the figures of a summary as tables: (title, headings, rows of texts)."""
-    simple, others = [], []
+    """Return the figures of a summary as tables: (title, headings, rows of texts).
+
+    Args:
+        values: of the summary.
+        title: of what is no table there.
+        gaps: tables that are too large are told of there.
+        depth: of the values in the summary.
+
+    Raises:
+        DamagedRun: there are more tables than any run has.
+    """
+    simple: list[tuple[str, Any]] = []
+    found = []
     for key, value in values.items():
         if depth == 0 and key in HEAD:
             continue
         if isinstance(value, dict) and value:
             if all(isinstance(x, dict) for x in value.values()):
-                others.append(_of_rows(in_words(key), [{"": k, **v} for k, v in value.items()]))
+                rows = [{"": k, **v} for k, v in value.items()]
+                found += _of_rows(in_words(key), rows, gaps)
             elif depth < 3:
-                others += tables_of(value, in_words(key), depth + 1)
+                found += tables_of(value, in_words(key), gaps, depth + 1)
         elif isinstance(value, list) and value and all(isinstance(x, dict) for x in value):
-            others.append(_of_rows(in_words(key), value))
+            found += _of_rows(in_words(key), value, gaps)
         elif value not in ("", [], {}):
-            simple.append([in_words(key), _cell(value)])
-    return [*([(title, ["quantity", "value"], simple)] if simple else []), *others]
+            simple.append((key, value))
+        if len(found) + len(gaps) > MAX_TABLES:
+            raise DamagedRun(f"summary.json holds more than {MAX_TABLES} tables; do this run again")
+    if len(simple) > MAX_ROWS:
+        gaps.append(_too_large(title, len(simple), 2))
+    elif simple:
+        cells = [[in_words(key), _cell(value)] for key, value in simple]
+        found.insert(0, (title, ["quantity", "value"], cells))
+    return found
 
 
-def _of_rows(title: str, rows: list[dict[str, Any]]) -> tuple[str, list[str], list[list[str]]]:
-    """Return a list of objects as a table; what they hold of objects stays away."""
+def _of_rows(
+    title: str, rows: list[dict[str, Any]], gaps: list[str]
+) -> list[tuple[str, list[str], list[list[str]]]]:
+    """Return a list of objects as a table; what they hold of objects stays away.
+
+    One that is too large is none, and is told of as a gap before its cells are made: each key of
+    each row would be a column.
+    """
     keys = list(
         dict.fromkeys(key for row in rows for key, x in row.items() if not isinstance(x, dict))
     )
+    if len(keys) > MAX_COLUMNS or len(rows) > MAX_ROWS:
+        gaps.append(_too_large(title, len(rows), len(keys)))
+        return []
     columns = [_column([row.get(key) for row in rows]) for key in keys]
-    return title, [in_words(key) for key in keys], [list(row) for row in zip(*columns, strict=True)]
+    return [(title, [in_words(key) for key in keys], [*map(list, zip(*columns, strict=True))])]
+
+
+def _too_large(title: str, rows: int, columns: int) -> str:
+    return f"{title} has {rows} rows of {columns} values: too many here"
 
 
 def _column(values: list[Any]) -> list[str]:

@@ -12,6 +12,7 @@ from laptop.lab_report.findings import NOT_THERE, DamagedRun, LabRun, LabTable
 from laptop.lab_report.run_files import items, number, word
 from laptop.reporting.arm_numbers import numbers_of
 from shared.arm_description import ARMS_FOLDER, ArmError, read_arm
+from shared.message_fields import MAX_JOINTS
 
 HEADINGS = (
     *("joint", "link cm", "motor", "port", "gear", "from deg", "to deg", "backlash deg"),
@@ -75,8 +76,10 @@ def describe(numbers: dict[str, Any], source: str) -> DescribedArm:
     Raises:
         DamagedRun: they are not as they are written.
     """
-    rows = []
-    for joint in items(numbers, "joints", dict):
+    joints, rows = items(numbers, "joints", dict), []
+    if len(joints) > MAX_JOINTS:
+        raise DamagedRun(f"summary.json holds an arm of more than {MAX_JOINTS} joints")
+    for joint in joints:
         joint = joint or {}
         cells = [word(joint, "name"), _number(joint, "link_cm"), word(joint, "motor")]
         cells += [word(joint, "port"), _number(joint, "gear")]

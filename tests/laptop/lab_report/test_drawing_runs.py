@@ -4,6 +4,7 @@ import json
 
 from lab_runs import PATH, a_picture, drawn, simulated
 
+from laptop.lab_report import drawing_runs
 from laptop.lab_report.drawing_runs import DRAWINGS, PATHS, read_drawing, read_simulated
 from laptop.lab_report.findings import DRAWING, SCRIPT
 
@@ -28,6 +29,13 @@ def test_a_line_is_told_by_its_figures_and_its_picture(tmp_path):
 def test_what_failed_bears_its_status(tmp_path):
     run = read(tmp_path, status=3, reason="blocked: /home/anna/x.py", paths=[])
     assert (run.kind, run.outcome) == (SCRIPT, "blocked: x.py, status 3")
+
+
+def test_of_very_many_paths_the_first_are_shown(tmp_path, monkeypatch):
+    monkeypatch.setattr(drawing_runs, "MAX_PATHS", 2)
+    run = read(tmp_path, paths=[PATH, PATH, None])
+    assert len(run.results) == 2
+    assert run.gaps == ["it has 3 paths, of which the first 2 are here"]
 
 
 def test_a_path_that_was_not_drawn_and_a_figure_that_is_none_are_gaps_not_figures(tmp_path):

@@ -3,6 +3,7 @@
 import pytest
 from lab_runs import a_picture
 
+from laptop.lab_report import measured_runs
 from laptop.lab_report.findings import ACCURACY, CALIBRATION, DamagedRun
 from laptop.lab_report.measured_runs import in_words, read_measured, tables_of
 
@@ -22,7 +23,7 @@ SUMMARY = {
 
 
 def test_a_summary_becomes_tables_with_its_own_names():
-    found = {title: (heading, rows) for title, heading, rows in tables_of(SUMMARY, "all")}
+    found = {title: (heading, rows) for title, heading, rows in tables_of(SUMMARY, "all", [])}
     assert found["all"][1] == [["cycles", "30"], ["from", "arm.ini"]]
     assert found["poses"] == (
         ["pose", "accuracy, mm", "repeatability, mm", "seen"],
@@ -84,6 +85,33 @@ def test_a_table_too_large_to_print_is_left_to_the_csv(tmp_path):
         "sights has 100 rows of 1 values: too many here",
         "there is no CSV, so no raw data",
     ]
+
+
+def test_cells_of_a_table_too_large_to_print_are_not_made(tmp_path, monkeypatch):
+    """Objects of other keys each are as many columns as rows."""
+    made = []
+    monkeypatch.setattr(measured_runs, "_cell", lambda value: made.append(value) or "1")
+    objects = [{f"k{k}": 1} for k in range(2000)]
+    summary = {"a": objects, "b": dict(enumerate(objects)), "c": objects[0], "rms": 5}
+    run = read_measured("c", tmp_path, summary, CALIBRATION)
+    assert run.gaps[:2] == [
+        "a has 2000 rows of 2000 values: too many here",
+        "b has 2000 rows of 2001 values: too many here",
+    ]
+    assert sorted(made) == [1, 5]
+
+
+def test_a_summary_of_very_many_figures_or_tables_is_not_printed(tmp_path):
+    many = {f"k{k}": 1 for k in range(1000)}
+    run = read_measured("c", tmp_path, {"fit": many, "rms": 5}, CALIBRATION)
+    assert run.gaps[0] == "fit has 1000 rows of 2 values: too many here"
+    for many in (
+        {f"k{k}": [{"a": 1}] for k in range(101)},
+        {f"k{k}": {"a": 1} for k in range(101)},
+    ):
+        with pytest.raises(DamagedRun) as failed:
+            read_measured("c", tmp_path, many, CALIBRATION)
+        assert str(failed.value) == "summary.json holds more than 100 tables; do this run again"
 
 
 def test_a_summary_without_a_figure_is_damaged(tmp_path):

@@ -40,7 +40,13 @@ def test_an_arm_that_nobody_describes_is_a_gap():
 
 
 def test_numbers_that_are_not_as_they_are_written_are_a_gap():
-    for numbers in ({}, {"joints": [1]}, {"joints": [{"link_cm": "long"}]}, {"name": 7}):
+    for numbers in (
+        {},
+        {"joints": [1]},
+        {"joints": [{"link_cm": "long"}]},
+        {"name": 7},
+        {"joints": [None] * 9},
+    ):
         run = LabRun("a", "drawing", "", arm="planar", arm_numbers=numbers)
         assert describe_arms([run]) == []
         assert run.gaps[0].startswith("left out: summary.json")
