@@ -23,7 +23,7 @@ from shared.small_files import SpoiltFile, open_file
 
 MAX_OBJECT, MAX_PICTURE, MAX_CSV = 4_000_000, 40_000_000, 20_000_000
 """Larger files are not read, bytes."""
-MAX_COLUMNS = 64
+MAX_COLUMNS, MAX_VALUES = 64, 3_000_000
 """Of a CSV."""
 MAX_PIXELS, MAX_SIDE = 8_000_000, 10_000
 """Larger pictures are not decoded."""
@@ -118,12 +118,15 @@ def read_rows(file: Path) -> tuple[list[str], Iterator[list[str]]]:
     """Return heading and rows of a CSV, as many cells in each; rows are read as they are taken.
 
     Raises:
-        DamagedRun: it is none, a row is cut off, or it has no row; the last two, and what is no
-            text, when the rows are taken.
+        DamagedRun: it is none, has too many values, a row is cut off, or it has no row; the last
+            two, and what is no text, when the rows are taken.
     """
-    text = io.TextIOWrapper(io.BytesIO(read_bytes(file, MAX_CSV)), "utf-8-sig", newline="")
+    content = read_bytes(file, MAX_CSV)
+    text = io.TextIOWrapper(io.BytesIO(content), "utf-8-sig", newline="")
     rows = _told_rows(csv.reader(text), file.name)
     heading = next(rows)
+    if content.count(b"\n") * len(heading) > MAX_VALUES:  # before they are taken, which is slow
+        raise _too_many(file.name)
     return heading, _even_rows(rows, len(heading), file.name)
 
 
@@ -146,9 +149,15 @@ def _even_rows(rows: Iterator[list[str]], width: int, name: str) -> Iterator[lis
     for k, row in enumerate(rows, 1):
         if len(row) != width:
             raise DamagedRun(f"{name}: row {k} has {len(row)} values, its heading has {width}")
+        if k * width > MAX_VALUES:
+            raise _too_many(name)
         yield row
     if not k:
         raise DamagedRun(f"{name} has no row")
+
+
+def _too_many(name: str) -> DamagedRun:
+    return DamagedRun(f"{name} has more than {MAX_VALUES} values; do this run again, and shorter")
 
 
 def read_picture(file: Path) -> bytes:

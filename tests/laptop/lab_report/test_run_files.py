@@ -158,6 +158,26 @@ def test_a_picture_too_large_to_decode_is_told_by_its_head(tmp_path, wide, high)
         read_picture(file)
 
 
+@pytest.mark.parametrize("end", ["\n", "\r"])
+def test_a_csv_has_not_too_many_values(tmp_path, monkeypatch, end):
+    monkeypatch.setattr(run_files, "MAX_VALUES", 12)
+    file = tmp_path / "trace.csv"
+    file.write_text(f"t,x,y{end}" + f"1,2,3{end}" * 3, newline="")
+    assert read_columns(file)["x"].tolist() == [2] * 3
+    file.write_text(f"t,x,y{end}" + f"1,2,3{end}" * 5, newline="")
+    with pytest.raises(DamagedRun) as failed:
+        read_columns(file)
+    assert str(failed.value) == "trace.csv has more than 12 values; do this run again, and shorter"
+
+
+def test_rows_of_a_csv_with_too_many_values_are_not_begun(tmp_path, monkeypatch):
+    monkeypatch.setattr(run_files, "MAX_VALUES", 12)
+    file = tmp_path / "trace.csv"
+    file.write_text("t\n" + "1\n" * 20)
+    with pytest.raises(DamagedRun, match="has more than 12 values"):
+        run_files.read_rows(file)
+
+
 def test_a_long_csv_takes_little_more_memory_than_its_file(tmp_path):
     file = tmp_path / "trace.csv"
     file.write_text("t,x,y,pen\n" + "11,22,33,1\n" * 200_000)
