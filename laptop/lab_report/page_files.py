@@ -6,6 +6,7 @@ import base64
 import binascii
 import re
 from array import array
+from collections import Counter
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -44,10 +45,19 @@ _ROW = ("goal", "method", "brick says", "moves", "s", "brick px", "tracker px")
 MAX_LETTERS, MAX_MARKERS, MAX_NAME = 10_000, 64, 64
 """Letters of a text, markers of all cameras, and letters of a marker's name, in a report's sources.
 """
+MAX_TAGS = 400_000
+"""A page with more is not read."""
+MAX_PARTS = {"goals": 1000, "values": 20_000, "texts": 5000, "pictures": 50}
+"""What is read of a page, at most."""
 
 
 class PageReport(HTMLParser):
     """Reads a report that the page made: its texts, its first table, its pictures.
+
+    It raises DamagedRun as soon as there are more of them than any report has.
+
+    Args:
+        name: of its file.
 
     Attributes:
         texts: by the part of the page that they stand in, in order.
@@ -57,8 +67,9 @@ class PageReport(HTMLParser):
 
     TEXTS = {"h1": "verdict", "p": "line", "figcaption": "caption", "h2": "heading"}
 
-    def __init__(self) -> None:
+    def __init__(self, name: str) -> None:
         super().__init__()
+        self._name, self._counts = name, Counter[str]()
         self.texts: list[tuple[str, str]] = []
         self.rows: list[list[str]] = []
         self.pictures: list[tuple[str, str]] = []
@@ -69,8 +80,10 @@ class PageReport(HTMLParser):
         if tag == "table":
             self._tables += 1
         elif tag == "tr" and self._tables == 1:
+            self._count("goals")
             self.rows.append([])
         elif tag in ("td", "th") and self._tables == 1 and self.rows:
+            self._count("values")
             self.rows[-1].append("")
             self._open = "cell"
         elif tag == "img":
@@ -78,6 +91,7 @@ class PageReport(HTMLParser):
         elif tag == "small":
             self._open = ""
         elif tag in self.TEXTS:
+            self._count("texts")
             self._open = self.TEXTS[tag]
             self.texts.append((self._open, ""))
 
@@ -88,6 +102,7 @@ class PageReport(HTMLParser):
         elif tag in (*self.TEXTS, "td", "th"):
             self._open = ""
         if tag == "figcaption" and self._source:
+            self._count("pictures")
             self.pictures.append((self.texts[-1][1].strip(), self._source))
             self._source = ""
         if tag == "table":
@@ -101,6 +116,11 @@ class PageReport(HTMLParser):
             kind, text = self.texts[-1]
             self.texts[-1] = (kind, text + data[: max(0, MAX_LETTERS - len(text))])
 
+    def _count(self, part: str) -> None:
+        self._counts[part] += 1
+        if self._counts[part] > MAX_PARTS[part]:
+            raise DamagedRun(f"{self._name} has more than {MAX_PARTS[part]} {part}")
+
 
 def read_page_report(name: str, file: Path) -> LabRun:
     """Return a run as the page reported it.
@@ -108,14 +128,17 @@ def read_page_report(name: str, file: Path) -> LabRun:
     Raises:
         DamagedRun: it is no such report.
     """
-    page = PageReport()
     text = read_bytes(file, MAX_PICTURE).decode("utf-8", "replace")
+    if not text.rstrip().endswith("</html>"):
+        raise DamagedRun(f"{file.name} is no whole report of the page")
+    if text.count("<") > MAX_TAGS:
+        raise DamagedRun(f"{file.name} has more than {MAX_TAGS} tags")
+    page = PageReport(file.name)
     page.feed(text)
     lines = [" ".join(text.split()) for kind, text in page.texts if kind == "line"]
     verdicts = [" ".join(text.split()) for kind, text in page.texts if kind == "verdict"]
     headings = [" ".join(cell.split()) for cell in page.rows[0]] if page.rows else []
-    whole = text.rstrip().endswith("</html>")
-    if not whole or not verdicts or len(lines) < 2 or headings[:1] != ["goal"]:
+    if not verdicts or len(lines) < 2 or headings[:1] != ["goal"]:
         raise DamagedRun(f"{file.name} is no whole report of the page")
     run = LabRun(name, SERVO, "run on the page", outcome=without_folders(verdicts[0]))
     run.set_up = [("as the page has it", without_folders(lines[1]))]

@@ -10,6 +10,7 @@ from laptop.lab_report.findings import TRACKING, DamagedRun
 from laptop.lab_report.page_files import (
     HISTORY,
     REPORT,
+    PageReport,
     is_track,
     read_history,
     read_page_report,
@@ -73,6 +74,34 @@ def test_another_page_is_no_report(saved):
         saved.write_text(text)
         with pytest.raises(DamagedRun, match="is no whole report of the page"):
             read_page_report("r", saved)
+
+
+@pytest.mark.parametrize(
+    ("part", "many", "why"),
+    [
+        ("</table>", "<tr><td>1" * 1001, "has more than 1000 goals"),
+        ("</table>", "<td>1" * 20_001, "has more than 20000 values"),
+        ("</html>", "<p>1" * 5001, "has more than 5000 texts"),
+        (
+            "</html>",
+            "<img src='a'><figcaption>1</figcaption>" * 51,
+            "has more than 50 pictures",
+        ),
+        ("</html>", "<" * 400_001, "has more than 400000 tags"),
+    ],
+)
+def test_a_page_with_more_of_something_than_any_report_has_is_not_read_on(saved, part, many, why):
+    saved.write_text(saved.read_text().replace(part, many + part, 1))
+    with pytest.raises(DamagedRun) as failed:
+        read_page_report("r", saved)
+    assert str(failed.value) == f"{saved.name} {why}"
+
+
+def test_a_page_that_is_cut_off_is_not_parsed(saved, monkeypatch):
+    saved.write_text(saved.read_text()[:-9])
+    monkeypatch.setattr(PageReport, "feed", lambda *words: pytest.fail("it is parsed"))
+    with pytest.raises(DamagedRun, match="is no whole report of the page"):
+        read_page_report("r", saved)
 
 
 def test_the_plots_of_the_page_are_drawn(tmp_path):
