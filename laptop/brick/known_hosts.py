@@ -6,9 +6,24 @@ from pathlib import Path
 
 import asyncssh
 
+from laptop.brick import BrickProblem
 from laptop.files import write_whole
 
 DEFAULT_PORT = 22
+
+
+def ssh_folder() -> Path:
+    """Return where this user's ssh has its files.
+
+    Raises:
+        BrickProblem: the system tells of no home folder of this user.
+    """
+    try:
+        return Path.home() / ".ssh"
+    except RuntimeError:
+        raise BrickProblem(
+            "this computer tells of no home folder of yours, where ssh has its keys; set HOME to it"
+        ) from None
 
 
 class KnownHosts:
@@ -19,7 +34,7 @@ class KnownHosts:
     """
 
     def __init__(self, file: Path | None = None) -> None:
-        self.file = file or Path.home() / ".ssh" / "known_hosts"
+        self.file = file or ssh_folder() / "known_hosts"
 
     def keys_of(self, host: str, port: int) -> list[asyncssh.SSHKey]:
         """Return the keys that are known of a host."""

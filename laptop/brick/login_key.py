@@ -11,6 +11,7 @@ import asyncssh
 from laptop.brick import BrickProblem
 from laptop.brick.answers import ask
 from laptop.brick.connection import BrickAddress, Dialogue
+from laptop.brick.known_hosts import ssh_folder
 
 NAMES = "id_ed25519", "id_ecdsa", "id_rsa"
 """Files in ~/.ssh that every ssh takes; the first is the one that is made."""
@@ -47,7 +48,7 @@ def _own_key(dialogue: Dialogue) -> tuple[Path, asyncssh.SSHKey]:
     Raises:
         BrickProblem: it cannot be read or made.
     """
-    folder = Path.home() / ".ssh"
+    folder = ssh_folder()
     file = next((folder / name for name in NAMES if (folder / name).exists()), folder / NAMES[0])
     try:
         if not file.exists():

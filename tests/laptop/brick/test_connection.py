@@ -112,6 +112,20 @@ def test_a_first_key_is_shown_and_kept_and_another_one_is_refused(ssh_brick):
     assert again.read[0].startswith("first contact")
 
 
+def test_without_a_home_folder_it_is_said_where_ssh_would_look(monkeypatch):
+    def nobody(number):
+        raise KeyError(number)
+
+    monkeypatch.delenv("HOME")
+    monkeypatch.setattr("pwd.getpwuid", nobody)
+    for look in (KnownHosts, lambda: login_key._own_key(None)):
+        with pytest.raises(BrickProblem) as failed:
+            look()
+        assert str(failed.value) == (
+            "this computer tells of no home folder of yours, where ssh has its keys; set HOME to it"
+        )
+
+
 def test_other_keys_and_lines_stay_when_one_is_forgotten(tmp_path):
     file = tmp_path / "known_hosts"
     key = asyncssh.generate_private_key("ssh-ed25519").convert_to_public()
