@@ -23,6 +23,17 @@ from laptop.reporting.private_paths import without_folders
         ("cannot read /home/anna maria/lab/x.py: gone", "cannot read x.py: gone"),
         ("'/tmp/a/b' and (/tmp/c)", "'b' and (c)"),
         (f"in {Path.home()}/a b/x.py", "in x.py"),
+        ("a//home/anna/x", "ax"),
+        ("see a\\\\server\\anna\\x", "see ax"),
+        ("in ///home//anna/x", "in x"),
+        ("sqlite:///home/anna/x", "sqlite:x"),
+        ("in \x1b[31m/home/anna/x\x1b[0m", "in  x "),
+        ("\x1b[1;31m/home/anna/x", " x"),
+        ("in \x1b[31/home/anna/x", "in  x"),
+        ("in \x1bM/home/anna/x", "in  x"),
+        ("in \x1b/home/anna/x", "in  x"),
+        ("in \x9b31m/home/anna/x", "in  x"),
+        ("in  [31m/home/anna/x", "in   x"),
     ],
 )
 def test_a_path_of_this_computer_is_but_its_last_name(text, told):
@@ -40,7 +51,27 @@ def test_a_path_of_this_computer_is_but_its_last_name(text, told):
         "--goal",
         "",
         "a: b",
+        "http://a.b/home/c",
+        "a [31m] b",
     ],
 )
 def test_what_is_no_such_path_stays(text):
     assert without_folders(text) == text
+
+
+@pytest.mark.parametrize("home", [None, "/", ""])
+def test_where_nobody_tells_a_home_folder_none_is_needed(monkeypatch, home):
+    def nobody(number):
+        raise KeyError(number)
+
+    monkeypatch.setattr("pwd.getpwuid", nobody)
+    monkeypatch.delenv("HOME", raising=False)
+    if home is not None:
+        monkeypatch.setenv("HOME", home)
+    assert without_folders("12 cm/s in /home/anna/x.py") == "12 cm/s in x.py"
+
+
+def test_the_name_of_a_home_folder_may_begin_another_one(monkeypatch):
+    monkeypatch.setenv("HOME", "/home/anna")
+    assert without_folders("in /home/annabel/x.py") == "in x.py"
+    assert without_folders("in /home/anna: x") == "in ~: x"
