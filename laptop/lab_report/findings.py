@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from laptop.reporting.private_paths import without_folders
 from shared.arm_description import ArmError
+from shared.message_fields import printable
 
 DRAWING, SERVO, ACCURACY, CALIBRATION, SCRIPT, TRACKING = (
     *("drawing", "servo", "accuracy", "calibration", "script", "tracking"),
@@ -22,6 +23,14 @@ class DamagedRun(ArmError, ValueError):
     """A run whose files cannot be understood; the text says which and why."""
 
 
+def clean(text: str) -> str:
+    """Return a text of a run as a report has it: printable, and of each path the last name alone.
+
+    A report is for others, and what a run's files hold may be anything.
+    """
+    return printable(without_folders(text))
+
+
 class LabTable(NamedTuple):
     """A table of texts.
 
@@ -33,6 +42,12 @@ class LabTable(NamedTuple):
     caption: str
     headings: Sequence[str]
     rows: Sequence[Sequence[str]]
+
+
+def clean_table(table: LabTable) -> LabTable:
+    """Return a table with all its texts `clean`."""
+    rows = [[*map(clean, row)] for row in table.rows]
+    return LabTable(clean(table.caption), [*map(clean, table.headings)], rows)
 
 
 class LabFigure(NamedTuple):
@@ -98,18 +113,16 @@ class LabRun:
         """Its name in tables and captions."""
         return f"R{self.number}"
 
-    def hide_folders(self) -> None:
-        """Leave the last name alone of each path in its texts: a report is for others."""
-        hide = without_folders
-        self.what, self.outcome, self.arm = hide(self.what), hide(self.outcome), hide(self.arm)
-        self.set_up = [(hide(what), hide(value)) for what, value in self.set_up]
-        self.results = [(name, tuple(map(hide, row))) for name, row in self.results]
-        self.tables = [
-            LabTable(hide(caption), [*map(hide, headings)], [[*map(hide, row)] for row in rows])
-            for caption, headings, rows in self.tables
-        ]
-        self.figures = [LabFigure(hide(caption), picture) for caption, picture in self.figures]
-        self.gaps = [*map(hide, self.gaps)]
+    def clean(self) -> None:
+        """Make all its texts `clean`."""
+        self.name = printable(self.name)  # it begins in the report's folder
+        self.what, self.outcome, self.arm = map(clean, (self.what, self.outcome, self.arm))
+        self.set_up = [(clean(what), clean(value)) for what, value in self.set_up]
+        self.results = [(name, tuple(map(clean, row))) for name, row in self.results]
+        self.tables = [*map(clean_table, self.tables)]
+        self.figures = [LabFigure(clean(caption), picture) for caption, picture in self.figures]
+        self.data = [RawData(raw.name, raw.source, clean(raw.holds)) for raw in self.data]
+        self.gaps = [*map(clean, self.gaps)]
 
 
 class LeftOut(NamedTuple):

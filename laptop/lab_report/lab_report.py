@@ -36,6 +36,7 @@ from laptop.lab_report.servo_runs import GOALS, as_csv
 from laptop.lab_report.set_up import describe_arms
 from laptop.reporting.document import illustration, render_report
 from shared.arm_description import ArmError
+from shared.message_fields import printable
 from shared.small_files import SpoiltFile, read_text
 from shared.version import VERSION
 
@@ -233,7 +234,7 @@ def compose(folder: Path, title: str, data_folder: str) -> LabReport:
     sections = [_section(kind, runs, numbering) for kind in SECTIONS if _there(kind, runs)]
     data, files = _raw_data(runs, numbering.tables, data_folder)
     values = {
-        "title": title,
+        "title": printable(title),
         "aim": aim(kinds),
         "overview": overview,
         "arms": arm_tables,

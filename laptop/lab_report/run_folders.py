@@ -9,7 +9,15 @@ from functools import partial
 from pathlib import Path
 
 from laptop.lab_report.drawing_runs import TRACE, read_drawing, read_simulated
-from laptop.lab_report.findings import ACCURACY, CALIBRATION, SERVO, DamagedRun, LabRun, LeftOut
+from laptop.lab_report.findings import (
+    ACCURACY,
+    CALIBRATION,
+    SERVO,
+    DamagedRun,
+    LabRun,
+    LeftOut,
+    clean,
+)
 from laptop.lab_report.measured_runs import read_measured
 from laptop.lab_report.page_files import (
     HISTORY,
@@ -23,6 +31,7 @@ from laptop.lab_report.run_files import is_plain, items, read_object, word
 from laptop.lab_report.servo_runs import is_log, read_demo, read_servo_log
 from laptop.reporting.private_paths import without_folders
 from shared.arm_description import ArmError
+from shared.message_fields import printable
 
 SUMMARY, DEMO = "summary.json", "demo.json"
 CONTENTS = "report-contents.csv"
@@ -92,6 +101,10 @@ class RunReader:
         """What was read, each run once."""
         return [run for source, run in self._runs if source not in self._told]
 
+    def leave_out(self, place: Path, why: str) -> None:
+        """Note that a folder or file is not in the report, and why."""
+        self.left_out.append(LeftOut(printable(_name(self._folder, place)), clean(why)))
+
     def read_place(self, place: Path, files: Sequence[str]) -> None:
         """Read what is in one folder."""
         if place in self._told:
@@ -104,8 +117,7 @@ class RunReader:
         if SUMMARY in files:
             self._read(place / SUMMARY, lambda name: self._of_summary(name, place))
         elif TRACE in files:
-            why = "there is no summary.json beside it"
-            self.left_out.append(LeftOut(_name(self._folder, place / TRACE), why))
+            self.leave_out(place / TRACE, "there is no summary.json beside it")
         for file in files:
             if file not in claimed and (read := _reader_of(place / file)):
                 self._read(place / file, read)
@@ -115,19 +127,18 @@ class RunReader:
         whole = file.parent if file.name in (DEMO, SUMMARY) else file
         try:
             run = read(_name(self._folder, whole))
-            run.hide_folders()
+            run.clean()
             self._runs.append((file, run))
         except DamagedRun as error:
             why = str(error).removeprefix(f"{file.name}: ")
             why = re.sub(rf"^{re.escape(file.name)} ", "it ", why)
-            self.left_out.append(LeftOut(_name(self._folder, file), why))
+            self.leave_out(file, why)
             return False
         except SURPRISES as error:
             # It is data, and may be anything: what no rule foresees costs this run, not the report.
             is_deep = isinstance(error, RecursionError)
             what = "nested too deeply" if is_deep else "not as it is written"
-            why = f"it is {what}; do this run again"
-            self.left_out.append(LeftOut(_name(self._folder, file), why))
+            self.leave_out(file, f"it is {what}; do this run again")
             return False
         return True
 

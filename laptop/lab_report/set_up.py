@@ -8,7 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from laptop.lab_report.findings import NOT_THERE, DamagedRun, LabRun, LabTable
+from laptop.lab_report.findings import (
+    NOT_THERE,
+    DamagedRun,
+    LabRun,
+    LabTable,
+    clean,
+    clean_table,
+)
 from laptop.lab_report.run_files import items, number, word
 from laptop.reporting.arm_numbers import numbers_of
 from shared.arm_description import ARMS_FOLDER, ArmError, read_arm
@@ -58,7 +65,7 @@ def describe_arms(runs: Sequence[LabRun]) -> list[DescribedArm]:
                 try:
                     described = describe(numbers, source)
                 except DamagedRun as error:
-                    run.gaps.append(f"left out: {error}")
+                    run.gaps.append(clean(f"left out: {error}"))
                     continue
                 described.runs.append(run)
                 found.append(((numbers, source), described))
@@ -85,17 +92,19 @@ def describe(numbers: dict[str, Any], source: str) -> DescribedArm:
         cells += [word(joint, "port"), _number(joint, "gear")]
         mass = _number(joint, "mass_g") if joint.get("mass_g") else NOT_THERE  # 0: not known
         rows.append([*cells, *(_number(joint, key) for key in _KEYS), mass])
-    name, speed = word(numbers, "name"), _number(numbers, "speed_cm_s")
+    # (Each by itself: between two paths in a line the words would go, too.)
+    name, speed = clean(word(numbers, "name")), _number(numbers, "speed_cm_s")
     caption = f"The arm {name}: draws at {speed} cm/s"
     pen = numbers.get("pen")
     if isinstance(pen, dict):
-        caption += f", pen by a {word(pen, 'motor')} motor at port {word(pen, 'port')}"
+        motor, port = (clean(word(pen, key)) for key in ("motor", "port"))
+        caption += f", pen by a {motor} motor at port {port}"
     else:
         caption += ", no pen motor"
     chain = word(numbers, "chain")
     if not rows:
         raise DamagedRun(f"summary.json holds no joint of the arm {name}")
-    return DescribedArm(LabTable(caption, HEADINGS, rows), chain, source)
+    return DescribedArm(clean_table(LabTable(caption, HEADINGS, rows)), chain, source)
 
 
 def _coming_along(name: str) -> dict[str, Any] | None:

@@ -1,6 +1,7 @@
 """The report as a document: order, numbers, sources, raw data, and nothing of this computer."""
 
 import csv
+import json
 import os
 import re
 from html.parser import HTMLParser
@@ -243,7 +244,37 @@ def test_where_the_report_is_a_link_what_it_leads_to_is_replaced(tmp_path):
 def test_what_is_no_text_in_a_run_is_written_all_the_same(tmp_path):
     simulated(tmp_path / "runs" / "line\udcff")
     write(made(tmp_path / "runs"), tmp_path / "x.html")
-    assert "line?" in (tmp_path / "x.html").read_text()
+    assert "<td>line </td>" in (tmp_path / "x.html").read_text()
+
+
+def test_no_letter_of_a_run_steers_a_terminal_or_turns_the_text_around(tmp_path):
+    bad = "a\x1b[31mb\x07c\u202ed\x00e"
+    simulated(
+        tmp_path / "runs" / bad.replace("\x00", ""),
+        reason=bad,
+        args=[bad],
+        plant=bad,
+        drawing=bad,
+        built_numbers={"name": bad, "joints": [{"name": bad, "port": bad}]},
+    )
+    damaged = tmp_path / "runs" / "\x1b[32m"
+    damaged.mkdir()
+    (damaged / "summary.json").write_text("{")
+    measured = {"kind": "calibration", bad: bad, "x": [{bad: bad}], "files": ["x.csv", "\x07.csv"]}
+    for folder in (tmp_path / "runs" / "m", tmp_path / "runs" / "n"):
+        folder.mkdir()
+        (folder / "summary.json").write_text(json.dumps(measured))
+        (folder / "x.csv").write_text(f"{bad},b\n1,2\n")
+    track = f"frame,t,marker,u,v,confidence\n1,5.0,{bad[:-2]},,,\n"
+    (tmp_path / "runs" / "t.csv").write_text(track)
+    (tmp_path / "runs" / "\x1bu.csv").write_text("frame,t,marker,u,v,confidence\n1,x,a,,,\n")
+    report = made(tmp_path / "runs", title=bad)
+    assert len(report.runs) == 4
+    texts = [report.html()]
+    texts += [raw.source for raw in report.data.values() if isinstance(raw.source, str)]
+    for text in texts:
+        assert {letter for letter in text if not letter.isprintable()} == {"\n"}
+    assert "<h1>a b c d e</h1>" in texts[0].replace(" [31m", " ")
 
 
 def test_raw_data_of_a_report_that_has_another_name_now_stay(tmp_path):

@@ -50,3 +50,16 @@ def test_numbers_that_are_not_as_they_are_written_are_a_gap():
         run = LabRun("a", "drawing", "", arm="planar", arm_numbers=numbers)
         assert describe_arms([run]) == []
         assert run.gaps[0].startswith("left out: summary.json")
+
+
+def test_no_folder_of_a_computer_stands_in_an_arms_table():
+    path = "/home/anna/x.py"
+    joint = {**PLANAR["joints"][0], "name": path, "motor": path, "port": path}
+    numbers = {**PLANAR, "name": path, "joints": [joint], "pen": {"motor": path, "port": path}}
+    run = LabRun("a", "drawing", "", arm="planar", arm_numbers=numbers)
+    (arm,) = describe_arms([run])
+    assert arm.table.caption == "The arm x.py: draws at 12 cm/s, pen by a x.py motor at port x.py"
+    assert arm.table.rows[0][:4] == ["x.py", "11.3", "x.py", "x.py"]
+    run.arm_numbers = {**numbers, "joints": []}
+    assert describe_arms([run]) == []
+    assert run.gaps == ["left out: summary.json holds no joint of the arm x.py"]
