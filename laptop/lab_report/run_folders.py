@@ -50,7 +50,7 @@ def read_runs(folder: Path) -> tuple[list[LabRun], list[LeftOut]]:
         NoRuns: there is none that can be read, or there are too many folders.
     """
     reader = RunReader(folder)
-    for number, (place, files) in enumerate(_walk(folder)):
+    for number, (place, files) in enumerate(_walk(folder, reader.leave_out)):
         if number >= MAX_FOLDERS:
             raise NoRuns(
                 f"{folder} holds more than {MAX_FOLDERS} folders; give the one with your runs"
@@ -64,18 +64,45 @@ def read_runs(folder: Path) -> tuple[list[LabRun], list[LeftOut]]:
     return runs, reader.left_out
 
 
-def _walk(folder: Path) -> Iterator[tuple[Path, list[str]]]:
-    """Yield each folder with the names of its files; folders of reports and hidden ones not."""
-    for at, folders, files in os.walk(folder):
+def _walk(folder: Path, leave_out: Callable[[Path, str], None]) -> Iterator[tuple[Path, list[str]]]:
+    """Yield each folder with the names of its files; folders of reports and hidden ones not.
+
+    Args:
+        folder: the walk begins there.
+        leave_out: is called with each folder that may hold runs and is not looked into, and why.
+    """
+    within = folder.resolve()
+
+    def unread(error: OSError, place: str = "") -> None:
+        leave_out(Path(place or error.filename), f"it cannot be read: {error.strerror}")
+
+    for at, folders, files in os.walk(folder, onerror=unread):
         place = Path(at)
         if CONTENTS in files:
             folders.clear()
             continue
-        deep = len(place.relative_to(folder).parts)
-        folders[:] = sorted(f for f in folders if not f.startswith(".")) if deep < MAX_DEPTH else []
-        yield place, sorted(file for file in files if is_plain(place / file))
+        folders[:] = sorted(f for f in folders if not f.startswith("."))
+        for link in [f for f in folders if (place / f).is_symlink()]:
+            folders.remove(link)
+            if not Path(os.path.realpath(place / link)).is_relative_to(within):  # else it is met
+                leave_out(place / link, LINK)
+        if folders and len(place.relative_to(folder).parts) == MAX_DEPTH:
+            leave_out(place, TOO_DEEP)
+            folders.clear()
+        try:
+            os.stat(os.path.join(at, "."))  # its names may be read, and nothing in it
+            plain = sorted(file for file in files if is_plain(place / file))
+        except OSError as error:
+            unread(error, at)
+            folders.clear()
+            continue
+        yield place, plain
 
 
+LINK = "it is a link, which is not followed; give the folder that it leads to"
+TOO_DEEP = (
+    f"the folders in it are more than {MAX_DEPTH} deep, and are not looked into; give this folder"
+)
 SURPRISES = (
     *(ValueError, TypeError, LookupError, ArithmeticError, AttributeError),
     *(RecursionError, AssertionError, StopIteration),

@@ -39,6 +39,54 @@ def test_hidden_folders_and_the_data_of_a_report_are_no_runs(tmp_path):
     assert names(read_runs(tmp_path)[0]) == [("R1", "line", DRAWING)]
 
 
+def test_a_run_that_lies_too_deep_is_left_out_by_its_folder(tmp_path):
+    deep = tmp_path / "1/2/3/4/5/6/7/8"
+    simulated(deep)
+    assert read_runs(tmp_path)[1] == []
+    (deep / ".hidden").mkdir()
+    assert read_runs(tmp_path)[1] == []
+    simulated(deep / "9")
+    runs, left_out = read_runs(tmp_path)
+    assert names(runs) == [("R1", "1/2/3/4/5/6/7/8", DRAWING)]
+    assert left_out == [
+        (
+            "1/2/3/4/5/6/7/8",
+            "the folders in it are more than 8 deep, and are not looked into; give this folder",
+        )
+    ]
+
+
+def test_a_linked_folder_is_left_out_where_the_report_does_not_meet_it(tmp_path):
+    simulated(tmp_path / "elsewhere")
+    simulated(tmp_path / "runs" / "line")
+    (tmp_path / "runs" / "latest").symlink_to("line")
+    (tmp_path / "runs" / "other").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "runs" / ".hidden").symlink_to(tmp_path / "elsewhere")
+    runs, left_out = read_runs(tmp_path / "runs")
+    assert names(runs) == [("R1", "line", DRAWING)]
+    assert left_out == [
+        ("other", "it is a link, which is not followed; give the folder that it leads to")
+    ]
+
+
+@pytest.mark.parametrize("function", ["scandir", "stat"])
+def test_a_folder_that_may_not_be_read_is_left_out(tmp_path, monkeypatch, function):
+    simulated(tmp_path / "line")
+    simulated(tmp_path / "secret")
+    true = getattr(os, function)
+
+    def refusing(path, **words):
+        told = str(path)
+        if told.endswith("secret") and function == "scandir" or "secret" + os.sep in told:
+            raise PermissionError(13, "Permission denied", told)
+        return true(path, **words)
+
+    monkeypatch.setattr(os, function, refusing)
+    runs, left_out = read_runs(tmp_path)
+    assert names(runs) == [("R1", "line", DRAWING)]
+    assert left_out == [("secret", "it cannot be read: Permission denied")]
+
+
 def test_an_empty_folder_and_one_without_runs_are_told_apart(tmp_path):
     with pytest.raises(NoRuns, match=r"is empty; give the folder that --out of"):
         read_runs(tmp_path)
