@@ -65,7 +65,7 @@ def print_pdf(html: str, out: Path, browser: str) -> None:
             subprocess.run(words, capture_output=True, timeout=PRINT_TIMEOUT, check=False)
         except (OSError, subprocess.TimeoutExpired):
             raise CannotPrint(f"{browser} did not start, or did not end; print the HTML") from None
-        if not made.is_file():
+        if not _is_pdf(made):
             raise CannotPrint(
                 f"{browser} has printed nothing; open the HTML in a browser and print it from there"
             )
@@ -75,3 +75,12 @@ def print_pdf(html: str, out: Path, browser: str) -> None:
             raise CannotPrint(
                 f"cannot write {out}: {error.strerror}; give another file with --pdf"
             ) from None
+
+
+def _is_pdf(file: Path) -> bool:
+    """Return whether a file is there that begins and ends as a PDF."""
+    try:
+        content = file.read_bytes()
+    except OSError:
+        return False
+    return content.startswith(b"%PDF-") and b"%%EOF" in content[-1024:]

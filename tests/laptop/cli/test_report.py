@@ -83,14 +83,32 @@ def test_a_browser_that_prints_nothing_is_told(tmp_path):
         print_pdf.print_pdf("<p>", tmp_path / "x.pdf", str(tmp_path / "none"))
 
 
+@pytest.mark.parametrize(
+    "printed", ["", "<html>%%EOF", "%PDF-1.4 cut off", "%PDF-1.4 %%EOF" + 2000 * " "]
+)
+def test_what_a_browser_prints_is_a_whole_pdf(tmp_path, printed):
+    odd = tmp_path / "chromium"
+    odd.write_text(
+        '#!/bin/sh\nfor w in "$@"; do case "$w" in --print-to-pdf=*) out="${w#*=}";; esac; done\n'
+        f"printf '%s' '{printed}' > \"$out\"\n"
+    )
+    odd.chmod(0o755)
+    with pytest.raises(print_pdf.CannotPrint) as failed:
+        print_pdf.print_pdf("<p>", tmp_path / "x.pdf", str(odd))
+    assert str(failed.value) == (
+        f"{odd} has printed nothing; open the HTML in a browser and print it from there"
+    )
+    assert not (tmp_path / "x.pdf").exists()
+
+
 def test_a_pdf_is_printed_by_the_browser_that_is_there(tmp_path, monkeypatch):
-    """A stand-in for the browser copies the page; the words that it gets are the real one's."""
+    """A stand-in for the browser wraps the page; the words that it gets are the real one's."""
     fake = tmp_path / "chromium"
     fake.write_text(
         "#!/bin/sh\n"
         'for w in "$@"; do case "$w" in\n'
         '--print-to-pdf=*) out="${w#*=}";; file://*) page="${w#file://}";; esac; done\n'
-        'cp "$page" "$out"\n'
+        '(echo %PDF-1.4; cat "$page"; echo %%EOF) > "$out"\n'
     )
     fake.chmod(0o755)
     monkeypatch.setattr(print_pdf, "BROWSERS", (str(fake),))
