@@ -103,4 +103,6 @@ def test_a_hostile_file_is_answered_in_one_sentence(name, reading):
 def test_nothing_but_the_file_itself_is_opened(reading):
     folder, said = reading
     for name, (_, _, touched) in said.items():
-        assert [what for what in touched if what != ["open", str(folder / name)]] == [], name
+        # Decoders write to nowhere what they would print.
+        own = ["open", str(folder / name)], ["open", os.devnull]
+        assert [what for what in touched if what not in own] == [], name
