@@ -37,10 +37,7 @@ def check_new(file: Path, endings: Sequence[str], replace: bool = False) -> None
         CannotWrite: it has none of them, or cannot be shown; its folder is not there; something
             else than a file is there, or one is and is to stay.
     """
-    if not str(file).isprintable():
-        raise CannotWrite(
-            f"{ascii(str(file))} has characters that cannot be shown; choose another name"
-        )
+    check_shown(file)
     if file.suffix.lower() not in endings:
         raise CannotWrite(
             f"{file} would be no {' or '.join(endings)} by its name; give it a name that ends so"
@@ -58,6 +55,16 @@ def check_new(file: Path, endings: Sequence[str], replace: bool = False) -> None
             f"{file} is there already; choose another name, or give --replace to put the new one "
             "in its place"
         )
+
+
+def check_shown(file: Path, way_out: str = "choose another name") -> None:
+    """Refuse a name that would steer the terminal on which it is told.
+
+    Raises:
+        CannotWrite: with the way out.
+    """
+    if not str(file).isprintable():
+        raise CannotWrite(f"{ascii(str(file))} has characters that cannot be shown; {way_out}")
 
 
 def check_kind(file: Path) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 import click
 
 from laptop import system
-from laptop.files import CannotWrite, check_kind
+from laptop.files import CannotWrite, check_kind, check_shown
 from laptop.files import written as whole_file
 from laptop.simulator.session import InvalidSimulationOption, SimulationResult
 from shared.small_files import read_text
@@ -64,11 +64,7 @@ def check_room(out: Path, *others: str) -> None:
         CannotWrite: something else than a file has such a name, or the folder's name cannot be
             shown.
     """
-    if not str(out).isprintable():
-        raise CannotWrite(
-            f"{ascii(str(out))} has characters that cannot be shown; choose another folder with "
-            "--out"
-        )
+    check_shown(out, "choose another folder with --out")
     try:
         out.mkdir(mode=0o700, parents=True, exist_ok=True)
         for name in (SUMMARY, TRACE, *PICTURES, *others):

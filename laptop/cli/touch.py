@@ -13,7 +13,7 @@ import click
 
 from laptop.cli.brick import THE_BRICK, talk
 from laptop.cli.options import FiniteRange, arm_option, bar_option, examples, importing, in_one_line
-from laptop.files import CannotWrite
+from laptop.files import CannotWrite, check_shown
 from shared import state
 from shared.arm_description import Arm, find_arm, read_arm
 from shared.message_fields import printable
@@ -288,11 +288,8 @@ def _places(arm: Arm, out: Path | None) -> tuple[Path | None, Path]:
 
     own = None if out is None else out / f"{arm.name}.ini"
     kept = touched_file(arm.name) if out is None else out / f"{arm.name}.touched.json"
-    if out is not None and not str(out).isprintable():
-        raise CannotWrite(
-            f"{ascii(str(out))} has characters that cannot be shown; choose another folder with "
-            "--out"
-        )
+    if out is not None:
+        check_shown(out, "choose another folder with --out")
     check_writable(own or own_file(arm))
     check_writable(kept)
     if kept.exists():
