@@ -31,9 +31,11 @@ LATE = "look, then do it again"
 """What the page says of an order that it refuses because it came late."""
 ORDERED = f"""
 new MutationObserver((changes) => {{
-  const said = changes.filter((change) => change.target.closest?.(".q-notifications"));
-  if (said.some((change) => change.target.textContent.includes({LATE!r})) && window.ordered)
-    window.ordered.late = true;
+  const isNewlySaid = ({{ target, addedNodes }}) =>
+    addedNodes.length && target.closest?.(".q-notifications") &&
+    [target.closest(".q-notification"), ...addedNodes].some((node) =>
+      node?.textContent.includes({LATE!r}));
+  if (changes.some(isNewlySaid) && window.ordered) window.ordered.late = true;
 }}).observe(document, {{ childList: true, subtree: true }});
 """
 """Notes in a page that the last order came late, though that is shown for a while only."""
@@ -189,8 +191,6 @@ class Hand:
         self._give()
 
     def _give(self):
-        said = f"document.body.textContent.includes({LATE!r})"
-        self.page.wait_for_function(f"!{said}")  # of an earlier order
         self.page.evaluate("window.ordered = { late: false }")
         self._order()
 
@@ -220,6 +220,23 @@ class Hand:
 
         until(holds, what, lambda: self.page.wait_for_timeout(30))
         self._order = None
+
+    def insist(self, act, condition, what):
+        """Do, until it holds, what a page that just moves under the hand may mistake for another.
+
+        It is done again where nothing comes of it.
+        """
+        tried = time.monotonic()
+
+        def holds():
+            nonlocal tried
+            if time.monotonic() > tried + 20:
+                tried = time.monotonic()
+                self.order(act)
+            return condition()
+
+        self.order(act)
+        self.until(holds, what)
 
 
 class Surfer(Hand):
@@ -278,8 +295,13 @@ class Surfer(Hand):
             shown = self.page.locator("[data-aim]").evaluate_all(read)
             return any(math.dist(goal, (u, v)) < 2 for goal in shown)
 
-        self.click(u, v)
-        self.until(is_there, "the goal")
+        self.insist(lambda: self.page.mouse.click(*self.at(u, v)), is_there, "the goal")
+
+    def pick(self, u, v):
+        """Pick the effector's colour in the picture."""
+        self.tool("Pick")
+        found = self.page.locator("[data-marker=effector]")
+        self.insist(lambda: self.page.mouse.click(*self.at(u, v)), found.count, "the marker")
 
     def drag(self, *points):
         def draw():
@@ -340,6 +362,8 @@ class Surfer(Hand):
         return self.scene.truth(self.joints())["effector"]
 
     def close(self):
+        # Shown where a test fails.
+        print("it shows: " + " | ".join(self.page.locator("body").inner_text().split("\n")))
         self.context.close()
         self.follower.close()
         self.clock.close()

@@ -774,9 +774,7 @@ def test_a_lost_marker_has_its_reason_a_pick_mends_it_and_ctrl_c_ends_it_all(bro
     with Tracker(tmp_path, *SYNTHETIC, "--effector", "disc:purple") as tracker:
         surfer = Surfer(browser, tracker, seen=".picture img")
         surfer.reads("effector lost: nothing of this colour. Bring it into")
-        surfer.tool("Pick")
-        surfer.click(*surfer.scene.truth((0.0, 0.0))["effector"])
-        surfer.wait(surfer.page.locator("[data-marker=effector]"))
+        surfer.pick(*surfer.scene.truth((0.0, 0.0))["effector"])
         surfer.page.get_by_text("effector lost").wait_for(state="detached")
         surfer.verdict("Ready")
         surfer.close()

@@ -241,10 +241,15 @@ def test_one_steers_and_who_watches_may_take_over_and_stop(browser, tracker, sur
     watcher.click(*goal)
     watcher.until(is_refused, "a refusal")
     assert watcher.button("Start").is_disabled()
-    run_to_the_farther_goal(surfer)
-    watcher.page.locator(".stop").click()
-    surfer.verdict("Stopped")
-    surfer.page.get_by_text("stopped from the page by browser").first.wait_for()
+    stopper = surfer.page.get_by_text("stopped from the page by browser")
+    held = surfer.page.get_by_text("no page was heard")  # rightly so, on a busy computer
+    while True:
+        run_to_the_farther_goal(surfer)
+        watcher.page.locator(".stop").click()
+        surfer.verdict("Stopped")
+        surfer.until(lambda: stopper.count() or held.count(), "the reason")
+        if stopper.count():
+            break
     watcher.steer()
     surfer.page.get_by_role("button", name="Take over").wait_for()
     watcher.close()

@@ -92,7 +92,6 @@ class Drawer(Surfer):
         It is dragged again if nothing comes of it: the handle may just have been shown anew.
         """
         before = self.placing()
-        tried = time.monotonic()
 
         def act():
             here = start()
@@ -103,15 +102,7 @@ class Drawer(Surfer):
             self.page.wait_for_timeout(150)
             self.page.mouse.up()
 
-        def lies_there():
-            nonlocal tried
-            if time.monotonic() > tried + 20:
-                tried = time.monotonic()
-                self.order(act)
-            return self.placing() != before
-
-        self.order(act)
-        self.until(lies_there, "the new place")
+        self.insist(act, lambda: self.placing() != before, "the new place")
 
     def placing(self):
         """(x, y, size, turned) as the fields have them."""
