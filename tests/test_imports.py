@@ -96,8 +96,21 @@ RULES = {
     },
     "laptop.drawing": (
         *("laptop.drawing", "laptop.files", "laptop.picture_heads", *PURE, "shared"),
-        *("numpy", "cv2", "HersheyFonts", "svgelements"),
+        *("numpy", "cv2", "HersheyFonts"),
     ),
+    "laptop.drawing.areas": ("laptop.drawing", "numpy", "shapely"),
+    **{
+        f"laptop.drawing.{name}": ("laptop.drawing", "numpy", *libraries)
+        for name, libraries in (
+            ("svg", ("shapely",)),
+            ("svg_clips", ("shapely",)),
+            ("svg_css", ("cssselect2", "tinycss2")),
+            ("svg_paint", ("tinycss2",)),
+            ("svg_path", ("fontTools",)),
+            ("svg_text", ("fontTools", "matplotlib", "uharfbuzz")),
+            ("svg_tree", ("shapely",)),
+        )
+    },
     "laptop.drawing.picture_files": (
         *("laptop.drawing", "laptop.picture_heads", "laptop.vision.frames", "numpy", "cv2"),
     ),

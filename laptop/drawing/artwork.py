@@ -16,6 +16,11 @@ CORNER_TURN = 20.0
 """A point that turns by more is a corner; what turns less is drawn as a smooth curve, degrees."""
 
 
+DOT = 0.02
+"""What is a dot, a line without length with round ends, becomes a dash of this length, cm: on paper
+as on its sheet."""
+
+
 class BadArtwork(ArmError, ValueError):
     """A file, a text or an option of which no drawing can be made."""
 
@@ -31,6 +36,7 @@ class Artwork:
     size      (width, height) of its sheet, cm, or None where the source says none; the sheet is
               (0, 0) to size
     left_out  sentences: what of the source is not drawn, and why
+    kind      what it was made of: "SVG", "picture", "text", or "" for something else
     """
 
     name: str
@@ -38,6 +44,7 @@ class Artwork:
     layers: tuple[str, ...]
     size: tuple[float, float] | None = None
     left_out: tuple[str, ...] = ()
+    kind: str = ""
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Least and greatest x, y of all strokes, cm: two arrays (2,).
@@ -72,6 +79,11 @@ def bounds(strokes: Iterable[np.ndarray], name: str = "it") -> tuple[np.ndarray,
 def stroke_length(stroke: np.ndarray) -> float:
     """Length of a stroke (n, 2), in its unit."""
     return float(np.hypot(*np.diff(stroke, axis=0).T).sum())
+
+
+def is_dot(stroke: np.ndarray) -> bool:
+    """Whether a stroke (n, 2), cm, is a dash no longer than DOT, which stays so long."""
+    return len(stroke) == 2 and stroke_length(stroke) <= 1.001 * DOT
 
 
 def turns(stroke: np.ndarray) -> np.ndarray:

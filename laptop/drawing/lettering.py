@@ -142,7 +142,7 @@ def write_text(text: str, how: Lettering | None = None, name: str = "") -> Artwo
             # Leaning about its own baseline, so that lines stay below each other
             strokes.append((stroke @ lean + place) * scale)
     told = (f"The font lacks{_told(lacking, brackets=False)}.",) if lacking else ()
-    return Artwork(name, tuple(strokes), ("",) * len(strokes), None, told)
+    return Artwork(name, tuple(strokes), ("",) * len(strokes), None, told, "text")
 
 
 def _line(text: str, how: Lettering, lacking: list[str]) -> _Line:

@@ -102,7 +102,7 @@ def read_picture(data: bytes, name: str = "picture", how: Tracing | None = None)
         if left_out
         else ()
     )
-    return Artwork(name, tuple(strokes), ("",) * len(strokes), size, told)
+    return Artwork(name, tuple(strokes), ("",) * len(strokes), size, told, "picture")
 
 
 def _prepared(grey: np.ndarray, smoothing: float) -> np.ndarray:

@@ -5,6 +5,7 @@ What a file is, its contents tell, not its name. Nothing but the file itself is 
 
 from __future__ import annotations
 
+import re
 import unicodedata
 from pathlib import Path
 
@@ -30,6 +31,20 @@ OTHERS = (
 )
 """Other files that people try: how they begin, what they are, and what to do."""
 
+_GAP, _WORD = r"[ \t\r]*", r"[A-Z][-+]?\d+(?:\.\d*)?"
+_REMARK = rf"{_GAP}(?:[;(%][^\n]*)?\n"
+PLOTTER_FILES = (
+    (
+        rf"(?:{_REMARK})*{_GAP}(?:N\d+{_GAP})?[GM]\d{{1,3}}(?:{_GAP}{_WORD})*(?:{_REMARK}|$)",
+        "G-code",
+    ),
+    (rf"{_GAP}(?:IN|DF|SP\d?|P[UDA][-\d., ]*){_GAP};", "HPGL"),
+    (rf"(?:{_GAP}999[^\n]*\n[^\n]*\n)*{_GAP}0{_GAP}\n{_GAP}SECTION{_GAP}\n", "a DXF"),
+)
+"""Texts for other machines: how they begin, and what they are."""
+HEAD = 5000
+"""So many letters tell what a text is."""
+
 DRAWING_ENDINGS = (".svg", ".svgz", ".png", ".jpg", ".jpeg")
 """What is named so, and holds a text, is no text to write."""
 
@@ -44,6 +59,7 @@ def read_source(
     name: str = "",
     lettering: Lettering | None = None,
     tracing: Tracing | None = None,
+    is_hatched: bool = False,
 ) -> Artwork:
     """The Artwork of a file, of what was in one, or of the gallery.
 
@@ -53,6 +69,7 @@ def read_source(
         name: for people; the file's name where it is "".
         lettering: how a text is written.
         tracing: how a picture is drawn.
+        is_hatched: whether areas of an SVG are hatched.
 
     Raises:
         BadArtwork: Nothing can be drawn of it, or it is beyond a limit; in one sentence.
@@ -70,7 +87,7 @@ def read_source(
     if is_picture(data):
         return read_picture(data, name, tracing)
     if is_svg(data):
-        return read_svg(data, name)
+        return read_svg(data, name, is_hatched)
     for begin, what, advice in OTHERS:
         if data.startswith(begin):
             raise BadArtwork(f"{name}: is {what}, which is not read; {advice}")
@@ -85,6 +102,12 @@ def read_source(
         )
     if text is None or control:
         raise BadArtwork(f"{name}: is no drawing that is known here; give an SVG, a PNG or a JPEG")
+    for pattern, what in PLOTTER_FILES:
+        if re.match(pattern, text[:HEAD]):
+            raise BadArtwork(
+                f"{name}: is {what}, which is for a machine of its own; give the drawing that it "
+                "was made of, as SVG"
+            )
     if name.lower().endswith(DRAWING_ENDINGS):
         raise BadArtwork(
             f"{name}: is a text, whatever its name says; "

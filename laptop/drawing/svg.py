@@ -1,55 +1,32 @@
-"""SVG becomes an Artwork: its shapes as strokes, and what is not drawn in words.
+"""SVG becomes an Artwork: what a browser shows of it as strokes, and what is not drawn in words.
 
-svgelements reads paths, shapes and transforms. The tree is walked here, with a limit on all that is
-met: a `use` may refer to itself, or multiply, and what stands in masks and definitions is no line.
-Nothing but the bytes is read: what they refer to elsewhere is named as left out.
+An area is drawn by its outline.  Lines are cut where a clip ends what is seen of them.
 """
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from itertools import islice
+from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
 
-from laptop.drawing.artwork import Artwork, BadArtwork
-from laptop.drawing.curves import Piece, flatten
-from laptop.drawing.svg_leftovers import Leftovers
-from laptop.drawing.svg_shapes import BadShape, NoShape, Subpaths, shape_pieces
-from laptop.drawing.svg_style import (
-    INITIAL,
-    MARKERS,
-    Style,
-    StyleSheet,
-    is_painted,
-    is_white,
-    style_of,
-)
-from laptop.drawing.svg_units import (
-    PX,
-    UnreadableValue,
-    compose,
-    length,
-    numbers,
-    transform,
-    view_box,
-)
-from laptop.drawing.xml_guard import MAX_DEPTH, read_xml
-
-MAX_SVG_BYTES = 20_000_000
-"""Longest SVG that is read, unpacked; drawings for plotters have some megabytes."""
-
-MAX_REPEATED = 20_000
-"""Most elements that `use` elements repeat."""
-
-MAX_READ = 3 * MAX_SVG_BYTES
-"""Most bytes that are looked at, with all that `use` elements repeat."""
-
-MAX_POINTS = 300_000
-"""Most points of a drawing: at a point a millimetre a pen of 2 cm/s takes four hours."""
+from laptop.drawing.areas import NOTHING, TooTangled, area_of, cut_at, hatching, outlines, widened
+from laptop.drawing.artwork import DOT, Artwork, BadArtwork, stroke_length
+from laptop.drawing.curves import Piece, Straight, flatten
+from laptop.drawing.svg_clips import filled
+from laptop.drawing.svg_css import MARKERS
+from laptop.drawing.svg_elements import tag_of
+from laptop.drawing.svg_paint import Paint
+from laptop.drawing.svg_servers import paint_of
+from laptop.drawing.svg_tree import MAX_POINTS, MAX_SVG_BYTES, Shape, SvgPlace, SvgTree
+from laptop.drawing.svg_units import PX, UnreadableValue, compose, length, view_box
+from laptop.drawing.xml_guard import read_xml
 
 MAX_COORDINATE = 1e5
 """Where a drawing may be, cm: what is a kilometre away is a mistake."""
@@ -57,64 +34,50 @@ MAX_COORDINATE = 1e5
 TOLERANCE = 3e-4
 """How far a curve may be from its chords, as a share of the drawing's greater side."""
 
-DOT = 0.02
-"""What is a dot, a line without length with round ends, becomes a dash of this length, cm."""
+HATCH_ANGLE, HATCH_LINES = math.radians(45), 90
+"""Of the hatching of areas: its direction, and how many lines of what is black lie side by side
+across the drawing's greater side; lighter ones are farther apart."""
 
-SVG = "{http://www.w3.org/2000/svg}"
-INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
-HREF = ("href", "{http://www.w3.org/1999/xlink}href")
+COVERS = 0.99
+"""An area as opaque as this hides what is below it."""
+
 GZIP = b"\x1f\x8b"
-
-SHAPES = ("path", "rect", "circle", "ellipse", "line", "polyline", "polygon")
-CONTAINERS = ("g", "a", "svg", "switch")
-DRAWABLE = (*SHAPES, *CONTAINERS, "use", "text", "image")
-
-
-@dataclass(frozen=True)
-class _Place:
-    """What an element takes from those around it.
-
-    affine    from its coordinates to the sheet's, cm (2, 3)
-    viewport  width and height that percentages are of, px
-    layer     name of the layer
-    clips     what all of it must be inside of: affine maps (2, 3) from the sheet to a unit square,
-              or None for a clip of another form
-    uses      the `use` elements that led here
-    """
-
-    affine: np.ndarray
-    style: Style
-    viewport: tuple[float, float]
-    layer: str = ""
-    clips: tuple[np.ndarray | None, ...] = ()
-    uses: tuple[ET.Element, ...] = ()
 
 
 @dataclass(frozen=True)
 class _Stroke:
+    """What is drawn without lifting the pen, before it is cut.
+
+    area  by whose clipped outline it is drawn: lines that belong together, and whether they
+          surround by even and odd; None for a line
+    """
+
     pieces: list[Piece]
     layer: str
     has_round_ends: bool
+    clips: tuple[BaseGeometry, ...] = ()
+    area: tuple[list[list[Piece]], bool] | None = None
 
 
-def read_svg(data: bytes, name: str = "drawing.svg") -> Artwork:
+def read_svg(data: bytes, name: str = "drawing.svg", is_hatched: bool = False) -> Artwork:
     """The Artwork of an SVG, or of one packed by gzip.
 
     Args:
         data: all of the file.
         name: of the file, for people.
+        is_hatched: whether areas are hatched by their tone, besides their outlines.
 
     Raises:
         BadArtwork: It is no SVG, beyond a limit, or nothing in it is drawn.
     """
     data = _unpacked(data, name)
     root, instructions = read_xml(data, name)
-    if _tag(root) != "svg":
+    if tag_of(root) != "svg":
         shown = root.tag.rpartition("}")[2][:30]
         raise BadArtwork(
             f"{name}: is XML, but no SVG: it begins with <{shown}>; give a drawing saved as SVG"
         )
-    reader = _SvgReader(root, name)
+    reader = _SvgReader(root, name, is_hatched)
     for instruction in instructions:
         if instruction.startswith("xml-stylesheet"):
             reader.left_out.add("import", instruction)
@@ -150,31 +113,15 @@ def _unpacked(data: bytes, name: str) -> bytes:
     return data
 
 
-def _tag(element: ET.Element) -> str:
-    """The name of an SVG element, "" for one of another kind."""
-    tag = element.tag
-    return tag.removeprefix(SVG) if tag.startswith(SVG) or "}" not in tag else ""
-
-
 class _SvgReader:
-    """Walks the tree once, and collects the strokes' pieces in cm."""
+    """Takes the shapes of a tree, and makes strokes of them, in cm."""
 
-    def __init__(self, root: ET.Element, name: str) -> None:
-        self.name = name
-        self.root = root
-        self.left_out = Leftovers()
-        self._ids: dict[str, ET.Element] = {}
-        for element in root.iter():
-            if "id" in element.attrib:
-                self._ids.setdefault(element.attrib["id"], element)
-        texts = (element.text or "" for element in root.iter() if _tag(element) == "style")
-        self._sheet = StyleSheet(texts)
-        for kind, values in (("import", self._sheet.imports), ("selector", self._sheet.unread)):
-            for value in values:
-                self.left_out.add(kind, value)
+    def __init__(self, root: ET.Element, name: str, is_hatched: bool) -> None:
+        self.name, self.root, self._is_hatched = name, root, is_hatched
+        self._tree = SvgTree(root, name)
+        self.left_out = self._tree.left_out
         self._strokes: list[_Stroke] = []
-        self._points = self._drawn = self._repeated = self._read = 0
-        self._known: dict[tuple[ET.Element, tuple[float, float]], Subpaths] = {}
+        self._areas: list[tuple[Shape, Paint, tuple[BaseGeometry, ...]]] = []
         self.size: tuple[float, float] | None = None
 
     def artwork(self) -> Artwork:
@@ -184,293 +131,267 @@ class _SvgReader:
             BadArtwork: See `read_svg`.
         """
         with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused below
-            self._walk()
+            for shape in self._tree.shapes([(self.root, self._sheet_place())]):
+                self._draw(shape)
+        self._name_fonts()
         if not self._strokes:
-            reasons = " ".join(self.left_out.sentences())
-            raise BadArtwork(
-                f"{self.name}: nothing in it is drawn{': ' + reasons if reasons else ''}"
-                f"{'' if reasons else '; it has no lines: give a drawing that has'}"
-            )
-        hulls = [piece.hull() for stroke in self._strokes for piece in stroke.pieces]
-        every = np.concatenate(hulls)
-        if not np.isfinite(every).all() or np.abs(every).max() > MAX_COORDINATE:
-            raise BadArtwork(
-                f"{self.name}: has a line more than {MAX_COORDINATE / 100:g} m away; "
-                "scale the drawing down"
-            )
-        greater = float(np.ptp(every, axis=0).max())
-        strokes, layers = [], []
-        for stroke in self._strokes:
-            points = flatten(stroke.pieces, max(greater * TOLERANCE, 1e-9))
-            if len(points) == 1 and stroke.has_round_ends:
-                points = points + np.array([[-DOT / 2, 0.0], [DOT / 2, 0.0]])
-            if len(points) > 1:
-                strokes.append(points)
-                layers.append(stroke.layer)
-                self._drawn += len(points)
-                if self._drawn > MAX_POINTS:
-                    raise self._too_many()
-            else:
-                self.left_out.add("point")
+            raise self._empty()
+        greater = self._greater()
+        strokes: list[np.ndarray] = []
+        layers: list[str] = []
+        count = 0
+        for points, layer in chain(
+            self._all_lines(max(greater * TOLERANCE, 1e-9)), self._hatching(greater / HATCH_LINES)
+        ):
+            strokes.append(points)
+            layers.append(layer)
+            count += len(points)
+            if count > MAX_POINTS:
+                raise self._tree.too_many()
         if not strokes:
-            raise BadArtwork(f"{self.name}: no line in it has a length; give a drawing that has")
+            if self.left_out.has("point"):
+                raise BadArtwork(
+                    f"{self.name}: no line in it has a length; give a drawing that has"
+                )
+            raise self._empty()
         if self.size is None:  # with the top at y = 0 until here
             least = min(stroke[:, 1].min() for stroke in strokes)
             strokes = [stroke - [0.0, min(least, 0.0)] for stroke in strokes]
         return Artwork(
-            *(self.name, tuple(strokes), tuple(layers), self.size, self.left_out.sentences())
+            *(self.name, tuple(strokes), tuple(layers), self.size, self.left_out.sentences()),
+            kind="SVG",
         )
 
-    def _too_many(self) -> BadArtwork:
+    def _empty(self) -> BadArtwork:
+        reasons = " ".join(self.left_out.sentences())
         return BadArtwork(
-            f"{self.name}: has more than {MAX_POINTS} points; simplify it first, "
-            "or draw a part of it"
+            f"{self.name}: nothing in it is drawn{': ' + reasons if reasons else ''}"
+            f"{'' if reasons else '; it has no lines: give a drawing that has'}"
         )
 
-    # ---- the walk
+    def _name_fonts(self) -> None:
+        for asked, taken in self._tree.layout.instead:
+            self.left_out.add("font", f"{asked}: {taken}")
+        for letter in self._tree.layout.lacking:
+            self.left_out.add("letter", letter)
 
-    def _walk(self) -> None:
-        waiting = [(self.root, self._sheet_place())]
-        while waiting:
-            element, outer = waiting.pop()
-            self._repeated += bool(outer.uses)
-            self._read += sum(map(len, element.attrib.values()))
-            if self._repeated > MAX_REPEATED or self._read > MAX_READ:
+    def _greater(self) -> float:
+        """The greater side of all that is seen, cm.
+
+        Raises:
+            BadArtwork: It is too far away.
+        """
+        least, most = np.full(2, np.inf), np.full(2, -np.inf)
+        for stroke in self._strokes:
+            hull = np.concatenate([piece.hull() for piece in stroke.pieces])
+            low, high = hull.min(axis=0), hull.max(axis=0)
+            if not np.isfinite([low, high]).all() or np.abs([low, high]).max() > MAX_COORDINATE:
                 raise BadArtwork(
-                    f"{self.name}: its <use> elements repeat more than {MAX_REPEATED} elements, or "
-                    f"{MAX_READ // 1_000_000} MB; draw a part of it"
+                    f"{self.name}: has a line more than {MAX_COORDINATE / 100:g} m away; "
+                    "scale the drawing down"
                 )
-            waiting.extend(reversed(list(self._visit(element, outer))))
+            for clip in stroke.clips:
+                if not clip.is_empty:
+                    low = np.maximum(low, clip.bounds[:2])
+                    high = np.minimum(high, clip.bounds[2:])
+            if (low <= high).all():
+                least, most = np.minimum(least, low), np.maximum(most, high)
+        return float(max(most - least)) if np.isfinite(least).all() else 0.0
 
-    def _visit(self, element: ET.Element, outer: _Place) -> Iterator[tuple[ET.Element, _Place]]:
-        """Draw an element; what is to be visited next, with its place."""
-        tag = _tag(element)
-        if tag in ("script", "foreignObject"):
-            self.left_out.add(tag)
-            return
-        if tag not in DRAWABLE:
-            return
-        attributes = element.attrib
-        style = style_of(tag, attributes, outer.style, self._sheet)
-        layer = self._layer(element)
-        if style.get("display") == "none":
-            self.left_out.add("layer" if layer else "hidden", layer or f"<{tag}>")
-            return
+    def _all_lines(self, tolerance: float) -> Iterator[tuple[np.ndarray, str]]:
+        for stroke in self._strokes:
+            for points in self._lines(stroke, tolerance):
+                yield points, stroke.layer
+
+    def _hatching(self, distance: float) -> Iterator[tuple[np.ndarray, str]]:
+        """Lines across all that is seen of areas, the closer the darker, each with its layer."""
+        areas = []
+        for shape, _, clips in self._areas:
+            try:
+                area = filled(shape, "fill-rule")
+                for clip in clips:
+                    area = area.intersection(clip)
+            except (TooTangled, shapely.GEOSException):
+                self.left_out.add("tangled", f"<{shape.tag}>")
+                area = NOTHING
+            areas.append(area)
+        known = shapely.STRtree(areas)
+        for k, (shape, ink, _) in enumerate(self._areas):
+            if ink.is_paper:
+                continue
+            over = [
+                areas[j]
+                for j in known.query(areas[k], "intersects")
+                if j > k and self._areas[j][1].opacity > COVERS
+            ]
+            try:
+                seen = areas[k].difference(shapely.union_all(over)) if over else areas[k]
+                for line in hatching(seen, HATCH_ANGLE, distance / ink.tone):
+                    yield line, shape.place.layer
+            except (TooTangled, shapely.GEOSException):
+                self.left_out.add("tangled", f"<{shape.tag}>")
+
+    def _lines(self, stroke: _Stroke, tolerance: float) -> list[np.ndarray]:
+        """What is seen of a stroke, each (n, 2), cm."""
+        points = flatten(stroke.pieces, tolerance)
+        if len(points) == 1:
+            if not stroke.has_round_ends:
+                self.left_out.add("point")
+                return []
+            points = points + np.array([[-DOT / 2, 0.0], [DOT / 2, 0.0]])
+        if stroke.area is not None:
+            return self._outline(*stroke.area, stroke.clips, tolerance)
+        lines = [points]
+        for clip in stroke.clips:
+            lines = [part for line in lines for part in cut_at(line, clip)]
+        return lines
+
+    def _outline(
+        self,
+        contours: list[list[Piece]],
+        is_even_odd: bool,
+        clips: tuple[BaseGeometry, ...],
+        tolerance: float,
+    ) -> list[np.ndarray]:
+        """The lines around what is seen of an area."""
+        lines = [flatten(pieces, tolerance) for pieces in contours]
+        lines = [points for points in lines if len(points) > 1]
         try:
-            affine = outer.affine
-            if "transform" in style and style["transform"] != "none":
-                affine = compose(affine, transform(style["transform"]))
-            own = (outer.viewport, layer or outer.layer, outer.clips, outer.uses)
-            place = _Place(affine, style, *own)
-            if "clip-path" in style or "mask" in style:
-                place = replace(place, clips=outer.clips + self._clips(style, place))
-            if tag in CONTAINERS:
-                if tag == "svg" and element is not self.root:
-                    place = self._viewport(attributes, place)
-                children = list(element)
-                if tag == "switch":
-                    known = (child for child in children if _tag(child) in DRAWABLE)
-                    children = [c for c in known if "requiredExtensions" not in c.attrib][:1]
-                for child in children:
-                    yield child, place
-            elif tag == "use":
-                yield from self._use(element, place)
-            else:
-                self._draw(tag, element, place)
-        except UnreadableValue as error:
-            self.left_out.add("value", str(error))
+            area = area_of(lines, is_even_odd)
+        except (TooTangled, shapely.GEOSException):
+            for clip in clips:
+                lines = [part for line in lines for part in cut_at(line, clip)]
+            return lines
+        for clip in clips:
+            area = area.intersection(clip)
+        found = outlines(area)
+        length = sum(map(stroke_length, lines))
+        if len(found) == len(lines) and math.isclose(
+            sum(map(stroke_length, found)), length, rel_tol=1e-9
+        ):
+            return lines  # all of them are seen: in their own order, and from their own begin
+        return found
 
-    def _layer(self, element: ET.Element) -> str:
-        """The name of the layer that a group is, "" where it is none."""
-        if element.attrib.get(INKSCAPE + "groupmode") != "layer":
-            return ""
-        return element.attrib.get(INKSCAPE + "label") or element.attrib.get("id") or "layer"
+    # ---- the sheet
 
-    def _sheet_place(self) -> _Place:
+    def _sheet_place(self) -> SvgPlace:
         """From the root's coordinates to the sheet's; sets `size`."""
         attributes = self.root.attrib
-        box = self._box(attributes)
-        try:
-            # Of a width in per cent nobody knows what it is a part of
-            given = [
-                None if "%" in attributes.get(key, "") else length(attributes.get(key), 0.0, None)
-                for key in ("width", "height")
-            ]
-        except UnreadableValue as error:
-            raise BadArtwork(
-                f"{self.name}: the size of its sheet, {str(error)[:30]!r}, is no length; "
-                "set the size of the page in the program that made it"
-            ) from None
-        width, height = given
+        box = self._tree.box(attributes)
+        if box is not None and min(box[2:]) <= 0:
+            self.left_out.add("ignored", attributes["viewBox"])
+            box = None
+        width, height = (self._side(attributes.get(key)) for key in ("width", "height"))
         if box is not None:  # what is not given follows from its shape
             if width is None:
                 width = box[2] if height is None else height * box[2] / box[3]
             if height is None:
                 height = width * box[3] / box[2]
+        style = self._tree.first_style
         if width is None or height is None:
             affine = np.array([[PX, 0.0, 0.0], [0.0, -PX, 0.0]])
-            return _Place(affine, INITIAL, (width or 100.0, height or 100.0))
-        if not (0 < width * PX <= MAX_COORDINATE and 0 < height * PX <= MAX_COORDINATE):
+            return SvgPlace(affine, style, (width or 100.0, height or 100.0))
+        if max(width, height) * PX > MAX_COORDINATE:
             raise BadArtwork(
                 f"{self.name}: its sheet is {width * PX:.3g} x {height * PX:.3g} cm; it must have "
-                f"a size above 0 and below {MAX_COORDINATE / 100:g} m: set the size of the page"
+                f"a size below {MAX_COORDINATE / 100:g} m: set the size of the page"
             )
         self.size = (width * PX, height * PX)
         affine = np.array([[PX, 0.0, 0.0], [0.0, -PX, self.size[1]]])
+        clips: tuple[BaseGeometry, ...] = (widened(shapely.box(0.0, 0.0, *self.size)),)
+        if attributes.get("overflow") == "visible":
+            clips = ()
         if box is None:
-            return _Place(affine, INITIAL, (width, height))
+            return SvgPlace(affine, style, (width, height), clips=clips)
         fitted = view_box(box, (0, 0, width, height), attributes.get("preserveAspectRatio"))
-        return _Place(compose(affine, fitted), INITIAL, (box[2], box[3]))
+        return SvgPlace(compose(affine, fitted), style, (box[2], box[3]), clips=clips)
 
-    def _box(self, attributes: dict[str, str]) -> tuple[float, float, float, float] | None:
-        text = attributes.get("viewBox")
-        if text is None:
+    def _side(self, text: str | None) -> float | None:
+        """A side of the sheet, px; None where it is not said, or said in per cent."""
+        if text is None or text.strip() in ("", "auto") or text.strip().endswith("%"):
             return None
-        found = numbers(text[:200])
-        if len(found) != 4 or not np.isfinite(found).all() or min(found[2:]) <= 0:
-            raise BadArtwork(
-                f"{self.name}: its viewBox is {text[:40]!r}, which is no area; "
-                "it must be x, y, width and height, the last two above 0"
-            )
-        return found[0], found[1], found[2], found[3]
-
-    def _viewport(
-        self, attributes: dict[str, str], place: _Place, use: dict[str, str] | None = None
-    ) -> _Place:
-        """The place inside a nested `svg`, or a `symbol` that a `use` may give a size."""
-        across, down = place.viewport
-        whole = {"x": across, "width": across, "y": down, "height": down}
-        said: dict[str, str] = {
-            **attributes,
-            **{k: use[k] for k in ("width", "height") if use and k in use},
-        }
-        x, y = (length(said.get(key), whole[key]) or 0.0 for key in "xy")
-        width, height = (length(said.get(k, "100%"), whole[k]) or 0.0 for k in ("width", "height"))
-        box = self._box(attributes)
-        if box is None or width <= 0 or height <= 0:
-            inner = np.array([[1.0, 0.0, x], [0.0, 1.0, y]])
-            return replace(place, affine=compose(place.affine, inner), viewport=(width, height))
-        inner = view_box(box, (x, y, width, height), attributes.get("preserveAspectRatio"))
-        return replace(place, affine=compose(place.affine, inner), viewport=(box[2], box[3]))
-
-    def _use(self, element: ET.Element, place: _Place) -> Iterator[tuple[ET.Element, _Place]]:
-        attributes = element.attrib
-        href = next((attributes[key] for key in HREF if key in attributes), "").strip()
-        target = self._ids.get(href[1:]) if href.startswith("#") else None
-        if target is None:
-            self.left_out.add("use" if href.startswith("#") or not href else "outside", href)
-            return
-        if element in place.uses or target is self.root or len(place.uses) > MAX_DEPTH:
-            self.left_out.add("circle", href)
-            return
-        x, y = (length(attributes.get(k), w) for k, w in zip("xy", place.viewport, strict=True))
-        moved = np.array([[1.0, 0.0, x], [0.0, 1.0, y]], float)
-        inner = replace(place, affine=compose(place.affine, moved), uses=(*place.uses, element))
-        if _tag(target) != "symbol":
-            yield target, inner
-            return
-        style = style_of("symbol", target.attrib, inner.style, self._sheet)
-        inner = self._viewport(target.attrib, replace(inner, style=style), attributes)
-        for child in target:
-            yield child, inner
+        try:
+            found = length(text, 0.0, None)
+        except UnreadableValue:
+            found = None
+        if found is None or found <= 0 or text.strip().endswith("ch"):
+            self.left_out.add("ignored", text)
+            return None
+        return found
 
     # ---- what is drawn
 
-    def _draw(self, tag: str, element: ET.Element, place: _Place) -> None:
-        style, attributes = place.style, element.attrib
-        if style["visibility"] in ("hidden", "collapse"):
-            self.left_out.add("hidden", f"<{tag}>")
+    def _draw(self, shape: Shape) -> None:
+        tag, place = shape.tag, shape.place
+        style = place.style
+        line, area = (paint_of(self._tree, key, place) for key in ("stroke", "fill"))
+        if line and not self._is_wide(style["stroke-width"], place):
+            line = None
+        if tag == "line":
+            area = None
+        if self._is_hatched and area and None not in place.clips:
+            self._areas.append((shape, area, tuple(c for c in place.clips if c is not None)))
+        if all(ink is None or ink.is_paper for ink in (line, area)):
+            self.left_out.add("white" if line or area else "unpainted", f"<{tag}>")
             return
-        if tag == "text":
-            words = "".join(part[:100] for part in islice(element.itertext(), 10)).split()
-            self.left_out.add("text", " ".join(words))
-            return
-        if tag == "image":
-            href = next((attributes[key] for key in HREF if key in attributes), "")
-            self.left_out.add("image", "" if href.startswith("data:") else href)
-            return
-        has_line, has_area = is_painted(style["stroke"]), is_painted(style["fill"])
-        if not has_line and (not has_area or is_white(style["fill"])):
-            self.left_out.add("white" if has_area else "unpainted", f"<{tag}>")
-            return
-        shapes = self._shapes(tag, element, place)
-        mapped = [[piece.mapped(place.affine) for piece in pieces] for pieces in shapes]
-        if not mapped:
-            return
-        if place.clips and not self._is_inside(mapped, place.clips):
+        line, area = (None if ink is None or ink.is_paper else ink for ink in (line, area))
+        if None in place.clips:
             self.left_out.add("clipped", f"<{tag}>")
             return
-        if has_area and tag != "line" and not is_white(style["fill"]):
+        clips = tuple(clip for clip in place.clips if clip is not None)
+        if area and not self._is_hatched:
             self.left_out.add("area")
-        if has_line and style["stroke-dasharray"] not in ("none", "", "0"):
+        if line and style["stroke-dasharray"] not in ("none", "", "0"):
             self.left_out.add("dashes")
-        if any(style[key] != "none" for key in MARKERS):
+        if any(style[key] != "none" for key in MARKERS) and tag != "text":
             self.left_out.add("markers")
-        has_round_ends = has_line and style["stroke-linecap"] in ("round", "square")
-        for pieces in mapped:
-            self._points += sum(len(piece.hull()) for piece in pieces)
-            self._strokes.append(_Stroke(pieces, place.layer, has_round_ends))
+        if line:
+            has_round_ends = style["stroke-linecap"] in ("round", "square")
+            for pieces in shape.pieces:
+                self._strokes.append(_Stroke(pieces, place.layer, has_round_ends, clips))
+            return
+        contours = [pieces for pieces in map(_closed, shape.pieces) if pieces]
+        if not contours:
+            self.left_out.add("unpainted", f"<{tag}>")
+            return
+        whole = (contours, style["fill-rule"] == "evenodd")
+        if (clips and not self._is_within(contours, clips)) or len(contours) > 1:
+            every = [piece for pieces in contours for piece in pieces]
+            self._strokes.append(_Stroke(every, place.layer, False, clips, whole))
+            return
+        self._strokes.append(_Stroke(contours[0], place.layer, False))
 
-    def _shapes(self, tag: str, element: ET.Element, place: _Place) -> Subpaths:
-        """An element's strokes in its own coordinates; one that is used again is read once."""
-        key = (element, place.viewport)
-        if key in self._known:
-            return self._known[key]
+    def _is_wide(self, text: str, place: SvgPlace) -> bool:
+        """Whether a stroke has a width at all."""
+        across = float(np.hypot(*place.viewport)) / 2**0.5
         try:
-            found = shape_pieces(tag, element.attrib, place.viewport, MAX_POINTS - self._points)
-        except NoShape:
-            found = []
-        except BadShape as error:
-            if error.is_too_long:
-                raise self._too_many() from None
-            self.left_out.add("broken", error.text)
-            found = error.before
-        if place.uses:
-            self._known[key] = found
-        return found
+            return (length(text, across, 1.0, place.font) or 0.0) > 0
+        except UnreadableValue:
+            return True  # as if it were not said: 1
 
-    def _clips(self, style: Style, place: _Place) -> tuple[np.ndarray | None, ...]:
-        """What an element is clipped by besides what is around it."""
-        found: list[np.ndarray | None] = []
-        for key in ("clip-path", "mask"):
-            if style.get(key, "none") == "none":
-                continue
-            target = self._ids.get(style[key].strip().removeprefix("url(").strip("\"'#) "))
-            if target is None and style[key].startswith("url("):
-                continue  # as if it were not said (SVG 1.1, section 14.3.5: an error)
-            found.append(self._rectangle(target, place) if key == "clip-path" else None)
-        return tuple(found)
+    def _is_within(self, contours: list[list[Piece]], clips: tuple[BaseGeometry, ...]) -> bool:
+        """Whether clips take nothing away, as they mostly do not."""
+        hull = np.concatenate([piece.hull() for pieces in contours for piece in pieces])
+        if not np.isfinite(hull).all():
+            return True  # which is refused later
+        around = shapely.box(*hull.min(axis=0), *hull.max(axis=0))
+        return all(clip.covers(around) for clip in clips)
 
-    def _rectangle(self, clip: ET.Element | None, place: _Place) -> np.ndarray | None:
-        """From the sheet to the unit square that a clip of one plain rectangle is, or None."""
-        if clip is None or _tag(clip) != "clipPath" or len(clip) != 1:
-            return None
-        (rect,) = clip
-        if (
-            _tag(rect) != "rect"
-            or clip.attrib.get("clipPathUnits", "userSpaceOnUse") != "userSpaceOnUse"
-            or {"clip-path", "style", "rx", "ry", "class"} & {*rect.attrib, *clip.attrib}
-        ):
-            return None
-        affine = place.affine
-        for element in (clip, rect):
-            affine = compose(affine, transform(element.attrib.get("transform", "")))
-        x, width = (length(rect.attrib.get(k), place.viewport[0]) for k in ("x", "width"))
-        y, height = (length(rect.attrib.get(k), place.viewport[1]) for k in ("y", "height"))
-        affine = compose(affine, np.array([[width, 0.0, x], [0.0, height, y]], float))
-        try:
-            inverse = np.linalg.inv(affine[:, :2])
-        except np.linalg.LinAlgError:
-            return None
-        return np.column_stack([inverse, -inverse @ affine[:, 2]])
 
-    def _is_inside(self, shapes: list[list[Piece]], clips: tuple[np.ndarray | None, ...]) -> bool:
-        """Whether no clip takes anything away."""
-        points = np.concatenate([piece.hull() for pieces in shapes for piece in pieces])
-        for clip in clips:
-            if clip is None:
-                return False
-            inside = points @ clip[:, :2].T + clip[:, 2]
-            if inside.min() < -1e-6 or inside.max() > 1 + 1e-6:
-                return False
-        return True
+def _closed(pieces: list[Piece]) -> list[Piece]:
+    """A contour of an area, closed by a straight line; none where it surrounds nothing."""
+    hull = np.concatenate([piece.hull() for piece in pieces])
+    way = hull - hull[0]
+    far = way[np.argmax(np.hypot(*way.T))]
+    if np.abs(way[:, 0] * far[1] - way[:, 1] * far[0]).max(initial=0.0) <= 1e-9 * (far @ far):
+        return []  # all of it in a line
+    first, last = _end(pieces[0], 0.0), _end(pieces[-1], 1.0)
+    if np.abs(first - last).max() <= 1e-9 * max(np.abs(far).max(), 1e-12):
+        return pieces
+    return [*pieces, Straight(np.array([last, first]))]
+
+
+def _end(piece: Piece, t: float) -> np.ndarray:
+    if isinstance(piece, Straight):
+        return piece.points[0 if t == 0 else -1]
+    return piece.at(np.array([t]))[0]

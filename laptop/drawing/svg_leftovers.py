@@ -16,27 +16,50 @@ WORDS = {
         "{count} elements are hidden{which}.",
     ),
     "text": (
-        "The text {names} is in a font: make it a path first (Inkscape: Path > Object to Path).",
-        "{count} texts are in a font{which}: make them paths first "
+        "The text {names} is in a font that is not on this computer: make it a path first "
         "(Inkscape: Path > Object to Path).",
+        "{count} texts are in fonts that are not on this computer{which}: make them paths first "
+        "(Inkscape: Path > Object to Path).",
+    ),
+    "text path": (
+        "A text along a line is not drawn{which}: make it a path first "
+        "(Inkscape: Path > Object to Path).",
+        "{count} texts along lines are not drawn{which}: make them paths first "
+        "(Inkscape: Path > Object to Path).",
+    ),
+    "font": (
+        "A font is not on this computer, and another stands for it{which}.",
+        "{count} fonts are not on this computer, and others stand for them{which}.",
+    ),
+    "letter": (
+        "A letter is not in its font, and not drawn{which}.",
+        "{count} letters are not in their fonts, and not drawn{which}.",
     ),
     "image": (
         "A picture is not drawn{which}: draw the picture's own file.",
         "{count} pictures are not drawn{which}: draw each picture's own file.",
     ),
     "clipped": (
-        "A shape of which a clip or mask shows a part is not drawn{which}: "
-        "release the clip in the editor.",
-        "{count} shapes of which a clip or mask shows a part are not drawn{which}: "
-        "release the clip in the editor.",
+        "A shape behind a mask, or a clip that is too tangled, is not drawn{which}: "
+        "release the mask in the editor.",
+        "{count} shapes behind a mask, or a clip that is too tangled, are not drawn{which}: "
+        "release the mask in the editor.",
+    ),
+    "clip": (
+        "A clip by CSS does not cut{which}.",
+        "{count} clips by CSS do not cut{which}.",
     ),
     "area": (
-        "An area is drawn by its outline, not filled.",
-        "{count} areas are drawn by their outlines, not filled.",
+        "An area is drawn by its outline, not filled (--fill hatch).",
+        "{count} areas are drawn by their outlines, not filled (--fill hatch).",
+    ),
+    "tangled": (
+        "An area is too tangled to be hatched{which}.",
+        "{count} areas are too tangled to be hatched{which}.",
     ),
     "white": (
-        "A white area without an outline is not drawn.",
-        "{count} white areas without an outline are not drawn.",
+        "A white shape is as the paper, and not drawn{which}.",
+        "{count} white shapes are as the paper, and not drawn{which}.",
     ),
     "unpainted": (
         "A shape has neither line nor fill{which}, and is not drawn.",
@@ -53,6 +76,10 @@ WORDS = {
     "broken": (
         "A path is broken, and drawn up to there{which}.",
         "{count} paths are broken, and drawn up to there{which}.",
+    ),
+    "ignored": (
+        "A value that cannot be read is passed over{which}.",
+        "{count} values that cannot be read are passed over{which}.",
     ),
     "value": (
         "An element is not drawn since it has a value that cannot be read{which}.",
@@ -108,6 +135,10 @@ class Leftovers:
         name = _shown(name)
         if name and name not in names and len(names) <= EXAMPLES:
             names.append(name)
+
+    def has(self, kind: str) -> bool:
+        """Return whether there is one of a kind."""
+        return kind in self._counts
 
     def sentences(self) -> tuple[str, ...]:
         """A sentence for each kind that there is, in the order in which they were met."""

@@ -4,46 +4,58 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 
 import numpy as np
-from svgelements import Matrix
 
 PX = 2.54 / 96
 """A px of SVG, cm (CSS: 96 to the inch)."""
 
+FONT_SIZE = 16.0
+"""Of letters where nothing says another, px."""
+
 UNITS = {
     **{"": 1.0, "px": 1.0, "pt": 96 / 72, "pc": 16.0, "in": 96.0},
-    **{"mm": 96 / 25.4, "cm": 96 / 2.54, "q": 96 / 101.6, "em": 16.0, "ex": 8.0, "rem": 16.0},
+    **{"mm": 96 / 25.4, "cm": 96 / 2.54, "q": 96 / 101.6, "rem": FONT_SIZE},
 }
-"""Units of length, px; em and ex as of letters of 16 px, which nothing else here knows."""
+"""Units of length, px."""
+OF_FONT = {"em": 1.0, "ex": 0.5, "ch": 0.5}
+"""Those of the letters' size, as a share of it, as where a font says nothing else."""
+ANGLES = {"": 1.0, "deg": 1.0, "grad": 0.9, "rad": 180 / math.pi, "turn": 360.0}
+"""Units of angles, degrees."""
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 LENGTH = re.compile(rf"\s*({NUMBER})\s*([a-zA-Z]*|%)\s*")
 NUMBERS = re.compile(NUMBER)
-LONGEST_TRANSFORM = 2000
-FUNCTION = re.compile(r"([a-zA-Z]+)\s*\(([^()]*)\)[\s,]*")
-BETWEEN = re.compile(r"(?:deg|px|[\s,])*")
-ARGUMENTS = {
-    **{"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate": (1, 3)},
-    **{"skewX": (1,), "skewY": (1,), "translateX": (1,), "translateY": (1,)},
-    **{"scaleX": (1,), "scaleY": (1,)},
+FUNCTION = re.compile(r"[\s,]*([a-zA-Z0-9]+)\s*\(([^()]*)\)[\s,]*")
+ARGUMENT = re.compile(rf"[\s,]*({NUMBER})([a-zA-Z]*|%)")
+COUNTS = {
+    **{"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate": (1, 3), "skew": (1, 2)},
+    **{"skewX": (1,), "skewY": (1,), "translateX": (1,), "translateY": (1,), "rotateZ": (1,)},
+    **{"scaleX": (1,), "scaleY": (1,), "translate3d": (3,), "scale3d": (3,)},
 }
 """How many numbers each function of a transform takes."""
+MAX_FUNCTIONS = 10_000
+"""Of a transform."""
 
 IDENTITY = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+SIDES = {"left": "0%", "top": "0%", "center": "50%", "right": "100%", "bottom": "100%"}
 
 
 class UnreadableValue(ValueError):
     """A length or a transform that says nothing."""
 
 
-def length(text: str | None, whole: float, default: float | None = 0.0) -> float | None:
+def length(
+    text: str | None, whole: float, default: float | None = 0.0, font: float = FONT_SIZE
+) -> float | None:
     """A length, px.
 
     Args:
         text: such as `3`, `21cm` or `50%`.
         whole: what 100 % are, px.
         default: where there is no text.
+        font: size of the letters, px.
 
     Raises:
         UnreadableValue: It is no length, or not finite.
@@ -51,42 +63,135 @@ def length(text: str | None, whole: float, default: float | None = 0.0) -> float
     if text is None:
         return default
     match = LENGTH.fullmatch(text)
-    unit = match[2].lower() if match else None
-    if match is None or (unit != "%" and unit not in UNITS):
+    if match is None:
         raise UnreadableValue(text)
-    value = float(match[1]) * (whole / 100 if unit == "%" else UNITS[unit or ""])
+    value = float(match[1]) * _unit(match[2].lower(), whole, font, text)
     if not math.isfinite(value):
         raise UnreadableValue(text)
     return value
 
 
-def transform(text: str) -> np.ndarray:
-    """A transform as an affine map (2, 3).
+def _unit(unit: str, whole: float, font: float, text: str) -> float:
+    if unit == "%":
+        return whole / 100
+    if unit in OF_FONT:
+        return OF_FONT[unit] * font
+    if unit not in UNITS:
+        raise UnreadableValue(text)
+    return UNITS[unit]
+
+
+def transform(
+    text: str, box: tuple[float, float] = (100.0, 100.0), font: float = FONT_SIZE
+) -> np.ndarray:
+    """A transform, of an attribute or of CSS, as an affine map (2, 3).
+
+    Args:
+        box: width and height that per cent are of, px.
+        font: size of the letters, px.
 
     Raises:
-        UnreadableValue: It is none, is singular beyond use, or is not finite.
+        UnreadableValue: It is none, or is not finite.
     """
-    if len(text) > LONGEST_TRANSFORM:
-        raise UnreadableValue(text)
-    at = len(text) - len(text.lstrip())
+    affine, at, count = IDENTITY, 0, 0
+    text = text.strip()
     while at < len(text):
         match = FUNCTION.match(text, at)
-        if (
-            match is None
-            or len(NUMBERS.findall(match[2])) not in ARGUMENTS.get(match[1], ())
-            or not BETWEEN.fullmatch(NUMBERS.sub("", match[2]))
-        ):
+        count += 1
+        if match is None or match[1] not in COUNTS or count > MAX_FUNCTIONS:
             raise UnreadableValue(text)
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                affine = compose(affine, _function(match[1], match[2], box, font))
+        except UnreadableValue:
+            raise UnreadableValue(text) from None  # all of it is said
         at = match.end()
-    try:
-        found = Matrix(text)
-        found.render(ppi=96, width=0, height=0)
-        affine = np.array([[found.a, found.c, found.e], [found.b, found.d, found.f]], float)
-    except (ValueError, IndexError, TypeError, OverflowError):
-        raise UnreadableValue(text) from None
     if not np.isfinite(affine).all():
         raise UnreadableValue(text)
     return affine
+
+
+def _function(name: str, text: str, box: tuple[float, float], font: float) -> np.ndarray:
+    found, at = [], 0
+    while match := ARGUMENT.match(text, at):
+        found.append((float(match[1]), match[2].lower()))
+        at = match.end()
+    if text[at:].strip() or len(found) not in COUNTS[name]:
+        raise UnreadableValue(text)
+    if name.startswith("translate"):
+        wholes = (box[1],) if name == "translateY" else box
+        moves = [
+            n * _unit(unit, whole, font, text)
+            for (n, unit), whole in zip(found, wholes, strict=False)
+        ]
+        x, y = (0.0, moves[0]) if name == "translateY" else (moves[0], [*moves, 0.0][1])
+        return np.array([[1.0, 0.0, x], [0.0, 1.0, y]])
+    if name.startswith(("rotate", "skew")):
+        return _turned(name, found, font, text)
+    values = [n / 100 if unit == "%" else n for n, unit in found]
+    if name == "matrix":
+        return np.array(values).reshape(3, 2).T
+    x, y = values[0], values[-1 if name != "scale3d" else 1]
+    x, y = (x, 1.0) if name == "scaleX" else (1.0, y) if name == "scaleY" else (x, y)
+    return np.array([[x, 0.0, 0.0], [0.0, y, 0.0]])
+
+
+def _turned(name: str, found: list[tuple[float, str]], font: float, text: str) -> np.ndarray:
+    if any(unit not in ANGLES for _, unit in found[: 1 if name == "rotate" else 2]):
+        raise UnreadableValue(text)
+    angles = [math.radians(n * ANGLES.get(unit, 1.0)) for n, unit in found]
+    if name.startswith("rotate"):
+        c, s = math.cos(angles[0]), math.sin(angles[0])
+        turned = np.array([[c, -s, 0.0], [s, c, 0.0]])
+        if len(found) < 3:
+            return turned
+        return about(turned, (length_of(found[1], font, text), length_of(found[2], font, text)))
+    x, y = (0.0, angles[0]) if name == "skewY" else (angles[0], [*angles, 0.0][1])
+    return np.array([[1.0, math.tan(x), 0.0], [math.tan(y), 1.0, 0.0]])
+
+
+def length_of(part: tuple[float, str], font: float, text: str) -> float:
+    """A length that is a number and a unit, px."""
+    return part[0] * _unit(part[1], 0.0, font, text)
+
+
+def css_angle(text: str) -> float:
+    """An angle of CSS, degrees.
+
+    Raises:
+        UnreadableValue: It is none.
+    """
+    match = ARGUMENT.fullmatch(text.strip())
+    if match is None or match[2].lower() not in ANGLES:
+        raise UnreadableValue(text)
+    return float(match[1]) * ANGLES[match[2].lower()]
+
+
+def origin(text: str, box: Sequence[float], font: float) -> tuple[float, float]:
+    """Where a `transform-origin` is.
+
+    Args:
+        text: such as `50 50`, `center` or `50% 1em`; "" is the box's corner.
+        box: x, y, width and height of what per cent are of.
+
+    Raises:
+        UnreadableValue: It is none.
+    """
+    words = text.split()[:2]
+    if words and (words[0] in ("top", "bottom") or words[-1:] in (["left"], ["right"])):
+        words.reverse()
+    words = [SIDES.get(word, word) for word in words] + ["50%"] * (len(words) == 1)
+    if not words:
+        return box[0], box[1]
+    x, y = (length(w, whole, 0.0, font) for w, whole in zip(words, box[2:], strict=True))
+    return box[0] + (x or 0.0), box[1] + (y or 0.0)
+
+
+def about(affine: np.ndarray, point: tuple[float, float]) -> np.ndarray:
+    """An affine map (2, 3) done about a point instead of the origin."""
+    there = np.array([[1.0, 0.0, point[0]], [0.0, 1.0, point[1]]])
+    back = np.array([[1.0, 0.0, -point[0]], [0.0, 1.0, -point[1]]])
+    return compose(there, compose(affine, back))
 
 
 def numbers(text: str) -> list[float]:

@@ -1,7 +1,8 @@
 """XML from strangers: read into a tree within bounds, or refused in one sentence.
 
-Expat reads, and opens nothing: no DTD, no entity, no other file, no address. What a file may have
-is bounded while it is read, not afterwards.
+Expat reads, and opens nothing: no DTD, no other file, no address. Of entities only short names for
+plain text are read, as Illustrator declares them. What a file may have is bounded while it is read,
+not afterwards.
 """
 
 from __future__ import annotations
@@ -19,6 +20,12 @@ MAX_ELEMENTS = 100_000
 
 MAX_TEXT = 1_000_000
 """Most characters kept between tags, all together: style sheets and texts, which are short."""
+
+MAX_ENTITIES, LONGEST_ENTITY = 50, 200
+"""Entities of a file, and characters that one of them may stand for."""
+
+MAX_ATTRIBUTES = 60_000_000
+"""Most characters of all attributes together, with what entities stand for."""
 
 MAX_DEFAULTS = 500
 """Most characters that a file may declare for elements that do not say them."""
@@ -60,14 +67,14 @@ class _BoundedReader:
         self.name = name
         self.builder = ET.TreeBuilder()
         self.instructions: list[str] = []
-        self._depth = self._elements = self._text = self._defaults = 0
+        self._depth = self._elements = self._text = self._entities = self._said = self._defaults = 0
         self.parser = expat.ParserCreate(namespace_separator="}")
         self.parser.buffer_text = True
         self.parser.StartElementHandler = self._start
         self.parser.EndElementHandler = self._end
         self.parser.CharacterDataHandler = self._characters
         self.parser.ProcessingInstructionHandler = self._instruct
-        self.parser.EntityDeclHandler = self._refuse_entity
+        self.parser.EntityDeclHandler = self._declare
         self.parser.AttlistDeclHandler = self._declare_default
         self.parser.SetParamEntityParsing(expat.XML_PARAM_ENTITY_PARSING_NEVER)
 
@@ -84,6 +91,12 @@ class _BoundedReader:
                 f"{self.name}: has more than {MAX_ELEMENTS} elements; draw a part of it"
             )
         kept = {}
+        self._said += sum(map(len, attributes.values()))
+        if self._said > MAX_ATTRIBUTES:
+            raise BadArtwork(
+                f"{self.name}: is longer than {MAX_ATTRIBUTES // 1_000_000} MB with what its "
+                "entities stand for; save it as plain SVG"
+            )
         for key, value in attributes.items():
             embedded = value.startswith("data:")
             kept[_full(key)] = value[:LONGEST_EMBEDDED] if embedded else value
@@ -117,11 +130,19 @@ class _BoundedReader:
                 f"by themselves ({attribute[:30]} of <{element[:30]}>); save it as plain SVG"
             )
 
-    def _refuse_entity(self, entity: str, *_: object) -> None:
-        raise BadArtwork(
-            f"{self.name}: declares an entity (&{entity[:30]};), which may hide anything and is "
-            "not read; save it as plain SVG"
-        )
+    def _declare(self, entity: str, is_parameter: bool, value: str | None, *_: object) -> None:
+        self._entities += 1
+        if (
+            is_parameter
+            or value is None
+            or len(value) > LONGEST_ENTITY
+            or set(value) & set("<&%")
+            or self._entities > MAX_ENTITIES
+        ):
+            raise BadArtwork(
+                f"{self.name}: declares an entity (&{entity[:30]};), which may hide anything and "
+                "is not read; save it as plain SVG"
+            )
 
 
 def _full(name: str) -> str:

@@ -98,6 +98,31 @@ def test_options_reach_what_they_are_for():
 
 
 @pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("G21\nG0 X1\n", "G-code"),
+        ("; made by x\r\n(a remark)\r\n\r\nN10 G90 G21 ; mm\r\n", "G-code"),
+        ("%\nM3 S1000\n", "G-code"),
+        ("IN;SP1;PU0,0;", "HPGL"),
+        ("PU 10,20;PD;", "HPGL"),
+        ("  0\nSECTION\n  2\nHEADER\n", "a DXF"),
+        ("999\nby x\n0\r\nSECTION\r\n", "a DXF"),
+    ],
+)
+def test_a_file_for_another_machine_is_named_and_not_lettered(text, what):
+    for name in ("it.txt", "it.nc"):
+        with pytest.raises(BadArtwork, match=f"^{name}: is {what}, which is for a machine of its"):
+            read_source(text.encode(), name)
+
+
+@pytest.mark.parametrize(
+    "text", ["Good morning\n", "M25 motorway\n", "In; out", "0\nis none", "G is a letter", "pu 5"]
+)
+def test_a_text_that_begins_alike_is_written(text):
+    assert read_source(text.encode(), "it.txt").strokes
+
+
+@pytest.mark.parametrize(
     ("path", "told"),
     [
         ("no/such.svg", "no/such.svg: there is no such file; give one, or a drawing that comes"),

@@ -1,0 +1,113 @@
+"""The characters of an SVG's text, and where each of them is put.  Pure."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+from laptop.drawing.svg_css import Style
+from laptop.drawing.svg_elements import tag_of
+from laptop.drawing.svg_text import Letter
+from laptop.drawing.svg_units import UnreadableValue, length
+
+if TYPE_CHECKING:
+    from laptop.drawing.svg_tree import SvgPlace, SvgTree
+
+PRESERVE = "{http://www.w3.org/XML/1998/namespace}space"
+MAX_LETTERS = 20_000
+"""More of a text are not set."""
+INNER = ("tspan", "a", "tref")
+KEPT_STEPS = "\n\r\t"
+
+
+def words_of(element: ET.Element) -> str:
+    """A text's first words, for people."""
+    words = "".join(part[:100] for part in islice(element.itertext(), 10)).split()
+    return " ".join(words)
+
+
+def letters_of(tree: SvgTree, element: ET.Element, place: SvgPlace) -> list[Letter]:
+    """All letters of a `text` element that are seen."""
+    found: list[Letter] = []
+    _collect(tree, element, place.style, place, found, False)
+    while found and found[-1].text == " " and not _keeps(found[-1].style):
+        found.pop()
+    return found
+
+
+def _keeps(style: Style) -> bool:
+    return style["white-space"] in ("pre", "pre-wrap", "break-spaces")
+
+
+def _collect(
+    tree: SvgTree,
+    element: ET.Element,
+    style: Style,
+    place: SvgPlace,
+    found: list[Letter],
+    keeps: bool,
+) -> None:
+    first = len(found)
+    keeps = (element.get(PRESERVE) == "preserve") or (keeps and element.get(PRESERVE) is None)
+    for part in _parts(element):
+        if isinstance(part, str):
+            _add(part, style, place.font, found, keeps or _keeps(style))
+            continue
+        tag = tag_of(part)
+        if tag == "textPath":
+            tree.left_out.add("text path", words_of(part))
+        if tag not in INNER:
+            continue
+        inner = tree.place(part, replace(place, style=style)) if tag == "a" else None
+        own = tree.style(part, style)
+        if own["display"] == "none":
+            continue
+        size = tree._font(own, replace(place, style=style))
+        own["font-size"] = f"{size!r}px"
+        _collect(tree, part, own, replace(inner or place, font=size, style=own), found, keeps)
+    _put(element, place, found, first)
+
+
+def _parts(element: ET.Element) -> Iterator[Any]:
+    """Texts and elements of an element, in order."""
+    yield element.text or ""
+    for child in element:
+        yield child
+        yield child.tail or ""
+
+
+def _add(text: str, style: Style, size: float, found: list[Letter], keeps: bool) -> None:
+    for letter in text[:MAX_LETTERS]:
+        if len(found) >= MAX_LETTERS:
+            return
+        if letter in KEPT_STEPS:
+            letter = " "
+        if letter == " " and not keeps and (not found or found[-1].text == " "):
+            continue
+        if letter.isprintable():
+            found.append(Letter(letter, style, size))
+
+
+def _put(element: ET.Element, place: SvgPlace, found: list[Letter], first: int) -> None:
+    """Give the letters of an element the places that it lists, where none is given yet."""
+    for key, whole in (("x", 0), ("y", 1), ("dx", 0), ("dy", 1)):
+        words = element.get(key, "").replace(",", " ").split()
+        for k, word in zip(range(first, len(found)), words, strict=False):
+            try:
+                value = length(word, place.viewport[whole], None, place.font)
+            except UnreadableValue:
+                break
+            told = getattr(found[k], key)
+            change: Any = {key: value if told is None else told + value}
+            if told is None or key in ("dx", "dy"):
+                found[k] = replace(found[k], **change)
+    turns = element.get("rotate", "").replace(",", " ").split()
+    for k in range(first, len(found)) if turns else ():
+        word = turns[min(k - first, len(turns) - 1)]
+        try:
+            found[k] = replace(found[k], turn=float(word))
+        except ValueError:
+            break
