@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.brick import THE_BRICK, talk
-from laptop.cli.draw_files import check_files, check_together
+from laptop.cli.draw_files import check_files, check_heard, check_together
 from laptop.cli.options import (
     arm_option,
     examples,
@@ -87,7 +87,10 @@ SOURCE = option_group(
         help="Of a text: plain, roman, script, cursive, times, gothic.",
     ),
     click.option(
-        "--letters", default=1.0, show_default=True, metavar="CM", help="Height of capitals."
+        "--letters",
+        type=float,
+        metavar="CM",
+        help="Height of capitals.  [default: as large as it fits]",
     ),
     click.option(
         "--slant", default=0.0, show_default=True, metavar="DEG", help="Of letters, to the right."
@@ -123,6 +126,13 @@ SOURCE = option_group(
         multiple=True,
         metavar="NAME",
         help="Draw this layer of an SVG; several times if needed.",
+    ),
+    click.option(
+        "--fill",
+        type=click.Choice(["none", "hatch"]),
+        default="none",
+        show_default=True,
+        help="Of areas of an SVG: hatched by their tone, or their outlines alone.",
     ),
 )
 
@@ -277,6 +287,7 @@ def draw(
             bool(previews or job_file),
         )
         artwork = _artwork(what, arm, options)
+        check_heard(artwork.kind, artwork.name)
         plan = _prepared(artwork, arm, _options(options, artwork))
         for line in preview.lines_of(plan):
             click.echo(line)
@@ -329,11 +340,12 @@ def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:
         return line_through(_points(line))
     letters = lettering.Lettering(
         options["font"],
-        options["letters"],
+        lettering.Lettering().size if options["letters"] is None else options["letters"],
         math.radians(options["slant"]),
         options["spacing"],
         align=options["align"],
     )
+    is_hatched = options["fill"] == "hatch"
     tracing = pictures.Tracing(options["detail"], options["shades"], options["smoothing"])
     if text is not None:
         return lettering.write_text(text.replace("\\n", "\n"), letters)
@@ -345,9 +357,9 @@ def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:
             raise click.ClickException(
                 f"more than {MAX_INPUT // 1_000_000} MB on standard input; simplify the drawing"
             )
-        return sources.read_source(data, "standard input", letters, tracing)
+        return sources.read_source(data, "standard input", letters, tracing, is_hatched)
     assert what is not None
-    return sources.read_source(what, "", letters, tracing)
+    return sources.read_source(what, "", letters, tracing, is_hatched)
 
 
 def _options(options: dict[str, Any], artwork: Artwork) -> DrawingOptions:
@@ -359,6 +371,10 @@ def _options(options: dict[str, Any], artwork: Artwork) -> DrawingOptions:
     if options["fit"] and options["size"]:
         raise click.UsageError("--fit is as large as possible: leave it or --size out.")
     tolerance = options["tolerance"]
+    if options["letters"] is not None:
+        given = [key for key in ("fit", "size") if options[key]]
+        if given:
+            raise click.UsageError(f"--letters says how large it is: leave --{given[0]} out.")
     if options["card"] == IN_PLACE:
         low, high = bounds(artwork.strokes, artwork.name)
         across, along = (low + high) / 2
@@ -383,6 +399,7 @@ def _options(options: dict[str, Any], artwork: Artwork) -> DrawingOptions:
         TOLERANCE if tolerance is None else tolerance / 10,
         not options["keep_order"],
         options["layers"] or None,
+        None if options["letters"] is None else 1.0,
     )
     return wished if options["line"] is None else lines.in_place(artwork, wished)
 

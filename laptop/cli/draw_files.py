@@ -14,6 +14,43 @@ from laptop.files import check_new
 BRICK_ALONE = ("watch", "jobs", "cancel", "name")
 """What is asked of the brick without a drawing: --brick goes with it, and nothing else."""
 
+HEARD_BY = {
+    **dict.fromkeys(("font", "letters", "slant", "spacing", "align"), "text"),
+    **dict.fromkeys(("detail", "shades", "smoothing"), "picture"),
+    **dict.fromkeys(("layers", "fill"), "SVG"),
+}
+"""Of which kind of source an option is."""
+
+
+def _given() -> dict[str, str]:
+    """Return the options that the command line says: names, and how people write them."""
+    here = click.get_current_context()
+    return {
+        param.name or "": param.opts[0]
+        for param in here.command.params
+        if here.get_parameter_source(param.name or "") is ParameterSource.COMMANDLINE
+    }
+
+
+def check_heard(kind: str, name: str) -> None:
+    """Refuse options that a source does not hear: they would do nothing.
+
+    Args:
+        kind: of the source, as in Artwork.
+        name: of the source, for people.
+
+    Raises:
+        click.UsageError: one is given.
+    """
+    for option, written in _given().items():
+        wanted = HEARD_BY.get(option, kind)
+        if wanted != kind:
+            article = "an" if wanted == "SVG" else "a"
+            raise click.UsageError(
+                f"{written} is for a drawing made of {article} {wanted}, and {name} is none: "
+                "leave it out."
+            )
+
 
 def check_together(to_brick: bool, simulate: bool, drawn: bool) -> None:
     """Refuse options that would be heard by nobody.
@@ -26,12 +63,7 @@ def check_together(to_brick: bool, simulate: bool, drawn: bool) -> None:
     Raises:
         click.UsageError: one is given.
     """
-    here = click.get_current_context()
-    given = {
-        param.name or "": param.opts[0]
-        for param in here.command.params
-        if here.get_parameter_source(param.name or "") is ParameterSource.COMMANDLINE
-    }
+    given = _given()
     if to_brick:
         alone = [name for name in given if name in BRICK_ALONE[:3]]
         if len(alone) > 1 or not set(given) <= set(BRICK_ALONE):

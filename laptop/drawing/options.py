@@ -39,6 +39,7 @@ class DrawingOptions:
     tolerance  by which lines may be simplified, cm
     order      whether strokes may be joined, turned round and put into another order
     layers     names of those that are drawn; None: all
+    scale      times as large as it is made; None: by `size`, or as large as it fits
     """
 
     paper: str | None = None
@@ -52,6 +53,7 @@ class DrawingOptions:
     tolerance: float = TOLERANCE
     order: bool = True
     layers: tuple[str, ...] | None = None
+    scale: float | None = None
 
     def __post_init__(self) -> None:
         if self.paper is not None:
@@ -94,6 +96,7 @@ class DrawingOptions:
             self.rotate,
             self.height,
             self.clip,
+            self.scale,
         )
 
 

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from laptop.drawing import reach
-from laptop.drawing.artwork import Artwork, BadArtwork, bounds
+from laptop.drawing.artwork import Artwork, BadArtwork, bounds, is_dot
 from shared.arm_description import Arm
 
 PAPERS = {"a6": (10.5, 14.8), "a5": (14.8, 21.0), "a4": (21.0, 29.7), "letter": (21.59, 27.94)}
@@ -114,6 +114,7 @@ class Wish:
     rotate: float = 0.0
     height: float = 0.0
     clip: bool = False
+    scale: float | None = None
 
 
 def place(artwork: Artwork, arm: Arm, wish: Wish, postures: tuple[str, ...]) -> Placement:
@@ -132,7 +133,7 @@ def place(artwork: Artwork, arm: Arm, wish: Wish, postures: tuple[str, ...]) -> 
     shapes = [(stroke - middle) @ turn.T for stroke in artwork.strokes]
     scale, most, notes = _wished_scale(artwork, wish, size)
     offset = np.zeros(2)  # from the sheet's middle to the drawing's, not yet scaled
-    if wish.paper and scale and artwork.size and wish.size is None:
+    if wish.paper and scale and artwork.size and not (wish.size or wish.scale):
         offset = turn @ (middle - np.array(artwork.size) / 2)
     finder = _Finder(shapes, arm, wish, postures, turn, offset)
     centre: np.ndarray
@@ -156,7 +157,7 @@ def place(artwork: Artwork, arm: Arm, wish: Wish, postures: tuple[str, ...]) -> 
         if _covers_stand(sheet):
             notes.append("the sheet reaches under the arm: cut it there, or give --at")
     width, height = float(scale * size[0]), float(scale * size[1])
-    strokes = tuple(scale * shape + centre for shape in shapes)
+    strokes = tuple(_scaled(shape, scale) + centre for shape in shapes)
     return Placement(
         strokes,
         float(scale),
@@ -165,6 +166,14 @@ def place(artwork: Artwork, arm: Arm, wish: Wish, postures: tuple[str, ...]) -> 
         sheet,
         tuple(notes),
     )
+
+
+def _scaled(shape: np.ndarray, scale: float) -> np.ndarray:
+    """A stroke (n, 2) on the table; a dot has the size of a pen's, whatever the drawing's."""
+    if not is_dot(shape):
+        return scale * shape
+    middle = shape.mean(axis=0)
+    return scale * middle + (shape - middle)
 
 
 def _turn(rotate: float) -> np.ndarray:
@@ -181,6 +190,7 @@ def _wished_scale(
     artwork: Artwork, wish: Wish, size: np.ndarray
 ) -> tuple[float | None, float | None, list[str]]:
     """(scale or None: the largest, the greatest that is allowed or None, notes)."""
+    scale = wish.scale
     if wish.size is not None:
         ratios = [
             side / own
@@ -191,7 +201,15 @@ def _wished_scale(
             raise BadPlace(
                 f"{artwork.name}: it has no width; give its height, too, as --size WxH in cm"
             )
-        return min(ratios), None, []
+        scale = min(ratios)
+    if scale is not None:
+        if wish.paper is not None and (scale * size > wish.paper).any():
+            across, along = scale * size
+            raise BadPlace(
+                f"{across:.1f} x {along:.1f} cm do not fit on a sheet of {wish.paper[0]:g} x "
+                f"{wish.paper[1]:g} cm; make it smaller, or give a larger --paper"
+            )
+        return scale, None, []
     if wish.paper is None:
         return None, None, []
     if artwork.size and np.allclose(artwork.size, wish.paper, atol=0.1):

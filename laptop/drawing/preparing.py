@@ -141,10 +141,13 @@ def prepare(
     """
     options = options or DrawingOptions()
     progress("placing", STAGES["placing"])
-    artwork = _chosen(artwork, options)
+    kept = _chosen(artwork, options)
     postures = options.postures(arm)
+    # All of it, so that each of its layers comes to lie where it is in the whole.
     placement = placing.place(artwork, arm, options.wish(arm), postures)
-    found = strokes.cut(arm, placement.strokes, artwork.layers, options.height, postures)
+    placement = replace(placement, strokes=tuple(placement.strokes[k] for k in kept))
+    layers = tuple(artwork.layers[k] for k in kept)
+    found = strokes.cut(arm, placement.strokes, layers, options.height, postures)
     notes = list(placement.notes)
     if found.in_parts:
         named = ", ".join(map(str, found.in_parts[: strokes.NAMED]))
@@ -184,7 +187,7 @@ def prepare(
         placement,
         tuple(planned),
         found.missed + tuple(left),
-        len(artwork.strokes),
+        len(kept),
         before,
         _figures([stroke.placed for stroke in planned]),
         expected,
@@ -198,8 +201,8 @@ def _figures(laid: list[PlacedStroke] | tuple[PlacedStroke, ...]) -> Figures:
     return Figures(len(laid), points, ordering.pen_up_way(laid))
 
 
-def _chosen(artwork: Artwork, options: DrawingOptions) -> Artwork:
-    """The artwork's layers that are wished."""
+def _chosen(artwork: Artwork, options: DrawingOptions) -> list[int]:
+    """Which of the artwork's strokes are wished, by their layers; refuses what is no drawing."""
     if artwork.points() > MOST_POINTS:
         raise BadArtwork(
             f"{artwork.name}: {artwork.points()} points are more than the {MOST_POINTS} that can "
@@ -212,16 +215,11 @@ def _chosen(artwork: Artwork, options: DrawingOptions) -> Artwork:
                 f"{FARTHEST:g} cm; make it anew"
             )
     if options.layers is None:
-        return artwork
+        return list(range(len(artwork.strokes)))
     known = list(dict.fromkeys(artwork.layers))
     for layer in options.layers:
         if layer not in known:
             named = ", ".join(repr(name) for name in known if name)
             there = f"has {named}; give one of these" if named else "has no layers; leave it out"
             raise BadDrawingOption(f"layer {layer!r}: {artwork.name} {there}")
-    kept = [k for k, layer in enumerate(artwork.layers) if layer in options.layers]
-    return replace(
-        artwork,
-        strokes=tuple(artwork.strokes[k] for k in kept),
-        layers=tuple(artwork.layers[k] for k in kept),
-    )
+    return [k for k, layer in enumerate(artwork.layers) if layer in options.layers]

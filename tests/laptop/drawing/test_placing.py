@@ -6,6 +6,7 @@ import pytest
 from laptop.drawing import placing, reach
 from laptop.drawing.artwork import Artwork, BadArtwork
 from laptop.drawing.options import DrawingOptions
+from laptop.drawing.placing import BadPlace
 from robot.motion import kinematics, trajectory
 from shared.arm_description import ArmError, find_arm, read_arm
 
@@ -188,3 +189,29 @@ def test_it_lies_straight_ahead_where_that_costs_little():
         x, y = place(rings(flat=1.0), arm).centre
         assert x > 8
         assert abs(y) <= 1
+
+
+def test_a_dot_has_its_own_size_whatever_that_of_the_drawing():
+    dot = np.array([[1.99, 3.0], [2.01, 3.0]])
+    drawing = Artwork("dotted", (*arrow().strokes, dot), ("",) * 3)
+    for size in (2.0, 10.0):
+        placed = place(drawing, size=(size / 4, size), at=(12, 0))
+        begin, end = placed.strokes[-1]
+        assert np.hypot(*(end - begin)) == pytest.approx(0.02)
+        shaft = placed.strokes[0]
+        off = (begin + end) / 2 - shaft[0]  # up the sheet is x, to its right -y
+        assert off == pytest.approx(placed.scale * np.array([3.0, -2.0]))
+
+
+def test_what_does_not_fit_on_its_sheet_is_refused_with_both_sizes():
+    why = r"10\.0 x 40\.0 cm do not fit on a sheet of 10\.5 x 14\.8 cm; make it smaller, or give"
+    with pytest.raises(BadPlace, match=why):
+        place(arrow(), paper="a6", size=(10, 40))
+    assert place(arrow(), paper="a6", size=(2, 8)).size == pytest.approx((2, 8))
+
+
+def test_a_drawing_may_keep_its_own_size():
+    placed = place(arrow(), at=(12, 0), scale=1.0)
+    assert (placed.scale, placed.size) == (1.0, (1.0, 4.0))
+    sheet = place(arrow(), paper="a6", scale=1.0)
+    assert sheet.paper.mean(axis=0) == pytest.approx(sheet.centre)

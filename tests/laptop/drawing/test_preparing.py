@@ -1,5 +1,7 @@
 """From an artwork to a job: what is told, refused and written."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -80,6 +82,21 @@ def test_order_is_left_alone_if_that_is_wished():
     better = preparing.prepare(given, ARMS["planar"])
     assert better.after.pen_up_cm < kept.after.pen_up_cm - 1
     assert kept.before == better.before
+
+
+def test_a_layer_lies_where_it_is_in_the_whole():
+    """So that two pens, each for a layer, register."""
+    wished = DrawingOptions(size=(9, None), at=(12, 0), order=False)
+    whole = preparing.prepare(artwork(), ARMS["planar"], wished)
+    parts = [
+        preparing.prepare(artwork(), ARMS["planar"], replace(wished, layers=(name,)))
+        for name in ("round", "straight")
+    ]
+    for name, part in zip(("round", "straight"), parts, strict=True):
+        same = [s.placed.points for s in whole.strokes if s.placed.layer == name]
+        assert part.placement.scale == whole.placement.scale
+        for stroke, points in zip(part.strokes, same, strict=True):
+            assert stroke.placed.points == pytest.approx(points)
 
 
 def test_layers_are_chosen_by_name():
