@@ -92,11 +92,13 @@ class Lock(object):
 
     def release(self):
         """Hand it to the first in line."""
-        self._clock.step(0.0)
-        if not self._taken:
-            raise RuntimeError("release unlocked lock")
-        if not self._line.wake():
-            self._taken = False
+        try:
+            self._clock.step(0.0)
+        finally:  # a handler that raises there does so after the lock is let go
+            if not self._taken:
+                raise RuntimeError("release unlocked lock")
+            if not self._line.wake():
+                self._taken = False
 
     def locked(self):
         """True while somebody has it."""

@@ -391,9 +391,10 @@ class World(object):
                 if ticket is None or not ticket.called:
                     if deadline is not None and self.t >= deadline:
                         return False
-                    me.ticket = ticket
-                    self._switch(me, deadline)
-                    me.ticket = None
+                    if not (self._interrupts and me is self._main):  # else it came before the wait
+                        me.ticket = ticket
+                        self._switch(me, deadline)
+                        me.ticket = None
             if ticket is not None and ticket.called:
                 return True
             self._attend(me)

@@ -541,6 +541,28 @@ def test_loops_that_ask_threads_cost_time_and_repeat(run, monkeypatch, wait):
     assert outcome.t == pytest.approx(1, abs=0.02)
 
 
+@pytest.mark.parametrize("kind", ["Lock", "RLock"])
+def test_a_signal_leaves_no_lock_taken(run, kind):
+    """Wherever it comes: `with` lets go of what it took."""
+    _, out, _ = run(
+        "import signal, threading\n"
+        "def come(*args): raise KeyboardInterrupt\n"
+        "signal.signal(signal.SIGALRM, come)\n"
+        f"lock, free = threading.{kind}(), []\n"
+        "def ask(): free.append(lock.acquire(timeout=0.01) and not lock.release())\n"
+        "for k in range(1, 60):\n"
+        "    signal.setitimer(signal.ITIMER_REAL, 2e-4 * k)\n"
+        "    try:\n"
+        "        while True:\n"
+        "            with lock:\n"
+        "                for _ in range(40): pass\n"
+        "    except KeyboardInterrupt: pass\n"
+        "    t = threading.Thread(target=ask); t.start(); t.join()\n"
+        "print(len(free), all(free))\n"
+    )
+    assert out == ["59 True"]
+
+
 def test_deadlock_is_an_error_in_one_line(run):
     outcome, _, err = run("import threading\nl = threading.Lock()\nl.acquire()\nl.acquire()\n")
     assert (outcome.status, outcome.reason) == (124, "deadlock")

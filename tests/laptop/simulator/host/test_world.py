@@ -309,6 +309,32 @@ def test_an_interrupt_that_raises_ends_the_wait(world):
     assert log == [(1, "out")]
 
 
+def test_an_interrupt_that_comes_just_before_a_wait_is_heard_before_it(world):
+    """From outside, as Ctrl-C comes: while the main thread computes."""
+    line = WaitingLine(world)
+
+    def main(say):
+        def out_of_it():
+            raise KeyError
+
+        def come(action):
+            outside = threading.Thread(target=world.interrupt, args=(action,))
+            outside.start()
+            outside.join()
+
+        come(lambda: say("interrupt"))
+        world.sleep(3)
+        say("slept")
+        come(out_of_it)
+        with pytest.raises(KeyError):
+            line.wait()
+        say("out")
+
+    ended, log = play(world, main)
+    assert log == [(0, "interrupt"), (3, "slept"), (3, "out")]
+    assert ended.reason == "ended"
+
+
 # Wall time
 
 
