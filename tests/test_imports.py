@@ -96,8 +96,9 @@ RULES = {
     },
     "laptop.drawing": (
         *("laptop.drawing", "laptop.files", "laptop.picture_heads", *PURE, "shared"),
-        *("numpy", "cv2", "HersheyFonts"),
+        *("numpy", "cv2"),
     ),
+    "laptop.drawing.glyphs": ("laptop.drawing.accents", "HersheyFonts", "numpy"),
     "laptop.drawing.areas": ("laptop.drawing", "numpy", "shapely"),
     **{
         f"laptop.drawing.{name}": ("laptop.drawing", "numpy", *libraries)
@@ -163,7 +164,7 @@ RULES = {
             *("laptop.bench", "laptop.drawing", "laptop.reporting", "laptop.simulator"),
             *("robot", "shared", "numpy"),
         )
-        for name in ("plot", "interruptions")
+        for name in ("plot", "plot_speed", "interruptions")
     },
     "laptop.bench.calibrate": (
         *("laptop.bench", "laptop.identification", "laptop.measuring", "laptop.reporting"),

@@ -193,17 +193,22 @@ def by_vpype(lines: Sequence[np.ndarray]) -> tuple[float, int] | None:
         return None
     done = subprocess.run(
         [program, *VPYPE],
-        input=_svg(lines),
+        input=svg_of(lines),
         capture_output=True,
         text=True,
         timeout=VPYPE_PATIENCE,
         check=True,
     )
-    found = sources.read_source(done.stdout.encode(), "vpype").strokes
+    return way_and_count(done.stdout)
+
+
+def way_and_count(svg: str) -> tuple[float, int]:
+    """Pen-up way (cm) and number of strokes of an SVG."""
+    found = sources.read_source(svg.encode(), "vpype").strokes
     return sum(math.dist(a[-1], b[0]) for a, b in pairwise(found)), len(found)
 
 
-def _svg(lines: Sequence[np.ndarray]) -> str:
+def svg_of(lines: Sequence[np.ndarray]) -> str:
     """Strokes as an SVG of 60 x 60 cm."""
     text = "".join(
         '<polyline points="{}"/>'.format(" ".join(f"{x + 30:.5f},{y + 30:.5f}" for x, y in line))

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 import unicodedata
 from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
-from HersheyFonts import HersheyFonts
 
-from laptop.drawing.accents import ACCENTS, accent_strokes, ring
+from laptop.drawing.accents import ACCENTS, accent_strokes
 from laptop.drawing.artwork import Artwork, BadArtwork
 from laptop.drawing.curves import rounded
+from laptop.drawing.glyphs import CAPITALS, glyph, undotted
 
 FONTS = {
     "plain": "futural",
@@ -24,16 +25,8 @@ FONTS = {
 }
 """Names for people, and those of the library. All but the last two are of single strokes."""
 
-GREEK = "greeks"
-"""Where the letters of that alphabet come from, for all fonts, in place of A to X and a to x."""
-
 MAX_CHARACTERS = 2000
 """An A4 page, written closely."""
-
-CAPITALS = 21.0
-"""Height of capitals in the units of Hershey's fonts."""
-CAP_LINE, BASE_LINE = -12.0, 9.0
-"""Where they begin and end; y goes down there."""
 
 CORNER = math.radians(55)
 """The fonts' curves turn by up to 50 degrees a point, their corners by 60 and more."""
@@ -44,12 +37,15 @@ ALIKE = str.maketrans(
         **dict.fromkeys("\u201c\u201d\u201e\u2033\u00ab\u00bb", '"'),
         **dict.fromkeys("\u2010\u2011\u2012\u2013\u2014\u2212", "-"),
         **{"\u2026": "...", "\t": "    ", "\u00b5": "\u03bc"},
-        **{"\u00d7": "x", "\u00b7": ".", "\u2022": "*"},
+        **{"\u00b7": ".", "\u2022": "*", "\u2044": "/"},
         **{"\u00df": "ss", "\u1e9e": "SS", "\u00e6": "ae", "\u00c6": "AE"},
         **{"\u0153": "oe", "\u0152": "OE", "\ufb01": "fi", "\ufb02": "fl"},
     }
 )
 """What the fonts lack, and what is written for it."""
+
+IGNORED = re.compile("[\u034f\u115f\u1160\u3164\ufe00-\ufe0f\U000e0100-\U000e01ef]")
+"""Characters that have neither ink nor width, besides those of category Cf."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +125,7 @@ def write_text(text: str, how: Lettering | None = None, name: str = "") -> Artwo
     if not any(line.strokes for line in lines):
         raise BadArtwork(
             f"{name or 'text'}: nothing in it can be written"
-            f"{_told(lacking)}; give letters of the Latin or Greek alphabet"
+            f"{_told(lacking)}; give letters of the Latin, Greek or Cyrillic alphabet"
         )
     scale = how.size / CAPITALS
     widest = max(line.width for line in lines)
@@ -148,19 +144,18 @@ def write_text(text: str, how: Lettering | None = None, name: str = "") -> Artwo
 def _line(text: str, how: Lettering, lacking: list[str]) -> _Line:
     line = _Line()
     for character in _characters(_shown(text).translate(ALIKE)):
-        letter = _letter(how.font, character)
-        if letter is None:
-            if character not in lacking:
-                lacking.append(character)
-            continue
-        line.strokes += [stroke + [line.width, 0.0] for stroke in letter.strokes]
-        line.width += letter.width * how.spacing
+        found = _letters(how.font, character)
+        if not found and character not in lacking:
+            lacking.append(character)
+        for letter in found:
+            line.strokes += [stroke + [line.width, 0.0] for stroke in letter.strokes]
+            line.width += letter.width * how.spacing
     return line
 
 
 def _shown(text: str) -> str:
     """A text with every space as a plain one, and without what has neither ink nor width."""
-    kinds = ((c, unicodedata.category(c)) for c in text)
+    kinds = ((c, unicodedata.category(c)) for c in text if not IGNORED.match(c))
     return "".join(" " if kind == "Zs" else c for c, kind in kinds if kind != "Cf")
 
 
@@ -175,48 +170,36 @@ def _characters(text: str) -> list[str]:
     return found
 
 
+def _letters(font: str, character: str) -> list[_Letter]:
+    """A letter, or those that Unicode says are the same but for their dress; none that lacks."""
+    own = _letter(font, character)
+    if own is not None:
+        return [own]
+    plain = unicodedata.normalize("NFKC", character)
+    found = [_letter(font, c) for c in _characters(plain)] if plain != character else []
+    return [] if None in found else [letter for letter in found if letter]
+
+
 @cache
 def _letter(font: str, character: str) -> _Letter | None:
     """One letter, with its accents on; None where the font lacks it."""
-    apart = unicodedata.normalize("NFD", character)
-    base, marks = apart[:1], apart[1:]
-    if not all(mark in ACCENTS for mark in marks):
-        return None
-    drawn = _glyphs(FONTS[font]).get(base) or _glyphs(GREEK).get(_greek(base))
+    base, marks = character, ""
+    drawn = glyph(FONTS[font], character) if len(character) == 1 else None
+    if drawn is None:
+        apart = unicodedata.normalize("NFD", character)
+        base, marks = apart[:1], apart[1:]
+        if not all(mark in ACCENTS for mark in marks):
+            return None
+        drawn = glyph(FONTS[font], base)
     if drawn is None:
         return None
     strokes, width = drawn
-    if marks and base in "ij" and any(ACCENTS[mark].is_above for mark in marks):
+    if marks and base in "ij\u0456\u0458" and any(ACCENTS[mark].is_above for mark in marks):
         # The dot gives way to what comes above
-        strokes = [stroke for stroke in strokes if stroke[:, 1].min() < 0.72 * CAPITALS]
+        strokes = undotted(strokes)
     for mark in marks:
         strokes = strokes + accent_strokes(mark, strokes)
     return _Letter([rounded(stroke, CORNER, CAPITALS / 1000) for stroke in strokes], width)
-
-
-@cache
-def _glyphs(font: str) -> dict[str, tuple[list[np.ndarray], float]]:
-    """Strokes, y upwards from the baseline, and width by character."""
-    library = HersheyFonts()
-    library.load_default_font(font)
-    found = {}
-    for character, glyph in library.all_glyphs.items():
-        strokes = [np.array(stroke, float) for stroke in glyph.strokes if len(stroke) > 1]
-        place = [-glyph.left_offset, BASE_LINE]
-        found[character] = ([stroke * [1, -1] + place for stroke in strokes], glyph.char_width)
-    found.pop("\x7f", None)  # what that is differs from font to font
-    found["\u00b0"] = ([np.array(ring(5.0, CAPITALS - 3.0, 3.0, 16))], 10.0)
-    return found
-
-
-def _greek(character: str) -> str:
-    """Where the Greek font has a letter of that alphabet; "" for any other."""
-    for first, last, begin in (("\u0391", "\u03a9", "A"), ("\u03b1", "\u03c9", "a")):
-        if first <= character <= last:
-            place = ord(character) - ord(first)
-            # Between rho and sigma Unicode has a final sigma, which is written as the other one
-            return chr(ord(begin) + place - (place > 17))
-    return ""
 
 
 def _told(characters: list[str], brackets: bool = True) -> str:

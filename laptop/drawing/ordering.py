@@ -1,4 +1,4 @@
-"""Strokes joined where they meet, and put into an order with little way between them.  Pure.
+"""Strokes put into an order with little way between them.  Pure.
 
 The order begins as that of the nearest neighbour and is improved by turning parts of it round
 (2-opt) and moving short parts elsewhere (Or-opt), with every stroke free to be drawn from either
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections import defaultdict, deque
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -18,9 +18,6 @@ import cv2
 import numpy as np
 
 from laptop.drawing.strokes import PlacedStroke
-
-MEETING = 0.05
-"""Ends so near to one another meet, cm."""
 
 LONGEST_MOVED = 8
 """Or-opt moves so many strokes at once, at the most."""
@@ -49,73 +46,6 @@ LEAST_GAIN = 1e-6
 
 POSTURE_WAY = 6.0
 """A change of posture takes as long as a way of so much, cm."""
-
-
-def merged(strokes: Sequence[PlacedStroke], meeting: float = MEETING) -> list[PlacedStroke]:
-    """Strokes of which one begins where another of its layer ends, made one.
-
-    Two are joined only where one posture can draw both.  Where more than two ends meet, the line
-    goes on as straight as it can.
-    """
-    ends = _Ends(strokes, meeting)
-    out: list[PlacedStroke] = []
-    used = [False] * len(strokes)
-    for k, stroke in enumerate(strokes):
-        if used[k]:
-            continue
-        used[k] = True
-        parts, postures = [stroke.points], stroke.postures
-        for forwards in (True, False):
-            while True:
-                line = parts[-1] if forwards else parts[0][::-1]
-                found = ends.next(line, stroke.layer, postures, used)
-                if found is None:
-                    break
-                j, points = found
-                used[j] = True
-                postures = tuple(p for p in postures if p in strokes[j].postures)
-                parts = [*parts, points] if forwards else [points[::-1], *parts]
-        joined = parts[0] if len(parts) == 1 else np.vstack(parts)
-        if len(parts) > 1:
-            apart = np.hypot(*np.diff(joined, axis=0).T) > 1e-9
-            joined = joined[np.append(True, apart)]
-        out.append(replace(stroke, points=joined, postures=postures))
-    return out
-
-
-class _Ends:
-    """Finds ends of strokes by place."""
-
-    def __init__(self, strokes: Sequence[PlacedStroke], meeting: float) -> None:
-        self._strokes, self._meeting = strokes, meeting
-        self._cells: dict[tuple[str, int, int], list[tuple[int, bool]]] = defaultdict(list)
-        for k, stroke in enumerate(strokes):
-            for reverse, p in ((False, stroke.points[0]), (True, stroke.points[-1])):
-                self._cells[(stroke.layer, *self._cell(p))].append((k, reverse))
-
-    def _cell(self, p: np.ndarray) -> tuple[int, int]:
-        size = max(self._meeting, 1e-9)
-        return math.floor(p[0] / size), math.floor(p[1] / size)
-
-    def next(
-        self, line: np.ndarray, layer: str, postures: tuple[str, ...], used: list[bool]
-    ) -> tuple[int, np.ndarray] | None:
-        """(which stroke, its points from where `line` ends) that goes on best, or None."""
-        p, (x, y) = line[-1], self._cell(line[-1])
-        best, least = None, math.inf
-        for i in (x - 1, x, x + 1):
-            for j in (y - 1, y, y + 1):
-                for k, reverse in self._cells.get((layer, i, j), ()):
-                    if used[k] or not set(postures) & set(self._strokes[k].postures):
-                        continue
-                    points = self._strokes[k].points[:: -1 if reverse else 1]
-                    if math.hypot(*(points[0] - p)) > self._meeting:
-                        continue
-                    a, b = p - line[-2], points[1] - points[0]
-                    turn = abs(math.atan2(a[0] * b[1] - a[1] * b[0], a @ b))
-                    if turn < least - 1e-9:
-                        best, least = (k, points), turn
-        return best
 
 
 def ordered(
@@ -191,24 +121,36 @@ def _nearest_neighbours(
 ) -> tuple[np.ndarray, np.ndarray]:
     n = len(heads)
     ends = np.vstack([heads, tails])
-    left = np.arange(2 * n)  # ends of strokes that are not drawn yet
-    drawn = np.zeros(2 * n, bool)
     order, reverse = np.empty(n, int), np.empty(n, bool)
-    here = start
-    points = ends.copy()
+    drawn = np.zeros(2 * n, bool)
+    left = np.arange(2 * n)  # ends in the tree
+    tree = _tree(ends)
+    here, undrawn = start, 2 * n
     for k in range(n):
-        off = points - here
-        distance = np.einsum("ij,ij->i", off, off)
-        distance[drawn[left]] = np.inf
-        end = int(left[np.argmin(distance)])
+        if undrawn < len(left) // 2:
+            left = left[~drawn[left]]
+            tree = _tree(ends[left])
+        end = _first_undrawn(tree, here, left, drawn)
         stroke, turned = end % n, end >= n
         order[k], reverse[k] = stroke, turned
         here = heads[stroke] if turned else tails[stroke]
         drawn[stroke] = drawn[stroke + n] = True
-        if k % 64 == 63:
-            left = left[~drawn[left]]
-            points = ends[left]
+        undrawn -= 2
     return order, reverse
+
+
+def _first_undrawn(
+    tree: cv2.flann.Index, here: np.ndarray, left: np.ndarray, drawn: np.ndarray
+) -> int:
+    """Which end that is not drawn yet is nearest; of several the first."""
+    many = 4
+    while True:
+        found, off = _nearest(tree, here[None], min(many, len(left)))
+        ends = left[found[0]]
+        free = np.flatnonzero(~drawn[ends])
+        if len(free):
+            return int(ends[free][off[0, free] <= off[0, free[0]]].min())
+        many *= 4
 
 
 class _Tour:
@@ -403,10 +345,17 @@ class _Tour:
 
 def _neighbours(ends: np.ndarray) -> list[list[int]]:
     """Of each end the NEIGHBOURS nearest others, the nearest first."""
-    data = ends.astype(np.float32)
-    index = cv2.flann.Index(data, {"algorithm": KD_TREE, "leaf_max_size": 16})
-    found, _ = index.knnSearch(data, min(NEIGHBOURS + 2, len(data)), params={"checks": -1})
+    found, _ = _nearest(_tree(ends), ends, min(NEIGHBOURS + 2, len(ends)))
     return [[e for e in row if e != k] for k, row in enumerate(found.tolist())]
+
+
+def _tree(places: np.ndarray) -> cv2.flann.Index:
+    return cv2.flann.Index(places.astype(np.float32), {"algorithm": KD_TREE, "leaf_max_size": 16})
+
+
+def _nearest(tree: cv2.flann.Index, places: np.ndarray, many: int) -> tuple[np.ndarray, np.ndarray]:
+    """Of each place which of the tree's are nearest, and their squared distances."""
+    return tree.knnSearch(places.astype(np.float32), many, params={"checks": -1})
 
 
 def _closed_from_best(strokes: list[PlacedStroke], start: np.ndarray) -> list[PlacedStroke]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from laptop.drawing import ordering, placing, planning, strokes
+from laptop.drawing import merging, ordering, placing, planning, strokes
 from laptop.drawing.artwork import Artwork, BadArtwork
 from laptop.drawing.options import BadDrawingOption, DrawingOptions
 from laptop.drawing.planning import PlannedStroke
@@ -163,7 +163,7 @@ def prepare(
     laid: list[PlacedStroke] = list(found.strokes)
     if options.order and laid:
         home = kinematics.forward(arm, [joint.home for joint in arm.joints])
-        laid = ordering.ordered(ordering.merged(laid), np.array(home[:2], float))
+        laid = ordering.ordered(merging.merged(laid), np.array(home[:2], float))
     progress("planning", STAGES["planning"])
     speed = float(options.speed or arm.speed)
     planned, left = planning.plan_strokes(

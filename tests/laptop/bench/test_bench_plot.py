@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from laptop.bench import draw, plot, plot_drawings
+from laptop.bench import draw, plot, plot_drawings, plot_speed
 from laptop.cli.main import laptop
 from laptop.drawing.artwork import Artwork
 from laptop.drawing.options import DrawingOptions
@@ -99,3 +99,22 @@ def test_the_arms_measured_are_those_that_come_along(tmp_path, monkeypatch):
     assert done.exit_code == 0, done.output
     assert comes_along(taken[0])
     assert not comes_along(read_arm(find_arm("planar"))), "as before"
+
+
+def test_large_drawings_are_read_and_ordered_with_all_their_lines(monkeypatch):
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setitem(plot_speed.SIZES, "spokes", lambda: plot_speed._spokes(12))
+    monkeypatch.setitem(plot_speed.SIZES, "apart", lambda: plot_speed._scattered(3, 4))
+    spokes, apart = (plot_speed.measure(name) for name in ("spokes", "apart"))
+    assert (spokes.ours_strokes, apart.ours_strokes) == (6, 3)
+    # From the end of a diameter to that of the next, at the best.
+    assert spokes.ours_cm == pytest.approx(5 * 16 * math.sin(math.pi / 12), rel=1e-3)
+    assert spokes.ours_s > 0
+    row = plot_speed.table([spokes])[0]
+    assert row[2:4] == ["-", "-"]
+
+
+def test_speed_is_of_its_own_drawings():
+    done = CliRunner().invoke(laptop, ["bench", "plot", "--speed", "rose"])
+    assert done.exit_code == 2
+    assert "--speed is of its own drawings" in done.output

@@ -111,8 +111,8 @@ def test_greek_letters_are_each_other():
 
 
 def test_letters_that_the_font_lacks_are_named_and_the_others_written():
-    artwork = write_text("x\u00b2 = \u4e2d\u4e2d\u0001")
-    assert artwork.left_out == ("The font lacks \u00b2 \u4e2d U+0001.",)
+    artwork = write_text("x = \u4e2d\u4e2d\u0001")
+    assert artwork.left_out == ("The font lacks \u4e2d U+0001.",)
     assert len(artwork.strokes) == len(write_text("x = ").strokes)
 
 
@@ -154,3 +154,69 @@ def test_what_cannot_be_written_so_is_refused(how, told):
 def test_nothing_to_write_is_refused(text):
     with pytest.raises(BadArtwork, match="nothing in it can be written"):
         write_text(text)
+
+
+def shape(text, **how):
+    """All that is written, to the thousandth of a capital."""
+    return sorted(
+        tuple(map(tuple, stroke.round(3))) for stroke in write_text(text, Lettering(**how)).strokes
+    )
+
+
+@pytest.mark.parametrize("font", FONTS)
+def test_letters_of_europe_are_written_in_every_font(font):
+    text = (
+        "\u00f8\u00d8\u0142\u0141\u0111\u0110\u00f0\u00d0\u00fe\u00de\u0127\u0167\u0131\u20ac\u00a3\u00a5\u00a2"
+        "\u2192\u2190\u2191\u2193\u00bd\u00bc\u00be\u2153\u00b2\u00b3\u2082\u00d7\u00f7\u00b1\u2264\u2265\u2260\u221e\u221a\u00a7\u2665"
+    )
+    shapes = {character: shape(character, font=font) for character in text}
+    for character in text:
+        assert write_text(character, Lettering(font=font)).left_out == ()
+    alike = {("\u0110", "\u00d0")}  # the letters of Croatia and of Iceland
+    for a in text:
+        for b in text:
+            assert a >= b or (shapes[a] != shapes[b]) != ((a, b) in alike or (b, a) in alike)
+
+
+def test_all_letters_of_russian_and_ukrainian_are_written_each_in_its_own_shape():
+    small = "".join(map(chr, range(0x430, 0x450))) + "\u0451\u0456\u0457\u0454"
+    letters = small + small.upper()
+    assert write_text(letters).left_out == ()
+    assert len({str(shape(letter)) for letter in letters}) == len(letters)
+    for letter in small:
+        (_, low), (_, high) = box(letter), box(letter.upper())
+        assert low[1] < high[1] + 0.31, letter  # a small one is no higher
+
+
+def test_a_bar_goes_through_the_letter_that_it_is_added_to():
+    for letter, base in (("\u00f8", "o"), ("\u0142", "l"), ("\u0111", "d"), ("\u20ac", "C")):
+        added = [stroke for stroke in shape(letter) if stroke not in shape(base)]
+        plain = write_text(base).strokes
+        crossings = 0
+        for bar in added:
+            a, b = np.array(bar[0]), np.array(bar[-1])
+            for stroke in plain:
+                ahead = (stroke - a) @ np.array([-(b - a)[1], (b - a)[0]])
+                crossings += int((np.diff(np.sign(ahead)) != 0).sum())
+        assert crossings >= 1, letter
+
+
+def test_a_fraction_has_small_digits_one_above_the_other():
+    least, greatest = box("\u00bd")
+    assert greatest[1] > 1.0 > box("1")[1][1] * 0.99
+    digits = [np.array(s) for s in write_text("\u00bd").strokes if np.ptp(s[:, 1]) < 0.7]
+    assert min(s[:, 1].min() for s in digits) < 0.1
+    assert max(s[:, 1].max() for s in digits) > 0.9
+    assert shape("2\u00bd") != shape("21/2")
+
+
+def test_what_has_neither_ink_nor_width_changes_nothing():
+    for nothing in ("\u200b", "\u200d", "\ufeff", "\u2060", "\ufe0f", "\u034f", "\u00ad", "\u3164"):
+        artwork = write_text(f"a{nothing}b")
+        assert artwork.left_out == ()
+        assert shape(f"a{nothing}b") == shape("ab")
+
+
+def test_letters_in_another_dress_are_written_as_plain_ones():
+    assert shape("\uff21\U0001d401") == shape("AB")
+    assert shape("\ufb03") == shape("ffi")

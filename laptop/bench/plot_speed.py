@@ -1,0 +1,118 @@
+"""How long it takes to read and order large drawings, beside vpype doing the same.
+
+Each is a fresh process that reads an SVG and puts its strokes into order; what counts is the time
+that its processor computes, with all that it loads.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from laptop.bench.plot import VPYPE, svg_of, way_and_count
+from laptop.drawing import merging, ordering, sources
+from laptop.drawing.strokes import PlacedStroke
+
+
+def _scattered(strokes: int, points: int) -> list[np.ndarray]:
+    dice = np.random.default_rng(strokes + points)
+    steps = dice.normal(0, 0.2 / math.sqrt(points), (strokes, points, 2))
+    return list(dice.uniform(-8, 8, (strokes, 1, 2)) + np.cumsum(steps, 1))
+
+
+def _spokes(count: int) -> list[np.ndarray]:
+    angles = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    return [np.array([(0.0, 0.0), (8 * math.cos(a), 8 * math.sin(a))]) for a in angles]
+
+
+SIZES: dict[str, Callable[[], list[np.ndarray]]] = {
+    "2,000 strokes": lambda: _scattered(2_000, 2),
+    "20,000 strokes": lambda: _scattered(20_000, 2),
+    "90,000 strokes": lambda: _scattered(90_000, 2),
+    "300 strokes of 340 points": lambda: _scattered(300, 340),
+    "one stroke of 100,000 points": lambda: _scattered(1, 100_000),
+    "10,000 spokes": lambda: _spokes(10_000),
+}
+
+
+@dataclass(frozen=True)
+class Speed:
+    """How long one drawing took: CPU seconds, and the pen-up way of the order, cm."""
+
+    drawing: str
+    ours_s: float
+    ours_cm: float
+    ours_strokes: int
+    vpype_s: float | None = None
+    vpype_cm: float | None = None
+    vpype_strokes: int | None = None
+
+
+def measure(drawing: str) -> Speed:
+    """Read and order one of SIZES, and let vpype do so where it is installed."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "it.svg")
+        file.write_text(svg_of(SIZES[drawing]()), encoding="utf-8")
+        words = [sys.executable, "-m", "laptop.bench.plot_speed", str(file)]
+        took, out = _timed(words)
+        way, count = json.loads(out)
+        vpype = shutil.which("vpype")
+        if vpype is None:
+            return Speed(drawing, took, way, count)
+        vpype_took, out = _timed([vpype, *(str(file) if word == "-" else word for word in VPYPE)])
+        return Speed(drawing, took, way, count, vpype_took, *way_and_count(out))
+
+
+def _timed(words: Sequence[str]) -> tuple[float, str]:
+    """CPU seconds that a program took, and what it printed."""
+    before = os.times()
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    after = os.times()
+    took = after.children_user - before.children_user
+    return took + after.children_system - before.children_system, done.stdout
+
+
+def run(drawings: Sequence[str]) -> Iterator[Speed]:
+    """Measure them, one after the other: nothing else is to use the caches."""
+    for drawing in drawings:
+        yield measure(drawing)
+
+
+HEADINGS = "drawing", "ours s", "vpype s", "times", "ours cm (strokes)", "vpype cm (strokes)"
+
+
+def table(results: Sequence[Speed]) -> list[list[str]]:
+    """One row per drawing."""
+    return [
+        [
+            one.drawing,
+            f"{one.ours_s:.1f}",
+            "-" if one.vpype_s is None else f"{one.vpype_s:.1f}",
+            "-" if one.vpype_s is None else f"{one.ours_s / one.vpype_s:.2f}",
+            f"{one.ours_cm:.0f} ({one.ours_strokes})",
+            "-" if one.vpype_cm is None else f"{one.vpype_cm:.0f} ({one.vpype_strokes})",
+        ]
+        for one in results
+    ]
+
+
+def main() -> None:
+    """Read and order a file, and print the pen-up way (cm) and the number of strokes."""
+    artwork = sources.read_source(sys.argv[1])
+    placed = [PlacedStroke(points, "", 1, ("up",)) for points in artwork.strokes]
+    inked = ordering.ordered(merging.merged(placed), np.zeros(2))
+    print(json.dumps([ordering.pen_up_way(inked), len(inked)]))
+
+
+if __name__ == "__main__":
+    main()
