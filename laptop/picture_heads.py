@@ -22,6 +22,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 JPEG = b"\xff\xd8\xff"
 CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
 """Numbers a pixel, by a PNG's kind of colour."""
+ORIENTATION_TAG = 274
 STANDALONE = (0x01, *range(0xD0, 0xD9))
 """Markers of a JPEG that bear no length."""
 FRAMES = tuple(code for code in range(0xC0, 0xD0) if code not in (0xC4, 0xC8, 0xCC))
@@ -94,6 +95,36 @@ def _png_size(data: bytes, whole: bool) -> tuple[int, int]:
                 _refuse_cut_off()
             return size
         at = end
+
+
+def png_orientation(data: bytes) -> int:
+    """How a PNG that picture_size has passed is to be turned, as EXIF counts it, 1 to 8.
+
+    1, as it is, where nothing says it.
+    """
+    at = len(PNG)
+    while True:
+        length, kind = struct.unpack_from(">I4s", data, at)
+        if kind == b"eXIf":
+            return _orientation(data[at + 8 : at + 8 + length])
+        if kind == b"IEND":
+            return 1
+        at += 12 + length
+
+
+def _orientation(exif: bytes) -> int:
+    """Return the tag 274 in the first directory of EXIF (TIFF 6.0, section 2)."""
+    order = {b"II*\0": "<", b"MM\0*": ">"}.get(exif[:4])
+    try:
+        (at,) = struct.unpack_from(f"{order}I", exif, 4)
+        (count,) = struct.unpack_from(f"{order}H", exif, at)
+        for k in range(count):
+            tag, _, _, value = struct.unpack_from(f"{order}HHIH", exif, at + 2 + 12 * k)
+            if tag == ORIENTATION_TAG:
+                return value if 1 <= value <= 8 else 1
+    except struct.error:
+        return 1  # none, or none that is sound
+    return 1
 
 
 def _holds(packed: list[memoryview], wanted: int) -> bool:

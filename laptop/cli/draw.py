@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from laptop.cli.brick import THE_BRICK, talk
-from laptop.cli.draw_files import check_files, check_heard, check_together
+from laptop.cli.draw_files import check_files, check_heard, check_together, style_of
 from laptop.cli.options import (
     arm_option,
     examples,
@@ -119,6 +119,13 @@ SOURCE = option_group(
         show_default=True,
         metavar="0..100",
         help="Of a picture: how much that is fine is left out.",
+    ),
+    click.option(
+        "--style",
+        type=click.Choice(["auto", "photo", "lines"]),
+        default="auto",
+        show_default=True,
+        help="Of a picture: edges and tones, or the lines of a drawing along their middles.",
     ),
     click.option(
         "--layer",
@@ -346,7 +353,9 @@ def _artwork(what: str | None, arm: Arm, options: dict[str, Any]) -> Artwork:
         align=options["align"],
     )
     is_hatched = options["fill"] == "hatch"
-    tracing = pictures.Tracing(options["detail"], options["shades"], options["smoothing"])
+    tracing = pictures.Tracing(
+        options["detail"], options["shades"], options["smoothing"], style=style_of(options["style"])
+    )
     if text is not None:
         return lettering.write_text(text.replace("\\n", "\n"), letters)
     if card is not None:

@@ -16,7 +16,7 @@ BRICK_ALONE = ("watch", "jobs", "cancel", "name")
 
 HEARD_BY = {
     **dict.fromkeys(("font", "letters", "slant", "spacing", "align"), "text"),
-    **dict.fromkeys(("detail", "shades", "smoothing"), "picture"),
+    **dict.fromkeys(("detail", "shades", "smoothing", "style"), "picture"),
     **dict.fromkeys(("layers", "fill"), "SVG"),
 }
 """Of which kind of source an option is."""
@@ -81,6 +81,19 @@ def check_together(to_brick: bool, simulate: bool, drawn: bool) -> None:
     ):
         if why and name in given:
             raise click.UsageError(f"{given[name]} {why}: leave it out.")
+
+
+def style_of(style: str) -> str:
+    """Return the style of a picture: who says how edges and tones are drawn wants these.
+
+    Raises:
+        click.UsageError: it is another one.
+    """
+    given = _given()
+    asked = [given[name] for name in ("detail", "shades", "smoothing") if name in given]
+    if asked and style == "lines":
+        raise click.UsageError(f"{asked[0]} is for --style photo: leave it out.")
+    return "photo" if asked else style
 
 
 JOB, PREVIEW = (".job",), (".svg", ".png")

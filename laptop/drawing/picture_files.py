@@ -6,20 +6,30 @@ import cv2
 import numpy as np
 
 from laptop.drawing.artwork import BadArtwork
-from laptop.picture_heads import JPEG, SpoiltPicture, picture_size
+from laptop.picture_heads import JPEG, SpoiltPicture, picture_size, png_orientation
 from laptop.vision.frames import quiet_decoders
 
 WORKING_SIDE = 640
-"""Pictures are made smaller until their longer side is this, px: a pen draws nothing finer."""
+"""Longer side of a photo, px: a pen draws nothing finer of one."""
+LINES_SIDE = 1280
+"""That of a line drawing: its lines may lie close to one another."""
+
+LIGHT = 0.9
+"""As bright as paper."""
 
 STRIP = 256
 """So many rows are made grey at once."""
 
 
-def read_grey(data: bytes, name: str) -> np.ndarray:
+def read_grey(data: bytes, name: str, side: int = WORKING_SIDE) -> np.ndarray:
     """The picture's brightness from 0 (black) to 255, (height, width) uint8, as small as is used.
 
     Paper shows through what is transparent.
+
+    Args:
+        data: all of the file.
+        name: of the file, for people.
+        side: pictures are made smaller until their longer side is this, px.
 
     Raises:
         BadArtwork: It is no PNG or JPEG, damaged, or beyond a limit.
@@ -37,7 +47,7 @@ def read_grey(data: bytes, name: str) -> np.ndarray:
             (4, cv2.IMREAD_REDUCED_GRAYSCALE_4),
             (2, cv2.IMREAD_REDUCED_GRAYSCALE_2),
         ):
-            if max(width, height) >= 2 * share * WORKING_SIDE:
+            if max(width, height) >= 2 * share * side:
                 how = reduced
                 break
     try:
@@ -47,19 +57,47 @@ def read_grey(data: bytes, name: str) -> np.ndarray:
         image = None
     if image is None:
         raise BadArtwork(f"{name}: is a damaged picture; copy it again, or save it anew")
-    return _working_size(_grey(image))
+    if not data.startswith(JPEG):
+        image = _turned(image, png_orientation(data))
+    return _no_larger(_grey(image), side)
+
+
+def _turned(image: np.ndarray, orientation: int) -> np.ndarray:
+    """A picture as it is to be seen, by EXIF's number: 1 to 8."""
+    if orientation > 4:  # rows and columns are exchanged
+        image = image.swapaxes(0, 1)
+    if orientation in (3, 4, 7, 8):
+        image = image[::-1]
+    if orientation in (2, 3, 6, 7):
+        image = image[:, ::-1]
+    return np.ascontiguousarray(image)
 
 
 def _grey(image: np.ndarray) -> np.ndarray:
-    """Brightness on white paper, uint8."""
+    """Brightness on white paper, uint8; what is white on nothing is black on it."""
     if image.ndim == 2 and image.dtype == np.uint8:
         return image
+    is_light = _is_white_on_nothing(image)
     # By strips: with all that it takes on the way, a whole one is held three times.
-    strips = [_grey_strip(image[row : row + STRIP]) for row in range(0, len(image), STRIP)]
+    strips = [
+        _grey_strip(image[row : row + STRIP], is_light) for row in range(0, len(image), STRIP)
+    ]
     return np.concatenate(strips)
 
 
-def _grey_strip(image: np.ndarray) -> np.ndarray:
+def _is_white_on_nothing(image: np.ndarray) -> bool:
+    """Whether all that is opaque is as light as the paper, and the rest is transparent."""
+    if image.ndim == 2 or image.shape[2] not in (2, 4):
+        return False
+    most = np.iinfo(image.dtype).max
+    *colours, alpha = np.moveaxis(image, 2, 0)
+    opaque = alpha > most // 2
+    if opaque.all() or not opaque.any():
+        return False
+    return all(colour[opaque].min() >= LIGHT * most for colour in colours)
+
+
+def _grey_strip(image: np.ndarray, is_light: bool) -> np.ndarray:
     if image.dtype == np.uint16:
         image = (image >> 8).astype(np.uint8)
     if image.ndim == 2:
@@ -70,12 +108,14 @@ def _grey_strip(image: np.ndarray) -> np.ndarray:
         grey, alpha = cv2.cvtColor(image[:, :, :3], cv2.COLOR_BGR2GRAY), image[:, :, 3]
     else:
         grey, alpha = image[:, :, 0], image[:, :, -1]
+    if is_light:
+        return 255 - alpha
     share = alpha.astype(np.float32) / 255
     return (255 - share * (255 - grey.astype(np.float32))).astype(np.uint8)
 
 
-def _working_size(grey: np.ndarray) -> np.ndarray:
-    scale = WORKING_SIDE / max(grey.shape)
+def _no_larger(grey: np.ndarray, side: int) -> np.ndarray:
+    scale = side / max(grey.shape)
     if scale >= 1:
         return grey
     size = [max(1, round(side * scale)) for side in grey.shape[::-1]]

@@ -10,7 +10,8 @@ import numpy as np
 
 from laptop.drawing.artwork import Artwork, BadArtwork, stroke_length
 from laptop.drawing.curves import rounded
-from laptop.drawing.picture_files import read_grey
+from laptop.drawing.line_drawings import centre_lines, is_line_drawing
+from laptop.drawing.picture_files import LINES_SIDE, read_grey
 
 MAX_STROKES = 3000
 """Most strokes of a picture; the shortest of more are left out. Each costs the pen two seconds."""
@@ -27,12 +28,17 @@ SHORTEST_HATCH = 0.6
 CORNER = math.radians(50)
 """What an outline turns by more is a corner."""
 
+REACH = 3
+"""Lines are smoothed over so many pixels on either side."""
+
 FLAT = 24
 """A picture whose tones differ by less shows nothing, of 255."""
 
 
 DETAILS, SHADES, SMOOTHINGS = (0, 100), (0, len(HATCH_ANGLES)), (0, 100)
 """Least and greatest of what may be wished of how a picture is drawn."""
+
+STYLES = ("auto", "photo", "lines")
 
 
 class ShowsNothing(BadArtwork):
@@ -47,12 +53,14 @@ class Tracing:
     shades     0 to 4: tones that are hatched, each in a direction of its own; 0 hatches none
     smoothing  0 to 100: how much of what is fine in the picture is blurred away
     width      of the sheet, cm; its height follows
+    style      "photo": so; "lines": the lines of a drawing along their middles; "auto": as it looks
     """
 
     detail: float = 50.0
     shades: int = 3
     smoothing: float = 30.0
     width: float = 10.0
+    style: str = "auto"
 
     def check(self) -> None:
         """Refuse (BadArtwork) what says nothing."""
@@ -65,6 +73,8 @@ class Tracing:
             if not least <= value <= most or (name == "shades" and value != int(value)):
                 whole = " a whole number" if name == "shades" else ""
                 raise BadArtwork(f"{name} = {value:g}: it must be{whole} from {least} to {most}")
+        if self.style not in STYLES:
+            raise BadArtwork(f"style = {self.style[:30]}: it must be one of {', '.join(STYLES)}")
         if not self.detail and not self.shades:
             raise BadArtwork("detail = 0 and shades = 0: nothing would be drawn; raise one of them")
 
@@ -83,26 +93,36 @@ def read_picture(data: bytes, name: str = "picture", how: Tracing | None = None)
     """
     how = how or Tracing()
     how.check()
-    grey = _prepared(read_grey(data, name), how.smoothing)
-    outlines, more = _outlines(grey, how.detail) if how.detail else ([], 0)
-    hatching = _hatching(grey, how.shades)
-    if not outlines and not hatching:
+    grey, told = read_grey(data, name), []
+    is_lines = how.style == "lines" or (how.style == "auto" and is_line_drawing(grey))
+    if is_lines:
+        grey = read_grey(data, name, LINES_SIDE)
+        lines, more = _longest_smooth(centre_lines(grey))
+        if how.style == "auto":
+            told.append(
+                "It is a drawing of lines, and they are followed along their middles; "
+                'the style "photo" has edges and tones.'
+            )
+    else:
+        grey = _prepared(grey, how.smoothing)
+        outlines, more = _outlines(grey, how.detail) if how.detail else ([], 0)
+        lines = outlines + _hatching(grey, how.shades)
+    if not lines:
         raise ShowsNothing(
-            f"{name}: shows nothing to draw at detail = {how.detail:g} and shades = {how.shades}; "
-            "raise them, or take a picture with more contrast"
+            f"{name}: shows no lines on paper; take it closer, or with more light"
+            if is_lines
+            else f"{name}: shows nothing to draw at detail = {how.detail:g} and shades = "
+            f"{how.shades}; raise them, or take a picture with more contrast"
         )
     rows, columns = grey.shape
     scale = how.width / columns
     size = (how.width, rows * scale)
-    kept, left_out = _longest(outlines + hatching)
+    kept, left_out = _longest(lines)
     left_out += more
     strokes = [(stroke * [1, -1] + [0, rows]) * scale for stroke in kept]
-    told = (
-        (f"The {left_out} shortest lines are not drawn: {MAX_STROKES} are the most.",)
-        if left_out
-        else ()
-    )
-    return Artwork(name, tuple(strokes), ("",) * len(strokes), size, told, "picture")
+    if left_out:
+        told.append(f"The {left_out} shortest lines are not drawn: {MAX_STROKES} are the most.")
+    return Artwork(name, tuple(strokes), ("",) * len(strokes), size, tuple(told), "picture")
 
 
 def _prepared(grey: np.ndarray, smoothing: float) -> np.ndarray:
@@ -134,10 +154,15 @@ def _outlines(grey: np.ndarray, detail: float) -> tuple[list[np.ndarray], int]:
     edges = cv2.Canny(grey, 0.4 * high, high, apertureSize=3, L2gradient=True)
     least = max(8.0, max(grey.shape) / (20 + detail))
     chains = [chain for chain in _chains(edges > 0) if len(chain) >= least]
-    chains.sort(key=len, reverse=True)
+    return _longest_smooth(chains)
+
+
+def _longest_smooth(chains: list[np.ndarray]) -> tuple[list[np.ndarray], int]:
+    """Smooth lines (n, 2), px, through chains of pixels, the longest first; how many more are."""
+    chains = sorted(chains, key=len, reverse=True)
     lines = []
     for chain in chains[:MAX_STROKES]:
-        points = _without_steps(chain)
+        points = _without_steps(chain) if len(chain) > REACH else chain
         # OpenCV leaves out the end of a line that comes back to where it began
         line = cv2.approxPolyDP(points.astype(np.float32).reshape(-1, 1, 2), 0.45, False)
         points = np.vstack([line.reshape(-1, 2), points[-1:].astype(np.float32)]).astype(float)
@@ -177,14 +202,13 @@ def _chains(edges: np.ndarray) -> list[np.ndarray]:
 
 def _without_steps(chain: np.ndarray) -> np.ndarray:
     """A chain of pixels (n, 2) without the stairs that pixels make; its ends stay."""
-    reach = 3
-    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / 1.2) ** 2)
+    weights = np.exp(-0.5 * (np.arange(-REACH, REACH + 1) / 1.2) ** 2)
     weights /= weights.sum()
     if np.array_equal(chain[0], chain[-1]):
-        padded = np.vstack([chain[-1 - reach : -1], chain, chain[1 : 1 + reach]])
+        padded = np.vstack([chain[-1 - REACH : -1], chain, chain[1 : 1 + REACH]])
     else:  # mirrored in its ends, which stay so
         padded = np.vstack(
-            [2 * chain[0] - chain[reach:0:-1], chain, 2 * chain[-1] - chain[-2 : -2 - reach : -1]]
+            [2 * chain[0] - chain[REACH:0:-1], chain, 2 * chain[-1] - chain[-2 : -2 - REACH : -1]]
         )
     return np.column_stack([np.convolve(column, weights, "valid") for column in padded.T])
 

@@ -31,6 +31,14 @@ OTHERS = (
 )
 """Other files that people try: how they begin, what they are, and what to do."""
 
+BRANDS = (
+    (b"avi", "an AVIF", "save the picture as JPEG"),
+    (b"he", "a HEIC, as phones take pictures", "save or send it as JPEG"),
+    (b"mif1", "a HEIC, as phones take pictures", "save or send it as JPEG"),
+    (b"", "a film", "save one of its pictures as PNG"),
+)
+"""The same by the brands of ISO's container, which begin at its ninth byte."""
+
 _GAP, _WORD = r"[ \t\r]*", r"[A-Z][-+]?\d+(?:\.\d*)?"
 _REMARK = rf"{_GAP}(?:[;(%][^\n]*)?\n"
 PLOTTER_FILES = (
@@ -88,9 +96,11 @@ def read_source(
         return read_picture(data, name, tracing)
     if is_svg(data):
         return read_svg(data, name, is_hatched)
-    for begin, what, advice in OTHERS:
-        if data.startswith(begin):
-            raise BadArtwork(f"{name}: is {what}, which is not read; {advice}")
+    found = [said for begin, *said in OTHERS if data.startswith(begin)]
+    if data[4:8] == b"ftyp":
+        found = [said for brand, *said in BRANDS if brand in data[8:64]]
+    for what, advice in found[:1]:
+        raise BadArtwork(f"{name}: is {what}, which is not read; {advice}")
     text = _text(data)
     if text is None and b"\0" not in data and name.lower().endswith(".txt"):
         raise BadArtwork(f"{name}: is no text in UTF-8; save it so")

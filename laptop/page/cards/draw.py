@@ -362,7 +362,8 @@ class DrawCard:
     async def _on_tracing(self) -> None:
         """Have the picture drawn as the sliders say."""
         values = {key: slider.value for key, slider in self._sliders.items()}
-        asked = Tracing(values["detail"], int(values["shades"]), values["smoothing"])
+        shades = int(values["shades"])
+        asked = Tracing(values["detail"], shades, values["smoothing"], style="photo")
         if asked == self._tracing and not self._traced:
             return
         self._traced.append(asked)

@@ -1,5 +1,6 @@
 """Pictures become outlines and hatching, against shapes that are known."""
 
+import io
 import math
 import struct
 import zlib
@@ -7,6 +8,7 @@ import zlib
 import cv2
 import numpy as np
 import pytest
+from PIL import Image, ImageOps
 
 from laptop.drawing import pictures
 from laptop.drawing.artwork import BadArtwork, stroke_length
@@ -181,3 +183,46 @@ def test_deep_and_transparent_pictures_are_grey_in_every_row(dtype):
     grey = read_grey(packed(image), "it.png")
     assert grey.shape == (600, 40)
     assert grey[:, 0] == pytest.approx(np.linspace(255, 0, 600), abs=2)
+
+
+def with_exif(data, orientation, order):
+    """A PNG that says how it is to be turned."""
+    head = b"II*\0" if order == "<" else b"MM\0*"
+    entries = ((256, 3, 1, 9), (274, 3, 1, orientation))
+    exif = head + struct.pack(f"{order}IH", 8, len(entries))
+    exif += b"".join(struct.pack(f"{order}HHIHxx", *entry) for entry in entries) + bytes(4)
+    return with_chunk(data, b"eXIf", exif)
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_a_png_is_turned_as_it_says(orientation, order):
+    """Against Pillow, which knows EXIF."""
+    image = np.full((40, 60), 255, np.uint8)
+    image[3:9, 5:30], image[3:30, 5:9] = 0, 90
+    data = with_exif(packed(image), orientation, order)
+    wanted = np.array(ImageOps.exif_transpose(Image.open(io.BytesIO(data))))
+    assert read_grey(data, "a").tolist() == wanted.tolist()
+
+
+@pytest.mark.parametrize("exif", [b"", b"II*\0", b"II*\0\xff\xff\xff\xff", b"nonsense" * 9])
+def test_a_png_whose_exif_is_spoilt_is_as_it_is(exif):
+    image = disc(60, 20)
+    data = with_chunk(packed(image), b"eXIf", exif)
+    assert read_grey(data, "a").tolist() == image.tolist()
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_white_on_nothing_is_seen(dtype):
+    most = np.iinfo(dtype).max
+    image = np.full((100, 100, 4), most, dtype)
+    image[..., 3] = (255 - disc(100, 25).astype(int)) * (most // 255)
+    assert np.abs(read_grey(packed(image), "a").astype(int) - disc(100, 25)).max() <= 1
+
+
+def test_white_on_a_little_that_is_dark_stays_white():
+    image = np.zeros((100, 100, 4), np.uint8)
+    image[20:80, 20:80] = (255, 255, 255, 255)
+    image[40:60, 40:60] = (0, 0, 0, 255)
+    grey = read_grey(packed(image), "a")
+    assert (grey[50, 50], grey[30, 30], grey[0, 0]) == (0, 255, 255)

@@ -1,6 +1,7 @@
 """One door: what a file is, its contents tell; the gallery is found by name."""
 
 import re
+import struct
 
 import cv2
 import numpy as np
@@ -146,3 +147,19 @@ def test_other_files_that_people_try_are_named_with_what_to_do(data):
 def test_bytes_are_read_as_a_file_of_them_is():
     assert read_source(SVG).strokes[0].tolist() == read_svg(SVG).strokes[0].tolist()
     assert read_source(SVG, "-").name == "-"
+
+
+@pytest.mark.parametrize(
+    ("brands", "what"),
+    [
+        (b"heic\0\0\0\0mif1heic", "is a HEIC"),
+        (b"mif1\0\0\0\0mif1heic", "is a HEIC"),
+        (b"mif1\0\0\0\0mif1avif", "is an AVIF"),
+        (b"avif\0\0\0\0avifmif1", "is an AVIF"),
+        (b"isom\0\0\2\0isomiso2avc1mp41", "is a film"),
+    ],
+)
+def test_pictures_of_phones_are_named(brands, what):
+    data = struct.pack(">I", 8 + len(brands)) + b"ftyp" + brands + bytes(100)
+    with pytest.raises(BadArtwork, match=f"IMG_1.jpg: {what}.*, which is not read; save"):
+        read_source(data, "IMG_1.jpg")

@@ -1,0 +1,224 @@
+"""Drawings in ink or pencil: their lines on paper, followed along their middles.
+
+The paper may be lit unevenly: what is darker than the paper around it is ink.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import cv2
+import numpy as np
+
+PAPER = 24
+"""The paper around a place is looked for so far away: a share of the longer side, 1 / PAPER."""
+LEAST_INK = 0.10
+"""Ink takes this share of the paper's light away at least; a soft shadow does not, so near by."""
+SURE_INK = 0.2
+"""A line does so somewhere."""
+SPECK = 30
+"""What is shorter than 1 / SPECK of the longer side, all in all, is a speck."""
+WIDE = 60
+"""A line is at most 1 / WIDE of the longer side wide."""
+
+LOOK, BEND = 6, -0.7
+"""A line's direction at a crossing is looked for so many pixels away; one that bends by more than
+45 degrees there is another line."""
+
+SPUR = 2.5
+"""A side branch as long as so many half widths is no line, but a corner of a wide one."""
+
+MOST_INK, LEAST_SHARE = 0.2, 5e-4
+"""Shares of a drawing that have ink: at the most and at the least."""
+THIN, CLEAN = 0.75, 0.8
+"""Of a drawing so much of its ink is in lines, and so much of the rest is clean paper."""
+
+Way = tuple[list[tuple[int, int]], tuple[int, int]]
+"""Pixels (x, y) from node to node, and the numbers of these; both 0 where it goes round."""
+
+
+@dataclass(frozen=True)
+class InkMask:
+    """The ink of a picture: a mask (height, width), and half the width of its lines, px, there."""
+
+    ink: np.ndarray
+    half_width: np.ndarray
+
+
+def ink_of(grey: np.ndarray) -> InkMask:
+    """Where a picture (height, width) uint8 has ink."""
+    side = max(grey.shape)
+    darkness = _darkness(grey)
+    sure = max(_threshold(darkness), SURE_INK)
+    weak = (darkness > max(sure / 2, LEAST_INK)).astype(np.uint8)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(weak, connectivity=8)
+    kept = np.zeros(count, bool)
+    kept[np.unique(labels[darkness > sure])] = True
+    spread = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
+    kept &= spread > side / SPECK
+    kept[0] = False
+    ink = kept[labels]
+    return InkMask(ink, cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, 5))
+
+
+def _darkness(grey: np.ndarray) -> np.ndarray:
+    """The share of the paper's light that is taken away, 0 to 1."""
+    reach = max(3, max(grey.shape) // PAPER) | 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
+    # What is brighter than its surroundings by noise alone is no paper: it is smoothed before.
+    paper = cv2.morphologyEx(cv2.GaussianBlur(grey, (0, 0), 1.5), cv2.MORPH_CLOSE, kernel)
+    paper = cv2.GaussianBlur(paper, (0, 0), reach / 3)
+    fine = cv2.GaussianBlur(grey, (0, 0), max(grey.shape) / 1600).astype(np.float32)
+    return np.clip(1 - fine / np.maximum(paper, 1), 0, 1)
+
+
+def _threshold(darkness: np.ndarray) -> float:
+    """What parts ink from paper best (Otsu 1979), of what is not plain paper."""
+    some = darkness[darkness > LEAST_INK / 2]
+    if not len(some):
+        return 1.0
+    levels = np.clip(some * 255, 0, 255).astype(np.uint8)
+    return cv2.threshold(levels, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[0] / 255
+
+
+def centre_lines(grey: np.ndarray) -> list[np.ndarray]:
+    """The lines of a drawing (height, width) uint8 along their middles: each (n, 2) of x, y, px.
+
+    They run from end to end, or round; where lines cross, each goes on as straight as it can.
+    """
+    from skimage.morphology import skeletonize  # it takes a second to load
+
+    mask = ink_of(grey)
+    thin = skeletonize(mask.ink)
+    around = cv2.filter2D(
+        thin.astype(np.uint8), -1, np.ones((3, 3)), borderType=cv2.BORDER_CONSTANT
+    )
+    is_node = thin & (around != 3)  # itself, and two neighbours
+    count, nodes = cv2.connectedComponents(is_node.astype(np.uint8), connectivity=8)
+    places = [np.argwhere(nodes == k)[:, ::-1].mean(axis=0) for k in range(1, count)]
+    wide = [float(mask.half_width[nodes == k].max()) for k in range(1, count)]
+    ways = _without_bridges(_ways(thin & ~is_node, nodes), places, wide)
+    degree = np.bincount([node for _, ends in ways for node in ends if node], minlength=count)
+    kept = []
+    for pixels, ends in ways:
+        far = [node for node in ends if node and degree[node] > 1]
+        is_spur = len(far) == 1 and len(pixels) < SPUR * wide[far[0] - 1]
+        if not is_spur or ends[0] == ends[1]:  # else it is a corner of a wide line
+            kept.append((pixels, ends))
+    return _joined(kept, places)
+
+
+def _without_bridges(ways: list[Way], places: list[np.ndarray], wide: list[float]) -> list[Way]:
+    """The ways, where nodes that a line's width joins are one: lines crossed there aslant."""
+    one = list(range(len(places) + 1))
+
+    def root(node: int) -> int:
+        while one[node] != node:
+            node = one[node]
+        return node
+
+    kept = []
+    for pixels, (a, b) in ways:
+        if a and b and a != b and len(pixels) < wide[a - 1] + wide[b - 1] + 2:
+            one[root(b)] = root(a)
+        else:
+            kept.append((pixels, (a, b)))
+    together: dict[int, list[int]] = {}
+    for node in range(1, len(one)):
+        together.setdefault(root(node), []).append(node)
+    for node, others in together.items():
+        places[node - 1] = np.mean([places[other - 1] for other in others], axis=0)
+    return [(pixels, (root(a), root(b))) for pixels, (a, b) in kept]
+
+
+def _joined(ways: list[Way], places: list[np.ndarray]) -> list[np.ndarray]:
+    """Ways between nodes as long lines, each of which goes on at a node as straight as it can."""
+    at: dict[int, list[tuple[int, int]]] = {}
+    for k, (_, ends) in enumerate(ways):
+        for side in (0, 1):
+            if ends[side]:
+                at.setdefault(ends[side], []).append((k, side))
+    beyond: dict[tuple[int, int], tuple[int, int]] = {}
+    for node, there in at.items():
+        place = places[node - 1]
+        leaves = {
+            one: _direction(ways[one[0]][0][:: 1 if one[1] == 0 else -1], place) for one in there
+        }
+        pairs = sorted(
+            (float(leaves[a] @ leaves[b]), a, b) for a, b in combinations(there, 2)
+        )  # the straightest first: -1
+        for bend, a, b in pairs:
+            if a not in beyond and b not in beyond and (bend < BEND or len(there) == 2):
+                beyond[a], beyond[b] = b, a
+    found, used = [], [False] * len(ways)
+    begins = [(k, side) for k in range(len(ways)) for side in (0, 1) if (k, side) not in beyond]
+    for k, side in (*begins, *((k, 0) for k in range(len(ways)))):  # what is left is round
+        if used[k]:
+            continue
+        first = ways[k][1][side]
+        line: list[np.ndarray] = [places[first - 1]] if first else []
+        while not used[k]:
+            used[k] = True
+            pixels, ends = ways[k]
+            line += [np.array(pixel, float) for pixel in pixels[:: 1 if side == 0 else -1]]
+            if ends[1 - side]:
+                line.append(places[ends[1 - side] - 1])
+            k, side = beyond.get((k, 1 - side), (k, side))
+        if not first:
+            line.append(line[0])
+        found.append(np.array(line))
+    return found
+
+
+def _direction(pixels: Sequence[tuple[int, int]], place: np.ndarray) -> np.ndarray:
+    """In which direction a way leaves a node."""
+    ahead = np.array(pixels[: 2 * LOOK][-LOOK:], float).mean(axis=0) - place
+    return ahead / max(float(np.hypot(*ahead)), 1e-9)
+
+
+def _ways(thin: np.ndarray, nodes: np.ndarray) -> list[Way]:
+    """Chains of pixels (x, y) between nodes, and the numbers of these; 0 and 0 of a round one."""
+    left = {(int(x), int(y)) for y, x in np.argwhere(thin)}
+    steps = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
+    rows, columns = thin.shape
+
+    def beside(x: int, y: int) -> list[tuple[int, int]]:
+        return [(x + dx, y + dy) for dx, dy in steps if (x + dx, y + dy) in left]
+
+    def node_at(x: int, y: int, other_than: int = 0) -> int:
+        near = nodes[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
+        found = [int(n) for n in np.unique(near) if n and n != other_than]
+        return found[0] if found else 0
+
+    ways = []
+    # Those at a node first, so that only round ones are begun elsewhere.
+    at_nodes = [pixel for pixel in sorted(left) if node_at(*pixel)]
+    for start in (*at_nodes, *sorted(left)):
+        if start not in left:
+            continue
+        left.remove(start)
+        first, way = node_at(*start), [start]
+        while ahead := beside(*way[-1]):
+            left.remove(ahead[0])
+            way.append(ahead[0])
+        last = node_at(*way[-1], other_than=first if len(way) == 1 else 0)
+        ways.append((way, (first, last)))
+    return ways
+
+
+def is_line_drawing(grey: np.ndarray) -> bool:
+    """Whether a picture is of lines on paper: little of it is ink, and the rest is clean."""
+    lines = ink_of(grey)
+    share = lines.ink.mean()
+    if not LEAST_SHARE <= share <= MOST_INK:
+        return False
+    side = max(grey.shape)
+    wide = (lines.half_width > side / WIDE / 2).astype(np.uint8)
+    wide = cv2.dilate(wide, np.ones((3, 3), np.uint8), iterations=side // WIDE // 2)
+    thin = 1 - (lines.ink & (wide > 0)).sum() / lines.ink.sum()
+    darkness = _darkness(grey)
+    around = cv2.dilate(lines.ink.astype(np.uint8), np.ones((5, 5), np.uint8)) == 0
+    clean = (darkness[around] < LEAST_INK / 2).mean()
+    return bool(thin > THIN and clean > CLEAN)
