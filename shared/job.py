@@ -66,12 +66,16 @@ rad: it is no more than an encoder shows."""
 LINK_TOLERANCE = 1e-6
 """Links differ where they differ by more, cm."""
 
+PENS = ("", "change", "touch-up")
+"""How a job of several pens, one for each layer, has them changed: not; it waits before the next;
+and waits over its first point, too, where it can be nudged."""
+
 LOG_PERIODS, MAX_REST = (0.01, 10.0), 30.0
 """Bounds of a log's period, and greatest rest after a stroke, s."""
 
 JobHeader = record(
-    "JobHeader", "name arm chain links speed strokes cm pen_up_cm seconds log rest",
-    defaults=(0.0, 0.0),
+    "JobHeader", "name arm chain links speed strokes cm pen_up_cm seconds log rest pens",
+    defaults=(0.0, 0.0, ""),
 )  # fmt: skip
 JobHeader.__doc__ = """What a job is.
 
@@ -86,6 +90,7 @@ pen_up_cm   length of the ways between them
 seconds     that the brick is to take for all of it
 log         the brick logs so often where its motors are, s (shared.job_log); 0: never
 rest        after each stroke the arm stands so long, pen up, and that is logged, s; 0: it does not
+pens        one of PENS
 """
 
 Stroke = record("Stroke", "layer cm start_s pieces offsets", defaults=((),))
@@ -100,11 +105,11 @@ offsets     of each piece (ways, joints): lengths of the way from its beginning,
 """
 
 
-def header_of(arm, name, speed, strokes, pen_up_cm, seconds, log=0.0, rest=0.0):
+def header_of(arm, name, speed, strokes, pen_up_cm, seconds, log=0.0, rest=0.0, pens=""):
     """The JobHeader of Strokes for an Arm."""
     return JobHeader(
         _cut(name), arm.name, arm.chain, tuple(joint.link for joint in arm.joints), speed,
-        len(strokes), sum(stroke.cm for stroke in strokes), pen_up_cm, seconds, log, rest,
+        len(strokes), sum(stroke.cm for stroke in strokes), pen_up_cm, seconds, log, rest, pens,
     )  # fmt: skip
 
 
@@ -142,7 +147,7 @@ def write_job(path, header, strokes):
 
 def _lines(header, strokes):
     told = dict(header._asdict(), job=VERSION)
-    for key in ("log", "rest"):
+    for key in ("log", "rest", "pens"):
         if not told[key]:
             del told[key]
     yield _line(told)
@@ -314,11 +319,14 @@ class Job(object):
                 max(numbers[2:4]), MAX_CM
             ))  # fmt: skip
         numbers[1] = int(numbers[1])
-        # (Programs that know neither leave them out, and all others where there is none.)
+        # (Programs that know none of these leave them out, and all others where there is none.)
         log, rest = [number(value.get(key, 0)) for key in ("log", "rest")]
         if log and not LOG_PERIODS[0] <= log <= LOG_PERIODS[1] or not 0 <= rest <= MAX_REST:
             raise SpoiltFile("asks for a log or a rest as no brick keeps it")
-        return JobHeader(*(words + [links] + numbers + [log, rest]))
+        pens = value.get("pens", "")
+        if pens not in PENS:
+            raise SpoiltFile("asks for a change of pens as no brick knows it")
+        return JobHeader(*(words + [links] + numbers + [log, rest, pens]))
 
     def _check_arm(self, arm):
         links = tuple(joint.link for joint in arm.joints)

@@ -17,7 +17,7 @@ BRICK_ALONE = ("watch", "jobs", "cancel", "name")
 HEARD_BY = {
     **dict.fromkeys(("font", "letters", "slant", "spacing", "align"), "text"),
     **dict.fromkeys(("detail", "shades", "smoothing", "style"), "picture"),
-    **dict.fromkeys(("layers", "fill"), "SVG"),
+    **dict.fromkeys(("layers", "fill", "pens"), "SVG"),
 }
 """Of which kind of source an option is."""
 

@@ -37,6 +37,7 @@ class Artwork:
               (0, 0) to size
     left_out  sentences: what of the source is not drawn, and why
     kind      what it was made of: "SVG", "picture", "text", or "" for something else
+    colours   of an SVG, per stroke the name of its colour
     """
 
     name: str
@@ -45,6 +46,7 @@ class Artwork:
     size: tuple[float, float] | None = None
     left_out: tuple[str, ...] = ()
     kind: str = ""
+    colours: tuple[str, ...] = ()
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Least and greatest x, y of all strokes, cm: two arrays (2,).

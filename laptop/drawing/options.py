@@ -39,6 +39,8 @@ class DrawingOptions:
     tolerance  by which lines may be simplified, cm
     order      whether strokes may be joined, turned round and put into another order
     layers     names of those that are drawn; None: all
+    pens       "layers" or "colours": each has a pen of its own; None: one pen draws all
+    touch_up   whether each new pen waits over its first point, where it can be nudged
     scale      times as large as it is made; None: by `size`, or as large as it fits
     """
 
@@ -54,6 +56,8 @@ class DrawingOptions:
     order: bool = True
     layers: tuple[str, ...] | None = None
     scale: float | None = None
+    pens: str | None = None
+    touch_up: bool = False
 
     def __post_init__(self) -> None:
         if self.paper is not None:

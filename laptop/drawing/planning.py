@@ -208,6 +208,7 @@ def write(
     seconds: float,
     offsets: Sequence[Sequence[Learned]] = (),
     log: float = 0.0,
+    pens: str = "",
 ) -> job.JobHeader:
     """Write the job's file, whole or not at all.
 
@@ -222,6 +223,7 @@ def write(
         seconds: for all of it.
         offsets: per stroke, what was learned of its pieces, see shared.job.Stroke.
         log: so often the brick logs where its motors are, s; 0: never.
+        pens: how they are changed between layers, one of shared.job.PENS.
 
     Raises:
         job.BadJob: too much for the brick.
@@ -240,7 +242,7 @@ def write(
         )
     ]
     header: job.JobHeader = job.header_of(
-        arm, name, speed, lines, round(pen_up_cm, 3), round(seconds, 2), log
+        arm, name, speed, lines, round(pen_up_cm, 3), round(seconds, 2), log, pens=pens
     )
     job.write_job(str(file), header, lines)
     return header

@@ -122,7 +122,14 @@ class DrawingPlan:
             self.estimate.seconds,
             offsets,
             log,
+            self._pens(),
         )
+
+    def _pens(self) -> str:
+        """How pens are changed, as a job says it."""
+        if self.options.pens is None:
+            return ""
+        return "touch-up" if self.options.touch_up else "change"
 
 
 def prepare(
@@ -146,7 +153,7 @@ def prepare(
     # All of it, so that each of its layers comes to lie where it is in the whole.
     placement = placing.place(artwork, arm, options.wish(arm), postures)
     placement = replace(placement, strokes=tuple(placement.strokes[k] for k in kept))
-    layers = tuple(artwork.layers[k] for k in kept)
+    layers = _layers(artwork, kept, options)
     found = strokes.cut(arm, placement.strokes, layers, options.height, postures)
     notes = list(placement.notes)
     if found.in_parts:
@@ -194,6 +201,19 @@ def prepare(
         speed,
         tuple(notes),
     )
+
+
+def _layers(artwork: Artwork, kept: list[int], options: DrawingOptions) -> tuple[str, ...]:
+    """What keeps strokes apart, and in order: their layers, or their pens."""
+    by_colour = options.pens == "colours"
+    names = artwork.colours if by_colour else artwork.layers
+    layers = tuple(names[k] for k in kept) if names else ("",) * len(kept)
+    if options.pens and len(set(layers)) < 2:
+        has = f"one {options.pens[:-1]}, {layers[0]}" if layers[0] else f"no {options.pens}"
+        raise BadDrawingOption(
+            f"{artwork.name}: has {has}: one pen draws all of it; leave --pens out"
+        )
+    return layers
 
 
 def _figures(laid: list[PlacedStroke] | tuple[PlacedStroke, ...]) -> Figures:

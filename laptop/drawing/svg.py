@@ -54,6 +54,7 @@ class _Stroke:
 
     pieces: list[Piece]
     layer: str
+    colour: str
     has_round_ends: bool
     clips: tuple[BaseGeometry, ...] = ()
     area: tuple[list[list[Piece]], bool] | None = None
@@ -139,12 +140,14 @@ class _SvgReader:
         greater = self._greater()
         strokes: list[np.ndarray] = []
         layers: list[str] = []
+        colours: list[str] = []
         count = 0
-        for points, layer in chain(
+        for points, layer, colour in chain(
             self._all_lines(max(greater * TOLERANCE, 1e-9)), self._hatching(greater / HATCH_LINES)
         ):
             strokes.append(points)
             layers.append(layer)
+            colours.append(colour)
             count += len(points)
             if count > MAX_POINTS:
                 raise self._tree.too_many()
@@ -160,6 +163,7 @@ class _SvgReader:
         return Artwork(
             *(self.name, tuple(strokes), tuple(layers), self.size, self.left_out.sentences()),
             kind="SVG",
+            colours=tuple(colours),
         )
 
     def _empty(self) -> BadArtwork:
@@ -198,13 +202,13 @@ class _SvgReader:
                 least, most = np.minimum(least, low), np.maximum(most, high)
         return float(max(most - least)) if np.isfinite(least).all() else 0.0
 
-    def _all_lines(self, tolerance: float) -> Iterator[tuple[np.ndarray, str]]:
+    def _all_lines(self, tolerance: float) -> Iterator[tuple[np.ndarray, str, str]]:
         for stroke in self._strokes:
             for points in self._lines(stroke, tolerance):
-                yield points, stroke.layer
+                yield points, stroke.layer, stroke.colour
 
-    def _hatching(self, distance: float) -> Iterator[tuple[np.ndarray, str]]:
-        """Lines across all that is seen of areas, the closer the darker, each with its layer."""
+    def _hatching(self, distance: float) -> Iterator[tuple[np.ndarray, str, str]]:
+        """Lines across all that is seen of areas, the closer the darker; layers and colours."""
         areas = []
         for shape, _, clips in self._areas:
             try:
@@ -227,7 +231,7 @@ class _SvgReader:
             try:
                 seen = areas[k].difference(shapely.union_all(over)) if over else areas[k]
                 for line in hatching(seen, HATCH_ANGLE, distance / ink.tone):
-                    yield line, shape.place.layer
+                    yield line, shape.place.layer, ink.colour
             except (TooTangled, shapely.GEOSException):
                 self.left_out.add("tangled", f"<{shape.tag}>")
 
@@ -348,8 +352,11 @@ class _SvgReader:
         if line:
             has_round_ends = style["stroke-linecap"] in ("round", "square")
             for pieces in shape.pieces:
-                self._strokes.append(_Stroke(pieces, place.layer, has_round_ends, clips))
+                self._strokes.append(
+                    _Stroke(pieces, place.layer, line.colour, has_round_ends, clips)
+                )
             return
+        assert area is not None
         contours = [pieces for pieces in map(_closed, shape.pieces) if pieces]
         if not contours:
             self.left_out.add("unpainted", f"<{tag}>")
@@ -357,9 +364,9 @@ class _SvgReader:
         whole = (contours, style["fill-rule"] == "evenodd")
         if (clips and not self._is_within(contours, clips)) or len(contours) > 1:
             every = [piece for pieces in contours for piece in pieces]
-            self._strokes.append(_Stroke(every, place.layer, False, clips, whole))
+            self._strokes.append(_Stroke(every, place.layer, area.colour, False, clips, whole))
             return
-        self._strokes.append(_Stroke(contours[0], place.layer, False))
+        self._strokes.append(_Stroke(contours[0], place.layer, area.colour, False))
 
     def _is_wide(self, text: str, place: SvgPlace) -> bool:
         """Whether a stroke has a width at all."""

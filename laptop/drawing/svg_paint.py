@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from tinycss2 import color4
 
@@ -77,10 +78,11 @@ def _halves(text: str) -> list[str]:
 
 
 class Paint(NamedTuple):
-    """What is seen of a fill or a stroke: how dark it is, and how opaque, each 0 to 1."""
+    """What is seen of a fill or a stroke: how dark it is, and how opaque, each 0 to 1; its name."""
 
     darkness: float
     opacity: float
+    colour: str = ""
 
     @property
     def is_paper(self) -> bool:
@@ -114,4 +116,25 @@ def colour_paint(value: str, current: str, opacity: float) -> Paint | None:
         return Paint(0.0, opacity)
     # Luma of Rec. 601, as a photo is turned grey
     light = 0.299 * parts[0] + 0.587 * parts[1] + 0.114 * parts[2]
-    return Paint(min(max(1.0 - light, 1e-3), 1.0), opacity)
+    return Paint(min(max(1.0 - light, 1e-3), 1.0), opacity, _name(parts))
+
+
+PENS = (
+    *("black", "grey", "silver", "red", "maroon", "orange", "gold", "yellow", "brown", "pink"),
+    *("magenta", "purple", "blue", "navy", "cyan", "teal", "green", "lime", "olive"),
+)
+"""Colours of pens that are told by their names."""
+
+
+@lru_cache(maxsize=4096)
+def _name_of(code: str) -> str:
+    return next((name for name in PENS if _code(_colour(name)) == code), code)
+
+
+def _name(parts: Sequence[float]) -> str:
+    """A colour's name for people: a word, or #rrggbb."""
+    return _name_of(_code(parts))
+
+
+def _code(parts: Any) -> str:
+    return "#" + "".join(f"{round(255 * min(max(part, 0.0), 1.0)):02x}" for part in parts[:3])

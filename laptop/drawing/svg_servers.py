@@ -29,7 +29,7 @@ def paint_of(tree: SvgTree, key: str, place: SvgPlace) -> Paint | None:
         if server is not None and tag_of(server) in GRADIENTS:
             return _gradient_paint(tree, server, place, opacity)
         if server is not None and tag_of(server) == "pattern":
-            return Paint(0.5, opacity) if opacity else None
+            return Paint(0.5, opacity, "a pattern") if opacity else None
         text = found[1] or "none"
     if text in ("none", "context-fill", "context-stroke", ""):
         return None
@@ -56,6 +56,6 @@ def _gradient_paint(
         found.append(seen or Paint(0.0, 0.0))
     if not any(paint.opacity for paint in found):
         return None
-    darkness, through = np.mean(found, axis=0)
+    darkness, through = np.mean([paint[:2] for paint in found], axis=0)
     # One colour and the next: it is neither black nor white, and is not seen through evenly
-    return Paint(float(darkness), float(through))
+    return Paint(float(darkness), float(through), "a gradient")

@@ -67,6 +67,9 @@ class JobRunner(object):
         self._way, self._motions, self._share = None, [], 1.0
         # A job that is begun paused waits over its first point, one that is paused where it is.
         self._begun = False
+        # The layer whose pen is in the holder; why the job is paused, for people; and whether it is
+        # to be paused once more, over the first point of a new pen.
+        self._pen, self._why, self._touch_up = None, "", False
 
     def run(self, first=1, repeat=1, repeats=1):
         """Draw from the stroke `first` (from 1 on) on, then all again until the last of `repeats`.
@@ -81,6 +84,11 @@ class JobRunner(object):
             ArmError, Stopped: the motors stopped, and the status says why.
         """
         try:
+            if (
+                self._job.header.pens and not self._dry
+            ):  # when it is resumed, that of the stroke before
+                self._pen = self._job.stroke(max(first - 1, 1)).layer
+                self._report.say("the first pen is for {}".format(_quoted(self._pen)))
             for self._repeat in range(repeat, repeats + 1):
                 if not self._draw_from(first if self._repeat == repeat else 1):
                     self._pen_up()
@@ -109,6 +117,7 @@ class JobRunner(object):
         while stroke is not None:
             chain, after = self._chain(k, stroke)
             self._way = Way(self._job, k, chain, self._repeat, joints)
+            self._change_pen(stroke.layer)
             if os.environ.get(PLAN):
                 announce([self._way.points(self._arm.description)])
             if not self._follow(self._way, joints):
@@ -126,7 +135,10 @@ class JobRunner(object):
         for n in range(k + 1, self._job.header.strokes + 1):
             after = self._job.stroke(n)
             size += self._job.size(n)
-            if size > LONGEST_CHAIN or self._job.header.rest or not joined(chain[-1], after):
+            other_pen = self._job.header.pens and after.layer != stroke.layer
+            if size > LONGEST_CHAIN or other_pen or self._job.header.rest:
+                return chain, after
+            if not joined(chain[-1], after):
                 return chain, after
             chain.append(after)
         return chain, None
@@ -197,11 +209,24 @@ class JobRunner(object):
                     self._begun = True
                     return True
                 continue
-            self._tell("paused")
+            self._tell("paused", self._why)
             is_there = self._stand(motion, joints, is_there)
-            if not self._orders.aborted:
+            self._why = ""
+            if self._touch_up and not self._orders.aborted:
+                self._touch_up, self._begun, self._orders.paused = False, False, True
+                self._why = "nudge the tip until it meets what is drawn, then resume"
+            elif not self._orders.aborted:
                 self._tell("drawing")
         return False
+
+    def _change_pen(self, layer):
+        """Have the pen of a layer put in, if another is in the holder."""
+        pens = self._job.header.pens
+        if not pens or self._dry or layer == self._pen:
+            return
+        self._pen, self._begun, self._orders.paused = layer, True, True
+        self._touch_up = pens == "touch-up"
+        self._why = "put in the pen for {}, then resume".format(_quoted(layer))
 
     def _approach(self, motion, joints):
         """Go there from behind, as RobotArm.pre_approach; False if an order came between."""
@@ -295,6 +320,10 @@ class JobRunner(object):
                 "how far it is cannot be put on file ({}): make room, or --resume will know of less"
                 "".format(error.strerror)
             )
+
+
+def _quoted(layer):
+    return "'{}'".format(layer) if layer else "what has no layer"
 
 
 def apart(arm, motors, stroke, same_zero):

@@ -13,17 +13,17 @@ def length(points):
     return sum(kinematics.distance(a, b) for a, b in zip(points, points[1:]))
 
 
-def write(folder, strokes=CROSSES, arm="planar", name="crosses", **header):
+def write(folder, strokes=CROSSES, arm="planar", name="crosses", layers=None, **header):
     """Plan strokes (points, cm) and write a job, as text its path.
 
-    The times in it are rough ones; `header` goes to header_of.
+    The times in it are rough ones; `layers` has a name for each stroke; `header` goes to header_of.
     """
     arm = read_arm(find_arm(arm)) if isinstance(arm, str) else arm
     planned, t, pen_up, last = [], 3.0, 0.0, None
-    for points in strokes:
+    for k, points in enumerate(strokes):
         motions = trajectory.plan(arm, paths.pieces_of(points))
         pieces = [motion.numbers() for motion in motions]
-        planned.append(Stroke("", length(points), t, pieces))
+        planned.append(Stroke(layers[k] if layers else "", length(points), t, pieces))
         t += sum(motion.duration + 0.2 for motion in motions) + 3.0
         pen_up += kinematics.distance(last, points[0]) if last else 0.0
         last = points[-1]

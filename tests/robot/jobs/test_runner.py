@@ -227,6 +227,71 @@ def test_a_nudge_beyond_the_reach_is_refused_and_nothing_is_lost(tmp_path):
     assert len(rig.ink()) == 1
 
 
+# Several pens
+
+
+@pytest.mark.parametrize("joined", [False, True])
+def test_before_another_pen_it_waits_with_the_pen_up_and_says_which(tmp_path, joined):
+    shapes = [SQUARE[:3], SQUARE[2:]] if joined else list(jobs.CROSSES[:2])
+    path = jobs.write(tmp_path, [LONG, *shapes], layers=["red", "red", "black"], pens="change")
+    with switched_on(tmp_path) as rig:
+        drawn = Drawn(rig, path, [(60.0, "resume")])
+        assert drawn.run()
+    red, also_red, black = rig.ink()
+    assert also_red[-1].t < drawn.begin + 30
+    assert black[0].t > drawn.begin + 60
+    still = [s for s in rig.brick.record if also_red[-1].t + 2 < s.t < drawn.begin + 60]
+    assert max(apart_mm(still[0], sample) for sample in still) < 0.3
+    assert max(off_path(sample, LONG) for sample in red) < 2.5
+    assert max(off_path(sample, shapes[1]) for sample in black) < 2.5
+    assert drawn.said[0] == "the first pen is for 'red'"
+    (asked,) = (line for line in drawn.said if line.startswith("paused"))
+    assert asked.endswith("stroke 3 of 3: put in the pen for 'black', then resume")
+
+
+def test_a_new_pen_is_touched_up_over_its_first_point(tmp_path):
+    path = jobs.write(tmp_path, [LONG, SQUARE], "geared", layers=["red", "black"], pens="touch-up")
+    with switched_on(tmp_path, "geared") as rig:
+        orders = [(60.0, "resume"), (75.0, "nudge 2 0"), (80.0, "resume")]
+        drawn = Drawn(rig, path, orders)
+        assert drawn.run()
+    red, black = rig.ink()
+    assert black[0].t > drawn.begin + 80
+    over = [s for s in rig.brick.record if drawn.begin + 70 < s.t < drawn.begin + 75]
+    assert apart_mm(over[0], over[0]._replace(x=SQUARE[0][0], y=SQUARE[0][1])) < 1.0
+    shifted = [(x + 0.2, y) for x, y in SQUARE]
+    assert max(off_path(sample, shifted) for sample in black) < 1.2
+    assert sum("then resume" in line for line in drawn.said) == 2
+    assert any("nudge the tip until it meets" in line for line in drawn.said)
+
+
+def test_pens_are_not_changed_where_none_is_down_or_the_job_does_not_ask(tmp_path):
+    layers = ["red", "black", "red"]
+    for folder, pens, dry in (("a", "change", True), ("b", "", False)):
+        (tmp_path / folder).mkdir()
+        path = jobs.write(tmp_path / folder, layers=layers, pens=pens)
+        with switched_on(tmp_path / folder) as rig:
+            drawn = Drawn(rig, path, dry=dry)
+            assert drawn.run()
+        assert not any("pen" in line for line in drawn.said)
+
+
+def test_a_job_that_is_resumed_waits_for_the_pen_that_it_was_waiting_for(tmp_path):
+    path = jobs.write(tmp_path, layers=["red", "black", "black"], pens="change")
+    for first, waits in ((2, 1), (3, 0)):
+        with switched_on(tmp_path / str(first)) as rig:
+            drawn = Drawn(rig, path, [(40.0, "resume")])
+            assert drawn.run(first)
+        assert sum(line.startswith("paused") for line in drawn.said) == waits
+
+
+def test_it_is_aborted_while_it_waits_for_a_pen(tmp_path):
+    path = jobs.write(tmp_path, layers=["red", "black", "black"], pens="touch-up")
+    with switched_on(tmp_path) as rig:
+        assert not Drawn(rig, path, [(40.0, "abort")]).run()
+    assert len(rig.ink()) == 1
+
+
 # Crash and resume
 
 
