@@ -69,7 +69,9 @@ def measure(drawing: str) -> Speed:
         vpype = shutil.which("vpype")
         if vpype is None:
             return Speed(drawing, took, way, count)
-        vpype_took, out = _timed([vpype, *(str(file) if word == "-" else word for word in VPYPE)])
+        told = list(VPYPE)
+        told[told.index("-")] = str(file)
+        vpype_took, out = _timed([vpype, *told])
         return Speed(drawing, took, way, count, vpype_took, *way_and_count(out))
 
 

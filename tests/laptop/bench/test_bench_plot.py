@@ -114,6 +114,18 @@ def test_large_drawings_are_read_and_ordered_with_all_their_lines(monkeypatch):
     assert row[2:4] == ["-", "-"]
 
 
+def test_vpype_reads_the_same_drawing_beside(tmp_path, monkeypatch):
+    program = tmp_path / "vpype"
+    program.write_text('#!/bin/sh\n[ "$9" = - ] && cat "$3"\n')  # leaves all as it was
+    program.chmod(0o755)
+    monkeypatch.setattr(shutil, "which", lambda name: str(program))
+    monkeypatch.setitem(plot_speed.SIZES, "spokes", lambda: plot_speed._spokes(12))
+    spokes = plot_speed.measure("spokes")
+    assert spokes.vpype_strokes == 12
+    assert spokes.vpype_cm == pytest.approx(11 * 8, rel=1e-3)  # from each end to the middle
+    assert plot_speed.table([spokes])[0][2:4] != ["-", "-"]
+
+
 def test_speed_is_of_its_own_drawings():
     done = CliRunner().invoke(laptop, ["bench", "plot", "--speed", "rose"])
     assert done.exit_code == 2
