@@ -23,6 +23,9 @@ from laptop.bench.plot import VPYPE, svg_of, way_and_count
 from laptop.drawing import merging, ordering, sources
 from laptop.drawing.strokes import PlacedStroke
 
+TICK = 0.01
+"""Processors' times are told in steps of this, s."""
+
 
 def _scattered(strokes: int, points: int) -> list[np.ndarray]:
     dice = np.random.default_rng(strokes + points)
@@ -100,7 +103,7 @@ def table(results: Sequence[Speed]) -> list[list[str]]:
             one.drawing,
             f"{one.ours_s:.1f}",
             "-" if one.vpype_s is None else f"{one.vpype_s:.1f}",
-            "-" if one.vpype_s is None else f"{one.ours_s / one.vpype_s:.2f}",
+            "-" if one.vpype_s is None else f"{one.ours_s / max(one.vpype_s, TICK):.2f}",
             f"{one.ours_cm:.0f} ({one.ours_strokes})",
             "-" if one.vpype_cm is None else f"{one.vpype_cm:.0f} ({one.vpype_strokes})",
         ]
