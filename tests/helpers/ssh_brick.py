@@ -24,7 +24,7 @@ from pathlib import Path
 import asyncssh
 import pytest
 from places import ROOT
-from waiting import until
+from waiting import PATIENCE, until
 
 from laptop.simulator import live
 from shared.state import LIVE_FOLDER
@@ -265,7 +265,13 @@ class Proxy:
         self._ends = []
         self._open = threading.Event()
         self._open.set()
-        threading.Thread(target=self._serve, daemon=True).start()
+        self._threads = []
+        self._begin(self._serve)
+
+    def _begin(self, target, *args):
+        thread = threading.Thread(target=target, args=args, daemon=True)
+        self._threads.append(thread)
+        thread.start()
 
     def _serve(self):
         while True:
@@ -276,9 +282,7 @@ class Proxy:
             brick = socket.create_connection(("127.0.0.1", self._target))
             self._ends += [laptop, brick]
             for source, goal, counted in ((laptop, brick, True), (brick, laptop, False)):
-                threading.Thread(
-                    target=self._pass_on, args=(source, goal, counted), daemon=True
-                ).start()
+                self._begin(self._pass_on, source, goal, counted)
 
     def _pass_on(self, source, goal, counted):
         with contextlib.suppress(OSError):  # the other way has been cut
@@ -303,9 +307,16 @@ class Proxy:
                 end.shutdown(socket.SHUT_RDWR)
 
     def close(self):
-        """End it."""
+        """End it, threads and sockets and all."""
+        with contextlib.suppress(OSError):  # on some systems closing it is enough
+            self._listener.shutdown(socket.SHUT_RDWR)
         self._listener.close()
+        self._threads[0].join(PATIENCE)  # from here on there are no more ends
         self.cut()
+        for thread in self._threads:
+            thread.join(PATIENCE)
+        for end in self._ends:
+            end.close()
 
 
 class PasswordServer:
