@@ -32,6 +32,12 @@ MAX_FILE, FILE_TIMEOUT, MAX_UPLOADS = 8_000_000, 20.0, 4
 """Bytes of such a file, and time that it may take to come, s."""
 BUILD_TIMEOUT = 60.0
 """Time that a page may take to be put together once it is its turn, s."""
+MAX_MISSED = 2000
+"""Messages that are kept for a browser that is away, and sent to it when it is back.
+
+They must last for RECONNECT_TIMEOUT and for what it takes to notice that it is away: with 200, at
+20 in a second, pages were loaded anew under somebody's hand.
+"""
 RECONNECT_TIMEOUT = 30.0
 """A browser that is back so soon finds its page as it was, and else loads it anew, s.
 
@@ -182,7 +188,7 @@ def serve(
         dark=None,
         language="en-US",
         reconnect_timeout=RECONNECT_TIMEOUT,
-        message_history_length=200,
+        message_history_length=MAX_MISSED,
         tailwind=False,
         show_welcome_message=False,
     )

@@ -2,11 +2,12 @@
 
 const CUT_OFF = 800; // ms without a beat, after which what is on the screen is old
 const GATE_SILENCE = 3000; // ms after which a connection to the gate is given up, though not closed
+const SOCKET_SILENCE = 5000; // the same of the page's own: engine.io itself waits for half a minute
 const RECONNECTION = 1000; // ms between two tries at most: a page's process is soon replaced
 const PATIENCE = 10000; // ms for the first beat
 const CLOCK_BEATS = 40; // that tell how the clocks differ
 
-const pulse = { beat: performance.now() + PATIENCE, gate: -Infinity, pressed: -Infinity, clocks: [], stopping: false, failed: false };
+const pulse = { beat: performance.now() + PATIENCE, gate: -Infinity, connected: -Infinity, pressed: -Infinity, clocks: [], stopping: false, failed: false };
 
 // Follow the pulse; gatePort: of the gate of STOP.
 function beginPulse(gatePort) {
@@ -19,6 +20,7 @@ function beginPulse(gatePort) {
       socket.volatile.emit("echo", t);
       look();
     });
+    socket.on("connect", () => (pulse.connected = performance.now()));
     socket.io.reconnectionDelayMax(RECONNECTION);
     // What was pressed while it was cut off is not sent on. It is told: one may not have seen it yet.
     socket.io.on("reconnect", () => {
@@ -27,6 +29,7 @@ function beginPulse(gatePort) {
     });
   });
   setInterval(look, 100);
+  setInterval(endSilence, 1000);
 
   const pressed = (event) => event.target.closest?.(".stop");
   addEventListener("pointerdown", (event) => {
@@ -70,6 +73,12 @@ function listenToGate(gate) {
 
 function isCutOff() {
   return performance.now() - pulse.beat > CUT_OFF;
+}
+
+// Connect anew where nothing has come for long: a network may have lost the connection, and closed none.
+function endSilence() {
+  const heard = Math.max(pulse.beat, pulse.connected);
+  if (window.socket?.connected && performance.now() - heard > SOCKET_SILENCE) window.socket.io.engine.close();
 }
 
 // Show whether the page is cut off, and how old its pictures are.

@@ -198,6 +198,7 @@ def test_a_network_that_falls_silent_shows_and_of_what_is_pressed_only_stop_is_d
 def test_stop_has_its_own_way_again_after_a_network_has_lost_every_connection(
     far_surfer, network, tracker
 ):
+    far_surfer.page.evaluate("window.isTheSame = true")
     network.passes.clear()
     has_class(far_surfer, "stop-dead")
     network.passes = threading.Event()
@@ -208,6 +209,7 @@ def test_stop_has_its_own_way_again_after_a_network_has_lost_every_connection(
     has_class(far_surfer, "stop-dead", False)
     network.ports[tracker.port].set()
     has_class(far_surfer, "cut-off", False)
+    assert far_surfer.page.evaluate("window.isTheSame"), "it was loaded anew"
 
 
 def test_a_stop_that_does_not_get_through_says_so_though_the_gate_is_heard(
